@@ -1,0 +1,1 @@
+"""belt_sim: the lateral movement of steel belts, modelled, measured and compared."""

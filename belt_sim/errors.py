@@ -1,0 +1,21 @@
+"""Errors that a user can act on: name, value, unit, remedy, in one line."""
+
+
+class BeltError(Exception):
+    """Any failure that the command line reports as one line, without a traceback."""
+
+
+class InputError(BeltError, ValueError):
+    """A value that cannot be used as given."""
+
+    def __init__(self, name: str, value: object, unit: str, remedy: str) -> None:
+        self.name, self.value, self.unit, self.remedy = name, value, unit, remedy
+        super().__init__(f"{name} = {value}{' ' + unit if unit else ''}: {remedy}")
+
+
+class CannotRepresent(BeltError):
+    """A model was asked for something outside the laws that it reads."""
+
+
+class RunFailed(BeltError):
+    """A simulation stopped before its end; the message names the quantity, the place and the setting to change."""

@@ -1,0 +1,40 @@
+"""Units at the border: every conversion between what people write and the SI numbers inside stands here."""
+
+import math
+
+from belt_sim.errors import InputError
+
+#: unit -> (dimension, factor to SI)
+UNITS: dict[str, tuple[str, float]] = {
+    "m": ("length", 1.0),
+    "mm": ("length", 1e-3),
+    "um": ("length", 1e-6),
+    "rad": ("angle", 1.0),
+    "mrad": ("angle", 1e-3),
+    "urad": ("angle", 1e-6),
+    "deg": ("angle", math.pi / 180.0),
+    "Pa": ("stress", 1.0),
+    "MPa": ("stress", 1e6),
+    "GPa": ("stress", 1e9),
+    "N/mm2": ("stress", 1e6),
+    "N/mm^2": ("stress", 1e6),
+    "kg/m^3": ("density", 1.0),
+    "kg/m3": ("density", 1.0),
+    "m/s": ("speed", 1.0),
+    "s": ("time", 1.0),
+    "1": ("number", 1.0),
+    "": ("number", 1.0),
+}
+
+MM = 1e-3
+MM_PER_M = 1e-3
+N_PER_MM2 = 1e6
+DEGREE = math.pi / 180.0
+
+
+def to_si(value: float, unit: str, *, dimension: str, name: str) -> float:
+    """Convert ``value`` in ``unit`` to SI; raises InputError when the unit is unknown or of another dimension."""
+    known = [u for u, (dim, _) in UNITS.items() if dim == dimension and u]
+    if unit not in UNITS or UNITS[unit][0] != dimension:
+        raise InputError(name, value, unit, f"use one of {', '.join(known) or 'no unit'}")
+    return value * UNITS[unit][1]
