@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from belt_sim.pytree import pytree
 
-STANDARD_GRAVITY = 9.80665  # [m/s2]
+GRAVITY = 9.81  # [m/s2], the value behind the reference numbers of the physics sheet
 
 
 @pytree
@@ -19,7 +19,7 @@ class Rig:
     centre_distance: float
     head_radius: float
     tail_radius: float
-    gravity: float = STANDARD_GRAVITY
+    gravity: float = GRAVITY
 
     @property
     def span_length(self):

@@ -1,0 +1,99 @@
+"""What an effect is: a frozen dataclass of SI parameters that changes one of the five laws.
+
+A new effect is one file: subclass ``Effect``, decorate with ``@effect``, give ``id``, ``law``, ``reference`` and
+``parameters``, and override the hook of its law. Every hook returns its first argument changed; with null
+parameters it must return it unchanged, bit for bit.
+"""
+
+from dataclasses import dataclass, fields
+from typing import ClassVar
+
+from belt_sim.case import Case, Settings
+from belt_sim.errors import InputError
+from belt_sim.laws.runup import Now, RunUp, Yaw
+from belt_sim.laws.sensor import Reading
+from belt_sim.laws.span import Span
+from belt_sim.laws.wrap import RunOff
+from belt_sim.pytree import pytree
+
+LAWS = ("span", "run-up", "wrap", "drive", "sensor")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One number of an effect: SI unit, meaning, plausible range (low, high) of a real machine, null value.
+
+    scale: a size that matters on a real machine, to start a search from; prior: one sigma of a weak prior.
+    """
+
+    unit: str
+    meaning: str
+    plausible: tuple[float, float]
+    scale: float
+    null: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """Base of all effects; see the module's text."""
+
+    id: ClassVar[str] = ""
+    law: ClassVar[str] = ""
+    reference: ClassVar[str] = ""
+    #: "odd", "even" or "mixed": how dy changes when the sign of every yaw changes
+    parity: ClassVar[str] = "mixed"
+    #: exponent n of the late rate ~ tension^n at high tension; None = not a power law
+    tension_exponent: ClassVar[float | None] = None
+    parameters: ClassVar[dict[str, Parameter]] = {}
+
+    def settings(self, settings: Settings, case: Case) -> Settings:
+        """Drive law: tension and yaw schedules as they are, given what was commanded."""
+        return settings
+
+    def span(self, span: Span, case: Case) -> Span:
+        """Span law: what the span is made of."""
+        return span
+
+    def yaw(self, yaw: Yaw, now: Now, case: Case) -> Yaw:
+        """Drive and run-up law: direction of the pulleys' surfaces at this travel."""
+        return yaw
+
+    def runup(self, runup: RunUp, now: Now, case: Case) -> RunUp:
+        """Run-up law: what is added to dy/ds and dalpha/ds."""
+        return runup
+
+    def wrap(self, runoff: RunOff, now: Now, case: Case) -> RunOff:
+        """Wrap law: where the belt leaves the pulleys."""
+        return runoff
+
+    def encoder(self, travel, case: Case):
+        """Sensor law: true belt travel [m] when the encoder says ``travel`` [m]."""
+        return travel
+
+    def sensor(self, reading: Reading, case: Case) -> Reading:
+        """Sensor law: what is indicated."""
+        return reading
+
+    @classmethod
+    def null(cls) -> "Effect":
+        """The effect with no strength at all."""
+        return cls(**{name: p.null for name, p in cls.parameters.items()})
+
+    def is_null(self) -> bool:
+        """True when every parameter stands at its null value."""
+        return all(float(getattr(self, n)) == p.null for n, p in self.parameters.items())
+
+
+def effect(cls):
+    """Finish an effect class: check its declaration and make JAX see its parameters."""
+    if cls.law not in LAWS:
+        raise InputError(f"{cls.__name__}.law", repr(cls.law), "", f"use one of {', '.join(LAWS)}")
+    names = {f.name for f in fields(cls)}
+    if names != set(cls.parameters):
+        raise InputError(f"{cls.__name__}.parameters", sorted(names ^ set(cls.parameters)), "", "declare each once")
+    return pytree(cls)
+
+
+def uses(effects, hook: str) -> list:
+    """Those of ``effects`` that override ``hook``."""
+    return [e for e in effects if getattr(type(e), hook) is not getattr(Effect, hook)]

@@ -1,0 +1,153 @@
+"""Span law: what a free span does with the positions and angles that its two ends give it.
+
+The strip is the most general linear span (physics sheet, section 3): with the in-plane curvature kappa and the
+roll phi of the cross-section,
+
+    kappa = y'' + Z phi,   EI kappa'' = F y'',   T phi'' = EI Z kappa,   T = F b^2/12 + G b h^3/3.
+
+Z = 0 makes it the beam of second order, Z = 0 and F = 0 the beam of first order; a limp span is a straight line.
+In xi = x/L and with phi scaled by sqrt(EI/T), two numbers remain: (K L)^2 = F L^2/EI and g = L Z sqrt(EI/T).
+"""
+
+from dataclasses import dataclass, field, replace
+
+import jax.numpy as jnp
+
+from belt_sim.case import Case
+from belt_sim.pytree import pytree
+
+_SQUARINGS = 4  # transfer matrix of L/1024 -> L/64
+_DOUBLINGS = 5  # condensed L/64 -> L/2
+_TAYLOR_TERMS = 8
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class Span:
+    """What a span is made of: length [m], force [N] (tension in the bending equation), bending EI [N m2],
+    torsion T [N m2], sag_curvature Z [1/m]; limp (static): no bending stiffness at all, a straight line.
+    """
+
+    length: float
+    force: float
+    bending: float
+    torsion: float
+    sag_curvature: float
+    limp: bool = field(default=False, metadata={"static": True})
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class Response:
+    """A span's answer to its boundary values d = (y_u - y_o [m], theta_o, theta_u, phi_o, phi_u [rad]).
+
+    runup, runoff: curvature kappa at the run-up and the run-off end per unit of d, shape (5,) each;
+    mid_tilt: roll phi at mid-span per unit of d, shape (5,).
+    """
+
+    runup: jnp.ndarray
+    runoff: jnp.ndarray
+    mid_tilt: jnp.ndarray
+
+
+def torsional_stiffness(case: Case):
+    """T = F b^2/12 + G b h^3/3 [N m2]: tension on the twisted edges, and St. Venant torsion of a thin strip."""
+    belt = case.belt
+    return case.tension_force * belt.width**2 / 12 + belt.shear_modulus * belt.width * belt.thickness**3 / 3
+
+
+def beam_second_order(case: Case) -> Span:
+    """Beam under tension, y'''' = K^2 y'' with K^2 = F/EI (paper eq. 8, 10)."""
+    return Span(
+        length=case.rig.span_length,
+        force=case.tension_force,
+        bending=case.belt.bending_stiffness,
+        torsion=torsional_stiffness(case),
+        sag_curvature=0.0,
+    )
+
+
+def beam_first_order(case: Case) -> Span:
+    """Beam without the moment of the tension, y'''' = 0 (paper eq. 8, 9)."""
+    return replace(beam_second_order(case), force=0.0 * case.tension_force)
+
+
+def rope(case: Case) -> Span:
+    """Limp, highly tensioned rope: a straight line between run-off and run-up (paper eq. 5, 6)."""
+    return replace(beam_second_order(case), limp=True)
+
+
+def strip(case: Case) -> Span:
+    """Hanging strip that may roll: sag couples in-plane bending to the tilt of the cross-section."""
+    return replace(beam_second_order(case), sag_curvature=case.sag_curvature)
+
+
+def softening(case: Case):
+    """Lambda = (rho g L)^2 E / (12 sigma^3) [1]: sag stretch over elastic stretch of a hanging span (Ernst 1965)."""
+    weight = case.belt.density * case.rig.gravity * case.rig.span_length
+    return weight**2 * case.belt.youngs_modulus / (12.0 * case.settings.tension**3)
+
+
+def ernst_beam(case: Case) -> Span:
+    """Beam of second order with Ernst's modulus E/(1 + Lambda) in place of E."""
+    span = beam_second_order(case)
+    return replace(span, bending=span.bending / (1.0 + softening(case)))
+
+
+def response(span: Span) -> Response:
+    """Condense a span onto its boundary values; exact up to rounding for any K L and g.
+
+    The transfer matrix of a short piece is built by its series, turned into a relation between the values at its
+    two ends, and doubled (static condensation), which stays stable where the transfer matrix of the whole span
+    would overflow.
+    """
+    kl2 = span.force * span.length**2 / span.bending
+    roll = jnp.sqrt(span.bending / span.torsion)
+    g = span.length * span.sag_curvature * roll
+    half = _condensed_half(kl2, g)
+    (p, q), (r, s) = half
+    middle = jnp.linalg.inv(s - p)
+    um0, um1 = -middle @ r, middle @ q  # middle values per unit of either end
+    f0 = jnp.concatenate([p + q @ um0, q @ um1], axis=-1)  # values (y/L, theta, phi/roll) at run-off, run-up
+    f1 = jnp.concatenate([r @ um0, s + r @ um1], axis=-1)
+    mid = jnp.concatenate([um0, um1], axis=-1)
+    order = jnp.array([3, 1, 4, 2, 5])  # y_u, theta_o, theta_u, phi_o, phi_u
+    scale = jnp.stack([1.0 / span.length, 1.0 + 0 * roll, 1.0 + 0 * roll, 1.0 / roll, 1.0 / roll])
+    return Response(
+        runup=f1[0, order] * scale / span.length,
+        runoff=f0[0, order] * scale / span.length,
+        mid_tilt=mid[2, order] * scale * roll,
+    )
+
+
+def _condensed_half(kl2, g):
+    """((P, Q), (R, S)) of half a span: f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1, u = (y/L, theta, phi/roll)."""
+    m = _system(kl2, g) / 2.0 ** (_SQUARINGS + _DOUBLINGS + 1)
+    term = transfer = jnp.eye(6)
+    for k in range(1, _TAYLOR_TERMS + 1):
+        term = term @ m / k
+        transfer = transfer + term
+    for _ in range(_SQUARINGS):
+        transfer = transfer @ transfer
+    a, b, c, d = transfer[:3, :3], transfer[:3, 3:], transfer[3:, :3], transfer[3:, 3:]
+    b_inv = jnp.linalg.inv(b)
+    p, q, r, s = -b_inv @ a, b_inv, c - d @ b_inv @ a, d @ b_inv
+    for _ in range(_DOUBLINGS):
+        x = jnp.linalg.inv(s - p)
+        p, q, r, s = p - q @ x @ r, q @ x @ q, -r @ x @ r, s + r @ x @ q
+    return (p, q), (r, s)
+
+
+def _system(kl2, g):
+    """d/dxi of (y/L, theta, phi/roll; kappa L, kappa' L^2/scale, phi' L/roll); scale balances the rows."""
+    scale = jnp.sqrt(1.0 + kl2)
+    zero, one = 0.0 * kl2, 1.0 + 0.0 * kl2
+    rows = [
+        [zero, one, zero, zero, zero, zero],
+        [zero, zero, -g, one, zero, zero],
+        [zero, zero, zero, zero, zero, one],
+        [zero, zero, zero, zero, scale, zero],
+        [zero, zero, -g * kl2 / scale, kl2 / scale, zero, zero],
+        [zero, zero, zero, g, zero, zero],
+    ]
+    return jnp.array(rows)

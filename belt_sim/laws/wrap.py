@@ -1,0 +1,38 @@
+"""Wrap law: a belt that sticks leaves a pulley where it landed, a wrapped arc later (physics sheet, section 2).
+
+y_o(s) = y_u(s - W), alpha_o(s) = alpha_u(s - W); before the start the belt lies straight.
+The history is a ring of march steps; between two steps it is interpolated linearly, which is of second order.
+"""
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+
+from belt_sim.pytree import pytree
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class RunOff:
+    """Where the belt leaves the two pulleys: y [m], alpha [rad], shape (2,): tail pulley, head pulley."""
+
+    y: jnp.ndarray
+    alpha: jnp.ndarray
+
+
+def delayed(ring, step, arcs, spacing):
+    """Values that ran up one wrapped arc ago.
+
+    ring: (slots, 4), columns y tail, alpha tail, y head, alpha head, row k holding march step k modulo slots;
+    step: number of the step asked for; arcs: wrapped arcs (2,) [m], tail and head; spacing [m] of the march.
+    """
+    slots = ring.shape[0]
+    values = []
+    for pulley in (0, 1):
+        back = arcs[pulley] / spacing
+        whole = jnp.floor(back).astype(int)
+        part = back - whole
+        near, far = ring[(step - whole) % slots], ring[(step - whole - 1) % slots]
+        values.append(((1 - part) * near + part * far)[2 * pulley : 2 * pulley + 2])
+    both = jnp.stack(values)
+    return RunOff(y=both[:, 0], alpha=both[:, 1])
