@@ -1,0 +1,1 @@
+"""Analytic belt models: marches in belt travel and closed forms."""

@@ -1,0 +1,257 @@
+"""The march in travel: a belt's run-up points, step by step, for any linear span law and any set of effects.
+
+The span is solved implicitly (trapezoidal rule) and effects in a predictor-corrector pair, so the march is of second
+order in its step and stable for any stiffness of the span. Everything is float64 JAX: jitted once per composition of
+laws, vmapped over cases, differentiable in every number of a case and of an effect.
+"""
+
+import math
+from dataclasses import replace
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim import jax_setup  # noqa: F401  (float64 and the compilation cache, before anything is traced)
+from belt_sim.analytic.model import Model
+from belt_sim.case import Case
+from belt_sim.curves import Curves
+from belt_sim.effects.base import uses
+from belt_sim.errors import InputError
+from belt_sim.laws import drive, wrap
+from belt_sim.laws.runup import Now, RunUp, Yaw
+from belt_sim.laws.span import response
+
+STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
+KEEP = 0.1  # [m]
+
+
+def march(case: Case, model: Model, effects=(), *, travel: float, step: float = STEP, keep: float = KEEP) -> Curves:
+    """Curves of one case over ``travel`` [m], kept every ``keep`` [m] (rounded so that steps and record fit).
+
+    Raises CannotRepresent when the model cannot honour an effect, InputError for a step that is too long.
+    """
+    model.admit(effects)
+    plan = plan_steps(case, travel=travel, step=step, keep=keep)
+    curves = _march_jit(case, tuple(effects), travel, model=model, plan=plan)
+    return jax.tree.map(np.asarray, curves)
+
+
+def march_many(cases: Case, model: Model, effects=(), *, travel, step=STEP, keep=KEEP, axes=0) -> Curves:
+    """Like ``march`` for a batch: the leaves of ``cases`` have a leading axis where ``axes`` says 0."""
+    model.admit(effects)
+    plan = plan_steps(cases, travel=travel, step=step, keep=keep)
+    run = partial(march_traced, model=model, plan=plan)
+    return jax.jit(jax.vmap(run, in_axes=(axes, None, None)))(cases, tuple(effects), travel)
+
+
+def plan_steps(case: Case, *, travel: float, step: float, keep: float) -> tuple[int, int, int]:
+    """(records, march steps a record, slots of the wrap's history) for a concrete case."""
+    if not travel > 0:
+        raise InputError("travel", travel, "m", "give a positive travel")
+    records = max(1, math.ceil(travel / keep - 1e-9))
+    stride = max(1, math.ceil(travel / records / step - 1e-9))
+    spacing = travel / records / stride
+    arcs = [np.max(case.rig.wrap_head), np.max(case.rig.wrap_tail)]
+    if spacing > min(np.min(case.rig.wrap_head), np.min(case.rig.wrap_tail)):
+        raise InputError("step", spacing, "m", "use a step shorter than the wrapped arc")
+    slots = int(max(arcs) / spacing) + 3
+    return records, stride, 8 * math.ceil(slots / 8)
+
+
+def march_traced(case: Case, effects, travel, *, model: Model, plan) -> Curves:
+    """The march itself, for use inside jit and vmap; ``plan`` comes from ``plan_steps``."""
+    records, stride, slots = plan
+    case = as_driven(case, effects)
+    span = model.span(case)
+    for e in uses(effects, "span"):
+        span = e.span(span, case)
+    answer = response(span)
+    spacing = travel / (records * stride)
+    advance = _stepper(case, effects, span, answer, spacing)
+
+    def record(carry, k):
+        def one(i, carry):
+            return advance(carry, k * stride + i)
+
+        carry = jax.lax.fori_loop(0, stride, one, carry)
+        return carry, _observe(carry, case, answer)
+
+    start = _start(case, effects, answer, span, slots)
+    _, rows = jax.lax.scan(record, start, jnp.arange(records))
+    first = _observe(start, case, answer)
+    rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
+    return _curves(rows, case, span, spacing * stride * jnp.arange(records + 1))
+
+
+_march_jit = jax.jit(march_traced, static_argnames=("model", "plan"))
+
+
+def as_driven(case: Case, effects) -> Case:
+    """The case with tension and yaw as they are, not as they were commanded (drive law)."""
+    for e in uses(effects, "settings"):
+        case = replace(case, settings=e.settings(case.settings, case))
+    return case
+
+
+def _stepper(case, effects, span, answer, spacing):
+    """A function (carry, step number) -> carry that advances the march by one step."""
+    shapers = uses(effects, "yaw") + uses(effects, "runup")
+    solve = _solve_limp if span.limp else _solve_sticking
+    arcs = jnp.stack([case.rig.wrap_tail, case.rig.wrap_head])
+
+    def advance(carry, k):
+        ring, now, off, _ = carry
+        s0 = k * spacing
+        off1 = wrap.delayed(ring, k + 1, arcs, spacing)
+        for e in uses(effects, "wrap"):
+            off1 = e.wrap(off1, replace(now, travel=s0 + spacing), case)
+        commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
+        then = replace(now, travel=s0 + spacing)
+        passes = 2 if shapers else 1
+        for _ in range(passes):
+            yaw, push = _forced(effects, commanded, case, now, then)
+            y, alpha = solve(now, off, off1, yaw, push, answer, span, spacing)
+            yaw_end = _yaw_now(effects, case, s0 + spacing, then)
+            then = _now(case, answer, span, s0 + spacing, y, alpha, off1, yaw_end)
+        row = jnp.stack([then.y[0], then.alpha[0], then.y[1], then.alpha[1]])
+        ring = ring.at[(k + 1) % ring.shape[0]].set(row)
+        return ring, then, off1, yaw_end
+
+    return advance
+
+
+def _forced(effects, commanded, case, now, then):
+    """Yaw and run-up terms of effects, averaged over both ends of the step."""
+    yaw, push = commanded, _nothing()
+    for e in uses(effects, "yaw"):
+        yaw = _mean(e.yaw(yaw, now, case), e.yaw(yaw, then, case))
+    for e in uses(effects, "runup"):
+        push = _mean(e.runup(push, now, case), e.runup(push, then, case))
+    return yaw, push
+
+
+def _mean(a, b):
+    return jax.tree.map(lambda x, y: 0.5 * (x + y), a, b)
+
+
+def _nothing() -> RunUp:
+    return RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2))
+
+
+def _yaw(case, angle, *where) -> Yaw:
+    """Commanded yaw of both pulleys, by ``angle`` (at a travel, or the mean over a step)."""
+    settings = case.settings
+    return Yaw(
+        tail=angle(settings.yaw, *where),
+        head=angle(settings.yaw_head, *where),
+        roll_runup=jnp.zeros(2),
+        roll_runoff=jnp.zeros(2),
+    )
+
+
+def _yaw_now(effects, case, travel, now) -> Yaw:
+    yaw = _yaw(case, drive.angle_at, travel)
+    for e in uses(effects, "yaw"):
+        yaw = e.yaw(yaw, now, case)
+    return yaw
+
+
+def _solve_sticking(now, off, off1, yaw, push, answer, span, h):
+    """One trapezoidal step of dy/ds = -alpha + drift, dalpha/ds = -(kappa + turn); a 2x2 system by hand."""
+    ky, ko, ku, ro, ru = answer.runup
+    a = 0.5 * h
+    known = (
+        -ky * 0.5 * _partner(off.y + off1.y)
+        + ku * yaw.runup
+        + ko * (yaw.runoff + 0.5 * _partner(off.alpha + off1.alpha))
+        + ro * yaw.roll_runoff
+        + ru * yaw.roll_runup
+    )
+    right = now.alpha * (1 - a * ku + a * a * ky) - a * ky * (2 * now.y + h * push.drift) - h * (known + push.turn)
+    alpha = right / (1 + a * ku - a * a * ky)
+    y = now.y - a * (now.alpha + alpha) + h * push.drift
+    return y, alpha
+
+
+def _solve_limp(now, off, off1, yaw, push, answer, span, h):
+    """One trapezoidal step of dy/ds = theta_p - (y_u - y_o)/L (paper eq. 5, 6)."""
+    a = 0.5 * h / span.length
+    partner = _partner(off.y + off1.y)
+    y = (now.y * (1 - a) + a * partner + h * (yaw.runup + push.drift)) / (1 + a)
+    return y, (y - _partner(off1.y)) / span.length - yaw.runup
+
+
+def _partner(runoff):
+    """(tail, head) pulley's run-off values -> those at the far end of the span that runs up (tail, head)."""
+    return runoff[::-1]
+
+
+def _now(case, answer, span, travel, y, alpha, off, yaw) -> Now:
+    ends = _ends(y, alpha, off, yaw)
+    kappa, kappa_o = answer.runup @ ends, answer.runoff @ ends
+    if span.limp:
+        kappa, kappa_o = 0.0 * kappa, 0.0 * kappa_o
+    return Now(
+        travel=travel,
+        y=y,
+        alpha=alpha,
+        kappa=kappa,
+        kappa_runoff=kappa_o,
+        moment=span.bending * kappa,
+        moment_runoff=span.bending * kappa_o,
+        stiffness=answer.runup[2] + jnp.zeros(2),
+        direction=case.settings.direction + jnp.zeros(()),
+    )
+
+
+def _ends(y, alpha, off, yaw):
+    """Boundary values (y_u - y_o, theta_o, theta_u, phi_o, phi_u) of both spans, shape (5, 2)."""
+    theta_o = yaw.runoff + _partner(off.alpha)
+    rows = [y - _partner(off.y), theta_o, yaw.runup + alpha, yaw.roll_runoff, yaw.roll_runup]
+    return jnp.stack(rows)
+
+
+def _start(case, effects, answer, span, slots):
+    """The belt lies straight and sticks: y = 0 and alpha = 0 all round, whatever the yaw (paper eq. 11-13)."""
+    zero = jnp.zeros(2)
+    off = wrap.RunOff(y=zero, alpha=zero)
+    yaw = _yaw(case, drive.angle_at, 0.0)
+    blank = _now(case, answer, span, jnp.zeros(()), zero, zero, off, yaw)
+    yaw = _yaw_now(effects, case, 0.0, blank)
+    now = _now(case, answer, span, jnp.zeros(()), zero, zero, off, yaw)
+    return jnp.zeros((slots, 4)), now, off, yaw
+
+
+def _observe(carry, case, answer):
+    """What is kept of one instant, still in the order (span up the tail, span up the head)."""
+    _, now, off, yaw = carry
+    ends = _ends(now.y, now.alpha, off, yaw)
+    return {
+        "y": jnp.concatenate([now.y, off.y]),
+        "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
+        "moment": now.moment,
+        "tilt": answer.mid_tilt @ ends,
+    }
+
+
+def _curves(rows, case, span, travel) -> Curves:
+    """Sort what was kept by place: points 1-4, upper and lower span; on reversed travel the spans change places."""
+    forward = case.settings.direction > 0
+    # kept order: run-up tail, run-up head, run-off tail, run-off head
+    places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([2, 0, 3, 1]))
+    spans = jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))
+    moment = rows["moment"].T[spans]
+    edge = case.settings.tension - jnp.abs(moment) * 6.0 / (case.belt.width**2 * case.belt.thickness)
+    sag = case.sag_curvature * span.length**2 / 8.0
+    return Curves(
+        travel=travel,
+        y=rows["y"].T[places],
+        angle=rows["angle"].T[places],
+        moment=moment,
+        edge_stress=edge,
+        tilt=rows["tilt"].T[spans],
+        sag=jnp.stack([sag, sag]),
+    )
+

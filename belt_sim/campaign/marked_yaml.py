@@ -1,0 +1,94 @@
+"""YAML as plain text values that remember their lines."""
+
+from dataclasses import dataclass, field
+
+import yaml
+
+from belt_sim.campaign.problems import Problem
+
+#: Largest campaign.yaml that is parsed [characters]; a sheet of a hundred signals has a tenth of it.
+LONGEST = 200_000
+
+Path = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class MarkedYaml:
+    """tree: nested dicts and lists with text (or None) leaves; lines: path -> line number from 1."""
+
+    tree: object
+    lines: dict[Path, int] = field(default_factory=dict)
+
+    def line(self, path: Path) -> int | None:
+        """Line of the nearest known part of ``path``."""
+        for n in range(len(path), -1, -1):
+            if path[:n] in self.lines:
+                return self.lines[path[:n]]
+        return None
+
+
+def parse(text: str, file: str, problems: list[Problem]) -> MarkedYaml | None:
+    """Parse; syntax errors, repeated keys and aliases go to ``problems``. None when nothing can be read."""
+    if len(text) > LONGEST:
+        remedy = f"must be at most {LONGEST} characters; is this the campaign sheet?"
+        problems.append(Problem(file=file, name="length", value=len(text), unit="characters", remedy=remedy))
+        return None
+    try:
+        root = yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        cause = " ".join(str(error.problem or error.context).split())
+        line = mark.line + 1 if mark else None
+        problems.append(Problem(file=file, line=line, remedy=f"not valid YAML ({cause}); mend this line"))
+        return None
+    except yaml.reader.ReaderError as error:
+        line = text[: error.position].count("\n") + 1
+        problems.append(Problem(file=file, line=line, value=error.character, remedy="remove this character"))
+        return None
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
+        remedy = f"not valid YAML ({type(error).__name__}); compare with a sample campaign"
+        problems.append(Problem(file=file, remedy=remedy))
+        return None
+    if root is None:
+        problems.append(Problem(file=file, remedy="the file is empty; state schema, title, machine, belt"))
+        return None
+    walk = _Walk(file, problems)
+    return MarkedYaml(walk.plain(root, ()), walk.lines)
+
+
+class _Walk:
+    def __init__(self, file: str, problems: list[Problem]) -> None:
+        self.file, self.problems = file, problems
+        self.lines: dict[Path, int] = {}
+        self._seen: set[int] = set()
+
+    def plain(self, node: yaml.Node, path: Path) -> object:
+        line = node.start_mark.line + 1
+        self.lines.setdefault(path, line)
+        if id(node) in self._seen:
+            self._refuse(line, path, "write the value out; anchors and aliases are not read here")
+            return None
+        self._seen.add(id(node))
+        if isinstance(node, yaml.MappingNode):
+            return self._mapping(node, path)
+        if isinstance(node, yaml.SequenceNode):
+            return [self.plain(item, (*path, str(i))) for i, item in enumerate(node.value)]
+        return None if node.tag == "tag:yaml.org,2002:null" else node.value
+
+    def _mapping(self, node: yaml.MappingNode, path: Path) -> dict[str, object]:
+        out: dict[str, object] = {}
+        for key, value in node.value:
+            line = key.start_mark.line + 1
+            if not isinstance(key, yaml.ScalarNode):
+                self._refuse(line, path, "a key must be one word")
+                continue
+            inner = (*path, key.value)
+            if key.value in out:
+                self._refuse(line, inner, f"stated twice, first in line {self.lines[inner]}; keep one")
+                continue
+            self.lines[inner] = line
+            out[key.value] = self.plain(value, inner)
+        return out
+
+    def _refuse(self, line: int, path: Path, remedy: str) -> None:
+        self.problems.append(Problem(file=self.file, line=line, name=".".join(path), remedy=remedy))

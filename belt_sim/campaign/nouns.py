@@ -1,0 +1,160 @@
+"""A measured campaign: one machine, one belt, many runs, and how well each number is known."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from belt_sim.case import Case, Schedule, Settings
+from belt_sim.rig import Belt, Rig
+
+Kind = Literal["lateral", "tilt"]
+Use = Literal["fit", "hold_out"]
+
+#: Where a signal can be taken -> what it measures: lateral position [m], or roll of the cross-section [rad].
+PLACES: dict[str, Kind] = {
+    "point_1": "lateral",
+    "point_2": "lateral",
+    "point_3": "lateral",
+    "point_4": "lateral",
+    "upper_mid_span": "tilt",
+    "lower_mid_span": "tilt",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """A value and its standard uncertainty u (one sigma), both in SI; u = 0 means taken as exact."""
+
+    value: float
+    u: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """Where the data come from."""
+
+    kind: Literal["measured", "digitised", "synthetic"]
+    reference: str = ""
+    licence: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Machine:
+    """centre_distance, head_radius, tail_radius [m], the radii to the belt's middle surface."""
+
+    centre_distance: Quantity
+    head_radius: Quantity
+    tail_radius: Quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class BeltSheet:
+    """width, thickness [m]; youngs_modulus [Pa]; density [kg/m3]; poisson_ratio [1], 0.3 when not stated."""
+
+    width: Quantity
+    thickness: Quantity
+    youngs_modulus: Quantity
+    density: Quantity
+    poisson_ratio: Quantity = field(default_factory=lambda: Quantity(value=0.3))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalSheet:
+    """How one sensor errs; all one sigma, in SI ([m] for lateral signals, [rad] for tilt).
+
+    white: independent from sample to sample; wander_sd, correlated over wander_length [m of travel];
+    zero: one shift per run; gain: one relative scale error per run [1]. What is not stated is 0
+    (wander_length then stands at 1 m and has no meaning). unit: what signals.csv is written in.
+    """
+
+    name: str
+    at: str
+    kind: Kind
+    unit: str
+    white: float
+    zero: float = 0.0
+    gain: float = 0.0
+    wander_sd: float = 0.0
+    wander_length: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class SettingsSheet:
+    """How well a run hits its stated settings: tension_rel [1] of the tension, yaw_u [rad] of either yaw."""
+
+    tension_rel: float = 0.0
+    yaw_u: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """One run: what was set, and what was recorded.
+
+    tension [Pa]; yaw and yaw_head [rad], both applied at travel yaw_at [m]; speed [m/s]; direction +1 or -1;
+    repeat_of names the first run with the same settings. travel [m], shape (n,), increasing from the straight
+    start at 0; time [s], shape (n,), or None; signals: name -> shape (n,) [m or rad], nan where blank.
+    A signal without any value in this run is absent from ``signals``; n = 0 for a run of steady rates only.
+    """
+
+    name: str
+    tension: float
+    yaw: float
+    yaw_head: float = 0.0
+    speed: float = 0.5
+    direction: float = 1.0
+    yaw_at: float = 0.0
+    repeat_of: str | None = None
+    use: Use = "fit"
+    travel: np.ndarray = field(default_factory=lambda: np.empty(0))
+    time: np.ndarray | None = None
+    signals: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SteadyRate:
+    """Steady drift of one run: rates, shape (4,), of points 1-4 [m per m of travel], nan where absent; u one sigma."""
+
+    run: str
+    rates: np.ndarray
+    u: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Campaign:
+    """Everything a campaign folder states; sha256 is that of its files, empty when it was not read from disk."""
+
+    title: str
+    source: Source
+    machine: Machine
+    belt: BeltSheet
+    signals: tuple[SignalSheet, ...]
+    settings: SettingsSheet
+    runs: tuple[Run, ...]
+    steady: tuple[SteadyRate, ...] = ()
+    sha256: str = ""
+
+
+def case_of(campaign: Campaign, run: Run) -> Case:
+    """The nominal case of one run: stated machine, belt and settings, both yaws stepped at ``run.yaw_at``."""
+    machine, belt = campaign.machine, campaign.belt
+    rig = Rig(
+        centre_distance=machine.centre_distance.value,
+        head_radius=machine.head_radius.value,
+        tail_radius=machine.tail_radius.value,
+    )
+    strip = Belt(
+        width=belt.width.value,
+        thickness=belt.thickness.value,
+        youngs_modulus=belt.youngs_modulus.value,
+        density=belt.density.value,
+        poisson_ratio=belt.poisson_ratio.value,
+    )
+    settings = Settings(
+        tension=run.tension,
+        yaw=Schedule.step(run.yaw, at=run.yaw_at),
+        yaw_head=Schedule.step(run.yaw_head, at=run.yaw_at),
+        speed=run.speed,
+        direction=run.direction,
+    )
+    return Case(rig=rig, belt=strip, settings=settings)

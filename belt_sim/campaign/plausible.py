@@ -1,0 +1,84 @@
+"""Which magnitudes a belt rig can have: wide ranges that only a slipped unit or a typing error leaves."""
+
+import math
+from dataclasses import dataclass
+
+from belt_sim.errors import InputError
+from belt_sim.si import UNITS, to_si
+
+
+@dataclass(frozen=True)
+class Range:
+    """Bounds of a quantity in ``unit``: low <= value <= high, or low < value when ``open_low``."""
+
+    dimension: str
+    low: float
+    high: float
+    unit: str
+    open_low: bool = False
+
+    def check(self, value: float, unit: str | None = None, *, name: str = "") -> float:
+        """The value in SI; raises InputError when its unit is of another kind or its magnitude implausible."""
+        unit = self.unit if unit is None else unit
+        try:
+            si = to_si(value, unit, dimension=self.dimension, name=name)
+        except InputError as error:
+            what = "unknown unit" if unit else "the unit is missing"
+            raise InputError(name, _short(value), unit, f"{what}; {error.remedy}") from None
+        if not self.holds(si):
+            raise InputError(name, _short(value), unit, self._remedy(value, unit))
+        return si
+
+    def holds(self, si: float) -> bool:
+        """Whether an SI value lies in the range."""
+        factor = UNITS[self.unit][1]
+        above = si > self.low * factor if self.open_low else si >= self.low * factor
+        return math.isfinite(si) and above and si <= self.high * factor
+
+    def _remedy(self, value: float, unit: str) -> str:
+        bounds = f"{self.low:g} to {self.high:g}{' ' + self.unit if self.unit else ''}"
+        bounds = f"must be above {self.low:g} and at most {self.high:g} {self.unit}".rstrip() if self.open_low else (
+            f"must be {bounds}"
+        )
+        for other, (dimension, factor) in UNITS.items():
+            known = dimension == self.dimension and other not in (unit, "") and factor != UNITS[unit][1]
+            if known and value != 0.0 and self.holds(value * factor):
+                return f"{bounds}; did you mean {_short(value)} {other}, that is {_short(value * factor / UNITS[unit][1])} {unit}?"
+        return f"{bounds}; check the value and its unit"
+
+
+def _short(value: float) -> str:
+    return f"{value:.6g}" if abs(value) < 1e6 else f"{value:.15g}"
+
+
+CENTRE_DISTANCE = Range("length", 0.05, 1000.0, "m")
+RADIUS = Range("length", 2.0, 5000.0, "mm")
+WIDTH = Range("length", 2.0, 10000.0, "mm")
+THICKNESS = Range("length", 0.005, 50.0, "mm")
+YOUNGS_MODULUS = Range("stress", 1.0, 1000.0, "GPa")
+DENSITY = Range("density", 500.0, 25000.0, "kg/m^3")
+POISSON_RATIO = Range("number", 0.0, 0.5, "")
+
+TENSION = Range("stress", 0.01, 2000.0, "N/mm2")
+YAW = Range("angle", -2.0, 2.0, "deg")
+SPEED = Range("speed", 0.0, 100.0, "m/s", open_low=True)
+TRAVEL = Range("length", 0.0, 20000.0, "m")
+TIME = Range("time", -1e10, 1e10, "s")
+RATE = Range("number", -200.0, 200.0, "")  # [mm per m]
+RATE_U = Range("number", 0.0, 200.0, "", open_low=True)  # [mm per m]
+
+TENSION_REL = Range("number", 0.0, 0.5, "")
+YAW_U = Range("angle", 0.0, 0.5, "deg")
+GAIN = Range("number", 0.0, 0.5, "")
+WANDER_LENGTH = Range("length", 0.0, 10000.0, "m", open_low=True)
+
+#: kind of signal -> dimension of its unit
+SIGNAL_DIMENSION = {"lateral": "length", "tilt": "angle"}
+#: kind of signal -> range of one reading
+READING = {"lateral": Range("length", -1000.0, 1000.0, "m"), "tilt": Range("angle", -1000.0, 1000.0, "rad")}
+#: kind of signal -> range of its white noise, and of its other errors
+WHITE = {
+    "lateral": Range("length", 0.0, 1000.0, "mm", open_low=True),
+    "tilt": Range("angle", 0.0, 1000.0, "mrad", open_low=True),
+}
+ERROR = {"lateral": Range("length", 0.0, 1000.0, "mm"), "tilt": Range("angle", 0.0, 1000.0, "mrad")}

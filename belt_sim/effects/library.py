@@ -1,0 +1,27 @@
+"""All effects of this folder, found by looking: adding a file adds an effect."""
+
+import importlib
+import pkgutil
+from functools import cache
+
+from belt_sim import effects
+from belt_sim.effects.base import Effect
+
+_NOT_EFFECTS = {"base", "library", "load", "admission"}
+
+
+@cache
+def library() -> dict[str, type[Effect]]:
+    """Effect classes by id, in alphabetical order."""
+    found: dict[str, type[Effect]] = {}
+    for module in pkgutil.iter_modules(effects.__path__):
+        if module.name in _NOT_EFFECTS or module.name.startswith("_"):
+            continue
+        found |= effects_in(importlib.import_module(f"belt_sim.effects.{module.name}"))
+    return dict(sorted(found.items()))
+
+
+def effects_in(module) -> dict[str, type[Effect]]:
+    """Effect classes that a module defines itself, by id."""
+    classes = [v for v in vars(module).values() if isinstance(v, type) and issubclass(v, Effect)]
+    return {c.id: c for c in classes if c.id and c.__module__ == module.__name__}

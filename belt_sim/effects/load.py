@@ -1,0 +1,146 @@
+"""Effects as people name them: ids, Python files of their own, mappings with numbers, or an effects.yaml."""
+
+import hashlib
+import importlib.util
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from belt_sim.effects.base import Effect
+from belt_sim.effects.library import effects_in, library
+from belt_sim.errors import InputError
+
+SCHEMA = "belt-effects/1"
+
+
+def load_classes(spec: Any) -> dict[str, type[Effect]]:
+    """Effect classes named by ``spec`` (ids and .py files); the whole library when it is None."""
+    if spec is None:
+        return dict(library())
+    classes: dict[str, type[Effect]] = {}
+    for item in _entries(spec):
+        name = item["id"] if isinstance(item, Mapping) else str(item)
+        classes |= _classes_of(name)
+    return classes
+
+
+def load_effects(spec: Any) -> tuple[Effect, ...]:
+    """Effects with numbers, ready for a model.
+
+    spec: None; an effects.yaml; or a list of ids, .py files and mappings {id: taper, kappa_t: 2e-5}. An id without
+    numbers takes the effect's own default. Raises InputError for unknown names, wrong numbers, and for an effect
+    that would do nothing.
+    """
+    loaded: list[Effect] = []
+    for item in _entries(spec) if spec is not None else []:
+        numbers = dict(item) if isinstance(item, Mapping) else {"id": str(item)}
+        if "id" not in numbers:
+            raise InputError("effects", numbers, "", "every entry needs an id")
+        name = numbers.pop("id")
+        numbers |= numbers.pop("parameters", None) or {}
+        loaded += [_build(cls, numbers) for cls in _classes_of(name).values()]
+    ids = [e.id for e in loaded]
+    for twice in {i for i in ids if ids.count(i) > 1}:
+        raise InputError("effects", twice, "", "name each effect once")
+    return tuple(loaded)
+
+
+def save_effects(effects: Sequence[Effect], uncertainty: Mapping[str, Mapping[str, float]] | None = None) -> str:
+    """The text of an effects.yaml that load_effects reads back; uncertainties stand beside as comments."""
+    lines = [f"schema: {SCHEMA}", "effects:" if effects else "effects: []"]
+    for e in effects:
+        origin = getattr(type(e), "source_file", None)
+        lines.append(f"  - id: {origin or e.id}")
+        lines.append("    parameters:")
+        for name, p in e.parameters.items():
+            u = (uncertainty or {}).get(e.id, {}).get(name)
+            beside = f"  # +- {u:.2g} {p.unit}" if u is not None else f"  # {p.unit}"
+            lines.append(f"      {name}: {float(getattr(e, name))!r}{beside}")
+    return "\n".join(lines) + "\n"
+
+
+def _entries(spec: Any) -> list:
+    if isinstance(spec, (str, Path)):
+        text = str(spec)
+        if text.endswith((".yaml", ".yml")):
+            return _read_yaml(Path(text))
+        return [text]
+    if isinstance(spec, Mapping):
+        return list(spec["effects"]) if "effects" in spec else [spec]
+    return list(spec)
+
+
+def _read_yaml(path: Path) -> list:
+    if not path.is_file():
+        raise InputError("effects", str(path), "", "no such file; a diagnosis writes one as effects.yaml")
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError("effects", str(path), "", f"not readable as YAML: {str(error).splitlines()[0]}") from error
+    if not isinstance(content, Mapping) or content.get("schema") != SCHEMA or "effects" not in content:
+        raise InputError("effects", str(path), "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
+    return [_relative_to(path, item) for item in content["effects"] or []]
+
+
+def _relative_to(path: Path, item: Any) -> Any:
+    """A user's .py named in a YAML stands beside that YAML unless its path says otherwise."""
+    name = str(item.get("id", "")) if isinstance(item, Mapping) else str(item)
+    if name.endswith(".py") and not Path(name).is_file() and (path.parent / name).is_file():
+        return {**item, "id": str(path.parent / name)} if isinstance(item, Mapping) else str(path.parent / name)
+    return item
+
+
+def _classes_of(name: str) -> dict[str, type[Effect]]:
+    if name.endswith(".py"):
+        return _from_file(Path(name))
+    known = library()
+    if name not in known:
+        raise InputError("effects", name, "", f"use one of {', '.join(known)}, or a .py file of your own")
+    return {name: known[name]}
+
+
+def _from_file(path: Path) -> dict[str, type[Effect]]:
+    """Effects of a user's Python file."""
+    if not path.is_file():
+        raise InputError("effects", str(path), "", "no such file")
+    path = path.resolve()
+    module_name = "user_effect_" + hashlib.sha256(str(path).encode()).hexdigest()[:12]
+    if module_name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(module_name, path)
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[module_name] = module
+        try:
+            spec.loader.exec_module(module)
+        except Exception as error:
+            del sys.modules[module_name]
+            reason = f"{type(error).__name__}: {error}"
+            raise InputError("effects", str(path), "", f"the file does not import: {reason}") from error
+    found = effects_in(sys.modules[module_name])
+    if not found:
+        raise InputError("effects", str(path), "", "it defines no Effect with an id; see README, 'An effect of your own'")
+    for cls in found.values():
+        cls.source_file = str(path)  # type: ignore[attr-defined]
+        if cls.id in library():
+            raise InputError("effects", cls.id, "", f"the library has an effect of this id; rename yours in {path.name}")
+    return found
+
+
+def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
+    for name, value in numbers.items():
+        if name not in cls.parameters:
+            raise InputError(f"effects.{cls.id}.{name}", value, "", f"its parameters are {', '.join(cls.parameters)}")
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            unit = cls.parameters[name].unit
+            raise InputError(f"effects.{cls.id}.{name}", value, unit, "give a finite number (write 2.0e-5, not 2e-5)")
+    built = cls(**{n: float(v) for n, v in numbers.items()})
+    if not numbers and built.is_null():
+        example = next(iter(cls.parameters))
+        raise InputError(
+            "effects", cls.id, "", f"it would do nothing; give numbers, e.g. effects=[{{id:{cls.id},{example}:...}}]"
+        )
+    return built

@@ -1,0 +1,40 @@
+"""Wobble: a pulley whose axis does not run true."""
+
+from dataclasses import dataclass, replace
+
+import jax.numpy as jnp
+
+from belt_sim.effects.base import Effect, Parameter, effect
+
+
+def _part(meaning):
+    return Parameter(unit="rad", meaning=meaning, plausible=(-2e-3, 2e-3), scale=1e-4)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Wobble(Effect):
+    """The surface direction swings once a turn: beta + beta_cos cos(s/R) + beta_sin sin(s/R), period 2 pi R."""
+
+    id = "wobble"
+    law = "run-up"
+    reference = "physics sheet, section 7"
+    parity = "even"
+    parameters = {
+        "beta_cos": _part("in-phase swing of the tail pulley"),
+        "beta_sin": _part("quadrature swing of the tail pulley"),
+        "beta_cos_head": _part("in-phase swing of the head pulley"),
+        "beta_sin_head": _part("quadrature swing of the head pulley"),
+    }
+    beta_cos: float = 0.0
+    beta_sin: float = 0.0
+    beta_cos_head: float = 0.0
+    beta_sin_head: float = 0.0
+
+    def yaw(self, yaw, now, case):
+        tail, head = now.travel / case.rig.tail_radius, now.travel / case.rig.head_radius
+        return replace(
+            yaw,
+            tail=yaw.tail + self.beta_cos * jnp.cos(tail) + self.beta_sin * jnp.sin(tail),
+            head=yaw.head + self.beta_cos_head * jnp.cos(head) + self.beta_sin_head * jnp.sin(head),
+        )

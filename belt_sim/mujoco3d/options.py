@@ -1,0 +1,55 @@
+"""How a three-dimensional run is discretised and driven."""
+
+import math
+from dataclasses import dataclass, fields
+
+from belt_sim.errors import InputError
+
+#: The three belts: a limp chain, particles tied by bonds, a two-dimensional membrane.
+BELTS = ("rope", "grid", "flex")
+BONDS = ("longitudinal", "transverse", "diagonal")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """Numerical settings of a run; the defaults are those of the error budget in docs/three_dimensions.md.
+
+    dx [m]: distance of stations along the belt; across: nodes over the width (2 carry the exact EI and tension
+    torsion); dt [s]; belt_speed [m/s] of the run; friction [1]: Coulomb coefficient between belt and pulleys,
+    inf = sticking; bonds: which bonds tie the grid; run_in [m]: travel before 0, straight; acceleration [m/s2];
+    settle [s]: time at rest for the sag, and again after a yaw step; yaw_time [s]: duration of a yaw step;
+    damping [1/s]: drag of the free belt, across its travel, per unit of its mass; hold_stiffness, slip_stiffness
+    [N/m]: springs that hold a landed node that sticks, or slips; tail_mass [kg]: inertia of the tail pulley on its
+    slide and about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames.
+    """
+
+    dx: float = 0.025
+    across: int = 2
+    dt: float = 1e-3
+    belt_speed: float = 2.0
+    friction: float = math.inf
+    bonds: tuple[str, ...] = BONDS
+    run_in: float = 1.5
+    acceleration: float = 1.0
+    settle: float = 1.0
+    yaw_time: float = 0.3
+    damping: float = 1.0
+    hold_stiffness: float = 1e10
+    slip_stiffness: float = 2e6
+    tail_mass: float = 60.0
+    sample: float = 0.025
+    frame: float = 0.1
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, float) and not (value > 0.0 or (value == 0.0 and field.name in _MAY_BE_ZERO)):
+                raise InputError(f"options.{field.name}", value, "", "give a positive number")
+        if self.across < 1 or int(self.across) != self.across:
+            raise InputError("options.across", self.across, "nodes", "give 1 (rope), 2 or more")
+        unknown = [b for b in self.bonds if b not in BONDS]
+        if unknown or "longitudinal" not in self.bonds:
+            raise InputError("options.bonds", self.bonds, "", f"longitudinal, and any of {', '.join(BONDS[1:])}")
+
+
+_MAY_BE_ZERO = ("friction", "run_in", "settle", "damping")

@@ -1,0 +1,77 @@
+"""The shape and the mounting of a pulley, as the belt feels them."""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True, kw_only=True)
+class PulleySurface:
+    """A pulley nearly cylindrical about an axis nearly along +y.
+
+    radius [m], to the belt's middle surface; taper = (dR/dy)/R [1/m]; crown c [1/m2]: local taper -c y;
+    cant [rad]: roll of the axis about +x; yaw_offset [rad]: added to the commanded yaw; wobble [rad]: half angle of
+    the cone that the axis describes about the bearings' axis, seen as yaw wobble cos(turned + wobble_phase), where
+    ``turned`` is the rotation since travel 0 along the travel of the upper span from head to tail.
+    """
+
+    radius: float
+    taper: float = 0.0
+    crown: float = 0.0
+    cant: float = 0.0
+    yaw_offset: float = 0.0
+    wobble: float = 0.0
+    wobble_phase: float = 0.0
+
+    def radius_at(self, y, angle):
+        """Radius [m] at lateral position y [m] and material angle [rad] (from the top towards +x at travel 0).
+
+        R (1 + taper y - crown y^2 / 2) - wobble y sin(angle - phase): the last term is the offset of a tilted axis.
+        """
+        r = self.radius * (1.0 + y * (self.taper - 0.5 * self.crown * y))
+        if self.wobble:
+            r = r - self.wobble * y * np.sin(angle - self.wobble_phase)
+        return r
+
+    def axes(self, yaw: float) -> np.ndarray:
+        """Rotation matrix (3, 3) from the pulley's frame (y along its axis, not spinning) to the world at this yaw."""
+        turn = yaw + self.yaw_offset
+        c, s = math.cos(turn), math.sin(turn)
+        cg, sg = math.cos(self.cant), math.sin(self.cant)
+        return np.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
+
+
+@dataclass
+class SceneParts:
+    """What an effect may change before a scene is built: geometry, gravity, friction, the belt's natural shape.
+
+    head, tail: PulleySurface; gravity [m/s2]; friction [1]; camber(s) [1/m]: natural in-plane curvature of the belt
+    against the position s [m] along it (None = straight); edge_guides: guides on the spans; yaw_compliance_tail,
+    yaw_compliance_head [rad/(N m)]: the pulley gives way to the belt's moment about z.
+    """
+
+    head: PulleySurface
+    tail: PulleySurface
+    gravity: float
+    friction: float
+    camber: object = None
+    edge_guides: list = field(default_factory=list)
+    yaw_compliance_tail: float = 0.0
+    yaw_compliance_head: float = 0.0
+
+    def change(self, pulley: str, **values: float) -> None:
+        """Replace fields of the surface of ``pulley`` ("head" or "tail")."""
+        setattr(self, pulley, replace(getattr(self, pulley), **values))
+
+
+@dataclass(frozen=True, kw_only=True)
+class EdgeGuide:
+    """A one-sided roller beside the belt's edge: span "upper" or "lower", x [m], gap [m] between edge and roller,
+    side +1 (at +y) or -1, stiffness [N/m]."""
+
+    span: str
+    x: float
+    gap: float
+    side: float
+    stiffness: float

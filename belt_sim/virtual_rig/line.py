@@ -1,0 +1,137 @@
+"""A batch of belt lines as they truly are: machine, belt, settings and constant faults, one entry a run."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from belt_sim.rig import Belt, Rig
+from belt_sim.virtual_rig.span import Span, curvature_along, solve_span
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """All fields [SI], shape (batch,).
+
+    run: index of the run in its campaign; yaw, yaw_head: angles that the pulleys are turned to at travel yaw_at;
+    offset_tail, offset_head: angles that they are off from travel 0 on; sag_roll: share of the sag-roll
+    coupling, 0 for a flat strip (Th2), 1 for the strip; friction: mu of the capped entry moment; cover: extra
+    rotation per metre and moment [1/(N m2)]; compliance [rad/(N m)] of the tail pulley's yaw; cant [rad] of the
+    tail pulley; decay: share of the tension that is lost over decay_length [m].
+    """
+
+    run: np.ndarray
+    span_length: np.ndarray
+    wrap_tail: np.ndarray
+    wrap_head: np.ndarray
+    tail_radius: np.ndarray
+    width: np.ndarray
+    thickness: np.ndarray
+    youngs_modulus: np.ndarray
+    density: np.ndarray
+    poisson_ratio: np.ndarray
+    gravity: np.ndarray
+    stress: np.ndarray
+    yaw: np.ndarray
+    yaw_head: np.ndarray
+    yaw_at: np.ndarray
+    speed: np.ndarray
+    direction: np.ndarray
+    sag_roll: np.ndarray
+    offset_tail: np.ndarray
+    offset_head: np.ndarray
+    friction: np.ndarray
+    cover: np.ndarray
+    compliance: np.ndarray
+    cant: np.ndarray
+    decay: np.ndarray
+    decay_length: np.ndarray
+
+    @property
+    def bending(self) -> np.ndarray:
+        """EI = E b^3 h / 12 [N m2]."""
+        return self.youngs_modulus * self.width**3 * self.thickness / 12
+
+    @property
+    def force(self) -> np.ndarray:
+        """F = sigma b h [N]."""
+        return self.stress * self.width * self.thickness
+
+    @property
+    def sag_curvature(self) -> np.ndarray:
+        """Z = rho g / sigma [1/m]."""
+        return self.density * self.gravity / self.stress
+
+    @property
+    def torsion(self) -> np.ndarray:
+        """T = F b^2/12 + G b h^3/3 [N m2]."""
+        shear = self.youngs_modulus / (2 * (1 + self.poisson_ratio))
+        return self.force * self.width**2 / 12 + shear * self.width * self.thickness**3 / 3
+
+    @property
+    def belt_length(self) -> np.ndarray:
+        """Length of the endless belt [m]."""
+        return 2 * self.span_length + self.wrap_tail + self.wrap_head
+
+    @property
+    def wrap_shift(self) -> np.ndarray:
+        """What the belt gains sideways round a canted tail pulley [m]: y_2 = y_1 + 2 R gamma."""
+        return 2 * self.tail_radius * self.cant * self.direction
+
+    @property
+    def sag_yaw(self) -> np.ndarray:
+        """Part of the cant that acts as yaw, -gamma sin(psi) with psi = Z L/2, the belt landing before the top."""
+        return -self.cant * np.sin(self.sag_curvature * self.span_length / 2)
+
+    def span(self, tension_share: float | np.ndarray = 1.0) -> Span:
+        """The response of the free spans at a share of the tension."""
+        line = replace(self, stress=self.stress * tension_share)
+        coupling = line.sag_roll * line.sag_curvature
+        return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling)
+
+    def turning(self) -> tuple[np.ndarray, np.ndarray]:
+        """Curvature along the span per unit run-up angle, at x [m]: both shape (batch, n)."""
+        coupling = self.sag_roll * self.sag_curvature
+        bent = curvature_along(self.span(), self.span_length, coupling)[:, :, 3]
+        share = (np.arange(bent.shape[1]) + 0.5) / bent.shape[1]
+        return share * self.span_length[:, None], bent
+
+
+def line_of(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
+    """A faultless batch on one machine (whose numbers may be arrays); ``settings`` name the remaining fields."""
+    count = len(settings["stress"])
+    constants = {
+        "span_length": rig.span_length,
+        "wrap_tail": rig.wrap_tail,
+        "wrap_head": rig.wrap_head,
+        "tail_radius": rig.tail_radius,
+        "width": belt.width,
+        "thickness": belt.thickness,
+        "youngs_modulus": belt.youngs_modulus,
+        "density": belt.density,
+        "poisson_ratio": belt.poisson_ratio,
+        "gravity": rig.gravity,
+    }
+    faultless = {
+        "run": np.arange(count),
+        "yaw_head": 0.0,
+        "yaw_at": 0.0,
+        "speed": 0.5,
+        "direction": 1.0,
+        "sag_roll": 0.0,
+        "offset_tail": 0.0,
+        "offset_head": 0.0,
+        "friction": np.inf,
+        "cover": 0.0,
+        "compliance": 0.0,
+        "cant": 0.0,
+        "decay": 0.0,
+        "decay_length": 1.0,
+    }
+    fields = constants | faultless | settings
+    return Line(**{name: np.broadcast_to(np.asarray(v), (count,)) for name, v in fields.items()})
+
+
+def stack(lines: list[Line]) -> Line:
+    """Several batches as one."""
+    names = Line.__dataclass_fields__
+    return Line(**{name: np.concatenate([getattr(line, name) for line in lines]) for name in names})

@@ -1,0 +1,203 @@
+"""The belt on its way round: the two run-up points against travel, the wraps as a history.
+
+Classical Runge-Kutta of fourth order by the method of steps; the delayed values come from cubic Hermite
+interpolation of the computed past. States are y and the contact angle alpha = theta - theta_p at the run-ups of
+the tail pulley and of the head pulley; on the tail theta_p is +yaw at the run-up and -yaw at the run-off, on the
+head -yaw and +yaw, whichever way the belt runs.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.virtual_rig.line import Line
+from belt_sim.virtual_rig.span import Span
+
+#: Steps in one wrapped arc: with fourth order, 1e-6 of the movement on the test rig.
+STEPS_A_WRAP = 8
+#: The step that carries a yaw step begins this far [m] after the one that ends before it.
+_BEFORE = 1e-7
+_ANGLE = np.array([[0.0], [1.0]])  # picks the angle out of a pair (y, angle)
+_SHARES = (1.0, 0.5, 0.0)  # of the tension decay; the span's response is a parabola through these
+
+
+class Effect:
+    """Something that a faultless line does not have; every hook may be left as it is (no effect)."""
+
+    id = ""
+
+    def set(self, line: Line) -> Line:
+        """The line with its constants changed."""
+        return line
+
+    def yaw(self, s: float, line: Line):
+        """Angle added to the tail pulley's yaw at travel s [rad]."""
+        return 0.0
+
+    def turn(self, s: float, line: Line, y, kappa):
+        """Curvature added to kappa where the belt runs up on the tail pulley [1/m]."""
+        return 0.0
+
+    def slide(self, s: float, line: Line):
+        """Factor on the lateral velocity of the tail run-up."""
+        return 1.0
+
+
+@dataclass(frozen=True)
+class Journey:
+    """The computed past: nodes (n,) [m of travel]; state, slope (n, 4, batch): y, alpha tail, y, alpha head."""
+
+    line: Line
+    nodes: np.ndarray
+    state: np.ndarray
+    slope: np.ndarray
+    tail_yaw: np.ndarray
+    span: Span
+
+    def at(self, s: np.ndarray) -> np.ndarray:
+        """State at travel s, shape (n, batch) -> (4, n, batch); 0 before travel 0."""
+        k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
+        lanes = np.arange(s.shape[-1])
+        h = self.nodes[k + 1] - self.nodes[k]
+        t = (s - self.nodes[k]) / h
+        ends = [a[j, :, lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
+        return np.where(s < 0, 0.0, np.moveaxis(_blend(t[..., None], h[..., None], *ends), -1, 0))
+
+
+def march(line: Line, effects: Sequence[Effect], reach: float) -> Journey:
+    """Run a batch of lines over ``reach`` metres of travel."""
+    road = _Road(line, effects, reach)
+    y = np.zeros((4, len(line.stress)))
+    for k in range(len(road.nodes) - 1):
+        y = road.step(k, y)
+    road.store(len(road.nodes) - 1, y, k)
+    return Journey(line, road.nodes, road.state, road.slope, road.tail_yaw, road.span)
+
+
+class _Road:
+    """The equations of motion with their history so far."""
+
+    def __init__(self, line: Line, effects: Sequence[Effect], reach: float) -> None:
+        self.line, self.nodes = line, _nodes(line, reach)
+        self.yaws = [e for e in effects if type(e).yaw is not Effect.yaw]
+        self.turns = [e for e in effects if type(e).turn is not Effect.turn]
+        self.slides = [e for e in effects if type(e).slide is not Effect.slide]
+        shape = (len(self.nodes), 4, len(line.stress))
+        self.state, self.slope = np.zeros(shape), np.zeros(shape)
+        self.tail_yaw = np.zeros((len(self.nodes), shape[2]))
+        self.lanes = np.arange(shape[2])
+        self.cap = line.friction * line.force * line.width / (2 * line.bending)
+        self.capped = bool(np.isfinite(self.cap).any())
+        self.span = line.span()
+        self.yields = bool(np.any(line.compliance))
+        self.decays = bool(np.any(line.decay))
+        self.responses = [self.span]
+        if self.decays:
+            self.responses = [line.span(1 - line.decay * (1 - share)) for share in _SHARES]
+
+    def step(self, k: int, y: np.ndarray) -> np.ndarray:
+        """One Runge-Kutta step from node k."""
+        s, h = self.nodes[k], self.nodes[k + 1] - self.nodes[k]
+        y, k1 = self.store(k, y, k)
+        half = self.delayed(k, 0.5)
+        k2 = self.rates(s + h / 2, k, y + h / 2 * k1, half)[1]
+        k3 = self.rates(s + h / 2, k, y + h / 2 * k2, half)[1]
+        k4 = self.rates(s + h, k, y + h * k3, self.delayed(k, 1.0))[1]
+        return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+    def store(self, node: int, y: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Keep state and slope at a node, under the commands of step k."""
+        y, slope, yaw = self.rates(self.nodes[node], k, y, self.delayed(node, 0.0))
+        self.state[node], self.slope[node], self.tail_yaw[node] = y, slope, yaw
+        return y, slope
+
+    def delayed(self, k: int, share: float) -> tuple[np.ndarray, np.ndarray]:
+        """What leaves the tail and the head pulley: (y, alpha) of one wrapped arc ago, each shape (2, batch)."""
+        s = self.nodes[k] if share == 0.0 else self.nodes[k] + share * (self.nodes[k + 1] - self.nodes[k])
+        tail = self._past(s - self.line.wrap_tail, 0)
+        head = self._past(s - self.line.wrap_head, 2)
+        return tail + np.stack([self.line.wrap_shift, np.zeros_like(self.cap)]), head
+
+    def rates(self, s, k, y, past):
+        """State (after slip), its rate of change per metre of travel, and the tail pulley's yaw."""
+        line, response, (tail_off, head_off) = self.line, self._response(s), past
+        beta, beta_head = self._yaws(s, k)
+        if self.yields:
+            beta = self._yielding(beta, beta_head, y, past, response)
+        off_head, off_tail = head_off + _ANGLE * beta_head, tail_off - _ANGLE * beta
+        kappa_tail, y = self._run_up(response, off_head, y, 0, beta)
+        kappa_head, y = self._run_up(response, off_tail, y, 2, -beta_head)
+        turn = sum((e.turn(s, line, y[0], kappa_tail) for e in self.turns), 0.0)
+        slide = np.prod([e.slide(s, line) for e in self.slides], axis=0) if self.slides else 1.0
+        soft = 1 + line.cover * line.bending
+        slope = np.stack([-y[1] * slide, -kappa_tail * soft - turn, -y[3], -kappa_head * soft])
+        return y, slope, beta
+
+    def _yaws(self, s: float, k: int):
+        line = self.line
+        turned = (self.nodes[k] + self.nodes[k + 1]) / 2 > line.yaw_at
+        beta = line.yaw * turned + line.offset_tail + line.sag_yaw
+        return sum((e.yaw(s, line) for e in self.yaws), beta), line.yaw_head * turned + line.offset_head
+
+    def _run_up(self, response, off, y, i, surface):
+        """Curvature at a run-up; where friction cannot hold the moment, the belt turns until it can."""
+        kappa = _dot(response.run_up, off, (y[i], surface + y[i + 1]))
+        if not self.capped:
+            return kappa, y
+        held = np.clip(kappa, -self.cap, self.cap)
+        y = y.copy()
+        y[i + 1] += (held - kappa) / response.run_up[3]
+        return held, y
+
+    def _yielding(self, beta, beta_head, y, past, response):
+        """Yaw left over after the span moments turned a compliant tail bearing: beta - C (M_run-up + M_run-off)."""
+        tail_off, head_off = past
+        still = _dot(response.run_up, head_off + _ANGLE * beta_head, y[:2])
+        still = still + _dot(response.run_off, tail_off, y[2:] - _ANGLE * beta_head)
+        give = self.line.compliance * self.line.bending
+        return (beta - give * still) / (1 + give * (response.run_up[3] - response.run_off[1]))
+
+    def _response(self, s: float) -> Span:
+        if not self.decays:
+            return self.span
+        left = np.exp(-s / self.line.decay_length)
+        weights = (left * (2 * left - 1), 4 * left * (1 - left), (1 - left) * (1 - 2 * left))
+        rows = [
+            sum(w * getattr(r, name) for w, r in zip(weights, self.responses, strict=True))
+            for name in ("run_up", "run_off")
+        ]
+        return Span(rows[0], rows[1], self.span.tilt, self.span.nodes)
+
+    def _past(self, s: np.ndarray, i: int) -> np.ndarray:
+        k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
+        rows = np.arange(i, i + 2)[:, None]
+        h = self.nodes[k + 1] - self.nodes[k]
+        ends = [a[j, rows, self.lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
+        return np.where(s < 0, 0.0, _blend((s - self.nodes[k]) / h, h, *ends))
+
+
+def _dot(row, off, up):
+    return row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
+
+
+def _blend(t, h, left, left_slope, right, right_slope):
+    """Cubic Hermite interpolation at the share t of an interval h, from values and slopes at its ends."""
+    return (
+        left * (1 - 3 * t**2 + 2 * t**3)
+        + h * left_slope * (t - 2 * t**2 + t**3)
+        + right * (3 * t**2 - 2 * t**3)
+        + h * right_slope * (t**3 - t**2)
+    )
+
+
+def _nodes(line: Line, reach: float) -> np.ndarray:
+    """Nodes of the march: even, but with every yaw step between two nodes a hair apart."""
+    longest = min(line.wrap_tail.min(), line.wrap_head.min()) / STEPS_A_WRAP
+    steps = [float(s) for s in np.unique(line.yaw_at) if 0 < s < reach]
+    edges = [0.0, *(e for s in steps for e in (s - _BEFORE, s)), reach]
+    parts = [
+        np.linspace(a, b, max(1, int(np.ceil((b - a) / longest - 1e-9))), endpoint=False)
+        for a, b in zip(edges[:-1], edges[1:], strict=True)
+    ]
+    return np.append(np.concatenate(parts), reach)

@@ -1,0 +1,132 @@
+"""Watch a belt in Rerun: live in a viewer, or as a recording on disk."""
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from belt_sim.case import Case
+from belt_sim.curves import Curves
+from belt_sim.errors import BeltError
+from belt_sim.frame import Frame
+from belt_sim.watch import blueprint, series
+from belt_sim.watch.scene import Scene
+from belt_sim.watch.shape import lateral_scale
+
+APPLICATION = "belt-sim"
+EVERY = 0.1  # [m] of travel between two pictures
+
+
+class RerunObserver:
+    """Logs every frame; where to is the business of ``open_sink(recording)`` and ``close_sink()``."""
+
+    def __init__(
+        self,
+        open_sink: Callable[[rr.RecordingStream], None],
+        close_sink: Callable[[], None],
+        *,
+        every: float = EVERY,
+        scale: float | None = None,
+    ) -> None:
+        self.open_sink, self.close_sink, self.every, self.scale = open_sink, close_sink, every, scale
+        self.recording: rr.RecordingStream | None = None
+        self.scenes: list[Scene] = []
+        self.seen: set[str] = set()
+        self.last = float("-inf")
+
+    def start(self, case: Case, travel: float) -> None:
+        """Open the sink, send the blueprint and everything that does not move."""
+        self.recording = rr.RecordingStream(APPLICATION)
+        self.open_sink(self.recording)
+        scale = self.scale or lateral_scale(case, travel)
+        send_blueprint(self.recording, blueprint.of_run(case, travel, scale))
+        roots = ((blueprint.TRUE, 1.0), (blueprint.DRAWN, scale))
+        self.scenes = [Scene(self.recording, root, case, k) for root, k in roots]
+        series.start(self.recording)
+
+    def frame(self, frame: Frame) -> None:
+        """Log this instant, unless the last one is less than ``every`` [m] of travel ago."""
+        if self.recording is None or frame.travel - self.last < self.every * (1.0 - 1e-6):
+            return
+        self.last = frame.travel
+        series.at(self.recording, frame.travel, frame.time)
+        for scene in self.scenes:
+            scene.frame(frame)
+        series.log(self.recording, frame, self.seen)
+
+    def finish(self, curves: Curves) -> None:
+        """Flush and close; a file gets its name only now."""
+        if self.recording is not None:
+            self.recording.flush()
+            self.close_sink()
+
+
+def send_blueprint(recording: rr.RecordingStream, layout: rrb.Blueprint) -> None:
+    """Make ``layout`` the way in which the recording opens."""
+    rr.send_blueprint(layout, recording=recording)
+
+
+class RecordingFile:
+    """An .rrd on disk: written beside its place, renamed when complete."""
+
+    def __init__(self, path: str | os.PathLike) -> None:
+        self.path = Path(path)
+        self.draft = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
+        self.recording: rr.RecordingStream | None = None
+
+    def open(self, recording: rr.RecordingStream) -> None:
+        """Send ``recording`` here; raises BeltError when the folder cannot be written."""
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            recording.save(self.draft)
+        except (OSError, RuntimeError, ValueError) as cause:
+            raise BeltError(f"recording {self.path}: cannot be written ({cause}); choose another folder") from cause
+        self.recording = recording
+
+    def close(self) -> None:
+        """Complete the file and give it its name."""
+        if self.recording is not None:
+            self.recording.flush()
+            self.recording.disconnect()
+            os.replace(self.draft, self.path)
+
+
+def to_file(path: str | os.PathLike, *, every: float = EVERY, scale: float | None = None) -> RerunObserver:
+    """Observer that writes ``path`` (.rrd), a picture each ``every`` [m] of travel; open it with `rerun PATH`."""
+    file = RecordingFile(path)
+    return RerunObserver(file.open, file.close, every=every, scale=scale)
+
+
+def live(*, every: float = EVERY, scale: float | None = None, say: Callable[[str], None] | None = None) -> RerunObserver:
+    """Observer that shows the run in Rerun's own window or, where there is no display, in a web viewer.
+
+    ``say`` gets one line with the viewer's address (default: standard error). ``start`` raises BeltError when
+    no viewer can be opened.
+    """
+
+    def open_viewer(recording: rr.RecordingStream) -> None:
+        try:
+            if _has_display():
+                recording.spawn()
+            else:
+                _serve(recording, say or (lambda line: print(line, file=sys.stderr)))
+        except (RuntimeError, OSError, ValueError) as cause:
+            reason = str(cause).strip().splitlines()[0]
+            raise BeltError(f"watch = rerun: no viewer could be opened ({reason}); use watch=rrd") from cause
+
+    return RerunObserver(open_viewer, lambda: None, every=every, scale=scale)
+
+
+def _has_display() -> bool:
+    """Whether a window can be opened here."""
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY"))
+
+
+def _serve(recording: rr.RecordingStream, say: Callable[[str], None]) -> None:
+    """Serve the recording and the web viewer from this process, for as long as it lives."""
+    address = rr.serve_grpc(recording=recording)
+    rr.serve_web_viewer(open_browser=False, connect_to=address)
+    say(f"watch = rerun: open http://localhost:9090/?url={address} in a browser")

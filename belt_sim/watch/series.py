@@ -1,0 +1,62 @@
+"""Time series of a run, in the units that people read."""
+
+from collections.abc import Mapping
+
+import rerun as rr
+
+from belt_sim.frame import Frame
+from belt_sim.pictures.colours import BLUE, CYCLE, GREEN, PINK, POINT_NAMES, POINTS, RED, rgb
+from belt_sim.si import MM, N_PER_MM2
+from belt_sim.watch.shape import mid_span_tilt
+
+TRAVEL = "travel_mm"  # a sequence: Rerun's timelines count whole numbers
+TIME = "time"
+
+#: SI name -> (plot, label, colour, SI units in one unit drawn)
+KNOWN: dict[str, tuple[str, str, str, float]] = {
+    "tension": ("tension", "tension [N/mm2]", GREEN, N_PER_MM2),
+    "tilt_upper": ("tilt", "upper mid-span [mrad]", BLUE, 1e-3),
+    "tilt_lower": ("tilt", "lower mid-span [mrad]", RED, 1e-3),
+    "entry_moment_upper": ("moment", "upper run-up [N m]", BLUE, 1.0),
+    "entry_moment_lower": ("moment", "lower run-up [N m]", RED, 1.0),
+    "slip": ("slip", "slip [um/m]", PINK, 1e-6),
+}
+
+
+def at(recording: rr.RecordingStream, travel: float, time: float | None = None) -> None:
+    """What is logged next belongs to this travel [m] and time [s]."""
+    recording.set_time(TRAVEL, sequence=round(travel / MM))
+    if time is not None:
+        recording.set_time(TIME, duration=time)
+
+
+def style(recording: rr.RecordingStream, path: str, name: str, colour: str, width: float = 2.0) -> None:
+    """Name, colour and line width [px] of one curve."""
+    recording.log(path, rr.SeriesLines(names=name, colors=[rgb(colour)], widths=width), static=True)
+
+
+def path_of(name: str) -> str:
+    """Where a named number is logged; a name that is not known gets a plot of its own."""
+    plot = KNOWN[name][0] if name in KNOWN else "further"
+    return f"series/{plot}/{name}"
+
+
+def start(recording: rr.RecordingStream) -> None:
+    """Style every curve that is known beforehand."""
+    for k, colour in enumerate(POINTS):
+        style(recording, f"series/y/y{k + 1}", f"point {POINT_NAMES[k]} [mm]", colour)
+    for name, (_, label, colour, _) in KNOWN.items():
+        style(recording, path_of(name), label, colour)
+
+
+def log(recording: rr.RecordingStream, frame: Frame, seen: set[str]) -> None:
+    """Log y1-y4 [mm], the mid-span tilts and every named number of this frame; ``seen`` gathers their names."""
+    for k in range(4):
+        recording.log(f"series/y/y{k + 1}", rr.Scalars(frame.points[k, 1] / MM))
+    upper, lower = mid_span_tilt(frame)
+    numbers: Mapping[str, float] = {"tilt_upper": upper, "tilt_lower": lower, **frame.scalars}
+    for name, value in numbers.items():
+        if name not in KNOWN and name not in seen:
+            style(recording, path_of(name), f"{name} [SI]", CYCLE[len(seen) % len(CYCLE)])
+        seen.add(name)
+        recording.log(path_of(name), rr.Scalars(float(value) / (KNOWN[name][3] if name in KNOWN else 1.0)))
