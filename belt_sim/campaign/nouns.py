@@ -113,7 +113,7 @@ class Run:
 
 @dataclass(frozen=True, kw_only=True)
 class SteadyRate:
-    """Steady drift of one run: rates, shape (4,), of points 1-4 [m per m of travel], nan where absent; u one sigma."""
+    """Steady drift of one run: rates, shape (4,), of points 1-4, nan where absent; u one sigma [m/m]."""
 
     run: str
     rates: np.ndarray
@@ -122,7 +122,7 @@ class SteadyRate:
 
 @dataclass(frozen=True, kw_only=True)
 class Campaign:
-    """Everything a campaign folder states; sha256 is that of its files, empty when it was not read from disk."""
+    """Everything that a campaign folder states; sha256 of its files, empty when not read from disk."""
 
     title: str
     source: Source

@@ -9,16 +9,20 @@ from belt_sim.si import UNITS, to_si
 
 @dataclass(frozen=True)
 class Range:
-    """Bounds of a quantity in ``unit``: low <= value <= high, or low < value when ``open_low``."""
+    """Bounds of a quantity in ``unit``: low <= value <= high, or low < value when ``open_low``.
+
+    label is shown in place of a unit that has no name of its own.
+    """
 
     dimension: str
     low: float
     high: float
     unit: str
     open_low: bool = False
+    label: str = ""
 
     def check(self, value: float, unit: str | None = None, *, name: str = "") -> float:
-        """The value in SI; raises InputError when its unit is of another kind or its magnitude implausible."""
+        """The value in SI; raises InputError for a unit of another kind or an implausible magnitude."""
         unit = self.unit if unit is None else unit
         try:
             si = to_si(value, unit, dimension=self.dimension, name=name)
@@ -26,7 +30,7 @@ class Range:
             what = "unknown unit" if unit else "the unit is missing"
             raise InputError(name, _short(value), unit, f"{what}; {error.remedy}") from None
         if not self.holds(si):
-            raise InputError(name, _short(value), unit, self._remedy(value, unit))
+            raise InputError(name, _short(value), unit or self.label, self._remedy(value, unit))
         return si
 
     def holds(self, si: float) -> bool:
@@ -36,14 +40,21 @@ class Range:
         return math.isfinite(si) and above and si <= self.high * factor
 
     def _remedy(self, value: float, unit: str) -> str:
-        bounds = f"{self.low:g} to {self.high:g}{' ' + self.unit if self.unit else ''}"
-        bounds = f"must be above {self.low:g} and at most {self.high:g} {self.unit}".rstrip() if self.open_low else (
-            f"must be {bounds}"
-        )
+        shown = self.unit or self.label
+        low = f"above {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
+        bounds = f"must be {low} {self.high:g} {shown}".rstrip()
         for other, (dimension, factor) in UNITS.items():
-            known = dimension == self.dimension and other not in (unit, "") and factor != UNITS[unit][1]
-            if known and value != 0.0 and self.holds(value * factor):
-                return f"{bounds}; did you mean {_short(value)} {other}, that is {_short(value * factor / UNITS[unit][1])} {unit}?"
+            ratio = factor / UNITS[unit][1]
+            if (
+                dimension == self.dimension
+                and other
+                and ratio != 1.0
+                and self.holds(value * factor)
+                and value
+            ):
+                return (
+                    f"{bounds}; did you mean {_short(value)} {other}, that is {_short(value * ratio)} {unit}?"
+                )
         return f"{bounds}; check the value and its unit"
 
 
@@ -64,8 +75,8 @@ YAW = Range("angle", -2.0, 2.0, "deg")
 SPEED = Range("speed", 0.0, 100.0, "m/s", open_low=True)
 TRAVEL = Range("length", 0.0, 20000.0, "m")
 TIME = Range("time", -1e10, 1e10, "s")
-RATE = Range("number", -200.0, 200.0, "")  # [mm per m]
-RATE_U = Range("number", 0.0, 200.0, "", open_low=True)  # [mm per m]
+RATE = Range("number", -200.0, 200.0, "", label="mm per m")
+RATE_U = Range("number", 0.0, 200.0, "", open_low=True, label="mm per m")
 
 TENSION_REL = Range("number", 0.0, 0.5, "")
 YAW_U = Range("angle", 0.0, 0.5, "deg")

@@ -14,7 +14,7 @@ LONGEST_VALUE = 40
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """One violation: file and line (from 1; None: the file as a whole), what is named, its value, what to do."""
+    """One violation: file, line (from 1; None: the whole file), what is named, its value, what to do."""
 
     file: str
     line: int | None = None

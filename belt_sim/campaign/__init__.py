@@ -1,0 +1,34 @@
+"""Measured campaigns on disk, format belt-campaign/1: read, validate, write."""
+
+from belt_sim.campaign.nouns import (
+    BeltSheet,
+    Campaign,
+    Machine,
+    Quantity,
+    Run,
+    SettingsSheet,
+    SignalSheet,
+    Source,
+    SteadyRate,
+    case_of,
+)
+from belt_sim.campaign.problems import CampaignError, Problem
+from belt_sim.campaign.read import read_campaign
+from belt_sim.campaign.write import write_campaign
+
+__all__ = [
+    "BeltSheet",
+    "Campaign",
+    "CampaignError",
+    "Machine",
+    "Problem",
+    "Quantity",
+    "Run",
+    "SettingsSheet",
+    "SignalSheet",
+    "Source",
+    "SteadyRate",
+    "case_of",
+    "read_campaign",
+    "write_campaign",
+]

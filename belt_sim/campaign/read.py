@@ -1,0 +1,134 @@
+"""A campaign folder, belt-campaign/1 -> Campaign."""
+
+import hashlib
+from pathlib import Path
+
+from belt_sim.campaign.nouns import Campaign, Run, SteadyRate
+from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
+from belt_sim.campaign.runs import RunRows, read_runs, read_signals, read_steady
+from belt_sim.campaign.sheet import read_sheet
+
+REQUIRED_FILES = ("campaign.yaml", "runs.csv")
+DATA_FILES = ("signals.csv", "steady.csv")
+FILES = REQUIRED_FILES + DATA_FILES
+
+
+def read_campaign(folder: str | Path) -> Campaign:
+    """Read and validate a campaign folder; raises CampaignError with every violation found.
+
+    Optional parts and what stands for them: every ``u`` 0, poisson_ratio 0.3, zero, gain and wander 0,
+    settings exact, yaw_head 0, speed 0.5 m/s, direction 1, yaw_at 0, use fit; no time.
+    Other files in the folder are left alone.
+    """
+    folder = Path(folder)
+    problems: list[Problem] = []
+    contents = _contents(folder, problems)
+    texts = {
+        name: text for name, data in contents.items() if (text := _text(name, data, problems)) is not None
+    }
+    sheet, names = read_sheet(texts["campaign.yaml"], problems) if "campaign.yaml" in texts else (None, None)
+    rows = read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else None
+    sheets = sheet.signals if sheet else None
+    recorded = (
+        read_signals(texts["signals.csv"], names, sheets, rows, problems) if "signals.csv" in texts else {}
+    )
+    steady = read_steady(texts["steady.csv"], rows, problems) if "steady.csv" in texts else ()
+    if rows is not None and not problems:
+        _check_records(rows, recorded, steady, problems)
+    if problems or sheet is None or rows is None:
+        raise CampaignError(problems)
+    return Campaign(
+        title=sheet.title,
+        source=sheet.source,
+        machine=sheet.machine,
+        belt=sheet.belt,
+        signals=sheet.signals,
+        settings=sheet.settings,
+        runs=tuple(recorded.get(name, run) for name, run in rows.runs.items()),
+        steady=steady,
+        sha256=_hash(contents),
+    )
+
+
+def _contents(folder: Path, problems: list[Problem]) -> dict[str, bytes]:
+    """The bytes of the campaign's files that are there."""
+    try:
+        present = sorted(path.name for path in folder.iterdir())
+    except (OSError, ValueError) as error:
+        what = (
+            "there is no such folder"
+            if isinstance(error, FileNotFoundError)
+            else "is not a folder that can be read"
+        )
+        problems.append(
+            Problem(file=str(folder), remedy=f"{what}; name a folder with campaign.yaml and runs.csv")
+        )
+        raise CampaignError(problems) from None
+    others = [name for name in present if name not in FILES]
+    missing = [name for name in REQUIRED_FILES if name not in present]
+    if not any(name in present for name in DATA_FILES):
+        missing.append("signals.csv")
+    for name in missing:
+        near = did_you_mean(name, others) if others else ""
+        hint = f"; {near.removesuffix('?')}? Rename it" if near.startswith("did you mean") else ""
+        alone = " (or steady.csv)" if name == "signals.csv" else ""
+        problems.append(Problem(file=name, remedy=f"the file{alone} is missing in {folder}; add it{hint}"))
+    contents = {}
+    for name in (name for name in FILES if name in present):
+        try:
+            if not (folder / name).is_file():
+                raise OSError("not a plain file")
+            contents[name] = (folder / name).read_bytes()
+        except OSError as error:
+            cause = error.strerror or error
+            problems.append(
+                Problem(file=name, remedy=f"cannot be read ({cause}); replace it by a readable text file")
+            )
+    return contents
+
+
+def _text(name: str, data: bytes, problems: list[Problem]) -> str | None:
+    """The file as text, with or without a byte-order mark."""
+    if b"\0" in data:
+        line = data[: data.index(b"\0")].count(b"\n") + 1
+        remedy = (
+            "holds bytes that are no UTF-8 text (binary, a spreadsheet, or UTF-16); save it as UTF-8 text"
+        )
+        problems.append(Problem(file=name, line=line, remedy=remedy))
+        return None
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        value = f"byte 0x{data[error.start]:02x}"
+        problems.append(
+            Problem(file=name, line=line, value=value, remedy="not UTF-8; save the file as UTF-8 text")
+        )
+        return None
+
+
+def _check_records(
+    rows: RunRows, recorded: dict[str, Run], steady: tuple[SteadyRate, ...], problems: list[Problem]
+) -> None:
+    """Every run has a record or a rate, and its yaw is applied before the record ends."""
+    rated = {rate.run for rate in steady}
+    for name, run in rows.runs.items():
+        line = rows.lines[name]
+        if name not in recorded and name not in rated:
+            remedy = "has no rows in signals.csv or steady.csv; add them or remove the run"
+            problems.append(Problem(file="runs.csv", line=line, name="run", value=name, remedy=remedy))
+        elif name in recorded and run.yaw_at > (end := float(recorded[name].travel[-1])):
+            remedy = f"must be at most {end:.15g} m, where the record of {name} ends"
+            problems.append(
+                Problem(
+                    file="runs.csv", line=line, name="yaw_at_m", value=run.yaw_at, unit="m", remedy=remedy
+                )
+            )
+
+
+def _hash(contents: dict[str, bytes]) -> str:
+    digest = hashlib.sha256()
+    for name in sorted(contents):
+        digest.update(f"{name} {len(contents[name])}\n".encode())
+        digest.update(contents[name])
+    return digest.hexdigest()

@@ -1,0 +1,218 @@
+"""runs.csv, signals.csv and steady.csv -> runs and steady rates."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from belt_sim.campaign import plausible
+from belt_sim.campaign.nouns import Run, SignalSheet, SteadyRate
+from belt_sim.campaign.plausible import Range
+from belt_sim.campaign.problems import Problem, did_you_mean
+from belt_sim.campaign.schema import known_name
+from belt_sim.campaign.table import Table, parse_table, rows_where
+from belt_sim.errors import InputError
+from belt_sim.si import MM_PER_M
+
+#: column -> field of Run, range, value of a blank (None: required)
+NUMBERS: dict[str, tuple[str, Range, float | None]] = {
+    "tension_N_per_mm2": ("tension", plausible.TENSION, None),
+    "yaw_deg": ("yaw", plausible.YAW, None),
+    "yaw_head_deg": ("yaw_head", plausible.YAW, 0.0),
+    "speed_m_per_s": ("speed", plausible.SPEED, 0.5),
+    "direction": ("direction", plausible.Range("number", -1.0, 1.0, ""), 1.0),
+    "yaw_at_m": ("yaw_at", plausible.TRAVEL, 0.0),
+}
+REQUIRED = ("run", "tension_N_per_mm2", "yaw_deg")
+KNOWN = ("run", *NUMBERS, "repeat_of", "use")
+RATES = ("rate1", "rate2", "rate3", "rate4")
+#: A repeat's stated settings may differ from its first run's by this share: set again, they are read again.
+REPEAT_TOLERANCE = 0.05
+
+
+@dataclasses.dataclass(frozen=True)
+class RunRows:
+    """The runs that could be read, and the line of each run named in runs.csv."""
+
+    runs: dict[str, Run]
+    lines: dict[str, int]
+
+
+def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
+    """The rows of runs.csv as runs without records; None when the table itself is broken."""
+    table = parse_table(text, "runs.csv", REQUIRED, KNOWN, problems)
+    if table is None:
+        return None
+    numbers = {
+        field: table.numbers(column, bounds, blank=blank)
+        for column, (field, bounds, blank) in NUMBERS.items()
+        if column in table.columns
+    }
+    direction = numbers.get("direction", np.ones(len(table)))
+    for row in rows_where(np.isfinite(direction) & (np.abs(direction) != 1.0)):
+        table.refuse(
+            row, "direction", direction[row], "", "must be 1 (upper span runs from head to tail) or -1"
+        )
+    uses, repeats = _uses(table), table.columns.get("repeat_of", [""] * len(table))
+    runs: dict[str, Run] = {}
+    lines: dict[str, int] = {}
+    for row, name in enumerate(table.columns["run"]):
+        if not _name_fits(table, row, name, lines):
+            continue
+        lines[name] = int(table.lines[row])
+        values: dict[str, Any] = {field: float(column[row]) for field, column in numbers.items()}
+        runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=uses[row], **values)
+    _check_repeats(runs, lines, problems)
+    return RunRows(runs, lines)
+
+
+def _uses(table: Table) -> list:
+    uses = [use or "fit" for use in table.columns.get("use", [""] * len(table))]
+    for row, use in enumerate(uses):
+        if use not in ("fit", "hold_out"):
+            table.refuse(row, "use", use, "", did_you_mean(use, ("fit", "hold_out")))
+    return uses
+
+
+def _name_fits(table: Table, row: int, name: str, lines: dict[str, int]) -> bool:
+    if not name:
+        table.refuse(row, "run", None, "", "is blank; name the run")
+        return False
+    try:
+        known_name(name)
+    except InputError as error:
+        table.refuse(row, "run", name, "", error.remedy)
+    if name in lines:
+        table.refuse(
+            row, "run", name, "", f"stands already in line {lines[name]}; give every run its own name"
+        )
+        return False
+    return True
+
+
+def _check_repeats(runs: dict[str, Run], lines: dict[str, int], problems: list[Problem]) -> None:
+    """Every repeat_of names a first run, whose settings are the same."""
+
+    def refuse(run: Run, name: str, value: object, unit: str, remedy: str) -> None:
+        line = lines[run.name]
+        problems.append(Problem(file="runs.csv", line=line, name=name, value=value, unit=unit, remedy=remedy))
+
+    for run in runs.values():
+        if run.repeat_of is None:
+            continue
+        first = runs.get(run.repeat_of)
+        if first is None:
+            others = [name for name in runs if name != run.name]
+            refuse(run, "repeat_of", run.repeat_of, "", f"no such run; {did_you_mean(run.repeat_of, others)}")
+        elif first is run:
+            refuse(
+                run,
+                "repeat_of",
+                run.repeat_of,
+                "",
+                "a run cannot repeat itself; name the first run of the series",
+            )
+        elif first.repeat_of is not None:
+            refuse(run, "repeat_of", run.repeat_of, "", f"is itself a repeat; name {first.repeat_of} instead")
+        else:
+            for column, (field, bounds, _) in NUMBERS.items():
+                own, its = getattr(run, field), getattr(first, field)
+                if abs(own - its) > REPEAT_TOLERANCE * abs(its):
+                    shown, other = (x / plausible.UNITS[bounds.unit][1] for x in (own, its))
+                    remedy = f"{first.name} has {other:.6g}; a repeat has the settings of its first run"
+                    refuse(run, column, float(f"{shown:.6g}"), bounds.unit, remedy)
+
+
+def read_signals(
+    text: str,
+    names: frozenset[str] | None,
+    sheets: tuple[SignalSheet, ...] | None,
+    rows: RunRows | None,
+    problems,
+) -> dict[str, Run]:
+    """The runs of signals.csv with their records; only those that could be read."""
+    known = None if names is None else ("run", "travel_m", "time_s", *names)
+    table = parse_table(text, "signals.csv", ("run", "travel_m"), known, problems)
+    if table is None:
+        return {}
+    travel = table.numbers("travel_m", plausible.TRAVEL)
+    time = table.numbers("time_s", plausible.TIME, blank=math.nan) if "time_s" in table.columns else None
+    columns = {
+        sheet.name: table.numbers(sheet.name, plausible.READING[sheet.kind], unit=sheet.unit, blank=math.nan)
+        for sheet in sheets or ()
+        if sheet.name in table.columns
+    }
+    if sheets is not None and not columns:
+        stated = ", ".join(sheet.name for sheet in sheets)
+        remedy = f"has no column of a signal; add {stated or 'signals to campaign.yaml'}"
+        problems.append(Problem(file="signals.csv", line=1, remedy=remedy))
+    recorded = {}
+    for name, index in _rows_of_runs(table, rows).items():
+        _check_rising(table, index, "travel_m", travel, "m")
+        if time is not None:
+            _check_rising(table, index, "time_s", time, "s")
+        if rows is None or name not in rows.runs:
+            continue
+        signals = {
+            signal: column[index] for signal, column in columns.items() if np.isfinite(column[index]).any()
+        }
+        own = time[index] if time is not None and np.isfinite(time[index]).any() else None
+        recorded[name] = dataclasses.replace(rows.runs[name], travel=travel[index], time=own, signals=signals)
+        if columns and not signals:
+            table.refuse(
+                index[0], "run", name, "", "has rows but no readings; fill them in or remove the run"
+            )
+    return recorded
+
+
+def _rows_of_runs(table: Table, rows: RunRows | None) -> dict[str, np.ndarray]:
+    """Indices of each run's rows, in the order of the file; unknown runs are problems, once each."""
+    number: dict[str, int] = {}
+    of_row = np.array([number.setdefault(name, len(number)) for name in table.columns["run"]])
+    order = np.argsort(of_row, kind="stable")
+    starts = np.searchsorted(of_row[order], np.arange(1, len(number)))
+    found = dict(zip(number, np.split(order, starts), strict=True))
+    if rows is not None:
+        for name in [name for name in found if name not in rows.lines]:
+            remedy = (
+                "is blank; name the run" if not name else f"not in runs.csv; {did_you_mean(name, rows.lines)}"
+            )
+            table.refuse(found[name][0], "run", name or None, "", remedy)
+    return found
+
+
+def _check_rising(table: Table, index: np.ndarray, name: str, values: np.ndarray, unit: str) -> None:
+    """The first place of a run where travel or time stands still or falls is a problem."""
+    index = index[np.isfinite(values[index])]
+    back = np.flatnonzero(np.diff(values[index]) <= 0.0)
+    if back.size:
+        row, before = index[back[0] + 1], values[index[back[0]]]
+        remedy = f"must increase within a run, whichever way the belt runs; the row before has {before:.15g}"
+        table.refuse(row, name, float(values[row]), unit, remedy)
+
+
+def read_steady(text: str, rows: RunRows | None, problems: list[Problem]) -> tuple[SteadyRate, ...]:
+    """The rates of steady.csv, one row a run."""
+    table = parse_table(text, "steady.csv", ("run", "u_rate"), ("run", *RATES, "u_rate"), problems)
+    if table is None:
+        return ()
+    u = table.numbers("u_rate", plausible.RATE_U) * MM_PER_M
+    rates = np.full((4, len(table)), math.nan)
+    for k, column in enumerate(RATES):
+        if column in table.columns:
+            rates[k] = table.numbers(column, plausible.RATE, blank=math.nan) * MM_PER_M
+    found = _rows_of_runs(table, rows)
+    for name, index in found.items():
+        if len(index) > 1:
+            table.refuse(
+                index[1], "run", name, "", f"stands already in line {table.lines[index[0]]}; keep one row"
+            )
+    for row in range(len(table)):
+        if not any(table.columns.get(column, [""] * len(table))[row] for column in RATES):
+            table.refuse(
+                row, "run", table.columns["run"][row], "", "states no rate; fill in one of rate1 to rate4"
+            )
+    return tuple(
+        SteadyRate(run=name, rates=rates[:, index[0]], u=float(u[index[0]])) for name, index in found.items()
+    )

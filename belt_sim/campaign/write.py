@@ -1,0 +1,178 @@
+"""Campaign -> a campaign folder, belt-campaign/1."""
+
+import os
+import secrets
+import shutil
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from belt_sim.campaign.nouns import Campaign, Machine, Quantity, Run, SignalSheet
+from belt_sim.campaign.plausible import SIGNAL_DIMENSION
+from belt_sim.campaign.read import FILES, read_campaign
+from belt_sim.campaign.runs import KNOWN, RATES
+from belt_sim.campaign.schema import SCHEMA
+from belt_sim.errors import InputError
+from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2, to_si
+
+#: Significant digits written: below the last bit of a float, so that 0.012 mm stays 0.012.
+DIGITS = 15
+
+
+def write_campaign(campaign: Campaign, folder: str | Path, *, overwrite: bool = False) -> Campaign:
+    """Write a campaign folder in one go and return it as read back (SI values equal to 15 digits).
+
+    The files are written to a temporary folder beside it, read back, and only then renamed. An existing
+    folder raises InputError unless it is empty or ``overwrite`` is set, which replaces the campaign's own
+    files and keeps all others. A campaign that the reader would refuse raises CampaignError; nothing is left.
+    """
+    folder = Path(folder)
+    there = folder.exists()
+    if there and not folder.is_dir():
+        raise InputError("folder", folder, "", "a file of that name exists; choose another name")
+    if there and any(folder.iterdir()) and not overwrite:
+        raise InputError("folder", folder, "", "exists and is not empty; choose another name or overwrite it")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    fresh = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
+    fresh.mkdir()
+    try:
+        for name, text in _texts(campaign).items():
+            (fresh / name).write_text(text, encoding="utf-8", newline="\n")
+        back = read_campaign(fresh)
+        _put(fresh, folder)
+    finally:
+        shutil.rmtree(fresh, ignore_errors=True)
+    return back
+
+
+def _put(fresh: Path, folder: Path) -> None:
+    """Rename ``fresh`` to ``folder``; what else stood in the old folder moves along."""
+    if not folder.exists() or not any(folder.iterdir()):
+        os.rename(fresh, folder)
+        return
+    old = fresh.with_name(fresh.name + ".old")
+    os.rename(folder, old)
+    os.rename(fresh, folder)
+    for path in old.iterdir():
+        if path.name not in FILES:
+            os.rename(path, folder / path.name)
+    shutil.rmtree(old)
+
+
+def _texts(campaign: Campaign) -> dict[str, str]:
+    sheet = yaml.safe_dump(
+        _sheet(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None
+    )
+    texts = {"campaign.yaml": sheet, "runs.csv": _runs(campaign.runs)}
+    if any(len(run.travel) for run in campaign.runs):
+        texts["signals.csv"] = _signals(campaign)
+    if campaign.steady:
+        header = ",".join(("run", *RATES, "u_rate"))
+        rows = [
+            ",".join([rate.run, *_cells(rate.rates, MM_PER_M), *_cells(np.array([rate.u]), MM_PER_M)])
+            for rate in campaign.steady
+        ]
+        texts["steady.csv"] = "\n".join([header, *rows, ""])
+    return texts
+
+
+def _sheet(campaign: Campaign) -> dict:
+    belt, settings = campaign.belt, campaign.settings
+    return {
+        "schema": SCHEMA,
+        "title": campaign.title,
+        "source": {
+            "kind": campaign.source.kind,
+            "reference": campaign.source.reference,
+            "licence": campaign.source.licence,
+        },
+        "machine": _machine(campaign.machine),
+        "belt": {
+            "width": _quantity(belt.width, "length", "mm"),
+            "thickness": _quantity(belt.thickness, "length", "mm"),
+            "youngs_modulus": _quantity(belt.youngs_modulus, "stress", "GPa"),
+            "density": _quantity(belt.density, "density", "kg/m^3"),
+            "poisson_ratio": _quantity(belt.poisson_ratio, "number", ""),
+        },
+        "signals": {signal.name: _signal(signal) for signal in campaign.signals},
+        "settings": {
+            "tension_rel": float(settings.tension_rel),
+            "yaw": {
+                "u": _written(settings.yaw_u, to_si(1.0, "urad", dimension="angle", name="yaw")),
+                "unit": "urad",
+            },
+        },
+    }
+
+
+def _machine(machine: Machine) -> dict:
+    sheet = {"centre_distance": _quantity(machine.centre_distance, "length", "m")}
+    if machine.head_radius == machine.tail_radius:
+        return sheet | {"pulley_radius": _quantity(machine.head_radius, "length", "m")}
+    return sheet | {
+        "head_radius": _quantity(machine.head_radius, "length", "m"),
+        "tail_radius": _quantity(machine.tail_radius, "length", "m"),
+    }
+
+
+def _quantity(quantity: Quantity, dimension: str, unit: str) -> dict:
+    scale = to_si(1.0, unit, dimension=dimension, name="unit")
+    out = {"value": _written(quantity.value, scale), "u": _written(quantity.u, scale)}
+    return out | {"unit": unit} if unit else out
+
+
+def _signal(signal: SignalSheet) -> dict:
+    scale = to_si(1.0, signal.unit, dimension=SIGNAL_DIMENSION[signal.kind], name=signal.name)
+    out = {"unit": signal.unit, "at": signal.at, "white": _written(signal.white, scale)}
+    out |= {"zero": _written(signal.zero, scale), "gain": float(signal.gain)}
+    if signal.wander_sd:
+        out["wander"] = {"sd": _written(signal.wander_sd, scale), "length_m": float(signal.wander_length)}
+    return out
+
+
+def _written(si: float, scale: float) -> float:
+    """An SI value as the number to write in a unit of size ``scale``."""
+    return float(f"{si / scale:.{DIGITS}g}")
+
+
+def _cells(si: np.ndarray, scale: float = 1.0) -> list[str]:
+    """Cells of a column; nan is blank."""
+    return [
+        "" if x != x else repr(float(f"{x:.{DIGITS}g}"))
+        for x in (np.asarray(si, dtype=float) / scale).tolist()
+    ]
+
+
+def _runs(runs: tuple[Run, ...]) -> str:
+    columns = [
+        [run.name for run in runs],
+        _cells(np.array([run.tension for run in runs]), N_PER_MM2),
+        _cells(np.array([run.yaw for run in runs]), DEGREE),
+        _cells(np.array([run.yaw_head for run in runs]), DEGREE),
+        _cells(np.array([run.speed for run in runs])),
+        [f"{run.direction:g}" for run in runs],
+        _cells(np.array([run.yaw_at for run in runs])),
+        [run.repeat_of or "" for run in runs],
+        [run.use for run in runs],
+    ]
+    rows = (",".join(row) for row in zip(*columns, strict=True))
+    return "\n".join([",".join(KNOWN), *rows, ""])
+
+
+def _signals(campaign: Campaign) -> str:
+    """signals.csv: columns of the signals that any run has, time_s where any run has it."""
+    recorded = [run for run in campaign.runs if len(run.travel)]
+    used = [signal for signal in campaign.signals if any(signal.name in run.signals for run in recorded)]
+    timed = any(run.time is not None for run in recorded)
+    rows = [",".join(["run", "travel_m", *(["time_s"] if timed else []), *(signal.name for signal in used)])]
+    for run in recorded:
+        blank = np.full(len(run.travel), np.nan)
+        columns = [[run.name] * len(run.travel), _cells(run.travel)]
+        if timed:
+            columns.append(_cells(blank if run.time is None else run.time))
+        for signal in used:
+            scale = to_si(1.0, signal.unit, dimension=SIGNAL_DIMENSION[signal.kind], name=signal.name)
+            columns.append(_cells(run.signals.get(signal.name, blank), scale))
+        rows.extend(",".join(row) for row in zip(*columns, strict=True))
+    return "\n".join([*rows, ""])
