@@ -1,0 +1,65 @@
+"""Steady drift in closed form (physics sheet, section 4)."""
+
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim import jax_setup  # noqa: F401
+from belt_sim.analytic.model import Model
+from belt_sim.analytic.ritzinger import ritzinger_rate
+from belt_sim.case import Case
+from belt_sim.laws.span import response
+
+
+def runup_weight(case: Case, model: Model) -> float:
+    """w1 of y_u - y_o = L (w0 theta_o + w1 theta_u), w0 + w1 = 1, with kappa = 0 at the run-up [1].
+
+    Rope 1, beam of first order 2/3, beam of second order Shelton's curvature factor.
+    """
+    span = model.span(case)
+    if span.limp:
+        return 1.0
+    ky, _, ku, _, _ = response(span).runup
+    return float(-ku / (ky * span.length))
+
+
+def steady_rate(case: Case, model: Model) -> float:
+    """Late drift w = dy/ds of all four points [m/m] for the last yaw of both schedules, without effects.
+
+    w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h), which is the sheet's formula for equal pulleys.
+    """
+    if model.name == "ritzinger":
+        return ritzinger_rate(case)
+    w1 = runup_weight(case, model)
+    rig, settings = case.rig, case.settings
+    yaw = float(settings.yaw.last() - settings.yaw_head.last())
+    return rig.span_length * (2 * w1 - 1) * yaw / (2 * rig.span_length + rig.wrap_tail + rig.wrap_head)
+
+
+def steady_offsets(case: Case, model: Model) -> tuple[float, float]:
+    """Steady offsets of the belt in the direction of travel, run-up minus run-off [m]: upper span, lower span.
+
+    y_1 - y_4 = L (w1 beta + w0 beta_h - w), y_3 - y_2 = L (-w1 beta_h - w0 beta - w), for travel direction +1.
+    """
+    w, w1, length = steady_rate(case, model), runup_weight(case, model), case.rig.span_length
+    tail, head = float(case.settings.yaw.last()), float(case.settings.yaw_head.last())
+    return length * (w1 * tail + (1 - w1) * head - w), length * (-w1 * head - (1 - w1) * tail - w)
+
+
+def shelton_factor(kl):
+    """Kc = (KL cosh KL - sinh KL)/(KL (cosh KL - 1)), w1 of the beam under tension (Shelton 1968)."""
+    kl = np.asarray(kl, dtype=float)
+    return (kl * np.cosh(kl) - np.sinh(kl)) / (kl * (np.cosh(kl) - 1.0))
+
+
+def sievers_coefficients(kl):
+    """(f1, f2, f3) of the open web, kappa L = -f1 y/L + f2 theta_u + f3 theta_o (Sievers, Balas, von Flotow 1988)."""
+    kl = np.asarray(kl, dtype=float)
+    d = kl * np.sinh(kl) + 2 * (1 - np.cosh(kl))
+    f1 = kl**2 * (np.cosh(kl) - 1) / d
+    f2 = kl * (kl * np.cosh(kl) - np.sinh(kl)) / d
+    return f1, f2, kl * (np.sinh(kl) - kl) / d
+
+
+def taper_gain(kl):
+    """g of w = kappa_t g L^2/(2 (L + pi R)), one tapered pulley (physics sheet, section 7); 1/6 at KL = 0."""
+    return (kl * (1 + jnp.cosh(kl)) - 2 * jnp.sinh(kl)) / (kl**2 * jnp.sinh(kl))

@@ -1,0 +1,87 @@
+"""The command line: every command is a Hydra application; errors of the user are one line and a non-zero exit."""
+
+import importlib
+import os
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from belt_sim.errors import BeltError
+from belt_sim.paths import CONF
+
+COMMANDS = {
+    "simulate": "one model, one case: curves and late rates",
+    "compare": "a model against a measured campaign: where it agrees, where it fails",
+    "diagnose": "which physical effect the model lacks",
+    "virtual-rig": "make a campaign with a hidden effect",
+    "reveal": "what was hidden in such a campaign",
+    "report": "write the report of a diagnosis again",
+}
+
+
+def main() -> None:
+    """Entry point of ``belt-sim``."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command; returns the exit status."""
+    if not arguments or arguments[0] in ("-h", "--help", "help"):
+        print(_help())
+        return 0 if arguments else 2
+    command = arguments[0]
+    if command not in COMMANDS:
+        return _complain(f"command = {command}: use one of {', '.join(COMMANDS)}")
+    sys.argv = [f"belt-sim {command}", *arguments[1:]]
+    try:
+        return _hydra(command)
+    except BeltError as error:
+        return _complain(str(error))
+    except KeyboardInterrupt:
+        return _complain("stopped; what was finished is kept", status=130)
+
+
+def _hydra(command: str) -> int:
+    """Hand a command to Hydra; a job's BeltError ends it with status 1, the other jobs of a sweep go on."""
+    os.environ["HYDRA_FULL_ERROR"] = "1"
+    import hydra
+    from hydra.errors import HydraException
+    from omegaconf.errors import OmegaConfBaseException
+
+    failures: list[str] = []
+
+    def job(cfg: Any) -> None:
+        try:
+            _task(command)(cfg)
+        except BeltError as error:
+            failures.append(str(error))
+            _complain(str(error))
+
+    try:
+        hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(job)()
+    except (HydraException, OmegaConfBaseException) as error:
+        return _complain(_one_line(error))
+    return 1 if failures else 0
+
+
+def _task(command: str) -> Callable[[Any], None]:
+    """The function behind a command, imported only when it is asked for."""
+    return importlib.import_module(f"belt_sim.commands.{command.replace('-', '_')}").run
+
+
+def _complain(message: str, status: int = 1) -> int:
+    print(f"belt-sim: {message}", file=sys.stderr)
+    return status
+
+
+def _one_line(error: BaseException) -> str:
+    """Hydra's own messages, shortened to the sentence that helps."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    keep = [line for line in lines if not line.startswith(("full_key", "object_type", "reference_type"))]
+    return "; ".join(keep[:3]) or type(error).__name__
+
+
+def _help() -> str:
+    rows = [f"  {name:12s} {what}" for name, what in COMMANDS.items()]
+    usage = "usage: belt-sim COMMAND [key=value ...] [-m key=a,b,c ...]"
+    return "\n".join([usage, "", *rows, "", "belt-sim COMMAND --help shows every key of a command."])

@@ -1,0 +1,31 @@
+"""The folder of one run: where its files go, and whether it was done before."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import OmegaConf
+
+from belt_sim.provenance import config_hash
+
+
+def run_folder() -> Path:
+    """The folder that Hydra made for this run."""
+    return Path(HydraConfig.get().runtime.output_dir)
+
+
+def plain(cfg: Any) -> dict[str, Any]:
+    """The resolved configuration as plain dicts and lists."""
+    return OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True)  # type: ignore[return-value]
+
+
+def done_before(folder: Path, config: dict[str, Any]) -> bool:
+    """True when a sweep already left this very result here (same configuration): it need not run again."""
+    if HydraConfig.get().mode is None or HydraConfig.get().mode.name != "MULTIRUN":
+        return False
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return summary.get("provenance", {}).get("config_sha256") == config_hash(config)

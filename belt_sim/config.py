@@ -1,0 +1,126 @@
+"""From a Hydra configuration to the nouns: units converted and every number checked, before any long work."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from belt_sim import si
+from belt_sim.case import Case, Schedule, Settings
+from belt_sim.errors import InputError
+from belt_sim.rig import Belt, Rig
+
+MAX_TENSION = 1500.0  # [N/mm2], beyond the strength of belt steel
+MAX_YAW = 2.0  # [degrees], beyond any steering
+RANGES: dict[str, tuple[float, float, str]] = {
+    "rig.centre_distance": (0.1, 500.0, "m"),
+    "rig.pulley_radius": (0.005, 5.0, "m"),
+    "rig.gravity": (0.0, 100.0, "m/s2"),
+    "belt.width": (1e-3, 10.0, "m"),
+    "belt.thickness": (1e-5, 2e-2, "m"),
+    "belt.youngs_modulus": (1e8, 1e12, "Pa"),
+    "belt.density": (100.0, 30000.0, "kg/m3"),
+    "belt.poisson_ratio": (0.0, 0.5, ""),
+    "travel": (0.1, 1e5, "m"),
+    "speed": (1e-3, 50.0, "m/s"),
+}
+
+
+def case_from(cfg: Mapping[str, Any]) -> Case:
+    """Rig, belt and settings of a configuration; raises InputError naming the first value that cannot be."""
+    rig, belt = rig_from(cfg["rig"]), belt_from(cfg["belt"])
+    tension = number(cfg, "tension", unit="N/mm2")
+    if not 0 < tension <= MAX_TENSION:
+        remedy = f"give the tension in N/mm2, above 0 and up to {MAX_TENSION:g}"
+        raise InputError("tension", f"{tension:g}", "N/mm2", remedy)
+    direction = number(cfg, "direction", unit="")
+    if direction not in (1, -1):
+        raise InputError("direction", direction, "", "use 1 or -1")
+    settings = Settings(
+        tension=tension * si.N_PER_MM2,
+        yaw=schedule_from(cfg["yaw"], "yaw"),
+        yaw_head=schedule_from(cfg["yaw_head"], "yaw_head"),
+        speed=ranged(cfg, "speed"),
+        direction=float(direction),
+    )
+    ranged(cfg, "travel")
+    return Case(rig=rig, belt=belt, settings=settings)
+
+
+def rig_from(cfg: Mapping[str, Any]) -> Rig:
+    """The machine of a ``rig`` group."""
+    flat = {f"rig.{k}": v for k, v in cfg.items()}
+    centre = ranged(flat, "rig.centre_distance")
+    common = ranged(flat, "rig.pulley_radius")
+    radii = []
+    for key in ("rig.head_radius", "rig.tail_radius"):
+        given = flat.get(key)
+        radii.append(common if given is None else _within(key, _number(key, given, "m"), "rig.pulley_radius"))
+    if sum(radii) >= centre:
+        raise InputError("rig.centre_distance", centre, "m", "the pulleys overlap; move them apart")
+    if abs(radii[0] - radii[1]) > 0.1 * centre:
+        raise InputError("rig.head_radius", radii[0], "m", "radii may differ by a tenth of the centre distance")
+    return Rig(
+        centre_distance=centre,
+        head_radius=radii[0],
+        tail_radius=radii[1],
+        gravity=ranged(flat, "rig.gravity"),
+    )
+
+
+def belt_from(cfg: Mapping[str, Any]) -> Belt:
+    """The strip of a ``belt`` group."""
+    flat = {f"belt.{k}": v for k, v in cfg.items()}
+    names = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
+    return Belt(**{n: ranged(flat, f"belt.{n}") for n in names})
+
+
+def schedule_from(spec: Any, name: str) -> Schedule:
+    """Yaw against travel from a number (a step at travel 0) or a list of {at, over, yaw}, in metres and degrees."""
+    if not isinstance(spec, Sequence) or isinstance(spec, str):
+        return Schedule.step(_angle(name, spec))
+    at, over, wanted = [], [], []
+    for entry in spec:
+        if not isinstance(entry, Mapping) or not {"at", "yaw"} <= set(entry) <= {"at", "over", "yaw"}:
+            raise InputError(name, entry, "", "write {at: metres, yaw: degrees, over: metres}")
+        at.append(_number(f"{name}.at", entry["at"], "m"))
+        over.append(_number(f"{name}.over", entry.get("over", 0.0), "m"))
+        wanted.append(_angle(f"{name}.yaw", entry["yaw"]))
+        if at[-1] < 0 or over[-1] < 0 or (len(at) > 1 and at[-1] < at[-2] + over[-2]):
+            raise InputError(f"{name}.at", at[-1], "m", "entries must follow one another from travel 0 on")
+    if not at:
+        return Schedule.step(0.0)
+    return Schedule(at=np.array(at), over=np.array(over), change=np.diff([0.0, *wanted]))
+
+
+def number(cfg: Mapping[str, Any], key: str, unit: str) -> float:
+    """A finite number of the configuration."""
+    return _number(key, cfg[key], unit)
+
+
+def ranged(cfg: Mapping[str, Any], key: str) -> float:
+    """A number within RANGES[key]."""
+    return _within(key, _number(key, cfg[key], RANGES[key][2]), key)
+
+
+def _within(name: str, value: float, key: str) -> float:
+    low, high, unit = RANGES[key]
+    if not low <= value <= high:
+        raise InputError(name, f"{value:g}", unit, f"give a value between {low:g} and {high:g} {unit}".rstrip())
+    return value
+
+
+def _angle(name: str, value: Any) -> float:
+    degrees = _number(name, value, "degrees")
+    if abs(degrees) > MAX_YAW:
+        raise InputError(name, f"{degrees:g}", "degrees", f"give the yaw in degrees, at most {MAX_YAW:g} either way")
+    return degrees * si.DEGREE
+
+
+def _number(name: str, value: Any, unit: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(name, value, unit, "give a number (a power of ten as 2.1e11)")
+    if not math.isfinite(value):
+        raise InputError(name, value, unit, "give a finite number")
+    return float(value)

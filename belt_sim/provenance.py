@@ -1,0 +1,44 @@
+"""What a result came from: versions, commit, command, configuration."""
+
+import hashlib
+import json
+import subprocess
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from belt_sim.paths import ROOT
+
+PACKAGES = ("belt-sim", "mujoco", "jax", "numpy", "scipy", "hydra-core")
+
+
+def provenance(config: Any = None) -> dict[str, Any]:
+    """Versions, commit, command line and the hash of a resolved configuration."""
+    return {
+        "versions": {p: _version(p) for p in PACKAGES} | {"python": sys.version.split()[0]},
+        "commit": _commit(),
+        "command": " ".join(["belt-sim", *sys.argv[1:]]),
+        "config_sha256": config_hash(config) if config is not None else None,
+    }
+
+
+def config_hash(config: Any) -> str:
+    """SHA-256 of a configuration (mappings, lists, numbers, strings)."""
+    return hashlib.sha256(json.dumps(config, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _commit() -> str | None:
+    try:
+        done = subprocess.run(
+            ["git", "-C", str(ROOT), "rev-parse", "HEAD"], capture_output=True, text=True, timeout=5, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() or None
