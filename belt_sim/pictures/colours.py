@@ -1,4 +1,4 @@
-"""Colours that mean the same thing everywhere, told apart by colour-blind eyes too (after Okabe and Ito, 2008)."""
+"""Colours that mean the same everywhere, told apart by colour-blind eyes too (after Okabe and Ito, 2008)."""
 
 INK = "#1f2933"
 FAINT = "#9aa5b1"

@@ -1,11 +1,11 @@
 """How a recording opens: the machine large, the time series below it."""
 
-import rerun as rr
 import rerun.blueprint as rrb
 
 from belt_sim.case import Case
 from belt_sim.si import MM
 from belt_sim.watch.series import TRAVEL
+from belt_sim.watch.shape import full_colour_tilt
 
 TRUE = "machine/true"
 DRAWN = "machine/drawn"
@@ -16,11 +16,11 @@ BACKGROUND = [252, 252, 250]
 def space(case: Case, root: str, name: str) -> rrb.Spatial3DView:
     """A view of the machine from beyond the tail pulley, whose yaw is what matters."""
     a, radius = float(case.rig.centre_distance), float(case.rig.tail_radius)
-    near = 0.20 * a + 4.0 * radius
+    near = 0.11 * a + 10.0 * radius
     eye = rrb.EyeControls3D(
         kind=rrb.Eye3DKind.Orbital,
-        position=[a + 0.15 * near, -0.72 * near, 0.42 * near],
-        look_target=[0.80 * a, 0.0, -0.7 * radius],
+        position=[a + 0.02 * near, -0.66 * near, 0.33 * near],
+        look_target=[a - 0.62 * near, 0.0, -0.4 * radius],
         eye_up=[0.0, 0.0, 1.0],
     )
     so_far = rrb.VisibleTimeRange(
@@ -42,7 +42,9 @@ def plot(origin: str, name: str, travel: float) -> rrb.TimeSeriesView:
         rrb.TimeRangeBoundary.absolute(seq=0), rrb.TimeRangeBoundary.absolute(seq=round(1.02 * travel / MM))
     )
     legend = rrb.PlotLegend(corner=rrb.Corner2D.LeftBottom)
-    return rrb.TimeSeriesView(origin=origin, name=name, plot_legend=legend, axis_x=rrb.TimeAxis(view_range=whole))
+    return rrb.TimeSeriesView(
+        origin=origin, name=name, plot_legend=legend, axis_x=rrb.TimeAxis(view_range=whole)
+    )
 
 
 def time_panel() -> rrb.TimePanel:
@@ -52,7 +54,8 @@ def time_panel() -> rrb.TimePanel:
 
 def of_run(case: Case, travel: float, scale: float) -> rrb.Blueprint:
     """The machine with its movements enlarged (and, as a tab, true to scale) above four plots."""
-    drawn = f"Belt: lateral movement, yaw and tilt x {scale:g}; colour = tilt of the cross-section"
+    full = full_colour_tilt(case) / 1e-3
+    drawn = f"Lateral movement, yaw and tilt x {scale:g} (colour: tilt, white 0, red/blue +-{full:.1f} mrad)"
     machine = rrb.Tabs(space(case, DRAWN, drawn), space(case, TRUE, "True to scale"), active_tab=0)
     loads = rrb.Tabs(
         plot("series/moment", "Entry moment [N m]", travel),
@@ -67,4 +70,6 @@ def of_run(case: Case, travel: float, scale: float) -> rrb.Blueprint:
         column_shares=[3, 2, 2],
     )
     body = rrb.Vertical(machine, plots, row_shares=[3, 2])
-    return rrb.Blueprint(body, time_panel(), rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed"))
+    return rrb.Blueprint(
+        body, time_panel(), rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
+    )

@@ -15,14 +15,16 @@ WRAP_STATIONS = 24
 def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
     """One frame each ``every`` [m] of travel: straight or sagging spans between points 1-4, wrapped pulleys.
 
-    Between the four points y runs linearly over each span and each wrap; sag is a parabola of the curves' depth;
-    the tilt is a parabola too, zero on the pulleys and the curves' mid-span value in the middle. A point that was
-    not measured (NaN) is taken from the other end of its wrap, or is 0.
+    Between the four points y runs linearly over each span and each wrap; sag is a parabola of the curves' depth,
+    tilt a parabola from zero on the pulleys to the curves' value in the middle. A point
+    that was not measured (NaN) is taken from the other end of its wrap, or is 0.
     """
     travel = np.asarray(curves.travel, float)
     stops = np.unique(np.append(np.arange(travel[0], travel[-1], every), travel[-1]))
     y = _whole(np.asarray(curves.y, float))
-    tilt = np.zeros((2, len(travel))) if curves.tilt is None else np.nan_to_num(np.asarray(curves.tilt, float))
+    tilt = (
+        np.zeros((2, len(travel))) if curves.tilt is None else np.nan_to_num(np.asarray(curves.tilt, float))
+    )
     sag = (0.0, 0.0) if curves.sag is None else np.nan_to_num(np.asarray(curves.sag, float))
     for stop in stops:
         points = np.array([np.interp(stop, travel, row) for row in y])
@@ -42,7 +44,9 @@ def _whole(y: np.ndarray) -> np.ndarray:
 
 def yaw_at(schedule: Schedule, travel: float) -> float:
     """Angle of a yaw schedule at this travel [rad]."""
-    at, over, change = (np.atleast_1d(np.asarray(v, float)) for v in (schedule.at, schedule.over, schedule.change))
+    at, over, change = (
+        np.atleast_1d(np.asarray(v, float)) for v in (schedule.at, schedule.over, schedule.change)
+    )
     steps = over <= 0.0
     share = np.where(steps, travel >= at, np.clip((travel - at) / np.where(steps, 1.0, over), 0.0, 1.0))
     return float(share @ change)
@@ -78,7 +82,12 @@ def _centre_line(case: Case, y: np.ndarray, mid_tilt: list[float], sag) -> tuple
     bow, turn, none = 4.0 * u * (1.0 - u), np.pi * w, np.zeros_like(w)
     upper = (a * u, y[3] + (y[0] - y[3]) * u, head + (tail - head) * u - sag[0] * bow, mid_tilt[0] * bow)
     over_tail = (a + tail * np.sin(turn), y[0] + (y[1] - y[0]) * w, tail * np.cos(turn), none)
-    lower = (a * (1 - u), y[1] + (y[2] - y[1]) * u, -tail + (tail - head) * u - sag[1] * bow, mid_tilt[1] * bow)
+    lower = (
+        a * (1 - u),
+        y[1] + (y[2] - y[1]) * u,
+        -tail + (tail - head) * u - sag[1] * bow,
+        mid_tilt[1] * bow,
+    )
     over_head = (-head * np.sin(turn), y[2] + (y[3] - y[2]) * w, -head * np.cos(turn), none)
     pieces = [np.column_stack(piece) for piece in (upper, over_tail, lower, over_head)]
     x, lateral, z, tilt = np.concatenate(pieces).T
@@ -88,7 +97,7 @@ def _centre_line(case: Case, y: np.ndarray, mid_tilt: list[float], sag) -> tuple
 
 
 def _edge_shift(case: Case, centre: np.ndarray, y: np.ndarray, yaws: tuple[float, float]) -> np.ndarray:
-    """x of the half cross-section [m]: it stands across the belt in the spans and along the pulley on the wraps."""
+    """x of the half cross-section [m]: across the belt in the spans, along the pulley on the wraps."""
     a, half_width = float(case.rig.centre_distance), 0.5 * float(case.belt.width)
     slopes = (y[0] - y[3]) / a, (y[1] - y[2]) / a
     x, z = centre[:, 0], centre[:, 2]

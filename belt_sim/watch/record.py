@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.pictures.colours import CYCLE, MEASURED, POINTS
+from belt_sim.pictures.colours import AFTER, BEFORE, CYCLE
 from belt_sim.si import MM
 from belt_sim.watch import blueprint, drawn_curves, series
 from belt_sim.watch.rerun import APPLICATION, RecordingFile, send_blueprint
@@ -20,14 +20,16 @@ from belt_sim.watch.shape import lateral_scale
 
 MRAD = 1e-3
 MEASURED_NAME = "measured"
+MEASURED_COLOUR = "#6b7785"  # readable on Rerun's light and dark grounds
+MODELS = (BEFORE, AFTER, *CYCLE[2:])
 PICTURES = 200  # at most so many pictures of the belt a run
 
 
 @dataclass(frozen=True, kw_only=True)
 class Overlay:
-    """One run: the curves that models gave it, by name; what was measured (NaN where nothing was); its case.
+    """One run: the curves that models gave it, by name; what was measured (else NaN); its case.
 
-    The picture in space shows the last model's belt, in the machine of ``case``; without a case there is none.
+    The picture in space is the last model's belt in the machine of ``case``; without a case there is none.
     """
 
     modelled: Mapping[str, Curves] = field(default_factory=dict)
@@ -43,15 +45,15 @@ def record_curves(
     case: Case | None = None,
     run: str = "run",
 ) -> None:
-    """Write one run's curves, residuals and belt to ``path`` (.rrd); raises BeltError when it cannot be written."""
+    """Write one run's curves, residuals and belt to ``path`` (.rrd); BeltError when it cannot be written."""
     record_runs(path, {run: Overlay(modelled=named_curves, measured=measured, case=case)})
 
 
 def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay]) -> None:
     """Write any number of runs to ``path`` (.rrd), one tab a run, all on the travel timeline.
 
-    Logged under runs/RUN: y/NAME/y1..y4 [mm], residual/NAME/y1..y4 (model - measured [mm], at the travel of the
-    measurement), tilt/NAME/upper, lower [mrad]; belt (the picture, movements enlarged as the view's name says).
+    Logged under runs/RUN: y/NAME/y1..y4 [mm], residual/NAME/y1..y4 (model - measured [mm], at the travel of
+    the measurement), tilt/NAME/upper, lower [mrad]; belt (movements enlarged as the view's name says).
     """
     file, recording = RecordingFile(path), rr.RecordingStream(APPLICATION)
     file.open(recording)
@@ -79,46 +81,79 @@ def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay) -> float
     """Log one run; returns the lateral scale of its picture."""
     root, measured = root_of(run), overlay.measured
     for k, (name, curves) in enumerate(overlay.modelled.items()):
-        _log_curves(recording, root, name, curves, CYCLE[k % len(CYCLE)], 2.0)
+        colour = MODELS[k % len(MODELS)]
+        _log_curves(recording, root, name, curves, colour, 2.0, shown=_measured_points(measured))
         if measured is not None:
-            _log_residual(recording, root, name, curves, measured)
+            _log_residual(recording, root, name, curves, measured, colour)
     if measured is not None:
-        _log_curves(recording, root, MEASURED_NAME, measured, MEASURED, 1.2)
+        _log_curves(recording, root, MEASURED_NAME, measured, MEASURED_COLOUR, 1.2)
     if overlay.case is None or not overlay.modelled:
         return 1.0
     return _log_picture(recording, root, overlay.case, list(overlay.modelled.values())[-1])
 
 
+def _measured_points(measured: Curves | None) -> list[bool]:
+    """Whether points 1-4 were measured; without a measurement all are of interest."""
+    if measured is None:
+        return [True] * 4
+    return [bool(np.isfinite(row).any()) for row in np.asarray(measured.y, float)]
+
+
 def _log_curves(
-    recording: rr.RecordingStream, root: str, name: str, curves: Curves, colour: str, width: float
+    recording: rr.RecordingStream,
+    root: str,
+    name: str,
+    curves: Curves,
+    colour: str,
+    width: float,
+    shown: Sequence[bool] = (True,) * 4,
 ) -> None:
-    """Points 1-4 [mm] and the tilts [mrad] of one set of curves, against its travel."""
+    """Points 1-4 [mm] and the tilts [mrad] of one set of curves; points not ``shown`` start switched off."""
     for k, y in enumerate(np.asarray(curves.y, float)):
-        _column(recording, f"{root}/y/{path_part(name)}/y{k + 1}", curves.travel, y / MM, f"y{k + 1} {name}", colour, width)
+        path = f"{root}/y/{path_part(name)}/y{k + 1}"
+        _column(recording, path, curves.travel, y / MM, f"y{k + 1} {name}", colour, width, shown[k])
     if curves.tilt is not None:
         for side, tilt in zip(("upper", "lower"), np.asarray(curves.tilt, float), strict=True):
             label = f"{side} {name}"
-            _column(recording, f"{root}/tilt/{path_part(name)}/{side}", curves.travel, tilt / MRAD, label, colour, width)
+            _column(
+                recording,
+                f"{root}/tilt/{path_part(name)}/{side}",
+                curves.travel,
+                tilt / MRAD,
+                label,
+                colour,
+                width,
+            )
 
 
-def _log_residual(recording: rr.RecordingStream, root: str, name: str, curves: Curves, measured: Curves) -> None:
+def _log_residual(
+    recording: rr.RecordingStream, root: str, name: str, curves: Curves, measured: Curves, colour: str
+) -> None:
     """model - measured at points 1-4 [mm], at the travel of the measurement."""
     at = np.asarray(measured.travel, float)
+    outside = {"left": np.nan, "right": np.nan}  # the model says nothing beyond its own travel
     for k in range(4):
-        model = np.interp(at, np.asarray(curves.travel, float), np.asarray(curves.y, float)[k])
+        model = np.interp(at, np.asarray(curves.travel, float), np.asarray(curves.y, float)[k], **outside)
         error = (model - np.asarray(measured.y, float)[k]) / MM
         path, label = f"{root}/residual/{path_part(name)}/y{k + 1}", f"y{k + 1} {name}"
-        _column(recording, path, at, error, label, POINTS[k], 1.5)
+        _column(recording, path, at, error, label, colour, 1.5)
 
 
 def _column(
-    recording: rr.RecordingStream, path: str, travel, values: np.ndarray, label: str, colour: str, width: float
+    recording: rr.RecordingStream,
+    path: str,
+    travel: np.ndarray,
+    values: np.ndarray,
+    label: str,
+    colour: str,
+    width: float,
+    shown: bool = True,
 ) -> None:
     """One time series at once; what is not finite was not measured and is left out."""
     known = np.isfinite(values)
     if not known.any():
         return
-    series.style(recording, path, label, colour, width)
+    series.style(recording, path, label, colour, width, shown)
     millimetres = np.rint(np.asarray(travel, float)[known] / MM).astype(np.int64)
     index = rr.TimeColumn(series.TRAVEL, sequence=millimetres)
     rr.send_columns(path, [index], rr.Scalars.columns(scalars=values[known]), recording=recording)
@@ -149,4 +184,6 @@ def _tab(run: str, overlay: Overlay, scale: float) -> rrb.Container:
     if overlay.case is None or not overlay.modelled:
         return row
     title = f"{run}: belt of {list(overlay.modelled)[-1]}; lateral movement, yaw and tilt x {scale:g}"
-    return rrb.Vertical(blueprint.space(overlay.case, f"{root}/belt", title), row, row_shares=[2, 3], name=run)
+    return rrb.Vertical(
+        blueprint.space(overlay.case, f"{root}/belt", title), row, row_shares=[2, 3], name=run
+    )

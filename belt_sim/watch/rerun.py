@@ -83,7 +83,9 @@ class RecordingFile:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             recording.save(self.draft)
         except (OSError, RuntimeError, ValueError) as cause:
-            raise BeltError(f"recording {self.path}: cannot be written ({cause}); choose another folder") from cause
+            raise BeltError(
+                f"recording {self.path}: cannot be written ({cause}); choose another folder"
+            ) from cause
         self.recording = recording
 
     def close(self) -> None:
@@ -95,12 +97,14 @@ class RecordingFile:
 
 
 def to_file(path: str | os.PathLike, *, every: float = EVERY, scale: float | None = None) -> RerunObserver:
-    """Observer that writes ``path`` (.rrd), a picture each ``every`` [m] of travel; open it with `rerun PATH`."""
+    """Observer that writes ``path`` (.rrd), a picture each ``every`` [m]; open it with `rerun PATH`."""
     file = RecordingFile(path)
     return RerunObserver(file.open, file.close, every=every, scale=scale)
 
 
-def live(*, every: float = EVERY, scale: float | None = None, say: Callable[[str], None] | None = None) -> RerunObserver:
+def live(
+    *, every: float = EVERY, scale: float | None = None, say: Callable[[str], None] | None = None
+) -> RerunObserver:
     """Observer that shows the run in Rerun's own window or, where there is no display, in a web viewer.
 
     ``say`` gets one line with the viewer's address (default: standard error). ``start`` raises BeltError when
@@ -122,7 +126,9 @@ def live(*, every: float = EVERY, scale: float | None = None, say: Callable[[str
 
 def _has_display() -> bool:
     """Whether a window can be opened here."""
-    return sys.platform in ("darwin", "win32") or any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY"))
+    return sys.platform in ("darwin", "win32") or any(
+        os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
 
 
 def _serve(recording: rr.RecordingStream, say: Callable[[str], None]) -> None:

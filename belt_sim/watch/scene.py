@@ -10,7 +10,7 @@ from belt_sim.frame import Frame
 from belt_sim.pictures.colours import FAINT, INK, POINT_NAMES, POINTS, rgb
 from belt_sim.watch import shape
 
-#: Face of a pulley in belt widths, true to scale and with movements enlarged; stub of its axis beyond the face.
+#: Face of a pulley in belt widths, true to scale and enlarged; the axis stands out by STUB faces.
 FACE_TRUE, FACE_DRAWN = 1.6, 3.2
 STUB = 0.35
 PULLEY = (176, 186, 197)

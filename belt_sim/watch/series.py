@@ -30,9 +30,12 @@ def at(recording: rr.RecordingStream, travel: float, time: float | None = None) 
         recording.set_time(TIME, duration=time)
 
 
-def style(recording: rr.RecordingStream, path: str, name: str, colour: str, width: float = 2.0) -> None:
-    """Name, colour and line width [px] of one curve."""
-    recording.log(path, rr.SeriesLines(names=name, colors=[rgb(colour)], widths=width), static=True)
+def style(
+    recording: rr.RecordingStream, path: str, name: str, colour: str, width: float = 2.0, shown: bool = True
+) -> None:
+    """Name, colour and line width [px] of one curve, and whether it is drawn from the start."""
+    line = rr.SeriesLines(names=name, colors=[rgb(colour)], widths=width, visible_series=[shown])
+    recording.log(path, line, static=True)
 
 
 def path_of(name: str) -> str:
@@ -50,7 +53,7 @@ def start(recording: rr.RecordingStream) -> None:
 
 
 def log(recording: rr.RecordingStream, frame: Frame, seen: set[str]) -> None:
-    """Log y1-y4 [mm], the mid-span tilts and every named number of this frame; ``seen`` gathers their names."""
+    """Log y1-y4 [mm], the mid-span tilts and every named number of a frame; ``seen`` gathers their names."""
     for k in range(4):
         recording.log(f"series/y/y{k + 1}", rr.Scalars(frame.points[k, 1] / MM))
     upper, lower = mid_span_tilt(frame)

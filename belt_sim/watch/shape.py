@@ -46,10 +46,10 @@ def lateral_scale(case: Case, travel: float) -> int:
 
 
 def enlarged(frame: Frame, scale: float) -> Frame:
-    """The frame with lateral movements and all small angles times ``scale``; lengths, width and sag stay true.
+    """The frame with lateral movements and small angles times ``scale``; lengths, width and sag stay true.
 
     A centre line (x, y, z) becomes (x, scale y, z); the half cross-section (ex, ey, ez) from there to an edge
-    becomes (scale ex, ey, scale ez), that is, yaw and tilt grow alike; so a stuck belt still lies on its pulley.
+    becomes (scale ex, ey, scale ez): yaw and tilt grow alike, so a stuck belt still lies on its pulley.
     """
     left, right = np.asarray(frame.left, float), np.asarray(frame.right, float)
     centre = 0.5 * (left + right) * [1.0, scale, 1.0]
@@ -82,6 +82,6 @@ def tilt_colours(angles: np.ndarray, full: float) -> np.ndarray:
 
 
 def full_colour_tilt(case: Case) -> float:
-    """The tilt that gets the full colour [rad]: ten times the yaw angle set (8 mrad at mid-span for 0.042 deg)."""
+    """The tilt that gets the full colour [rad]: ten times the yaw (8 mrad were seen for 0.042 deg)."""
     yaw = max(abs(float(case.settings.yaw.last())), abs(float(case.settings.yaw_head.last())))
     return max(10.0 * yaw, 1e-3)

@@ -1,0 +1,119 @@
+"""Progress on the terminal: a bar where somebody looks, a line every 10 % where output goes to a file."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from belt_sim.case import Case
+from belt_sim.curves import Curves
+from belt_sim.frame import Frame
+
+LINE_EVERY = 0.10  # share of the work between two lines where there is no terminal
+
+
+class _Lines:
+    """Progress without a terminal: at most one line for each tenth of the work."""
+
+    def __init__(self, console: Console, title: str, total: float) -> None:
+        self.console, self.title, self.total = console, title, total
+        self.began, self.said = time.monotonic(), 0
+
+    def update(self, done: float, note: str) -> None:
+        tenth = int(done / self.total / LINE_EVERY + 1e-9) if self.total > 0 else 0
+        if tenth <= self.said:
+            return
+        self.said = tenth
+        elapsed = time.monotonic() - self.began
+        left = elapsed * (self.total / done - 1.0)
+        parts = [f"{100 * done / self.total:3.0f} %", note, f"{elapsed:.0f} s gone", f"{left:.0f} s left"]
+        self.console.print(
+            f"{self.title}: " + ", ".join(p for p in parts if p), markup=False, highlight=False
+        )
+
+    def close(self) -> None:
+        pass
+
+
+class _Bar:
+    """Progress on a terminal."""
+
+    def __init__(self, console: Console, title: str, total: float) -> None:
+        self.bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=None),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TextColumn("{task.fields[note]}"),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=console,
+        )
+        self.task = self.bar.add_task(title, total=total, note="")
+        self.bar.start()
+
+    def update(self, done: float, note: str) -> None:
+        self.bar.update(self.task, completed=done, note=note)
+
+    def close(self) -> None:
+        self.bar.stop()
+
+
+def _begin(console: Console | None, title: str, total: float) -> _Bar | _Lines:
+    """A bar on a terminal, lines elsewhere; both on standard error, so that results can be piped."""
+    console = console or Console(stderr=True)
+    return (_Bar if console.is_terminal else _Lines)(console, title, total)
+
+
+@contextmanager
+def progress(total: float, title: str, console: Console | None = None) -> Iterator[Callable[..., None]]:
+    """Show how far some work is: ``with progress(n, "bootstrap") as done: ...; done()``.
+
+    The function given adds ``amount`` (default 1) to what is done and shows ``note`` beside it.
+    """
+    shown, count = _begin(console, title, total), 0.0
+
+    def done(amount: float = 1.0, note: str = "") -> None:
+        nonlocal count
+        count += amount
+        shown.update(min(count, total), note)
+
+    try:
+        yield done
+    finally:
+        shown.close()
+
+
+class ProgressObserver:
+    """Travel, belt speed, metres simulated a second and remaining time of a run; travel starts at 0."""
+
+    def __init__(self, title: str = "belt", console: Console | None = None) -> None:
+        self.title, self.console = title, console
+        self.shown: _Bar | _Lines | None = None
+        self.travel, self.began = 0.0, 0.0
+        self.before: tuple[float, float] | None = None
+
+    def start(self, case: Case, travel: float) -> None:
+        """Begin the bar."""
+        self.travel, self.began, self.before = travel, time.monotonic(), None
+        self.shown = _begin(self.console, self.title, travel)
+
+    def frame(self, frame: Frame) -> None:
+        """Move the bar on."""
+        if self.shown is None:
+            return
+        speed = ""
+        if self.before is not None and frame.time > self.before[1]:
+            speed = f" at {(frame.travel - self.before[0]) / (frame.time - self.before[1]):.2f} m/s"
+        self.before = frame.travel, frame.time
+        pace = frame.travel / max(time.monotonic() - self.began, 1e-9)
+        self.shown.update(
+            frame.travel, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second"
+        )
+
+    def finish(self, curves: Curves) -> None:
+        """End the bar."""
+        if self.shown is not None:
+            self.shown.close()

@@ -1,0 +1,42 @@
+"""Progress is quiet where nobody looks."""
+
+import io
+
+from moving_belt import case, curves, frames
+from rich.console import Console
+
+from belt_sim.watch.progress import ProgressObserver, progress
+from belt_sim.watch.together import Together
+
+
+def test_without_a_terminal_a_line_each_tenth():
+    console = Console(file=io.StringIO(), force_terminal=False, width=120)
+    with progress(1000, "bootstrap", console) as done:
+        for _ in range(1000):
+            done()
+    lines = console.file.getvalue().splitlines()
+    assert len(lines) == 10
+    assert lines[4].startswith("bootstrap:  50 %")
+    assert lines[-1].startswith("bootstrap: 100 %")
+
+
+def test_a_run_tells_travel_speed_and_time_left():
+    console = Console(file=io.StringIO(), force_terminal=False, width=160)
+    watcher = Together(ProgressObserver("r01", console))
+    watcher.start(case(), 10.0)
+    for frame in frames(10.0):
+        watcher.frame(frame)
+    watcher.finish(curves(10.0))
+    lines = console.file.getvalue().splitlines()
+    assert len(lines) == 10
+    assert "5.0 of 10 m at 0.50 m/s" in lines[4]
+    assert "s left" in lines[4]
+
+
+def test_on_a_terminal_there_is_a_bar():
+    console = Console(file=io.StringIO(), force_terminal=True, width=160)
+    with progress(2, "rank", console) as done:
+        done(note="taper")
+        done(note="cant")
+    assert "100 %" in console.file.getvalue()
+    assert "cant" in console.file.getvalue()

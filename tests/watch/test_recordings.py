@@ -1,0 +1,139 @@
+"""What is in a recording is what was handed over."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from moving_belt import YAW, case, curves, frames
+
+from belt_sim.errors import BeltError
+from belt_sim.si import MM
+from belt_sim.watch.read_back import read_back
+from belt_sim.watch.record import record_curves
+from belt_sim.watch.rerun import RerunObserver, live, to_file
+from belt_sim.watch.shape import lateral_scale, tilt
+
+SINGLE = (
+    1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m
+)
+TRAVEL = 3.0
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A short run in a file, and its frames."""
+    path = tmp_path_factory.mktemp("watch") / "run.rrd"
+    shown, observer = list(frames(TRAVEL)), to_file(path)
+    observer.start(case(), TRAVEL)
+    for frame in shown:
+        observer.frame(frame)
+    assert not path.exists()  # it gets its name when it is whole
+    observer.finish(curves(TRAVEL))
+    assert [p.name for p in path.parent.iterdir()] == ["run.rrd"]
+    return read_back(path), shown
+
+
+def test_true_edges_come_back_from_the_file(recorded):
+    logged, shown = recorded
+    strips = logged["machine/true/belt/edges:LineStrips3D:strips"]
+    np.testing.assert_array_equal(strips.travel_mm, [round(f.travel / MM) for f in shown])
+    for (left, right), frame in zip(strips.values, shown, strict=True):
+        np.testing.assert_allclose(left[:-1], frame.left, atol=SINGLE)
+        np.testing.assert_allclose(right[:-1], frame.right, atol=SINGLE)
+        np.testing.assert_array_equal(left[0], left[-1])  # closed
+
+
+def test_drawn_movement_is_the_true_one_times_the_scale(recorded):
+    logged, shown = recorded
+    scale = lateral_scale(case(), TRAVEL)
+    assert scale > 1
+    for (left, right), frame in zip(
+        logged["machine/drawn/belt/edges:LineStrips3D:strips"].values, shown, strict=True
+    ):
+        middle = 0.5 * (left + right)[:-1]
+        np.testing.assert_allclose(
+            middle[:, 1], scale * 0.5 * (frame.left + frame.right)[:, 1], atol=scale * SINGLE
+        )
+        width = np.abs(left - right)[:-1, 1]
+        np.testing.assert_allclose(width, 0.2, rtol=1e-4)  # cos(tilt) of 8 mrad is 3e-5 from 1
+
+
+def test_time_series_come_back_in_the_units_shown(recorded):
+    logged, shown = recorded
+    for k in range(4):
+        y = logged[f"series/y/y{k + 1}:Scalars:scalars"].values
+        np.testing.assert_allclose(np.ravel(y), [f.points[k, 1] / MM for f in shown], rtol=1e-12)
+    roll = np.ravel(logged["series/tilt/tilt_upper:Scalars:scalars"].values)
+    expected = np.interp([f.travel for f in shown], curves(TRAVEL).travel, curves(TRAVEL).tilt[0])
+    np.testing.assert_allclose(roll, expected / 1e-3, rtol=1e-12)
+    np.testing.assert_allclose(np.ravel(logged["series/tension/tension:Scalars:scalars"].values), 10.0)
+
+
+def test_the_tilt_seen_in_the_edges_is_that_of_the_curves(recorded):
+    logged, _ = recorded
+    left, right = logged["machine/true/belt/edges:LineStrips3D:strips"].values[-1]
+    seen = tilt(left, right)
+    known = curves(TRAVEL).tilt[:, -1]
+    np.testing.assert_allclose([seen.max(), seen.min()], known, atol=2 * SINGLE / 0.2)
+
+
+def test_the_tail_pulley_is_shown_yawed(recorded):
+    logged, _ = recorded
+    turn = logged["machine/true/tail/turned:Transform3D:rotation_axis_angle"].values[-1]
+    assert float(turn.item()["angle"]) == pytest.approx(YAW, rel=1e-6)
+
+
+def test_frames_closer_than_asked_for_are_left_out(tmp_path):
+    observer = to_file(tmp_path / "thin.rrd", every=0.5)
+    observer.start(case(), TRAVEL)
+    for frame in frames(TRAVEL, every=0.1):
+        observer.frame(frame)
+    observer.finish(curves(TRAVEL))
+    seen = read_back(tmp_path / "thin.rrd")["series/y/y1:Scalars:scalars"].travel_mm
+    np.testing.assert_array_equal(seen, np.arange(0, 3001, 500))
+
+
+def test_curves_measurement_and_residual_come_back(tmp_path):
+    model = curves(20.0)
+    half = replace(curves(20.0, step=0.3), tilt=None)
+    half.y[1:3] = np.nan
+    measured = replace(half, y=half.y + 1e-3)
+    record_curves(tmp_path / "c.rrd", {"strip + taper": model}, measured, case=case(), run="r01")
+    logged = read_back(tmp_path / "c.rrd")
+    y = np.ravel(logged["runs/r01/y/strip_taper/y3:Scalars:scalars"].values)
+    np.testing.assert_allclose(y, model.y[2] / MM, rtol=1e-12)
+    residual = np.ravel(logged["runs/r01/residual/strip_taper/y1:Scalars:scalars"].values)
+    np.testing.assert_allclose(residual, -1.0, atol=1e-9)
+    assert len(residual) == 67  # the last sample lies beyond the model's travel
+    assert "runs/r01/residual/strip_taper/y2:Scalars:scalars" not in logged  # point 2 was not measured
+    assert "runs/r01/belt/belt/edges:LineStrips3D:strips" in logged
+
+
+def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    observer = to_file(tmp_path / "file" / "run.rrd")
+    with pytest.raises(BeltError, match="cannot be written") as error:
+        observer.start(case(), TRAVEL)
+    assert "\n" not in str(error.value)
+
+
+def test_no_viewer_is_one_line(monkeypatch):
+    monkeypatch.setenv("DISPLAY", ":77")
+    monkeypatch.setattr(
+        "rerun.RecordingStream.spawn", lambda self: (_ for _ in ()).throw(RuntimeError("no\nviewer"))
+    )
+    with pytest.raises(BeltError, match="use watch=rrd") as error:
+        live().start(case(), TRAVEL)
+    assert "\n" not in str(error.value)
+
+
+def test_no_recording_is_one_line(tmp_path):
+    (tmp_path / "no.rrd").write_text("nonsense")
+    with pytest.raises(BeltError, match="cannot be read"):
+        read_back(tmp_path / "no.rrd")
+
+
+def test_an_observer_never_started_ignores_frames():
+    observer = RerunObserver(lambda recording: None, lambda: None)
+    observer.frame(next(frames(1.0)))
+    observer.finish(curves(1.0))

@@ -1,0 +1,78 @@
+"""Geometry of what is drawn."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from moving_belt import case, curves, frames
+
+from belt_sim.case import Schedule
+from belt_sim.watch import drawn_curves, shape
+from belt_sim.watch.drawn_curves import yaw_at
+
+
+def test_tilt_is_the_roll_of_the_section():
+    roll = np.array([0.0, 8e-3, -0.3])
+    half = 0.1 * np.column_stack([np.zeros(3), np.cos(roll), np.sin(roll)])
+    np.testing.assert_allclose(shape.tilt(half, -half), roll, atol=1e-15)
+
+
+def test_a_rope_has_no_tilt():
+    line = np.random.default_rng(1).normal(size=(5, 3))
+    np.testing.assert_array_equal(shape.tilt(line, line), 0.0)
+
+
+def test_scale_one_changes_nothing():
+    frame = list(frames(2.0))[-1]
+    same = shape.enlarged(frame, 1.0)
+    for name in ("left", "right", "points"):
+        np.testing.assert_allclose(getattr(same, name), getattr(frame, name), atol=1e-15)
+
+
+def test_the_enlarged_belt_still_lies_along_the_enlarged_pulley():
+    """On the tail wrap the section stands along the pulley's axis, whose yaw grows by the same factor."""
+    frame = list(frames(2.0))[-1]
+    drawn = shape.enlarged(frame, 50.0)
+    on_tail = frame.left[:, 0] > frame.tail_x + 0.01
+    across = (drawn.left - drawn.right)[on_tail]
+    np.testing.assert_allclose(-across[:, 0] / across[:, 1], drawn.yaw_tail, rtol=1e-9)
+
+
+def test_every_side_of_the_ribbon_is_shared_by_two_triangles_or_is_an_edge():
+    n = 7
+    triangles = shape.ribbon_triangles(n)
+    sides = np.sort(
+        np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
+    )
+    _, counts = np.unique(sides, axis=0, return_counts=True)
+    assert len(triangles) == 2 * n
+    assert (counts == 1).sum() == 2 * n  # the two edges of the belt
+    assert (counts == 2).sum() == 2 * n  # one across and one diagonal a station
+
+
+@pytest.mark.parametrize(("travel", "scale"), [(60.0, 10), (3.0, 200)])
+def test_lateral_scale_keeps_the_drift_within_two_widths(travel, scale):
+    assert shape.lateral_scale(case(), travel) == scale
+
+
+def test_colours_are_white_without_tilt_and_red_or_blue_with():
+    blue, white, red = shape.tilt_colours(np.array([-1e-2, 0.0, 1e-2]), 5e-3).astype(int)
+    assert white.min() > 235
+    assert blue[2] > blue[0] + 50
+    assert red[0] > red[2] + 50
+
+
+def test_yaw_steps_and_ramps():
+    schedule = Schedule.step(1e-3, 1.0).then(Schedule.ramp(2e-3, 4.0, 2.0))
+    assert [yaw_at(schedule, s) for s in (0.0, 1.0, 3.0, 5.0, 9.0)] == pytest.approx(
+        [0, 1e-3, 1e-3, 2e-3, 3e-3]
+    )
+
+
+def test_unmeasured_points_do_not_spoil_the_picture():
+    half = replace(curves(2.0))
+    half.y[1] = np.nan
+    half.y[2:] = np.nan
+    last = list(drawn_curves.frames(case(), half))[-1]
+    assert np.isfinite(last.left).all()
+    np.testing.assert_allclose(last.points[:, 1], [half.y[0, -1], half.y[0, -1], 0.0, 0.0])
