@@ -73,6 +73,7 @@ POISSON_RATIO = Range("number", 0.0, 0.5, "")
 TENSION = Range("stress", 0.01, 2000.0, "N/mm2")
 YAW = Range("angle", -2.0, 2.0, "deg")
 SPEED = Range("speed", 0.0, 100.0, "m/s", open_low=True)
+DIRECTION = Range("number", -1e9, 1e9, "")  # which of them are directions is said by the reader
 TRAVEL = Range("length", 0.0, 20000.0, "m")
 TIME = Range("time", -1e10, 1e10, "s")
 RATE = Range("number", -200.0, 200.0, "", label="mm per m")

@@ -45,9 +45,10 @@ class CampaignError(BeltError):
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The nearest known word as a remedy, or the list of all of them."""
-    known = list(known)
+    known = list(dict.fromkeys(known))
     lower = {k.lower(): k for k in known}
     near = difflib.get_close_matches(word.lower(), list(lower), n=1, cutoff=0.6)
+    near = near or [k for k in lower if word and k.startswith(word.lower())]
     if near:
         return f"did you mean {lower[near[0]]}?"
     return f"use one of {', '.join(known)}" if known else "nothing is known by that name here"

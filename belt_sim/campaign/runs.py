@@ -21,7 +21,7 @@ NUMBERS: dict[str, tuple[str, Range, float | None]] = {
     "yaw_deg": ("yaw", plausible.YAW, None),
     "yaw_head_deg": ("yaw_head", plausible.YAW, 0.0),
     "speed_m_per_s": ("speed", plausible.SPEED, 0.5),
-    "direction": ("direction", plausible.Range("number", -1.0, 1.0, ""), 1.0),
+    "direction": ("direction", plausible.DIRECTION, 1.0),
     "yaw_at_m": ("yaw_at", plausible.TRAVEL, 0.0),
 }
 REQUIRED = ("run", "tension_N_per_mm2", "yaw_deg")
@@ -132,6 +132,7 @@ def read_signals(
     problems,
 ) -> dict[str, Run]:
     """The runs of signals.csv with their records; only those that could be read."""
+    before = len(problems)
     known = None if names is None else ("run", "travel_m", "time_s", *names)
     table = parse_table(text, "signals.csv", ("run", "travel_m"), known, problems)
     if table is None:
@@ -159,7 +160,7 @@ def read_signals(
         }
         own = time[index] if time is not None and np.isfinite(time[index]).any() else None
         recorded[name] = dataclasses.replace(rows.runs[name], travel=travel[index], time=own, signals=signals)
-        if columns and not signals:
+        if columns and not signals and len(problems) == before:
             table.refuse(
                 index[0], "run", name, "", "has rows but no readings; fill them in or remove the run"
             )

@@ -8,8 +8,10 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, model_validator
 
 from belt_sim.campaign import plausible
 from belt_sim.campaign.nouns import PLACES
+from belt_sim.campaign.plausible import ERROR, SIGNAL_DIMENSION, WHITE
 from belt_sim.campaign.problems import did_you_mean
 from belt_sim.errors import InputError
+from belt_sim.si import UNITS
 
 SCHEMA = "belt-campaign/1"
 #: Column names of signals.csv that no signal may take.
@@ -63,7 +65,7 @@ def one_line(text: str) -> str:
 
 def stated(text: str) -> str:
     if not text:
-        raise InputError("", "", "", "is empty; say what the campaign is")
+        raise InputError("", None, "", "is empty; say what the campaign is")
     return text
 
 
@@ -141,10 +143,14 @@ class SignalEntry(Entry):
         if self.at not in PLACES:
             raise InputError("at", self.at, "", did_you_mean(self.at, PLACES))
         kind = PLACES[self.at]
-        plausible.WHITE[kind].check(self.white, self.unit, name="white")
-        plausible.ERROR[kind].check(self.zero, self.unit, name="zero")
+        units = [unit for unit, (dimension, _) in UNITS.items() if dimension == SIGNAL_DIMENSION[kind]]
+        if self.unit not in units:
+            remedy = f"{self.at} gives a {kind} signal; use one of {', '.join(units)}"
+            raise InputError("unit", self.unit, "", remedy)
+        WHITE[kind].check(self.white, self.unit, name="white")
+        ERROR[kind].check(self.zero, self.unit, name="zero")
         if self.wander is not None:
-            plausible.ERROR[kind].check(self.wander.sd, self.unit, name="wander.sd")
+            ERROR[kind].check(self.wander.sd, self.unit, name="wander.sd")
         return self
 
 

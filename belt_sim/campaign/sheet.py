@@ -37,6 +37,7 @@ EXAMPLES = {
     "density": "{value: 7850, unit: kg/m^3}",
     "unit": "unit: mm",
     "at": "at: point_1",
+    "yaw.unit": "unit: urad",
     "white": "white: 0.02",
     "length_m": "{sd: 0.05, length_m: 3}",
     "sd": "{sd: 0.05, length_m: 3}",
@@ -95,10 +96,8 @@ def _problem(details, marked: MarkedYaml) -> Problem:
         inner = (*path, *error.name.split(".")) if error.name else path
         value, unit, remedy = error.value, error.unit, error.remedy
     elif kind == "missing":
-        value, remedy = (
-            None,
-            f"is missing; state it, for example {EXAMPLES.get(path[-1], path[-1] + ': ...')}",
-        )
+        example = EXAMPLES.get(".".join(path[-2:])) or EXAMPLES.get(path[-1], f"{path[-1]}: ...")
+        value, remedy = None, f"is missing; state it, for example {example}"
     elif kind == "extra_forbidden":
         value, remedy = None, f"unknown key; {did_you_mean(path[-1], _known_keys(path[:-1]))}"
     elif kind == "literal_error":
