@@ -1,0 +1,1 @@
+"""Compare a model with measurements, see where it fails, learn which effect is missing."""

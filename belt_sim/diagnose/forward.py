@@ -1,0 +1,149 @@
+"""The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
+
+A point q has, for every run, [effect parameters in units of their scale | stiffness | tension | yaw], the last three
+relative, relative and in radians. Values and directional derivatives are computed for many points at once.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.analytic.march import march_traced, plan_steps
+from belt_sim.analytic.model import Model
+from belt_sim.case import Case, Schedule
+from belt_sim.diagnose.samples import Samples
+from belt_sim.effects.base import Effect, uses
+from belt_sim.laws.sensor import Reading
+
+STEP = 0.0625  # [m] of the march; wobble, the fastest effect, is then right to 2 %
+LANES = 16  # batches are padded to multiples of this, so that few shapes are compiled
+NUISANCES = ("stiffness", "tension", "yaw")
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One parameter of one effect in q."""
+
+    effect: type[Effect]
+    name: str
+
+    @property
+    def scale(self) -> float:
+        return self.effect.parameters[self.name].scale
+
+    @property
+    def null(self) -> float:
+        return self.effect.parameters[self.name].null
+
+
+class Forward:
+    """Predictions of ``model`` with every effect of ``classes`` within reach, all null to begin with."""
+
+    def __init__(self, samples: Samples, model: Model, classes: Sequence[type[Effect]]) -> None:
+        self.samples, self.model, self.classes = samples, model, tuple(classes)
+        self.slots = tuple(Slot(c, name) for c in self.classes for name in c.parameters)
+        self.size = len(self.slots) + len(NUISANCES)
+        travel = float(np.ceil(samples.end + 0.5))
+        plan = plan_steps(samples.cases, travel=travel, step=STEP, keep=STEP)
+        places = tuple(_place(s.at) for s in samples.signals)
+        one = partial(_one_run, model=model, plan=plan, slots=self.slots, span=travel, places=places)
+        axes = (0, Case(rig=None, belt=None, settings=0), 0, 0, 0)  # type: ignore[arg-type]
+        runs = jax.vmap(one, in_axes=axes)
+
+        def lane(q, direction, data):
+            along = jnp.broadcast_to(direction, q.shape)
+            return jax.jvp(lambda p: runs(p, *data), (q,), (along,))
+
+        self._lanes = jax.jit(jax.vmap(lane, in_axes=(0, 0, None)))
+        self._values = jax.jit(jax.vmap(lambda q, data: runs(q, *data), in_axes=(0, None)))
+
+    def index(self, effect_id: str) -> list[int]:
+        """Positions in q of an effect's parameters."""
+        return [k for k, s in enumerate(self.slots) if s.effect.id == effect_id]
+
+    def null(self) -> np.ndarray:
+        """q (size,) with nothing wrong."""
+        return np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
+
+    def values(self, q: np.ndarray, samples: Samples | None = None) -> np.ndarray:
+        """Predictions (C, R, S, n) at points q (C, size)."""
+        padded = _pad(np.atleast_2d(q))
+        out = self._values(self._per_run(padded, samples), _data(samples or self.samples))
+        return np.asarray(out)[: len(np.atleast_2d(q))]
+
+    def lanes(self, q: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
+        """Predictions and their derivatives, both (C, R, S, n), at q (C, size) along directions (C, size)."""
+        count = len(q)
+        values, slopes = self._lanes(
+            self._per_run(_pad(q), samples), _pad(directions), _data(samples or self.samples)
+        )
+        return np.asarray(values)[:count], np.asarray(slopes)[:count]
+
+    def effects_at(self, q: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
+        """The effects ``ids`` with the numbers of q."""
+        numbers = {c.id: {} for c in self.classes}
+        for slot, value in zip(self.slots, q, strict=False):
+            numbers[slot.effect.id][slot.name] = float(value) * slot.scale
+        return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
+
+    def _per_run(self, q, samples):
+        runs = len((samples or self.samples).runs)
+        return np.repeat(q[:, None, :], runs, axis=1)
+
+
+def _data(samples: Samples):
+    return samples.cases, samples.travel, samples.time, samples.yaw_at
+
+
+def _pad(rows: np.ndarray) -> np.ndarray:
+    missing = -len(rows) % LANES
+    return np.concatenate([rows, np.repeat(rows[:1], missing, axis=0)]) if missing else rows
+
+
+def _place(at: str) -> tuple[str, int]:
+    """("y", row) or ("tilt", row) of a signal's place."""
+    places = {f"point_{k}": ("y", k - 1) for k in (1, 2, 3, 4)}
+    return (places | {"upper_mid_span": ("tilt", 0), "lower_mid_span": ("tilt", 1)})[at]
+
+
+def _one_run(q, case: Case, travel, time, yaw_at, *, model, plan, slots, span, places):
+    """Readings (S, n) of one run at a point q."""
+    numbers: dict[type[Effect], dict] = {}
+    for k, slot in enumerate(slots):
+        numbers.setdefault(slot.effect, {})[slot.name] = q[k] * slot.scale
+    effects = tuple(cls(**values) for cls, values in numbers.items())
+    case = _as_set(case, q[len(slots) :])
+    curves = march_traced(case, effects, span, model=model, plan=plan)
+    true = travel
+    for e in uses(effects, "encoder"):
+        true = e.encoder(true, case)
+    spacing = span / plan[0]
+    y = _at(curves.y, true, spacing) - _at(curves.y, yaw_at[None], spacing)
+    tilt = _at(curves.tilt, true, spacing)
+    reading = Reading(travel=travel, true_travel=true, time=time, y=y, tilt=tilt)
+    for e in uses(effects, "sensor"):
+        reading = e.sensor(reading, case)
+    return jnp.stack([getattr(reading, kind)[row] for kind, row in places])
+
+
+def _as_set(case: Case, nuisance) -> Case:
+    """The case as it was really set: stiffness, tension and yaw off by what ``nuisance`` says."""
+    stiffness, tension, yaw = nuisance
+    belt = replace(case.belt, youngs_modulus=case.belt.youngs_modulus * (1.0 + stiffness))
+    schedule = case.settings.yaw
+    last = jnp.zeros_like(schedule.change).at[-1].set(yaw)
+    turned = Schedule(at=schedule.at, over=schedule.over, change=schedule.change + last)
+    settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned)
+    return Case(rig=case.rig, belt=belt, settings=settings)
+
+
+def _at(rows, travel, spacing):
+    """Rows (k, records) on a uniform grid, looked up at ``travel`` (n,) by straight lines."""
+    position = jnp.clip(travel / spacing, 0.0, rows.shape[1] - 1.000001)
+    left = jnp.floor(position).astype(int)
+    part = position - left
+    return rows[:, left] * (1 - part) + rows[:, left + 1] * part

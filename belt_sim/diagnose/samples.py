@@ -1,0 +1,80 @@
+"""A campaign's samples as arrays of one shape: runs x signals x samples, thinned where they are needlessly dense."""
+
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+
+from belt_sim.campaign import Campaign, Run, SignalSheet, case_of
+from belt_sim.case import Case
+from belt_sim.errors import InputError
+
+MAX_SAMPLES = 320  # per run; denser records are averaged in bins, which loses nothing that a belt can do
+
+
+@dataclass(frozen=True, kw_only=True)
+class Samples:
+    """Measured values y, shape (R, S, n) [m or rad], nan where blank; travel, time (R, n) [m, s]; cases: R cases in
+    one, batched in their settings only; per (R,): bin sizes that white noise was averaged over.
+    """
+
+    runs: tuple[Run, ...]
+    signals: tuple[SignalSheet, ...]
+    cases: Case
+    travel: np.ndarray
+    time: np.ndarray
+    y: np.ndarray
+    yaw_at: np.ndarray
+    per_bin: np.ndarray
+
+    @property
+    def end(self) -> float:
+        """Longest travel of any run [m]."""
+        return float(np.nanmax(self.travel))
+
+
+def samples_of(campaign: Campaign) -> Samples:
+    """The signals of a campaign; raises InputError when it has none."""
+    runs = tuple(r for r in campaign.runs if len(r.travel))
+    if not runs:
+        raise InputError("signals.csv", "no samples", "", "comparing curves needs travel and signals of at least one run")
+    names = [s.name for s in campaign.signals]
+    thinned = [_thin(run, names) for run in runs]
+    n = max(len(t[0]) for t in thinned)
+    shape = (len(runs), len(names), n)
+    travel, time, y = np.zeros(shape[::2]), np.zeros(shape[::2]), np.full(shape, np.nan)
+    for k, (s, t, values, _) in enumerate(thinned):
+        travel[k, : len(s)], travel[k, len(s) :] = s, s[-1]
+        time[k, : len(s)], time[k, len(s) :] = t, t[-1]
+        y[k, :, : len(s)] = values
+    return Samples(
+        runs=runs,
+        signals=campaign.signals,
+        cases=stack_cases([case_of(campaign, run) for run in runs]),
+        travel=travel,
+        time=time,
+        y=y,
+        yaw_at=np.array([run.yaw_at for run in runs]),
+        per_bin=np.array([b for *_, b in thinned], dtype=float),
+    )
+
+
+def stack_cases(cases: list[Case]) -> Case:
+    """One Case whose settings have a leading axis; rig and belt are those of the first."""
+    settings = jax.tree.map(lambda *leaves: np.stack([np.asarray(x, dtype=float) for x in leaves]), *[c.settings for c in cases])
+    return Case(rig=cases[0].rig, belt=cases[0].belt, settings=settings)
+
+
+def _thin(run: Run, names: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Travel, time, values (S, n) and bin size of one run."""
+    values = np.stack([run.signals.get(name, np.full(len(run.travel), np.nan)) for name in names])
+    time = run.time if run.time is not None else run.travel / run.speed
+    per_bin = max(1, -(-len(run.travel) // MAX_SAMPLES))
+    if per_bin == 1:
+        return run.travel, time, values, 1
+    whole = len(run.travel) // per_bin * per_bin
+
+    def binned(x):
+        return x[..., :whole].reshape(*x.shape[:-1], -1, per_bin).mean(axis=-1)
+
+    return binned(run.travel), binned(time), binned(values), per_bin
