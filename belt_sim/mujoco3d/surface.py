@@ -1,6 +1,7 @@
 """The shape and the mounting of a pulley, as the belt feels them."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,7 +14,8 @@ class PulleySurface:
     radius [m], to the belt's middle surface; taper = (dR/dy)/R [1/m]; crown c [1/m2]: local taper -c y;
     cant [rad]: roll of the axis about +x; yaw_offset [rad]: added to the commanded yaw; wobble [rad]: half angle of
     the cone that the axis describes about the bearings' axis, seen as yaw wobble cos(turned + wobble_phase), where
-    ``turned`` is the rotation since travel 0 along the travel of the upper span from head to tail.
+    ``turned`` is the rotation since travel 0 along the travel of the upper span from head to tail;
+    yaw_compliance [rad/(N m)]: the pulley gives way to the belt's moment about z.
     """
 
     radius: float
@@ -23,6 +25,7 @@ class PulleySurface:
     yaw_offset: float = 0.0
     wobble: float = 0.0
     wobble_phase: float = 0.0
+    yaw_compliance: float = 0.0
 
     def radius_at(self, y, angle):
         """Radius [m] at lateral position y [m] and material angle [rad] (from the top towards +x at travel 0).
@@ -42,29 +45,6 @@ class PulleySurface:
         return np.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
 
 
-@dataclass
-class SceneParts:
-    """What an effect may change before a scene is built: geometry, gravity, friction, the belt's natural shape.
-
-    head, tail: PulleySurface; gravity [m/s2]; friction [1]; camber(s) [1/m]: natural in-plane curvature of the belt
-    against the position s [m] along it (None = straight); edge_guides: guides on the spans; yaw_compliance_tail,
-    yaw_compliance_head [rad/(N m)]: the pulley gives way to the belt's moment about z.
-    """
-
-    head: PulleySurface
-    tail: PulleySurface
-    gravity: float
-    friction: float
-    camber: object = None
-    edge_guides: list = field(default_factory=list)
-    yaw_compliance_tail: float = 0.0
-    yaw_compliance_head: float = 0.0
-
-    def change(self, pulley: str, **values: float) -> None:
-        """Replace fields of the surface of ``pulley`` ("head" or "tail")."""
-        setattr(self, pulley, replace(getattr(self, pulley), **values))
-
-
 @dataclass(frozen=True, kw_only=True)
 class EdgeGuide:
     """A one-sided roller beside the belt's edge: span "upper" or "lower", x [m], gap [m] between edge and roller,
@@ -75,3 +55,23 @@ class EdgeGuide:
     gap: float
     side: float
     stiffness: float
+
+
+@dataclass
+class SceneParts:
+    """What an effect may change before a scene is built: geometry, gravity, friction, the belt's natural shape.
+
+    head, tail: PulleySurface; gravity [m/s2]; friction [1]; camber(s) [1/m]: natural in-plane curvature of the belt
+    against the position s [m] along it (None = straight); edge_guides: guides on the spans.
+    """
+
+    head: PulleySurface
+    tail: PulleySurface
+    gravity: float
+    friction: float
+    camber: Callable[[np.ndarray], np.ndarray] | None = None
+    edge_guides: list[EdgeGuide] = field(default_factory=list)
+
+    def change(self, pulley: str, **values: float) -> None:
+        """Replace fields of the surface of ``pulley`` ("head" or "tail")."""
+        setattr(self, pulley, replace(getattr(self, pulley), **values))

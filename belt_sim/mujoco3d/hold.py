@@ -1,0 +1,111 @@
+"""Landed stations are held on the pulleys by stiff springs in the solver's metric, instead of contacts.
+
+Every node rides on three slides. While its station lies on a pulley, the slides' springs (jnt_stiffness) hold it at
+an anchor that turns with the pulley (qpos_spring). Under MuJoCo's discrete integrator a joint spring is implicit, so
+it may be as stiff as 1e10 N/m: 0.02 um under the belt's pressure, no creep, no chatter, no cone.
+
+Landing keeps the length of the chord to the station landed before, edge by edge: what lies on the pulley is the strain
+the belt had at the run-up, so that the landed belt turns by the run-up curvature (physics: dtheta/ds = -kappa).
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from belt_sim.mujoco3d.surface import PulleySurface
+
+HEAD, TAIL = 0, 1
+
+
+@dataclass
+class Pose:
+    """Where a pulley is: centre [m], shape (3,); axes, shape (3, 3), pulley frame to world; spin [rad]."""
+
+    centre: np.ndarray
+    axes: np.ndarray
+    spin: float
+
+
+@dataclass
+class Wrap:
+    """The stations that lie on one pulley: consecutive numbers first..last (modulo n), and their anchors.
+
+    anchors are cylinder coordinates in the spinning pulley: r, y [m] and angle [rad] from the top towards +x,
+    shape (n, m), valid for held stations only.
+    """
+
+    surface: PulleySurface
+    extra_radius: float
+    first: int
+    last: int
+    r: np.ndarray
+    y: np.ndarray
+    angle: np.ndarray
+    stations: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+
+    @staticmethod
+    def empty(surface: PulleySurface, extra_radius: float, n: int, m: int) -> "Wrap":
+        """extra_radius [m]: how much wider the circle of the stations is than the pulley."""
+        zeros = [np.zeros((n, m)) for _ in range(3)]
+        return Wrap(surface, extra_radius, 0, -1, *zeros)
+
+    def renumber(self) -> None:
+        """Recompute ``stations`` after first or last changed."""
+        self.stations = np.arange(self.first, self.last + 1) % self.r.shape[0]
+
+    def radius_at(self, y, angle):
+        """Radius of a station's circle [m] at y [m] and material angle [rad]."""
+        return self.surface.radius_at(y, angle) + self.extra_radius
+
+    def place(self, pose: Pose) -> np.ndarray:
+        """World positions of the held anchors [m], shape (held, m, 3)."""
+        k = self.stations
+        turned = self.angle[k] + pose.spin
+        local = np.empty((len(k), self.r.shape[1], 3))
+        local[:, :, 0] = self.r[k] * np.sin(turned)
+        local[:, :, 1] = self.y[k]
+        local[:, :, 2] = self.r[k] * np.cos(turned)
+        return local @ pose.axes.T + pose.centre
+
+    def normals(self, pose: Pose) -> np.ndarray:
+        """Outward normals at the held anchors (the axis' radial direction), shape (held, m, 3)."""
+        turned = self.angle[self.stations] + pose.spin
+        return np.sin(turned)[:, :, None] * pose.axes[:, 0] + np.cos(turned)[:, :, None] * pose.axes[:, 2]
+
+
+def cylinder_coordinates(points: np.ndarray, pose: Pose) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """r, y [m] and material angle [rad] of world points, shape (..., 3), in the spinning pulley."""
+    local = (points - pose.centre) @ pose.axes
+    return (
+        np.hypot(local[..., 0], local[..., 2]),
+        local[..., 1],
+        np.arctan2(local[..., 0], local[..., 2]) - pose.spin,
+    )
+
+
+def height(wrap: Wrap, pose: Pose, nodes: np.ndarray) -> float:
+    """Mean distance of a station's nodes, shape (m, 3), from the pulley's surface [m]; negative = inside."""
+    r, y, angle = cylinder_coordinates(nodes, pose)
+    return float(np.mean(r - wrap.radius_at(y, angle)))
+
+
+def anchor(wrap: Wrap, pose: Pose, station: int, nodes: np.ndarray) -> None:
+    """Anchor a station where its nodes, shape (m, 3), project on the surface (used before the run)."""
+    r, y, angle = cylinder_coordinates(nodes, pose)
+    wrap.y[station], wrap.angle[station], wrap.r[station] = y, angle, wrap.radius_at(y, angle)
+
+
+def land(wrap: Wrap, pose: Pose, station: int, neighbour: int, nodes: np.ndarray, beside: np.ndarray) -> None:
+    """Anchor a station on the surface at its present distance from the neighbour that has landed before.
+
+    nodes, beside: positions of the station's and the neighbour's nodes [m], shape (m, 3). With chord c, lateral
+    difference dy and radii r1, r2 the anchors are 2 asin(sqrt((c^2 - dy^2 - (r1 - r2)^2) / (4 r1 r2))) apart.
+    """
+    _, y, angle = cylinder_coordinates(nodes, pose)
+    r1, y1, angle1 = wrap.r[neighbour], wrap.y[neighbour], wrap.angle[neighbour]
+    r2 = wrap.radius_at(y, angle)
+    chord2 = np.sum((nodes - beside) ** 2, axis=1)
+    apart = 2.0 * np.arcsin(np.sqrt((chord2 - (y - y1) ** 2 - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
+    towards = np.sign(angle - angle1 - 2.0 * np.pi * np.round((angle - angle1) / (2.0 * np.pi)))
+    wrap.y[station], wrap.r[station] = y, r2
+    wrap.angle[station] = angle1 + towards * apart

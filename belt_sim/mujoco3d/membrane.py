@@ -1,0 +1,52 @@
+"""The shell belt: a two-dimensional flex membrane of real E, h and rho with a calibrated width."""
+
+import math
+
+import mujoco
+
+from belt_sim.case import Case
+from belt_sim.errors import InputError
+from belt_sim.mujoco3d.belt import Mesh, add_nodes, lay, node_name
+from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.options import Options
+
+_STRETCH = 2  # elastic2d="stretch": membrane stiffness only; plate bending acts over 7-16 mm
+
+
+def model_width(width: float, across: int) -> float:
+    """Width [m] at which linear triangles bend in their plane, and twist under tension, like the strip.
+
+    b' = b / sqrt(1 + 2 / n^2) with n = across - 1 elements: linear triangles bend as EI (1 + 2 / n^2).
+    """
+    return width / math.sqrt(1.0 + 2.0 / (across - 1) ** 2)
+
+
+class Membrane:
+    """Flex triangles between the stations, diagonals alternating so that the mesh has no preferred side."""
+
+    def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
+        if options.across < 2:
+            raise InputError("options.across", options.across, "nodes", "a membrane needs 2 or more")
+        return lay(case, loop, model_width(float(case.belt.width), options.across), options.across)
+
+    def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
+        add_nodes(spec, mesh, sites=False)
+        flex = spec.add_flex(name="belt", dim=2)
+        n, m = mesh.stations, mesh.across
+        flex.vertbody = [node_name(i, j) for i in range(n) for j in range(m)]
+        flex.vert = [0.0] * (3 * n * m)
+        flex.elem = [v for i in range(n) for j in range(m - 1) for v in _triangles(i, j, n, m)]
+        width = model_width(float(case.belt.width), m)
+        flex.young = float(case.belt.youngs_modulus)
+        flex.poisson = float(case.belt.poisson_ratio)
+        flex.thickness = float(case.belt.area) / width
+        flex.elastic2d = _STRETCH
+        flex.contype = flex.conaffinity = 0
+        flex.radius = 1e-3
+        flex.rgba = [0.75, 0.78, 0.82, 1.0]
+
+
+def _triangles(i: int, j: int, n: int, m: int) -> list[int]:
+    a, b = i * m + j, i * m + j + 1
+    c, d = (i + 1) % n * m + j, (i + 1) % n * m + j + 1
+    return [a, b, c, b, d, c] if (i + j) % 2 else [a, b, d, a, d, c]

@@ -1,0 +1,127 @@
+"""A run in three dimensions: case in, curves out."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from belt_sim.case import Case, Schedule
+from belt_sim.curves import Curves
+from belt_sim.errors import InputError, RunFailed
+from belt_sim.frame import Observer
+from belt_sim.mujoco3d.belt import drag
+from belt_sim.mujoco3d.contact import Contact
+from belt_sim.mujoco3d.friction import Friction
+from belt_sim.mujoco3d.machine import Machine
+from belt_sim.mujoco3d.membrane import Membrane
+from belt_sim.mujoco3d.options import BELTS, Options
+from belt_sim.mujoco3d.record import Recorder
+from belt_sim.mujoco3d.scene import Scene, build, scene_parts
+from belt_sim.mujoco3d.stage import Clock
+
+_BELTS = {"flex": Membrane}
+_REST_DRAG = 15.0  # [1/s], about critical for the lowest sway of a span
+
+
+def simulate(
+    case: Case,
+    *,
+    belt: str = "flex",
+    travel: float,
+    options: Options | None = None,
+    scene_path: Path | None = None,
+    observers: Sequence[Observer] = (),
+    effects: Sequence = (),
+    control: bool = False,
+) -> Curves:
+    """Run ``case`` over ``travel`` [m] of belt and return its curves; y = 0 at travel 0.
+
+    belt: "rope", "grid" or "flex"; scene_path: where to write the MJCF; control: subtract a run without yaw.
+    Raises RunFailed, with the curves so far in its ``curves``, when the run diverges.
+    """
+    if belt not in BELTS:
+        raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
+    options = options or Options()
+    curves = Run.begin(case, belt, options, observers, effects, scene_path).go(travel)
+    if not control:
+        return curves
+    aligned = replace(case.settings, yaw=Schedule.step(0.0), yaw_head=Schedule.step(0.0))
+    zero = Run.begin(replace(case, settings=aligned), belt, options, (), effects, None).go(travel)
+    drift = np.array([np.interp(curves.travel, zero.travel, y) for y in zero.y])
+    names = {f"control_{k + 1}": y for k, y in enumerate(drift)}
+    return replace(curves, y=curves.y - drift, extra=curves.extra | names)
+
+
+class Run:
+    """One run under way: the scene, the pulleys, the belt on them, and what is recorded."""
+
+    def __init__(self, scene: Scene, data: mujoco.MjData, machine: Machine, contact: Contact, recorder: Recorder):
+        self.scene, self.data, self.machine, self.contact, self.recorder = scene, data, machine, contact, recorder
+        self.sign = float(np.sign(float(machine.case.settings.direction)))
+
+    @staticmethod
+    def begin(case, belt: str, options: Options, observers, effects, scene_path: Path | None) -> "Run":
+        """Build the scene (and write its MJCF) with the belt laid round the pulleys."""
+        parts = scene_parts(case, options, effects)
+        spec, scene = build(case, _BELTS[belt](), options, parts)
+        if scene_path is not None:
+            unfinished = scene_path.with_suffix(".part")
+            unfinished.write_text(spec.to_xml())
+            unfinished.rename(scene_path)
+        data = mujoco.MjData(scene.model)
+        mujoco.mj_resetDataKeyframe(scene.model, data, 0)
+        machine = Machine.begin(case, scene, options)
+        machine.put(data)
+        friction = Friction(parts.friction, options.hold_stiffness, options.slip_stiffness)
+        contact = Contact.begin(scene, data, machine.poses, friction)
+        return Run(scene, data, machine, contact, Recorder(case, contact, machine, options, tuple(observers)))
+
+    def go(self, travel: float) -> Curves:
+        """Rest, run-in, run."""
+        recorder = self.recorder
+        for observer in recorder.observers:
+            observer.start(self.machine.case, travel)
+        try:
+            self._rest()
+            self._march(travel)
+        except RunFailed as failure:
+            failure.curves = recorder.curves()  # type: ignore[attr-defined]
+            raise
+        finally:
+            for observer in recorder.observers:
+                observer.finish(recorder.curves())
+        return recorder.curves()
+
+    def _rest(self) -> None:
+        """Let the spans hang to rest and the tail pulley find its place, before the belt runs."""
+        model, options = self.scene.model, self.recorder.options
+        model.dof_damping[self.scene.base :] = drag(self.scene.mesh, _REST_DRAG, _REST_DRAG)
+        for _ in range(math.ceil(options.settle / model.opt.timestep)):
+            self._step(self.machine.poses[0].spin, 0.0, 0.0)
+        model.dof_damping[self.scene.base :] = drag(self.scene.mesh, 0.0, options.damping)
+
+    def _march(self, travel: float) -> None:
+        options, machine = self.recorder.options, self.machine
+        clock = Clock(options=options, stops=machine.stops(travel), end=travel, travel=-options.run_in)
+        while not clock.finished:
+            before = clock.speed
+            clock.advance(options.dt)
+            if self.recorder.start is None and clock.travel >= 0.0:
+                self.recorder.begin(clock)
+            machine.command(clock)
+            spin = self.sign * clock.travel / self.scene.parts.head.radius
+            self._step(spin, clock.speed, (clock.speed - before) / options.dt)
+            self.recorder.step(clock)
+
+    def _step(self, head_spin: float, speed: float, acceleration: float) -> None:
+        model, data, contact, machine = self.scene.model, self.data, self.contact, self.machine
+        machine.before(data, contact.loads, head_spin, speed, acceleration, model.opt.timestep)
+        contact.follow(machine.poses)
+        mujoco.mj_step(model, data)
+        if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):
+            raise RunFailed(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
+        machine.read(data)
+        contact.settle(machine.poses, self.sign if speed > 0.0 else 0.0)

@@ -1,0 +1,121 @@
+"""Case -> MJCF: two pulley stations and a belt, as a MuJoCo specification."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.errors import CannotRepresent
+from belt_sim.mujoco3d.belt import BeltModel, Mesh
+from belt_sim.mujoco3d.loop import Loop, laid_loop
+from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.surface import PulleySurface, SceneParts
+
+STATION = Path(__file__).resolve().parents[2] / "models" / "pulley_station.xml"
+#: qpos (and dof) addresses of the pulleys; the nodes follow.
+HEAD_YAW, HEAD_SPIN, TAIL_SLIDE, TAIL_YAW, TAIL_SPIN = range(5)
+_STATION_DOFS = 5
+_STAGGER_MARGIN = 6.0  # 0.5 would be the limit of stability
+_FACE_MARGIN = 1.5  # pulley face over belt width, only seen
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A compiled scene. base: first qpos (and dof) address of the nodes."""
+
+    model: mujoco.MjModel
+    mesh: Mesh
+    loop: Loop
+    parts: SceneParts
+    base: int
+
+
+def scene_parts(case: Case, options: Options, effects: Sequence = ()) -> SceneParts:
+    """The undisturbed scene of a case as changed by the effects; raises CannotRepresent for one without a scene."""
+    rig = case.rig
+    parts = SceneParts(
+        head=PulleySurface(radius=float(rig.head_radius)),
+        tail=PulleySurface(radius=float(rig.tail_radius)),
+        gravity=float(rig.gravity),
+        friction=float(options.friction),
+    )
+    for effect in effects:
+        edit = getattr(effect, "edit_scene", None)
+        if edit is None:
+            raise CannotRepresent(f"{type(effect).__name__} has no geometry: the 3D models cannot represent it")
+        edit(parts, case)
+    return parts
+
+
+def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, Scene]:
+    """The specification (for its MJCF) and the compiled scene."""
+    loop = laid_loop(case, options.dx)
+    mesh = belt.mesh(case, loop, options)
+    spec = _empty(options, parts.gravity)
+    _add_station(spec, "head", 0.0, parts.head, loop.radius_head, case, options)
+    _add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
+    belt.tie(spec, mesh, case, options)
+    spec.add_key(name="laid", qpos=np.concatenate([np.zeros(_STATION_DOFS), (mesh.laid - mesh.rest).ravel()]))
+    model = spec.compile()
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return spec, Scene(model=model, mesh=mesh, loop=loop, parts=parts, base=_STATION_DOFS)
+
+
+
+
+def _empty(options: Options, gravity: float) -> mujoco.MjSpec:
+    """Solver settings: no contacts, one exact Newton step on the metric of the discrete integrator.
+
+    One equality (on the head yaw) makes MuJoCo factorise that metric instead of iterating on it, and
+    ``iterations`` bounds the preliminary iterative solve, which is not needed then.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = "belt on two pulleys"
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    spec.option.timestep = options.dt
+    spec.option.iterations = 3
+    spec.option.gravity = [0.0, 0.0, -gravity]
+    off = mujoco.mjtDisableBit
+    spec.option.disableflags = int(off.mjDSBL_ISLAND) | int(off.mjDSBL_CONTACT)
+    spec.stat.extent = 2.0
+    spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+    return spec
+
+
+def _add_station(
+    spec: mujoco.MjSpec, name: str, x: float, surface: PulleySurface, radius: float, case: Case, options: Options
+) -> None:
+    """Attach models/pulley_station.xml; the head does not slide, its yaw is held by an equality."""
+    station = mujoco.MjSpec.from_file(str(STATION))
+    mass = _station_mass(case, options)
+    width = float(case.belt.width)
+    station.body("carriage").mass = mass
+    station.joint("spin").armature = mass * radius**2
+    station.geom("shell").size = [radius, 0.5 * _FACE_MARGIN * width, 0.0]
+    station.geom("mark").size = [0.01, 0.501 * _FACE_MARGIN * width, 0.01]
+    station.geom("mark").pos = [0.0, 0.0, radius - 0.009]
+    station.site("top").pos, station.site("bottom").pos = [0, 0, radius], [0, 0, -radius]
+    half = 0.5 * surface.cant
+    station.body("fork").quat = [1.0, 0.0, 0.0, 0.0]
+    station.body("pulley").quat = [math.cos(half), math.sin(half), 0.0, 0.0]
+    if name == "head":
+        station.delete(station.joint("slide"))
+    frame = spec.worldbody.add_frame(pos=[x, 0.0, 0.0])
+    spec.attach(station, frame=frame, prefix=f"{name}-")
+    if name == "head":
+        hold = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT)
+        hold.name1 = "head-yaw"
+
+
+def _station_mass(case: Case, options: Options) -> float:
+    """Inertia of the tail pulley [kg]: options.tail_mass, or more where the step needs it.
+
+    The pulley feels the belt's pull one step late: stable for dt^2 k < 2 m, with k = 2 E b h / L of both spans.
+    """
+    stiffness = 2.0 * float(case.belt.youngs_modulus) * float(case.belt.area) / float(case.rig.span_length)
+    return max(options.tail_mass, _STAGGER_MARGIN * options.dt**2 * stiffness)
