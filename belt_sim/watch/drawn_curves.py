@@ -15,7 +15,7 @@ WRAP_STATIONS = 24
 def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
     """One frame each ``every`` [m] of travel: straight or sagging spans between points 1-4, wrapped pulleys.
 
-    Between the four points y runs linearly over each span and each wrap; sag is a parabola of the curves' depth,
+    Between the four points y runs linearly over each span and each wrap; sag is a parabola,
     tilt a parabola from zero on the pulleys to the curves' value in the middle. A point
     that was not measured (NaN) is taken from the other end of its wrap, or is 0.
     """
