@@ -72,10 +72,14 @@ class Line:
         """Length of the endless belt [m]."""
         return 2 * self.span_length + self.wrap_tail + self.wrap_head
 
-    @property
-    def wrap_shift(self) -> np.ndarray:
-        """What the belt gains sideways round a canted tail pulley [m]: y_2 = y_1 + 2 R gamma."""
-        return 2 * self.tail_radius * self.cant * self.direction
+    def wrap_shift(self, s) -> np.ndarray:
+        """What the belt has gained sideways where it leaves a canted tail pulley [m], at travel s.
+
+        The belt follows y + gamma z = const round the pulley, in all y_2 = y_1 + 2 R gamma; what lay on the
+        pulley at travel 0 gains only what was left of its way: R gamma (1 - cos(s/R)).
+        """
+        turned = np.clip(s / self.tail_radius, 0.0, np.pi)
+        return self.tail_radius * self.cant * self.direction * (1 - np.cos(turned))
 
     @property
     def sag_yaw(self) -> np.ndarray:
@@ -88,12 +92,10 @@ class Line:
         coupling = line.sag_roll * line.sag_curvature
         return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling)
 
-    def turning(self) -> tuple[np.ndarray, np.ndarray]:
-        """Curvature along the span per unit run-up angle, at x [m]: both shape (batch, n)."""
+    def turning(self) -> np.ndarray:
+        """Curvature in the middle of every element per unit run-up angle [1/m], shape (batch, n)."""
         coupling = self.sag_roll * self.sag_curvature
-        bent = curvature_along(self.span(), self.span_length, coupling)[:, :, 3]
-        share = (np.arange(bent.shape[1]) + 0.5) / bent.shape[1]
-        return share * self.span_length[:, None], bent
+        return curvature_along(self.span(), self.span_length, coupling)[:, :, 3]
 
 
 def line_of(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:

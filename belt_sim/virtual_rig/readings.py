@@ -5,9 +5,17 @@ import numpy as np
 from belt_sim.virtual_rig.travel import Journey
 
 #: place -> (state row, wrapped arc behind it) for travel direction +1; -1 swaps top and bottom.
-POINTS = {"point_1": (0, None), "point_2": (0, "wrap_tail"), "point_3": (2, None), "point_4": (2, "wrap_head")}
+POINTS = {
+    "point_1": (0, None),
+    "point_2": (0, "wrap_tail"),
+    "point_3": (2, None),
+    "point_4": (2, "wrap_head"),
+}
 _MIRRORED = {"point_1": "point_2", "point_2": "point_1", "point_3": "point_4", "point_4": "point_3"}
-TILTS = {"upper_mid_span": 1.0, "lower_mid_span": -1.0}  # direction in which the belt comes from the head pulley
+TILTS = {
+    "upper_mid_span": 1.0,
+    "lower_mid_span": -1.0,
+}  # direction in which the belt comes from the head pulley
 PLACES = (*POINTS, *TILTS)
 
 
@@ -38,7 +46,7 @@ def _lateral(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
     row, wrap = POINTS[place]
     behind = getattr(journey.line, wrap) if wrap else 0.0
     value = journey.at(s - behind)[row]
-    return value + journey.line.wrap_shift * (s > 0) if place == "point_2" else value
+    return value + journey.line.wrap_shift(s) if place == "point_2" else value
 
 
 def _tilt(journey: Journey, s: np.ndarray, to_tail: bool) -> np.ndarray:
@@ -50,7 +58,7 @@ def _tilt(journey: Journey, s: np.ndarray, to_tail: bool) -> np.ndarray:
         off, up, turn_off, turn_up = journey.at(s - line.wrap_head)[2:], here[:2], beta_head, beta
     else:
         off, up, turn_off, turn_up = journey.at(s - line.wrap_tail)[:2], here[2:], -beta, -beta_head
-        off = np.stack([off[0] + line.wrap_shift * (s > 0), off[1]])
+        off = np.stack([off[0] + line.wrap_shift(s), off[1]])
     row = journey.span.tilt
     return row[0] * off[0] + row[1] * (off[1] + turn_off) + row[2] * up[0] + row[3] * (up[1] + turn_up)
 

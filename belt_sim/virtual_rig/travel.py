@@ -11,37 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from belt_sim.virtual_rig.fault import Fault, overriding
 from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.span import Span
 
-#: Steps in one wrapped arc: with fourth order, 1e-6 of the movement on the test rig.
-STEPS_A_WRAP = 8
+#: Steps in one wrapped arc: 1 nm of the 10 mm that the test rig moves in 60 m.
+STEPS_A_WRAP = 4
 #: The step that carries a yaw step begins this far [m] after the one that ends before it.
 _BEFORE = 1e-7
 _ANGLE = np.array([[0.0], [1.0]])  # picks the angle out of a pair (y, angle)
 _SHARES = (1.0, 0.5, 0.0)  # of the tension decay; the span's response is a parabola through these
-
-
-class Effect:
-    """Something that a faultless line does not have; every hook may be left as it is (no effect)."""
-
-    id = ""
-
-    def set(self, line: Line) -> Line:
-        """The line with its constants changed."""
-        return line
-
-    def yaw(self, s: float, line: Line):
-        """Angle added to the tail pulley's yaw at travel s [rad]."""
-        return 0.0
-
-    def turn(self, s: float, line: Line, y, kappa):
-        """Curvature added to kappa where the belt runs up on the tail pulley [1/m]."""
-        return 0.0
-
-    def slide(self, s: float, line: Line):
-        """Factor on the lateral velocity of the tail run-up."""
-        return 1.0
 
 
 @dataclass(frozen=True)
@@ -65,9 +44,9 @@ class Journey:
         return np.where(s < 0, 0.0, np.moveaxis(_blend(t[..., None], h[..., None], *ends), -1, 0))
 
 
-def march(line: Line, effects: Sequence[Effect], reach: float) -> Journey:
+def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
     """Run a batch of lines over ``reach`` metres of travel."""
-    road = _Road(line, effects, reach)
+    road = _Road(line, faults, reach)
     y = np.zeros((4, len(line.stress)))
     for k in range(len(road.nodes) - 1):
         y = road.step(k, y)
@@ -78,11 +57,10 @@ def march(line: Line, effects: Sequence[Effect], reach: float) -> Journey:
 class _Road:
     """The equations of motion with their history so far."""
 
-    def __init__(self, line: Line, effects: Sequence[Effect], reach: float) -> None:
+    def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
         self.line, self.nodes = line, _nodes(line, reach)
-        self.yaws = [e for e in effects if type(e).yaw is not Effect.yaw]
-        self.turns = [e for e in effects if type(e).turn is not Effect.turn]
-        self.slides = [e for e in effects if type(e).slide is not Effect.slide]
+        faults = [f.prepared(line) for f in faults]
+        self.yaws, self.turns, self.slides = (overriding(faults, hook) for hook in ("yaw", "turn", "slide"))
         shape = (len(self.nodes), 4, len(line.stress))
         self.state, self.slope = np.zeros(shape), np.zeros(shape)
         self.tail_yaw = np.zeros((len(self.nodes), shape[2]))
@@ -90,6 +68,7 @@ class _Road:
         self.cap = line.friction * line.force * line.width / (2 * line.bending)
         self.capped = bool(np.isfinite(self.cap).any())
         self.span = line.span()
+        self.soft = 1 + line.cover * line.bending
         self.yields = bool(np.any(line.compliance))
         self.decays = bool(np.any(line.decay))
         self.responses = [self.span]
@@ -117,7 +96,8 @@ class _Road:
         s = self.nodes[k] if share == 0.0 else self.nodes[k] + share * (self.nodes[k + 1] - self.nodes[k])
         tail = self._past(s - self.line.wrap_tail, 0)
         head = self._past(s - self.line.wrap_head, 2)
-        return tail + np.stack([self.line.wrap_shift, np.zeros_like(self.cap)]), head
+        tail[0] += self.line.wrap_shift(s)
+        return tail, head
 
     def rates(self, s, k, y, past):
         """State (after slip), its rate of change per metre of travel, and the tail pulley's yaw."""
@@ -128,11 +108,12 @@ class _Road:
         off_head, off_tail = head_off + _ANGLE * beta_head, tail_off - _ANGLE * beta
         kappa_tail, y = self._run_up(response, off_head, y, 0, beta)
         kappa_head, y = self._run_up(response, off_tail, y, 2, -beta_head)
-        turn = sum((e.turn(s, line, y[0], kappa_tail) for e in self.turns), 0.0)
-        slide = np.prod([e.slide(s, line) for e in self.slides], axis=0) if self.slides else 1.0
-        soft = 1 + line.cover * line.bending
-        slope = np.stack([-y[1] * slide, -kappa_tail * soft - turn, -y[3], -kappa_head * soft])
-        return y, slope, beta
+        kappa = np.stack([kappa_tail, kappa_head])
+        turn = sum((f.turn(s, line, y[::2], kappa) for f in self.turns), kappa * self.soft)
+        drift = y[1::2]
+        for fault in self.slides:
+            drift = drift * fault.slide(s, line)
+        return y, -np.stack([drift[0], turn[0], drift[1], turn[1]]), beta
 
     def _yaws(self, s: float, k: int):
         line = self.line

@@ -1,0 +1,134 @@
+"""A campaign of the virtual rig and the truth behind it."""
+
+import secrets
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Literal
+
+import numpy as np
+
+from belt_sim.campaign import Campaign, Run, Source
+from belt_sim.errors import InputError
+from belt_sim.virtual_rig.dirty import DIRT
+from belt_sim.virtual_rig.draw import Hidden, as_asked, by_lot, noise_by_lot
+from belt_sim.virtual_rig.machine_faults import SagRoll
+from belt_sim.virtual_rig.noise import add_noise, draw_errors
+from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.plan import Noise, Plan
+from belt_sim.virtual_rig.seal import Truth
+from belt_sim.virtual_rig.size import ruler
+
+BASES = ("beam_th2", "strip")
+#: Readings are written to this resolution [m or rad], far below their noise.
+RESOLUTION = {"lateral": 1e-7, "tilt": 1e-7}
+_SALT_BYTES = 16
+
+
+def make_campaign(
+    *,
+    hidden: Sequence[str | dict] | Literal["random"] = (),
+    seed: int | None = None,
+    base: str | None = None,
+    plan: Plan | None = None,
+    noise: Noise | None = None,
+    title: str = "Virtual rig",
+) -> tuple[Campaign, Truth]:
+    """Measure the plan on a line with hidden effects; the same seed gives the same campaign.
+
+    hidden: ids, dictionaries {"id", parameters in SI} or {"id", "d"}, or "random"; base: the law without any
+    effect, beam_th2 unless stated (strip for "random"). Without a seed one is drawn and kept in the truth.
+    """
+    lot = isinstance(hidden, str)
+    if lot and hidden != "random":
+        raise InputError("hidden", hidden, "", "give a list of effects, or random")
+    base = base or ("strip" if lot else "beam_th2")
+    if base not in BASES:
+        raise InputError("base", base, "", f"use one of {', '.join(BASES)}")
+    plan, noise = plan or Plan(), noise or Noise()
+    seed = secrets.randbits(63) if seed is None else _checked(seed)
+    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
+    rule_of = cache(lambda: ruler(plan, noise, base))
+    what = by_lot(plan, rule_of, base, streams[0]) if lot else as_asked(hidden, rule_of)
+    if base == "strip" and any(isinstance(f, SagRoll) for f in what.faults):
+        raise InputError("hidden", "sag_roll", "", "is part of base strip already; use base beam_th2")
+    noise = noise_by_lot(noise, streams[1]) if lot else noise
+    errors = draw_errors(plan, noise, streams[2])
+    readings, dirt = _readings(plan, noise, base, errors, what, streams[3])
+    campaign = _campaign(plan, noise, readings, title)
+    salt = streams[4].bytes(_SALT_BYTES).hex()
+    return campaign, _truth(seed, base, what, noise, errors, dirt, salt)
+
+
+def _readings(plan: Plan, noise: Noise, base: str, errors: Errors, what: Hidden, rng):
+    """Noisy readings, shape (signals, n, runs), and what was done to them if they are dirty."""
+    readings = observe(plan, true_line(plan, base, errors), what.faults)
+    for k, (name, place) in enumerate(plan.signals.items()):
+        readings[k] = add_noise(readings[k], plan.travel, noise.sheet(name, place), noise, rng)
+    if what.dirty is None:
+        return readings, None
+    signal, run = int(rng.integers(len(readings))), int(rng.integers(readings.shape[2]))
+    DIRT[what.dirty](readings, signal, run)
+    return readings, {"kind": what.dirty, "signal": list(plan.signals)[signal], "run": _name(run)}
+
+
+def _campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str) -> Campaign:
+    sheets = tuple(noise.sheet(name, place) for name, place in plan.signals.items())
+    runs = []
+    for k, setting in enumerate(plan.runs):
+        repeat = None if setting.repeat_of is None else _name(setting.repeat_of)
+        steps = [RESOLUTION[sheet.kind] for sheet in sheets]
+        signals = {
+            sheet.name: np.round(readings[j, :, k] / step) * step
+            for j, (sheet, step) in enumerate(zip(sheets, steps, strict=True))
+        }
+        stated = {n: v for n, v in vars(setting).items() if n != "repeat_of"}
+        runs.append(Run(name=_name(k), repeat_of=repeat, travel=plan.travel, signals=signals, **stated))
+    return Campaign(
+        title=title,
+        source=Source(kind="synthetic", reference="belt-sim virtual-rig engine=line", licence="Apache-2.0"),
+        machine=plan.machine,
+        belt=plan.belt,
+        signals=sheets,
+        settings=noise.settings,
+        runs=tuple(runs),
+    )
+
+
+def _truth(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt: str) -> Truth:
+    effects = [
+        {"id": fault.id, "parameters": fault.parameters(), "d": size}
+        for fault, size in zip(what.faults, what.sizes, strict=True)
+    ]
+    return Truth(
+        seed=seed,
+        base=base,
+        kind=what.kind,
+        effects=effects,
+        lookalikes=what.lookalikes,
+        distance=what.distance,
+        noise={"scale": noise.scale, "heavy_tails": noise.heavy_tails},
+        machine=dict(errors.machine),
+        settings={
+            "tension_rel": np.asarray(errors.tension_rel).tolist(),
+            "yaw": np.asarray(errors.yaw).tolist(),
+        },
+        dirty=dirt,
+        salt=salt,
+    )
+
+
+def _name(run: int) -> str:
+    return f"r{run + 1:02d}"
+
+
+def _checked(seed: object) -> int:
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**63:
+        raise InputError("seed", seed, "", "give a whole number from 0")
+    return seed
+
+
+def held_out(plan: Plan, *, tension: float) -> Plan:
+    """The same plan with all runs at one tension marked as held out."""
+    runs = (replace(r, use="hold_out") if r.tension == tension else r for r in plan.runs)
+    return replace(plan, runs=tuple(runs))

@@ -1,0 +1,107 @@
+"""What is measured on the virtual rig: the machine's data sheet, the runs, the sensors, the noise."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from belt_sim.campaign import BeltSheet, Machine, Quantity, SettingsSheet, SignalSheet
+from belt_sim.si import DEGREE, MM, N_PER_MM2
+
+#: The paper's test rig; E, rho and nu are not given there and assumed (physics sheet, section 1).
+TEST_RIG = Machine(
+    centre_distance=Quantity(value=11.28, u=0.005),
+    head_radius=Quantity(value=0.170, u=0.0005),
+    tail_radius=Quantity(value=0.170, u=0.0005),
+)
+TEST_BELT = BeltSheet(
+    width=Quantity(value=0.2, u=1e-4),
+    thickness=Quantity(value=3e-4, u=3e-6),
+    youngs_modulus=Quantity(value=210e9, u=4e9),
+    density=Quantity(value=7850.0),
+    poisson_ratio=Quantity(value=0.3),
+)
+TEST_TENSIONS = (7.0 * N_PER_MM2, 10.0 * N_PER_MM2, 20.0 * N_PER_MM2, 40.0 * N_PER_MM2)
+TEST_YAWS = (-0.042 * DEGREE, 0.042 * DEGREE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """What a run is set to [SI], as in ``campaign.Run``; repeat_of: place of the first such run in the plan."""
+
+    tension: float
+    yaw: float
+    yaw_head: float = 0.0
+    speed: float = 0.5
+    direction: float = 1.0
+    yaw_at: float = 0.0
+    repeat_of: int | None = None
+    use: str = "fit"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """The runs, each recorded over ``length`` at every ``spacing`` [m]; signals: name -> place."""
+
+    runs: tuple[Setting, ...] = field(default_factory=lambda: grid(TEST_TENSIONS, TEST_YAWS))
+    length: float = 60.0
+    spacing: float = 0.25
+    signals: dict[str, str] = field(default_factory=lambda: {"y1": "point_1", "y4": "point_4"})
+    machine: Machine = TEST_RIG
+    belt: BeltSheet = TEST_BELT
+
+    @property
+    def travel(self) -> np.ndarray:
+        """Where readings are taken, as the recorder shows it [m], shape (n,)."""
+        count = math.floor(self.length / self.spacing + 1e-9)
+        return np.round(self.spacing * np.arange(count + 1), 9)
+
+
+def grid(tensions: Sequence[float], yaws: Sequence[float], repeats: int = 2) -> tuple[Setting, ...]:
+    """Every tension at every yaw; then ``repeats`` of these runs, evenly picked, once more."""
+    first = [Setting(tension=t, yaw=y) for t in tensions for y in yaws]
+    picked = np.linspace(0, len(first) - 1, repeats + 2)[1:-1].round().astype(int)
+    again = [Setting(tension=first[k].tension, yaw=first[k].yaw, repeat_of=int(k)) for k in picked]
+    return (*first, *again)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Noise:
+    """What the campaign file states of the errors [SI, one sigma], and how the true ones differ.
+
+    scale: true white noise and wander over the stated ones; heavy_tails: Student's t with 3 degrees of freedom
+    instead of Gauss for the white noise, of equal variance.
+    """
+
+    white: float = 0.02 * MM
+    zero: float = 0.1 * MM
+    gain: float = 0.0
+    wander_sd: float = 0.05 * MM
+    wander_length: float = 3.0
+    tilt_white: float = 1e-4
+    tension_rel: float = 0.01
+    yaw_u: float = 3e-6
+    scale: float = 1.0
+    heavy_tails: bool = False
+
+    def sheet(self, name: str, place: str) -> SignalSheet:
+        """What the file states of one signal."""
+        if not place.startswith("point_"):
+            return SignalSheet(name=name, at=place, kind="tilt", unit="mrad", white=self.tilt_white)
+        return SignalSheet(
+            name=name,
+            at=place,
+            kind="lateral",
+            unit="mm",
+            white=self.white,
+            zero=self.zero,
+            gain=self.gain,
+            wander_sd=self.wander_sd,
+            wander_length=self.wander_length,
+        )
+
+    @property
+    def settings(self) -> SettingsSheet:
+        """What the file states of the settings."""
+        return SettingsSheet(tension_rel=self.tension_rel, yaw_u=self.yaw_u)
