@@ -43,7 +43,7 @@ def where_map_picture(
     for ax in flat[len(maps) :]:
         ax.set_visible(False)
     bar = fig.colorbar(
-        mesh, ax=flat[: len(maps)], label="E / u_val  (model - measured)", shrink=0.9, extend="both"
+        meshes[-1], ax=flat[: len(maps)], label="E / u_val  (model - measured)", shrink=0.9, extend="both"
     )
     bar.set_ticks([-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL])
     bar.outline.set_visible(False)
