@@ -1,5 +1,6 @@
 "use strict";
 const plots = JSON.parse(document.getElementById("plots").textContent);
+const PRINTED_WIDTH = 630; // px between the margins of an A4 page
 const config = { responsive: true, displaylogo: false, displayModeBar: "hover", modeBarButtonsToRemove: ["lasso2d", "select2d"] };
 
 function draw(id, figure) {
@@ -37,7 +38,7 @@ for (const cell of document.querySelectorAll("tr[data-run]")) {
 }
 
 window.addEventListener("beforeprint", () => {
-  for (const place of document.querySelectorAll(".js-plotly-plot")) Plotly.relayout(place, { width: 680 });
+  for (const place of document.querySelectorAll(".js-plotly-plot")) Plotly.relayout(place, { width: PRINTED_WIDTH });
 });
 window.addEventListener("afterprint", () => {
   for (const place of document.querySelectorAll(".js-plotly-plot")) Plotly.relayout(place, { width: null, autosize: true });
