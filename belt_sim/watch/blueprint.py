@@ -60,7 +60,8 @@ def of_run(case: Case, travel: float, scale: float) -> rrb.Blueprint:
     loads = rrb.Tabs(
         plot("series/moment", "Entry moment [N m]", travel),
         plot("series/tension", "Tension [N/mm2]", travel),
-        plot("series/slip", "Slip [um/m]", travel),
+        plot("series/slip", "Lateral slip [um]", travel),
+        plot("series/sag", "Sag [mm]", travel),
         plot("series/further", "Further", travel),
     )
     plots = rrb.Horizontal(

@@ -1,6 +1,7 @@
 """Watch a belt in Rerun: live in a viewer, or as a recording on disk."""
 
 import os
+import socket
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +18,7 @@ from belt_sim.watch.scene import Scene
 from belt_sim.watch.shape import lateral_scale
 
 APPLICATION = "belt-sim"
+DATA_PORT, VIEWER_PORT = 9876, 9090  # Rerun's own defaults
 EVERY = 0.1  # [m] of travel between two pictures
 
 
@@ -133,6 +135,19 @@ def _has_display() -> bool:
 
 def _serve(recording: rr.RecordingStream, say: Callable[[str], None]) -> None:
     """Serve the recording and the web viewer from this process, for as long as it lives."""
-    address = rr.serve_grpc(recording=recording)
-    rr.serve_web_viewer(open_browser=False, connect_to=address)
-    say(f"watch = rerun: open http://localhost:9090/?url={address} in a browser")
+    address = rr.serve_grpc(recording=recording, grpc_port=_free_port(DATA_PORT))
+    web_port = _free_port(VIEWER_PORT)
+    rr.serve_web_viewer(web_port=web_port, open_browser=False, connect_to=address)
+    say(f"watch = rerun: open http://localhost:{web_port}/?url={address} in a browser")
+
+
+def _free_port(wanted: int) -> int:
+    """``wanted`` if nobody listens there, else any free port: two runs may be watched at once."""
+    for port in (wanted, 0):
+        with socket.socket() as probe:
+            try:
+                probe.bind(("0.0.0.0", port))
+            except OSError:
+                continue
+            return probe.getsockname()[1]
+    raise OSError("no free port")

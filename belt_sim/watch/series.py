@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import rerun as rr
 
 from belt_sim.frame import Frame
-from belt_sim.pictures.colours import BLUE, CYCLE, GREEN, PINK, POINT_NAMES, POINTS, RED, rgb
+from belt_sim.pictures.colours import BLUE, CYCLE, GREEN, POINT_NAMES, POINTS, RED, rgb
 from belt_sim.si import MM, N_PER_MM2
 from belt_sim.watch.shape import mid_span_tilt
 
@@ -19,7 +19,10 @@ KNOWN: dict[str, tuple[str, str, str, float]] = {
     "tilt_lower": ("tilt", "lower mid-span [mrad]", RED, 1e-3),
     "entry_moment_upper": ("moment", "upper run-up [N m]", BLUE, 1.0),
     "entry_moment_lower": ("moment", "lower run-up [N m]", RED, 1.0),
-    "slip": ("slip", "slip [um/m]", PINK, 1e-6),
+    "slip_head": ("slip", "head pulley [um]", BLUE, 1e-6),
+    "slip_tail": ("slip", "tail pulley [um]", RED, 1e-6),
+    "sag_upper": ("sag", "upper span [mm]", BLUE, MM),
+    "sag_lower": ("sag", "lower span [mm]", RED, MM),
 }
 
 

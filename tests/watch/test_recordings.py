@@ -1,5 +1,6 @@
 """What is in a recording is what was handed over."""
 
+import socket
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from belt_sim.errors import BeltError
 from belt_sim.si import MM
 from belt_sim.watch.read_back import read_back
 from belt_sim.watch.record import record_curves
-from belt_sim.watch.rerun import RerunObserver, live, to_file
+from belt_sim.watch.rerun import RerunObserver, _free_port, live, to_file
 from belt_sim.watch.shape import lateral_scale, tilt
 
 SINGLE = (
@@ -125,6 +126,29 @@ def test_no_viewer_is_one_line(monkeypatch):
     with pytest.raises(BeltError, match="use watch=rrd") as error:
         live().start(case(), TRAVEL)
     assert "\n" not in str(error.value)
+
+
+def test_two_runs_may_be_watched_at_once():
+    with socket.socket() as taken:
+        taken.bind(("0.0.0.0", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        assert _free_port(port) != port
+    assert _free_port(port) == port
+
+
+def test_slip_and_sag_have_their_own_plots(tmp_path):
+    observer = to_file(tmp_path / "slip.rrd")
+    observer.start(case(), TRAVEL)
+    numbers = {"slip_head": 3e-6, "sag_upper": 0.122, "something_new": 7.0}
+    observer.frame(replace(next(frames(TRAVEL)), scalars=numbers))
+    observer.finish(curves(TRAVEL))
+    logged = read_back(tmp_path / "slip.rrd")
+    seen = [
+        logged[f"series/{k}:Scalars:scalars"].values[0].item()
+        for k in ("slip/slip_head", "sag/sag_upper", "further/something_new")
+    ]
+    assert seen == pytest.approx([3.0, 122.0, 7.0])  # um, mm, as it came
 
 
 def test_no_recording_is_one_line(tmp_path):
