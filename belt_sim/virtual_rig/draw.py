@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from belt_sim.errors import InputError
 from belt_sim.virtual_rig.dirty import DIRT
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.library import COMMON, STRANGERS, fault_class, fault_of
+from belt_sim.virtual_rig.machine_faults import Wobble
 from belt_sim.virtual_rig.plan import Noise, Plan
 from belt_sim.virtual_rig.size import Ruler, fault_of_size, scaled
 
@@ -121,10 +123,13 @@ def _of_library(kind, names, wanted, plan: Plan, rule: Ruler, rng) -> Hidden:
                 break
         faults.append(fault)
         sizes.append(found)
-    alike, distance = nearest(rule, faults, plan)
-    alike = [] if kind == "two" else [name for name in alike if name != faults[0].id]
-    distance = distance if kind == "two" else None
-    return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=alike, distance=distance)
+    alike, distance = nearest(rule, faults)
+    if kind == "two":
+        return Hidden(
+            kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=alike, distance=distance
+        )
+    others = [name for name in alike if name != faults[0].id]
+    return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others)
 
 
 def _stranger(plan: Plan, rule: Ruler, rng) -> Hidden:
@@ -132,36 +137,38 @@ def _stranger(plan: Plan, rule: Ruler, rng) -> Hidden:
     wanted = float(rng.uniform(*_OUTSIDE))
     for _ in range(_ATTEMPTS):
         fault, size = fault_of_size(rule, shaped(str(rng.choice(sorted(STRANGERS))), plan, rng), wanted)
-        alike, distance = nearest(rule, [fault], plan)
+        alike, distance = nearest(rule, [fault])
         room = min(s.limit / abs(v) for n, s in fault.sizes.items() if (v := getattr(fault, n)) != 0.0)
         if distance * min(room, 6.0) < _REACHED * wanted:
             continue
         fault = scaled(fault, min(room, wanted / distance))
-        alike, distance = nearest(rule, [fault], plan)
+        alike, distance = nearest(rule, [fault])
         size = float(rule.sizes([fault])[0])
         break
     return Hidden(kind="outside", faults=(fault,), sizes=(size,), lookalikes=alike, distance=distance)
 
 
-def nearest(rule: Ruler, faults: Sequence[Fault], plan: Plan) -> tuple[list[str], float]:
+def nearest(rule: Ruler, faults: Sequence[Fault]) -> tuple[list[str], float]:
     """Single library effects that come close to the faults' joint change, and the least that any leaves over.
 
     Each effect is linear about zero here, and free in all its parameters of the sensors at hand.
     """
-    from_library = _directions(plan)
-    *tangents, change = rule.changes([*(f for _, f in from_library), faults[0]])
-    if len(faults) > 1:
-        change = sum(rule.changes(list(faults)))
-    target = rule.reduced(change)
-    columns: dict[str, list[np.ndarray]] = {}
-    for (name, _), tangent in zip(from_library, tangents, strict=True):
-        columns.setdefault(name, []).append(rule.reduced(tangent))
+    target = rule.reduced(np.sum(rule.changes(list(faults)), axis=0))
     left = {}
-    for name, cols in columns.items():
-        basis = np.stack(cols, axis=1)
+    for name, basis in _tangents(rule).items():
         fit = np.linalg.lstsq(basis, target, rcond=1e-9)[0]
         left[name] = float(np.linalg.norm(target - basis @ fit))
     return sorted(n for n, rest in left.items() if rest < _ALIKE), min(left.values())
+
+
+@lru_cache(maxsize=1)
+def _tangents(rule: Ruler) -> dict[str, np.ndarray]:
+    """Library effect -> what its parameters change, reduced, shape (readings, parameters)."""
+    directions = _directions(rule.plan)
+    columns: dict[str, list[np.ndarray]] = {}
+    for (name, _), change in zip(directions, rule.changes([f for _, f in directions]), strict=True):
+        columns.setdefault(name, []).append(rule.reduced(change))
+    return {name: np.stack(cols, axis=1) for name, cols in columns.items()}
 
 
 def _directions(plan: Plan) -> list[tuple[str, Fault]]:
@@ -174,5 +181,5 @@ def _directions(plan: Plan) -> list[tuple[str, Fault]]:
             if not _of_sensor(name) or parameter[-1] in here:
                 out.append((name, cls(**{parameter: size.typical})))
         if name == "wobble":
-            out.append((name, cls(beta_1=cls.sizes["beta_1"].typical, phase=math.pi / 2)))
+            out.append((name, Wobble(beta_1=Wobble.sizes["beta_1"].typical, phase=math.pi / 2)))
     return out

@@ -46,7 +46,7 @@ class Fault:
         return 0.0
 
     def turn(self, s: float, line: "Line", y, kappa):
-        """Curvature added to kappa where the belt runs up [1/m]; y, kappa and the result: shape (2, batch)."""
+        """Curvature added to kappa where the belt runs up [1/m]; y, kappa, result: shape (2, batch)."""
         return 0.0
 
     def slide(self, s: float, line: "Line"):

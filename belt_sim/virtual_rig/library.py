@@ -40,7 +40,7 @@ def fault_class(name: str) -> type[Fault]:
 
 
 def fault_of(spec: str | dict) -> Fault:
-    """A fault from an id (first parameter at its typical size) or from {"id": ..., parameter: value in SI}."""
+    """A fault from an id (its first parameter at typical size) or from {"id": ..., parameter: SI value}."""
     given = {"id": spec} if isinstance(spec, str) else dict(spec)
     cls = fault_class(str(given.pop("id", "")))
     if not given:

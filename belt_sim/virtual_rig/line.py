@@ -12,11 +12,11 @@ from belt_sim.virtual_rig.span import Span, curvature_along, solve_span
 class Line:
     """All fields [SI], shape (batch,).
 
-    run: index of the run in its campaign; yaw, yaw_head: angles that the pulleys are turned to at travel yaw_at;
-    offset_tail, offset_head: angles that they are off from travel 0 on; sag_roll: share of the sag-roll
-    coupling, 0 for a flat strip (Th2), 1 for the strip; friction: mu of the capped entry moment; cover: extra
-    rotation per metre and moment [1/(N m2)]; compliance [rad/(N m)] of the tail pulley's yaw; cant [rad] of the
-    tail pulley; decay: share of the tension that is lost over decay_length [m].
+    run: index of the run in its campaign; yaw, yaw_head: angles that the pulleys are turned to at travel
+    yaw_at; offset_tail, offset_head: angles that they are off from travel 0 on; sag_roll: share of the
+    sag-roll coupling, 0 for a flat strip (Th2), 1 for the strip; friction: mu of the capped entry moment;
+    cover: extra rotation per metre and moment [1/(N m2)]; compliance [rad/(N m)] of the tail pulley's yaw;
+    cant [rad] of the tail pulley; decay: share of the tension that is lost over decay_length [m].
     """
 
     run: np.ndarray
@@ -83,7 +83,7 @@ class Line:
 
     @property
     def sag_yaw(self) -> np.ndarray:
-        """Part of the cant that acts as yaw, -gamma sin(psi) with psi = Z L/2, the belt landing before the top."""
+        """Part of the cant that acts as yaw: -gamma sin(psi), the belt landing psi = Z L/2 before the top."""
         return -self.cant * np.sin(self.sag_curvature * self.span_length / 2)
 
     def span(self, tension_share: float | np.ndarray = 1.0) -> Span:
@@ -99,7 +99,7 @@ class Line:
 
 
 def line_of(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
-    """A faultless batch on one machine (whose numbers may be arrays); ``settings`` name the remaining fields."""
+    """A faultless batch on one machine (its numbers may be arrays); ``settings``: the remaining fields."""
     count = len(settings["stress"])
     constants = {
         "span_length": rig.span_length,

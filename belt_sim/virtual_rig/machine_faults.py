@@ -1,4 +1,4 @@
-"""Faults of machine and belt that the catalogue of the physics sheet lists (section 7), as this line has them."""
+"""Faults of machine and belt in the catalogue of the physics sheet (section 7), as this line has them."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -86,7 +86,7 @@ class Wobble(Fault):
     """The tail pulley swings once a turn: yaw beta_1 cos(s/R + phase)."""
 
     id = "wobble"
-    sizes: ClassVar = {"beta_1": Size(unit="rad", typical=5e-4, limit=1e-2)}
+    sizes: ClassVar = {"beta_1": Size(unit="rad", typical=1e-3, limit=1e-2)}
     beta_1: float = 0.0
     phase: float = 0.0
 

@@ -45,14 +45,14 @@ def make_campaign(
     base = base or ("strip" if lot else "beam_th2")
     if base not in BASES:
         raise InputError("base", base, "", f"use one of {', '.join(BASES)}")
-    plan, noise = plan or Plan(), noise or Noise()
+    plan, stated = plan or Plan(), noise or Noise()
     seed = secrets.randbits(63) if seed is None else _checked(seed)
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
-    rule_of = cache(lambda: ruler(plan, noise, base))
+    rule_of = cache(lambda: ruler(plan, stated, base))
     what = by_lot(plan, rule_of, base, streams[0]) if lot else as_asked(hidden, rule_of)
     if base == "strip" and any(isinstance(f, SagRoll) for f in what.faults):
         raise InputError("hidden", "sag_roll", "", "is part of base strip already; use base beam_th2")
-    noise = noise_by_lot(noise, streams[1]) if lot else noise
+    noise = noise_by_lot(stated, streams[1]) if lot else stated
     errors = draw_errors(plan, noise, streams[2])
     readings, dirt = _readings(plan, noise, base, errors, what, streams[3])
     campaign = _campaign(plan, noise, readings, title)

@@ -19,7 +19,7 @@ _BEFORE = 1e-6  # [m] before the yaw is applied
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """By how much the truth differs from what is stated: machine data (name -> SI), and settings, shape (runs,)."""
+    """True minus stated: machine data (name -> SI), and the settings of the runs, shape (runs,)."""
 
     machine: Mapping[str, float] = field(default_factory=dict)
     tension_rel: np.ndarray | float = 0.0

@@ -28,7 +28,7 @@ TEST_YAWS = (-0.042 * DEGREE, 0.042 * DEGREE)
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """What a run is set to [SI], as in ``campaign.Run``; repeat_of: place of the first such run in the plan."""
+    """What a run is set to [SI], as in ``campaign.Run``; repeat_of: index of the first such run."""
 
     tension: float
     yaw: float
@@ -70,8 +70,8 @@ def grid(tensions: Sequence[float], yaws: Sequence[float], repeats: int = 2) -> 
 class Noise:
     """What the campaign file states of the errors [SI, one sigma], and how the true ones differ.
 
-    scale: true white noise and wander over the stated ones; heavy_tails: Student's t with 3 degrees of freedom
-    instead of Gauss for the white noise, of equal variance.
+    scale: true white noise and wander over the stated ones; heavy_tails: Student's t with 3 degrees of
+    freedom instead of Gauss for the white noise, of equal variance.
     """
 
     white: float = 0.02 * MM

@@ -1,4 +1,4 @@
-"""What sensors beside the belt would read: points 1-4 and the mid-span tilt, at given places of the travel."""
+"""What sensors beside the belt would read: points 1-4 and the mid-span tilt, at any travel."""
 
 import numpy as np
 
@@ -29,7 +29,7 @@ def position(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
 
 
 def belt_coordinate(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
-    """Which part of the belt lies at a place [m], counted along the belt from what was at point 4 at travel 0."""
+    """Which part of the belt lies at a place [m], counted from what was at point 4 at travel 0."""
     line = journey.line
     along = {
         "point_4": np.zeros_like(line.stress),
@@ -50,7 +50,7 @@ def _lateral(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
 
 
 def _tilt(journey: Journey, s: np.ndarray, to_tail: bool) -> np.ndarray:
-    """phi at mid-span from the four boundary values of the span that runs to the tail (or to the head) pulley."""
+    """phi at the middle of the span that runs to the tail (or to the head) pulley, from its ends."""
     line, here = journey.line, journey.at(s)
     beta = _yaw(journey, s)
     beta_head = line.yaw_head * (s > line.yaw_at) + line.offset_head * (s > 0)

@@ -19,11 +19,11 @@ SEALED, HASH = "truth.sealed", "truth.sha256"
 class Truth:
     """What was hidden. All values in SI.
 
-    base: the law that the campaign is meant to be diagnosed with (beam_th2 or strip); kind: stated, nothing,
-    library, two, outside, below_noise or dirty; effects: [{"id", "parameters", "d"}], d the size in noise units
-    (nan-free; None when not measured); lookalikes: single effects of the library that reproduce the same change
-    up to 3 noise units; distance: what the best of them leaves over; noise: true scale and tails; machine,
-    settings: true minus stated; dirty: what was done to the recorded data.
+    base: the law that the campaign is meant to be diagnosed with (beam_th2 or strip); kind: stated,
+    nothing, library, two, outside, below_noise or dirty; effects: [{"id", "parameters", "d"}], d the size in
+    noise units (None when not measured); lookalikes: other single effects of the library that reproduce the
+    same change up to 3 noise units; distance: what the best single effect leaves over; noise: true scale and
+    tails; machine, settings: true minus stated; dirty: what was done to the recorded data.
     """
 
     seed: int

@@ -82,8 +82,8 @@ class SensorDrift(Fault):
 class EdgeProfile(Fault):
     """The belt's edge is not straight: y + e(m) - e(m when the yaw was applied), m the part of the belt.
 
-    e = sum over k of (cosk cos + sink sin)(2 pi k m / belt length), m counted backwards from what was at point 4
-    at travel 0. The last term stands because y = 0 is where the point was when the yaw was applied.
+    e = sum over k of (cosk cos + sink sin)(2 pi k m / belt length), m counted backwards from what was at
+    point 4 at travel 0. The last term: y = 0 is where the point was when the yaw was applied.
     """
 
     id = "edge_profile"

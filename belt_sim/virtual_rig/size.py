@@ -1,4 +1,4 @@
-"""How large an effect is in a campaign: d, its size in units of the noise after the nuisances have had their say."""
+"""How large an effect is in a campaign: d, its size in units of noise once the nuisances had their say."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,12 +12,12 @@ from belt_sim.virtual_rig.observe import Errors, observe, stated, true_line, var
 from belt_sim.virtual_rig.plan import Noise, Plan
 
 #: Trial sizes of an effect: downwards from its limit by this factor, this often.
-_FACTOR, _TRIALS = 1.7, 16
+_FACTOR, _TRIALS = 2.0, 12
 _AWAY = 10.0  # [m] a belt that has run away
-_REFINED = 8  # trial sizes in the second, narrower round
+_REFINED = 7  # trial sizes in the second, narrower round
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ruler:
     """Measures changes of readings, shape (signals, n, runs), in units of noise and nuisances."""
 
@@ -71,7 +71,7 @@ def _lanes(cls: type[Fault], faults: Sequence[Fault], runs: int) -> Fault:
 
 
 def ruler(plan: Plan, noise: Noise, base: str) -> Ruler:
-    """A ruler from the stated errors; nuisances: zero, gain, tension and yaw of every run, and machine data."""
+    """A ruler from the stated errors. Nuisances: zero, gain, tension and yaw of each run; machine data."""
     runs = len(plan.runs)
     steps = {name: Errors(machine={name: q.u}) for name, q in stated(plan).items() if q.u > 0}
     steps |= {"tension": Errors(tension_rel=noise.tension_rel), "yaw": Errors(yaw=noise.yaw_u)}
@@ -115,16 +115,13 @@ def fault_of_size(rule: Ruler, fault: Fault, wanted: float) -> tuple[Fault, floa
         if (value := fault.parameters()[name]) != 0.0
     )
     scales = limit / _FACTOR ** np.arange(_TRIALS)[::-1]
-    for _ in range(2):
-        found = rule.sizes([scaled(fault, s) for s in scales])
-        k = int(np.searchsorted(np.maximum.accumulate(found), wanted))
-        if k >= len(scales):
-            return scaled(fault, scales[-1]), float(found[-1])
-        low = scales[k - 1] if k else 0.0
-        scales = np.linspace(low, scales[k], _REFINED)
-    found = rule.sizes([scaled(fault, s) for s in scales])
-    best = float(np.interp(wanted, np.maximum.accumulate(found), scales))
-    return scaled(fault, best), float(np.interp(best, scales, found))
+    found = np.maximum.accumulate(rule.sizes([scaled(fault, s) for s in scales]))
+    k = int(np.searchsorted(found, wanted))
+    if k == len(scales):
+        return scaled(fault, scales[-1]), float(found[-1])
+    scales = np.linspace(scales[k - 1] if k else 0.0, scales[k], _REFINED)
+    found = np.maximum.accumulate(rule.sizes([scaled(fault, s) for s in scales]))
+    return scaled(fault, float(np.interp(wanted, found, scales))), wanted
 
 
 def scaled(fault: Fault, factor: float) -> Fault:

@@ -1,4 +1,4 @@
-"""A free span as finite elements: cubic Hermite fields for the lateral position and the tilt, glued by doubling."""
+"""A free span as finite elements: cubic Hermite fields for position and tilt, glued by doubling."""
 
 from dataclasses import dataclass
 

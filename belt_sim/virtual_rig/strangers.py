@@ -132,7 +132,7 @@ class WarmingStand(Fault):
 
 @dataclass(frozen=True, kw_only=True)
 class WalkingAngle(Fault):
-    """The contact angle on the tail pulley takes a random walk, another one in every run: size per root metre."""
+    """The contact angle on the tail pulley takes a random walk of its own in every run."""
 
     id = "walking_angle"
     sizes: ClassVar = {"size": Size(unit="rad/m^0.5", typical=5e-6, limit=1e-3)}
@@ -164,7 +164,7 @@ class MidStick(Fault):
 
 @dataclass(frozen=True, kw_only=True)
 class WindSteps(Fault):
-    """Wind presses on both spans, changing every 9 m: a load p bends a clamped span by p L^2/(12 EI) at its end."""
+    """Wind presses on both spans, changing every 9 m: p bends a clamped span by p L^2/(12 EI) at its end."""
 
     id = "wind_steps"
     sizes: ClassVar = {"pressure": Size(unit="N/m", typical=0.03, limit=5.0)}

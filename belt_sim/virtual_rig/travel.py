@@ -1,13 +1,14 @@
 """The belt on its way round: the two run-up points against travel, the wraps as a history.
 
 Classical Runge-Kutta of fourth order by the method of steps; the delayed values come from cubic Hermite
-interpolation of the computed past. States are y and the contact angle alpha = theta - theta_p at the run-ups of
-the tail pulley and of the head pulley; on the tail theta_p is +yaw at the run-up and -yaw at the run-off, on the
-head -yaw and +yaw, whichever way the belt runs.
+interpolation of the computed past. States are y and the contact angle alpha = theta - theta_p at the run-ups
+of the tail and of the head pulley: dy/ds = -alpha, dalpha/ds = -kappa. On the tail theta_p is +yaw at the
+run-up and -yaw at the run-off, on the head -yaw and +yaw, whichever way the belt runs.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -25,7 +26,7 @@ _SHARES = (1.0, 0.5, 0.0)  # of the tension decay; the span's response is a para
 
 @dataclass(frozen=True)
 class Journey:
-    """The computed past: nodes (n,) [m of travel]; state, slope (n, 4, batch): y, alpha tail, y, alpha head."""
+    """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head."""
 
     line: Line
     nodes: np.ndarray
@@ -65,6 +66,10 @@ class _Road:
         self.state, self.slope = np.zeros(shape), np.zeros(shape)
         self.tail_yaw = np.zeros((len(self.nodes), shape[2]))
         self.lanes = np.arange(shape[2])
+        self.here = (
+            np.zeros(shape[1:])[:2],
+            np.zeros(shape[1:])[:2],
+        )  # what leaves the pulleys at the node at hand
         self.cap = line.friction * line.force * line.width / (2 * line.bending)
         self.capped = bool(np.isfinite(self.cap).any())
         self.span = line.span()
@@ -79,21 +84,22 @@ class _Road:
         """One Runge-Kutta step from node k."""
         s, h = self.nodes[k], self.nodes[k + 1] - self.nodes[k]
         y, k1 = self.store(k, y, k)
-        half = self.delayed(k, 0.5)
+        half, whole = self.delayed(k, 0.5), self.delayed(k, 1.0)
         k2 = self.rates(s + h / 2, k, y + h / 2 * k1, half)[1]
         k3 = self.rates(s + h / 2, k, y + h / 2 * k2, half)[1]
-        k4 = self.rates(s + h, k, y + h * k3, self.delayed(k, 1.0))[1]
+        k4 = self.rates(s + h, k, y + h * k3, whole)[1]
+        self.here = whole
         return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
     def store(self, node: int, y: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Keep state and slope at a node, under the commands of step k."""
-        y, slope, yaw = self.rates(self.nodes[node], k, y, self.delayed(node, 0.0))
+        y, slope, yaw = self.rates(self.nodes[node], k, y, self.here)
         self.state[node], self.slope[node], self.tail_yaw[node] = y, slope, yaw
         return y, slope
 
     def delayed(self, k: int, share: float) -> tuple[np.ndarray, np.ndarray]:
-        """What leaves the tail and the head pulley: (y, alpha) of one wrapped arc ago, each shape (2, batch)."""
-        s = self.nodes[k] if share == 0.0 else self.nodes[k] + share * (self.nodes[k + 1] - self.nodes[k])
+        """What leaves the tail and the head pulley: (y, alpha) one wrapped arc ago, each shape (2, batch)."""
+        s = self.nodes[k] + share * (self.nodes[k + 1] - self.nodes[k])
         tail = self._past(s - self.line.wrap_tail, 0)
         head = self._past(s - self.line.wrap_head, 2)
         tail[0] += self.line.wrap_shift(s)
@@ -132,7 +138,7 @@ class _Road:
         return held, y
 
     def _yielding(self, beta, beta_head, y, past, response):
-        """Yaw left over after the span moments turned a compliant tail bearing: beta - C (M_run-up + M_run-off)."""
+        """What the span moments leave of the yaw on a compliant tail bearing: beta - C (M_up + M_off)."""
         tail_off, head_off = past
         still = _dot(response.run_up, head_off + _ANGLE * beta_head, y[:2])
         still = still + _dot(response.run_off, tail_off, y[2:] - _ANGLE * beta_head)
@@ -164,12 +170,8 @@ def _dot(row, off, up):
 
 def _blend(t, h, left, left_slope, right, right_slope):
     """Cubic Hermite interpolation at the share t of an interval h, from values and slopes at its ends."""
-    return (
-        left * (1 - 3 * t**2 + 2 * t**3)
-        + h * left_slope * (t - 2 * t**2 + t**3)
-        + right * (3 * t**2 - 2 * t**3)
-        + h * right_slope * (t**3 - t**2)
-    )
+    up = t * t * (3 - 2 * t)
+    return left + up * (right - left) + h * t * (1 - t) * ((1 - t) * left_slope - t * right_slope)
 
 
 def _nodes(line: Line, reach: float) -> np.ndarray:
@@ -179,6 +181,6 @@ def _nodes(line: Line, reach: float) -> np.ndarray:
     edges = [0.0, *(e for s in steps for e in (s - _BEFORE, s)), reach]
     parts = [
         np.linspace(a, b, max(1, int(np.ceil((b - a) / longest - 1e-9))), endpoint=False)
-        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        for a, b in pairwise(edges)
     ]
     return np.append(np.concatenate(parts), reach)

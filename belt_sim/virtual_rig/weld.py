@@ -24,7 +24,7 @@ class Weld(Fault):
     sizes: ClassVar = {"angle": Size(unit="rad", typical=2e-4, limit=2e-3)}
     LENGTH: ClassVar = 0.6  # [m], wide against a step of the march
     angle: float = 0.0
-    bent: np.ndarray | None = field(default=None, init=False)
+    bent: np.ndarray = field(default_factory=lambda: np.empty((0, 0)), init=False)
 
     def prepared(self, line: Line) -> "Weld":
         known = replace(self)

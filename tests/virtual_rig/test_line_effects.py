@@ -1,0 +1,194 @@
+"""Every hidden effect moves the data the way that the physics sheet, section 7, says."""
+
+import numpy as np
+import pytest
+from virtual_bench import ARC, RADIUS, SPAN, YAW, late_rate, measured
+
+from belt_sim.si import MM_PER_M, N_PER_MM2
+from belt_sim.virtual_rig.machine_faults import (
+    Cant,
+    Crown,
+    SagRoll,
+    Slip,
+    SoftCover,
+    SpeedTension,
+    Taper,
+    TensionBias,
+    Wobble,
+    YawBacklash,
+    YawCompliance,
+    YawOffsetHead,
+    YawOffsetTail,
+)
+from belt_sim.virtual_rig.sensor_faults import (
+    EdgeProfile,
+    EncoderScale,
+    SensorDrift,
+    SensorGain,
+    SensorOffset,
+)
+from belt_sim.virtual_rig.weld import Weld
+
+LONG = {"length": 350.0, "spacing": 1.0}  # the transient has died out
+SETTLED = 2e-3  # relative: what is left of the transient after that
+BELT = 2 * (SPAN + ARC)
+KL = np.sqrt(12 * 40e6 / 210e9) / 0.2 * SPAN  # (F/EI)^(1/2) L at 40 N/mm2
+G = (KL * (1 + np.cosh(KL)) - 2 * np.sinh(KL)) / (KL**2 * np.sinh(KL))
+TH2_RATE = 0.16140
+
+
+def drift(*faults, **run) -> float:
+    return late_rate(*measured(*faults, **(LONG | run)), 100.0)
+
+
+def test_sag_roll_is_the_strip():
+    _, hidden = measured(SagRoll(strength=1.0), tension=10 * N_PER_MM2)
+    _, strip = measured(base="strip", tension=10 * N_PER_MM2)
+    assert np.all(hidden == strip)
+
+
+def test_yaw_offset_of_the_tail_adds_to_the_yaw():
+    _, off = measured(YawOffsetTail(beta_0=0.3 * YAW))
+    _, turned = measured(yaw=1.3 * YAW)
+    np.testing.assert_allclose(off, turned, atol=1e-12)
+
+
+def test_a_head_offset_drifts_against_a_tail_offset_but_leans_alike():
+    """Section 4 with both yaws: w ~ beta_tail - beta_head, y_1 - y_4 = L (w0 theta_4 + w1 theta_1)."""
+    w1 = (KL * np.cosh(KL) - np.sinh(KL)) / (KL * (np.cosh(KL) - 1))
+    for fault, tail, head in ((YawOffsetTail, YAW, 0.0), (YawOffsetHead, 0.0, YAW)):
+        s, y = measured(fault(beta_0=YAW), yaw=0.0, **LONG)
+        w = (tail - head) * SPAN * (2 * w1 - 1) / (2 * (SPAN + ARC))
+        assert late_rate(s, y, 100.0) == pytest.approx(w / MM_PER_M, rel=SETTLED)
+        leans = SPAN * ((1 - w1) * (head - w) + w1 * (tail - w))
+        assert y[0, -1] - y[3, -1] == pytest.approx(leans, rel=SETTLED)
+
+
+def test_cant_has_an_odd_part_from_the_wrap_and_an_even_part_from_the_sag():
+    gamma = 1e-3
+    forward, backward = (drift(Cant(gamma=gamma), yaw=0.0, direction=d) for d in (1.0, -1.0))
+    wrap = RADIUS * gamma / (SPAN + ARC) / MM_PER_M
+    psi = 7850 * 9.80665 / 40e6 * SPAN / 2
+    sag = -gamma * np.sin(psi) * TH2_RATE / YAW
+    assert (forward - backward) / 2 == pytest.approx(wrap, rel=SETTLED)
+    assert (forward + backward) / 2 == pytest.approx(sag, rel=10 * SETTLED)  # a small difference
+
+
+def test_taper_drives_to_the_larger_radius_without_any_yaw():
+    kappa = 2e-5
+    expected = kappa * G * SPAN**2 / (2 * (SPAN + ARC)) / MM_PER_M
+    assert drift(Taper(kappa_t=kappa), yaw=0.0) == pytest.approx(expected, rel=SETTLED)
+    assert drift(Taper(kappa_t=kappa)) - drift() == pytest.approx(expected, rel=2 * SETTLED)
+
+
+def test_crown_centres():
+    free, crowned = drift(), drift(Crown(c=2e-2))
+    assert abs(crowned) < 0.05 * free
+    assert abs(drift(Crown(c=-1e-4), length=100.0)) > abs(drift(length=100.0))
+
+
+def test_wobble_has_the_period_of_the_pulley():
+    _, y = measured(Wobble(beta_1=2e-3), yaw=0.0, length=64 * ARC, spacing=ARC / 16)
+    wave = np.abs(np.fft.rfft(np.diff(y[0, :1025])))
+    assert np.argmax(wave[4:]) + 4 == 32  # 64 half turns
+
+
+def test_soft_cover_starts_faster_at_every_tension():
+    for tension in (7, 40):
+        _, hard = measured(tension=tension * N_PER_MM2, length=3.0)
+        _, soft = measured(SoftCover(c=5e-6), tension=tension * N_PER_MM2, length=3.0)
+        assert np.all(soft[0, 2:] > hard[0, 2:])
+
+
+def test_slip_starts_faster_when_the_entry_moment_exceeds_friction():
+    """4 EI beta/L = 10.9 N m against mu F b/2 = 6.3 N m at 7 N/mm2, 36 at 40 (physics sheet, section 5)."""
+    for tension, slips in ((7, True), (40, False)):
+        run = {"tension": tension * N_PER_MM2, "length": 5.0}
+        _, stuck = measured(**run)
+        _, slipping = measured(Slip(inverse_friction=1 / 0.15), **run)
+        assert np.any(slipping > stuck + 1e-6) == slips
+        assert np.all(slipping == stuck) != slips
+
+
+def test_slip_is_not_linear_in_the_yaw():
+    run = {"tension": 7 * N_PER_MM2, "length": 5.0}
+    small, large = (measured(Slip(inverse_friction=1 / 0.15), yaw=y, **run)[1] for y in (YAW / 2, YAW))
+    assert np.abs(large - 2 * small).max() > 50e-6  # [m]
+
+
+def test_yaw_compliance_slows_the_start_and_gives_way_less_later():
+    _, stiff = measured()
+    _, soft = measured(YawCompliance(c_m=5e-6))
+    share = soft[0] / np.where(stiff[0] > 0, stiff[0], 1.0)
+    assert 0.3 < share[4] < share[12] < 1.0
+    assert share[-1] > share[12]
+
+
+def test_backlash_takes_half_the_play_from_a_step_of_either_sign():
+    for sign in (-1, 1):
+        _, loose = measured(YawBacklash(half=1e-4), yaw=sign * YAW)
+        _, less = measured(yaw=sign * (YAW - 1e-4))
+        np.testing.assert_allclose(loose, less, atol=1e-12)
+
+
+def test_tension_bias_is_another_tension():
+    _, biased = measured(TensionBias(gain=0.1, bias=1e6), tension=10e6)
+    _, true = measured(tension=12e6)
+    np.testing.assert_allclose(biased, true, atol=1e-12)
+
+
+def test_centrifugal_tension():
+    _, fast = measured(SpeedTension(share=1.0), tension=10e6, speed=10.0)
+    _, slack = measured(tension=10e6 - 7850 * 100.0, speed=10.0)
+    np.testing.assert_allclose(fast, slack, atol=1e-12)
+
+
+def test_encoder_scale_stretches_rates_and_periods():
+    s, y = measured(EncoderScale(e=0.25), length=50.0)
+    t, true = measured(length=40.0, spacing=0.2)
+    np.testing.assert_allclose(y, true, atol=3e-9)
+    assert np.allclose(s, 1.25 * t)
+
+
+def test_sensor_gain_and_offset_touch_their_own_sensor():
+    _, clean = measured()
+    _, seen = measured(SensorGain(g1=0.1), SensorOffset(c4=1e-3))
+    np.testing.assert_allclose(seen[0], 1.1 * clean[0])
+    np.testing.assert_allclose(seen[3], clean[3] + 1e-3)
+    assert np.all(seen[1:3] == clean[1:3])
+
+
+def test_sensor_drift_runs_with_time_not_with_travel():
+    slow, fast = (measured(SensorDrift(d1=1e-6), yaw=0.0, speed=v)[1][0, -1] for v in (0.5, 1.0))
+    assert slow == pytest.approx(60.0 / 0.5 * 1e-6)
+    assert fast == pytest.approx(slow / 2)
+
+
+def test_edge_profile_returns_every_belt_length_and_ignores_the_yaw():
+    profile = EdgeProfile(cos1=2e-4, sin3=1e-4)
+    _, still = measured(profile, yaw=0.0, length=2 * BELT, spacing=BELT / 100)
+    np.testing.assert_allclose(still[:, :100], still[:, 100:200], atol=1e-12)
+    assert np.all(still[:, 0] == 0.0)
+    parts = [measured(profile, yaw=y)[1] - measured(yaw=y)[1] for y in (-YAW, YAW)]
+    np.testing.assert_allclose(*parts, atol=1e-15)
+
+
+def test_edge_profile_passes_the_points_in_turn():
+    """What point 4 sees, point 1 sees one span later, as the belt runs from 4 to 1; reversed, earlier."""
+    for direction in (1.0, -1.0):
+        _, y = measured(
+            EdgeProfile(cos1=2e-4, sin2=1e-4), yaw=0.0, direction=direction, length=40.0, spacing=SPAN / 40
+        )
+        first, then = (y[3], y[0]) if direction > 0 else (y[0], y[3])
+        shift = then[40:] - first[:-40]
+        np.testing.assert_allclose(shift, shift[0], atol=1e-12)
+
+
+def test_a_weld_comes_round_once_a_belt_length_and_leaves_no_drift():
+    _, y = measured(Weld(angle=1e-3), yaw=0.0, length=16 * BELT, spacing=BELT / 40)
+    last, before = y[:, -41:-1], y[:, -81:-41]
+    size = np.ptp(last[0])
+    assert size > 1e-4
+    mean = np.mean(last - before)
+    np.testing.assert_allclose(last - before, mean, atol=0.01 * size)
+    assert abs(mean) < 0.05 * size

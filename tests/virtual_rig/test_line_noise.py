@@ -1,0 +1,94 @@
+"""The noise of the virtual rig is what its campaign states, unless asked otherwise."""
+
+import numpy as np
+import pytest
+
+from belt_sim.virtual_rig import Noise, Plan, Setting, make_campaign
+from belt_sim.virtual_rig.library import fault_of
+from belt_sim.virtual_rig.size import fault_of_size, ruler
+
+RUNS = 200
+STILL = Plan(runs=tuple(Setting(tension=20e6, yaw=0.0) for _ in range(RUNS)), length=30.0, spacing=0.5)
+QUIET = Noise(white=0.0 + 1e-9, zero=0.0, wander_sd=0.0, tension_rel=0.0, yaw_u=0.0)
+#: Four sigma of a standard deviation from this many independent numbers.
+SPREAD = 4 / np.sqrt(2 * RUNS)
+
+
+def readings(noise: Noise, seed: int = 5, plan: Plan = STILL) -> np.ndarray:
+    """y1 of all runs, shape (runs, n) [m]."""
+    campaign, _ = make_campaign(seed=seed, plan=plan, noise=noise)
+    return np.stack([run.signals["y1"] for run in campaign.runs])
+
+
+def only(**changes) -> Noise:
+    return Noise(**(vars(QUIET) | changes))
+
+
+def test_white_noise():
+    y = readings(only(white=2e-5))
+    assert np.std(y) == pytest.approx(2e-5, rel=SPREAD)
+    assert abs(np.corrcoef(y[:, 10], y[:, 11])[0, 1]) < 4 / np.sqrt(RUNS)
+
+
+def test_scale_leaves_the_stated_noise_alone():
+    noise = only(white=2e-5, scale=1.4)
+    campaign, truth = make_campaign(seed=1, plan=STILL, noise=noise)
+    assert campaign.signals[0].white == 2e-5
+    assert truth.noise["scale"] == 1.4
+    assert np.std(readings(noise)) == pytest.approx(2.8e-5, rel=SPREAD)
+
+
+def test_heavy_tails_have_the_stated_variance_and_more_outliers():
+    gauss, heavy = readings(only(white=2e-5)), readings(only(white=2e-5, heavy_tails=True))
+    assert np.std(heavy) == pytest.approx(2e-5, rel=0.15)  # t with 3 degrees of freedom converges slowly
+    assert np.mean(np.abs(heavy) > 8e-5) > 10 * np.mean(np.abs(gauss) > 8e-5)
+
+
+def test_zero_is_one_shift_a_run():
+    y = readings(only(zero=1e-4))
+    assert np.ptp(y, axis=1).max() < 1.5e-7  # one step of the resolution
+    assert np.std(y[:, 0]) == pytest.approx(1e-4, rel=SPREAD)
+
+
+def test_wander_is_correlated_over_its_length():
+    y = readings(only(wander_sd=5e-5, wander_length=3.0))
+    assert np.std(y[:, -1]) == pytest.approx(5e-5, rel=SPREAD)
+    at_3_m = np.mean([np.corrcoef(y[:, k], y[:, k + 6])[0, 1] for k in range(0, 54, 6)])
+    assert at_3_m == pytest.approx(np.exp(-1), abs=0.1)
+
+
+def test_settings_miss_what_is_stated_and_repeats_differ():
+    runs = (Setting(tension=20e6, yaw=7e-4), Setting(tension=20e6, yaw=7e-4, repeat_of=0))
+    campaign, truth = make_campaign(seed=2, plan=Plan(runs=runs), noise=only(yaw_u=3e-5))
+    first, again = (run.signals["y1"] for run in campaign.runs)
+    assert np.abs(first - again).max() > 1e-5
+    assert campaign.runs[1].repeat_of == "r01"
+    ratio = first[-1] / again[-1]
+    yaw = 7e-4 + np.array(truth.settings["yaw"])
+    assert ratio == pytest.approx(yaw[0] / yaw[1], rel=1e-3)
+
+
+def test_the_ruler_knows_white_noise():
+    """A shift c of n readings of white noise w has d = sqrt(n) c/w when no nuisance is in its way."""
+    plan = Plan(runs=(Setting(tension=20e6, yaw=0.0),), length=60.0)
+    rule = ruler(plan, only(white=2e-5, yaw_u=1e-12), "beam_th2")
+    size = rule.sizes([fault_of({"id": "sensor_offset", "c1": 1e-5})])[0]
+    assert size == pytest.approx(np.sqrt(241) * 0.5, rel=1e-6)
+
+
+def test_a_zero_error_hides_an_offset():
+    """With the shift's own prior z in the way, d = c / sqrt(z^2 + w^2/n)."""
+    plan = Plan(runs=(Setting(tension=20e6, yaw=0.0),), length=60.0)
+    rule = ruler(plan, only(white=2e-5, zero=1e-4, yaw_u=1e-12), "beam_th2")
+    fault = fault_of({"id": "sensor_offset", "c1": 1e-5})
+    expected = 1e-5 / np.hypot(1e-4, 2e-5 / np.sqrt(241))
+    assert rule.sizes([fault])[0] == pytest.approx(expected, rel=1e-4)
+    assert np.linalg.norm(rule.reduced(rule.changes([fault])[0])) == pytest.approx(expected, rel=1e-4)
+
+
+def test_an_effect_is_brought_to_size():
+    rule = ruler(Plan(length=20.0, spacing=0.5), Noise(), "strip")
+    for name in ("taper", "soft_cover"):
+        fault, size = fault_of_size(rule, fault_of(name), 12.0)
+        assert size == 12.0
+        assert rule.sizes([fault])[0] == pytest.approx(12.0, rel=0.05)

@@ -1,0 +1,30 @@
+"""The paper's test rig for these tests: readings without noise."""
+
+import numpy as np
+
+from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2
+from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.plan import Plan, Setting
+
+YAW = 0.042 * DEGREE
+SPAN, RADIUS = 11.28, 0.17
+ARC = np.pi * RADIUS
+ALL_POINTS = {f"y{k}": f"point_{k}" for k in (1, 2, 3, 4)}
+
+
+def plan_of(*settings: Setting, length: float = 60.0, spacing: float = 0.25) -> Plan:
+    """A plan that reads all four points."""
+    return Plan(runs=settings, length=length, spacing=spacing, signals=ALL_POINTS)
+
+
+def measured(*faults, base="beam_th2", length=60.0, spacing=0.25, **setting) -> tuple[np.ndarray, np.ndarray]:
+    """Travel (n,) [m] and noise-free readings of points 1-4, shape (4, n) [m], of one run."""
+    setting = {"tension": 40 * N_PER_MM2, "yaw": YAW} | setting
+    plan = plan_of(Setting(**setting), length=length, spacing=spacing)
+    return plan.travel, observe(plan, true_line(plan, base, Errors()), faults)[:, :, 0]
+
+
+def late_rate(travel: np.ndarray, y: np.ndarray, over: float) -> float:
+    """Mean drift of the four points over the last ``over`` metres [mm per m]."""
+    first = np.searchsorted(travel, travel[-1] - over)
+    return float(np.mean(y[:, -1] - y[:, first]) / (travel[-1] - travel[first]) / MM_PER_M)
