@@ -1,15 +1,15 @@
 """Joint refits: effect parameters against whitened readings, many sets of effects at once (Levenberg-Marquardt)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from belt_sim.diagnose.forward import Forward
 from belt_sim.diagnose.metric import Metric
 
-MAX_ROUNDS = 25
-TOLERANCE = 1e-3  # in chi2; thresholds are about 10
+MAX_ROUNDS = 12
+TOLERANCE = 0.02  # in chi2; thresholds are about 10
 FAINT = 1e-3  # a parameter that moves no reading by this many sigma at its scale is not there
 
 
@@ -18,7 +18,8 @@ class Fit:
     """A set of effects fitted jointly.
 
     ids; free: positions in q that were fitted; q: the best point; chi2: of the whitened residual;
-    columns (k, N): whitened derivatives along free; residual (N,): whitened; values (R, S, n): predictions.
+    columns (k, N): whitened derivatives along free; slopes (k, R, S, n): the same as predicted; residual (N,):
+    whitened; values (R, S, n): predictions.
     """
 
     ids: tuple[str, ...]
@@ -26,6 +27,7 @@ class Fit:
     q: np.ndarray
     chi2: float = np.inf
     columns: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    slopes: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
     residual: np.ndarray = field(default_factory=lambda: np.empty(0))
     values: np.ndarray = field(default_factory=lambda: np.empty(0))
     damping: float = 1e-3
@@ -40,18 +42,16 @@ class Fit:
 def fit_sets(forward: Forward, metric: Metric, starts: Sequence[Fit], y: np.ndarray | None = None) -> list[Fit]:
     """Refine every start; all sets advance together, so that a round costs one batch of predictions."""
     target = metric.samples.y if y is None else y
-    fits = [_evaluated(f) for f in starts]
-    _advance(forward, metric, fits, [f.q for f in fits], target)
+    fits = [replace(f, q=np.array(f.q)) for f in starts]
+    fresh = [f for f in fits if not np.isfinite(f.chi2)]
+    if fresh:
+        _advance(forward, metric, fresh, [f.q for f in fresh], target)
     for _ in range(MAX_ROUNDS):
         active = [f for f in fits if not f.done]
         if not active:
             break
         _advance(forward, metric, active, [_proposal(f) for f in active], target)
     return fits
-
-
-def _evaluated(fit: Fit) -> Fit:
-    return Fit(ids=fit.ids, free=list(fit.free), q=np.array(fit.q))
 
 
 def _advance(forward, metric, fits, proposals, target) -> None:
@@ -83,10 +83,10 @@ def _judge(fit: Fit, proposal, metric, values, slopes, target) -> None:
         fit.done = fit.damping > 1e6
         return
     gained = fit.chi2 - chi2
-    fit.q, fit.chi2, fit.residual, fit.values = proposal, chi2, residual, values
+    fit.q, fit.chi2, fit.residual, fit.values, fit.slopes = proposal, chi2, residual, values, slopes
     fit.columns = metric.whiten(slopes) if len(fit.free) else np.empty((0, len(residual)))
     fit.damping = max(fit.damping / 6.0, 1e-9)
-    fit.done = not fit.free or gained < TOLERANCE
+    fit.done = not fit.free or gained < TOLERANCE + 1e-3 * max(chi2 - len(residual), 0.0)
 
 
 def _proposal(fit: Fit) -> np.ndarray:

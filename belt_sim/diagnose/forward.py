@@ -1,12 +1,14 @@
 """The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
 
-A point q has, for every run, [effect parameters in units of their scale | stiffness | tension | yaw], the last three
-relative, relative and in radians. Values and directional derivatives are computed for many points at once.
+A point q is [effect parameters in units of their scale | stiffness | tension | yaw], the last three
+relative, relative and in radians, the same for every run (a run's own setting error is small and enters linearly,
+through the derivative). Values and directional derivatives are computed for many points at once.
 """
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -19,8 +21,9 @@ from belt_sim.diagnose.samples import Samples
 from belt_sim.effects.base import Effect, uses
 from belt_sim.laws.sensor import Reading
 
-STEP = 0.0625  # [m] of the march; wobble, the fastest effect, is then right to 2 %
-LANES = 16  # batches are padded to multiples of this, so that few shapes are compiled
+STEP = 0.1  # [m] of the march; wobble, the fastest effect, is then right to 3 %
+LANES = 16  # points a batch; larger requests are cut, smaller ones padded, so that one shape is compiled
+WORKERS = 2  # batches at once: a march is one long loop, which uses one core
 NUISANCES = ("stiffness", "tension", "yaw")
 
 
@@ -50,16 +53,7 @@ class Forward:
         travel = float(np.ceil(samples.end + 0.5))
         plan = plan_steps(samples.cases, travel=travel, step=STEP, keep=STEP)
         places = tuple(_place(s.at) for s in samples.signals)
-        one = partial(_one_run, model=model, plan=plan, slots=self.slots, span=travel, places=places)
-        axes = (0, Case(rig=None, belt=None, settings=0), 0, 0, 0)  # type: ignore[arg-type]
-        runs = jax.vmap(one, in_axes=axes)
-
-        def lane(q, direction, data):
-            along = jnp.broadcast_to(direction, q.shape)
-            return jax.jvp(lambda p: runs(p, *data), (q,), (along,))
-
-        self._lanes = jax.jit(jax.vmap(lane, in_axes=(0, 0, None)))
-        self._values = jax.jit(jax.vmap(lambda q, data: runs(q, *data), in_axes=(0, None)))
+        self._lanes = _compiled(model, plan, self.slots, travel, places)
 
     def index(self, effect_id: str) -> list[int]:
         """Positions in q of an effect's parameters."""
@@ -71,17 +65,21 @@ class Forward:
 
     def values(self, q: np.ndarray, samples: Samples | None = None) -> np.ndarray:
         """Predictions (C, R, S, n) at points q (C, size)."""
-        padded = _pad(np.atleast_2d(q))
-        out = self._values(self._per_run(padded, samples), _data(samples or self.samples))
-        return np.asarray(out)[: len(np.atleast_2d(q))]
+        return self.lanes(q, np.zeros_like(q), samples)[0]
 
     def lanes(self, q: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
         """Predictions and their derivatives, both (C, R, S, n), at q (C, size) along directions (C, size)."""
-        count = len(q)
-        values, slopes = self._lanes(
-            self._per_run(_pad(q), samples), _pad(directions), _data(samples or self.samples)
-        )
-        return np.asarray(values)[:count], np.asarray(slopes)[:count]
+        data = _data(samples or self.samples)
+
+        def batch(start: int):
+            part, along = q[start : start + LANES], directions[start : start + LANES]
+            values, slopes = self._lanes(_pad(part), _pad(along), data)
+            return np.asarray(values)[: len(part)], np.asarray(slopes)[: len(part)]
+
+        first = batch(0)  # compiles, once, before there are several threads
+        with ThreadPoolExecutor(WORKERS) as pool:
+            pieces = [first, *pool.map(batch, range(LANES, len(q), LANES))]
+        return tuple(np.concatenate(x) for x in zip(*pieces, strict=True))
 
     def effects_at(self, q: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
         """The effects ``ids`` with the numbers of q."""
@@ -90,9 +88,18 @@ class Forward:
             numbers[slot.effect.id][slot.name] = float(value) * slot.scale
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
 
-    def _per_run(self, q, samples):
-        runs = len((samples or self.samples).runs)
-        return np.repeat(q[:, None, :], runs, axis=1)
+
+@cache
+def _compiled(model: Model, plan, slots, span: float, places):
+    """Values and directional derivatives for a batch of points; one compilation for all campaigns of one shape."""
+    one = partial(_one_run, model=model, plan=plan, slots=slots, span=span, places=places)
+    axes = (None, Case(rig=None, belt=None, settings=0), 0, 0, 0)  # type: ignore[arg-type]
+    runs = jax.vmap(one, in_axes=axes)
+
+    def lane(q, direction, data):
+        return jax.jvp(lambda p: runs(p, *data), (q,), (direction,))
+
+    return jax.jit(jax.vmap(lane, in_axes=(0, 0, None)))
 
 
 def _data(samples: Samples):

@@ -7,6 +7,7 @@ never from the residual of a fit.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -41,6 +42,18 @@ def whitener(cov: np.ndarray) -> np.ndarray:
     """Inverse of the lower Cholesky factor: it turns noise of covariance ``cov`` into unit white noise."""
     lower = cholesky(cov, lower=True)
     return solve_triangular(lower, np.eye(len(cov)), lower=True)
+
+
+@lru_cache(maxsize=64)
+def _wander_root(signal: SignalSheet, travel: bytes) -> np.ndarray:
+    positions = np.frombuffer(travel)
+    values, vectors = np.linalg.eigh(covariance(signal, positions, np.inf, Levels()))
+    return vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def wander_root(signal: SignalSheet, travel: np.ndarray) -> np.ndarray:
+    """A matrix (n, n) that turns unit white noise into the stated wander of a signal."""
+    return _wander_root(signal, np.ascontiguousarray(travel).tobytes())
 
 
 def repeated_pairs(samples: Samples) -> list[tuple[int, int]]:

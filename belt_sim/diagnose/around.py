@@ -1,0 +1,59 @@
+"""The neighbourhood of a fit: what every further candidate would do to the predictions, computed once."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.diagnose.fit import Fit
+from belt_sim.diagnose.workbench import Workbench
+
+STRONG = 0.2  # whitened size above which a parameter's derivative at null can be trusted
+
+
+@dataclass(frozen=True)
+class Around:
+    """slopes: position in q -> shape (R, S, n) per unit; where the derivative at null vanishes while a plausible size
+    moves the readings (weak: effect id -> such positions), the secant to that size stands in its place.
+    """
+
+    fit: Fit
+    slopes: dict[int, np.ndarray]
+    weak: dict[str, list[int]]
+
+    def shapes(self, bench: Workbench, name: str) -> np.ndarray:
+        """Shapes (k, R, S, n) of one effect."""
+        return np.stack([self.slopes[k] for k in bench.forward.index(name)])
+
+    def with_effect(self, bench: Workbench, name: str) -> Fit:
+        """The fit with one more effect at null, evaluated already."""
+        fit, shapes = self.fit, self.shapes(bench, name)
+        white = bench.metric.whiten(shapes)
+        return Fit(
+            ids=(*fit.ids, name),
+            free=[*fit.free, *bench.forward.index(name)],
+            q=fit.q,
+            chi2=fit.chi2,
+            columns=np.concatenate([fit.columns.reshape(-1, white.shape[1]), white]),
+            slopes=np.concatenate([fit.slopes.reshape(-1, *shapes.shape[1:]), shapes]),
+            residual=fit.residual,
+            values=fit.values,
+        )
+
+
+def around(bench: Workbench, fit: Fit, ids: Sequence[str]) -> Around:
+    """Derivatives of the predictions near ``fit`` along every parameter of the effects ``ids``."""
+    positions = [k for i in ids for k in bench.forward.index(i)]
+    rows = bench.slopes(fit.q, positions)
+    slopes = dict(zip(positions, rows, strict=True))
+    size = np.linalg.norm(bench.metric.whiten(rows), axis=1)
+    faint = [k for k, length in zip(positions, size, strict=True) if length < STRONG]
+    if not faint:
+        return Around(fit, slopes, {})
+    q = np.repeat(fit.q[None], len(faint), axis=0)
+    q[np.arange(len(faint)), faint] = 1.0
+    moved = bench.forward.values(q) - fit.values
+    strong = np.linalg.norm(bench.metric.whiten(moved), axis=1) > STRONG
+    secants = {k: m for k, m, s in zip(faint, moved, strong, strict=True) if s}
+    weak = {i: [k for k in bench.forward.index(i) if k in secants] for i in ids}
+    return Around(fit, slopes | secants, {i: rows for i, rows in weak.items() if rows})
