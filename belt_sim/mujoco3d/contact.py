@@ -1,4 +1,10 @@
-"""The belt on both pulleys during a run: landing, holding, slipping, letting go."""
+"""The belt on both pulleys during a run: landing, holding, slipping, letting go.
+
+The discrete integrator takes the belt's force at the end of a step from its tangent at the beginning. A link that turns
+by an angle d within a step then seems shorter by d^2 / 2, up to a fifth of its strain on a pulley. So the springs of
+landed stations carry, beyond the true holding force, the opposite of that missing tension (``misread``), and friction
+is compared with what is left. Both edges are misread alike: a belt that sticks does not notice.
+"""
 
 from dataclasses import dataclass
 
@@ -6,25 +12,28 @@ import mujoco
 import numpy as np
 
 from belt_sim.errors import RunFailed
+from belt_sim.mujoco3d.belt import Mesh
 from belt_sim.mujoco3d.friction import Friction
 from belt_sim.mujoco3d.hold import HEAD, TAIL, Pose, Wrap, anchor, height, land
 from belt_sim.mujoco3d.scene import Scene
-
 
 @dataclass
 class Contact:
     """Views of MuJoCo's arrays for the nodes, shape (n, m, 3), and the two wraps.
 
-    position [m] = rest + slides; spring, stiffness: qpos_spring [m] and jnt_stiffness [N/m]; loads: force along x [N],
+    position [m] = rest + slides; before: slides at the beginning of the step; spring, stiffness: qpos_spring [m] and jnt_stiffness [N/m]; spin [rad]: of
+    both pulleys at the last ``settle``; loads: force along x [N],
     moment about the axis and about z [N m] that the belt does to the head and the tail pulley.
     """
 
     scene: Scene
     slides: np.ndarray
+    before: np.ndarray
     spring: np.ndarray
     stiffness: np.ndarray
     wraps: tuple[Wrap, Wrap]
     friction: Friction
+    spin: list[float]
     loads: list[tuple[float, float, float]]
 
     @staticmethod
@@ -48,10 +57,12 @@ class Contact:
         contact = Contact(
             scene=scene,
             slides=data.qpos[base:].reshape(shape),
+            before=data.qpos[base:].reshape(shape).copy(),
             spring=model.qpos_spring[base:].reshape(shape),
             stiffness=model.jnt_stiffness[base:].reshape(shape),
             wraps=(wraps[HEAD], wraps[TAIL]),
             friction=friction,
+            spin=[pose.spin for pose in poses],
             loads=[(0.0, 0.0, 0.0)] * 2,
         )
         for wrap, pose in zip(contact.wraps, poses, strict=True):
@@ -66,6 +77,7 @@ class Contact:
 
     def follow(self, poses: tuple[Pose, Pose]) -> None:
         """Before a step: the springs' rest positions are where the anchors will be at its end."""
+        self.before[:] = self.slides
         for wrap, pose in zip(self.wraps, poses, strict=True):
             k = wrap.stations
             self.spring[k] = wrap.place(pose) - self.scene.mesh.rest[k]
@@ -75,24 +87,33 @@ class Contact:
 
         travel_sign: +1 or -1 along station numbers, 0 at rest before the run (both ends then land and let go).
         """
+        rest = self.scene.mesh.rest
         for which, (wrap, pose) in enumerate(zip(self.wraps, poses, strict=True)):
             k = wrap.stations
-            force = self.stiffness[k] * (self.spring[k] - self.slides[k])
-            normals = wrap.normals(pose)
-            self.friction.apply(which, self, wrap, pose, force, normals)
-            self.loads[which] = _reaction(wrap, pose, force)
-            self._change_ends(wrap, pose, force, normals, travel_sign)
+            slides = self.slides[k]
+            force = self.stiffness[k] * (self.spring[k] - slides)
+            points = rest[k] + slides
+            self.loads[which] = _reaction(points, pose, force)
+            ends = force[[0, -1]], points[[0, -1]] - pose.centre
+            if not self.friction.sticks:
+                parts = wrap.components(pose, force)
+                surplus = misread(self.scene.mesh, len(k), pose.spin - self.spin[which], wrap.surface.radius)
+                self.friction.apply(wrap, pose, which, points, parts, surplus, self.stiffness)
+            self.spin[which] = pose.spin
+            self._change_ends(wrap, pose, *ends, travel_sign)
 
-    def _change_ends(self, wrap: Wrap, pose: Pose, force, normals, travel_sign: float) -> None:
-        pressure_first = float(np.sum(force[0] * normals[0]))
-        pressure_last = float(np.sum(force[-1] * normals[-1]))
+    def _change_ends(self, wrap: Wrap, pose: Pose, force, arm, travel_sign: float) -> None:
+        """Land and let go; force, arm: of the first and the last held station, shape (2, m, 3)."""
         n = self.scene.mesh.stations
-        if travel_sign <= 0.0 and pressure_first < 0.0:
+        axis = pose.axes[:, 1]
+        outwards = arm - (arm @ axis)[..., None] * axis
+        first, last = (force * outwards).sum(axis=(1, 2))
+        if travel_sign <= 0.0 and first < 0.0:
             self._let_go(wrap, wrap.first % n)
             wrap.first += 1
         elif travel_sign >= 0.0:
             self._try_landing(wrap, pose, wrap.first - 1, wrap.first)
-        if travel_sign >= 0.0 and pressure_last < 0.0:
+        if travel_sign >= 0.0 and last < 0.0:
             self._let_go(wrap, wrap.last % n)
             wrap.last -= 1
         elif travel_sign <= 0.0:
@@ -100,21 +121,43 @@ class Contact:
         wrap.renumber()
 
     def _try_landing(self, wrap: Wrap, pose: Pose, station: int, neighbour: int) -> None:
+        """Land a station that will be inside the pulley half a step from now."""
         n = self.scene.mesh.stations
-        nodes = self.nodes(station % n)
-        if height(wrap, pose, nodes) > 0.0:
+        k = station % n
+        nodes = self.nodes(k)
+        ahead = nodes + 0.5 * (self.slides[k] - self.before[k])
+        if height(wrap, pose, ahead) > 0.0:
             return
-        land(wrap, pose, station % n, neighbour % n, nodes, self.nodes(neighbour % n))
-        self.stiffness[station % n] = self.friction.hold_stiffness
+        land(wrap, pose, k, neighbour % n, nodes, np.linalg.norm(nodes - self.nodes(neighbour % n), axis=1))
+        self.stiffness[k] = self.friction.hold_stiffness
         wrap.first, wrap.last = min(wrap.first, station), max(wrap.last, station)
 
     def _let_go(self, wrap: Wrap, station: int) -> None:
-        self.stiffness[station] = 0.0
+        self.stiffness[station], wrap.push[station], wrap.sliding[station] = 0.0, 0.0, False
+        wrap.held_for[station] = 0
         if wrap.last - wrap.first < 3:
             raise RunFailed("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
 
 
-def _reaction(wrap: Wrap, pose: Pose, force: np.ndarray) -> tuple[float, float, float]:
+def misread(mesh: Mesh, held: int, turn: float, radius: float) -> np.ndarray:
+    """What the springs of landed stations carry beyond the holding force [N] (outwards, along the axis, along the turn).
+
+    Links between landed stations that turn by ``turn`` [rad] in a step lack the tension e = k turn^2 / 2 with k from
+    mesh.turn_stiffness, and the section the lateral force mesh.turn_pressure turn^2 / 2; shape (held, m, 3).
+    """
+    strain = np.full(held + 1, 0.5 * turn**2)
+    strain[[0, -1]] = 0.0
+    missing = strain[:, None] * mesh.turn_stiffness
+    beside = 0.5 * (missing[1:] + missing[:-1])
+    squeeze = 0.5 * (strain[1:] + strain[:-1])[:, None] * mesh.turn_pressure
+    return np.stack([-beside * mesh.chord / radius, -squeeze, missing[1:] - missing[:-1]], axis=-1)
+
+
+def _reaction(points: np.ndarray, pose: Pose, force: np.ndarray) -> tuple[float, float, float]:
     """Force on the pulley along x [N], moment about its axis and about z [N m], of the belt's holding forces."""
-    moment = -np.cross(wrap.place(pose) - pose.centre, force).sum(axis=(0, 1))
-    return -float(force[:, :, 0].sum()), float(moment @ pose.axes[:, 1]), float(moment[2])
+    arm = (points - pose.centre).reshape(-1, 3)
+    f = force.reshape(-1, 3)
+    couples = f.T @ arm
+    mx, my, mz = couples[1, 2] - couples[2, 1], couples[2, 0] - couples[0, 2], couples[0, 1] - couples[1, 0]
+    axis = pose.axes[:, 1]
+    return -float(f[:, 0].sum()), float(mx * axis[0] + my * axis[1] + mz * axis[2]), float(mz)

@@ -31,7 +31,8 @@ class Wrap:
     """The stations that lie on one pulley: consecutive numbers first..last (modulo n), and their anchors.
 
     anchors are cylinder coordinates in the spinning pulley: r, y [m] and angle [rad] from the top towards +x,
-    shape (n, m), valid for held stations only.
+    shape (n, m), valid for held stations only. sliding: which nodes slide; push [m], shape (n, m, 3): how far beyond its
+    anchor a sliding node's spring rests (outwards, along the axis, along the turn), from the friction law; held_for: steps since landing, shape (n,).
     """
 
     surface: PulleySurface
@@ -41,13 +42,16 @@ class Wrap:
     r: np.ndarray
     y: np.ndarray
     angle: np.ndarray
+    sliding: np.ndarray
+    push: np.ndarray
+    held_for: np.ndarray
     stations: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
     @staticmethod
     def empty(surface: PulleySurface, extra_radius: float, n: int, m: int) -> "Wrap":
         """extra_radius [m]: how much wider the circle of the stations is than the pulley."""
         zeros = [np.zeros((n, m)) for _ in range(3)]
-        return Wrap(surface, extra_radius, 0, -1, *zeros)
+        return Wrap(surface, extra_radius, 0, -1, *zeros, np.zeros((n, m), bool), np.zeros((n, m, 3)), np.zeros(n, int))
 
     def renumber(self) -> None:
         """Recompute ``stations`` after first or last changed."""
@@ -58,19 +62,25 @@ class Wrap:
         return self.surface.radius_at(y, angle) + self.extra_radius
 
     def place(self, pose: Pose) -> np.ndarray:
-        """World positions of the held anchors [m], shape (held, m, 3)."""
+        """World positions at which the held nodes' springs rest [m], shape (held, m, 3)."""
         k = self.stations
         turned = self.angle[k] + pose.spin
-        local = np.empty((len(k), self.r.shape[1], 3))
-        local[:, :, 0] = self.r[k] * np.sin(turned)
-        local[:, :, 1] = self.y[k]
-        local[:, :, 2] = self.r[k] * np.cos(turned)
+        sin, cos = np.sin(turned), np.cos(turned)
+        push = self.push[k]
+        r, on = self.r[k] + push[..., 0], push[..., 2]
+        local = np.empty_like(push)
+        local[..., 0] = r * sin + on * cos
+        local[..., 1] = self.y[k] + push[..., 1]
+        local[..., 2] = r * cos - on * sin
         return local @ pose.axes.T + pose.centre
 
-    def normals(self, pose: Pose) -> np.ndarray:
-        """Outward normals at the held anchors (the axis' radial direction), shape (held, m, 3)."""
+    def components(self, pose: Pose, vectors: np.ndarray) -> np.ndarray:
+        """Parts of world vectors at the held anchors: outwards, along the axis, along the turn; shape (held, m, 3)."""
         turned = self.angle[self.stations] + pose.spin
-        return np.sin(turned)[:, :, None] * pose.axes[:, 0] + np.cos(turned)[:, :, None] * pose.axes[:, 2]
+        sin, cos = np.sin(turned), np.cos(turned)
+        local = vectors @ pose.axes
+        x, z = local[..., 0], local[..., 2]
+        return np.stack([x * sin + z * cos, local[..., 1], x * cos - z * sin], axis=-1)
 
 
 def cylinder_coordinates(points: np.ndarray, pose: Pose) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -95,17 +105,16 @@ def anchor(wrap: Wrap, pose: Pose, station: int, nodes: np.ndarray) -> None:
     wrap.y[station], wrap.angle[station], wrap.r[station] = y, angle, wrap.radius_at(y, angle)
 
 
-def land(wrap: Wrap, pose: Pose, station: int, neighbour: int, nodes: np.ndarray, beside: np.ndarray) -> None:
-    """Anchor a station on the surface at its present distance from the neighbour that has landed before.
+def land(wrap: Wrap, pose: Pose, station: int, neighbour: int, nodes: np.ndarray, chord: np.ndarray) -> None:
+    """Anchor a station on the surface at the given distance from the neighbour that has landed before.
 
-    nodes, beside: positions of the station's and the neighbour's nodes [m], shape (m, 3). With chord c, lateral
-    difference dy and radii r1, r2 the anchors are 2 asin(sqrt((c^2 - dy^2 - (r1 - r2)^2) / (4 r1 r2))) apart.
+    nodes: positions of the station's nodes [m], shape (m, 3); chord [m], shape (m,). With the lateral difference dy
+    and radii r1, r2 the anchors are 2 asin(sqrt((chord^2 - dy^2 - (r1 - r2)^2) / (4 r1 r2))) apart.
     """
     _, y, angle = cylinder_coordinates(nodes, pose)
     r1, y1, angle1 = wrap.r[neighbour], wrap.y[neighbour], wrap.angle[neighbour]
     r2 = wrap.radius_at(y, angle)
-    chord2 = np.sum((nodes - beside) ** 2, axis=1)
-    apart = 2.0 * np.arcsin(np.sqrt((chord2 - (y - y1) ** 2 - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
+    apart = 2.0 * np.arcsin(np.sqrt((chord**2 - (y - y1) ** 2 - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
     towards = np.sign(angle - angle1 - 2.0 * np.pi * np.round((angle - angle1) / (2.0 * np.pi)))
     wrap.y[station], wrap.r[station] = y, r2
     wrap.angle[station] = angle1 + towards * apart

@@ -9,7 +9,7 @@ from belt_sim.mujoco3d.contact import Contact
 from belt_sim.mujoco3d.hold import HEAD, TAIL
 
 _NEAR = 4  # stations to either side of a wrap's end among which the belt passes the pulley's axis
-_LINKS = 2  # links before the run-up over which the entry moment is averaged
+_LINKS = 2  # links over which the entry moment is averaged; the last link, which turns, is left out
 
 #: rows of a reading
 POINTS, ANGLES, MOMENTS, EDGES, TILTS, SAGS, TENSION = (
@@ -50,7 +50,7 @@ def reading(case: Case, contact: Contact, tail_x: float) -> np.ndarray:
         out[4 + k] = sign * slope
     runups = (ends.tail_upper, ends.head_lower) if sign > 0 else (ends.head_upper, ends.tail_lower)
     for k, station in enumerate(runups):
-        tension, out[8 + k] = _section_forces(contact, station - _LINKS if sign > 0 else station)
+        tension, out[8 + k] = _section_forces(contact, station - _LINKS - 1 if sign > 0 else station + 1)
         out[10 + k] = _slack_edge(case, tension, out[8 + k])
         if k == 0:
             out[TENSION] = tension

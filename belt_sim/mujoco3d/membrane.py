@@ -1,8 +1,10 @@
 """The shell belt: a two-dimensional flex membrane of real E, h and rho with a calibrated width."""
 
 import math
+from dataclasses import replace
 
 import mujoco
+import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
@@ -27,7 +29,12 @@ class Membrane:
     def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
         if options.across < 2:
             raise InputError("options.across", options.across, "nodes", "a membrane needs 2 or more")
-        return lay(case, loop, model_width(float(case.belt.width), options.across), options.across)
+        width, nu = model_width(float(case.belt.width), options.across), float(case.belt.poisson_ratio)
+        mesh = lay(case, loop, width, options.across)
+        stiffness = mesh.line_stiffness / (1.0 - nu**2)
+        pressure = np.zeros(options.across)
+        pressure[[0, -1]] = np.array([1.0, -1.0]) * nu * stiffness.sum() * mesh.chord / width
+        return replace(mesh, turn_stiffness=stiffness, turn_pressure=pressure)
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=False)

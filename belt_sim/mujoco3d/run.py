@@ -105,7 +105,7 @@ class Run:
 
     def _march(self, travel: float) -> None:
         options, machine = self.recorder.options, self.machine
-        clock = Clock(options=options, stops=machine.stops(travel), end=travel, travel=-options.run_in)
+        clock = Clock(options=options, stops=machine.stops(travel), end=travel + 0.5 * options.sample, travel=-options.run_in)
         while not clock.finished:
             before = clock.speed
             clock.advance(options.dt)
