@@ -26,6 +26,8 @@ from belt_sim.mujoco3d.measure import (
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.stage import Clock
 
+#: lateral slip [m] and share of sliding nodes on the head and the tail pulley, steps made
+EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "steps")
 _READINGS_PER_SAMPLE = 5  # a landing shakes the belt once per station; the curve is the mean over a sample
 _RUNAWAY = 3.0  # belt widths: a belt that has run further sideways has left its pulleys
 
@@ -42,6 +44,7 @@ class Recorder:
     rows: list[np.ndarray] = field(default_factory=list)
     window: list[np.ndarray] = field(default_factory=list)
     start: np.ndarray | None = None
+    steps: int = 0
     next_reading: float = 0.0
     next_row: float = 0.0
     next_frame: float = 0.0
@@ -55,6 +58,7 @@ class Recorder:
 
     def step(self, clock: Clock) -> None:
         """Called after every step."""
+        self.steps += 1
         if clock.travel < self.next_reading or self.start is None:
             return
         self.next_reading = clock.travel + self.options.sample / _READINGS_PER_SAMPLE
@@ -78,7 +82,8 @@ class Recorder:
                 f"y at point {where} = {now[where - 1]:.3f} m at travel {travel:.2f} m: the belt has run off its "
                 "pulleys; turn the yaw back earlier or shorten travel"
             )
-        return np.concatenate([now, slip, [travel]])
+        sliding = [np.mean(wrap.sliding[wrap.stations]) for wrap in self.contact.wraps]
+        return np.concatenate([now, slip, sliding, [self.steps, travel]])
 
     def _row(self, mean: np.ndarray, travel: float) -> np.ndarray:
         row = mean.copy()
@@ -97,7 +102,7 @@ class Recorder:
         places = ((x, r_tail), (x, -r_tail), (0.0, -r_head), (0.0, r_head))
         points = np.array([[px, y, pz] for (px, pz), y in zip(places, now[POINTS], strict=True)])
         names = ("entry_moment_upper", "entry_moment_lower", "edge_stress_upper", "edge_stress_lower", "tilt_upper",
-                 "tilt_lower", "sag_upper", "sag_lower", "tension", "slip_head", "slip_tail")  # fmt: skip
+                 "tilt_lower", "sag_upper", "sag_lower", "tension", *EXTRA)  # fmt: skip
         scalars = dict(zip(names, map(float, now[MOMENTS.start : -1]), strict=True))
         frame = Frame(
             travel=clock.travel, time=clock.time, left=left, right=right, points=points,
@@ -108,7 +113,7 @@ class Recorder:
 
     def curves(self) -> Curves:
         """Curves of what has been run so far."""
-        table = np.array(self.rows).T if self.rows else np.empty((READING_SIZE + 3, 0))
+        table = np.array(self.rows).T if self.rows else np.empty((READING_SIZE + len(EXTRA) + 1, 0))
         return Curves(
             travel=table[-1],
             y=table[POINTS],
@@ -117,5 +122,5 @@ class Recorder:
             edge_stress=table[EDGES],
             tilt=table[TILTS],
             sag=table[SAGS].mean(axis=1) if self.rows else np.zeros(2),
-            extra={"tension": table[TENSION], "slip_head": table[READING_SIZE], "slip_tail": table[READING_SIZE + 1]},
+            extra={"tension": table[TENSION], **dict(zip(EXTRA, table[READING_SIZE:-1], strict=True))},
         )

@@ -84,6 +84,8 @@ class Run:
         recorder = self.recorder
         for observer in recorder.observers:
             observer.start(self.machine.case, travel)
+        warn = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(_ignore)
         try:
             self._rest()
             self._march(travel)
@@ -91,6 +93,7 @@ class Run:
             failure.curves = recorder.curves()  # type: ignore[attr-defined]
             raise
         finally:
+            mujoco.set_mju_user_warning(warn)
             for observer in recorder.observers:
                 observer.finish(recorder.curves())
         return recorder.curves()
@@ -125,3 +128,7 @@ class Run:
             raise RunFailed(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
         machine.read(data)
         contact.settle(machine.poses, self.sign if speed > 0.0 else 0.0)
+
+
+def _ignore(message: str) -> None:
+    """MuJoCo warns that its preliminary iterative solve has not converged; the exact Newton step follows it."""
