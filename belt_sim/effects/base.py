@@ -23,7 +23,7 @@ LAWS = ("span", "run-up", "wrap", "drive", "sensor")
 class Parameter:
     """One number of an effect: SI unit, meaning, plausible range (low, high) of a real machine, null value.
 
-    scale: a size that matters on a real machine, to start a search from; prior: one sigma of a weak prior.
+    scale: a size that matters on a real machine, to start a search from.
     """
 
     unit: str
@@ -44,6 +44,8 @@ class Effect:
     parity: ClassVar[str] = "mixed"
     #: exponent n of the late rate ~ tension^n at high tension; None = not a power law
     tension_exponent: ClassVar[float | None] = None
+    #: True for what belongs to the belt and changes sides when the belt is turned over
+    on_belt: ClassVar[bool] = False
     parameters: ClassVar[dict[str, Parameter]] = {}
 
     def settings(self, settings: Settings, case: Case) -> Settings:

@@ -30,6 +30,7 @@ class EdgeProfile(Effect):
     reference = "physics sheet, section 7"
     parity = "even"
     tension_exponent = 0.0
+    on_belt = True
     parameters = _declare()
     cos1: float = 0.0
     sin1: float = 0.0

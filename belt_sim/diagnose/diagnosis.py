@@ -1,0 +1,76 @@
+"""A diagnosis from end to end: adequacy, ranking, confusables, next runs, open set."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from belt_sim.analytic.model import Model
+from belt_sim.campaign import Campaign, Suspicion, suspicions
+from belt_sim.diagnose.confusable import Rival, rivals
+from belt_sim.diagnose.nextrun import Advice, next_runs
+from belt_sim.diagnose.openset import OpenSet, open_set
+from belt_sim.diagnose.select import Selection, Trial, select
+from belt_sim.diagnose.verdict import verdict
+from belt_sim.diagnose.workbench import Workbench, workbench
+from belt_sim.effects.base import Effect
+
+BOOTSTRAPS = 1000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis:
+    """What was found, with everything that was tried.
+
+    bench: laid out at the base model; found: the selection; left: open-set test after the chosen set; rivals and
+    advice: what the verdict cannot be told apart from, and the runs that would do it.
+    """
+
+    bench: Workbench
+    found: Selection
+    left: OpenSet
+    rivals: list[Rival]
+    advice: list[Advice]
+    suspicions: tuple[Suspicion, ...]
+    verdict: str
+
+    @property
+    def ranking(self) -> list[Trial]:
+        """Every candidate of the first round, best first."""
+        return sorted(self.found.rounds[0], key=lambda t: -t.score)
+
+
+def diagnose(
+    campaign: Campaign,
+    model: Model,
+    classes: Sequence[type[Effect]],
+    *,
+    bootstraps: int = BOOTSTRAPS,
+    seed: int = 0,
+    advise: bool = True,
+    tell: Callable[[str], None] = lambda text: None,
+    tick: Callable[[int], None] = lambda n: None,
+) -> Diagnosis:
+    """Which of ``classes`` the ``model`` lacks, judged on ``campaign``.
+
+    tell hears what is being done, tick counts bootstrap replicates. Raises InputError when the campaign has no
+    signals, RunFailed when a super-model fits worse than its sub-model.
+    """
+    suspect = suspicions(campaign)
+    tell("laying out the campaign")
+    bench = workbench(campaign, model, [c for c in classes if model.refusal(c) is None])
+    found = select(bench, bootstraps=bootstraps, seed=seed, tell=tell, tick=tick)
+    tell("testing what is left")
+    left = open_set(found.bench, found.chosen, bootstraps=max(200, bootstraps // 2), seed=seed)
+    pairs = rivals(found)
+    advice: list[Advice] = []
+    if advise and pairs:
+        tell("looking for the run that would tell them apart")
+        advice = next_runs(found.bench, found.chosen, pairs)
+    return Diagnosis(
+        bench=bench,
+        found=found,
+        left=left,
+        rivals=pairs,
+        advice=advice,
+        suspicions=tuple(suspect),
+        verdict=verdict(found.chosen.ids, left, suspect),
+    )

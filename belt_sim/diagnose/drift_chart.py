@@ -1,0 +1,42 @@
+"""The parameter-drift chart: the same parameter, fitted tension by tension, should not move."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from belt_sim import si
+from belt_sim.diagnose.fit import fit_sets
+from belt_sim.diagnose.metric import metric_of
+from belt_sim.diagnose.workbench import Workbench
+from belt_sim.pictures.drift_chart import Drift
+
+GPA = 1e9
+
+
+def stiffness_drift(bench: Workbench, q: np.ndarray, name: str = "Young's modulus") -> Drift | None:
+    """Young's modulus [GPa] that each tension asks for by itself; None with fewer than two tensions.
+
+    Only F/EI enters a beam: a wrong tension, width or thickness shows here as well.
+    """
+    stress = np.array([r.tension for r in bench.samples.runs])
+    tensions = np.unique(stress)
+    if len(tensions) < 2 or bench.forward.model.name == "rope":
+        return None
+    stated = bench.campaign.belt.youngs_modulus
+    value, u = [], []
+    position = len(bench.forward.slots)
+    for t in tensions:
+        y = np.where((stress == t)[:, None, None], bench.fitted.y, np.nan)
+        metric = metric_of(replace(bench.fitted, y=y), bench.levels, bench.shapes, 0.0 * bench.shared)
+        fit = fit_sets(bench.forward, metric, [bench.start((), q, free=[position])])[0]
+        value.append((1.0 + fit.q[position]) * stated.value / GPA)
+        u.append(np.sqrt(fit.covariance[0, 0]) * stated.value / GPA)
+    return Drift(
+        parameter=name,
+        unit="GPa",
+        tension=tensions / si.N_PER_MM2,
+        value=np.array(value),
+        u=np.minimum(np.array(u), 1e4),
+        stated=stated.value / GPA,
+        u_stated=stated.u / GPA,
+    )

@@ -1,0 +1,109 @@
+"""Where a model fails: error over validation uncertainty, by tension, yaw sign, travel window and signal.
+
+ASME V&V 20: E = model - measurement; u_val from noise, zero, gain, settings and stiffness; |E| <= k u_val means that
+the comparison cannot say more.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim import si
+from belt_sim.diagnose.workbench import Workbench
+
+K = 2.0
+WINDOWS = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One tension, yaw sign, signal and travel window: rms of E over rms of u_val, and which run it came from."""
+
+    run: str
+    signal: str
+    tension: float
+    sign: int
+    window: tuple[float, float]
+    ratio: float
+    rms: float
+
+
+def validation_uncertainty(bench: Workbench) -> np.ndarray:
+    """u_val, one sigma, of every sample, shape (R, S, n) [m or rad]."""
+    samples, levels = bench.samples, bench.levels
+    white = np.array([s.white for s in samples.signals])[None, :] / np.sqrt(samples.per_bin)[:, None]
+    wander = np.array([s.wander_sd for s in samples.signals])[None, :]
+    noise = (levels.white * white) ** 2 + (levels.wander * wander) ** 2
+    return np.sqrt(noise[..., None] + np.sum(bench.shapes**2, axis=0) + bench.shared**2)
+
+
+def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:
+    """The map's cells for predictions ``values`` (R, S, n)."""
+    samples, u_val = bench.samples, validation_uncertainty(bench)
+    edges = window_edges(bench)
+    found = []
+    for r, run in enumerate(samples.runs):
+        for s, signal in enumerate(samples.signals):
+            error = values[r, s] - samples.y[r, s]
+            for low, high in zip(edges[:-1], edges[1:], strict=True):
+                inside = (samples.travel[r] >= low) & (samples.travel[r] <= high) & np.isfinite(error)
+                if not inside.any():
+                    continue
+                rms = float(np.sqrt(np.mean(error[inside] ** 2)))
+                floor = float(np.sqrt(np.mean(u_val[r, s][inside] ** 2)))
+                found.append(
+                    Cell(
+                        run=run.name,
+                        signal=signal.name,
+                        tension=run.tension / si.N_PER_MM2,
+                        sign=int(np.sign(run.yaw)),
+                        window=(float(low), float(high)),
+                        ratio=rms / floor,
+                        rms=rms,
+                    )
+                )
+    return found
+
+
+def window_edges(bench: Workbench) -> np.ndarray:
+    """Edges of the travel windows [m]."""
+    return np.linspace(0.0, bench.samples.end, WINDOWS + 1)
+
+
+def worst_cell(found: list[Cell]) -> Cell:
+    """The cell in which the model is furthest beyond what the measurement can say."""
+    return max(found, key=lambda c: c.ratio)
+
+
+def worst_sentence(found: list[Cell], kinds: dict[str, str]) -> str:
+    """The worst cell in a sentence."""
+    c = worst_cell(found)
+    size, unit = (c.rms / si.MM, "mm") if kinds[c.signal] == "lateral" else (c.rms * 1e3, "mrad")
+    where = f"{c.signal} of run {c.run} ({c.tension:g} N/mm2, yaw {_sign(c.sign)}, {c.window[0]:.0f}-{c.window[1]:.0f} m)"
+    if c.ratio <= K:
+        return f"Nowhere beyond the uncertainty of the comparison; closest in {where}: E = {c.ratio:.1f} u_val."
+    return f"Worst in {where}: off by {size:.2g} {unit}, {c.ratio:.0f} times what the measurement leaves open."
+
+
+def boundary(found: list[Cell]) -> tuple[float | None, str]:
+    """The tension at which the model stops being adequate [N/mm2], where there is one, and a sentence."""
+    tensions = sorted({c.tension for c in found})
+    worst = np.array([max(c.ratio for c in found if c.tension == t) for t in tensions])
+    good = worst <= K
+    span = f"{tensions[0]:g} to {tensions[-1]:g} N/mm2"
+    if good.all():
+        return None, f"Adequate at every tension measured ({span})."
+    if not good.any():
+        return None, f"Inadequate at every tension measured ({span})."
+    flips = np.flatnonzero(np.diff(good.astype(int)))
+    if len(flips) > 1:
+        return None, f"Inadequate at {', '.join(f'{t:g}' for t, g in zip(tensions, good, strict=True) if not g)} N/mm2."
+    k = int(flips[0])
+    part = (np.log(K) - np.log(worst[k])) / (np.log(worst[k + 1]) - np.log(worst[k]))
+    at = float(np.exp(np.log(tensions[k]) + part * np.log(tensions[k + 1] / tensions[k])))
+    side = "above" if good[-1] else "below"
+    return at, f"Adequate {side} {at:.3g} N/mm2 (|E| <= {K:g} u_val; measured at {span})."
+
+
+def _sign(sign: int) -> str:
+    return {1: "> 0", -1: "< 0", 0: "= 0"}[sign]
