@@ -1,4 +1,4 @@
-"""Measured campaigns on disk, format belt-campaign/1: read, validate, write."""
+"""Measured campaigns on disk, format belt-campaign/1: read, validate, write, and look for dirty data."""
 
 from belt_sim.campaign.nouns import (
     BeltSheet,
@@ -14,6 +14,8 @@ from belt_sim.campaign.nouns import (
 )
 from belt_sim.campaign.problems import CampaignError, Problem
 from belt_sim.campaign.read import read_campaign
+from belt_sim.campaign.suspect import Suspicion
+from belt_sim.campaign.suspicion import suspicions
 from belt_sim.campaign.write import write_campaign
 
 __all__ = [
@@ -28,7 +30,9 @@ __all__ = [
     "SignalSheet",
     "Source",
     "SteadyRate",
+    "Suspicion",
     "case_of",
     "read_campaign",
+    "suspicions",
     "write_campaign",
 ]

@@ -52,7 +52,8 @@ class Table:
             for row in rows_where(empty):
                 self.refuse(row, name, None, shown, "is blank; state a number")
         factor, (low, high) = UNITS[unit][1], (bounds.low, bounds.high)
-        si = written * factor
+        with np.errstate(over="ignore"):  # what overflows is refused as implausible
+            si = written * factor
         scale = UNITS[bounds.unit][1]
         inside = (si > low * scale if bounds.open_low else si >= low * scale) & (si <= high * scale)
         outside = ~inside & ~typed & ~empty

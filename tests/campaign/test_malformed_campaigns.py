@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sample_campaign import RUNS, SHEET, SIGNALS, STEADY, Folder
 
-from belt_sim.campaign import Campaign, CampaignError, read_campaign
+from belt_sim.campaign import Campaign, CampaignError, read_campaign, suspicions
 
 #: Enough to meet every branch many times; about ten seconds for the module.
 EXAMPLES = 300
@@ -52,6 +52,7 @@ def assert_campaign_or_problems(files: dict[str, bytes]) -> None:
             assert problem.remedy
     else:
         assert found.runs
+        assert all(s.sentence for s in suspicions(found))
 
 
 def read_or_error(path: Path) -> Campaign | CampaignError:

@@ -1,0 +1,172 @@
+"""The lead of the tail: kinematics of a belt between two pulleys, to hold columns and signs against.
+
+After a yaw beta of the tail pulley the belt lies askew: in the long run the points at the tail pulley lead
+those at the head pulley by about beta L/2, and all move to the same side, whatever the belt's stiffness and
+tension: y_1 - y_4 = L (w1 beta - w), with w = beta L (w1 - w0)/(2 (L + pi R)) and w0 + w1 = 1, is beta L/2
+where pi R << L.
+In the transient the lead is between half and twice that.
+"""
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from belt_sim.campaign.nouns import Campaign
+from belt_sim.campaign.record import Record
+from belt_sim.campaign.suspect import Severity, Suspicion
+
+#: The lead is judged once the belt has travelled this many spans.
+SPANS = 1.2
+#: Lead over beta L/2: below -REVERSED it is turned round; outside LOW..HIGH the yaw is of another magnitude.
+#: Linear belts give 0.5 to 1.7; an offset of a pulley as large as the yaw itself 0 to 3.
+REVERSED, LOW, HIGH = 0.45, 0.12, 6.0
+#: The other yaw sign then has a lead above this, when an offset of a pulley is the reason.
+OFFSET = 1.8
+#: What is judged must stand this many sigmas out of zero, wander and white noise.
+CLEAR = 6.0
+#: Late slopes: from the last LATE of records of SETTLED spans; what most runs show, shows in MOST of them.
+LATE, SETTLED, MOST = 0.4, 3.5, 0.8
+TAIL_AND_HEAD = (
+    ("point_1", "point_4"),
+    ("point_2", "point_3"),
+    ("point_1", "point_3"),
+    ("point_2", "point_4"),
+)
+_GRID = 100
+
+
+@dataclass(frozen=True)
+class Lead:
+    """lead and drift of one run over beta L/2 [1], from one tail and one head signal."""
+
+    tail: Record
+    head: Record
+    span: float
+    lead: float
+    drift: float
+
+    @property
+    def run(self) -> str:
+        return self.tail.run.name
+
+    @property
+    def side(self) -> float:
+        return math.copysign(1.0, self.tail.run.yaw)
+
+
+def _span(campaign: Campaign) -> float:
+    machine = campaign.machine
+    return math.sqrt(
+        machine.centre_distance.value**2 - (machine.tail_radius.value - machine.head_radius.value) ** 2
+    )
+
+
+def _lead(tail: Record, head: Record, span: float) -> Lead | None:
+    """Mean lead and drift after SPANS spans; None where neither they nor the yaw stand out of the errors."""
+    run = tail.run
+    scale = run.yaw * span / 2.0
+    end = min(tail.travel[-1], head.travel[-1])
+    if scale == 0.0 or abs(run.yaw_head) > 0.2 * abs(run.yaw) or end < SPANS * span:
+        return None
+    s = np.linspace(span, end, _GRID)
+    y_tail, y_head = (np.interp(s, r.travel, r.readings) for r in (tail, head))
+    lead, drift = float(np.mean(y_tail - y_head)), float(np.mean(y_tail + y_head))
+    clear = CLEAR * math.hypot(tail.drift_error, head.drift_error)
+    if max(abs(lead), abs(scale) * LOW) < clear:
+        return None
+    return Lead(tail=tail, head=head, span=span, lead=lead / scale, drift=drift / scale)
+
+
+def lead_of_the_tail(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Exchanged columns, turned signs and slipped yaw units, from the lead of the tail over the head."""
+    span = _span(campaign)
+    of_run: dict[str, dict[str, Record]] = defaultdict(dict)
+    for record in records:
+        of_run[record.run.name].setdefault(record.sheet.at, record)
+    found: dict[tuple[str | None, str | None], Suspicion] = {}
+    for tail, head in TAIL_AND_HEAD:
+        pairs = [(r[tail], r[head]) for r in of_run.values() if tail in r and head in r]
+        leads = [lead for pair in pairs if (lead := _lead(*pair, span)) is not None]
+        for suspicion in _judge(leads):
+            found.setdefault((suspicion.run, suspicion.kind), suspicion)
+    return list(found.values())
+
+
+def _judge(leads: list[Lead]) -> list[Suspicion]:
+    usual = float(np.median([abs(lead.tail.run.yaw) for lead in leads])) if leads else 0.0
+    found = []
+    odd = [lead for lead in leads if _is_odd(lead, usual)]
+    for lead in odd:
+        across = [other.lead for other in leads if other.side != lead.side]
+        if across and lead.lead < LOW and float(np.median(across)) > OFFSET:
+            continue  # a pulley that stands askew by itself: an effect, not dirt
+        told = (len(odd) < len(leads) or bool(across)) if lead.lead < 0.0 else _fits_sisters(lead, leads)
+        found.append(_named(lead, "stop" if told else "look"))
+    if not odd:
+        return _turned_column(leads)
+    if len(odd) == len(leads) > 1 and len({s.kind for s in found}) == 1 and len(found) == len(leads):
+        first = found[0]
+        sentence = f"in every run: {first.sentence}"
+        return [replace(first, run=None, sentence=sentence)]
+    return found
+
+
+def _is_odd(lead: Lead, usual: float) -> bool:
+    """Turned round, at a yaw large enough to outdo the machine's faults; or of another magnitude."""
+    turned = lead.lead < -REVERSED and abs(lead.tail.run.yaw) > 0.5 * usual
+    return (
+        turned
+        or abs(lead.lead) > HIGH
+        or abs(lead.lead) * abs(lead.tail.run.yaw) < LOW * usual / 2.0
+        or (abs(lead.lead) < LOW and abs(lead.tail.run.yaw) > HIGH * usual)
+    )
+
+
+def _fits_sisters(lead: Lead, leads: list[Lead]) -> bool:
+    """Whether the yaw that the lead speaks of, but not the stated one, is that of the other runs."""
+    others = [abs(other.tail.run.yaw) for other in leads if other is not lead]
+    if not others:
+        return False
+    stated, usual = abs(lead.tail.run.yaw), float(np.median(others))
+    implied = stated * abs(lead.lead)
+    return 0.4 < implied / usual < 2.5 and not 0.2 < stated / usual < 5.0
+
+
+def _turned_column(leads: list[Lead]) -> list[Suspicion]:
+    """Tail and head that drift apart in the end, in nearly all runs: one column has the wrong sign."""
+    slopes = [slopes for lead in leads if (slopes := _late_slopes(lead)) is not None]
+    apart = [(tail, head) for tail, head in slopes if tail * head < 0.0]
+    if len(slopes) < 3 or len(apart) < MOST * len(slopes):
+        return []
+    against_yaw = sum(tail < 0.0 for tail, _ in apart) > len(apart) / 2
+    name = (leads[0].tail if against_yaw else leads[0].head).sheet.name
+    sentence = (
+        "drifts away from the other points to the end, in nearly all runs: the sign of this column is turned"
+    )
+    return [Suspicion(run=None, signal=name, kind="wrong_sign", sentence=sentence, severity="look")]
+
+
+def _late_slopes(lead: Lead) -> tuple[float, float] | None:
+    """Slopes over the yaw of tail and head in the last LATE of a record; None where that is too short."""
+    end = min(lead.tail.travel[-1], lead.head.travel[-1])
+    if end < SETTLED * lead.span:
+        return None
+    s = np.linspace((1.0 - LATE) * end, end, _GRID)
+    values = [np.polyfit(s, np.interp(s, r.travel, r.readings), 1)[0] for r in (lead.tail, lead.head)]
+    return values[0] / lead.tail.run.yaw, values[1] / lead.head.run.yaw
+
+
+def _named(lead: Lead, severity: Severity) -> Suspicion:
+    run, both = lead.tail.run, f"{lead.tail.sheet.name} and {lead.head.sheet.name}"
+    times = f"{lead.lead:.2g} times what the yaw of {math.degrees(run.yaw):.3g} deg gives"
+    seen = f"{both} differ by {times} in the end"
+    if not LOW < abs(lead.lead) < HIGH:
+        sentence = f"{seen}: the yaw or the readings are in another unit"
+        return Suspicion(run=run.name, signal=None, kind="unit_slip", sentence=sentence, severity=severity)
+    if lead.drift > 0.0:
+        sentence = f"{seen}, though they move to its side: the two columns are exchanged"
+        return Suspicion(run=run.name, signal=both, kind="swapped", sentence=sentence, severity=severity)
+    sentence = f"{seen}, and they move away from its side: the yaw or the readings have the wrong sign"
+    return Suspicion(run=run.name, signal=None, kind="wrong_sign", sentence=sentence, severity=severity)

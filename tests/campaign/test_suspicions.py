@@ -1,0 +1,149 @@
+"""Dirty data is named before anything is fitted, and clean data is left alone."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from roped_campaign import damaged, roped_campaign
+
+from belt_sim.campaign import suspicions
+
+#: Clean campaigns looked at; the thresholds leave room for one false alarm in thousands, none is expected.
+CLEAN = 40
+
+
+def seen(campaign):
+    return [(s.run, s.signal, s.kind) for s in suspicions(campaign)]
+
+
+@pytest.mark.parametrize("length", [5.0, 20.0, 50.0])
+def test_clean_campaigns_raise_no_suspicion(length):
+    for seed in range(CLEAN // 3):
+        assert seen(roped_campaign(seed, length)) == []
+
+
+def test_noise_off_by_forty_percent_and_coarse_digits_are_clean():
+    campaign = roped_campaign(1)
+    for scale in (0.6, 1.4):
+        sheets = tuple(dataclasses.replace(s, white=s.white * scale) for s in campaign.signals)
+        assert seen(dataclasses.replace(campaign, signals=sheets)) == []
+    assert seen(damaged(campaign, lambda y: {n: np.round(v, 5) for n, v in y.items()})) == []
+
+
+def test_heavy_tails_are_clean():
+    rng = np.random.default_rng(3)
+    assert (
+        seen(damaged(roped_campaign(2), lambda y: {"y1": y["y1"] + 1e-5 * rng.standard_t(3, len(y["y1"]))}))
+        == []
+    )
+
+
+def test_a_pulley_that_stands_askew_is_no_dirt():
+    """An offset of the tail pulley 1.5 times the yaw turns one yaw sign's curves round; that is an effect."""
+    campaign = roped_campaign(4)
+    plus = campaign.runs[0].signals
+    shift = {name: 1.5 * y for name, y in plus.items()}
+    shifted = damaged(campaign, lambda y: {n: v + shift[n] for n, v in y.items()})
+    assert [s for s in suspicions(shifted) if s.severity == "stop"] == []
+
+
+@pytest.mark.parametrize("factor", [1000.0, 25.4, 1 / 25.4, 1e-3])
+def test_a_slipped_unit_is_named(factor):
+    campaign = roped_campaign(5)
+    assert seen(damaged(campaign, lambda y: {"y4": factor * y["y4"]}, 2)) == [("r2", "y4", "unit_slip")]
+    everywhere = suspicions(damaged(campaign, lambda y: {"y4": factor * y["y4"]}))
+    assert [(s.run, s.signal, s.kind) for s in everywhere] == [(None, "y4", "unit_slip")]
+
+
+@pytest.mark.parametrize("factor", [57.3, 17.45, 1 / 57.3, 1 / 17.45])
+def test_a_yaw_in_another_unit_is_named(factor):
+    campaign = roped_campaign(6)
+    runs = list(campaign.runs)
+    runs[1] = dataclasses.replace(runs[1], yaw=runs[1].yaw * factor)
+    found = suspicions(dataclasses.replace(campaign, runs=tuple(runs)))
+    assert [(s.run, s.kind, s.severity) for s in found] == [("r1", "unit_slip", "stop")]
+
+
+def test_travel_in_another_unit_is_named():
+    campaign = roped_campaign(7)
+    runs = list(campaign.runs)
+    runs[3] = dataclasses.replace(runs[3], travel=runs[3].travel * 1000.0)
+    assert ("r3", None, "unit_slip") in seen(dataclasses.replace(campaign, runs=tuple(runs)))
+    timed = dataclasses.replace(campaign.runs[0], time=campaign.runs[0].travel * 2000.0)
+    found = seen(dataclasses.replace(campaign, runs=(timed, *campaign.runs[1:])))
+    assert found == [("r0", None, "unit_slip")]
+
+
+@pytest.mark.parametrize("share", [0.5, 0.8])
+def test_a_clipped_sensor_is_named(share):
+    campaign = roped_campaign(8)
+    limit = share * campaign.runs[0].signals["y1"].max()
+    found = seen(damaged(campaign, lambda y: {"y1": np.minimum(y["y1"], limit)}, 0))
+    assert found == [("r0", "y1", "clipped")]
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan, -9.999, "hold"])
+def test_a_dropout_is_named(value):
+    def drop(y):
+        out = y["y1"].copy()
+        out[300:400] = out[299] if value == "hold" else value
+        return {"y1": out}
+
+    assert seen(damaged(roped_campaign(9), drop, 3)) == [("r3", "y1", "dropout")]
+
+
+def test_spikes_are_named():
+    def spike(y):
+        out = y["y1"].copy()
+        out[[200, 500, 800]] = 0.0
+        return {"y1": out}
+
+    assert seen(damaged(roped_campaign(10), spike, 3)) == [("r3", "y1", "dropout")]
+
+
+def test_exchanged_columns_are_named():
+    campaign = damaged(roped_campaign(11), lambda y: {}, 0)
+    ends = [dataclasses.replace(r, signals={n: r.signals[n] for n in ("y1", "y4")}) for r in campaign.runs]
+    campaign = dataclasses.replace(campaign, runs=tuple(ends))
+    swap = damaged(campaign, lambda y: {"y1": y["y4"], "y4": y["y1"]}, 4)
+    assert seen(swap) == [("r4", "y1 and y4", "swapped")]
+    swap = damaged(campaign, lambda y: {"y1": y["y4"], "y4": y["y1"]})
+    assert seen(swap) == [(None, "y1 and y4", "swapped")]
+
+
+def test_columns_exchanged_across_a_wrap_are_named():
+    swap = damaged(roped_campaign(12), lambda y: {"y1": y["y2"], "y2": y["y1"]}, 4)
+    assert seen(swap) == [("r4", "y1 and y2", "swapped")]
+
+
+def test_a_turned_sign_is_named():
+    campaign = roped_campaign(13)
+    whole = damaged(campaign, lambda y: {n: -v for n, v in y.items()}, 1)
+    assert seen(whole) == [("r1", None, "wrong_sign")]
+    for name in ("y1", "y4"):
+        ends = [
+            dataclasses.replace(r, signals={n: r.signals[n] for n in ("y1", "y4")}) for r in campaign.runs
+        ]
+        turned = damaged(dataclasses.replace(campaign, runs=tuple(ends)), lambda y, n=name: {n: -y[n]}, 2)
+        assert {(s.run, s.kind) for s in suspicions(turned)} == {("r2", "wrong_sign")}
+        column = damaged(dataclasses.replace(campaign, runs=tuple(ends)), lambda y, n=name: {n: -y[n]})
+        assert {s.kind for s in suspicions(column)} == {"wrong_sign"}
+
+
+def test_every_suspicion_is_one_sentence():
+    broken = damaged(roped_campaign(14), lambda y: {"y1": -y["y1"], "y2": 1000.0 * y["y2"]}, 0)
+    found = suspicions(broken)
+    assert found
+    for suspicion in found:
+        assert suspicion.sentence.isprintable()
+        assert suspicion.severity in ("stop", "look")
+
+
+def test_campaigns_too_small_to_judge_pass():
+    campaign = roped_campaign(15)
+    short = [
+        dataclasses.replace(r, travel=r.travel[:n], signals={k: v[:n] for k, v in r.signals.items()})
+        for n, r in zip((0, 1, 2, 3, 4, 5), campaign.runs, strict=True)
+    ]
+    empty = dataclasses.replace(short[0], signals={})
+    assert seen(dataclasses.replace(campaign, runs=(empty, *short[1:]))) == []
