@@ -7,7 +7,6 @@ laws, vmapped over cases, differentiable in every number of a case and of an eff
 
 import math
 from dataclasses import replace
-from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -36,14 +35,6 @@ def march(case: Case, model: Model, effects=(), *, travel: float, step: float = 
     plan = plan_steps(case, travel=travel, step=step, keep=keep)
     curves = _march_jit(case, tuple(effects), travel, model=model, plan=plan)
     return jax.tree.map(np.asarray, curves)
-
-
-def march_many(cases: Case, model: Model, effects=(), *, travel, step=STEP, keep=KEEP, axes=0) -> Curves:
-    """Like ``march`` for a batch: the leaves of ``cases`` have a leading axis where ``axes`` says 0."""
-    model.admit(effects)
-    plan = plan_steps(cases, travel=travel, step=step, keep=keep)
-    run = partial(march_traced, model=model, plan=plan)
-    return jax.jit(jax.vmap(run, in_axes=(axes, None, None)))(cases, tuple(effects), travel)
 
 
 def plan_steps(case: Case, *, travel: float, step: float, keep: float) -> tuple[int, int, int]:

@@ -1,0 +1,125 @@
+"""Many cases at once: the march, vmapped and jitted once, fed in chunks to a few threads.
+
+A march is one long loop, which uses one core; XLA lets go of Python's lock, so several chunks run side by side.
+A chunk is small enough for its state to stay in a core's cache.
+"""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, replace
+from functools import partial
+from typing import Any
+
+import jax
+import numpy as np
+
+from belt_sim.analytic.march import KEEP, STEP, march_traced, plan_steps
+from belt_sim.analytic.model import Model
+from belt_sim.case import Case, Schedule, Settings
+from belt_sim.curves import Curves
+from belt_sim.errors import InputError
+
+CHUNK = 250  # cases
+WORKERS = 2
+Axes = Any  # 0 or None for every leaf of a case, or for whole branches of it
+
+
+def grid(case: Case, *, tensions: Sequence[float], yaws: Sequence[float]) -> tuple[Case, Axes]:
+    """Every tension [Pa] with every yaw step [rad] of the tail pulley at travel 0: (cases, axes) for march_many.
+
+    Row t * len(yaws) + k holds tensions[t] and yaws[k]; all else is as in ``case``, and shared.
+    """
+    tension, yaw = (x.ravel() for x in np.meshgrid(tensions, yaws, indexing="ij"))
+    zero = np.zeros(1)
+    schedule = Schedule(at=zero, over=zero, change=yaw[:, None])
+    axes = Case(
+        rig=None,
+        belt=None,
+        settings=Settings(
+            tension=0,
+            yaw=Schedule(at=None, over=None, change=0),  # type: ignore[arg-type]
+            yaw_head=None,  # type: ignore[arg-type]
+            speed=None,  # type: ignore[arg-type]
+            direction=None,  # type: ignore[arg-type]
+        ),
+    )  # type: ignore[arg-type]
+    return replace(case, settings=replace(case.settings, tension=tension, yaw=schedule)), axes
+
+
+def march_many(
+    cases: Case,
+    model: Model,
+    effects=(),
+    *,
+    travel: float,
+    step: float = STEP,
+    keep: float = KEEP,
+    axes: Axes = 0,
+    only: tuple[str, ...] = (),
+    chunk: int = CHUNK,
+    workers: int = WORKERS,
+) -> Curves:
+    """Like ``march`` for a batch: Curves whose arrays have a leading axis of cases (travel too).
+
+    axes: 0 for the leaves of ``cases`` that differ from case to case and carry a leading axis, None for those that
+    all share (a tree like ``cases``, whole branches at once); only: names of the arrays of Curves to keep beside
+    travel, all when empty (a record of ten thousand cases has 80 MB a curve); chunk [cases]; workers: threads.
+    Raises CannotRepresent and InputError as ``march`` does.
+    """
+    model.admit(effects)
+    wanted = _wanted(only)
+    plan = plan_steps(cases, travel=travel, step=step, keep=keep)
+    leaves, tree = jax.tree.flatten(cases)
+    spread = jax.tree.leaves(
+        jax.tree.broadcast(axes, cases, is_leaf=lambda x: x is None), is_leaf=lambda x: x is None
+    )
+    run = partial(_batch, plan=plan, model=model, tree=tree, spread=tuple(spread), only=wanted)
+    number = next((len(leaf) for leaf, axis in zip(leaves, spread, strict=True) if axis == 0), 0)
+    if not number:
+        raise InputError("cases", number, "", "give at least one case, and the axes along which cases differ")
+    chunk = min(chunk, number)
+
+    def piece(start: int) -> tuple[np.ndarray, ...]:
+        rows = np.minimum(np.arange(start, start + chunk), number - 1)
+        part = tuple(np.asarray(x)[rows] if axis == 0 else x for x, axis in zip(leaves, spread, strict=True))
+        return run(part, tuple(effects), travel)
+
+    return _gather(piece, wanted, number, chunk, workers)
+
+
+def _gather(piece, wanted, number: int, chunk: int, workers: int) -> Curves:
+    """Run the pieces in threads and lay their rows into one array for each kind of curve."""
+    first = piece(0)  # compiles, once, before there are several threads
+    kept = [np.empty((number, *x.shape[1:])) for x in first]
+
+    def lay(start: int, arrays=None) -> None:
+        stop = min(start + chunk, number)
+        for whole, part in zip(kept, piece(start) if arrays is None else arrays, strict=True):
+            whole[start:stop] = np.asarray(part)[: stop - start]
+
+    with ThreadPoolExecutor(workers) as pool:
+        jobs = [pool.submit(lay, 0, first)] + [
+            pool.submit(lay, start) for start in range(chunk, number, chunk)
+        ]
+        for job in jobs:
+            job.result()
+    return Curves(**({"y": None} | dict(zip(("travel", *wanted), kept, strict=True))))  # type: ignore[arg-type]
+
+
+def _wanted(only: tuple[str, ...]) -> tuple[str, ...]:
+    known = tuple(f.name for f in fields(Curves) if f.name not in ("travel", "extra"))
+    for name in only:
+        if name not in known:
+            raise InputError("only", name, "", f"use some of {', '.join(known)}")
+    return tuple(only) or known
+
+
+@partial(jax.jit, static_argnames=("plan", "model", "tree", "spread", "only"))
+def _batch(leaves, effects, travel, *, plan, model: Model, tree, spread, only):
+    """Travel and the arrays ``only`` of a batch, in that order, each with a leading axis of cases."""
+
+    def one(*own):
+        curves = march_traced(jax.tree.unflatten(tree, own), effects, travel, model=model, plan=plan)
+        return tuple(getattr(curves, name) for name in ("travel", *only))
+
+    return jax.vmap(one, in_axes=spread)(*leaves)
