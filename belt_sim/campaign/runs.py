@@ -139,15 +139,7 @@ def read_signals(
         return {}
     travel = table.numbers("travel_m", plausible.TRAVEL)
     time = table.numbers("time_s", plausible.TIME, blank=math.nan) if "time_s" in table.columns else None
-    columns = {
-        sheet.name: table.numbers(sheet.name, plausible.READING[sheet.kind], unit=sheet.unit, blank=math.nan)
-        for sheet in sheets or ()
-        if sheet.name in table.columns
-    }
-    if sheets is not None and not columns:
-        stated = ", ".join(sheet.name for sheet in sheets)
-        remedy = f"has no column of a signal; add {stated or 'signals to campaign.yaml'}"
-        problems.append(Problem(file="signals.csv", line=1, remedy=remedy))
+    columns = _readings(table, sheets)
     recorded = {}
     for name, index in _rows_of_runs(table, rows).items():
         _check_rising(table, index, "travel_m", travel, "m")
@@ -165,6 +157,20 @@ def read_signals(
                 index[0], "run", name, "", "has rows but no readings; fill them in or remove the run"
             )
     return recorded
+
+
+def _readings(table: Table, sheets: tuple[SignalSheet, ...] | None) -> dict[str, np.ndarray]:
+    """The columns of the signals, in SI; that there is none is a problem."""
+    columns = {
+        sheet.name: table.numbers(sheet.name, plausible.READING[sheet.kind], unit=sheet.unit, blank=math.nan)
+        for sheet in sheets or ()
+        if sheet.name in table.columns
+    }
+    if sheets is not None and not columns:
+        stated = ", ".join(sheet.name for sheet in sheets)
+        remedy = f"has no column of a signal; add {stated or 'signals to campaign.yaml'}"
+        table.problems.append(Problem(file="signals.csv", line=1, remedy=remedy))
+    return columns
 
 
 def _rows_of_runs(table: Table, rows: RunRows | None) -> dict[str, np.ndarray]:
