@@ -22,7 +22,8 @@ _TWO_SIZES = SIZES[1:]
 _BELOW = (0.3, 1.0)
 _OUTSIDE = (8.0, 24.0)
 _REACHED = 0.8  # share of the wanted size that an effect must reach within its limits
-_ALIKE = 3.0  # noise units that a lookalike may leave over
+_ALIKE = 3.0  # noise units that a lookalike may leave over, but no more than
+_ALIKE_SHARE = 0.5  # of the effect's own size
 _ATTEMPTS = 12
 _NOISE_OFF, _HEAVY = 0.4, 0.10
 
@@ -158,7 +159,8 @@ def nearest(rule: Ruler, faults: Sequence[Fault]) -> tuple[list[str], float]:
     for name, basis in _tangents(rule).items():
         fit = np.linalg.lstsq(basis, target, rcond=1e-9)[0]
         left[name] = float(np.linalg.norm(target - basis @ fit))
-    return sorted(n for n, rest in left.items() if rest < _ALIKE), min(left.values())
+    allowed = min(_ALIKE, _ALIKE_SHARE * float(np.linalg.norm(target)))
+    return sorted(n for n, rest in left.items() if rest < allowed), min(left.values())
 
 
 @lru_cache(maxsize=1)

@@ -22,8 +22,8 @@ class Truth:
     base: the law that the campaign is meant to be diagnosed with (beam_th2 or strip); kind: stated,
     nothing, library, two, outside, below_noise or dirty; effects: [{"id", "parameters", "d"}], d the size in
     noise units (None when not measured); lookalikes: other single effects of the library that reproduce the
-    same change up to 3 noise units; distance: what the best single effect leaves over; noise: true scale and
-    tails; machine, settings: true minus stated; dirty: what was done to the recorded data.
+    same change up to 3 noise units (and half its size); distance: what the best single effect leaves over;
+    noise: true scale and tails; machine, settings: true minus stated; dirty: what was done to the data.
     """
 
     seed: int

@@ -1,0 +1,57 @@
+"""The truth and the fitter, written apart, give the same curves: every sign and size has two routes."""
+
+import numpy as np
+import pytest
+from virtual_bench import YAW, plan_of
+
+from belt_sim.analytic.march import march
+from belt_sim.analytic.model import analytic_model
+from belt_sim.case import Case, Schedule, Settings
+from belt_sim.effects.library import library
+from belt_sim.rig import Belt, Rig
+from belt_sim.virtual_rig.library import fault_of
+from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.plan import Setting
+
+AGREE = 1.5e-6  # [m]: the fitter's step of 50 mm under a wobble of 1 mrad; 0.1 um otherwise
+ALIKE = 2.5e-4  # [m]: slip, where one law lets go at once and the other over a quarter of the wrap
+TRAVEL = 20.0
+#: id, parameters here, parameters there (None: the same), base, tension, direction
+CASES = [
+    ("yaw_offset_tail", {"beta_0": 1e-4}, None, "strip", 7e6, 1.0),
+    ("yaw_offset_head", {"beta_0": 1e-4}, None, "strip", 7e6, -1.0),
+    ("cant", {"gamma": 1e-3}, None, "beam_th2", 7e6, 1.0),
+    ("cant", {"gamma": 1e-3}, None, "beam_th2", 7e6, -1.0),
+    ("taper", {"kappa_t": 2e-5}, None, "strip", 7e6, 1.0),
+    ("crown", {"c": 5e-3}, None, "strip", 7e6, 1.0),
+    ("wobble", {"beta_1": 1e-3, "phase": np.pi / 2}, {"beta_sin": -1e-3}, "beam_th2", 40e6, 1.0),
+    ("soft_cover", {"c": 5e-6}, None, "strip", 40e6, 1.0),
+    ("slip", {"inverse_friction": 1 / 0.15}, None, "beam_th2", 7e6, 1.0),
+    ("yaw_compliance", {"c_m": 5e-6}, None, "strip", 40e6, -1.0),
+    ("yaw_backlash", {"half": 5e-5}, None, "beam_th2", 40e6, 1.0),
+    ("tension_bias", {"gain": 0.1, "bias": 1e5}, None, "strip", 7e6, 1.0),
+    ("sag_roll", {"strength": 1.0}, None, "beam_th2", 10e6, 1.0),
+]
+
+
+def routes(name, here, there, base, tension, direction):
+    """Readings of points 1-4 of both codes, shape (4, n) [m]."""
+    setting = Setting(tension=tension, yaw=YAW, direction=direction)
+    plan = plan_of(setting, length=TRAVEL, spacing=0.1)
+    truth = observe(plan, true_line(plan, base, Errors()), [fault_of({"id": name, **here})])[:, :, 0]
+    case = Case(
+        rig=Rig(centre_distance=11.28, head_radius=0.17, tail_radius=0.17),
+        belt=Belt(width=0.2, thickness=3e-4, youngs_modulus=210e9, density=7850.0),
+        settings=Settings(tension=tension, yaw=Schedule.step(YAW), direction=direction),
+    )
+    cls = library()[name]
+    null = {n: p.null for n, p in cls.parameters.items()}
+    curves = march(case, analytic_model(base), [cls(**(null | (there or here)))], travel=TRAVEL)
+    return truth, np.asarray(curves.y)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda c: f"{c[0]}-{c[3]}-{c[4] / 1e6:g}-{c[5]:+g}")
+def test_both_codes_agree(case):
+    truth, fitter = routes(*case)
+    assert np.abs(truth).max() > 1e-3  # [m]: there is something to agree on
+    np.testing.assert_allclose(fitter, truth, atol=ALIKE if case[0] == "slip" else AGREE)
