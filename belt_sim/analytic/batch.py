@@ -1,7 +1,7 @@
 """Many cases at once: the march, vmapped and jitted once, fed in chunks to a few threads.
 
-A march is one long loop, which uses one core; XLA lets go of Python's lock, so several chunks run side by side.
-A chunk is small enough for its state to stay in a core's cache.
+A march is one long loop, which uses one core; XLA lets go of Python's lock, so several chunks run side
+by side. A chunk is small enough for its state to stay in a core's cache.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ Axes = Any  # 0 or None for every leaf of a case, or for whole branches of it
 
 
 def grid(case: Case, *, tensions: Sequence[float], yaws: Sequence[float]) -> tuple[Case, Axes]:
-    """Every tension [Pa] with every yaw step [rad] of the tail pulley at travel 0: (cases, axes) for march_many.
+    """Every tension [Pa] with every yaw step [rad] of the tail pulley at travel 0: (cases, axes).
 
     Row t * len(yaws) + k holds tensions[t] and yaws[k]; all else is as in ``case``, and shared.
     """
@@ -61,19 +61,17 @@ def march_many(
 ) -> Curves:
     """Like ``march`` for a batch: Curves whose arrays have a leading axis of cases (travel too).
 
-    axes: 0 for the leaves of ``cases`` that differ from case to case and carry a leading axis, None for those that
-    all share (a tree like ``cases``, whole branches at once); only: names of the arrays of Curves to keep beside
-    travel, all when empty (a record of ten thousand cases has 80 MB a curve); chunk [cases]; workers: threads.
-    Raises CannotRepresent and InputError as ``march`` does.
+    axes: 0 for the leaves of ``cases`` that differ from case to case and carry a leading axis, None for
+    those that all share (a tree like ``cases``, whole branches at once); only: names of the arrays of Curves
+    to keep beside travel, all when empty (a curve of ten thousand cases and 1000 records has 80 MB);
+    chunk [cases]; workers: threads. Raises CannotRepresent and InputError as ``march`` does.
     """
     model.admit(effects)
     wanted = _wanted(only)
     plan = plan_steps(cases, travel=travel, step=step, keep=keep)
     leaves, tree = jax.tree.flatten(cases)
-    spread = jax.tree.leaves(
-        jax.tree.broadcast(axes, cases, is_leaf=lambda x: x is None), is_leaf=lambda x: x is None
-    )
-    run = partial(_batch, plan=plan, model=model, tree=tree, spread=tuple(spread), only=wanted)
+    spread = _spread(axes, cases)
+    run = partial(_batch, plan=plan, model=model, tree=tree, spread=spread, only=wanted)
     number = next((len(leaf) for leaf, axis in zip(leaves, spread, strict=True) if axis == 0), 0)
     if not number:
         raise InputError("cases", number, "", "give at least one case, and the axes along which cases differ")
@@ -104,6 +102,15 @@ def _gather(piece, wanted, number: int, chunk: int, workers: int) -> Curves:
         for job in jobs:
             job.result()
     return Curves(**({"y": None} | dict(zip(("travel", *wanted), kept, strict=True))))  # type: ignore[arg-type]
+
+
+def _spread(axes: Axes, cases: Case) -> tuple[int | None, ...]:
+    """The axis (0 or None) of every leaf of ``cases``."""
+
+    def shared(x) -> bool:
+        return x is None
+
+    return tuple(jax.tree.leaves(jax.tree.broadcast(axes, cases, is_leaf=shared), is_leaf=shared))
 
 
 def _wanted(only: tuple[str, ...]) -> tuple[str, ...]:
