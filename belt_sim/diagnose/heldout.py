@@ -44,7 +44,11 @@ def held_out(bench: Workbench, fit: Fit) -> HeldOut:
     lateral = np.array([s.kind == "lateral" for s in bench.samples.signals])
     chi2, squares, count, by = 0.0, 0.0, 0, {}
     for name, out in conditions(bench).items():
-        step = _refit(np.concatenate(list(columns[:, ~out].swapaxes(0, 1)), axis=-1), blocks[~out].ravel()) if fit.free else np.empty(0)
+        step = (
+            _refit(np.concatenate(list(columns[:, ~out].swapaxes(0, 1)), axis=-1), blocks[~out].ravel())
+            if fit.free
+            else np.empty(0)
+        )
         left = blocks[out] - np.einsum("k,krm->rm", step, columns[:, out])
         chi2 += float(np.sum(left**2))
         predicted = fit.values[out] + np.einsum("k,krsn->rsn", step, fit.slopes[:, out])

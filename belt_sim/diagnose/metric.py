@@ -100,9 +100,7 @@ def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.n
     bare = Metric(samples, levels, roots, (), (np.zeros(1), 0.0))
     white = bare.noise_white(shapes)
     local = tuple(_shrinkage(white[:, r]) for r in range(runs))
-    column = np.concatenate(
-        [_shrink(row, *local[r]) for r, row in enumerate(bare.noise_white(shared))]
-    )
+    column = np.concatenate([_shrink(row, *local[r]) for r, row in enumerate(bare.noise_white(shared))])
     length2 = float(column @ column)
     share = 1.0 - 1.0 / np.sqrt(1.0 + length2)
     unit = column / np.sqrt(length2) if length2 > 0 else column

@@ -37,9 +37,7 @@ class NullGains:
         names = [n for n in names if self.dof[n] > 0]
         if not names:
             return -np.inf
-        rows = [
-            stats.chi2.logsf(np.maximum(self.gains[n], 0) / self.inflation(n), self.dof[n]) for n in names
-        ]
+        rows = [stats.chi2.logsf(np.maximum(self.gains[n], 0) / self.inflation(n), self.dof[n]) for n in names]
         return float(np.quantile(np.min(rows, axis=0), level))
 
     def threshold(self, name: str, log_p: float) -> float:

@@ -185,5 +185,3 @@ def _required_angle(bench: Workbench, residual, sign) -> dict[str, list[float]] 
     length = float(samples.cases.rig.span_length)
     angle = smooth.deriv()(knots) + smooth(knots) / length
     return {"travel_m": [float(x) for x in knots], "angle": [float(a * 1e6) for a in angle]}
-
-

@@ -37,7 +37,9 @@ def samples_of(campaign: Campaign) -> Samples:
     """The signals of a campaign; raises InputError when it has none."""
     runs = tuple(r for r in campaign.runs if len(r.travel))
     if not runs:
-        raise InputError("signals.csv", "no samples", "", "comparing curves needs travel and signals of at least one run")
+        raise InputError(
+            "signals.csv", "no samples", "", "comparing curves needs travel and signals of at least one run"
+        )
     names = [s.name for s in campaign.signals]
     thinned = [_thin(run, names) for run in runs]
     n = max(len(t[0]) for t in thinned)
@@ -61,7 +63,9 @@ def samples_of(campaign: Campaign) -> Samples:
 
 def stack_cases(cases: list[Case]) -> Case:
     """One Case whose settings have a leading axis; rig and belt are those of the first."""
-    settings = jax.tree.map(lambda *leaves: np.stack([np.asarray(x, dtype=float) for x in leaves]), *[c.settings for c in cases])
+    settings = jax.tree.map(
+        lambda *leaves: np.stack([np.asarray(x, dtype=float) for x in leaves]), *[c.settings for c in cases]
+    )
     return Case(rig=cases[0].rig, belt=cases[0].belt, settings=settings)
 
 

@@ -62,6 +62,7 @@ def select(bench: Workbench, *, bootstraps: int, seed: int, tell=lambda text: No
     """Run the selection; ``tell`` hears what is being done, ``tick`` counts bootstrap replicates."""
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     current, found = base, Selection(bench, base, base, held_out(bench, base), held_out(bench, base))
+    seen = {frozenset(current.ids)}
     while len(current.ids) < MAX_EFFECTS:
         tell(f"candidates beside {', '.join(current.ids) or 'the base model'}")
         count = bootstraps if not current.ids else max(200, bootstraps // 4)
@@ -71,12 +72,16 @@ def select(bench: Workbench, *, bootstraps: int, seed: int, tell=lambda text: No
         better = [t for t in trials if t.passes and t.held_out.chi2 < held_out(bench, current).chi2]
         if not better:
             break
-        current = max(better, key=lambda t: t.score).fit
-        bench = bench.moved_to(current.q)
-        current = bench.fit([current])[0]
-        current = _pruned(bench, _swapped(bench, current, found, tell), found)
+        larger = max(better, key=lambda t: t.score).fit
+        moved = bench.moved_to(larger.q)
+        larger = moved.fit([moved.start(larger.ids, larger.q)])[0]
+        larger = _pruned(moved, _swapped(moved, larger, found, tell), found)
+        if frozenset(larger.ids) in seen:  # what came in went out again
+            break
+        seen.add(frozenset(larger.ids))
+        bench, current = moved, larger
     found.bench, found.chosen, found.held_out = bench, current, held_out(bench, current)
-    if current.ids and not found.swaps:
+    if set(found.swaps) != set(current.ids):
         _swapped(bench, current, found, tell)
     return found
 

@@ -79,7 +79,9 @@ def worst_sentence(found: list[Cell], kinds: dict[str, str]) -> str:
     """The worst cell in a sentence."""
     c = worst_cell(found)
     size, unit = (c.rms / si.MM, "mm") if kinds[c.signal] == "lateral" else (c.rms * 1e3, "mrad")
-    where = f"{c.signal} of run {c.run} ({c.tension:g} N/mm2, yaw {_sign(c.sign)}, {c.window[0]:.0f}-{c.window[1]:.0f} m)"
+    where = (
+        f"{c.signal} of run {c.run} ({c.tension:g} N/mm2, yaw {_sign(c.sign)}, {c.window[0]:.0f}-{c.window[1]:.0f} m)"
+    )
     if c.ratio <= K:
         return f"Nowhere beyond the uncertainty of the comparison; closest in {where}: E = {c.ratio:.1f} u_val."
     return f"Worst in {where}: off by {size:.2g} {unit}, {c.ratio:.0f} times what the measurement leaves open."
@@ -97,7 +99,10 @@ def boundary(found: list[Cell]) -> tuple[float | None, str]:
         return None, f"Inadequate at every tension measured ({span})."
     flips = np.flatnonzero(np.diff(good.astype(int)))
     if len(flips) > 1:
-        return None, f"Inadequate at {', '.join(f'{t:g}' for t, g in zip(tensions, good, strict=True) if not g)} N/mm2."
+        return (
+            None,
+            f"Inadequate at {', '.join(f'{t:g}' for t, g in zip(tensions, good, strict=True) if not g)} N/mm2.",
+        )
     k = int(flips[0])
     part = (np.log(K) - np.log(worst[k])) / (np.log(worst[k + 1]) - np.log(worst[k]))
     at = float(np.exp(np.log(tensions[k]) + part * np.log(tensions[k + 1] / tensions[k])))

@@ -122,11 +122,15 @@ def _from_file(path: Path) -> dict[str, type[Effect]]:
             raise InputError("effects", str(path), "", f"the file does not import: {reason}") from error
     found = effects_in(sys.modules[module_name])
     if not found:
-        raise InputError("effects", str(path), "", "it defines no Effect with an id; see README, 'An effect of your own'")
+        raise InputError(
+            "effects", str(path), "", "it defines no Effect with an id; see README, 'An effect of your own'"
+        )
     for cls in found.values():
         cls.source_file = str(path)  # type: ignore[attr-defined]
         if cls.id in library():
-            raise InputError("effects", cls.id, "", f"the library has an effect of this id; rename yours in {path.name}")
+            raise InputError(
+                "effects", cls.id, "", f"the library has an effect of this id; rename yours in {path.name}"
+            )
     return found
 
 
@@ -141,6 +145,9 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
     if not numbers and built.is_null():
         example = next(iter(cls.parameters))
         raise InputError(
-            "effects", cls.id, "", f"it would do nothing; give numbers, e.g. effects=[{{id:{cls.id},{example}:...}}]"
+            "effects",
+            cls.id,
+            "",
+            f"it would do nothing; give numbers, e.g. effects=[{{id:{cls.id},{example}:...}}]",
         )
     return built

@@ -20,9 +20,7 @@ class Slip(Effect):
     reference = "physics sheet, sections 5 and 7"
     parity = "odd"
     parameters = {
-        "inverse_friction": Parameter(
-            unit="1", meaning="1/mu of belt on pulley", plausible=(1.0, 20.0), scale=6.0
-        )
+        "inverse_friction": Parameter(unit="1", meaning="1/mu of belt on pulley", plausible=(1.0, 20.0), scale=6.0)
     }
     inverse_friction: float = 0.0
 

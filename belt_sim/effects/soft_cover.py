@@ -15,9 +15,7 @@ class SoftCover(Effect):
     reference = "physics sheet, section 7"
     parity = "odd"
     parameters = {
-        "c": Parameter(
-            unit="1/(N m2)", meaning="turn per metre and unit of moment", plausible=(0.0, 2e-4), scale=5e-6
-        )
+        "c": Parameter(unit="1/(N m2)", meaning="turn per metre and unit of moment", plausible=(0.0, 2e-4), scale=5e-6)
     }
     c: float = 0.0
 

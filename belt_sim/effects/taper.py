@@ -18,9 +18,7 @@ class Taper(Effect):
     parity = "even"
     parameters = {
         "kappa_t": Parameter(unit="1/m", meaning="taper of the tail pulley", plausible=(-1e-3, 1e-3), scale=2e-5),
-        "kappa_t_head": Parameter(
-            unit="1/m", meaning="taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5
-        ),
+        "kappa_t_head": Parameter(unit="1/m", meaning="taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5),
     }
     kappa_t: float = 0.0
     kappa_t_head: float = 0.0

@@ -17,9 +17,7 @@ class YawBacklash(Effect):
     law = "drive"
     reference = "physics sheet, section 7; play operator of Prandtl"
     parity = "odd"
-    parameters = {
-        "half": Parameter(unit="rad", meaning="half of the play", plausible=(0.0, 5e-4), scale=5e-5)
-    }
+    parameters = {"half": Parameter(unit="rad", meaning="half of the play", plausible=(0.0, 5e-4), scale=5e-5)}
     half: float = 0.0
 
     def settings(self, settings, case):

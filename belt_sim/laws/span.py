@@ -11,6 +11,7 @@ In xi = x/L and with phi scaled by sqrt(EI/T), two numbers remain: (K L)^2 = F L
 
 from dataclasses import dataclass, field, replace
 
+import jax
 import jax.numpy as jnp
 
 from belt_sim.case import Case
@@ -106,7 +107,7 @@ def response(span: Span) -> Response:
     g = span.length * span.sag_curvature * roll
     half = _condensed_half(kl2, g)
     (p, q), (r, s) = half
-    middle = jnp.linalg.inv(s - p)
+    middle = _inverse(s - p)
     um0, um1 = -middle @ r, middle @ q  # middle values per unit of either end
     f0 = jnp.concatenate([p + q @ um0, q @ um1], axis=-1)  # values (y/L, theta, phi/roll) at run-off, run-up
     f1 = jnp.concatenate([r @ um0, s + r @ um1], axis=-1)
@@ -123,19 +124,31 @@ def response(span: Span) -> Response:
 def _condensed_half(kl2, g):
     """((P, Q), (R, S)) of half a span: f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1, u = (y/L, theta, phi/roll)."""
     m = _system(kl2, g) / 2.0 ** (_SQUARINGS + _DOUBLINGS + 1)
-    term = transfer = jnp.eye(6)
-    for k in range(1, _TAYLOR_TERMS + 1):
+
+    def grow(k, pair):
+        term, total = pair
         term = term @ m / k
-        transfer = transfer + term
-    for _ in range(_SQUARINGS):
-        transfer = transfer @ transfer
+        return term, total + term
+
+    _, transfer = jax.lax.fori_loop(1, _TAYLOR_TERMS + 1, grow, (jnp.eye(6), jnp.eye(6)))
+    transfer = jax.lax.fori_loop(0, _SQUARINGS, lambda _, t: t @ t, transfer)
     a, b, c, d = transfer[:3, :3], transfer[:3, 3:], transfer[3:, :3], transfer[3:, 3:]
-    b_inv = jnp.linalg.inv(b)
-    p, q, r, s = -b_inv @ a, b_inv, c - d @ b_inv @ a, d @ b_inv
-    for _ in range(_DOUBLINGS):
-        x = jnp.linalg.inv(s - p)
-        p, q, r, s = p - q @ x @ r, q @ x @ q, -r @ x @ r, s + r @ x @ q
+    b_inv = _inverse(b)
+
+    def double(_, pieces):
+        p, q, r, s = pieces
+        x = _inverse(s - p)
+        return p - q @ x @ r, q @ x @ q, -r @ x @ r, s + r @ x @ q
+
+    start = (-b_inv @ a, b_inv, c - d @ b_inv @ a, d @ b_inv)
+    p, q, r, s = jax.lax.fori_loop(0, _DOUBLINGS, double, start)
     return (p, q), (r, s)
+
+
+def _inverse(m):
+    """Inverse of a 3x3 matrix by cross products, which compiles and batches better than a factorisation."""
+    rows = jnp.stack([jnp.cross(m[1], m[2]), jnp.cross(m[2], m[0]), jnp.cross(m[0], m[1])])
+    return rows.T / (m[0] @ rows[0])
 
 
 def _system(kl2, g):

@@ -1,0 +1,39 @@
+"""What compare and diagnose share: reading the campaign and choosing model and candidates."""
+
+from pathlib import Path
+from typing import Any
+
+from belt_sim.analytic.model import Model, analytic_model
+from belt_sim.campaign import Campaign, read_campaign
+from belt_sim.effects.base import Effect
+from belt_sim.effects.load import load_classes
+from belt_sim.errors import CannotRepresent
+
+
+def campaign_from(config: dict[str, Any]) -> Campaign:
+    """The campaign of a configuration."""
+    return read_campaign(Path(str(config["campaign"])))
+
+
+def model_from(config: dict[str, Any]) -> Model:
+    """An analytic model that gives curves; raises CannotRepresent for the others."""
+    name = str(config["model"]["name"])
+    if name.startswith("mujoco_"):
+        raise CannotRepresent(f"model = {name}: too slow to be fitted; use an analytic model, e.g. model=strip")
+    model = analytic_model(name)
+    if not model.marches:
+        raise CannotRepresent(f"model = {name}: it gives a steady rate and no curves; use e.g. model=beam_th2")
+    return model
+
+
+def candidates(config: dict[str, Any], model: Model) -> list[type[Effect]]:
+    """Effect classes to try: those named, or the library without what is left out; all that the model can honour."""
+    classes = load_classes(config["effects"])
+    if config["effects"] is None:
+        classes = {i: c for i, c in classes.items() if i not in config["leave_out"]}
+        return [c for c in classes.values() if model.refusal(c) is None]
+    for cls in classes.values():
+        reason = model.refusal(cls)
+        if reason:
+            raise CannotRepresent(f"effects = {cls.id}: {reason}")
+    return list(classes.values())

@@ -1,0 +1,68 @@
+"""What a comparison or a diagnosis has to draw: overlays, maps, drift charts, in the units people read."""
+
+import numpy as np
+
+from belt_sim import si
+from belt_sim.diagnose.drift_chart import stiffness_drift
+from belt_sim.diagnose.where import K, cells, validation_uncertainty, window_edges
+from belt_sim.diagnose.workbench import Workbench
+from belt_sim.pictures.overlay import Panel
+from belt_sim.pictures.where import FailureMap
+from belt_sim.report.report import Figures
+
+KILO = 1e3  # m -> mm, rad -> mrad
+
+
+def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> list[Panel]:
+    """One panel a run and signal; base and final (R, S, n) are predictions before and after."""
+    band = K * validation_uncertainty(bench)
+    panels = []
+    for r, run in enumerate(bench.samples.runs):
+        for s, signal in enumerate(bench.samples.signals):
+            keep = np.isfinite(bench.samples.y[r, s])
+            if not keep.any():
+                continue
+            words = f"{run.name} {signal.name}, {run.tension / si.N_PER_MM2:g} N/mm², {run.yaw / si.DEGREE:+.3g}°"
+            panels.append(
+                Panel(
+                    title=words + ("" if run.use == "fit" else ", held out"),
+                    travel=bench.samples.travel[r][keep],
+                    measured=bench.samples.y[r, s][keep] * KILO,
+                    base=base[r, s][keep] * KILO,
+                    band=band[r, s][keep] * KILO,
+                    final=None if final is None else final[r, s][keep] * KILO,
+                    unit="mm" if signal.kind == "lateral" else "mrad",
+                )
+            )
+    return panels
+
+
+def maps(bench: Workbench, values: np.ndarray) -> list[FailureMap]:
+    """E/u_val over tension and travel windows, one map a signal and yaw sign."""
+    found, edges = cells(bench, values), window_edges(bench)
+    result = []
+    for signal in bench.samples.signals:
+        for sign, words in ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0")):
+            mine = [c for c in found if c.signal == signal.name and c.sign == sign]
+            tensions = sorted({c.tension for c in mine})
+            if not tensions:
+                continue
+            ratio = np.full((len(tensions), len(edges) - 1), np.nan)
+            for c in mine:
+                row, column = tensions.index(c.tension), int(np.argmin(np.abs(edges[:-1] - c.window[0])))
+                ratio[row, column] = np.nanmax([ratio[row, column], c.ratio])
+            title = f"{signal.name}, {words}"
+            result.append(FailureMap(title=title, tension=np.array(tensions), edges=edges, ratio=ratio))
+    return result
+
+
+def drawings_of(d) -> Figures:
+    """Everything that a diagnosis draws."""
+    base, chosen = d.found.base, d.found.chosen
+    before = stiffness_drift(d.bench, base.q)
+    after = stiffness_drift(d.found.bench, chosen.q) if chosen.ids else None
+    return Figures(
+        overlays=overlays(d.bench, base.values, chosen.values if chosen.ids else None),
+        maps=maps(d.bench, base.values),
+        drifts=[(before, after)] if before is not None else [],
+    )
