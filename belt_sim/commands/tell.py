@@ -7,9 +7,18 @@ from rich.console import Console
 from rich.table import Table
 
 
+MIN_WIDTH = 110
+
+
+def _console() -> Console:
+    out = Console(highlight=False)
+    out.width = max(out.width, MIN_WIDTH)
+    return out
+
+
 def tell_diagnosis(content: dict[str, Any], folder: Path) -> None:
     """Verdict, where it fails, effects, ranking, errors, next runs."""
-    out = Console(highlight=False)
+    out = _console()
     out.print(f"\n[bold]{content['verdict']}[/bold]: {content['sentence']}")
     out.print(content["where"]["sentence"])
     out.print(content["where"]["boundary_sentence"])
@@ -71,7 +80,7 @@ def _card(card: dict[str, Any]) -> str:
 
 def tell_comparison(content: dict[str, Any], folder: Path) -> None:
     """Error of every run and signal, before and after, and where the model fails."""
-    out = Console(highlight=False)
+    out = _console()
     after = content["effects"] or None
     table = Table(title=f"{content['base_model']} against {content['campaign']['title']}", title_justify="left")
     for name in (

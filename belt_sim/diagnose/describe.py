@@ -103,8 +103,8 @@ def _note(t, base_chi2: float) -> str:
     if t.gain <= t.threshold:
         return "not needed"
     if not t.plausible:
-        return "fits, but with a value that no real machine has"
-    return "lowers the held-out error" if t.held_out.chi2 < base_chi2 else "does not lower the held-out error"
+        return "implausible value"
+    return "held-out error falls" if t.held_out.chi2 < base_chi2 else "held-out error stays"
 
 
 def _tried(t) -> dict[str, Any]:
