@@ -93,21 +93,33 @@ class Contact:
             slides = self.slides[k]
             force = self.stiffness[k] * (self.spring[k] - slides)
             points = rest[k] + slides
-            self.loads[which] = _reaction(points, pose, force)
-            ends = force[[0, -1]], points[[0, -1]] - pose.centre
-            if not self.friction.sticks:
-                parts = wrap.components(pose, force)
-                surplus = misread(self.scene.mesh, len(k), pose.spin - self.spin[which], wrap.surface.radius)
-                self.friction.apply(wrap, pose, which, points, parts, surplus, self.stiffness)
+            parts = wrap.components(pose, force)
+            surplus = misread(self.scene.mesh, len(k), pose.spin - self.spin[which], wrap.surface.radius)
             self.spin[which] = pose.spin
-            self._change_ends(wrap, pose, *ends, travel_sign)
+            self.loads[which] = self._load(wrap, pose, points, force)
+            if not self.friction.sticks:
+                self.friction.apply(wrap, pose, which, points, parts, surplus, self.stiffness)
+            pressure = (parts - surplus)[..., 0].sum(axis=1)
+            self._change_ends(wrap, pose, float(pressure[0]), float(pressure[-1]), travel_sign)
 
-    def _change_ends(self, wrap: Wrap, pose: Pose, force, arm, travel_sign: float) -> None:
-        """Land and let go; force, arm: of the first and the last held station, shape (2, m, 3)."""
+    def _load(self, wrap: Wrap, pose: Pose, points: np.ndarray, force: np.ndarray) -> tuple[float, float, float]:
+        """Force on a pulley along x [N], moment about its axis and about z [N m].
+
+        The moment about the axis is that of the links that come and go, from their true strain.
+        """
+        arm = points - pose.centre
+        moment_z = -float(np.sum(arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0]))
+        axis, mesh, moment = pose.axes[:, 1], self.scene.mesh, 0.0
+        for end, station in ((0, wrap.first - 1), (-1, wrap.last + 1)):
+            link = self.nodes(station % mesh.stations) - points[end]
+            length = np.sqrt(np.einsum("ij,ij->i", link, link))
+            pull = (mesh.line_stiffness * (1.0 / mesh.chord - 1.0 / length))[:, None] * link
+            moment += float(np.cross(arm[end], pull).sum(axis=0) @ axis)
+        return -float(force[..., 0].sum()), moment, moment_z
+
+    def _change_ends(self, wrap: Wrap, pose: Pose, first: float, last: float, travel_sign: float) -> None:
+        """Land and let go; first, last: pressure [N] of the stations at either end."""
         n = self.scene.mesh.stations
-        axis = pose.axes[:, 1]
-        outwards = arm - (arm @ axis)[..., None] * axis
-        first, last = (force * outwards).sum(axis=(1, 2))
         if travel_sign <= 0.0 and first < 0.0:
             self._let_go(wrap, wrap.first % n)
             wrap.first += 1
@@ -151,13 +163,3 @@ def misread(mesh: Mesh, held: int, turn: float, radius: float) -> np.ndarray:
     beside = 0.5 * (missing[1:] + missing[:-1])
     squeeze = 0.5 * (strain[1:] + strain[:-1])[:, None] * mesh.turn_pressure
     return np.stack([-beside * mesh.chord / radius, -squeeze, missing[1:] - missing[:-1]], axis=-1)
-
-
-def _reaction(points: np.ndarray, pose: Pose, force: np.ndarray) -> tuple[float, float, float]:
-    """Force on the pulley along x [N], moment about its axis and about z [N m], of the belt's holding forces."""
-    arm = (points - pose.centre).reshape(-1, 3)
-    f = force.reshape(-1, 3)
-    couples = f.T @ arm
-    mx, my, mz = couples[1, 2] - couples[2, 1], couples[2, 0] - couples[0, 2], couples[0, 1] - couples[1, 0]
-    axis = pose.axes[:, 1]
-    return -float(f[:, 0].sum()), float(mx * axis[0] + my * axis[1] + mz * axis[2]), float(mz)

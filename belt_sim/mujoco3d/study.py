@@ -7,6 +7,7 @@ docs/three_dimensions.md are made of these files.
 import argparse
 import json
 import resource
+import signal
 import time
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -54,7 +55,10 @@ def main() -> None:
     parser.add_argument("--yaw", type=float, default=-0.042, help="deg")
     parser.add_argument("--travel", type=float, default=3.0, help="m")
     parser.add_argument("--set", nargs="*", default=[], metavar="OPTION=VALUE")
+    parser.add_argument("--limit", type=int, default=0, help="stop after this many seconds and keep what there is")
     a = parser.parse_args()
+    signal.signal(signal.SIGALRM, _out_of_time)
+    signal.alarm(a.limit)
     options = options_from(a.set)
     started, failure = time.process_time(), None
     try:
@@ -70,6 +74,10 @@ def main() -> None:
     unfinished.rename(a.out / f"{a.name}.json")
     rates = np.round(late_rates(curves) / MM_PER_M, 4).tolist() if len(curves.travel) > 10 else None
     print(a.name, "late mm/m", rates, f"cpu {report['cpu_s']:.0f} s", failure or "")
+
+
+def _out_of_time(*_: object) -> None:
+    raise RunFailed("stopped by --limit")
 
 
 def _cost(curves: Curves) -> dict[str, float]:
