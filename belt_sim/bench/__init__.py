@@ -1,0 +1,1 @@
+"""How fast the models are, each figure beside a plain way of doing the same."""
