@@ -3,15 +3,14 @@
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from belt_sim import si
 from belt_sim.curves import Curves
 from belt_sim.files import write_with
 
 
-def curves_table(curves: Curves) -> pd.DataFrame:
-    """One row a record; columns travel_m, y1_mm..y4_mm, and what else the model knows."""
+def curves_columns(curves: Curves) -> dict[str, np.ndarray]:
+    """Columns by name, a value a record: travel_m, y1_mm..y4_mm, and what else the model knows."""
     columns: dict[str, np.ndarray] = {"travel_m": np.asarray(curves.travel)}
     columns |= {f"y{k + 1}_mm": row / si.MM for k, row in enumerate(np.asarray(curves.y))}
     spans = ("upper", "lower")
@@ -25,10 +24,15 @@ def curves_table(curves: Curves) -> pd.DataFrame:
     if curves.tilt is not None:
         columns |= {f"tilt_{n}_mrad": row * 1e3 for n, row in zip(spans, np.asarray(curves.tilt), strict=True)}
     columns |= {name: np.asarray(row) for name, row in (curves.extra or {}).items()}
-    return pd.DataFrame(columns)
+    return columns
 
 
 def write_curves(path: Path, curves: Curves) -> Path:
     """Write curves.csv in one move."""
-    table = curves_table(curves)
-    return write_with(path, lambda temporary: table.to_csv(temporary, index=False, float_format="%.9g"))
+    columns = curves_columns(curves)
+    rows = np.column_stack(list(columns.values())) + 0.0  # no -0
+    header = ",".join(columns)
+    return write_with(
+        path,
+        lambda temporary: np.savetxt(temporary, rows, fmt="%.9g", delimiter=",", header=header, comments=""),
+    )

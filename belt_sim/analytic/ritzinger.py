@@ -2,8 +2,6 @@
 
 import math
 
-from scipy.optimize import brentq
-
 from belt_sim.case import Case
 
 
@@ -42,6 +40,7 @@ def _rope_length(force: float, chord: float, weight: float) -> float:
 
 def _tension(unstretched: float, chord: float, weight: float, stiffness: float, near: float) -> float:
     """Horizontal tension [N] of an elastic catenary of given unstretched length."""
+    from scipy.optimize import brentq  # slow to import, and only this model needs it
 
     def mismatch(force: float) -> float:
         return _rope_length(force, chord, weight) - unstretched * (1.0 + force / stiffness)

@@ -1,5 +1,6 @@
 """Steady drift in closed form (physics sheet, section 4)."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -8,6 +9,8 @@ from belt_sim.analytic.model import Model
 from belt_sim.analytic.ritzinger import ritzinger_rate
 from belt_sim.case import Case
 from belt_sim.laws.span import response
+
+_response = jax.jit(response)  # op by op it would take a second
 
 
 def runup_weight(case: Case, model: Model) -> float:
@@ -18,7 +21,7 @@ def runup_weight(case: Case, model: Model) -> float:
     span = model.span(case)
     if span.limp:
         return 1.0
-    ky, _, ku, _, _ = response(span).runup
+    ky, _, ku, _, _ = _response(span).runup
     return float(-ku / (ky * span.length))
 
 
