@@ -66,7 +66,7 @@ def march_traced(case: Case, effects, travel, *, model: Model, plan) -> Curves:
         def one(i, carry):
             return advance(carry, k * stride + i)
 
-        carry = jax.lax.fori_loop(0, stride, one, carry)
+        carry = one(0, carry) if stride == 1 else jax.lax.fori_loop(0, stride, one, carry)
         return carry, _observe(carry, case, answer)
 
     start = _start(case, effects, answer, span, slots)
@@ -99,13 +99,16 @@ def _stepper(case, effects, span, answer, spacing):
         for e in uses(effects, "wrap"):
             off1 = e.wrap(off1, replace(now, travel=s0 + spacing), case)
         commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
-        then = replace(now, travel=s0 + spacing)
-        passes = 2 if shapers else 1
-        for _ in range(passes):
+
+        def correct(_, guess):
+            then, _ = guess
             yaw, push = _forced(effects, commanded, case, now, then)
             y, alpha = solve(now, off, off1, yaw, push, answer, span, spacing)
             yaw_end = _yaw_now(effects, case, s0 + spacing, then)
-            then = _now(case, answer, span, s0 + spacing, y, alpha, off1, yaw_end)
+            return _now(case, answer, span, s0 + spacing, y, alpha, off1, yaw_end), yaw_end
+
+        guess = (replace(now, travel=s0 + spacing), commanded)
+        then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
         row = jnp.stack([then.y[0], then.alpha[0], then.y[1], then.alpha[1]])
         ring = ring.at[(k + 1) % ring.shape[0]].set(row)
         return ring, then, off1, yaw_end

@@ -57,9 +57,9 @@ def _admit(config, model, classes, campaign) -> list[str]:
     own = [c for c in classes if getattr(c, "source_file", None)]
     if not own:
         return []
-    from belt_sim.effects.admission import admit
+    from belt_sim.diagnose.admission import admit
 
-    lines = [line for cls in own for line in admit(cls, model, campaign, classes)]
+    lines = [line for cls in own for line in admit(cls, model, campaign)]
     print("\n".join(lines))
     return lines
 

@@ -125,16 +125,22 @@ def _one_run(q, case: Case, travel, time, yaw_at, *, model, plan, slots, span, p
     effects = tuple(cls(**values) for cls, values in numbers.items())
     case = _as_set(case, q[len(slots) :])
     curves = march_traced(case, effects, span, model=model, plan=plan)
-    true = travel
+    stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
+    true = stated
     for e in uses(effects, "encoder"):
         true = e.encoder(true, case)
     spacing = span / plan[0]
-    y = _at(curves.y, true, spacing) - _at(curves.y, yaw_at[None], spacing)
-    tilt = _at(curves.tilt, true, spacing)
-    reading = Reading(travel=travel, true_travel=true, time=time, y=y, tilt=tilt)
+    reading = Reading(
+        travel=stated,
+        true_travel=true,
+        time=jnp.append(time, yaw_at / case.settings.speed),
+        y=_at(curves.y, true, spacing),
+        tilt=_at(curves.tilt, true, spacing),
+    )
     for e in uses(effects, "sensor"):
         reading = e.sensor(reading, case)
-    return jnp.stack([getattr(reading, kind)[row] for kind, row in places])
+    rows = {"y": reading.y[:, :-1] - reading.y[:, -1:], "tilt": reading.tilt[:, :-1]}
+    return jnp.stack([rows[kind][row] for kind, row in places])
 
 
 def _as_set(case: Case, nuisance) -> Case:

@@ -6,13 +6,15 @@ import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
 
+LENGTH = 0.06  # [m] of travel over which an excess decays: short beside a span, long enough for the march's step
+
 
 @effect
 @dataclass(frozen=True, kw_only=True)
 class Slip(Effect):
     """The entry moment is capped near mu F b/2; what exceeds it turns the belt on the pulley.
 
-    Given as 1/mu, so that 0 is perfect sticking. The excess decays over a quarter of the wrapped arc.
+    Given as 1/mu, so that 0 is perfect sticking. The excess decays within LENGTH of travel.
     """
 
     id = "slip"
@@ -30,5 +32,4 @@ class Slip(Effect):
         held = jnp.where(self.inverse_friction > 0, self.inverse_friction, 1.0)
         share = jnp.sign(now.moment) * excess / held / jnp.where(now.moment == 0, 1.0, jnp.abs(now.moment))
         over = share * jnp.abs(now.kappa)
-        length = 0.25 * jnp.stack([case.rig.wrap_tail, case.rig.wrap_head])
-        return replace(runup, turn=runup.turn + over / (now.stiffness * length))
+        return replace(runup, turn=runup.turn + over / (now.stiffness * LENGTH))

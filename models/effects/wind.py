@@ -1,0 +1,24 @@
+"""An effect of one's own: a steady side wind on both spans."""
+
+from dataclasses import dataclass, replace
+
+from belt_sim.effects.base import Effect, Parameter, effect
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Wind(Effect):
+    """A side load w per metre bends a span: kappa at its run-up end changes by w L^2/(12 EI) (clamped beam)."""
+
+    id = "wind"
+    law = "run-up"
+    reference = "clamped-clamped beam under uniform load, any textbook"
+    parity = "even"
+    parameters = {
+        "load": Parameter(unit="N/m", meaning="side load of the wind", plausible=(-5, 5), scale=0.01),
+    }
+    load: float = 0.0
+
+    def runup(self, runup, now, case):
+        length, stiffness = case.rig.span_length, case.belt.bending_stiffness
+        return replace(runup, turn=runup.turn - self.load * length**2 / (12 * stiffness))
