@@ -1,5 +1,6 @@
 """belt-sim simulate: one model, one case."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 from belt_sim import si
 from belt_sim.case import Case
 from belt_sim.commands.run_folder import done_before, plain, run_folder
-from belt_sim.config import case_from
+from belt_sim.config import case_from, ranged
 from belt_sim.curves import Curves, late_rates, offsets
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
@@ -23,6 +24,8 @@ def run(cfg: Any) -> None:
     config, folder = plain(cfg), run_folder()
     if config["watch"] not in (None, "rrd", "rerun"):
         raise InputError("watch", config["watch"], "", "use null, rrd or rerun")
+    if not isinstance(config["pictures"], bool):
+        raise InputError("pictures", config["pictures"], "", "use true or false")
     if done_before(folder, config):
         print(f"done before, kept: {folder}")
         return
@@ -38,7 +41,7 @@ def run(cfg: Any) -> None:
 
 
 def _analytic(case: Case, config: dict[str, Any]) -> tuple[Curves | None, dict[str, Any]]:
-    from belt_sim.analytic.march import march
+    from belt_sim.analytic.indicated import indicated_march
     from belt_sim.analytic.model import analytic_model
     from belt_sim.analytic.steady import steady_rate
     from belt_sim.effects.load import load_effects
@@ -51,8 +54,9 @@ def _analytic(case: Case, config: dict[str, Any]) -> tuple[Curves | None, dict[s
     if not model.marches:
         extra["note"] = f"{model.name} is a formula for the steady rate: it gives no curves and no offsets"
         return None, extra
-    steps = {k: config["model"][k] for k in ("step", "keep")}
-    return march(case, model, effects, travel=float(config["travel"]), **steps), extra
+    flat = {f"model.{k}": v for k, v in config["model"].items()}
+    steps = {k: ranged(flat, f"model.{k}") for k in ("step", "keep")}
+    return indicated_march(case, model, effects, travel=float(config["travel"]), **steps), extra
 
 
 def _named(effect) -> dict[str, Any]:
@@ -69,11 +73,28 @@ def _leave(case: Case, curves: Curves | None, extra: dict[str, Any], config: dic
             title = f"{config['model']['name']}, {float(config['tension']):g} N/mm²"
             curves_picture(folder / "curves.png", {config["model"]["name"]: curves}, title)
         if config["watch"] and not config["model"]["name"].startswith("mujoco_"):
-            from belt_sim.watch import watch_curves
-
-            watch_curves(config["watch"], folder, case, {config["model"]["name"]: curves})
+            _watch(config, case, curves, folder)
     write_json(folder / "summary.json", summary)
     _tell(summary, folder)
+
+
+def _watch(config: dict[str, Any], case: Case, curves: Curves, folder: Path) -> None:
+    """Show an analytic run: a recording in the run folder, or the live viewer."""
+    if config["watch"] == "rrd":
+        from belt_sim.watch.record import record_curves
+
+        record_curves(folder / "belt.rrd", {config["model"]["name"]: curves}, case=case)
+        return
+    from belt_sim.watch.drawn_curves import frames
+    from belt_sim.watch.rerun import live
+
+    viewer = live()
+    viewer.start(case, float(config["travel"]))
+    for frame in frames(case, curves):
+        viewer.frame(frame)
+    viewer.finish(curves)
+    if sys.stdin.isatty():
+        input("press Enter to close the viewer")
 
 
 def summarise(case: Case, curves: Curves | None, extra: dict[str, Any], config: dict[str, Any]) -> dict[str, Any]:
