@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from belt_sim.cli_errors import one_line, ordered, refused
 from belt_sim.errors import BeltError
 from belt_sim.paths import CONF
 
@@ -32,7 +33,10 @@ def run(arguments: list[str]) -> int:
     command = arguments[0]
     if command not in COMMANDS:
         return _complain(f"command = {command}: use one of {', '.join(COMMANDS)}")
-    sys.argv = [f"belt-sim {command}", *arguments[1:]]
+    reason = refused(arguments[1:])
+    if reason:
+        return _complain(reason)
+    sys.argv = [f"belt-sim {command}", *ordered(arguments[1:])]
     try:
         return _hydra(command)
     except BeltError as error:
@@ -49,8 +53,11 @@ def _hydra(command: str) -> int:
     from omegaconf.errors import OmegaConfBaseException
 
     failures: list[str] = []
+    started = False
 
     def job(cfg: Any) -> None:
+        nonlocal started
+        started = True
         try:
             _task(command)(cfg)
         except BeltError as error:
@@ -60,7 +67,15 @@ def _hydra(command: str) -> int:
     try:
         hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(job)()
     except (HydraException, OmegaConfBaseException) as error:
-        return _complain(_one_line(error))
+        return _complain(one_line(error, command))
+    except OSError as error:
+        return _complain(
+            f"{error.filename or 'files'} = {error.strerror or error}: choose a folder that can be written"
+        )
+    except ValueError as error:
+        if started:
+            raise
+        return _complain(one_line(error, command))
     return 1 if failures else 0
 
 
@@ -72,13 +87,6 @@ def _task(command: str) -> Callable[[Any], None]:
 def _complain(message: str, status: int = 1) -> int:
     print(f"belt-sim: {message}", file=sys.stderr)
     return status
-
-
-def _one_line(error: BaseException) -> str:
-    """Hydra's own messages, shortened to the sentence that helps."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    keep = [line for line in lines if not line.startswith(("full_key", "object_type", "reference_type"))]
-    return "; ".join(keep[:3]) or type(error).__name__
 
 
 def _help() -> str:

@@ -24,6 +24,8 @@ RANGES: dict[str, tuple[float, float, str]] = {
     "belt.poisson_ratio": (0.0, 0.5, ""),
     "travel": (0.1, 1e5, "m"),
     "speed": (1e-3, 50.0, "m/s"),
+    "model.step": (1e-4, 1.0, "m"),
+    "model.keep": (1e-3, 1e3, "m"),
 }
 
 

@@ -96,9 +96,7 @@ def _gather(piece, wanted, number: int, chunk: int, workers: int) -> Curves:
             whole[start:stop] = np.asarray(part)[: stop - start]
 
     with ThreadPoolExecutor(workers) as pool:
-        jobs = [pool.submit(lay, 0, first)] + [
-            pool.submit(lay, start) for start in range(chunk, number, chunk)
-        ]
+        jobs = [pool.submit(lay, 0, first)] + [pool.submit(lay, start) for start in range(chunk, number, chunk)]
         for job in jobs:
             job.result()
     return Curves(**({"y": None} | dict(zip(("travel", *wanted), kept, strict=True))))  # type: ignore[arg-type]

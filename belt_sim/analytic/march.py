@@ -17,10 +17,11 @@ from belt_sim.analytic.model import Model
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import uses
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, RunFailed
 from belt_sim.laws import drive, wrap
 from belt_sim.laws.runup import Now, RunUp, Yaw
 from belt_sim.laws.span import response
+from belt_sim.si import N_PER_MM2
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]
@@ -33,14 +34,20 @@ def march(case: Case, model: Model, effects=(), *, travel: float, step: float = 
     """
     model.admit(effects)
     plan = plan_steps(case, travel=travel, step=step, keep=keep)
-    curves = _march_jit(case, tuple(effects), travel, model=model, plan=plan)
-    return jax.tree.map(np.asarray, curves)
+    tension = float(as_driven(case, effects).settings.tension)
+    if not tension > 0:
+        raise InputError("tension", f"{tension / N_PER_MM2:g}", "N/mm2", "effects leave none; make them weaker")
+    curves = jax.tree.map(np.asarray, _march_jit(case, tuple(effects), travel, model=model, plan=plan))
+    if not np.isfinite(curves.y).all():
+        raise RunFailed("y is not finite: weaken the effects or shorten model.step")
+    return curves
 
 
 def plan_steps(case: Case, *, travel: float, step: float, keep: float) -> tuple[int, int, int]:
     """(records, march steps a record, slots of the wrap's history) for a concrete case."""
-    if not travel > 0:
-        raise InputError("travel", travel, "m", "give a positive travel")
+    for name, length in (("travel", travel), ("step", step), ("keep", keep)):
+        if not length > 0:
+            raise InputError(name, length, "m", "give a positive length")
     records = max(1, math.ceil(travel / keep - 1e-9))
     stride = max(1, math.ceil(travel / records / step - 1e-9))
     spacing = travel / records / stride
@@ -248,4 +255,3 @@ def _curves(rows, case, span, travel) -> Curves:
         tilt=rows["tilt"].T[spans],
         sag=jnp.stack([sag, sag]),
     )
-

@@ -71,6 +71,8 @@ def _entries(spec: Any) -> list:
         return [text]
     if isinstance(spec, Mapping):
         return list(spec["effects"]) if "effects" in spec else [spec]
+    if not isinstance(spec, Sequence):
+        raise InputError("effects", spec, "", "give a list, as [taper, my_effect.py], or an effects.yaml")
     return list(spec)
 
 

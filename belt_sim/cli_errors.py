@@ -1,0 +1,94 @@
+"""What a user typed that cannot be meant, said in one line with the nearest thing that can."""
+
+import difflib
+import re
+from collections.abc import Sequence
+
+import yaml
+
+from belt_sim.paths import CONF
+
+#: Hydra's own flags that a command takes
+FLAGS = (
+    "--help",
+    "-h",
+    "--hydra-help",
+    "--version",
+    "--cfg",
+    "-c",
+    "--resolve",
+    "--package",
+    "-p",
+    "--run",
+    "-r",
+    "--multirun",
+    "-m",
+    "--shell-completion",
+    "-sc",
+    "--config-path",
+    "-cp",
+    "--config-name",
+    "-cn",
+    "--config-dir",
+    "-cd",
+    "--experimental-rerun",
+    "--info",
+    "-i",
+)
+SWEEP = ("-m", "--multirun")
+
+
+def ordered(arguments: Sequence[str]) -> list[str]:
+    """The arguments with the sweep flag in front, where Hydra wants it."""
+    return [a for a in arguments if a in SWEEP] + [a for a in arguments if a not in SWEEP]
+
+
+def refused(arguments: Sequence[str]) -> str | None:
+    """Why these arguments cannot be handed to Hydra; None when they can."""
+    for argument in arguments:
+        flag = argument.split("=")[0]
+        if argument.startswith("-") and flag not in FLAGS:
+            return f"{argument}: no such flag{_nearest(flag, FLAGS)} (settings are written key=value)"
+        if argument.startswith("~"):
+            return f"{argument}: no key can be left out; give it another value, key=value"
+    return None
+
+
+def one_line(error: BaseException, command: str) -> str:
+    """A message of Hydra's or OmegaConf's in one line, with what the user may have meant."""
+    text = str(error)
+    key = re.search(r"Could not override '([^']+)'|Key '([^']+)' is not in struct", text)
+    if key:
+        name = key.group(1) or key.group(2)
+        return f"{name}: no such key{_nearest(name, known_keys(command))}"
+    option = re.search(r"Could not (?:find|load) '([^']+)/([^'/]+?)'", text)
+    if option:
+        group, name = option.group(1), option.group(2).removesuffix(".yaml")
+        options = ", ".join(sorted(p.stem for p in (CONF / group).glob("*.yaml")))
+        return f"{group} = {name}: use one of {options}" if options else f"{group}: no such key"
+    if "grammar" in text or "parsing override" in text:
+        first = " ".join(text.splitlines()[0].split())
+        return f"{first}: write key=value, lists as [a,b], and put quotes around what holds brackets"
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    keep = [line for line in lines if not line.startswith(("full_key", "object_type", "reference_type"))]
+    return "; ".join(keep[:3]) or type(error).__name__
+
+
+def known_keys(command: str) -> list[str]:
+    """The keys of a command's configuration and of the groups it starts with."""
+    top = yaml.safe_load((CONF / f"{command}.yaml").read_text(encoding="utf-8"))
+    keys = [k for k in top if k not in ("defaults", "hydra")]
+    for entry in top.get("defaults", []):
+        for group, option in entry.items() if isinstance(entry, dict) else ():
+            file = CONF / group / f"{option}.yaml"
+            if file.is_file():
+                inside = yaml.safe_load(file.read_text(encoding="utf-8")) or {}
+                keys += [group, *(f"{group}.{k}" for k in inside)]
+    return keys
+
+
+def _nearest(name: str, known: Sequence[str]) -> str:
+    close = difflib.get_close_matches(name, known, n=1)
+    if close:
+        return f"; did you mean {close[0]}?"
+    return f"; the keys are {', '.join(known)}" if len(known) < len(FLAGS) else ""
