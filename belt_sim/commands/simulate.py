@@ -26,8 +26,6 @@ def run(cfg: Any) -> None:
         raise InputError("watch", config["watch"], "", "use null, rrd or rerun")
     if not isinstance(config["pictures"], bool):
         raise InputError("pictures", config["pictures"], "", "use true or false")
-    if not isinstance(config["pictures"], bool):
-        raise InputError("pictures", config["pictures"], "", "use true or false")
     if done_before(folder, config):
         print(f"done before, kept: {folder}")
         return
