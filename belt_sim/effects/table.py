@@ -1,0 +1,28 @@
+"""The model x effect table, computed: ``python -m belt_sim.effects.table`` prints it as the README has it."""
+
+from belt_sim.analytic.model import MODELS, Model
+from belt_sim.effects.base import Effect
+from belt_sim.effects.library import library
+
+BEGIN, END = "<!-- model x effect table -->", "<!-- end -->"
+CAN, HAS, CANNOT = "yes", "built in", "-"
+
+
+def cell(model: Model, effect: type[Effect]) -> str:
+    """Whether ``model`` can represent ``effect``, has it built in already, or refuses it."""
+    if effect.id in model.contains:
+        return HAS
+    return CANNOT if model.refusal(effect) else CAN
+
+
+def table() -> str:
+    """A Markdown table: an effect a row, its law, and a column for every analytic model."""
+    header = ["effect", "law", *MODELS]
+    rows = [header, ["---"] * len(header)]
+    for name, effect in library().items():
+        rows.append([name, effect.law, *(cell(m, effect) for m in MODELS.values())])
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows) + "\n"
+
+
+if __name__ == "__main__":
+    print(f"{BEGIN}\n{table()}{END}")
