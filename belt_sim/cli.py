@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from belt_sim.cli_errors import one_line, ordered, refused
-from belt_sim.errors import BeltError
+from belt_sim.errors import BeltError, Reported
 from belt_sim.paths import CONF
 
 COMMANDS = {
@@ -39,6 +39,8 @@ def run(arguments: list[str]) -> int:
     sys.argv = [f"belt-sim {command}", *ordered(arguments[1:])]
     try:
         return _hydra(command)
+    except Reported:
+        return 1
     except BeltError as error:
         return _complain(str(error))
     except KeyboardInterrupt:
@@ -52,8 +54,7 @@ def _hydra(command: str) -> int:
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
-    failures: list[str] = []
-    started = False
+    started, failures, here = False, [], os.getpid()
 
     def job(cfg: Any) -> None:
         nonlocal started
@@ -61,8 +62,10 @@ def _hydra(command: str) -> int:
         try:
             _task(command)(cfg)
         except BeltError as error:
-            failures.append(str(error))
             _complain(str(error))
+            failures.append(str(error))
+            if os.getpid() != here:  # a parallel launcher's worker: only an exception reaches the parent
+                raise Reported(str(error)) from error
 
     try:
         hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(job)()

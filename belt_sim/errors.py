@@ -12,6 +12,13 @@ class InputError(BeltError, ValueError):
         self.name, self.value, self.unit, self.remedy = name, value, unit, remedy
         super().__init__(f"{name} = {value}{' ' + unit if unit else ''}: {remedy}")
 
+    def __reduce__(self):
+        return type(self), (self.name, self.value, self.unit, self.remedy)
+
+
+class Reported(BeltError):
+    """An error that the user has been told of already; it only has to end the command."""
+
 
 class CannotRepresent(BeltError):
     """A model was asked for something outside the laws that it reads."""

@@ -28,4 +28,7 @@ def done_before(folder: Path, config: dict[str, Any]) -> bool:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return False
-    return summary.get("provenance", {}).get("config_sha256") == config_hash(config)
+    if summary.get("provenance", {}).get("config_sha256") != config_hash(config):
+        return False
+    (folder / "summary.json").touch()  # it belongs to this sweep too
+    return True

@@ -29,9 +29,8 @@ class _Lines:
         elapsed = time.monotonic() - self.began
         left = elapsed * (self.total / done - 1.0)
         parts = [f"{100 * done / self.total:3.0f} %", note, f"{elapsed:.0f} s gone", f"{left:.0f} s left"]
-        self.console.print(
-            f"{self.title}: " + ", ".join(p for p in parts if p), markup=False, highlight=False
-        )
+        line = f"{self.title}: " + ", ".join(p for p in parts if p)
+        self.console.print(line, markup=False, highlight=False, soft_wrap=True)
 
     def close(self) -> None:
         pass
