@@ -20,7 +20,7 @@ class Mesh:
     rest [m], shape (n, m, 3): stress-free places (body positions); laid [m], same shape: places under tension;
     line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,); mass [kg], shape (m,), a node;
     chord [m]: rest distance of neighbouring stations; turn_stiffness, turn_pressure [N], shape (m,): tension of the lines
-    and lateral force per unit of lengthwise strain at fixed width (see contact.misread).
+    and lateral force per unit of lengthwise strain at fixed width (see contact.misread); closed: an endless belt.
     """
 
     rest: np.ndarray
@@ -31,10 +31,16 @@ class Mesh:
     chord: float
     turn_stiffness: np.ndarray
     turn_pressure: np.ndarray
+    closed: bool = True
 
     @property
     def stations(self) -> int:
         return self.rest.shape[0]
+
+    @property
+    def links(self) -> int:
+        """Pairs of neighbouring stations."""
+        return self.stations if self.closed else self.stations - 1
 
     @property
     def across(self) -> int:
@@ -61,7 +67,7 @@ def lines(width: float, across: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def lay(case: Case, loop: Loop, width: float, across: int) -> Mesh:
-    """Nodes of a strip of model width ``width`` [m]; the stress-free loop is the laid one shrunk by the strain."""
+    """Nodes of a belt of model width ``width`` [m]; the stress-free loop is the laid one shrunk by the strain."""
     y, share = lines(width, across)
     strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
     laid = np.empty((len(loop.x), across, 3))

@@ -49,8 +49,10 @@ def reading(case: Case, contact: Contact, tail_x: float) -> np.ndarray:
         out[k], slope = _at_axis(contact, station, x)
         out[4 + k] = sign * slope
     runups = (ends.tail_upper, ends.head_lower) if sign > 0 else (ends.head_upper, ends.tail_lower)
+    stiffness = float(case.belt.bending_stiffness)
     for k, station in enumerate(runups):
-        tension, out[8 + k] = _section_forces(contact, station - _LINKS - 1 if sign > 0 else station + 1)
+        first = station - _LINKS - 1 if sign > 0 else station + 1
+        tension, out[8 + k] = _section_forces(contact, first, stiffness)
         out[10 + k] = _slack_edge(case, tension, out[8 + k])
         if k == 0:
             out[TENSION] = tension
@@ -84,13 +86,16 @@ def _at_axis(contact: Contact, station: int, x: float) -> tuple[float, float]:
     return float(y), float(slope)
 
 
-def _section_forces(contact: Contact, first: int) -> tuple[float, float]:
-    """Tension [N] and in-plane bending moment [N m] (positive for kappa = y'' > 0), mean over _LINKS links."""
+def _section_forces(contact: Contact, first: int, bending_stiffness: float) -> tuple[float, float]:
+    """Tension [N] and in-plane bending moment EI kappa [N m] (positive for kappa = y'' > 0), mean over _LINKS links."""
     mesh = contact.scene.mesh
     nodes = _around(contact, first, _LINKS + 1)
-    strain = np.linalg.norm(np.diff(nodes, axis=0), axis=2) / mesh.chord - 1.0
-    force = mesh.line_stiffness * strain.mean(axis=0)
-    return float(force.sum()), -float(force @ mesh.line_y)
+    strain = (np.linalg.norm(np.diff(nodes, axis=0), axis=2) / mesh.chord - 1.0).mean(axis=0)
+    tension = float(mesh.line_stiffness @ strain)
+    if mesh.across == 1:
+        return tension, 0.0
+    weight = mesh.line_stiffness * mesh.line_y
+    return tension, -bending_stiffness * float(weight @ strain) / float(weight @ mesh.line_y)
 
 
 def _slack_edge(case: Case, tension: float, moment: float) -> float:

@@ -15,7 +15,8 @@ class Options:
     """Numerical settings of a run; the defaults are those of the error budget in docs/three_dimensions.md.
 
     dx [m]: distance of stations along the belt; across: nodes over the width (2 carry the exact EI and tension
-    torsion); dt [s]; belt_speed [m/s] of the run; friction [1]: Coulomb coefficient between belt and pulleys,
+    torsion); dt [s]; belt_speed [m/s] of the run, 0 = as fast as is
+    accurate (a 35th of the string speed, at most 2 m/s); friction [1]: Coulomb coefficient between belt and pulleys,
     inf = sticking; bonds: which bonds tie the grid; run_in [m]: travel before 0, straight; acceleration [m/s2];
     settle [s]: time at rest for the sag, and again after a yaw step; yaw_time [s]: duration of a yaw step;
     damping [1/s]: drag of the free belt, across its travel, per unit of its mass; hold_stiffness, slip_stiffness
@@ -26,7 +27,7 @@ class Options:
     dx: float = 0.025
     across: int = 2
     dt: float = 1e-3
-    belt_speed: float = 2.0
+    belt_speed: float = 0.0
     friction: float = math.inf
     bonds: tuple[str, ...] = BONDS
     run_in: float = 1.5
@@ -52,4 +53,4 @@ class Options:
             raise InputError("options.bonds", self.bonds, "", f"longitudinal, and any of {', '.join(BONDS[1:])}")
 
 
-_MAY_BE_ZERO = ("friction", "run_in", "settle", "damping")
+_MAY_BE_ZERO = ("belt_speed", "friction", "run_in", "settle", "damping")

@@ -13,6 +13,7 @@ from belt_sim.curves import Curves
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.belt import drag
+from belt_sim.mujoco3d.chain import Chain
 from belt_sim.mujoco3d.contact import Contact
 from belt_sim.mujoco3d.friction import Friction
 from belt_sim.mujoco3d.machine import Machine
@@ -21,8 +22,12 @@ from belt_sim.mujoco3d.options import BELTS, Options
 from belt_sim.mujoco3d.record import Recorder
 from belt_sim.mujoco3d.scene import Scene, build, scene_parts
 from belt_sim.mujoco3d.stage import Clock
+from belt_sim.mujoco3d.torsion import Torsion
 
-_BELTS = {"flex": Membrane}
+_BELTS = {"rope": Chain, "flex": Membrane}
+_FASTEST = 2.0  # [m/s]
+_SLOWNESS = 35.0  # landings shake the spans; at a 35th of the string speed sag and tension stay within 1 %
+_COURANT = 0.5
 _REST_DRAG = 15.0  # [1/s], about critical for the lowest sway of a span
 
 
@@ -44,7 +49,7 @@ def simulate(
     """
     if belt not in BELTS:
         raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
-    options = options or Options()
+    options = fitted(options or Options(), case, belt)
     curves = Run.begin(case, belt, options, observers, effects, scene_path).go(travel)
     if not control:
         return curves
@@ -55,11 +60,24 @@ def simulate(
     return replace(curves, y=curves.y - drift, extra=curves.extra | names)
 
 
+def fitted(options: Options, case: Case, belt: str) -> Options:
+    """Options for this case: the automatic belt speed filled in, and the step of belts made of springs bounded.
+
+    Belt speed: a 35th of the string speed c = sqrt(sigma / rho), at most 2 m/s. Springs (tendons) lend MuJoCo's
+    metric no stiffness across their direction, so that the step stays below dx / c.
+    """
+    string_speed = math.sqrt(float(case.settings.tension) / float(case.belt.density))
+    speed = options.belt_speed or min(_FASTEST, string_speed / _SLOWNESS)
+    dt = options.dt if belt == "flex" else min(options.dt, _COURANT * options.dx / string_speed)
+    return replace(options, belt_speed=speed, dt=dt)
+
+
 class Run:
     """One run under way: the scene, the pulleys, the belt on them, and what is recorded."""
 
     def __init__(self, scene: Scene, data: mujoco.MjData, machine: Machine, contact: Contact, recorder: Recorder):
         self.scene, self.data, self.machine, self.contact, self.recorder = scene, data, machine, contact, recorder
+        self.torsion = Torsion.of(machine.case, contact, data)
         self.sign = float(np.sign(float(machine.case.settings.direction)))
 
     @staticmethod
@@ -123,6 +141,7 @@ class Run:
         model, data, contact, machine = self.scene.model, self.data, self.contact, self.machine
         machine.before(data, contact.loads, head_spin, speed, acceleration, model.opt.timestep)
         contact.follow(machine.poses)
+        self.torsion.apply(contact)
         mujoco.mj_step(model, data)
         if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):
             raise RunFailed(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
