@@ -202,7 +202,9 @@ def _now(case, answer, span, travel, y, alpha, off, yaw) -> Now:
         kappa_runoff=kappa_o,
         moment=span.bending * kappa,
         moment_runoff=span.bending * kappa_o,
-        stiffness=answer.runup[2] + jnp.zeros(2),
+        stiffness=(0.0 if span.limp else 1.0) * answer.runup[2] + jnp.zeros(2),
+        bending=span.bending + jnp.zeros(()),
+        turned=jnp.stack([yaw.tail, yaw.head]),
         direction=case.settings.direction + jnp.zeros(()),
     )
 

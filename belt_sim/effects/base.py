@@ -46,6 +46,8 @@ class Effect:
     tension_exponent: ClassVar[float | None] = None
     #: True for what belongs to the belt and changes sides when the belt is turned over
     on_belt: ClassVar[bool] = False
+    #: True for what answers to the belt's moment, and so must be asked after all else that turns a pulley
+    last: ClassVar[bool] = False
     parameters: ClassVar[dict[str, Parameter]] = {}
 
     def settings(self, settings: Settings, case: Case) -> Settings:
@@ -97,5 +99,6 @@ def effect(cls):
 
 
 def uses(effects, hook: str) -> list:
-    """Those of ``effects`` that override ``hook``."""
-    return [e for e in effects if getattr(type(e), hook) is not getattr(Effect, hook)]
+    """Those of ``effects`` that override ``hook``, in the order in which to ask them."""
+    found = [e for e in effects if getattr(type(e), hook) is not getattr(Effect, hook)]
+    return sorted(found, key=lambda e: type(e).last)

@@ -8,16 +8,22 @@ from belt_sim.effects.base import Effect, Parameter, effect
 @effect
 @dataclass(frozen=True, kw_only=True)
 class YawCompliance(Effect):
-    """The tail pulley stands at beta - C_m M, M the moment of both spans on it."""
+    """The tail pulley stands at beta - C_m M, M the moment of both spans on it.
+
+    M itself grows with the yaw, by D = 2 EI dkappa/dtheta_u, both spans alike; the equation is solved for the yaw.
+    """
 
     id = "yaw_compliance"
     law = "drive"
     reference = "physics sheet, section 7"
     parity = "odd"
+    last = True
     parameters = {
         "c_m": Parameter(unit="rad/(N m)", meaning="yaw per unit of moment", plausible=(0.0, 5e-5), scale=3e-6)
     }
     c_m: float = 0.0
 
     def yaw(self, yaw, now, case):
-        return replace(yaw, tail=yaw.tail - self.c_m * (now.moment[0] + now.moment_runoff[1]))
+        grows = 2.0 * now.bending * now.stiffness[0]
+        at_rest = now.moment[0] + now.moment_runoff[1] - grows * now.turned[0]
+        return replace(yaw, tail=(yaw.tail - self.c_m * at_rest) / (1.0 + self.c_m * grows))

@@ -52,7 +52,8 @@ class Now:
     """What the belt does at one travel; arrays of shape (2,): the span up the tail pulley, the span up the head.
 
     travel [m]; y, alpha: at the run-ups [m, rad]; kappa, kappa_runoff: curvature at either end [1/m];
-    moment, moment_runoff = EI kappa [N m]; stiffness: d kappa / d theta_u of the span [1/m];
+    moment, moment_runoff = EI kappa [N m]; stiffness: d kappa / d theta_u of the span [1/m]; bending: its EI
+    [N m2]; turned: yaw of the tail and the head pulley [rad] at which all this holds;
     direction of travel (+1, -1).
     """
 
@@ -64,4 +65,6 @@ class Now:
     moment: jnp.ndarray
     moment_runoff: jnp.ndarray
     stiffness: jnp.ndarray
+    bending: jnp.ndarray
+    turned: jnp.ndarray
     direction: jnp.ndarray
