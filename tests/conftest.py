@@ -1,0 +1,1 @@
+"""Every test sees the modules that stand beside this file (paper_cases)."""

@@ -1,0 +1,63 @@
+"""The paper's belt and rigs as test cases, and one compiled march for many of them."""
+
+from dataclasses import replace
+from functools import cache, partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim import si
+from belt_sim.analytic.march import march_traced
+from belt_sim.analytic.model import MODELS, Model
+from belt_sim.case import Case, Schedule, Settings
+from belt_sim.curves import Curves
+from belt_sim.rig import Belt, Rig
+
+YAW = 0.042 * si.DEGREE  # [rad], size of the paper's yaw
+RECORDS, STRIDE, SLOTS, LANES = 100, 20, 128, 8  # one shape for all marches: one compilation a model
+STEPS = RECORDS * STRIDE
+RIG = Rig(centre_distance=11.28, head_radius=0.17, tail_radius=0.17)
+BELT = Belt(width=0.2, thickness=3e-4, youngs_modulus=210e9, density=7850.0)
+
+
+def paper_case(tension: float, yaw: float = YAW, rig: Rig = RIG, **changes) -> Case:
+    """The test rig at ``tension`` [N/mm2] after a yaw step [rad] at travel 0; further fields of Settings as named."""
+    settings = Settings(tension=tension * si.N_PER_MM2, yaw=Schedule.step(yaw), **changes)
+    return Case(rig=rig, belt=BELT, settings=settings)
+
+
+def steered(case: Case, yaw: Schedule) -> Case:
+    """The case with another yaw schedule of the tail pulley."""
+    return replace(case, settings=replace(case.settings, yaw=yaw))
+
+
+def marched(cases: list[Case], model: str, *, travel: float, effects: list[tuple] | None = None) -> list[Curves]:
+    """Curves of up to LANES cases (or any number with effects, one tuple of the same kinds for each), in STEPS steps.
+
+    What differs between calls enters as numbers, so that a model is compiled once for all tests.
+    """
+    size = LANES if effects is None else len(cases)
+    own = [()] * len(cases) if effects is None else effects
+    pairs = [*zip(cases, own, strict=True)]
+    pairs += [pairs[0]] * (size - len(pairs))
+    curves = _compiled(MODELS[model])(_stacked([_padded(c) for c, _ in pairs]), _stacked([e for _, e in pairs]), travel)
+    return [jax.tree.map(lambda x, k=k: np.asarray(x[k]), curves) for k in range(len(cases))]
+
+
+def _padded(case: Case) -> Case:
+    """Both schedules with two entries."""
+    still = Schedule.step(0.0)
+    settings = case.settings
+    yaw, head = (s if len(s.at) == 2 else s.then(still) for s in (settings.yaw, settings.yaw_head))
+    return replace(case, settings=replace(settings, yaw=yaw, yaw_head=head))
+
+
+def _stacked(trees):
+    return jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x, float) for x in leaves]), *trees)
+
+
+@cache
+def _compiled(model: Model):
+    run = partial(march_traced, model=model, plan=(RECORDS, STRIDE, SLOTS))
+    return jax.jit(jax.vmap(run, in_axes=(0, 0, None)))
