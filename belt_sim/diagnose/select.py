@@ -116,9 +116,8 @@ def best_of(bench: Workbench, near: Around, ids) -> dict[str, Fit]:
     """The best joint fit of what ``near`` is around with each of ``ids``; several starts for nonlinear effects."""
     starts, owners = [], []
     for name in ids:
-        if name not in near.weak:
-            starts.append(near.with_effect(bench, name))
-            owners.append(name)
+        starts.append(near.with_effect(bench, name))  # from null, so that no super-model ends above its sub-model
+        owners.append(name)
         for start in NONLINEAR_STARTS if name in near.weak else ():
             q = near.fit.q.copy()
             q[near.weak[name]] = start
