@@ -78,7 +78,7 @@ def _judge(fit: Fit, proposal, metric, values, slopes, target) -> None:
     """Take a proposal if it lowers chi2; otherwise damp more."""
     residual = metric.whiten(target - values)
     chi2 = float(residual @ residual)
-    if not np.isfinite(chi2) or chi2 > fit.chi2:
+    if not np.isfinite(values).all() or chi2 > fit.chi2:  # whitening takes nan for a reading that is missing
         fit.damping *= 8.0
         fit.done = fit.damping > 1e6
         return
