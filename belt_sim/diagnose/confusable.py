@@ -7,6 +7,7 @@ import numpy as np
 from belt_sim.diagnose.fit import Fit
 from belt_sim.diagnose.select import Selection, Trial
 
+REPEATS = 2000  # imagined repetitions of the campaign
 RIVAL = 9.2  # a rival set within this score (likelihood ratio 100) cannot be excluded
 
 
@@ -41,6 +42,26 @@ def probabilities(selection: Selection) -> dict[str, float]:
         own = _own(trials, name).score
         found[name] = float(1.0 / np.sum(np.exp(np.clip((scores - own) / 2.0, -700, 50))))
     return found
+
+
+def selection_frequency(selection: Selection, seed: int) -> dict[str, float]:
+    """How often each candidate would come first if the campaign were measured again, the best one being true.
+
+    With m the part of a candidate's whitened residual that the best one does not have, its chi2 under fresh noise e
+    is |m|^2 + 2 m.e up to terms common to all; m.e is normal with the Gram matrix of all m.
+    """
+    trials = [t for t in selection.rounds[0] if t.plausible and np.isfinite(t.threshold)]
+    if not trials:
+        return {}
+    best = max(trials, key=lambda t: t.score)
+    rest = np.stack([t.fit.residual - best.fit.residual for t in trials] + [selection.base.residual - best.fit.residual])
+    gram = rest @ rest.T
+    values, vectors = np.linalg.eigh(gram)
+    noise = np.random.default_rng(seed).standard_normal((REPEATS, len(rest))) * np.sqrt(np.maximum(values, 0.0))
+    chi2 = np.diag(gram) + 2.0 * noise @ vectors.T
+    scores = chi2[:, -1:] - chi2[:, :-1] - np.array([t.threshold for t in trials])
+    first, passed = np.argmax(scores, axis=1), scores.max(axis=1) > 0
+    return {t.id: float(np.mean((first == k) & passed)) for k, t in enumerate(trials)}
 
 
 def _own(trials: list[Trial], name: str) -> Trial:

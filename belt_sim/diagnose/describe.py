@@ -6,7 +6,7 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.diagnose.candidate import Estimate, estimates
-from belt_sim.diagnose.confusable import probabilities
+from belt_sim.diagnose.confusable import probabilities, selection_frequency
 from belt_sim.diagnose.diagnosis import Diagnosis
 from belt_sim.diagnose.heldout import held_out
 from belt_sim.diagnose.openset import shape_card
@@ -24,6 +24,7 @@ def describe(d: Diagnosis, *, seed: int, config: Any = None) -> dict[str, Any]:
     """The content of diagnosis.json; lengths in mm, parameters in SI."""
     campaign, chosen = d.bench.campaign, d.found.chosen
     ids = chosen.ids if d.verdict != "cannot_say" else ()
+    frequency = selection_frequency(d.found, seed)
     source = provenance(config) | {"seed": seed, "data_sha256": campaign.sha256}
     return {
         "schema": SCHEMA,
@@ -32,7 +33,7 @@ def describe(d: Diagnosis, *, seed: int, config: Any = None) -> dict[str, Any]:
         "verdict": d.verdict,
         "sentence": sentence(d.verdict, d.bench.forward.model.name, ids, d.suspicions),
         "effects": _effects(d) if ids else [],
-        "ranking": [_ranked(d, t) for t in d.ranking],
+        "ranking": [_ranked(d, t, frequency) for t in d.ranking],
         "rounds": [[_tried(t) for t in trials] for trials in d.found.rounds],
         "error": _errors(d),
         "where": _where(d),
@@ -89,12 +90,11 @@ def _number(e: Estimate) -> dict[str, Any]:
     return {"value": e.value, "u": e.u, "unit": e.unit, "interval_95": interval, "plausible": e.plausible}
 
 
-def _ranked(d: Diagnosis, t) -> dict[str, Any]:
-    frequency = d.found.null.gains[t.id] > t.threshold if d.found.null else np.zeros(1)
+def _ranked(d: Diagnosis, t, frequency: dict[str, float]) -> dict[str, Any]:
     return _tried(t) | {
         "parameters": {n: _number(e) for n, e in estimates(d.bench.forward, t.fit)[t.id].items()},
         "plausible": t.plausible,
-        "selection_frequency": float(np.mean(frequency)),
+        "selection_frequency": frequency.get(t.id, 0.0),
         "note": _note(t, d.found.base_held_out.chi2),
     }
 

@@ -11,6 +11,7 @@ from belt_sim.diagnose.workbench import Workbench
 from belt_sim.pictures.drift_chart import Drift
 
 GPA = 1e9
+LIMIT = 10.0  # a model that asks for more than ten times the stated value is shown at ten times
 
 
 def stiffness_drift(bench: Workbench, q: np.ndarray, name: str = "Young's modulus") -> Drift | None:
@@ -29,14 +30,15 @@ def stiffness_drift(bench: Workbench, q: np.ndarray, name: str = "Young's modulu
         y = np.where((stress == t)[:, None, None], bench.fitted.y, np.nan)
         metric = metric_of(replace(bench.fitted, y=y), bench.levels, bench.shapes, 0.0 * bench.shared)
         fit = fit_sets(bench.forward, metric, [bench.start((), q, free=[position])])[0]
-        value.append((1.0 + fit.q[position]) * stated.value / GPA)
-        u.append(np.sqrt(fit.covariance[0, 0]) * stated.value / GPA)
+        factor = np.clip(1.0 + fit.q[position], 1.0 / LIMIT, LIMIT)
+        value.append(factor * stated.value / GPA)
+        u.append(min(np.sqrt(fit.covariance[0, 0]), LIMIT) * stated.value / GPA)
     return Drift(
         parameter=name,
         unit="GPa",
         tension=tensions / si.N_PER_MM2,
         value=np.array(value),
-        u=np.minimum(np.array(u), 1e4),
+        u=np.array(u),
         stated=stated.value / GPA,
         u_stated=stated.u / GPA,
     )
