@@ -37,6 +37,8 @@ def marched(cases: list[Case], model: str, *, travel: float, effects: list[tuple
 
     What differs between calls enters as numbers, so that a model is compiled once for all tests.
     """
+    longest = max(max(c.rig.wrap_head, c.rig.wrap_tail) for c in cases)
+    assert longest * STEPS / travel + 2 < SLOTS, "steps too short for the history of the wrap"
     size = LANES if effects is None else len(cases)
     own = [()] * len(cases) if effects is None else effects
     pairs = [*zip(cases, own, strict=True)]

@@ -103,8 +103,8 @@ def _by_collocation(span: law.Span, ends):
     y_u, theta_o, theta_u, phi_o, phi_u = ends
     z, k2, twist = span.sag_curvature, span.force / span.bending, span.bending * span.sag_curvature / span.torsion
 
-    def slope(_, u):
-        y, theta, kappa, bent, phi, turned = u
+    def slope(x, u):
+        _, theta, kappa, bent, phi, turned = u
         bow = kappa - z * phi
         return np.stack([theta, bow, bent, k2 * bow, turned, twist * kappa])
 
