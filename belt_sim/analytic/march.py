@@ -112,7 +112,8 @@ def _stepper(case, effects, span, answer, spacing):
             yaw, push = _forced(effects, commanded, case, now, then)
             y, alpha = solve(now, off, off1, yaw, push, answer, span, spacing)
             yaw_end = _yaw_now(effects, case, s0 + spacing, then)
-            return _now(case, answer, span, s0 + spacing, y, alpha, off1, yaw_end), yaw_end
+            then = _now(case, answer, span, s0 + spacing, y, alpha, off1, yaw_end)
+            return _slid(effects, case, answer, span, then, off1, yaw_end), yaw_end
 
         guess = (replace(now, travel=s0 + spacing), commanded)
         then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
@@ -209,6 +210,14 @@ def _now(case, answer, span, travel, y, alpha, off, yaw) -> Now:
     )
 
 
+def _slid(effects, case, answer, span, now: Now, off, yaw) -> Now:
+    """The instant after the belt has turned on the pulleys, where effects let it."""
+    for e in uses(effects, "slide"):
+        alpha = e.slide(now.alpha, now, case)
+        now = _now(case, answer, span, now.travel, now.y, alpha, off, yaw)
+    return now
+
+
 def _ends(y, alpha, off, yaw):
     """Boundary values (y_u - y_o, theta_o, theta_u, phi_o, phi_u) of both spans, shape (5, 2)."""
     theta_o = yaw.runoff + _partner(off.alpha)
@@ -224,6 +233,7 @@ def _start(case, effects, answer, span, slots):
     blank = _now(case, answer, span, jnp.zeros(()), zero, zero, off, yaw)
     yaw = _yaw_now(effects, case, 0.0, blank)
     now = _now(case, answer, span, jnp.zeros(()), zero, zero, off, yaw)
+    now = _slid(effects, case, answer, span, now, off, yaw)
     return jnp.zeros((slots, 4)), now, off, yaw
 
 

@@ -66,6 +66,10 @@ class Effect:
         """Run-up law: what is added to dy/ds and dalpha/ds."""
         return runup
 
+    def slide(self, alpha, now: Now, case: Case):
+        """Run-up law: contact angles (2,) [rad] after the belt has turned on the pulleys at once."""
+        return alpha
+
     def wrap(self, runoff: RunOff, now: Now, case: Case) -> RunOff:
         """Wrap law: where the belt leaves the pulleys."""
         return runoff

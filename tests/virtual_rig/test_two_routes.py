@@ -14,7 +14,7 @@ from belt_sim.virtual_rig.observe import Errors, observe, true_line
 from belt_sim.virtual_rig.plan import Setting
 
 AGREE = 1.5e-6  # [m]: the fitter's step of 50 mm under a wobble of 1 mrad; 0.1 um otherwise
-ALIKE = 2.5e-4  # [m]: slip, where one law lets go at once and the other over a quarter of the wrap
+ALIKE = 2e-5  # [m]: slip, whose end of sliding falls inside a step of 50 mm
 TRAVEL = 20.0
 #: id, parameters here, parameters there (None: the same), base, tension, direction
 CASES = [
