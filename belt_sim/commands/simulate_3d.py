@@ -1,13 +1,17 @@
 """belt-sim simulate model=mujoco_rope | mujoco_grid | mujoco_flex: the belt in three dimensions."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
+from belt_sim.analytic.indicated import indicate
+from belt_sim.analytic.march import as_driven
 from belt_sim.case import Case
 from belt_sim.curves import Curves
+from belt_sim.effects.base import Effect, uses
 from belt_sim.effects.load import load_effects
-from belt_sim.errors import InputError, RunFailed
+from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.tables import write_curves
 
 
@@ -22,6 +26,7 @@ def simulate_3d(case: Case, config: dict[str, Any], folder: Path) -> tuple[Curve
     model = dict(config["model"])
     options, control = options_from(model), bool(model.get("control", False))
     effects = load_effects(config["effects"])
+    geometric = in_the_scene(effects)
     name = str(model["name"])
     observers: list[Any] = [ProgressObserver(name)]
     if config["watch"] == "rrd":
@@ -34,13 +39,13 @@ def simulate_3d(case: Case, config: dict[str, Any], folder: Path) -> tuple[Curve
         observers.append(live())
     try:
         curves = simulate(
-            case,
+            as_driven(case, effects),
             belt=name.removeprefix("mujoco_"),
             travel=float(config["travel"]),
             options=options,
             scene_path=folder / "scene.xml",
             observers=observers,
-            effects=effects,
+            effects=geometric,
             control=control,
         )
     except RunFailed as failure:
@@ -48,8 +53,21 @@ def simulate_3d(case: Case, config: dict[str, Any], folder: Path) -> tuple[Curve
         if partial is not None and len(partial.travel):
             write_curves(folder / "curves_partial.csv", partial)
         raise
+    if uses(effects, "encoder") + uses(effects, "sensor"):
+        curves = indicate(curves, case, effects, float(config["travel"]))
     settings = {k: v if not isinstance(v, float) or v != float("inf") else "inf" for k, v in asdict(options).items()}
     return curves, {"options": settings, "effects": [e.id for e in effects], "scene": "scene.xml"}
+
+
+def in_the_scene(effects: Sequence[Effect]) -> list[Effect]:
+    """Effects that change the scene; raises CannotRepresent for one that neither does nor is of the instruments."""
+    for e in effects:
+        shapers = [h for h in ("span", "yaw", "runup", "slide", "wrap") if uses([e], h)]
+        if shapers and not hasattr(e, "edit_scene"):
+            raise CannotRepresent(
+                f"effects = {e.id}: it has no geometry, so the 3D models cannot show it; leave it out"
+            )
+    return [e for e in effects if hasattr(e, "edit_scene")]
 
 
 def options_from(model: dict[str, Any]):

@@ -40,3 +40,7 @@ class Cant(Effect):
     def yaw(self, yaw, now, case):
         lean = jnp.sin(sag_angle(case))
         return replace(yaw, tail=yaw.tail - self.gamma * lean, head=yaw.head + self.gamma_head * lean)
+
+    def edit_scene(self, parts, case):
+        parts.change("tail", cant=self.gamma)
+        parts.change("head", cant=self.gamma_head)

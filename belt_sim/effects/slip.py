@@ -30,3 +30,7 @@ class Slip(Effect):
         held = jnp.where(self.inverse_friction > 0, self.inverse_friction, 1.0)
         share = excess / held / jnp.where(now.moment == 0, 1.0, jnp.abs(now.moment))
         return alpha - share * now.kappa / now.stiffness
+
+    def edit_scene(self, parts, case):
+        if self.inverse_friction > 0:
+            parts.friction = 1.0 / self.inverse_friction

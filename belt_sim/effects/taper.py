@@ -25,3 +25,7 @@ class Taper(Effect):
 
     def runup(self, runup, now, case):
         return replace(runup, turn=runup.turn + jnp.stack([self.kappa_t, self.kappa_t_head]))
+
+    def edit_scene(self, parts, case):
+        parts.change("tail", taper=self.kappa_t)
+        parts.change("head", taper=self.kappa_t_head)

@@ -1,5 +1,6 @@
 """Wobble: a pulley whose axis does not run true."""
 
+import math
 from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
@@ -38,3 +39,11 @@ class Wobble(Effect):
             tail=yaw.tail + self.beta_cos * jnp.cos(tail) + self.beta_sin * jnp.sin(tail),
             head=yaw.head + self.beta_cos_head * jnp.cos(head) + self.beta_sin_head * jnp.sin(head),
         )
+
+    def edit_scene(self, parts, case):
+        for pulley, cos, sin in (
+            ("tail", self.beta_cos, self.beta_sin),
+            ("head", self.beta_cos_head, self.beta_sin_head),
+        ):
+            phase = math.atan2(-sin * float(case.settings.direction), cos)
+            parts.change(pulley, wobble=math.hypot(cos, sin), wobble_phase=phase)

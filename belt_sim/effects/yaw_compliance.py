@@ -27,3 +27,6 @@ class YawCompliance(Effect):
         grows = 2.0 * now.bending * now.stiffness[0]
         at_rest = now.moment[0] + now.moment_runoff[1] - grows * now.turned[0]
         return replace(yaw, tail=(yaw.tail - self.c_m * at_rest) / (1.0 + self.c_m * grows))
+
+    def edit_scene(self, parts, case):
+        parts.change("tail", yaw_compliance=self.c_m)

@@ -20,3 +20,6 @@ class YawOffsetHead(Effect):
 
     def yaw(self, yaw, now, case):
         return replace(yaw, head=yaw.head + self.beta_0)
+
+    def edit_scene(self, parts, case):
+        parts.change("head", yaw_offset=self.beta_0)
