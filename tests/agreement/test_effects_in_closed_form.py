@@ -1,0 +1,234 @@
+"""Sizes and signs of effects against formulas derived by other ways than the march."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from paper_cases import BELT, RIG, YAW, marched, paper_case, steered
+
+from belt_sim.analytic.indicated import indicate
+from belt_sim.analytic.model import analytic_model
+from belt_sim.analytic.steady import steady_rate, taper_gain
+from belt_sim.case import Schedule
+from belt_sim.curves import late_rates
+from belt_sim.effects.library import library
+from belt_sim.laws.run_up_angle import sag_angle
+from belt_sim.laws.span import beam_second_order, response
+
+MODEL = analytic_model("beam_th2")
+LATE = 2e-3  # a march of some hundred metres against a closed form, at 20 N/mm2 and more
+EARLY = 0.03  # a formula for the very start, read at 0.1-0.2 m
+EXACT = 1e-9  # two marches that must be one
+EFFECTS = library()
+STILL = paper_case(40, 0.0)
+HALF = RIG.span_length + RIG.wrap_tail  # half of the belt [m]
+
+
+def only(**numbers):
+    """Every effect of the library at null but the one named: only(taper={"kappa_t": 1e-5})."""
+    return tuple(replace(cls.null(), **numbers.get(name, {})) for name, cls in EFFECTS.items())
+
+
+def run(pairs, travel):
+    """Marches of (case, {effect: numbers}) pairs, batches of eight lanes: one compilation with all effects in it."""
+    curves = []
+    for start in range(0, len(pairs), 8):
+        part = pairs[start : start + 8]
+        part = part + [part[0]] * (8 - len(part))
+        cases, numbers = zip(*part, strict=True)
+        curves += marched(list(cases), "beam_th2", travel=travel, effects=[only(**n) for n in numbers])
+    return curves[: len(pairs)]
+
+
+def kl(case) -> float:
+    return float(np.sqrt(case.tension_force / case.belt.bending_stiffness) * case.rig.span_length)
+
+
+@pytest.mark.parametrize("where", ["kappa_t", "kappa_t_head"])
+def test_taper_moves_the_belt_towards_the_larger_radius(where):
+    """w = kappa_t g L^2/(2 (L + pi R)) on either pulley, whatever the direction of travel."""
+    size = 2e-5
+    cases = [
+        replace(c, settings=replace(c.settings, direction=d)) for d in (1.0, -1.0) for c in (STILL, paper_case(20, 0.0))
+    ]
+    for case, c in zip(cases, run([(c, {"taper": {where: size}}) for c in cases], 400.0), strict=True):
+        wanted = size * float(taper_gain(kl(case))) * RIG.span_length**2 / (2 * HALF)
+        np.testing.assert_allclose(late_rates(c), wanted, rtol=LATE)
+
+
+def test_taper_gain_tends_to_one_sixth():
+    assert float(taper_gain(0.05)) == pytest.approx(1 / 6, rel=1e-3)
+    assert float(taper_gain(3.0)) < 1 / 6
+
+
+@pytest.mark.parametrize(("where", "side"), [("gamma", 1.0), ("gamma_head", -1.0)])
+def test_cant_lifts_the_belt_along_the_wrap(where, side):
+    """On a canted axis y + gamma z is kept: + 2 R gamma from top to bottom, a turn of the belt 2 (L + pi R) long, so
+    w = R gamma/(L + pi R); it changes sign with the travel and knows no tension. The sagging span adds the yaw
+    -gamma sin(psi), whose drift keeps its sign."""
+    gamma, pairs = 2e-4, []
+    for tension in (20, 40):
+        for direction in (1.0, -1.0):
+            pairs.append((paper_case(tension, 0.0, direction=direction), {"cant": {where: gamma}}))
+    rates = np.array([late_rates(c).mean() for c in run(pairs, 400.0)]).reshape(2, 2)
+    odd, even = (rates[:, 0] - rates[:, 1]) / 2, (rates[:, 0] + rates[:, 1]) / 2
+    np.testing.assert_allclose(odd, side * gamma * RIG.tail_radius / HALF, rtol=LATE)
+    for (case, _), found in zip(pairs[::2], even, strict=True):
+        # a yaw of the tail by -gamma sin(psi), or of the head by + gamma sin(psi): both drift alike
+        leaning = steady_rate(steered(case, Schedule.step(-gamma * np.sin(float(sag_angle(case))))), MODEL)
+        assert found == pytest.approx(leaning, rel=0.01)
+
+
+def test_yaw_offsets_are_yaws():
+    offset = 3e-4
+    tail, head, as_tail, as_head = run(
+        [
+            (paper_case(40), {"yaw_offset_tail": {"beta_0": offset}}),
+            (paper_case(40), {"yaw_offset_head": {"beta_0": offset}}),
+            (paper_case(40, YAW + offset), {}),
+            (paper_case(40, YAW, yaw_head=Schedule.step(offset)), {}),
+        ],
+        50.0,
+    )
+    np.testing.assert_allclose(tail.y, as_tail.y, atol=EXACT * np.abs(tail.y).max())
+    np.testing.assert_allclose(head.y, as_head.y, atol=EXACT * np.abs(head.y).max())
+
+
+def test_soft_cover_starts_faster_by_its_own_moment():
+    """dtheta/ds = -(1 + c EI) kappa: at the start y_1 = (1 + c EI) kappa_0 s^2/2."""
+    c = 5e-6
+    soft, hard = run([(paper_case(40), {"soft_cover": {"c": c}}), (paper_case(40), {})], 20.0)
+    assert soft.y[0, 1] / hard.y[0, 1] == pytest.approx(1 + c * BELT.bending_stiffness, rel=EARLY)
+    assert steady_rate(paper_case(40), MODEL) == pytest.approx(0.16140e-3, rel=1e-4)
+
+
+def test_yaw_compliance_gives_way_to_the_entry_moment():
+    """Both spans of a stuck belt hold the tail back by EI k beta each, k = dkappa/dtheta_u: it stands at
+    beta/(1 + 2 C EI k) at first, and nearly at beta when the belt has swung in."""
+    c_m, case = 2e-5, paper_case(40)
+    k = float(response(beam_second_order(case)).runup[2])
+    soft, stiff = run([(case, {"yaw_compliance": {"c_m": c_m}}), (case, {})], 20.0)
+    stands = YAW / (1 + 2 * c_m * BELT.bending_stiffness * k)
+    assert soft.angle[0, 0] == pytest.approx(stands, rel=1e-9)
+    assert soft.y[0, 1] / stiff.y[0, 1] == pytest.approx(stands / YAW, rel=EARLY)
+
+
+def test_crown_holds_the_belt_where_its_taper_balances_the_yaw():
+    """At rest kappa_1 = c y_1 and kappa_3 = 0, no angle against either pulley: y_1 = beta (k_u - k_o)/c."""
+    crown, case = 0.05, paper_case(40)
+    k = np.asarray(response(beam_second_order(case)).runup)
+    held, loose = run([(case, {"crown": {"c": crown}}), (case, {"crown": {"c": -crown}})], 400.0)
+    assert held.y[0, -1] == pytest.approx(YAW * (k[2] - k[1]) / crown, rel=LATE)
+    assert abs(loose.y[0, -1]) > 10 * abs(held.y[0, -1])  # a hollow pulley throws the belt off
+
+
+def test_wobble_repeats_every_turn_and_does_not_drift():
+    turns, size = 20, 1e-4
+    constant = abs(steady_rate(paper_case(40, size), MODEL))
+    pairs = [(STILL, {"wobble": {name: size}}) for name in ("beta_cos", "beta_sin_head")]
+    for c in run(pairs, turns * 2 * np.pi * RIG.tail_radius):
+        waves = np.abs(np.fft.rfft(np.diff(c.y[0])))
+        assert 3 + np.argmax(waves[3:]) == turns  # beside the slow swing of the start
+    for c in run(pairs, 400.0):
+        assert np.abs(late_rates(c)).max() < 0.02 * constant
+
+
+def test_tension_errors_are_tensions():
+    gain, bias, fast, as_gain, as_bias, as_fast = run(
+        [
+            (paper_case(20), {"tension_bias": {"gain": 0.1}}),
+            (paper_case(20), {"tension_bias": {"bias": 2e6}}),
+            (paper_case(20, speed=20.0), {"speed_tension": {"share": 1.0}}),
+            (paper_case(22), {}),
+            (paper_case(22), {}),
+            (paper_case(20 - 7850 * 20.0**2 * 1e-6), {}),
+        ],
+        50.0,
+    )
+    for mine, plain in ((gain, as_gain), (bias, as_bias), (fast, as_fast)):
+        np.testing.assert_allclose(mine.y, plain.y, atol=EXACT * np.abs(plain.y).max())
+
+
+def test_sag_roll_on_a_beam_is_the_strip():
+    with_effect = run([(paper_case(7), {"sag_roll": {"strength": 1.0}})], 50.0)[0]
+    strip = marched([paper_case(7)], "strip", travel=50.0)[0]
+    np.testing.assert_allclose(with_effect.y, strip.y, atol=EXACT * np.abs(strip.y).max())
+
+
+def test_shear_is_small_on_the_test_rig():
+    """K^2 falls by 1 + n F/(G A), 8e-5 or less of the rate on a span as long as this."""
+    sheared, plain = run([(paper_case(40), {"shear": {"coefficient": 1.177}}), (paper_case(40), {})], 400.0)
+    change = late_rates(sheared)[0] / late_rates(plain)[0] - 1
+    assert -8e-4 < change < 0
+
+
+def test_play_is_lost_on_the_way_and_again_on_the_way_back():
+    half = 1e-4
+    there_and_back = Schedule.step(YAW).then(Schedule.step(-YAW, at=10.0))
+    as_left = Schedule.step(YAW - half).then(Schedule.step(-(YAW - 2 * half), at=10.0))
+    slack, plain = run(
+        [
+            (steered(paper_case(40), there_and_back), {"yaw_backlash": {"half": half}}),
+            (steered(paper_case(40), as_left), {}),
+        ],
+        20.0,
+    )
+    np.testing.assert_allclose(slack.y, plain.y, atol=EXACT * np.abs(plain.y).max())
+
+
+def test_run_up_points_turn_with_the_cosine_of_the_sag_angle():
+    case = paper_case(7)
+    psi = float(sag_angle(case))
+    assert psi == pytest.approx(62e-3, rel=0.01)
+    moved, plain = run([(case, {"run_up_points": {"share": 1.0}}), (case, {})], 50.0)
+    np.testing.assert_allclose(moved.y, plain.y * np.cos(psi), atol=EXACT * np.abs(plain.y).max())
+
+
+def test_slip_caps_the_entry_moment():
+    """The moment stays within mu F b/2, and belts that hold are left alone."""
+    mu = 0.15
+    slips, loaded, holds, sticks = run(
+        [
+            (paper_case(7), {"slip": {"inverse_friction": 1 / mu}}),
+            (paper_case(7), {}),
+            (paper_case(7, YAW / 4), {"slip": {"inverse_friction": 1 / mu}}),
+            (paper_case(7, YAW / 4), {}),
+        ],
+        20.0,
+    )
+    capacity = mu * paper_case(7).tension_force * BELT.width / 2
+    assert np.abs(slips.moment).max() <= capacity * (1 + EXACT)
+    assert loaded.moment[0, 3] > 1.2 * capacity
+    assert slips.y[0, 10] > 1.5 * loaded.y[0, 10]  # what lets go turns at once, and starts like a rope
+    np.testing.assert_array_equal(holds.y, sticks.y)
+
+
+@pytest.mark.parametrize("e", [0.02, -0.02])
+def test_encoder_that_shows_more_makes_rates_smaller(e):
+    plain = marched([STILL, paper_case(40)], "beam_th2", travel=100.0)[1]
+    shown = indicate(plain, paper_case(40), only(encoder_scale={"e": e}), travel=90.0, keep=1.0)
+    np.testing.assert_allclose(late_rates(shown), late_rates(plain) / (1 + e), rtol=0.02)
+    assert np.sign(shown.y[0, 45] - plain.y[0, 45]) == -np.sign(e)
+
+
+def test_sensors_show_gain_offset_and_drift_in_time():
+    plain = marched([STILL, paper_case(40)], "beam_th2", travel=100.0)[1]
+    numbers = {"sensor_gain": {"g1": 0.1}, "sensor_offset": {"c2": 1e-3}, "sensor_drift": {"d4": 1e-6}}
+    shown = indicate(plain, paper_case(40), only(**numbers), travel=100.0, keep=1.0)
+    np.testing.assert_allclose(shown.y[2], plain.y[2], atol=1e-15)
+    np.testing.assert_allclose(shown.y[0], 1.1 * plain.y[0], rtol=1e-12)
+    np.testing.assert_allclose(shown.y[1], plain.y[1] + 1e-3, rtol=1e-12)
+    np.testing.assert_allclose(shown.y[3], plain.y[3] + 1e-6 * plain.travel / 0.5, atol=1e-15)
+
+
+def test_edge_profile_passes_the_points_in_the_order_of_travel():
+    """A mark on the belt that is at point 4 comes to 1, 2 and 3 after a span, a wrap and a span more."""
+    for direction in (1.0, -1.0):
+        case = paper_case(40, 0.0, direction=direction)
+        plain = marched([case], "beam_th2", travel=100.0)[0]
+        y = indicate(plain, case, only(edge_profile={"cos1": 1e-3}), travel=100.0, keep=0.01).y
+        at = [np.argmax(row[: int(RIG.belt_length / 0.01)]) * 0.01 for row in y]
+        steps = np.array([at[0] - at[3], at[1] - at[0], at[2] - at[1]]) * direction
+        np.testing.assert_allclose(
+            steps % RIG.belt_length, [RIG.span_length, RIG.wrap_tail, RIG.span_length], atol=0.03
+        )
