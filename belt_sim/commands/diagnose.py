@@ -94,6 +94,9 @@ def draw_pictures(content: dict[str, Any], drawn, folder: Path) -> None:
     names = {"base": content["base_model"], "final": "with " + ", ".join(e["id"] for e in content["effects"])}
     title = content["campaign"]["title"]
     pictures.overlay_picture(folder / "overlay.png", drawn.overlays, title, names=names)
+    worst = content["where"]["worst"]
+    first = [p for p in drawn.overlays if p.title.startswith(f"{worst['run']} ")][:2]
+    pictures.overlay_picture(folder / "headline.png", first, content["sentence"].split(";")[0], names=names)
     pictures.where_map_picture(folder / "where.png", drawn.maps, title, content["where"]["sentence"])
     pictures.ranking_picture(folder / "ranking.png", content["ranking"], title)
     for k, pair in enumerate(drawn.drifts):
