@@ -141,6 +141,9 @@ def _swapped(bench: Workbench, current: Fit, found: Selection, tell) -> Fit:
             q = current.q.copy()
             q[bench.forward.index(name)] = bench.forward.null()[bench.forward.index(name)]
             without = bench.fit([bench.start(rest, q)])[0]
+            if without.chi2 < current.chi2:  # the larger set stopped in a worse valley: go on from the better one
+                best = best_of(bench, around(bench, without, [name]), [name])[name]
+                break
             fits = best_of(bench, around(bench, without, others), others) | {name: current}
             assert found.null is not None
             critical = found.null.critical(list(found.null.dof), FAMILY_LEVEL)
