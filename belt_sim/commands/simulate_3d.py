@@ -11,6 +11,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect, uses
 from belt_sim.effects.load import load_effects
+from belt_sim.effects.scene import has_scene, scene_refusal
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.tables import write_curves
 
@@ -62,12 +63,10 @@ def simulate_3d(case: Case, config: dict[str, Any], folder: Path) -> tuple[Curve
 def in_the_scene(effects: Sequence[Effect]) -> list[Effect]:
     """Effects that change the scene; raises CannotRepresent for one that neither does nor is of the instruments."""
     for e in effects:
-        shapers = [h for h in ("span", "yaw", "runup", "slide", "wrap") if uses([e], h)]
-        if shapers and not hasattr(e, "edit_scene"):
-            raise CannotRepresent(
-                f"effects = {e.id}: it has no geometry, so the 3D models cannot show it; leave it out"
-            )
-    return [e for e in effects if hasattr(e, "edit_scene")]
+        reason = scene_refusal(e)
+        if reason:
+            raise CannotRepresent(f"effects = {e.id}: {reason}; leave it out")
+    return [e for e in effects if has_scene(e)]
 
 
 def options_from(model: dict[str, Any]):

@@ -7,7 +7,7 @@ from functools import cache
 from belt_sim import effects
 from belt_sim.effects.base import Effect
 
-_NOT_EFFECTS = {"base", "library", "load"}
+_NOT_EFFECTS = {"base", "library", "load", "scene", "table"}
 
 
 @cache

@@ -3,6 +3,7 @@
 from belt_sim.analytic.model import MODELS, Model
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
+from belt_sim.effects.scene import scene_refusal
 
 BEGIN, END = "<!-- model x effect table -->", "<!-- end -->"
 CAN, HAS, CANNOT = "yes", "built in", "-"
@@ -16,11 +17,12 @@ def cell(model: Model, effect: type[Effect]) -> str:
 
 
 def table() -> str:
-    """A Markdown table: an effect a row, its law, and a column for every analytic model."""
-    header = ["effect", "law", *MODELS]
+    """A Markdown table: an effect a row, its law, and a column for every analytic model and one for all 3D models."""
+    header = ["effect", "law", *MODELS, "mujoco_*"]
     rows = [header, ["---"] * len(header)]
     for name, effect in library().items():
-        rows.append([name, effect.law, *(cell(m, effect) for m in MODELS.values())])
+        in_space = CANNOT if scene_refusal(effect) else CAN
+        rows.append([name, effect.law, *(cell(m, effect) for m in MODELS.values()), in_space])
     return "\n".join("| " + " | ".join(row) + " |" for row in rows) + "\n"
 
 
