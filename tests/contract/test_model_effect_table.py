@@ -1,0 +1,44 @@
+"""Which model can represent which effect: computed, never dropped in silence, and the same in the README."""
+
+import pytest
+from paper_cases import paper_case
+
+from belt_sim.analytic.march import march
+from belt_sim.analytic.model import MODELS, analytic_model
+from belt_sim.effects.library import library
+from belt_sim.effects.table import BEGIN, CAN, END, cell, table
+from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.paths import ROOT
+
+
+def test_table_stands_in_the_readme():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    if BEGIN in text:  # the markers hold the place
+        inside = text.split(BEGIN, 1)[1].split(END, 1)[0]
+        assert inside.strip() == table().strip(), "run: python -m belt_sim.effects.table"
+
+
+def test_every_refusal_is_raised_with_a_remedy():
+    refused = [(m, e) for m in MODELS.values() for e in library().values() if cell(m, e) != CAN]
+    assert refused
+    for model, effect in refused:
+        with pytest.raises(CannotRepresent, match=effect.id):
+            model.admit((effect.null(),))
+
+
+def test_a_march_refuses_what_its_model_cannot_represent():
+    with pytest.raises(CannotRepresent, match="rope has no runup law for taper"):
+        march(paper_case(10), analytic_model("rope"), (library()["taper"](kappa_t=1e-5),), travel=10.0)
+
+
+def test_expected_cells():
+    models, effects = MODELS, library()
+    assert cell(models["strip"], effects["sag_roll"]) == "built in"
+    assert cell(models["beam_th2"], effects["sag_roll"]) == CAN
+    assert all(cell(models["ritzinger"], e) != CAN for e in effects.values())
+    assert len(table().splitlines()) == len(effects) + 2
+
+
+def test_unknown_model_names_the_known_ones():
+    with pytest.raises(InputError, match="use one of rope, beam_th1"):
+        analytic_model("membrane")
