@@ -17,7 +17,7 @@ from belt_sim.diagnose.samples import Samples
 
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
 LEVEL_SPREAD = 0.35
-FACTORS = np.exp(np.linspace(np.log(0.4), np.log(2.5), 15))
+FACTORS = np.exp(np.linspace(np.log(0.4), np.log(2.5), 21))
 FLOOR = 1e-9  # [m or rad], so that a signal stated as perfect still has a covariance
 
 
@@ -85,12 +85,24 @@ class LevelFinder:
         """Most likely levels for readings y (R, S, n), with the prior that the data sheet is about right."""
         if not self._blocks:
             return Levels()
-        prior = np.log(FACTORS) ** 2 / LEVEL_SPREAD**2
-        cost = prior[:, None] + prior[None, :]
-        for block in self._blocks:
-            cost = cost + block.cost(y)
+        cost = self._cost(y)
         i, j = np.unravel_index(int(np.argmin(cost)), cost.shape)
         return Levels(white=float(FACTORS[i]), wander=float(FACTORS[j]), repeats=len(self.pairs))
+
+    def draw(self, y: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Factors (count, 2) on white noise and wander that the readings leave possible, by their probability."""
+        if not self._blocks:
+            return np.exp(LEVEL_SPREAD * rng.standard_normal((count, 2)).clip(-1.2, 1.2))
+        cost = self._cost(y)
+        weight = np.exp(-0.5 * (cost - cost.min())).ravel()
+        cells = rng.choice(weight.size, size=count, p=weight / weight.sum())
+        step = np.log(FACTORS[1] / FACTORS[0])
+        within = np.exp(step * (rng.random((count, 2)) - 0.5))
+        return FACTORS[np.stack(np.unravel_index(cells, cost.shape), axis=1)] * within
+
+    def _cost(self, y: np.ndarray) -> np.ndarray:
+        prior = np.log(FACTORS) ** 2 / LEVEL_SPREAD**2
+        return prior[:, None] + prior[None, :] + sum(block.cost(y) for block in self._blocks)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from belt_sim.diagnose.noise import LEVEL_SPREAD, Levels, wander_root
+from belt_sim.diagnose.noise import Levels, wander_root
 from belt_sim.diagnose.workbench import Workbench
 
 BATCH = 250
@@ -98,17 +98,15 @@ class NoiseSource:
             for s, signal in enumerate(bench.samples.signals):
                 travel = bench.samples.travel[r]
                 per_bin = bench.samples.per_bin[r]
-                self.white[r, s] = bench.levels.white * signal.white / np.sqrt(per_bin)
-                self.wander[r, s] = bench.levels.wander * wander_root(signal, travel)
+                self.white[r, s] = signal.white / np.sqrt(per_bin)
+                self.wander[r, s] = wander_root(signal, travel)
 
     def draw(self, count: int) -> tuple[np.ndarray, list[Levels]]:
-        """Errors, and the levels that the pipeline believes in: as stated, where nothing was repeated."""
+        """Errors at levels that the readings leave possible, and the levels that the pipeline believes in."""
         bench, rng = self.bench, self.rng
         shape = (count, *bench.samples.y.shape)
         errors = np.zeros(shape)
-        off = np.ones((count, 2))
-        if not bench.levels.repeats:
-            off = np.exp(LEVEL_SPREAD * rng.standard_normal((count, 2)).clip(-1.2, 1.2))
+        off = bench.finder.draw(bench.samples.y, count, rng)
         for (r, s), root in self.wander.items():
             wander = rng.standard_normal((count, root.shape[1])) @ root.T
             white = self.white[r, s] * rng.standard_normal((count, shape[-1]))
