@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.pytree import pytree
+from belt_sim.pytree import Numbers, pytree
 from belt_sim.rig import Belt, Rig
 
 
@@ -17,9 +17,9 @@ class Schedule:
     travel at[k] and spread evenly over over[k] metres (0 = a step). The angle before the first entry is 0.
     """
 
-    at: np.ndarray
-    over: np.ndarray
-    change: np.ndarray
+    at: Numbers
+    over: Numbers
+    change: Numbers
 
     @staticmethod
     def step(angle: float, at: float = 0.0) -> "Schedule":
@@ -51,11 +51,11 @@ class Settings:
     direction +1 (the upper span runs from head to tail) or -1.
     """
 
-    tension: float
+    tension: Numbers
     yaw: Schedule
     yaw_head: Schedule = field(default_factory=lambda: Schedule.step(0.0))
-    speed: float = 0.5
-    direction: float = 1.0
+    speed: Numbers = 0.5
+    direction: Numbers = 1.0
 
 
 @pytree

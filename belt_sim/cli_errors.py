@@ -66,6 +66,8 @@ def one_line(error: BaseException, command: str) -> str:
         group, name = option.group(1), option.group(2).removesuffix(".yaml")
         options = ", ".join(sorted(p.stem for p in (CONF / group).glob("*.yaml")))
         return f"{group} = {name}: use one of {options}" if options else f"{group}: no such key"
+    if text.startswith("Config group override"):
+        return "a group (rig, belt, model) is named by one of its files, as rig=test_rig"
     if "grammar" in text or "parsing override" in text:
         first = " ".join(text.splitlines()[0].split())
         return f"{first}: write key=value, lists as [a,b], and put quotes around what holds brackets"

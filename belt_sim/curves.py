@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.pytree import pytree
+from belt_sim.pytree import Numbers, pytree
 
 #: The last share of a record over which the late slope is taken.
 LATE_SHARE = 0.2
@@ -24,13 +24,13 @@ class Curves:
     A model leaves at None what it does not know.
     """
 
-    travel: np.ndarray
-    y: np.ndarray
-    angle: np.ndarray | None = None
-    moment: np.ndarray | None = None
-    edge_stress: np.ndarray | None = None
-    tilt: np.ndarray | None = None
-    sag: np.ndarray | None = None
+    travel: Numbers
+    y: Numbers
+    angle: Numbers | None = None
+    moment: Numbers | None = None
+    edge_stress: Numbers | None = None
+    tilt: Numbers | None = None
+    sag: Numbers | None = None
     extra: dict[str, np.ndarray] | None = None
 
 

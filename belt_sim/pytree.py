@@ -1,8 +1,12 @@
 """Frozen dataclasses that JAX may look into, without the nouns knowing JAX's machinery."""
 
 import dataclasses
+from typing import Any
 
 import jax
+
+#: a float, a NumPy array or a JAX array: physics is the same for one case and for many
+Numbers = Any
 
 
 def pytree(cls):

@@ -33,16 +33,16 @@ def grid(case: Case, *, tensions: Sequence[float], yaws: Sequence[float]) -> tup
     zero = np.zeros(1)
     schedule = Schedule(at=zero, over=zero, change=yaw[:, None])
     axes = Case(
-        rig=None,
-        belt=None,
+        rig=None,  # type: ignore[arg-type]
+        belt=None,  # type: ignore[arg-type]
         settings=Settings(
             tension=0,
-            yaw=Schedule(at=None, over=None, change=0),  # type: ignore[arg-type]
+            yaw=Schedule(at=None, over=None, change=0),
             yaw_head=None,  # type: ignore[arg-type]
-            speed=None,  # type: ignore[arg-type]
-            direction=None,  # type: ignore[arg-type]
+            speed=None,
+            direction=None,
         ),
-    )  # type: ignore[arg-type]
+    )
     return replace(case, settings=replace(case.settings, tension=tension, yaw=schedule)), axes
 
 

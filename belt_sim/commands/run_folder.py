@@ -22,7 +22,8 @@ def plain(cfg: Any) -> dict[str, Any]:
 
 def done_before(folder: Path, config: dict[str, Any]) -> bool:
     """True when a sweep already left this very result here (same configuration): it need not run again."""
-    if HydraConfig.get().mode is None or HydraConfig.get().mode.name != "MULTIRUN":
+    mode = HydraConfig.get().mode
+    if mode is None or mode.name != "MULTIRUN":
         return False
     try:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))

@@ -31,6 +31,7 @@ def run(cfg: Any) -> None:
         return
     case = case_from(config)
     name = str(config["model"]["name"])
+    curves: Curves | None
     if name.startswith("mujoco_"):
         from belt_sim.commands.simulate_3d import simulate_3d
 
@@ -99,6 +100,7 @@ def _watch(config: dict[str, Any], case: Case, curves: Curves, folder: Path) -> 
 
 def summarise(case: Case, curves: Curves | None, extra: dict[str, Any], config: dict[str, Any]) -> dict[str, Any]:
     """The content of summary.json; rates in mm per m of travel, offsets in mm."""
+    ends: tuple[float | None, float | None]
     if curves is None:
         rates, ends = np.full(4, extra["steady_rate_mm_per_m"] * si.MM_PER_M), (None, None)
     else:

@@ -55,7 +55,7 @@ def _null(cls: type[Effect], model: Model, case: Case) -> None:
     """The march and the readings must be the same to the last bit."""
     without, null = march(case, model, travel=TRAVEL), cls.null()
     within = march(case, model, (null,), travel=TRAVEL)
-    same = np.array_equal(without.y, within.y) and np.array_equal(without.angle, within.angle)
+    same = all(np.array_equal(a, b) for a, b in zip(jax.tree.leaves(without), jax.tree.leaves(within), strict=True))
     reading = _reading(without)
     touched = null.sensor(reading, case)
     same &= all(np.array_equal(a, b) for a, b in zip(jax.tree.leaves(reading), jax.tree.leaves(touched), strict=True))

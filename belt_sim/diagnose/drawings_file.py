@@ -27,7 +27,7 @@ def read_drawings(path: Path) -> Figures:
         return Figures(
             overlays=[Panel(**_arrays(p)) for p in content["overlays"]],
             maps=[FailureMap(**_arrays(m)) for m in content["maps"]],
-            drifts=[tuple(None if x is None else Drift(**_arrays(x)) for x in pair) for pair in content["drifts"]],
+            drifts=[(Drift(**_arrays(a)), None if b is None else Drift(**_arrays(b))) for a, b in content["drifts"]],
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(

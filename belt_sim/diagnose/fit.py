@@ -80,7 +80,7 @@ def _judge(fit: Fit, proposal, metric, values, slopes, target) -> None:
     chi2 = float(residual @ residual)
     if not np.isfinite(values).all() or chi2 > fit.chi2:  # whitening takes nan for a reading that is missing
         fit.damping *= 8.0
-        fit.done = fit.damping > 1e6
+        fit.done = fit.damping > 1e6 or not np.isfinite(fit.chi2)
         return
     gained = fit.chi2 - chi2
     fit.q, fit.chi2, fit.residual, fit.values, fit.slopes = proposal, chi2, residual, values, slopes

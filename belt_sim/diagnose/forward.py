@@ -83,7 +83,7 @@ class Forward:
 
     def effects_at(self, q: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
         """The effects ``ids`` with the numbers of q."""
-        numbers = {c.id: {} for c in self.classes}
+        numbers: dict[str, dict[str, float]] = {c.id: {} for c in self.classes}
         for slot, value in zip(self.slots, q, strict=False):
             numbers[slot.effect.id][slot.name] = float(value) * slot.scale
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)

@@ -67,7 +67,7 @@ def null_gains(
     gains: dict[str, list[np.ndarray]] = {n: [] for n in names}
     cache: dict[tuple[float, float], list[np.ndarray]] = {}
     noise = NoiseSource(bench, rng)
-    dof = {}
+    dof: dict[str, int] = {}
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
         errors, found = noise.draw(size)

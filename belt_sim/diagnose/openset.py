@@ -152,7 +152,8 @@ def _onset(bench: Workbench, residual) -> float | None:
 
 def _wavelength(samples, residual) -> float | None:
     """Wavelength of the strongest line in the residual of signal 1 [m]; None when there is no line."""
-    power, n = 0.0, samples.y.shape[-1]
+    n = samples.y.shape[-1]
+    power = np.zeros(n // 2 + 1)
     spacing = float(np.median(np.diff(samples.travel[0])))
     trend = np.linspace(-1, 1, n)
     for r in range(len(samples.runs)):

@@ -29,7 +29,8 @@ def record_diagnosis(path: Path, d: Diagnosis) -> Path:
             words = "with " + ", ".join(d.found.chosen.ids)
             modelled[words] = march(case, forward.model, effects, travel=end)
         shown[run.name] = Overlay(modelled=modelled, measured=_measured(d, r), case=case)
-    return record_runs(path, shown)
+    record_runs(path, shown)
+    return path
 
 
 def _measured(d: Diagnosis, r: int) -> Curves:

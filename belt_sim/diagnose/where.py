@@ -5,6 +5,7 @@ the comparison cannot say more. k = 2 for one cell; a statement about many cells
 exceed by chance in one comparison of twenty.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,7 +83,7 @@ def worst_cell(found: list[Cell]) -> Cell:
     return max(found, key=lambda c: c.ratio)
 
 
-def worst_sentence(found: list[Cell], kinds: dict[str, str]) -> str:
+def worst_sentence(found: list[Cell], kinds: Mapping[str, str]) -> str:
     """The worst cell in a sentence."""
     c = worst_cell(found)
     size, unit = (c.rms / si.MM, "mm") if kinds[c.signal] == "lateral" else (c.rms * 1e3, "mrad")

@@ -23,8 +23,7 @@ def load_classes(spec: Any) -> dict[str, type[Effect]]:
         return dict(library())
     classes: dict[str, type[Effect]] = {}
     for item in _entries(spec):
-        name = item["id"] if isinstance(item, Mapping) else str(item)
-        classes |= _classes_of(name)
+        classes |= _classes_of(_named(item)[0])
     return classes
 
 
@@ -37,11 +36,7 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
     """
     loaded: list[Effect] = []
     for item in _entries(spec) if spec is not None else []:
-        numbers = dict(item) if isinstance(item, Mapping) else {"id": str(item)}
-        if "id" not in numbers:
-            raise InputError("effects", numbers, "", "every entry needs an id")
-        name = numbers.pop("id")
-        numbers |= numbers.pop("parameters", None) or {}
+        name, numbers = _named(item)
         loaded += [_build(cls, numbers) for cls in _classes_of(name).values()]
     ids = [e.id for e in loaded]
     for twice in {i for i in ids if ids.count(i) > 1}:
@@ -70,10 +65,27 @@ def _entries(spec: Any) -> list:
             return _read_yaml(Path(text))
         return [text]
     if isinstance(spec, Mapping):
-        return list(spec["effects"]) if "effects" in spec else [spec]
-    if not isinstance(spec, Sequence):
+        return _listed(spec["effects"]) if "effects" in spec else [spec]
+    return _listed(spec)
+
+
+def _listed(spec: Any) -> list:
+    if not isinstance(spec, Sequence) or isinstance(spec, str):
         raise InputError("effects", spec, "", "give a list, as [taper, my_effect.py], or an effects.yaml")
     return list(spec)
+
+
+def _named(item: Any) -> tuple[str, dict[str, Any]]:
+    """The id (or .py file) of an entry and its numbers."""
+    if not isinstance(item, Mapping):
+        return str(item), {}
+    if "id" not in item:
+        raise InputError("effects", dict(item), "", "every entry needs an id")
+    numbers = {str(k): v for k, v in item.items() if k not in ("id", "parameters")}
+    parameters = item.get("parameters") or {}
+    if not isinstance(parameters, Mapping):
+        raise InputError(f"effects.{item['id']}.parameters", parameters, "", "write name: number, one a line")
+    return str(item["id"]), numbers | {str(k): v for k, v in parameters.items()}
 
 
 def _read_yaml(path: Path) -> list:
@@ -85,7 +97,7 @@ def _read_yaml(path: Path) -> list:
         raise InputError("effects", str(path), "", f"not readable as YAML: {str(error).splitlines()[0]}") from error
     if not isinstance(content, Mapping) or content.get("schema") != SCHEMA or "effects" not in content:
         raise InputError("effects", str(path), "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
-    return [_relative_to(path, item) for item in content["effects"] or []]
+    return [_relative_to(path, item) for item in _listed(content["effects"] or [])]
 
 
 def _relative_to(path: Path, item: Any) -> Any:
@@ -113,7 +125,8 @@ def _from_file(path: Path) -> dict[str, type[Effect]]:
     module_name = "user_effect_" + hashlib.sha256(str(path).encode()).hexdigest()[:12]
     if module_name not in sys.modules:
         spec = importlib.util.spec_from_file_location(module_name, path)
-        assert spec is not None and spec.loader is not None
+        assert spec is not None
+        assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         sys.modules[module_name] = module
         try:
@@ -144,7 +157,7 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
             unit = cls.parameters[name].unit
             raise InputError(f"effects.{cls.id}.{name}", value, unit, "give a finite number (write 2.0e-5, not 2e-5)")
     built = cls(**{n: float(v) for n, v in numbers.items()})
-    if not numbers and built.is_null():
+    if built.is_null():
         example = next(iter(cls.parameters))
         raise InputError(
             "effects",
