@@ -1,0 +1,143 @@
+"""Whatever a user gets wrong is one line on standard error, a non-zero exit, and no traceback."""
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+# (what is typed, what the line must hold)
+WRONG = [
+    (["tension=-4"], "tension = -4 N/mm2: give the tension in N/mm2"),
+    (["tension=0"], "tension = 0 N/mm2"),
+    (["tension=tight"], "tension = tight N/mm2: give a number"),
+    (["tension=40e6"], "give the tension in N/mm2, above 0 and up to 1500"),
+    (["tension=nan"], "give a finite number"),
+    (["tension=inf"], "give a finite number"),
+    (["tension=true"], "give a number"),
+    (["tension=null"], "give a number"),
+    (["tension="], "give a number"),
+    (["yaw=42"], "yaw = 42 degrees: give the yaw in degrees, at most 2 either way"),
+    (["yaw=left"], "yaw = left degrees"),
+    (["yaw=[{at: 0}]"], "write {at: metres, yaw: degrees, over: metres}"),
+    (["yaw=[{at: 5, yaw: 0.1},{at: 3, yaw: 0}]"], "entries must follow one another"),
+    (["yaw_head=3"], "yaw_head = 3 degrees"),
+    (["travel=0"], "travel = 0 m: give a value between 0.1 and 100000 m"),
+    (["travel=far"], "travel = far m"),
+    (["direction=2"], "use 1 or -1"),
+    (["speed=-1"], "speed = -1 m/s"),
+    (["belt.width=wide"], "belt.width = wide m: give a number"),
+    (["belt.width=200"], "belt.width = 200 m: give a value between"),
+    (["belt.youngs_modulus=210"], "belt.youngs_modulus = 210 Pa"),
+    (["rig.centre_distance=0.2"], "the pulleys overlap"),
+    (["rig.head_radius=3"], "rig.head_radius"),
+    (["rig.gravity=-1"], "rig.gravity = -1 m/s2"),
+    (["model.step=0"], "model.step = 0 m"),
+    (["model.step=-1"], "model.step = -1 m"),
+    (["model.step=0.9", "travel=20", "model.keep=0.9"], "use a step shorter than the wrapped arc"),
+    (["model.keep=often"], "model.keep = often m"),
+    (["model.name=membrane"], "use one of rope"),
+    (["pictures=maybe"], "use true or false"),
+    (["watch=telly"], "use null, rrd or rerun"),
+    (["tensoin=4"], "tensoin: no such key; did you mean tension?"),
+    (["belt.widht=0.2"], "belt.widht: no such key; did you mean belt.width?"),
+    (["rig.radius=0.2"], "rig.radius: no such key"),
+    (["model=membrain"], "model = membrain: use one of beam_th1, beam_th2, ernst_beam"),
+    (["rig=mine"], "rig = mine: use one of rope_example, test_rig"),
+    (["rig=null"], "rig"),
+    (["tension"], "write key=value"),
+    (["tension=[1,2"], "write key=value"),
+    (["~tension"], "no key can be left out"),
+    (["--tension=4"], "no such flag"),
+    (["effects=[foo]"], "effects = foo: use one of cant, crown"),
+    (["effects=[taper]"], "it would do nothing; give numbers"),
+    (["effects=[{id: taper, kappa_t: 0}]"], "would do nothing"),
+    (["effects=[{id: taper, kappa: 1}]"], "its parameters are kappa_t, kappa_t_head"),
+    (["effects=[{id: taper, kappa_t: steep}]"], "effects.taper.kappa_t = steep 1/m"),
+    (["effects=[{kappa_t: 1}]"], "every entry needs an id"),
+    (["effects=[{id: crown, c: 1e-3},{id: crown, c: 1e-3}]"], "name each effect once"),
+    (["effects=3"], "give a list"),
+    (["effects=missing.yaml"], "effects = missing.yaml: no such file"),
+    (["effects=[missing.py]"], "effects = missing.py: no such file"),
+    (["effects=[sag_roll]"], "model strip has sag_roll built in already"),
+    (["model=rope", "effects=[sag_roll]"], "model rope has no span law for sag_roll"),
+    (["model=ritzinger", "effects=[sag_roll]"], "reads no effects"),
+    (["speed=20", "effects=[{id: speed_tension, share: 500}]"], "effects leave none"),
+]
+
+
+def is_one_line(answer) -> bool:
+    """One line on standard error that names itself, a failing status, no traceback."""
+    lines = answer.err.strip().splitlines()
+    return (
+        answer.status != 0 and len(lines) == 1 and lines[0].startswith("belt-sim: ") and "Traceback" not in answer.out
+    )
+
+
+@pytest.mark.parametrize(("overrides", "says"), WRONG, ids=[" ".join(o) for o, _ in WRONG])
+def test_wrong_values(belt, overrides, says):
+    answer = belt.simulate(*overrides)
+    assert is_one_line(answer), answer.err
+    assert says in answer.err
+
+
+def test_unknown_command(belt):
+    answer = belt("simmulate")
+    assert is_one_line(answer)
+    assert "use one of simulate, compare" in answer.err
+
+
+def test_no_command_prints_the_usage(belt):
+    answer = belt()
+    assert answer.status == 2
+    assert "usage: belt-sim COMMAND" in answer.out
+
+
+def test_a_folder_that_cannot_be_written(belt):
+    belt.folder = "/proc/no/such/place"
+    assert is_one_line(belt.simulate())
+
+
+BROKEN_YAML = {
+    "empty": "",
+    "no schema": "effects: [{id: taper, kappa_t: 1.0e-5}]\n",
+    "other schema": "schema: belt-campaign/1\neffects: []\n",
+    "no mapping": "- taper\n",
+    "no yaml": "schema: [belt-effects/1\n",
+    "text for a number": "schema: belt-effects/1\neffects: [{id: taper, parameters: {kappa_t: 2e-5x}}]\n",
+    "effects a number": "schema: belt-effects/1\neffects: 3\n",
+    "effects of text": "schema: belt-effects/1\neffects: [[taper]]\n",
+    "parameters a list": "schema: belt-effects/1\neffects: [{id: taper, parameters: [1]}]\n",
+    "id a number": "schema: belt-effects/1\neffects: [{id: 3}]\n",
+}
+
+
+@pytest.mark.parametrize("content", BROKEN_YAML.values(), ids=BROKEN_YAML)
+def test_broken_effects_file(belt, tmp_path, content):
+    path = tmp_path / "effects.yaml"
+    path.write_text(content, encoding="utf-8")
+    assert is_one_line(belt.simulate(f"effects={path}"))
+
+
+BROKEN_PYTHON = {
+    "syntax": "def (:\n",
+    "import": "import no_such_module\n",
+    "no effect": "x = 1\n",
+    "no text": b"\xff\xfe",
+}
+
+
+@pytest.mark.parametrize("content", BROKEN_PYTHON.values(), ids=BROKEN_PYTHON)
+def test_broken_effect_of_ones_own(belt, tmp_path, content):
+    path = tmp_path / "mine.py"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    assert is_one_line(belt.simulate(f"effects=[{path}]"))
+
+
+KEYS = ["tension", "yaw", "travel", "direction", "speed", "belt.width", "rig.gravity", "model.step", "effects", "watch"]
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(key=st.sampled_from(KEYS), value=st.text(alphabet="abz019.-+[]{}:,'\"$ =", min_size=1, max_size=6))
+def test_no_value_gives_a_traceback(belt, key, value):
+    # belt.thickness is wrong in any case, so that a value that happens to be good runs no march
+    answer = belt.simulate("belt.thickness=-1", f"{key}={value}")
+    assert is_one_line(answer), (key, value, answer.err)

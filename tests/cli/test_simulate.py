@@ -1,0 +1,107 @@
+"""What ``belt-sim simulate`` leaves behind, and that a sweep takes up where it stopped."""
+
+import json
+
+import numpy as np
+import pytest
+
+from belt_sim.analytic.model import analytic_model
+from belt_sim.config import schedule_from
+
+COLUMNS = (
+    "travel_m,y1_mm,y2_mm,y3_mm,y4_mm,angle1_mrad,angle2_mrad,angle3_mrad,angle4_mrad,"
+    "moment_upper_Nm,moment_lower_Nm,edge_stress_upper_N_per_mm2,edge_stress_lower_N_per_mm2,"
+    "tilt_upper_mrad,tilt_lower_mrad"
+)
+
+
+def summary(folder) -> dict:
+    """summary.json of a run."""
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+
+
+def test_summary_and_curves(belt):
+    answer = belt.simulate("tension=40", "travel=20", "yaw=0.042")
+    assert answer.status == 0, answer.err
+    assert answer.err == ""
+    assert str(answer.folder) in answer.out
+    content = summary(answer.folder)
+    assert content["schema"] == "belt-summary/1"
+    assert content["model"] == "strip"
+    assert content["tension_n_per_mm2"] == 40.0
+    assert set(content["rate_mm_per_m"]) == {"1", "2", "3", "4"}
+    assert set(content["offset_mm"]) == {"upper", "lower"}
+    assert content["steady_rate_mm_per_m"] == pytest.approx(0.15201, abs=1e-5)
+    assert content["sag_mm"] == pytest.approx(30.6, abs=0.1)
+    assert content["slack_edge"] is False
+    provenance = content["provenance"]
+    assert set(provenance["versions"]) >= {"belt-sim", "jax", "numpy", "python"}
+    assert len(provenance["config_sha256"]) == 64
+    header, *rows = (answer.folder / "curves.csv").read_text(encoding="utf-8").splitlines()
+    assert header == COLUMNS
+    values = np.array([r.split(",") for r in rows], float)
+    assert values.shape == (201, 15)
+    assert np.isfinite(values).all()
+    assert values[10, 0] == pytest.approx(1.0)
+    assert values[10, 1] == pytest.approx(0.1320, rel=5e-3)  # y_1 at 1 m, table of transients
+    assert values[100, 1] == pytest.approx(4.0047, rel=5e-3)
+    assert (answer.folder / ".hydra" / "config.yaml").is_file()
+    assert not list(answer.folder.glob(".*.csv"))  # no temporary file is left
+
+
+def test_formula_without_curves(belt):
+    answer = belt.simulate("model=ritzinger")
+    assert answer.status == 0, answer.err
+    content = summary(answer.folder)
+    assert content["offset_mm"] == {"upper": None, "lower": None}
+    assert "no curves" in content["note"]
+    assert not (answer.folder / "curves.csv").exists()
+
+
+def test_effects_are_named_and_act(belt):
+    answer = belt.simulate("effects=[{id: sensor_offset, c1: 1.0e-3}]", "yaw=0")
+    assert answer.status == 0, answer.err
+    assert summary(answer.folder)["effects"][0]["parameters"]["c1"] == 1e-3
+    last = (answer.folder / "curves.csv").read_text(encoding="utf-8").splitlines()[-1].split(",")
+    assert [float(x) for x in last[1:5]] == [1.0, 0.0, 0.0, 0.0]  # a sensor effect is not dropped in silence
+
+
+def test_an_effects_file_is_read_back(belt, tmp_path):
+    path = tmp_path / "effects.yaml"
+    path.write_text("schema: belt-effects/1\neffects:\n  - {id: crown, parameters: {c: 0.01}}\n", encoding="utf-8")
+    answer = belt.simulate(f"effects={path}")
+    assert answer.status == 0, answer.err
+    assert summary(answer.folder)["effects"] == [{"id": "crown", "parameters": {"c": 0.01, "c_head": 0.0}}]
+
+
+def test_sweep_takes_up_where_it_stopped(belt):
+    arguments = ("simulate", "-m", "travel=2", "pictures=false", "tension=20,40")
+    first, second = belt(*arguments), belt(*arguments)
+    assert first.status == second.status == 0, first.err + second.err
+    assert "done before" not in first.out
+    assert second.out.count("done before") == 2
+    folders = sorted(p.parent.name for p in belt.folder.glob("*/summary.json"))
+    assert len(folders) == 2
+    third = belt("simulate", "-m", "travel=2", "pictures=false", "tension=20,30")
+    assert third.out.count("done before") == 1
+
+
+def test_a_sweep_goes_on_after_a_bad_job(belt):
+    answer = belt("simulate", "-m", "travel=2", "pictures=false", "tension=-1,40")
+    assert answer.status == 1
+    assert answer.err.strip() == "belt-sim: tension = -1 N/mm2: give the tension in N/mm2, above 0 and up to 1500"
+    assert len(list(belt.folder.glob("*/summary.json"))) == 1
+
+
+def test_a_yaw_sequence_reaches_its_angles():
+    schedule = schedule_from([{"at": 0, "yaw": 1.0}, {"at": 5, "over": 2, "yaw": -1.0}], "yaw")
+    np.testing.assert_allclose(np.cumsum(schedule.change), np.radians([1.0, -1.0]))
+    assert schedule.last() == pytest.approx(np.radians(-1.0))
+
+
+@pytest.mark.parametrize("name", ["rope", "beam_th1", "beam_th2", "ernst_beam", "strip"])
+def test_every_analytic_model_has_its_file(belt, name):
+    from belt_sim.paths import CONF
+
+    assert (CONF / "model" / f"{name}.yaml").is_file()
+    assert analytic_model(name).marches
