@@ -17,6 +17,7 @@ from belt_sim.mujoco3d.friction import Friction
 from belt_sim.mujoco3d.hold import HEAD, TAIL, Pose, Wrap, anchor, height, land
 from belt_sim.mujoco3d.scene import Scene
 
+
 @dataclass
 class Contact:
     """Views of MuJoCo's arrays for the nodes, shape (n, m, 3), and the two wraps.

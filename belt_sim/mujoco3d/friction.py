@@ -49,7 +49,7 @@ class Friction:
         self.slip[which] += np.where(slid & slides, y - wrap.y[k], 0.0).mean()
         if not (slides.any() or slid.any()):
             return
-        push = surplus
+        push = surplus.copy()
         push[..., 0] += pressure
         share = self.friction * pressure / np.maximum(shear, 1e-12)
         push[..., 1:] += parts[..., 1:] * share[..., None]

@@ -43,7 +43,9 @@ class Machine:
         parts = scene.parts
         poses = (
             Pose(np.zeros(3), parts.head.axes(0.0), turned / parts.head.radius),
-            Pose(np.array([float(case.rig.centre_distance), 0.0, 0.0]), parts.tail.axes(0.0), turned / parts.tail.radius),
+            Pose(
+                np.array([float(case.rig.centre_distance), 0.0, 0.0]), parts.tail.axes(0.0), turned / parts.tail.radius
+            ),
         )
         model = scene.model
         tail_bodies = [model.body(f"tail-{name}").id for name in ("carriage", "fork", "pulley")]
@@ -78,7 +80,9 @@ class Machine:
         """Yaw for the coming step."""
         self.yaw[:] = [yaw_now(plan, clock) for plan in self.plans]
 
-    def before(self, data: mujoco.MjData, loads, head_spin: float, speed: float, acceleration: float, dt: float) -> None:
+    def before(
+        self, data: mujoco.MjData, loads, head_spin: float, speed: float, acceleration: float, dt: float
+    ) -> None:
         """Move the poses to the end of the coming step and set what MuJoCo needs to get there.
 
         loads: force along x, moment about the axis and about z that the belt does to each pulley; head_spin [rad] at

@@ -28,6 +28,7 @@ _BELTS = {"rope": Chain, "flex": Membrane}
 _FASTEST = 2.0  # [m/s]
 _SLOWNESS = 35.0  # landings shake the spans; at a 35th of the string speed sag and tension stay within 1 %
 _COURANT = 0.5
+_ROPE_DRAG = 20.0  # [1/s]: a rope has no stiffness that calms the waves the run-off sends along it
 _REST_DRAG = 15.0  # [1/s], about critical for the lowest sway of a span
 
 
@@ -65,11 +66,19 @@ def fitted(options: Options, case: Case, belt: str) -> Options:
 
     Belt speed: a 35th of the string speed c = sqrt(sigma / rho), at most 2 m/s. Springs (tendons) lend MuJoCo's
     metric no stiffness across their direction, so that the step stays below dx / c.
+    Raises InputError when a link on a pulley would turn further in a step than its strain can bear (contact.misread).
     """
     string_speed = math.sqrt(float(case.settings.tension) / float(case.belt.density))
     speed = options.belt_speed or min(_FASTEST, string_speed / _SLOWNESS)
     dt = options.dt if belt == "flex" else min(options.dt, _COURANT * options.dx / string_speed)
-    return replace(options, belt_speed=speed, dt=dt)
+    radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
+    longest = radius / speed * math.sqrt(2.0 * float(case.settings.tension) / float(case.belt.youngs_modulus))
+    if belt != "rope" and dt > longest:
+        raise InputError(
+            "options.dt", dt, "s", f"give at most {longest:.1e} at {speed:.2f} m/s, or a slower belt_speed"
+        )
+    damping = max(options.damping, _ROPE_DRAG) if belt == "rope" else options.damping
+    return replace(options, belt_speed=speed, dt=dt, damping=damping)
 
 
 class Run:
@@ -126,7 +135,9 @@ class Run:
 
     def _march(self, travel: float) -> None:
         options, machine = self.recorder.options, self.machine
-        clock = Clock(options=options, stops=machine.stops(travel), end=travel + 0.5 * options.sample, travel=-options.run_in)
+        clock = Clock(
+            options=options, stops=machine.stops(travel), end=travel + 0.5 * options.sample, travel=-options.run_in
+        )
         while not clock.finished:
             before = clock.speed
             clock.advance(options.dt)

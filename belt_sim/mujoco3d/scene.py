@@ -65,8 +65,6 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
     return spec, Scene(model=model, mesh=mesh, loop=loop, parts=parts, base=_STATION_DOFS)
 
 
-
-
 def _empty(options: Options, gravity: float) -> mujoco.MjSpec:
     """Solver settings: no contacts, one exact Newton step on the metric of the discrete integrator.
 

@@ -26,7 +26,9 @@ class Torsion:
         tension, width = float(case.tension_force), float(belt.width)
         share = mesh.line_stiffness / mesh.line_stiffness.sum()
         own = tension * float(share @ mesh.line_y**2)
-        stiffness = tension * width**2 / 12.0 + float(belt.shear_modulus) * width * float(belt.thickness) ** 3 / 3.0 - own
+        stiffness = (
+            tension * width**2 / 12.0 + float(belt.shear_modulus) * width * float(belt.thickness) ** 3 / 3.0 - own
+        )
         apart = float(mesh.line_y[0] - mesh.line_y[-1])
         forces = data.qfrc_applied[contact.scene.base :].reshape(contact.slides.shape)
         return Torsion(rate=stiffness / (mesh.chord * apart**2) if apart else 0.0, forces=forces)
