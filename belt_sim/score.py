@@ -7,7 +7,6 @@ Every campaign counts; a crash is wrong.
 """
 
 import argparse
-import json
 import tempfile
 import time
 from pathlib import Path
@@ -121,7 +120,8 @@ def main() -> None:
         hidden = ", ".join(f"{i} (d={d:.0f})" if d else i for i, d in zip(row["hidden"], row["d"], strict=True))
         answer = f"{row['verdict']} {', '.join(row['found'])}"
         alike = f" ~ {', '.join(row['confusable'])}" if row["confusable"] else ""
-        out.print(f"{seed} {row['outcome']:10s} {row['kind']:11s} {hidden or '-'} -> {answer}{alike} ({row['seconds']:.0f} s)")
+        asked = f"{seed} {row['outcome']:10s} {row['kind']:11s} {hidden or '-'}"
+        out.print(f"{asked} -> {answer}{alike} ({row['seconds']:.0f} s)", soft_wrap=True)
         write_json(options.out / f"score_{options.first_seed}.json", {"schema": "belt-score/1", "campaigns": rows})
     out.print(table(rows))
 

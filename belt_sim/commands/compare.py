@@ -25,12 +25,36 @@ def run(cfg: Any) -> None:
 
 def compare_into(config: dict[str, Any], folder: Path) -> dict[str, Any]:
     """The work itself; returns the content of comparison.json."""
-    from belt_sim.diagnose.workbench import workbench
     from belt_sim.effects.load import load_effects
 
     model, campaign = model_from(config), campaign_from(config)
     effects = load_effects(config["effects"])
     model.admit(effects)
+    steady = _steady(campaign, model, effects, config, folder)
+    if not any(len(r.travel) for r in campaign.runs) and steady:
+        content = {"schema": SCHEMA, "base_model": model.name, "steady": steady, "provenance": provenance(config)}
+        write_json(folder / "comparison.json", content)
+        write_json(folder / "summary.json", content)
+        return content
+    return _curves(campaign, model, effects, config, folder) | {"steady": steady}
+
+
+def _steady(campaign, model, effects, config, folder: Path) -> list[dict[str, Any]]:
+    from belt_sim.commands.compare_steady import compare_steady, draw_steady, tell_steady
+
+    rows = compare_steady(campaign, model, effects)
+    if rows:
+        name = model.name + "".join(f" + {e.id}" for e in effects)
+        tell_steady(rows, name)
+        if config["pictures"]:
+            draw_steady(folder / "steady.png", rows, name, campaign.title)
+    return rows
+
+
+def _curves(campaign, model, effects, config, folder: Path) -> dict[str, Any]:
+    """The comparison of curves."""
+    from belt_sim.diagnose.workbench import workbench
+
     bench = workbench(campaign, model, [type(e) for e in effects])
     base = bench.forward.null()
     final = base.copy()

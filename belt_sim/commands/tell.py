@@ -34,9 +34,9 @@ def tell_diagnosis(content: dict[str, Any], folder: Path) -> None:
         out.print(f"next run: {a['action']} tells {' from '.join(a['separates'])}: {change}")
     if content["unknown"]:
         out.print(f"unknown: {_card(content['unknown'])}")
-    out.print(
-        f"\nreport    {folder / 'report.html'}\neffects   {folder / 'effects.yaml'}\ndiagnosis {folder / 'diagnosis.json'}"
-    )
+    out.print("")
+    for name in ("report.html", "effects.yaml", "diagnosis.json"):
+        out.print(str(folder / name), soft_wrap=True)
 
 
 def _tell_effect(out: Console, e: dict[str, Any]) -> None:

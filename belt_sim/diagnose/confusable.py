@@ -54,7 +54,8 @@ def selection_frequency(selection: Selection, seed: int) -> dict[str, float]:
     if not trials:
         return {}
     best = max(trials, key=lambda t: t.score)
-    rest = np.stack([t.fit.residual - best.fit.residual for t in trials] + [selection.base.residual - best.fit.residual])
+    residuals = [t.fit.residual for t in trials] + [selection.base.residual]
+    rest = np.stack([r - best.fit.residual for r in residuals])
     gram = rest @ rest.T
     values, vectors = np.linalg.eigh(gram)
     noise = np.random.default_rng(seed).standard_normal((REPEATS, len(rest))) * np.sqrt(np.maximum(values, 0.0))

@@ -1,4 +1,4 @@
-"""Held-out error: whole conditions -- a tension, a sign of yaw -- are left out, the rest is refitted, they are predicted.
+"""Held-out error: whole conditions (a tension, a sign of yaw) are left out, the rest is refitted, they are predicted.
 
 Refits are one Gauss-Newton step from the joint fit, which is exact for effects that enter linearly.
 """

@@ -62,7 +62,7 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
 
     values (R, S, n): predictions; slopes (3, R, S, n): along stiffness, tension, yaw (forward.NUISANCES).
     """
-    runs, signals, n = values.shape
+    runs, _, n = values.shape
     shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
     for s, signal in enumerate(samples.signals):
         for size, shape in ((signal.zero, np.ones((runs, n))), (signal.gain, values[:, s])):

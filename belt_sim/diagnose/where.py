@@ -7,6 +7,7 @@ exceed by chance in one comparison of twenty.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.stats import norm
@@ -53,7 +54,7 @@ def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:
     for r, run in enumerate(samples.runs):
         for s, signal in enumerate(samples.signals):
             error = values[r, s] - samples.y[r, s]
-            for low, high in zip(edges[:-1], edges[1:], strict=True):
+            for low, high in pairwise(edges):
                 inside = (samples.travel[r] >= low) & (samples.travel[r] <= high) & np.isfinite(error)
                 if not inside.any():
                     continue
