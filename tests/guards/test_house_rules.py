@@ -1,0 +1,70 @@
+"""Rules of the house that a machine can watch: sizes, imports, units at the border."""
+
+import ast
+import subprocess
+import sys
+
+import pytest
+
+from belt_sim.paths import ROOT
+
+FILES = sorted((ROOT / "belt_sim").rglob("*.py"))
+LONGEST_FILE, LONGEST_FUNCTION = 300, 40  # lines
+CORE = ("laws", "analytic", "effects")
+SLOW = ("pandas", "matplotlib", "scipy.optimize", "plotly", "rerun", "mujoco", "hydra")
+
+
+def imported(path) -> set[str]:
+    """Names of the modules that a file imports, at its top or inside."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {a.name for a in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module} | {f"{node.module}.{a.name}" for a in node.names}
+    return names
+
+
+@pytest.mark.parametrize("path", FILES, ids=[str(p.relative_to(ROOT)) for p in FILES])
+def test_files_and_functions_are_short(path):
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) < LONGEST_FILE
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            begin = node.body[0].end_lineno if ast.get_docstring(node) else node.lineno
+            assert node.end_lineno - begin <= LONGEST_FUNCTION, node.name
+
+
+def test_only_the_command_line_knows_hydra():
+    knows = {
+        p.relative_to(ROOT / "belt_sim").parts[0] for p in FILES if any(m.startswith("hydra") for m in imported(p))
+    }
+    assert knows <= {"cli.py", "config.py", "commands"}
+
+
+@pytest.mark.parametrize("part", CORE)
+def test_the_core_imports_no_observer_and_no_engine(part):
+    for path in (ROOT / "belt_sim" / part).glob("*.py"):
+        others = {m.split(".")[1] for m in imported(path) if m.startswith("belt_sim.")}
+        assert not others & {"watch", "pictures", "report", "diagnose", "campaign", "virtual_rig", "mujoco3d", "cli"}
+
+
+def test_laws_do_not_know_the_effects():
+    for path in (ROOT / "belt_sim" / "laws").glob("*.py"):
+        assert not any(m.startswith(("belt_sim.effects", "belt_sim.analytic")) for m in imported(path))
+
+
+def test_no_pickle():
+    for path in FILES:
+        assert not imported(path) & {"pickle", "joblib", "dill"}, path.name
+
+
+def test_a_simulation_without_pictures_loads_nothing_slow():
+    """A second call must answer within three seconds; each of these costs some tenths of one."""
+    program = (
+        "import sys; import belt_sim.commands.simulate as s\n"
+        "import belt_sim.analytic.indicated, belt_sim.analytic.steady, belt_sim.effects.load, belt_sim.tables\n"
+        f"print([m for m in {SLOW!r} if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert set(ast.literal_eval(done.stdout)) <= {"hydra"}
