@@ -38,32 +38,40 @@ def describe(d: Diagnosis, *, seed: int, config: Any = None) -> dict[str, Any]:
         "error": _errors(d),
         "where": _where(d),
         "confusables": [{"a": r.effect, "b": r.other, "sigma": r.sigma} for r in d.rivals],
-        "next_runs": [
-            {
-                "action": a.action,
-                "separates": list(a.separates),
-                "sigma_before": a.sigma_before,
-                "sigma_after": a.sigma_after,
-            }
-            for a in d.advice
-        ],
+        "next_runs": _next_runs(d),
         "unknown": _unknown(d),
         "open_set": {
             "failed": list(d.left.failed),
             "gain": d.left.gain,
             "threshold": _finite(d.left.threshold),
         },
-        "noise": {
-            "white_factor": d.bench.levels.white,
-            "wander_factor": d.bench.levels.wander,
-            "repeats": d.bench.levels.repeats,
-            "source": "repeated runs" if d.bench.levels.repeats else "as stated in the campaign",
-        },
+        "noise": _noise(d),
         "suspicions": [
             {"run": s.run, "signal": s.signal, "kind": s.kind, "sentence": s.sentence} for s in d.suspicions
         ],
         "per_run": error_rows(d.found.bench, d.found.base.values, d.found.chosen.values),
         "provenance": source,
+    }
+
+
+def _next_runs(d: Diagnosis) -> list[dict[str, Any]]:
+    return [
+        {
+            "action": a.action,
+            "separates": list(a.separates),
+            "sigma_before": a.sigma_before,
+            "sigma_after": a.sigma_after,
+        }
+        for a in d.advice
+    ]
+
+
+def _noise(d: Diagnosis) -> dict[str, Any]:
+    return {
+        "white_factor": d.bench.levels.white,
+        "wander_factor": d.bench.levels.wander,
+        "repeats": d.bench.levels.repeats,
+        "source": "repeated runs" if d.bench.levels.repeats else "as stated in the campaign",
     }
 
 
