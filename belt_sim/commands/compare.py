@@ -71,7 +71,7 @@ def _curves(campaign, model, effects, config, folder: Path) -> dict[str, Any]:
 def _content(bench, effects, before, after, config) -> dict[str, Any]:
     from belt_sim.diagnose.describe import error_rows, rms_rows
     from belt_sim.diagnose.features import features
-    from belt_sim.diagnose.where import boundary, cells, worst_cell, worst_sentence
+    from belt_sim.diagnose.where import where
 
     rows = error_rows(bench, before, after)
     names = [r.name for r in bench.samples.runs]
@@ -81,26 +81,13 @@ def _content(bench, effects, before, after, config) -> dict[str, Any]:
         travel = bench.samples.travel[r]
         row["measured"] = features(travel, bench.samples.y[r, s])
         row["modelled"] = features(travel, (after if effects else before)[r, s])
-    found = cells(bench, after if effects else before)
-    worst, (at, words) = worst_cell(found), boundary(found)
-    kinds = {s.name: s.kind for s in bench.samples.signals}
     return {
         "schema": SCHEMA,
         "base_model": bench.forward.model.name,
         "campaign": {"title": bench.campaign.title, "sha256": bench.campaign.sha256},
         "effects": [{"id": e.id, "parameters": {n: float(getattr(e, n)) for n in e.parameters}} for e in effects],
         "error": rms_rows(bench, before, after),
-        "where": {
-            "worst": {
-                "run": worst.run,
-                "signal": worst.signal,
-                "travel_m": list(worst.window),
-                "ratio": worst.ratio,
-            },
-            "sentence": worst_sentence(found, kinds),
-            "boundary_n_per_mm2": at,
-            "boundary_sentence": words,
-        },
+        "where": where(bench, after if effects else before),
         "per_run": rows,
         "provenance": provenance(config) | {"data_sha256": bench.campaign.sha256},
     }

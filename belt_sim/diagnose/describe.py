@@ -11,7 +11,7 @@ from belt_sim.diagnose.diagnosis import Diagnosis
 from belt_sim.diagnose.heldout import held_out
 from belt_sim.diagnose.openset import shape_card
 from belt_sim.diagnose.verdict import sentence
-from belt_sim.diagnose.where import boundary, cells, validation_uncertainty, worst_cell, worst_sentence
+from belt_sim.diagnose.where import validation_uncertainty, where
 from belt_sim.diagnose.workbench import Workbench
 from belt_sim.provenance import provenance
 
@@ -36,7 +36,7 @@ def describe(d: Diagnosis, *, seed: int, config: Any = None) -> dict[str, Any]:
         "ranking": [_ranked(d, t, frequency) for t in d.ranking],
         "rounds": [[_tried(t) for t in trials] for trials in d.found.rounds],
         "error": _errors(d),
-        "where": _where(d),
+        "where": where(d.bench, d.found.base.values),
         "confusables": [{"a": r.effect, "b": r.other, "sigma": r.sigma} for r in d.rivals],
         "next_runs": _next_runs(d),
         "unknown": _unknown(d),
@@ -138,24 +138,6 @@ def _errors(d: Diagnosis) -> dict[str, Any]:
             for name in after.by_condition
         },
         "noise_floor_mm": rows["noise_floor_mm"],
-    }
-
-
-def _where(d: Diagnosis) -> dict[str, Any]:
-    found = cells(d.bench, d.found.base.values)
-    worst = worst_cell(found)
-    at, words = boundary(found)
-    kinds = {s.name: s.kind for s in d.bench.samples.signals}
-    return {
-        "worst": {
-            "run": worst.run,
-            "signal": worst.signal,
-            "travel_m": list(worst.window),
-            "ratio": worst.ratio,
-        },
-        "sentence": worst_sentence(found, kinds),
-        "boundary_n_per_mm2": at,
-        "boundary_sentence": words,
     }
 
 

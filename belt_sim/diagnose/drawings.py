@@ -50,7 +50,8 @@ def maps(bench: Workbench, values: np.ndarray) -> list[FailureMap]:
             ratio = np.full((len(tensions), len(edges) - 1), np.nan)
             for c in mine:
                 row, column = tensions.index(c.tension), int(np.argmin(np.abs(edges[:-1] - c.window[0])))
-                ratio[row, column] = np.nanmax([ratio[row, column], c.ratio])
+                if not abs(ratio[row, column]) > c.ratio:  # the worst of repeated runs
+                    ratio[row, column] = c.signed
             title = f"{signal.name}, {words}"
             result.append(FailureMap(title=title, tension=np.array(tensions), edges=edges, ratio=ratio))
     return result

@@ -171,7 +171,7 @@ def _wavelength(samples, residual) -> float | None:
 
 
 def _required_angle(bench: Workbench, residual, sign) -> dict[str, list[float]] | None:
-    """To first order, the contact angle that the run-up law would need [urad]: d(residual)/ds + residual/L, odd part."""
+    """To first order, the contact angle that the run-up law would need [urad]: d(residual)/ds + residual/L."""
     samples = bench.samples
     places = [s.at for s in samples.signals]
     if "point_1" not in places:

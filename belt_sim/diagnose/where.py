@@ -8,6 +8,7 @@ exceed by chance in one comparison of twenty.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy.stats import norm
@@ -21,7 +22,9 @@ WINDOWS = 6
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """One tension, yaw sign, signal and travel window: rms of E over rms of u_val, and which run it came from."""
+    """One tension, yaw sign, signal and travel window: rms of E over rms of u_val (ratio), and which run it came from;
+    signed: the ratio with the sign of the mean error.
+    """
 
     run: str
     signal: str
@@ -29,6 +32,7 @@ class Cell:
     sign: int
     window: tuple[float, float]
     ratio: float
+    signed: float
     rms: float
 
 
@@ -68,6 +72,7 @@ def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:
                         sign=int(np.sign(run.yaw)),
                         window=(float(low), float(high)),
                         ratio=rms / floor,
+                        signed=float(np.copysign(rms / floor, np.mean(error[inside]))),
                         rms=rms,
                     )
                 )
@@ -118,6 +123,18 @@ def boundary(found: list[Cell]) -> tuple[float | None, str]:
     at = float(np.exp(np.log(tensions[n]) + part * np.log(tensions[n + 1] / tensions[n])))
     side = "above" if good[-1] else "below"
     return at, f"Adequate {side} {at:.3g} N/mm2 (|E| <= {k:.1f} u_val; measured at {span})."
+
+
+def where(bench: Workbench, values: np.ndarray) -> dict[str, Any]:
+    """The worst cell, the boundary in tension, and both in a sentence, for predictions ``values`` (R, S, n)."""
+    found = cells(bench, values)
+    worst, (at, words) = worst_cell(found), boundary(found)
+    return {
+        "worst": {"run": worst.run, "signal": worst.signal, "travel_m": list(worst.window), "ratio": worst.ratio},
+        "sentence": worst_sentence(found, {s.name: s.kind for s in bench.samples.signals}),
+        "boundary_n_per_mm2": at,
+        "boundary_sentence": words,
+    }
 
 
 def _sign(sign: int) -> str:
