@@ -1,0 +1,77 @@
+"""One small campaign shape for every test of the diagnosis, made by the independent generator.
+
+Six runs of 30 m, read every half metre: one compilation of the forward model serves all of them. Diagnoses are kept,
+so that several tests may look at the same one.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from belt_sim.analytic.model import analytic_model
+from belt_sim.diagnose.describe import describe
+from belt_sim.diagnose.diagnosis import Diagnosis, diagnose
+from belt_sim.diagnose.workbench import Workbench, workbench
+from belt_sim.effects.library import library
+from belt_sim.si import N_PER_MM2
+from belt_sim.virtual_rig.make import make_campaign
+from belt_sim.virtual_rig.plan import TEST_YAWS, Plan, grid
+
+SHAPE = {"length": 30.0, "spacing": 0.5}
+TENSIONS = tuple(t * N_PER_MM2 for t in (7.0, 14.0, 40.0))
+#: three tensions at both signs of yaw: tells most effects apart
+SPREAD = Plan(runs=grid(TENSIONS, TEST_YAWS, repeats=0), **SHAPE)
+#: two tensions at both signs and two repeats: noise levels can be read off
+REPEATED = Plan(runs=grid(TENSIONS[::2], TEST_YAWS, repeats=2), **SHAPE)
+LEFT_OUT = ("shear", "run_up_points", "speed_tension", "sensor_offset")
+CLASSES = tuple(c for i, c in library().items() if i not in LEFT_OUT)
+MODEL = analytic_model("beam_th2")
+BOOTSTRAPS = 200
+SEED = 5
+
+HIDDEN = {
+    "nothing": [],
+    "sag_roll": [{"id": "sag_roll", "strength": 1.0}],
+    "sensor_gain": [{"id": "sensor_gain", "g1": 0.1}],
+    "two": [{"id": "taper", "kappa_t": 1e-4}, {"id": "yaw_offset_tail", "beta_0": 5e-4}],
+    "stranger": [{"id": "wind_steps", "pressure": 0.1}],
+}
+
+
+@cache
+def campaign(name: str, seed: int = 1):
+    """A campaign that hides HIDDEN[name]."""
+    return make_campaign(hidden=HIDDEN[name], seed=seed, plan=SPREAD, title=name)[0]
+
+
+@cache
+def diagnosed(name: str, seed: int = 1) -> Diagnosis:
+    """Its diagnosis under beam_th2 with the whole library."""
+    return diagnose(campaign(name, seed), MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED, advise=False)
+
+
+@cache
+def described(name: str, seed: int = 1) -> dict:
+    """The content of diagnosis.json."""
+    return describe(diagnosed(name, seed), seed=SEED)
+
+
+@cache
+def repeated_bench() -> Workbench:
+    """A workbench on a campaign with repeats in which nothing is hidden."""
+    return workbench(make_campaign(seed=2, plan=REPEATED)[0], MODEL, CLASSES)
+
+
+@cache
+def bench() -> Workbench:
+    """A workbench on a campaign without repeats in which nothing is hidden."""
+    return workbench(campaign("nothing"), MODEL, CLASSES)
+
+
+def q_of(bench: Workbench, effect: str, **numbers: float) -> np.ndarray:
+    """The point q with one effect's parameters off null, in SI."""
+    q = bench.forward.null()
+    for k in bench.forward.index(effect):
+        slot = bench.forward.slots[k]
+        q[k] = numbers.get(slot.name, slot.null) / slot.scale
+    return q

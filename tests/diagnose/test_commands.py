@@ -1,0 +1,110 @@
+"""virtual-rig, compare, diagnose, report and reveal from the command line."""
+
+import json
+
+import pytest
+from small_campaign import SPREAD, campaign
+
+from belt_sim.campaign import read_campaign, write_campaign
+from belt_sim.effects.load import load_effects
+
+QUICK = ("model=beam_th2", "bootstraps=100", "pictures=false", "watch=null")
+TRUTH = "schema: belt-effects/1\neffects:\n  - id: sag_roll\n    parameters: {strength: 1.0}\n"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The slack belt on disk."""
+    place = tmp_path_factory.mktemp("campaigns") / "slack"
+    write_campaign(campaign("sag_roll"), place)
+    return place
+
+
+def read(path) -> dict:
+    def refuse(name):
+        raise AssertionError(f"{name} in {path}")
+
+    return json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def test_compare_shows_before_and_after(belt, folder, tmp_path):
+    effects = tmp_path / "effects.yaml"
+    effects.write_text(TRUTH, encoding="utf-8")
+    answer = belt("compare", f"campaign={folder}", "model=beam_th2", f"effects={effects}", "pictures=false")
+    assert (answer.status, answer.err) == (0, "")
+    content = read(answer.folder / "comparison.json")
+    assert content["schema"] == "belt-comparison/1"
+    assert content["effects"] == [{"id": "sag_roll", "parameters": {"strength": 1.0}}]
+    error = content["error"]["fit"]
+    assert error["before_mm"] > 3 * error["after_mm"]
+    assert len(content["per_run"]) == len(SPREAD.runs) * len(SPREAD.signals)
+    assert f"{error['before_mm']:.4f} -> {error['after_mm']:.4f}" in answer.out
+    assert "no run got worse" in answer.out
+    assert (answer.folder / "per_run.csv").is_file()
+
+
+def test_diagnose_twice_then_compare_and_report(belt, folder):
+    first = belt("diagnose", f"campaign={folder}", *QUICK, "effects=[sag_roll,taper]")
+    assert (first.status, first.err) == (0, "")
+    before = read(first.folder / "diagnosis.json")
+    again = belt("diagnose", f"campaign={folder}", *QUICK, "effects=[sag_roll,taper]")
+    after = read(again.folder / "diagnosis.json")
+    assert before["effects"] == after["effects"]  # the same seed, the same answer
+    assert (after["verdict"], [e["id"] for e in after["effects"]]) == ("explained", ["sag_roll"])
+    assert after["campaign"]["sha256"] == read_campaign(folder).sha256
+    assert "explained" in again.out
+
+    found = again.folder / "effects.yaml"
+    (effect,) = load_effects(str(found))
+    assert effect.strength == after["effects"][0]["parameters"]["strength"]["value"]
+    compared = belt("compare", f"campaign={folder}", "model=beam_th2", f"effects={found}", "pictures=false")
+    error = read(compared.folder / "comparison.json")["error"]["fit"]
+    assert error["after_mm"] == pytest.approx(after["error"]["fit"]["after_mm"], rel=1e-3)
+
+    report = again.folder / "report.html"
+    report.unlink()
+    answer = belt("report", f"diagnosis={again.folder}")
+    assert (answer.status, answer.err) == (0, "")
+    assert "sag_roll" in report.read_text(encoding="utf-8")
+    assert (again.folder / "overlay.png").is_file()
+
+
+def test_a_hidden_effect_is_revealed(belt, tmp_path):
+    made = belt("virtual-rig", "hidden=[{id: taper, kappa_t: 3.0e-5}]", "seed=4", f"out={tmp_path / 'c'}")
+    assert made.status == 0
+    assert "taper" not in (tmp_path / "c" / "runs.csv").read_text()
+    told = belt("reveal", f"campaign={tmp_path / 'c'}")
+    assert told.status == 0
+    first, rest = told.out.split("\n", 1)
+    assert first.split()[1] in made.out
+    assert json.loads(rest)["effects"][0]["parameters"] == {"kappa_t": 3e-5}
+
+
+def one_line(answer) -> str:
+    assert answer.status != 0
+    assert answer.err.count("\n") == 1
+    assert "Traceback" not in answer.err + answer.out
+    return answer.err
+
+
+@pytest.mark.parametrize("command", ["compare", "diagnose", "reveal"])
+def test_no_such_campaign_is_one_line(belt, tmp_path, command):
+    assert str(tmp_path / "nowhere") in one_line(belt(command, f"campaign={tmp_path / 'nowhere'}"))
+
+
+def test_no_such_diagnosis_is_one_line(belt, tmp_path):
+    assert "diagnosis.json" in one_line(belt("report", f"diagnosis={tmp_path}"))
+
+
+@pytest.mark.parametrize(
+    ("override", "says"),
+    [
+        ("bootstraps=10", "at least 100"),
+        ("effects=[no_such_effect]", "use one of"),
+        ("model=ritzinger", "steady rate"),
+        ("model=strip effects=[sag_roll]", "built in already"),
+        ("bootstrap=1000", "did you mean bootstraps?"),
+    ],
+)
+def test_wrong_settings_of_diagnose(belt, folder, override, says):
+    assert says in one_line(belt("diagnose", f"campaign={folder}", *override.split()))

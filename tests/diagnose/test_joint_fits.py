@@ -1,0 +1,97 @@
+"""Joint refits: a larger set never fits worse, and what is no number never counts as a good fit."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from noise_by_recursion import errors
+from small_campaign import CLASSES, MODEL, bench, campaign, diagnosed, q_of
+
+from belt_sim.diagnose.around import around
+from belt_sim.diagnose.heldout import conditions
+from belt_sim.diagnose.select import MAX_EFFECTS, best_of
+from belt_sim.diagnose.workbench import workbench
+
+NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02
+LINEAR = 1e-6  # yaw_offset_tail enters linearly, so that one step ends at the least-squares point
+
+
+@pytest.fixture(scope="module")
+def two():
+    return workbench(campaign("two"), MODEL, CLASSES)
+
+
+def chi2(bench, ids) -> float:
+    return bench.fit([bench.start(ids, bench.forward.null())])[0].chi2
+
+
+def test_a_larger_set_never_fits_worse(two):
+    chain = [(), ("taper",), ("taper", "yaw_offset_tail"), ("taper", "yaw_offset_tail", "cant")]
+    sizes = [chi2(two, ids) for ids in chain]
+    assert all(after <= before + NESTED for before, after in pairwise(sizes))
+    assert sizes[1] - sizes[2] > 100.0  # and the truth is worth something
+
+
+def test_every_candidate_fits_at_least_as_well_as_what_it_stands_beside(two):
+    """Guard: sag_roll, whose derivative at null is zero, once stopped above the model without it."""
+    base = two.fit([two.start((), two.forward.null())])[0]
+    near = around(two, base, ["sag_roll", "slip", "taper"])
+    assert "sag_roll" in near.weak
+    fits = best_of(two, near, ["sag_roll", "slip", "taper"])
+    assert all(f.chi2 <= base.chi2 for f in fits.values())
+
+
+def test_predictions_that_are_no_numbers_are_no_fit():
+    """Guard: whitening takes nan for a missing reading, so a tension below zero once fitted everything."""
+    b = bench()
+    beyond = q_of(b, "tension_bias", gain=-3.0)  # the belt would be pushed
+    values = b.forward.values(beyond[None])[0]
+    fit = b.fit([b.start(("tension_bias",), beyond)])[0]
+    assert not np.isfinite(values).all() or fit.chi2 > b.metric.chi2(b.samples.y - b.forward.values(fit.q[None])[0]) - 1
+    assert fit.chi2 > 0.5 * b.samples.y.size
+
+
+def test_an_effect_that_enters_linearly_is_fitted_in_one_step():
+    b = bench()
+    truth = q_of(b, "yaw_offset_tail", beta_0=3e-4)
+    y = b.forward.values(truth[None])[0]
+    fit = b.fit([b.start(("yaw_offset_tail",), b.forward.null())], y)[0]
+    assert fit.chi2 < LINEAR
+    (position,) = fit.free
+    assert fit.q[position] == pytest.approx(3.0, rel=1e-4)
+
+
+@pytest.mark.long
+def test_the_interval_is_the_scatter_of_the_estimate():
+    """u from the curvature of chi2 against the scatter of refits to readings simulated anew."""
+    b, rng = bench(), np.random.default_rng(3)
+    levels, base = b.levels, b.forward.values(b.forward.null()[None])[0]
+    starts = b.start(("yaw_offset_tail",), b.forward.null())
+    found = [
+        b.fit([starts], base + e)[0]
+        for e in errors(b, 40, rng, white=levels.white, wander=levels.wander)
+    ]
+    pulls = [f.q[f.free[0]] / np.sqrt(f.covariance[0, 0]) for f in found]
+    assert 0.65 < np.std(pulls) < 1.4  # 40 draws: +- 11 %, three of which are allowed
+    assert abs(np.mean(pulls)) < 3 / np.sqrt(40)
+
+
+def test_held_out_conditions_are_whole_conditions():
+    b = bench()
+    found = conditions(b)
+    assert set(found) == {"7 N/mm2", "14 N/mm2", "40 N/mm2", "yaw +", "yaw -"}
+    for name, out in found.items():
+        inside = {(r.tension, np.sign(r.yaw)) for r, o in zip(b.samples.runs, out, strict=True) if o}
+        outside = {(r.tension, np.sign(r.yaw)) for r, o in zip(b.samples.runs, out, strict=True) if not o}
+        kind = 1 if name.startswith("yaw") else 0
+        assert len({i[kind] for i in inside}) == 1
+        assert not {i[kind] for i in inside} & {o[kind] for o in outside}
+
+
+def test_a_set_is_small_and_every_step_was_kept():
+    found = diagnosed("two").found
+    assert 0 < len(found.chosen.ids) <= MAX_EFFECTS
+    assert len(found.rounds) == 3  # two were taken, and a third was looked for
+    assert {t.id for t in found.rounds[0]} == {c.id for c in CLASSES}
+    assert all(t.gain >= 0 for trials in found.rounds for t in trials)
+    assert found.held_out.chi2 < found.base_held_out.chi2

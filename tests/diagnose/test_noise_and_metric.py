@@ -1,0 +1,98 @@
+"""Whitened readings have unit covariance, and repeats tell the noise levels."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from noise_by_recursion import errors
+from small_campaign import bench, repeated_bench
+
+from belt_sim.diagnose.metric import metric_of
+from belt_sim.diagnose.noise import LevelFinder, Levels
+
+DRAWS = 600
+SIGMAS = 4.5  # a handful of figures, each beyond this once in 150,000
+STEP = np.log(2.5 / 0.4) / 14  # of the grid of factors, in logarithm
+EXACT = 1e-10  # rounding of a product of 732 numbers
+
+
+@pytest.fixture
+def stated():
+    """The metric at the noise that the campaign states."""
+    return bench().metric_at(Levels())
+
+
+def test_whitened_errors_have_unit_covariance(stated):
+    rng = np.random.default_rng(1)
+    white = stated.whiten(errors(bench(), DRAWS, rng))
+    size = white.shape[1]
+    assert np.mean(white**2) == pytest.approx(1.0, abs=SIGMAS * np.sqrt(2 / (DRAWS * size)))
+    nuisances = stated.whiten(np.concatenate([bench().shapes, bench().shared[None]]))
+    along = np.concatenate([nuisances, rng.standard_normal((20, size))])
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    np.testing.assert_allclose(np.var(white @ along.T, axis=0), 1.0, atol=SIGMAS * np.sqrt(2 / DRAWS))
+
+
+def test_neighbours_are_no_longer_correlated(stated):
+    white = stated.whiten(errors(bench(), DRAWS, np.random.default_rng(2)))
+    neighbours = np.mean(white[:, 1:] * white[:, :-1])
+    assert abs(neighbours) < SIGMAS / np.sqrt(white.size)
+
+
+def test_half_the_wander_is_seen_as_too_small(stated):
+    quiet = stated.whiten(errors(bench(), 100, np.random.default_rng(3), wander=0.5))
+    assert np.mean(quiet**2) < 0.95
+
+
+def test_the_transpose_is_the_transpose(stated):
+    rng = np.random.default_rng(4)
+    x, rows = rng.standard_normal((3, *bench().samples.y.shape)), rng.standard_normal((4, stated.whiten(x0()).size))
+    direct = stated.whiten(x) @ rows.T
+    turned = np.einsum("xrsn,krsn->xk", x, stated.matrix_transpose(rows))
+    np.testing.assert_allclose(turned, direct, rtol=EXACT, atol=EXACT * np.abs(direct).max())
+
+
+def x0() -> np.ndarray:
+    return np.zeros_like(bench().samples.y)
+
+
+def test_blank_readings_weigh_nothing():
+    b, y = bench(), bench().samples.y.copy()
+    y[1, 0, 10:30] = np.nan
+    metric = metric_of(replace(b.samples, y=y), Levels(), b.shapes, b.shared)
+    moved = np.where(np.isfinite(y), 0.0, 1.0)
+    assert metric.chi2(moved) == 0.0
+    assert metric.chi2(np.where(np.isfinite(y), 1e-4, np.nan)) > 0.0
+
+
+def long_bench():
+    """The runs of the bench with repeats as 100 m records read every quarter metre: the prior then hardly counts."""
+    b = repeated_bench()
+    runs, signals, _ = b.samples.y.shape
+    travel = np.tile(np.arange(0.0, 100.0, 0.25), (runs, 1))
+    still = np.zeros((runs, signals, travel.shape[1]))
+    return replace(b, samples=replace(b.samples, travel=travel, y=still), shapes=still[None], shared=still)
+
+
+@pytest.mark.parametrize(("white", "wander"), [(0.6, 1.4), (1.4, 0.6)])
+def test_repeats_tell_both_noise_levels(white, wander):
+    b = long_bench()
+    finder = LevelFinder(b.samples, b.shapes)
+    found = [finder(e) for e in errors(b, 20, np.random.default_rng(5), white=white, wander=wander)]
+    assert {f.repeats for f in found} == {2}
+    # the prior (0.35 in logarithm) pulls each by less than one step of the grid
+    assert np.mean(np.log([f.white for f in found])) == pytest.approx(np.log(white), abs=STEP)
+    assert np.mean(np.log([f.wander for f in found])) == pytest.approx(np.log(wander), abs=STEP)
+
+
+def test_what_the_model_lacks_does_not_change_the_noise_levels():
+    """Repeats share whatever is missing from the model, so it cancels."""
+    b = repeated_bench()
+    drawn = errors(b, 1, np.random.default_rng(6))[0]
+    missing = 5e-3 * np.sin(b.samples.travel)[:, None, :]
+    assert b.finder(drawn + missing) == b.finder(drawn)
+
+
+def test_without_repeats_the_stated_levels_hold():
+    b = bench()
+    assert b.finder(b.samples.y) == Levels() == LevelFinder(b.samples, b.shapes)(b.samples.y)

@@ -1,0 +1,75 @@
+"""The sentences that say where a model fails."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from belt_sim.diagnose.where import Cell, boundary, family_k, worst_cell, worst_sentence
+
+KINDS = {"y1": "lateral", "tilt": "tilt"}
+
+
+def cell(tension: float, ratio: float, **more) -> Cell:
+    """A cell whose rms error is ``ratio`` millimetres; what these sentences do not tell stands at 0."""
+    told = {"run": f"r{tension:g}", "signal": "y1", "sign": 1, "window": (20.0, 30.0), "rms": 1e-3 * ratio}
+    return Cell(**{f.name: 0.0 for f in fields(Cell)} | told | more | {"tension": tension, "ratio": ratio})
+
+
+def crossing(low: float, high: float, before: float, after: float, k: float) -> float:
+    """Where a power law through (low, before) and (high, after) equals k."""
+    exponent = np.log(after / before) / np.log(high / low)
+    return low * (k / before) ** (1 / exponent)
+
+
+def test_many_cells_need_more_than_one():
+    assert family_k(1) == pytest.approx(1.96, abs=0.05)
+    assert family_k(1) < family_k(10) < family_k(100) < 5.0
+
+
+def test_a_model_that_fails_where_the_belt_is_slack():
+    cells = [cell(7, 12.0), cell(14, 6.0), cell(28, 1.0)]
+    at, words = boundary(cells)
+    assert at == pytest.approx(crossing(14, 28, 6.0, 1.0, family_k(len(cells))))
+    assert words.startswith(f"Adequate above {at:.3g} N/mm2")
+    assert "measured at 7 to 28 N/mm2" in words
+
+
+def test_a_model_that_fails_where_the_belt_is_tight():
+    cells = [cell(7, 1.0), cell(14, 1.0), cell(28, 6.0)]
+    at, words = boundary(cells)
+    assert at == pytest.approx(crossing(14, 28, 1.0, 6.0, family_k(len(cells))))
+    assert words.startswith(f"Adequate below {at:.3g} N/mm2")
+
+
+@pytest.mark.parametrize(("ratio", "start"), [(1.5, "Adequate at every"), (5.0, "Inadequate at every")])
+def test_no_boundary_within_the_data(ratio, start):
+    at, words = boundary([cell(7, ratio), cell(28, ratio)])
+    assert at is None
+    assert words == f"{start} tension measured (7 to 28 N/mm2)."
+
+
+def test_one_bad_tension_between_good_ones_is_named():
+    at, words = boundary([cell(7, 1.0), cell(14, 5.0), cell(28, 1.0)])
+    assert (at, words) == (None, "Inadequate at 14 N/mm2.")
+
+
+def test_the_worst_cell_of_a_tension_decides():
+    at, _ = boundary([cell(7, 0.1, sign=-1), cell(7, 8.0), cell(28, 0.1)])
+    assert at is not None
+
+
+def test_the_worst_cell_in_words():
+    cells = [cell(7, 8.0, sign=-1), cell(28, 1.0)]
+    assert worst_cell(cells) is cells[0]
+    sentence = worst_sentence(cells, KINDS)
+    assert "y1 of run r7 (7 N/mm2, yaw < 0, 20-30 m)" in sentence
+    assert "off by 8 mm, 8 times" in sentence
+
+
+def test_tilt_is_told_in_milliradians():
+    assert "off by 8 mrad" in worst_sentence([cell(7, 8.0, signal="tilt")], KINDS)
+
+
+def test_within_the_uncertainty_nothing_is_called_bad():
+    assert worst_sentence([cell(7, 1.2)], KINDS).startswith("Nowhere beyond the uncertainty")

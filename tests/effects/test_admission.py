@@ -1,0 +1,125 @@
+"""The admission test lets a sound effect in and names what is wrong with the others."""
+
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "diagnose"))
+from small_campaign import MODEL, campaign
+
+from belt_sim.diagnose.admission import admit
+from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.load import load_classes
+from belt_sim.errors import InputError
+from belt_sim.paths import MODELS
+
+SIZE = Parameter(unit="1/m", meaning="turn where the belt runs up", plausible=(-1e-3, 1e-3), scale=2e-5)
+
+
+class Turn(Effect):
+    """A turn of the belt where it runs up, declared as each test wants it; physically a taper."""
+
+    law = "run-up"
+    parity = "even"
+
+    def runup(self, runup, now, case):
+        return replace(runup, turn=runup.turn + self.a)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class WrongParity(Turn):
+    id = "wrong_parity"
+    parity = "odd"
+    parameters = {"a": SIZE}
+    a: float = 0.0
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class NoUnit(Turn):
+    id = "no_unit"
+    parameters = {"a": replace(SIZE, unit="")}
+    a: float = 0.0
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class NoRange(Turn):
+    id = "no_range"
+    parameters = {"a": replace(SIZE, plausible=(1.0, 1.0))}
+    a: float = 0.0
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class NeverNull(Turn):
+    id = "never_null"
+    parameters = {"a": SIZE}
+    a: float = 0.0
+
+    def runup(self, runup, now, case):
+        return replace(runup, turn=runup.turn + self.a + 1e-9)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class NullChangesReadings(Effect):
+    id = "null_changes_readings"
+    law = "sensor"
+    parameters = {"a": SIZE}
+    a: float = 0.0
+
+    def sensor(self, reading, case):
+        return replace(reading, y=reading.y * (1.0 + 1e-12) + self.a)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class DoesNothing(Effect):
+    id = "does_nothing"
+    law = "run-up"
+    parity = "even"
+    parameters = {"a": SIZE}
+    a: float = 0.0
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class WrongExponent(Turn):
+    id = "wrong_exponent"
+    tension_exponent = -2.0
+    parameters = {"a": SIZE}
+    a: float = 0.0
+
+
+@pytest.mark.parametrize(
+    ("cls", "says"),
+    [
+        (WrongParity, "wrong_parity.parity = odd: measured"),
+        (NoUnit, "no_unit.parameters.a"),
+        (NoRange, "give .low, high."),
+        (NeverNull, "never_null.null.* = changes the curves"),
+        (NullChangesReadings, "null_changes_readings.null.* = changes the curves"),
+        (DoesNothing, "moves nothing"),
+        (WrongExponent, "wrong_exponent.tension_exponent = -2.0: measured"),
+    ],
+)
+def test_what_is_wrong_is_named_in_one_line(cls, says):
+    with pytest.raises(InputError, match=says) as caught:
+        admit(cls, MODEL, campaign("nothing"))
+    assert "\n" not in str(caught.value)
+
+
+def test_the_worked_example_is_admitted():
+    wind = load_classes([str(MODELS / "effects" / "wind.py")])["wind"]
+    lines = admit(wind, MODEL, campaign("nothing"))
+    assert all(line.startswith("wind: ") for line in lines)
+    assert "bit for bit" in lines[0]
+    assert "even in yaw, as declared" in lines[1]
+    (nearest,) = [line for line in lines if "collinearity" in line][:1]
+    assert "with taper" in nearest  # a steady turn at both pulleys is a taper of both
+    assert float(nearest.split("collinearity ")[1].split()[0]) > 0.98
+    assert "your data cannot tell" in nearest
