@@ -19,9 +19,9 @@ def run(cfg: Any) -> None:
 
         digest = run_virtual_rig(folder, hidden=hidden, seed=config["seed"], base=config["base"])
     elif config["engine"] == "mujoco":
-        from belt_sim.virtual_rig_3d import run_virtual_rig_3d
+        from belt_sim.virtual_rig.space import run_space_rig
 
-        digest = run_virtual_rig_3d(folder, hidden=hidden, seed=config["seed"])
+        digest = run_space_rig(folder, hidden=hidden, seed=config["seed"], base=config["base"])
     else:
         raise InputError("engine", config["engine"], "", "use line or mujoco")
     print(f"campaign  {folder}")

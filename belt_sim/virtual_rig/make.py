@@ -46,7 +46,7 @@ def make_campaign(
     if base not in BASES:
         raise InputError("base", base, "", f"use one of {', '.join(BASES)}")
     plan, stated = plan or Plan(), noise or Noise()
-    seed = secrets.randbits(63) if seed is None else _checked(seed)
+    seed = secrets.randbits(63) if seed is None else checked_seed(seed)
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
     rule_of = cache(lambda: ruler(plan, stated, base))
     what = by_lot(plan, rule_of, base, streams[0]) if lot else as_asked(hidden, rule_of)
@@ -55,9 +55,9 @@ def make_campaign(
     noise = noise_by_lot(stated, streams[1]) if lot else stated
     errors = draw_errors(plan, noise, streams[2])
     readings, dirt = _readings(plan, noise, base, errors, what, streams[3])
-    campaign = _campaign(plan, noise, readings, title)
+    campaign = campaign_of(plan, noise, readings, title, "belt-sim virtual-rig engine=line")
     salt = streams[4].bytes(_SALT_BYTES).hex()
-    return campaign, _truth(seed, base, what, noise, errors, dirt, salt)
+    return campaign, truth_of(seed, base, what, noise, errors, dirt, salt)
 
 
 def _readings(plan: Plan, noise: Noise, base: str, errors: Errors, what: Hidden, rng):
@@ -72,7 +72,8 @@ def _readings(plan: Plan, noise: Noise, base: str, errors: Errors, what: Hidden,
     return readings, {"kind": what.dirty, "signal": list(plan.signals)[signal], "run": _name(run)}
 
 
-def _campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str) -> Campaign:
+def campaign_of(plan: Plan, noise: Noise, readings: np.ndarray, title: str, reference: str) -> Campaign:
+    """Readings, shape (signals, n, runs), as a campaign whose file states ``noise``."""
     sheets = tuple(noise.sheet(name, place) for name, place in plan.signals.items())
     runs = []
     for k, setting in enumerate(plan.runs):
@@ -86,7 +87,7 @@ def _campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str) -> Cam
         runs.append(Run(name=_name(k), repeat_of=repeat, travel=plan.travel, signals=signals, **stated))
     return Campaign(
         title=title,
-        source=Source(kind="synthetic", reference="belt-sim virtual-rig engine=line", licence="Apache-2.0"),
+        source=Source(kind="synthetic", reference=reference, licence="Apache-2.0"),
         machine=plan.machine,
         belt=plan.belt,
         signals=sheets,
@@ -95,7 +96,8 @@ def _campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str) -> Cam
     )
 
 
-def _truth(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt: str) -> Truth:
+def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt: str) -> Truth:
+    """What is sealed beside a campaign."""
     effects = [
         {"id": fault.id, "parameters": fault.parameters(), "d": size}
         for fault, size in zip(what.faults, what.sizes, strict=True)
@@ -122,7 +124,8 @@ def _name(run: int) -> str:
     return f"r{run + 1:02d}"
 
 
-def _checked(seed: object) -> int:
+def checked_seed(seed: object) -> int:
+    """A seed as given; raises InputError unless it is a whole number from 0."""
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**63:
         raise InputError("seed", seed, "", "give a whole number from 0")
     return seed

@@ -1,0 +1,102 @@
+"""Hidden effects as changes of a three-dimensional scene: what the machine is, not what a law says of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from belt_sim.case import Case, Schedule
+from belt_sim.errors import InputError
+from belt_sim.mujoco3d.surface import SceneParts
+from belt_sim.rig import GRAVITY
+from belt_sim.virtual_rig.fault import Fault
+from belt_sim.virtual_rig.library import fault_of
+
+
+@dataclass(frozen=True)
+class SceneFault:
+    """A fault of the catalogue that has a geometry, a friction or a gravity in the scene."""
+
+    fault: Fault
+
+    @property
+    def id(self) -> str:
+        return self.fault.id
+
+    def edit_case(self, case: Case) -> Case:
+        """The case as the machine really runs it: how its pulleys stand from travel 0 on, and gravity."""
+        edit = _CASES.get(self.id)
+        return edit(self.fault, case) if edit else case
+
+    def edit_scene(self, parts: SceneParts, case: Case) -> None:
+        """Called by ``belt_sim.mujoco3d.simulate`` before the scene is built."""
+        edit = _SCENES.get(self.id)
+        if edit:
+            edit(self.fault, parts, case)
+
+
+def scene_fault(spec: str | dict) -> SceneFault:
+    """A fault from an id or a dictionary, as for the line; raises InputError for one without a scene."""
+    if not isinstance(spec, str | dict):
+        raise InputError("hidden", spec, "", "give ids, or dictionaries with an id")
+    if isinstance(spec, dict) and "d" in spec:
+        raise InputError("hidden d", spec["d"], "", "give the effect's own parameters with engine=mujoco")
+    fault = fault_of(spec)
+    if fault.id not in SCENE_FAULTS:
+        raise InputError("hidden", fault.id, "", f"has no scene; use one of {', '.join(SCENE_FAULTS)}, or engine=line")
+    return SceneFault(fault)
+
+
+def _tail_turned(fault, case: Case) -> Case:
+    yaw = case.settings.yaw.then(Schedule.step(fault.beta_0))
+    return replace(case, settings=replace(case.settings, yaw=yaw))
+
+
+def _head_turned(fault, case: Case) -> Case:
+    yaw = case.settings.yaw_head.then(Schedule.step(fault.beta_0))
+    return replace(case, settings=replace(case.settings, yaw_head=yaw))
+
+
+def _heavy(fault, case: Case) -> Case:
+    return replace(case, rig=replace(case.rig, gravity=case.rig.gravity + fault.strength * GRAVITY))
+
+
+def _taper(fault, parts: SceneParts, case: Case) -> None:
+    parts.change("tail", taper=fault.kappa_t)
+
+
+def _crown(fault, parts: SceneParts, case: Case) -> None:
+    parts.change("tail", crown=fault.c)
+
+
+def _cant(fault, parts: SceneParts, case: Case) -> None:
+    parts.change("tail", cant=fault.gamma)
+
+
+def _wobble(fault, parts: SceneParts, case: Case) -> None:
+    """The scene counts the pulley's turn from head to tail on top, the fault along the travel."""
+    parts.change("tail", wobble=fault.beta_1, wobble_phase=fault.phase * float(case.settings.direction))
+
+
+def _compliance(fault, parts: SceneParts, case: Case) -> None:
+    parts.change("tail", yaw_compliance=fault.c_m)
+
+
+def _slip(fault, parts: SceneParts, case: Case) -> None:
+    if fault.inverse_friction > 0.0:
+        parts.friction = min(parts.friction, 1.0 / fault.inverse_friction)
+
+
+#: The belt lies straight on an aligned machine until travel 0; there the pulley turns to command + offset.
+_CASES: dict[str, Callable] = {
+    "yaw_offset_tail": _tail_turned,
+    "yaw_offset_head": _head_turned,
+    "sag_roll": _heavy,
+}
+_SCENES: dict[str, Callable] = {
+    "taper": _taper,
+    "crown": _crown,
+    "cant": _cant,
+    "wobble": _wobble,
+    "yaw_compliance": _compliance,
+    "slip": _slip,
+}
+SCENE_FAULTS = (*_CASES, *_SCENES)

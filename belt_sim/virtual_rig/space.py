@@ -1,0 +1,158 @@
+"""A campaign measured on the three-dimensional belt: what is hidden is geometry, friction or gravity in the scene."""
+
+import multiprocessing
+import os
+import secrets
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from belt_sim.campaign import Campaign, write_campaign
+from belt_sim.case import Case, Schedule, Settings
+from belt_sim.curves import Curves
+from belt_sim.errors import InputError
+from belt_sim.mujoco3d.options import Options
+from belt_sim.rig import GRAVITY, Belt, Rig
+from belt_sim.virtual_rig.draw import Hidden
+from belt_sim.virtual_rig.make import BASES, campaign_of, checked_seed, truth_of
+from belt_sim.virtual_rig.noise import add_noise, draw_errors
+from belt_sim.virtual_rig.observe import BELT_DATA, RIG_DATA, Errors, stated
+from belt_sim.virtual_rig.plan import Noise, Plan
+from belt_sim.virtual_rig.scene_faults import SceneFault, scene_fault
+from belt_sim.virtual_rig.seal import Truth, seal
+from belt_sim.virtual_rig.space_plan import SENSORS, space_plan
+from belt_sim.virtual_rig.stated_error import with_simulator_error
+from belt_sim.watch.progress import progress
+
+#: Fine enough for two cores and ten minutes; what it costs in accuracy the campaign file states (stated_error.py).
+OPTIONS = Options(dx=0.02, run_in=0.0)
+REFERENCE = "belt-sim virtual-rig engine=mujoco: a membrane belt in 3D; {error}"
+_SALT_BYTES = 16
+_POINTS = {f"point_{k + 1}": k for k in range(4)}
+_TILTS = {"upper_mid_span": 0, "lower_mid_span": 1}
+
+
+@dataclass(frozen=True)
+class SceneRun:
+    """One run in the scene, as a worker process takes it."""
+
+    case: Case
+    faults: tuple[SceneFault, ...]
+    options: Options
+    travel: float
+
+
+def run_space_rig(out: str | Path, *, overwrite: bool = False, **asked) -> str:
+    """Write a campaign measured in 3D with its sealed truth into ``out``; returns the SHA-256 to publish."""
+    if Path(out).exists() and not overwrite:
+        raise InputError("out", out, "", "exists already; choose another folder")
+    campaign, truth = make_space_campaign(**asked)
+    write_campaign(campaign, out, overwrite=overwrite)
+    return seal(truth, Path(out))
+
+
+def make_space_campaign(
+    *,
+    hidden: Sequence[str | dict] = (),
+    seed: int | None = None,
+    base: str | None = None,
+    plan: Plan | None = None,
+    sensors: Noise = SENSORS,
+    options: Options = OPTIONS,
+    title: str = "Virtual rig in three dimensions",
+    workers: int | None = None,
+) -> tuple[Campaign, Truth]:
+    """Measure the plan on the 3D belt; the same seed and machine give the same campaign.
+
+    hidden: ids, or dictionaries {"id", parameters in SI}; base: the law that the campaign is meant for, strip
+    unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; workers: processes, one a core.
+    """
+    if isinstance(hidden, str):
+        raise InputError("hidden", hidden, "", "give a list of effects; random needs engine=line")
+    faults = tuple(scene_fault(spec) for spec in hidden)
+    base = base or ("beam_th2" if any(f.id == "sag_roll" for f in faults) else "strip")
+    if base not in BASES:
+        raise InputError("base", base, "", f"use one of {', '.join(BASES)}")
+    if base == "strip" and any(f.id == "sag_roll" for f in faults):
+        raise InputError("hidden", "sag_roll", "", "is part of base strip already; use base beam_th2")
+    plan = plan or space_plan()
+    seed = secrets.randbits(63) if seed is None else checked_seed(seed)
+    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
+    errors = draw_errors(plan, sensors, streams[0])
+    curves = measure([SceneRun(c, faults, options, plan.length) for c in true_cases(plan, base, errors)], workers)
+    readings = _read(plan, curves)
+    for k, (name, place) in enumerate(plan.signals.items()):
+        readings[k] = add_noise(readings[k], plan.travel, sensors.sheet(name, place), sensors, streams[1])
+    stated_noise, words = with_simulator_error(sensors)
+    campaign = campaign_of(plan, stated_noise, readings, title, REFERENCE.format(error=words))
+    what = Hidden(
+        kind="stated" if faults else "nothing", faults=tuple(f.fault for f in faults), sizes=(None,) * len(faults)
+    )
+    return campaign, truth_of(seed, base, what, sensors, errors, None, streams[2].bytes(_SALT_BYTES).hex())
+
+
+def true_cases(plan: Plan, base: str, errors: Errors) -> list[Case]:
+    """The runs of a plan as they really are; a belt of base beam_th2 has no weight."""
+    data = {name: q.value + errors.machine.get(name, 0.0) for name, q in stated(plan).items()}
+    rig = Rig(**{name: data[name] for name in RIG_DATA}, gravity=GRAVITY if base == "strip" else 0.0)
+    belt = Belt(**{name: data[name] for name in BELT_DATA})
+    runs = len(plan.runs)
+    relative, turned = np.broadcast_to(errors.tension_rel, runs), np.broadcast_to(errors.yaw, runs)
+    return [
+        Case(
+            rig=rig,
+            belt=belt,
+            settings=Settings(
+                tension=run.tension * (1 + float(relative[k])),
+                yaw=Schedule.step(run.yaw + float(turned[k]), run.yaw_at),
+                yaw_head=Schedule.step(run.yaw_head, run.yaw_at),
+                speed=run.speed,
+                direction=run.direction,
+            ),
+        )
+        for k, run in enumerate(plan.runs)
+    ]
+
+
+def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves]:
+    """The curves of runs in the scene, in order; one process a core unless ``workers`` says otherwise."""
+    workers = min(workers or os.cpu_count() or 1, len(runs))
+    found: list[Curves | None] = [None] * len(runs)
+    with progress(sum(run.travel for run in runs), "measuring in 3D") as done:
+        if workers == 1:
+            for k, run in enumerate(runs):
+                found[k] = run_scene(run)
+                done(run.travel)
+        else:
+            spawn = multiprocessing.get_context("spawn")
+            with ProcessPoolExecutor(workers, mp_context=spawn) as pool:
+                waiting = {pool.submit(run_scene, run): k for k, run in enumerate(runs)}
+                for finished in as_completed(waiting):
+                    found[waiting[finished]] = finished.result()
+                    done(runs[waiting[finished]].travel)
+    return [curves for curves in found if curves is not None]
+
+
+def run_scene(run: SceneRun) -> Curves:
+    """One run: the case and the scene as the faults leave them."""
+    from belt_sim.mujoco3d import simulate
+
+    case = run.case
+    for fault in run.faults:
+        case = fault.edit_case(case)
+    options = replace(run.options, belt_speed=float(case.settings.speed))
+    return simulate(case, belt="flex", travel=run.travel + 2 * options.sample, options=options, effects=run.faults)
+
+
+def _read(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:
+    """Readings without noise [m or rad], shape (signals, n, runs), counted from where the yaw is applied."""
+    readings = np.empty((len(plan.signals), len(plan.travel), len(curves)))
+    for j, place in enumerate(plan.signals.values()):
+        for k, (curve, run) in enumerate(zip(curves, plan.runs, strict=True)):
+            rows = curve.y[_POINTS[place]] if place in _POINTS else curve.tilt[_TILTS[place]]
+            readings[j, :, k] = np.interp(plan.travel, curve.travel, rows)
+            readings[j, :, k] -= np.interp(run.yaw_at, curve.travel, rows)
+    return readings
