@@ -4,7 +4,6 @@ A march is one long loop, which uses one core; XLA lets go of Python's lock, so 
 by side. A chunk is small enough for its state to stay in a core's cache.
 """
 
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 from functools import partial
@@ -12,6 +11,7 @@ from typing import Any
 
 import jax
 import numpy as np
+from numpy.typing import ArrayLike
 
 from belt_sim.analytic.march import KEEP, STEP, march_traced, plan_steps
 from belt_sim.analytic.model import Model
@@ -24,7 +24,7 @@ WORKERS = 2
 Axes = Any  # 0 or None for every leaf of a case, or for whole branches of it
 
 
-def grid(case: Case, *, tensions: Sequence[float], yaws: Sequence[float]) -> tuple[Case, Axes]:
+def grid(case: Case, *, tensions: ArrayLike, yaws: ArrayLike) -> tuple[Case, Axes]:
     """Every tension [Pa] with every yaw step [rad] of the tail pulley at travel 0: (cases, axes).
 
     Row t * len(yaws) + k holds tensions[t] and yaws[k]; all else is as in ``case``, and shared.

@@ -3,6 +3,7 @@
 import shutil
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,7 @@ def _one_by_one(solve: Callable, timed: Callable) -> dict[str, Any]:
     cases = [case_of(TENSIONS[t], YAWS[k]) for t, k in SAMPLE]
     found = [errors(solve(case), truth(case)) for case in cases]
     ready = [linear(case) for case in cases]
-    each = [min(_timed(lambda c=c: timed(c)) for _ in range(REPEATS)) for c in ready]
+    each = [min(_timed(partial(timed, c)) for _ in range(REPEATS)) for c in ready]
     return {"per_case_ms": 1e3 * float(np.mean(each)), "error": _worst(found)}
 
 

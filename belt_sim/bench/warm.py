@@ -21,7 +21,8 @@ def warm_start() -> dict[str, float]:
 
 
 def _call(folder: Path, *more: str) -> float:
-    command = [sys.executable, "-c", "from belt_sim.cli import main; main()", "simulate", f"hydra.run.dir={folder}", *more]
+    program = "from belt_sim.cli import main; main()"
+    command = [sys.executable, "-c", program, "simulate", f"hydra.run.dir={folder}", *more]
     begun = time.perf_counter()
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
     return time.perf_counter() - begun
