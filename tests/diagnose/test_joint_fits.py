@@ -47,8 +47,8 @@ def test_predictions_that_are_no_numbers_are_no_fit():
     beyond = q_of(b, "tension_bias", gain=-3.0)  # the belt would be pushed
     values = b.forward.values(beyond[None])[0]
     fit = b.fit([b.start(("tension_bias",), beyond)])[0]
-    assert not np.isfinite(values).all() or fit.chi2 > b.metric.chi2(b.samples.y - b.forward.values(fit.q[None])[0]) - 1
-    assert fit.chi2 > 0.5 * b.samples.y.size
+    assert not np.isfinite(values).all()
+    assert not np.isfinite(fit.chi2)
 
 
 def test_an_effect_that_enters_linearly_is_fitted_in_one_step():
@@ -67,10 +67,7 @@ def test_the_interval_is_the_scatter_of_the_estimate():
     b, rng = bench(), np.random.default_rng(3)
     levels, base = b.levels, b.forward.values(b.forward.null()[None])[0]
     starts = b.start(("yaw_offset_tail",), b.forward.null())
-    found = [
-        b.fit([starts], base + e)[0]
-        for e in errors(b, 40, rng, white=levels.white, wander=levels.wander)
-    ]
+    found = [b.fit([starts], base + e)[0] for e in errors(b, 40, rng, white=levels.white, wander=levels.wander)]
     pulls = [f.q[f.free[0]] / np.sqrt(f.covariance[0, 0]) for f in found]
     assert 0.65 < np.std(pulls) < 1.4  # 40 draws: +- 11 %, three of which are allowed
     assert abs(np.mean(pulls)) < 3 / np.sqrt(40)

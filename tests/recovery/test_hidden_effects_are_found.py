@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_campaign import BOOTSTRAPS, CLASSES, MODEL, SEED, campaign, described
+from small_campaign import BOOTSTRAPS, CLASSES, MODEL, SEED, SPREAD, campaign, described
 
 from belt_sim.diagnose.describe import describe
 from belt_sim.diagnose.diagnosis import diagnose
+from belt_sim.virtual_rig.make import make_campaign
 
 WITHIN = 3.0  # u: a true value lies further off in 3 of 1000 campaigns; the seeds here are fixed
 FLOOR = 1.3  # rms over noise floor: the floor's own spread over six runs is some 20 %
@@ -90,3 +91,12 @@ def test_a_turned_sensor_ends_in_cannot_say():
     assert content["effects"] == []
     assert ("r01", "wrong_sign") in {(s["run"], s["kind"]) for s in content["suspicions"]}
     assert content["sentence"].startswith("The data look damaged")
+
+
+@pytest.mark.long
+def test_a_stranger_that_misleads_the_optimiser_is_no_crash():
+    """Guard: beside crown, tension_bias once ended in a valley above crown alone, and the diagnosis stopped there."""
+    dead_zone = [{"id": "dead_zone", "kappa_d": 1e-4}]
+    made, _ = make_campaign(hidden=dead_zone, seed=2, plan=SPREAD)
+    d = diagnose(made, MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=0, advise=False)
+    assert d.verdict in ("partly", "none_known")
