@@ -7,7 +7,7 @@ from belt_sim.analytic.model import Model, analytic_model
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.effects.base import Effect
 from belt_sim.effects.load import load_classes
-from belt_sim.errors import CannotRepresent
+from belt_sim.errors import CannotRepresent, InputError
 
 
 def campaign_from(config: dict[str, Any]) -> Campaign:
@@ -29,6 +29,8 @@ def model_from(config: dict[str, Any]) -> Model:
 def candidates(config: dict[str, Any], model: Model) -> list[type[Effect]]:
     """Effect classes to try: those named, or the library without what is left out; all that the model can honour."""
     classes = load_classes(config["effects"])
+    if not classes:
+        raise InputError("effects", "[]", "", "name at least one candidate, or null for the library")
     if config["effects"] is None:
         classes = {i: c for i, c in classes.items() if i not in config["leave_out"]}
         return [c for c in classes.values() if model.refusal(c) is None]

@@ -44,6 +44,8 @@ class Around:
 def around(bench: Workbench, fit: Fit, ids: Sequence[str]) -> Around:
     """Derivatives of the predictions near ``fit`` along every parameter of the effects ``ids``."""
     positions = [k for i in ids for k in bench.forward.index(i)]
+    if not positions:
+        return Around(fit, {}, {})
     rows = bench.slopes(fit.q, positions)
     slopes = dict(zip(positions, rows, strict=True))
     size = np.linalg.norm(bench.metric.whiten(rows), axis=1)

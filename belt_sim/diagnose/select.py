@@ -63,7 +63,7 @@ def select(bench: Workbench, *, bootstraps: int, seed: int, tell=lambda text: No
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     current, found = base, Selection(bench, base, base, held_out(bench, base), held_out(bench, base))
     seen = {frozenset(current.ids)}
-    while len(current.ids) < MAX_EFFECTS:
+    while len(current.ids) < min(MAX_EFFECTS, len(bench.forward.classes)):
         tell(f"candidates beside {', '.join(current.ids) or 'the base model'}")
         count = bootstraps if not current.ids else max(200, bootstraps // 4)
         trials, null = _round(bench, current, count, seed + len(current.ids), tick)
