@@ -1,0 +1,34 @@
+"""The 3D belt against the strip and rope laws on the short rig."""
+
+import numpy as np
+import pytest
+
+from belt_sim.analytic.march import march
+from belt_sim.analytic.model import analytic_model
+from belt_sim.mujoco3d import Options, simulate
+
+NEAR = 0.03  # of y at points 1 and 3; dx = 25 mm stands for a span longer by dx and a start sampled at dx
+UPWARDS = 5e-6  # [m], what y may wander by: shaking of landings at 25 mm
+
+pytestmark = pytest.mark.filterwarnings("ignore:flex")
+
+
+def at(curves, travel, point):
+    return float(np.interp(travel, curves.travel, np.asarray(curves.y)[point]))
+
+
+def test_sticking_membrane_starts_like_the_strip(short_rig):
+    curves = simulate(short_rig, travel=1.0, options=Options(run_in=0.6, settle=0.5, acceleration=2.0))
+    law = march(short_rig, analytic_model("strip"), travel=1.0)
+    for travel in (0.5, 0.9):
+        for point in (0, 2):
+            assert at(curves, travel, point) == pytest.approx(at(law, travel, point), rel=NEAR, abs=UPWARDS)
+    assert curves.sag[0] > 0.0
+
+
+@pytest.mark.long
+def test_late_rate_of_the_strip(short_rig):
+    curves = simulate(short_rig, travel=25.0)
+    law = march(short_rig, analytic_model("strip"), travel=25.0)
+    for point in range(4):
+        assert at(curves, 24.9, point) == pytest.approx(at(law, 24.9, point), rel=NEAR)

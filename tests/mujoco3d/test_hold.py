@@ -1,0 +1,70 @@
+"""Landing keeps lengths, the laid belt closes, the run stops for a yaw step."""
+
+import numpy as np
+import pytest
+
+from belt_sim.case import Schedule
+from belt_sim.errors import InputError
+from belt_sim.mujoco3d.hold import Pose, Wrap, land
+from belt_sim.mujoco3d.loop import laid_loop
+from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.run import fitted
+from belt_sim.mujoco3d.stage import Clock, YawPlan, yaw_now
+from belt_sim.mujoco3d.study import paper_case
+from belt_sim.mujoco3d.surface import PulleySurface
+
+ROUNDING = 1e-12  # [m], of coordinates below 1 m
+CHORDS_EQUAL = 1e-8  # [m]; the curve is interpolated between points 0.1 mm apart
+
+
+@pytest.mark.parametrize("surface", [{}, {"taper": 1e-3}, {"crown": 0.05}, {"wobble": 1e-3, "wobble_phase": 0.4}])
+def test_landing_keeps_the_chord_and_lies_on_the_surface(surface):
+    wrap = Wrap.empty(PulleySurface(radius=0.17, **surface), 0.0, 4, 2)
+    pose = Pose(np.array([2.0, 0.0, 0.0]), np.eye(3), 0.3)
+    wrap.y[1], wrap.angle[1] = [0.058, -0.058], 0.1
+    wrap.r[1] = wrap.radius_at(wrap.y[1], wrap.angle[1])
+    wrap.first = wrap.last = 1
+    wrap.renumber()
+    beside = wrap.place(pose)[0]
+    nodes = beside + np.array([-0.0245, 1e-5, 0.0098])
+    chord = np.linalg.norm(nodes - beside, axis=1)
+    land(wrap, pose, 0, 1, nodes, chord)
+    wrap.first = 0
+    wrap.renumber()
+    placed = wrap.place(pose)
+    assert np.linalg.norm(placed[0] - placed[1], axis=1) == pytest.approx(chord, abs=ROUNDING)
+    radius = wrap.radius_at(wrap.y[0], wrap.angle[0])
+    # a wobbling surface changes its radius between the guess and the landing by wobble b' dx / R^2
+    assert wrap.r[0] == pytest.approx(radius, abs=2e-5 if "wobble" in surface else ROUNDING)
+    assert np.all(wrap.angle[0] < wrap.angle[1])
+
+
+def test_laid_belt_has_equal_chords_and_hangs():
+    case = paper_case(11.28, 10.0, 0.0)
+    loop = laid_loop(case, 0.025)
+    chords = np.hypot(np.roll(loop.x, -1) - loop.x, np.roll(loop.z, -1) - loop.z)
+    assert chords == pytest.approx(loop.chord, abs=CHORDS_EQUAL)
+    sag = case.weight_per_length * 11.28**2 / (8.0 * case.tension_force)
+    middle = np.argmin(np.abs(loop.x - 5.64) + 10.0 * (loop.z < 0.0))
+    assert loop.radius_head - loop.z[middle] == pytest.approx(sag, rel=1e-3)
+
+
+def test_belt_stands_still_for_a_yaw_step():
+    plan = YawPlan(Schedule.step(1e-3, 0.0))
+    clock = Clock(options=Options(belt_speed=1.0), stops=plan.stops(1.0), end=0.5, travel=-0.3)
+    seen = []
+    while not clock.finished:
+        clock.advance(1e-3)
+        seen.append((clock.travel, clock.speed, yaw_now(plan, clock)))
+    travel, speed, yaw = np.array(seen).T
+    turning = (yaw > 0.0) & (yaw < 1e-3)
+    assert turning.sum() > 200
+    assert np.all(travel[turning] == 0.0)
+    assert np.all(speed[turning] == 0.0)
+    assert np.all(yaw[travel < 0.0] == 0.0)
+    assert np.all(yaw[travel > 0.0] == 1e-3)
+
+
+def test_too_long_a_step_is_refused_in_one_line():
+    with pytest.raises(InputError, match=r"options\.dt = 0\.002 s: give at most"):
+        fitted(Options(dt=2e-3, belt_speed=2.0), paper_case(11.28, 40.0, 0.0), "flex")
