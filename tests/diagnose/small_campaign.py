@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 
 from belt_sim.analytic.model import analytic_model
+from belt_sim.campaign import Campaign
 from belt_sim.diagnose.describe import describe
 from belt_sim.diagnose.diagnosis import Diagnosis, diagnose
 from belt_sim.diagnose.workbench import Workbench, workbench
@@ -38,21 +39,33 @@ HIDDEN = {
 }
 
 
-@cache
-def campaign(name: str, seed: int = 1):
+def campaign(name: str, seed: int = 1) -> Campaign:
     """A campaign that hides HIDDEN[name]."""
+    return _campaign(name, seed)
+
+
+def diagnosed(name: str, seed: int = 1) -> Diagnosis:
+    """Its diagnosis under beam_th2 with the whole library."""
+    return _diagnosed(name, seed)
+
+
+def described(name: str, seed: int = 1) -> dict:
+    """The content of diagnosis.json."""
+    return _described(name, seed)
+
+
+@cache
+def _campaign(name: str, seed: int) -> Campaign:
     return make_campaign(hidden=HIDDEN[name], seed=seed, plan=SPREAD, title=name)[0]
 
 
 @cache
-def diagnosed(name: str, seed: int = 1) -> Diagnosis:
-    """Its diagnosis under beam_th2 with the whole library."""
+def _diagnosed(name: str, seed: int) -> Diagnosis:
     return diagnose(campaign(name, seed), MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED, advise=False)
 
 
 @cache
-def described(name: str, seed: int = 1) -> dict:
-    """The content of diagnosis.json."""
+def _described(name: str, seed: int) -> dict:
     return describe(diagnosed(name, seed), seed=SEED)
 
 

@@ -66,10 +66,10 @@ def test_blank_readings_weigh_nothing():
 
 
 def long_bench():
-    """The runs of the bench with repeats as 100 m records read every quarter metre: the prior then hardly counts."""
+    """The runs of the bench with repeats as 60 m records read every quarter metre: the prior then hardly counts."""
     b = repeated_bench()
     runs, signals, _ = b.samples.y.shape
-    travel = np.tile(np.arange(0.0, 100.0, 0.25), (runs, 1))
+    travel = np.tile(np.arange(0.0, 60.0, 0.25), (runs, 1))
     still = np.zeros((runs, signals, travel.shape[1]))
     return replace(b, samples=replace(b.samples, travel=travel, y=still), shapes=still[None], shared=still)
 
@@ -78,7 +78,7 @@ def long_bench():
 def test_repeats_tell_both_noise_levels(white, wander):
     b = long_bench()
     finder = LevelFinder(b.samples, b.shapes)
-    found = [finder(e) for e in errors(b, 20, np.random.default_rng(5), white=white, wander=wander)]
+    found = [finder(e) for e in errors(b, 15, np.random.default_rng(5), white=white, wander=wander)]
     assert {f.repeats for f in found} == {2}
     # the prior (0.35 in logarithm) pulls each by less than one step of the grid
     assert np.mean(np.log([f.white for f in found])) == pytest.approx(np.log(white), abs=STEP)
