@@ -16,6 +16,7 @@ from belt_sim.mujoco3d.belt import Mesh
 from belt_sim.mujoco3d.friction import Friction
 from belt_sim.mujoco3d.hold import HEAD, TAIL, Pose, Wrap, anchor, height, land
 from belt_sim.mujoco3d.scene import Scene
+from belt_sim.mujoco3d.surface import PulleySurface
 
 
 @dataclass
@@ -47,7 +48,8 @@ class Contact:
             (HEAD, scene.parts.head, scene.loop.radius_head),
             (TAIL, scene.parts.tail, scene.loop.radius_tail),
         ):
-            wraps.append(Wrap.empty(surface, circle - surface.radius, n, m))
+            plain = PulleySurface(radius=surface.radius)
+            wraps.append(Wrap.empty(plain, circle - surface.radius, n, m))
             beyond = scene.loop.x <= 0.0 if which == HEAD else scene.loop.x >= poses[TAIL].centre[0]
             on = np.flatnonzero(beyond)
             jump = np.flatnonzero(np.diff(on) > 1)
@@ -75,6 +77,11 @@ class Contact:
     def nodes(self, station: int) -> np.ndarray:
         """Positions of a station's nodes [m], shape (m, 3)."""
         return self.scene.mesh.rest[station] + self.slides[station]
+
+    def shape_pulleys(self) -> None:
+        """From now on stations land on the pulleys as they are; until travel 0 they land on plain cylinders."""
+        for wrap, surface in zip(self.wraps, (self.scene.parts.head, self.scene.parts.tail), strict=True):
+            wrap.surface = surface
 
     def follow(self, poses: tuple[Pose, Pose]) -> None:
         """Before a step: the springs' rest positions are where the anchors will be at its end."""

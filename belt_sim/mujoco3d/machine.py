@@ -34,6 +34,7 @@ class Machine:
     spin_inertia: float
     slide_drag: float
     spin_drag: float
+    share: float = 0.0
 
     @staticmethod
     def begin(case: Case, scene: Scene, options: Options) -> "Machine":
@@ -42,9 +43,11 @@ class Machine:
         turned = -float(settings.direction) * options.run_in
         parts = scene.parts
         poses = (
-            Pose(np.zeros(3), parts.head.axes(0.0), turned / parts.head.radius),
+            Pose(np.zeros(3), parts.head.axes(0.0, 0.0), turned / parts.head.radius),
             Pose(
-                np.array([float(case.rig.centre_distance), 0.0, 0.0]), parts.tail.axes(0.0), turned / parts.tail.radius
+                np.array([float(case.rig.centre_distance), 0.0, 0.0]),
+                parts.tail.axes(0.0, 0.0),
+                turned / parts.tail.radius,
             ),
         )
         model = scene.model
@@ -69,7 +72,9 @@ class Machine:
 
     def stops(self, until: float) -> list[float]:
         """Travels at which the belt stands still for a yaw step [m]."""
-        return sorted({s for plan in self.plans for s in plan.stops(until)})
+        parts = self.scene.parts
+        tilted = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail))
+        return sorted({s for plan in self.plans for s in plan.stops(until)} | ({0.0} if tilted else set()))
 
     def put(self, data: mujoco.MjData) -> None:
         """Write the pulleys' coordinates into MuJoCo's state."""
@@ -77,7 +82,9 @@ class Machine:
         data.qpos[HEAD_SPIN], data.qpos[TAIL_SPIN] = (pose.spin for pose in self.poses)
 
     def command(self, clock: Clock) -> None:
-        """Yaw for the coming step."""
+        """Yaw for the coming step; yaw offsets and cants come in while the belt stands at travel 0."""
+        starting = clock.paused_since is not None and clock.done < 0.0
+        self.share = 0.0 if clock.travel < 0.0 else clock.step_share() if starting else 1.0
         self.yaw[:] = [yaw_now(plan, clock) for plan in self.plans]
 
     def before(
@@ -108,7 +115,7 @@ class Machine:
         self.given_way += (compliance * moments - self.given_way) * min(dt / _COMPLIANCE_LAG, 1.0)
         turned = self.yaw + self.given_way
         for pose, surface, yaw in zip(self.poses, (parts.head, parts.tail), turned, strict=True):
-            pose.axes = surface.axes(float(yaw))
+            pose.axes = surface.axes(float(yaw), self.share)
         data.qpos[HEAD_YAW], data.qpos[TAIL_YAW] = turned
         data.qvel[[HEAD_YAW, TAIL_YAW]] = 0.0
         self.scene.model.eq_data[0, 0] = turned[HEAD]

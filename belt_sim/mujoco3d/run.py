@@ -10,7 +10,7 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
-from belt_sim.errors import InputError, RunFailed
+from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.belt import drag
 from belt_sim.mujoco3d.chain import Chain
@@ -50,6 +50,8 @@ def simulate(
     """
     if belt not in BELTS:
         raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
+    if belt not in _BELTS:
+        raise CannotRepresent(f"belt = {belt}: its bonds are not calibrated to EA, EI and shear yet; use belt=flex")
     options = fitted(options or Options(), case, belt)
     curves = Run.begin(case, belt, options, observers, effects, scene_path).go(travel)
     if not control:
@@ -143,6 +145,7 @@ class Run:
             clock.advance(options.dt)
             if self.recorder.start is None and clock.travel >= 0.0:
                 self.recorder.begin(clock)
+                self.contact.shape_pulleys()
             machine.command(clock)
             spin = self.sign * clock.travel / self.scene.parts.head.radius
             self._step(spin, clock.speed, (clock.speed - before) / options.dt)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
@@ -53,6 +53,9 @@ def scene_parts(case: Case, options: Options, effects: Sequence = ()) -> ScenePa
 
 def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, Scene]:
     """The specification (for its MJCF) and the compiled scene."""
+    if parts.camber is not None or parts.edge_guides:
+        raise CannotRepresent("camber and edge guides are not built into the 3D scene yet; use an analytic model")
+    case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
     loop = laid_loop(case, options.dx)
     mesh = belt.mesh(case, loop, options)
     spec = _empty(options, parts.gravity)

@@ -37,11 +37,14 @@ class PulleySurface:
             r = r - self.wobble * y * np.sin(angle - self.wobble_phase)
         return r
 
-    def axes(self, yaw: float) -> np.ndarray:
-        """Rotation matrix (3, 3) from the pulley's frame (y along its axis, not spinning) to the world at this yaw."""
-        turn = yaw + self.yaw_offset
+    def axes(self, yaw: float, share: float = 1.0) -> np.ndarray:
+        """Rotation matrix (3, 3) from the pulley's frame (y along its axis, not spinning) to the world at this yaw.
+
+        share: how much of yaw offset and cant acts (0 before travel 0, where the machine is aligned).
+        """
+        turn, roll = yaw + share * self.yaw_offset, share * self.cant
         c, s = math.cos(turn), math.sin(turn)
-        cg, sg = math.cos(self.cant), math.sin(self.cant)
+        cg, sg = math.cos(roll), math.sin(roll)
         return np.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
 
 
