@@ -19,8 +19,9 @@ class Mesh:
 
     rest [m], shape (n, m, 3): stress-free places (body positions); laid [m], same shape: places under tension;
     line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,); mass [kg], shape (m,), a node;
-    chord [m]: rest distance of neighbouring stations; turn_stiffness, turn_pressure [N], shape (m,): tension of the lines
-    and lateral force per unit of lengthwise strain at fixed width (see contact.misread); closed: an endless belt.
+    chord [m]: rest distance of neighbouring stations; turn_stiffness, turn_pressure [N], shape (m,): tension of
+    the lines and lateral force per unit of lengthwise strain at fixed width (see contact.misread); closed: an
+    endless belt.
     """
 
     rest: np.ndarray

@@ -23,9 +23,9 @@ from belt_sim.mujoco3d.surface import PulleySurface
 class Contact:
     """Views of MuJoCo's arrays for the nodes, shape (n, m, 3), and the two wraps.
 
-    position [m] = rest + slides; before: slides at the beginning of the step; spring, stiffness: qpos_spring [m] and jnt_stiffness [N/m]; spin [rad]: of
-    both pulleys at the last ``settle``; loads: force along x [N],
-    moment about the axis and about z [N m] that the belt does to the head and the tail pulley.
+    position [m] = rest + slides; before: slides at the beginning of the step; spring, stiffness: qpos_spring [m]
+    and jnt_stiffness [N/m]; spin [rad]: of both pulleys at the last ``settle``; loads: force along x [N], moment
+    about the axis and about z [N m] that the belt does to the head and the tail pulley.
     """
 
     scene: Scene
@@ -160,7 +160,7 @@ class Contact:
 
 
 def misread(mesh: Mesh, held: int, turn: float, radius: float) -> np.ndarray:
-    """What the springs of landed stations carry beyond the holding force [N] (outwards, along the axis, along the turn).
+    """What the springs of landed stations carry beyond the holding force [N]: outwards, along axis, along turn.
 
     Links between landed stations that turn by ``turn`` [rad] in a step lack the tension e = k turn^2 / 2 with k from
     mesh.turn_stiffness, and the section the lateral force mesh.turn_pressure turn^2 / 2; shape (held, m, 3).

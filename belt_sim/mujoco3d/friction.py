@@ -31,9 +31,10 @@ class Friction:
     def apply(self, wrap: Wrap, pose: Pose, which: int, points, parts, surplus, stiffness) -> None:
         """Let nodes slide whose tangential force exceeds friction x pressure, and stick again when it falls below.
 
-        points [m], shape (held, m, 3): where the nodes are; parts [N], same shape: the holding forces outwards, along the
-        axis, along the turn; surplus [N]: what they carry beyond the true force; stiffness: view of the springs' stiffness, shape (n, m, 3). A sliding node is pushed by
-        the pressure p of the last step and by friction p, on a soft spring from where it was: wrap.push.
+        points [m], shape (held, m, 3): where the nodes are; parts [N], same shape: the holding forces outwards,
+        along the axis, along the turn; surplus [N]: what they carry beyond the true force; stiffness: view of the
+        springs' stiffness, shape (n, m, 3). A sliding node is pushed by the pressure p of the last step and by
+        friction p, on a soft spring from where it was: wrap.push.
         """
         k = wrap.stations
         held, parts = parts, parts - surplus

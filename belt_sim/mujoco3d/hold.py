@@ -31,8 +31,9 @@ class Wrap:
     """The stations that lie on one pulley: consecutive numbers first..last (modulo n), and their anchors.
 
     anchors are cylinder coordinates in the spinning pulley: r, y [m] and angle [rad] from the top towards +x,
-    shape (n, m), valid for held stations only. sliding: which nodes slide; push [m], shape (n, m, 3): how far beyond its
-    anchor a sliding node's spring rests (outwards, along the axis, along the turn), from the friction law; held_for: steps since landing, shape (n,).
+    shape (n, m), valid for held stations only. sliding: which nodes slide; push [m], shape (n, m, 3): how far
+    beyond its anchor a sliding node's spring rests (outwards, along the axis, along the turn), from the friction
+    law; held_for: steps since landing, shape (n,).
     """
 
     surface: PulleySurface
@@ -101,7 +102,7 @@ def height(wrap: Wrap, pose: Pose, nodes: np.ndarray) -> float:
 
 def anchor(wrap: Wrap, pose: Pose, station: int, nodes: np.ndarray) -> None:
     """Anchor a station where its nodes, shape (m, 3), project on the surface (used before the run)."""
-    r, y, angle = cylinder_coordinates(nodes, pose)
+    _, y, angle = cylinder_coordinates(nodes, pose)
     wrap.y[station], wrap.angle[station], wrap.r[station] = y, angle, wrap.radius_at(y, angle)
 
 

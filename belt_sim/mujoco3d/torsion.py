@@ -14,7 +14,8 @@ class Torsion:
     """Couples on the sections of the free spans: C phi'', phi the roll of a section.
 
     The strip has F b^2 / 12 + G b h^3 / 3; lines at y_j with shares w_j of the section have F sum(w_j y_j^2), and C is
-    the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. rate [N/m]: C / (chord b'^2), b' the outer lines' distance.
+    the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. rate [N/m]: C / (chord b'^2), b' the outer lines'
+    distance.
     """
 
     rate: float
