@@ -1,9 +1,9 @@
 """Hidden effects as changes of a three-dimensional scene: what the machine is, not what a law says of it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from belt_sim.case import Case, Schedule
+from belt_sim.case import Case
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d.surface import SceneParts
 from belt_sim.rig import GRAVITY
@@ -21,16 +21,9 @@ class SceneFault:
     def id(self) -> str:
         return self.fault.id
 
-    def edit_case(self, case: Case) -> Case:
-        """The case as the machine really runs it: how its pulleys stand from travel 0 on, and gravity."""
-        edit = _CASES.get(self.id)
-        return edit(self.fault, case) if edit else case
-
     def edit_scene(self, parts: SceneParts, case: Case) -> None:
         """Called by ``belt_sim.mujoco3d.simulate`` before the scene is built."""
-        edit = _SCENES.get(self.id)
-        if edit:
-            edit(self.fault, parts, case)
+        SCENE_FAULTS[self.id](self.fault, parts, case)
 
 
 def scene_fault(spec: str | dict) -> SceneFault:
@@ -45,18 +38,17 @@ def scene_fault(spec: str | dict) -> SceneFault:
     return SceneFault(fault)
 
 
-def _tail_turned(fault, case: Case) -> Case:
-    yaw = case.settings.yaw.then(Schedule.step(fault.beta_0))
-    return replace(case, settings=replace(case.settings, yaw=yaw))
+def _weight(fault, parts: SceneParts, case: Case) -> None:
+    """A belt without weight, as base beam_th2 has it, gets its weight."""
+    parts.gravity += fault.strength * GRAVITY
 
 
-def _head_turned(fault, case: Case) -> Case:
-    yaw = case.settings.yaw_head.then(Schedule.step(fault.beta_0))
-    return replace(case, settings=replace(case.settings, yaw_head=yaw))
+def _tail_turned(fault, parts: SceneParts, case: Case) -> None:
+    parts.change("tail", yaw_offset=fault.beta_0)
 
 
-def _heavy(fault, case: Case) -> Case:
-    return replace(case, rig=replace(case.rig, gravity=case.rig.gravity + fault.strength * GRAVITY))
+def _head_turned(fault, parts: SceneParts, case: Case) -> None:
+    parts.change("head", yaw_offset=fault.beta_0)
 
 
 def _taper(fault, parts: SceneParts, case: Case) -> None:
@@ -85,18 +77,15 @@ def _slip(fault, parts: SceneParts, case: Case) -> None:
         parts.friction = min(parts.friction, 1.0 / fault.inverse_friction)
 
 
-#: The belt lies straight on an aligned machine until travel 0; there the pulley turns to command + offset.
-_CASES: dict[str, Callable] = {
+#: All of them begin at travel 0; until then the belt lies straight on an aligned machine.
+SCENE_FAULTS: dict[str, Callable] = {
     "yaw_offset_tail": _tail_turned,
     "yaw_offset_head": _head_turned,
-    "sag_roll": _heavy,
-}
-_SCENES: dict[str, Callable] = {
+    "cant": _cant,
     "taper": _taper,
     "crown": _crown,
-    "cant": _cant,
     "wobble": _wobble,
     "yaw_compliance": _compliance,
     "slip": _slip,
+    "sag_roll": _weight,
 }
-SCENE_FAULTS = (*_CASES, *_SCENES)

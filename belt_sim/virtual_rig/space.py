@@ -137,14 +137,11 @@ def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves
 
 
 def run_scene(run: SceneRun) -> Curves:
-    """One run: the case and the scene as the faults leave them."""
+    """One run in the scene as the faults leave it, at the speed that the setting states."""
     from belt_sim.mujoco3d import simulate
 
-    case = run.case
-    for fault in run.faults:
-        case = fault.edit_case(case)
-    options = replace(run.options, belt_speed=float(case.settings.speed))
-    return simulate(case, belt="flex", travel=run.travel + 2 * options.sample, options=options, effects=run.faults)
+    options = replace(run.options, belt_speed=float(run.case.settings.speed))
+    return simulate(run.case, belt="flex", travel=run.travel + 2 * options.sample, options=options, effects=run.faults)
 
 
 def _read(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:
@@ -152,7 +149,7 @@ def _read(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:
     readings = np.empty((len(plan.signals), len(plan.travel), len(curves)))
     for j, place in enumerate(plan.signals.values()):
         for k, (curve, run) in enumerate(zip(curves, plan.runs, strict=True)):
-            rows = curve.y[_POINTS[place]] if place in _POINTS else curve.tilt[_TILTS[place]]
+            rows = curve.y[_POINTS[place]] if place in _POINTS else np.asarray(curve.tilt)[_TILTS[place]]
             readings[j, :, k] = np.interp(plan.travel, curve.travel, rows)
             readings[j, :, k] -= np.interp(run.yaw_at, curve.travel, rows)
     return readings

@@ -21,7 +21,8 @@ from belt_sim.virtual_rig.stated_error import GAIN, WANDER, with_simulator_error
 ROOT = Path(__file__).parents[2]
 LARGEST = 300_000  # bytes
 SENSED = np.sqrt(SENSORS.white**2 + SENSORS.zero**2 + SENSORS.wander_sd**2)
-ALIKE = 3.0  # one-sigma errors of a reading, rms over a campaign at most 1, the worst of 2420 readings below this
+#: In one-sigma errors of a reading: 20 signals with a zero and 6 wander lengths each have an rms of 1 +- 0.1.
+RMS, WORST = 1.25, 4.0
 
 
 def folder(name: str) -> Path:
@@ -55,20 +56,17 @@ def test_it_is_small_reads_and_its_truth_opens(name):
 @pytest.mark.parametrize("name", SPACE_SAMPLES)
 def test_space_and_line_measure_alike_within_the_stated_error(name):
     off = errors_in_sigmas(name)
-    assert np.sqrt(np.mean(off**2)) < 1.0
-    assert np.abs(off).max() < ALIKE
+    assert np.sqrt(np.mean(off**2)) < RMS
+    assert np.abs(off).max() < WORST
 
 
 @pytest.mark.parametrize("name", [n for n, s in SPACE_SAMPLES.items() if s.hidden])
 def test_without_what_is_hidden_they_do_not(name):
-    assert np.abs(errors_in_sigmas(name, with_faults=False)).max() > 2 * ALIKE
+    assert np.abs(errors_in_sigmas(name, with_faults=False)).max() > 1.5 * WORST
 
 
-def test_the_stated_error_is_no_larger_than_the_simulator_needs():
-    """Half the stated error would not do."""
-    off = errors_in_sigmas("space_nothing")
-    assert np.abs(off).max() > 0.5 * ALIKE or np.sqrt(np.mean(off**2)) > 0.5
-
-
-def test_sensors_alone_are_stated_when_the_simulator_is_exact():
-    assert with_simulator_error(replace(SENSORS, gain=0.5))[0].gain > 0.5
+def test_the_simulators_error_adds_to_the_sensors_in_squares():
+    stated = with_simulator_error(replace(SENSORS, gain=0.03))[0]
+    assert stated.gain == pytest.approx(np.hypot(0.03, GAIN))
+    assert stated.wander_sd == pytest.approx(np.hypot(SENSORS.wander_sd, WANDER))
+    assert (stated.white, stated.zero) == (SENSORS.white, SENSORS.zero)
