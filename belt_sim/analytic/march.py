@@ -125,10 +125,11 @@ def _stepper(case, effects, span, answer, spacing):
 
 
 def _forced(effects, commanded, case, now, then):
-    """Yaw and run-up terms of effects, averaged over both ends of the step."""
-    yaw, push = commanded, _nothing()
+    """Yaw and run-up terms of effects, averaged over the step: yaw by Simpson's rule, as pulleys may wobble."""
+    yaw, push, between = commanded, _nothing(), _mean(now, then)
     for e in uses(effects, "yaw"):
-        yaw = _mean(e.yaw(yaw, now, case), e.yaw(yaw, then, case))
+        ends = _mean(e.yaw(yaw, now, case), e.yaw(yaw, then, case))
+        yaw = jax.tree.map(lambda end, mid: end + 2.0 * (mid - end) / 3.0, ends, e.yaw(yaw, between, case))
     for e in uses(effects, "runup"):
         push = _mean(e.runup(push, now, case), e.runup(push, then, case))
     return yaw, push

@@ -8,18 +8,20 @@ import numpy as np
 from belt_sim.diagnose.fit import Fit
 from belt_sim.diagnose.workbench import Workbench
 
+SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
 STRONG = 0.2  # whitened size above which a parameter's derivative at null can be trusted
 
 
 @dataclass(frozen=True)
 class Around:
     """slopes: position in q -> shape (R, S, n) per unit; where the derivative at null vanishes while a plausible size
-    moves the readings (weak: effect id -> such positions), the secant to that size stands in its place.
+    moves the readings, the secant to that size stands in its place, and weak (effect id -> pairs of position and
+    value) says from where a search may start.
     """
 
     fit: Fit
     slopes: dict[int, np.ndarray]
-    weak: dict[str, list[int]]
+    weak: dict[str, list[tuple[int, float]]]
 
     def shapes(self, bench: Workbench, name: str) -> np.ndarray:
         """Shapes (k, R, S, n) of one effect."""
@@ -52,10 +54,13 @@ def around(bench: Workbench, fit: Fit, ids: Sequence[str]) -> Around:
     faint = [k for k, length in zip(positions, size, strict=True) if length < STRONG]
     if not faint:
         return Around(fit, slopes, {})
-    q = np.repeat(fit.q[None], len(faint), axis=0)
-    q[np.arange(len(faint)), faint] = 1.0
+    tried = [(k, size) for k in faint for size in SIZES]
+    q = np.repeat(fit.q[None], len(tried), axis=0)
+    for row, (k, size) in enumerate(tried):
+        q[row, k] = size
     moved = bench.forward.values(q) - fit.values
     strong = np.linalg.norm(bench.metric.whiten(moved), axis=1) > STRONG
-    secants = {k: m for k, m, s in zip(faint, moved, strong, strict=True) if s}
-    weak = {i: [k for k in bench.forward.index(i) if k in secants] for i in ids}
-    return Around(fit, slopes | secants, {i: rows for i, rows in weak.items() if rows})
+    starts = [(pair, m) for pair, m, s in zip(tried, moved, strong, strict=True) if s]
+    secants = {k: m for (k, _), m in reversed(starts)}  # the smallest size that shows
+    weak = {i: [pair for pair, _ in starts if pair[0] in bench.forward.index(i)] for i in ids}
+    return Around(fit, slopes | secants, {i: pairs for i, pairs in weak.items() if pairs})

@@ -31,7 +31,19 @@ def rivals(selection: Selection) -> list[Rival]:
                 continue
             sigma = float(np.sqrt(max(t.fit.chi2 - own.fit.chi2, 0.0)))
             found.append(Rival(name, t.id, sigma, t.fit))
-    return found
+    return found + _additions(selection)
+
+
+def _additions(selection: Selection) -> list[Rival]:
+    """Effects that would fit beside the chosen ones, but whose held-out error speaks against them."""
+    chosen, last = selection.chosen, selection.rounds[-1] if selection.rounds else []
+    if not chosen.ids:
+        return []
+    return [
+        Rival(chosen.ids[-1], t.id, float(np.sqrt(t.gain)), t.fit)
+        for t in last
+        if t.passes and t.fit.ids[:-1] == chosen.ids
+    ]
 
 
 def probabilities(selection: Selection) -> dict[str, float]:
@@ -50,7 +62,8 @@ def selection_frequency(selection: Selection, seed: int) -> dict[str, float]:
     With m the part of a candidate's whitened residual that the best one does not have, its chi2 under fresh noise e
     is |m|^2 + 2 m.e up to terms common to all; m.e is normal with the Gram matrix of all m.
     """
-    trials = [t for t in selection.rounds[0] if t.plausible and np.isfinite(t.threshold)]
+    first = selection.rounds[0] if selection.rounds else []
+    trials = [t for t in first if t.plausible and np.isfinite(t.threshold)]
     if not trials:
         return {}
     best = max(trials, key=lambda t: t.score)
@@ -61,8 +74,8 @@ def selection_frequency(selection: Selection, seed: int) -> dict[str, float]:
     noise = np.random.default_rng(seed).standard_normal((REPEATS, len(rest))) * np.sqrt(np.maximum(values, 0.0))
     chi2 = np.diag(gram) + 2.0 * noise @ vectors.T
     scores = chi2[:, -1:] - chi2[:, :-1] - np.array([t.threshold for t in trials])
-    first, passed = np.argmax(scores, axis=1), scores.max(axis=1) > 0
-    return {t.id: float(np.mean((first == k) & passed)) for k, t in enumerate(trials)}
+    ahead, passed = np.argmax(scores, axis=1), scores.max(axis=1) > 0
+    return {t.id: float(np.mean((ahead == k) & passed)) for k, t in enumerate(trials)}
 
 
 def _own(trials: list[Trial], name: str) -> Trial:

@@ -146,7 +146,7 @@ def _unknown(d: Diagnosis) -> dict[str, Any] | None:
         return None
     if not d.left.failed:
         return None
-    last = max(d.found.rounds[-1], key=lambda t: t.gain, default=None)
+    last = max(d.found.rounds[-1] if d.found.rounds else [], key=lambda t: t.gain, default=None)
     nearest = None
     if last is not None:
         missing = max(d.left.gain.values(), default=0.0)

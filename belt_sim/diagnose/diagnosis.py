@@ -4,16 +4,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from belt_sim.analytic.model import Model
-from belt_sim.campaign import Campaign, Suspicion, suspicions
+from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.diagnose.confusable import Rival, rivals
 from belt_sim.diagnose.nextrun import Advice, next_runs
 from belt_sim.diagnose.openset import OpenSet, open_set
-from belt_sim.diagnose.select import Selection, Trial, select
+from belt_sim.diagnose.select import MAX_EFFECTS, Selection, Trial, select
 from belt_sim.diagnose.verdict import verdict
 from belt_sim.diagnose.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
 
 BOOTSTRAPS = 1000
+
+
+def _long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
+    """Whether a record of the campaign covers the belt revolutions that an effect needs to be recognised."""
+    longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
+    return longest >= cls.min_revolutions * case_of(campaign, campaign.runs[0]).rig.belt_length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +41,7 @@ class Diagnosis:
     @property
     def ranking(self) -> list[Trial]:
         """Every candidate of the first round, best first."""
-        return sorted(self.found.rounds[0], key=lambda t: -t.score)
+        return sorted(self.found.rounds[0], key=lambda t: -t.score) if self.found.rounds else []
 
 
 def diagnose(
@@ -56,8 +62,10 @@ def diagnose(
     """
     suspect = suspicions(campaign)
     tell("laying out the campaign")
-    bench = workbench(campaign, model, [c for c in classes if model.refusal(c) is None])
-    found = select(bench, bootstraps=bootstraps, seed=seed, tell=tell, tick=tick)
+    bench = workbench(campaign, model, [c for c in classes if model.refusal(c) is None and _long_enough(campaign, c)])
+    damaged = any(s.severity == "stop" for s in suspect)  # then nothing is added: only what is there is judged
+    limit = 0 if damaged else MAX_EFFECTS
+    found = select(bench, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
     tell("testing what is left")
     left = open_set(found.bench, found.chosen, bootstraps=max(200, bootstraps // 2), seed=seed)
     pairs = rivals(found)

@@ -19,7 +19,6 @@ from belt_sim.errors import RunFailed
 MAX_EFFECTS = 4
 FAMILY_LEVEL = 0.03  # false alarms a step, all candidates together; the open-set test spends the rest of 5 %
 NESTING = 1.0  # a super-model may not fit worse than its sub-model by more than this in chi2
-NONLINEAR_STARTS = (0.5, 1.0, 2.0)
 
 
 @dataclass
@@ -58,12 +57,20 @@ class Selection:
     null: NullGains | None = None
 
 
-def select(bench: Workbench, *, bootstraps: int, seed: int, tell=lambda text: None, tick=lambda n: None) -> Selection:
-    """Run the selection; ``tell`` hears what is being done, ``tick`` counts bootstrap replicates."""
+def select(
+    bench: Workbench,
+    *,
+    bootstraps: int,
+    seed: int,
+    limit: int = MAX_EFFECTS,
+    tell=lambda text: None,
+    tick=lambda n: None,
+) -> Selection:
+    """Choose up to ``limit`` effects; ``tell`` hears what is being done, ``tick`` counts bootstrap replicates."""
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     current, found = base, Selection(bench, base, base, held_out(bench, base), held_out(bench, base))
     seen = {frozenset(current.ids)}
-    while len(current.ids) < min(MAX_EFFECTS, len(bench.forward.classes)):
+    while len(current.ids) < min(limit, len(bench.forward.classes)):
         tell(f"candidates beside {', '.join(current.ids) or 'the base model'}")
         count = bootstraps if not current.ids else max(200, bootstraps // 4)
         trials, null = _round(bench, current, count, seed + len(current.ids), tick)
@@ -118,9 +125,9 @@ def best_of(bench: Workbench, near: Around, ids) -> dict[str, Fit]:
     for name in ids:
         starts.append(near.with_effect(bench, name))  # from null, so that no super-model ends above its sub-model
         owners.append(name)
-        for start in NONLINEAR_STARTS if name in near.weak else ():
+        for position, value in near.weak.get(name, ()):
             q = near.fit.q.copy()
-            q[near.weak[name]] = start
+            q[position] = value
             starts.append(bench.start((*near.fit.ids, name), q))
             owners.append(name)
     best: dict[str, Fit] = {}

@@ -48,6 +48,8 @@ class Effect:
     tension_exponent: ClassVar[float | None] = None
     #: True for what belongs to the belt and changes sides when the belt is turned over
     on_belt: ClassVar[bool] = False
+    #: belt revolutions that a record must cover before the effect can be told from a slow movement
+    min_revolutions: ClassVar[float] = 0.0
     #: True for what answers to the belt's moment, and so must be asked after all else that turns a pulley
     last: ClassVar[bool] = False
     parameters: ClassVar[dict[str, Parameter]] = {}

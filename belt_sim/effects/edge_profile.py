@@ -31,6 +31,7 @@ class EdgeProfile(Effect):
     parity = "even"
     tension_exponent = 0.0
     on_belt = True
+    min_revolutions = 2.0
     parameters = _declare()
     cos1: float = 0.0
     sin1: float = 0.0

@@ -12,10 +12,19 @@ def _part(meaning):
     return Parameter(unit="rad", meaning=meaning, plausible=(-2e-3, 2e-3), scale=1e-4)
 
 
+def _radius(pulley):
+    meaning = f"relative error of the stated radius of the {pulley} pulley"
+    return Parameter(unit="1", meaning=meaning, plausible=(-0.02, 0.02), scale=1e-3)
+
+
 @effect
 @dataclass(frozen=True, kw_only=True)
 class Wobble(Effect):
-    """The surface direction swings once a turn: beta + beta_cos cos(s/R) + beta_sin sin(s/R), period 2 pi R."""
+    """The surface direction swings once a turn: beta + beta_cos cos(s/R) + beta_sin sin(s/R), period 2 pi R.
+
+    After fifty turns a radius that is off by a few per mille has shifted the phase by a radian, so the radii's own
+    errors belong to the effect.
+    """
 
     id = "wobble"
     law = "run-up"
@@ -26,14 +35,19 @@ class Wobble(Effect):
         "beta_sin": _part("quadrature swing of the tail pulley"),
         "beta_cos_head": _part("in-phase swing of the head pulley"),
         "beta_sin_head": _part("quadrature swing of the head pulley"),
+        "radius_error": _radius("tail"),
+        "radius_error_head": _radius("head"),
     }
     beta_cos: float = 0.0
     beta_sin: float = 0.0
     beta_cos_head: float = 0.0
     beta_sin_head: float = 0.0
+    radius_error: float = 0.0
+    radius_error_head: float = 0.0
 
     def yaw(self, yaw, now, case):
-        tail, head = now.travel / case.rig.tail_radius, now.travel / case.rig.head_radius
+        tail = now.travel / (case.rig.tail_radius * (1.0 + self.radius_error))
+        head = now.travel / (case.rig.head_radius * (1.0 + self.radius_error_head))
         return replace(
             yaw,
             tail=yaw.tail + self.beta_cos * jnp.cos(tail) + self.beta_sin * jnp.sin(tail),
