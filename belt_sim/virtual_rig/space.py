@@ -3,7 +3,7 @@
 import multiprocessing
 import os
 import secrets
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -118,22 +118,31 @@ def true_cases(plan: Plan, base: str, errors: Errors) -> list[Case]:
 
 
 def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves]:
-    """The curves of runs in the scene, in order; one process a core unless ``workers`` says otherwise."""
+    """The curves of runs in the scene, in order; one process a core unless ``workers`` says otherwise.
+
+    Raises RunFailed when a run diverges; runs that have not begun are then left out.
+    """
     workers = min(workers or os.cpu_count() or 1, len(runs))
-    found: list[Curves | None] = [None] * len(runs)
+    found: dict[int, Curves] = {}
     with progress(sum(run.travel for run in runs), "measuring in 3D") as done:
-        if workers == 1:
-            for k, run in enumerate(runs):
-                found[k] = run_scene(run)
-                done(run.travel)
-        else:
-            spawn = multiprocessing.get_context("spawn")
-            with ProcessPoolExecutor(workers, mp_context=spawn) as pool:
-                waiting = {pool.submit(run_scene, run): k for k, run in enumerate(runs)}
-                for finished in as_completed(waiting):
-                    found[waiting[finished]] = finished.result()
-                    done(runs[waiting[finished]].travel)
-    return [curves for curves in found if curves is not None]
+        for k, curves in _each(runs, workers):
+            found[k] = curves
+            done(runs[k].travel)
+    return [found[k] for k in range(len(runs))]
+
+
+def _each(runs: Sequence[SceneRun], workers: int) -> Iterator[tuple[int, Curves]]:
+    """Number and curves of every run, as they finish."""
+    if workers == 1:
+        yield from ((k, run_scene(run)) for k, run in enumerate(runs))
+        return
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        waiting = {pool.submit(run_scene, run): k for k, run in enumerate(runs)}
+        try:
+            for finished in as_completed(waiting):
+                yield waiting[finished], finished.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def run_scene(run: SceneRun) -> Curves:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from belt_sim.campaign import read_campaign
-from belt_sim.errors import InputError
+from belt_sim.errors import BeltError, InputError
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.surface import PulleySurface, SceneParts
 from belt_sim.rig import GRAVITY
@@ -15,7 +15,7 @@ from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.observe import Errors
 from belt_sim.virtual_rig.plan import Setting
 from belt_sim.virtual_rig.scene_faults import SCENE_FAULTS, scene_fault
-from belt_sim.virtual_rig.space import SceneRun, make_space_campaign, run_scene, run_space_rig, true_cases
+from belt_sim.virtual_rig.space import SceneRun, make_space_campaign, measure, run_scene, run_space_rig, true_cases
 from belt_sim.virtual_rig.space_plan import NARROW_BELT, SENSORS, TENSIONS, YAW, space_plan
 
 COARSE = Options(dx=0.05, run_in=0.0, settle=0.2)
@@ -118,3 +118,22 @@ def test_opposite_yaw_is_the_mirror_image():
     left, right = (run_scene(SceneRun(c, (), FINE, 0.5)) for c in true_cases(plan, "strip", Errors()))
     assert left.y[0, -1] > 5 * MIRRORED  # towards where the pulley points
     np.testing.assert_allclose(left.y, -right.y, atol=MIRRORED)
+
+
+@pytest.mark.long
+def test_processes_measure_what_one_measures_and_in_order():
+    plan = replace(TINY, runs=(TINY.runs[0], replace(TINY.runs[0], yaw=-YAW), replace(TINY.runs[0], yaw=2 * YAW)))
+    runs = [SceneRun(c, (), COARSE, 0.2) for c in true_cases(plan, "strip", Errors())]
+    for alone, together in zip(measure(runs, workers=1), measure(runs, workers=2), strict=True):
+        np.testing.assert_array_equal(alone.y, together.y)
+
+
+@pytest.mark.long
+def test_a_run_that_fails_ends_the_campaign():
+    """A belt of 2 kPa cannot carry its weight."""
+    good, bad = (
+        true_cases(replace(TINY, runs=(replace(TINY.runs[0], tension=t),)), "strip", Errors())[0] for t in (40e6, 2e3)
+    )
+    with pytest.raises(BeltError) as caught:
+        measure([SceneRun(c, (), COARSE, 0.2) for c in (bad, good, good)], workers=2)
+    assert "\n" not in str(caught.value)
