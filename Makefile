@@ -17,7 +17,7 @@ demo: setup
 	$(BIN)/python -m belt_sim.demo
 
 test: setup
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 test-long: setup
 	$(BIN)/python -m pytest -m long

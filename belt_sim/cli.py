@@ -71,6 +71,9 @@ def _hydra(command: str) -> int:
         hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(job)()
     except (HydraException, OmegaConfBaseException) as error:
         return _complain(one_line(error, command))
+    except BrokenPipeError:  # the reader of our output has gone, as `| head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except OSError as error:
         return _complain(
             f"{error.filename or 'files'} = {error.strerror or error}: choose a folder that can be written"

@@ -126,9 +126,7 @@ def _of_library(kind, names, wanted, plan: Plan, rule: Ruler, rng) -> Hidden:
         sizes.append(found)
     alike, distance = nearest(rule, faults)
     if kind == "two":
-        return Hidden(
-            kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=alike, distance=distance
-        )
+        return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=alike, distance=distance)
     others = [name for name in alike if name != faults[0].id]
     return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others)
 

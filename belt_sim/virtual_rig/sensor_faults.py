@@ -88,9 +88,7 @@ class EdgeProfile(Fault):
 
     id = "edge_profile"
     sizes: ClassVar = {
-        f"{kind}{k}": Size(unit="m", typical=2e-4 / k, limit=1e-2)
-        for k in (1, 2, 3)
-        for kind in ("cos", "sin")
+        f"{kind}{k}": Size(unit="m", typical=2e-4 / k, limit=1e-2) for k in (1, 2, 3) for kind in ("cos", "sin")
     }
     cos1: float = 0.0
     sin1: float = 0.0

@@ -110,9 +110,7 @@ def _nuisances(moved: dict[str, np.ndarray], clean: np.ndarray, sheets) -> list[
 def fault_of_size(rule: Ruler, fault: Fault, wanted: float) -> tuple[Fault, float]:
     """The fault, its sizes scaled together until its d is ``wanted`` or a limit is met; and the d it has."""
     limit = min(
-        size.limit / abs(value)
-        for name, size in fault.sizes.items()
-        if (value := fault.parameters()[name]) != 0.0
+        size.limit / abs(value) for name, size in fault.sizes.items() if (value := fault.parameters()[name]) != 0.0
     )
     scales = limit / _FACTOR ** np.arange(_TRIALS)[::-1]
     found = np.maximum.accumulate(rule.sizes([scaled(fault, s) for s in scales]))

@@ -70,9 +70,7 @@ def solve_span(length, bending, force, torsion, sag_curvature) -> Span:
     ends[:, _FREE] = free
     moments = stiffness[:, [5, 1]] @ ends / bending[:, None, None]
     nodes = _recover(ends, middles)
-    return Span(
-        run_up=moments[:, 0].T, run_off=-moments[:, 1].T, tilt=nodes[:, nodes.shape[1] // 2, 2].T, nodes=nodes
-    )
+    return Span(run_up=moments[:, 0].T, run_off=-moments[:, 1].T, tilt=nodes[:, nodes.shape[1] // 2, 2].T, nodes=nodes)
 
 
 def curvature_along(span: Span, length, sag_curvature) -> np.ndarray:

@@ -157,9 +157,7 @@ class MidStick(Fault):
     length: float = 6.0
 
     def slide(self, s, line):
-        return 1 - self.share * _smooth_step(s, self.begin, 1) * (
-            1 - _smooth_step(s, self.begin + self.length, 1)
-        )
+        return 1 - self.share * _smooth_step(s, self.begin, 1) * (1 - _smooth_step(s, self.begin + self.length, 1))
 
 
 @dataclass(frozen=True, kw_only=True)

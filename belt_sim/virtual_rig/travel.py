@@ -180,7 +180,6 @@ def _nodes(line: Line, reach: float) -> np.ndarray:
     steps = [float(s) for s in np.unique(line.yaw_at) if 0 < s < reach]
     edges = [0.0, *(e for s in steps for e in (s - _BEFORE, s)), reach]
     parts = [
-        np.linspace(a, b, max(1, int(np.ceil((b - a) / longest - 1e-9))), endpoint=False)
-        for a, b in pairwise(edges)
+        np.linspace(a, b, max(1, int(np.ceil((b - a) / longest - 1e-9))), endpoint=False) for a, b in pairwise(edges)
     ]
     return np.append(np.concatenate(parts), reach)

@@ -44,9 +44,7 @@ def roped_campaign(seed: int = 0, length: float = 50.0, tension=(10e6, 40e6)) ->
                 for name, y in rope(yaw, travel).items()
             }
             name = f"r{len(runs)}"
-            runs.append(
-                Run(name=name, tension=sigma, yaw=yaw, repeat_of=repeat_of, travel=travel, signals=signals)
-            )
+            runs.append(Run(name=name, tension=sigma, yaw=yaw, repeat_of=repeat_of, travel=travel, signals=signals))
     sheets = tuple(
         SignalSheet(name=f"y{k}", at=f"point_{k}", kind="lateral", unit="mm", white=WHITE, zero=ZERO)
         for k in (1, 2, 3, 4)

@@ -75,8 +75,7 @@ def test_only_twenty_problems_are_printed_and_the_rest_counted(folder):
         (
             "runs.csv",
             b"run;tension_N_per_mm2;yaw_deg\nr01;10;0\n",
-            "runs.csv:1: columns are separated by semicolons; "
-            "separate them by commas and write decimals with a point",
+            "runs.csv:1: columns are separated by semicolons; separate them by commas and write decimals with a point",
         ),
         (
             "signals.csv",
@@ -123,8 +122,7 @@ def test_without_any_data_a_file_is_asked_for(folder):
     with pytest.raises(CampaignError) as caught:
         read_campaign(folder.path)
     assert str(caught.value) == (
-        f"signals.csv: the file (or steady.csv) is missing in {folder.path}; add it; "
-        "did you mean signal.csv? Rename it"
+        f"signals.csv: the file (or steady.csv) is missing in {folder.path}; add it; did you mean signal.csv? Rename it"
     )
 
 
@@ -141,9 +139,7 @@ def test_a_folder_in_place_of_a_file_is_refused(folder):
     (folder.path / "runs.csv").mkdir()
     with pytest.raises(CampaignError) as caught:
         read_campaign(folder.path)
-    assert str(caught.value) == (
-        "runs.csv: cannot be read (not a plain file); replace it by a readable text file"
-    )
+    assert str(caught.value) == ("runs.csv: cannot be read (not a plain file); replace it by a readable text file")
 
 
 def test_yaml_aliases_and_depth_do_not_blow_up(folder):

@@ -105,9 +105,7 @@ def test_the_case_of_a_run_is_its_nominal_state(folder):
 
 def test_unequal_pulleys_are_told_apart(folder):
     old = "pulley_radius: {value: 0.170, u: 0.0005, unit: m}"
-    folder.edit(
-        "campaign.yaml", old, "head_radius: {value: 170, unit: mm}\n  tail_radius: {value: 0.2, unit: m}"
-    )
+    folder.edit("campaign.yaml", old, "head_radius: {value: 170, unit: mm}\n  tail_radius: {value: 0.2, unit: m}")
     machine = read_campaign(folder.path).machine
     assert (machine.head_radius.value, machine.tail_radius.value) == pytest.approx((0.17, 0.2), rel=ROUNDING)
 

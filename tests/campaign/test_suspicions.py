@@ -32,10 +32,7 @@ def test_noise_off_by_forty_percent_and_coarse_digits_are_clean():
 
 def test_heavy_tails_are_clean():
     rng = np.random.default_rng(3)
-    assert (
-        seen(damaged(roped_campaign(2), lambda y: {"y1": y["y1"] + 1e-5 * rng.standard_t(3, len(y["y1"]))}))
-        == []
-    )
+    assert seen(damaged(roped_campaign(2), lambda y: {"y1": y["y1"] + 1e-5 * rng.standard_t(3, len(y["y1"]))})) == []
 
 
 def test_a_pulley_that_stands_askew_is_no_dirt():
@@ -121,9 +118,7 @@ def test_a_turned_sign_is_named():
     whole = damaged(campaign, lambda y: {n: -v for n, v in y.items()}, 1)
     assert seen(whole) == [("r1", None, "wrong_sign")]
     for name in ("y1", "y4"):
-        ends = [
-            dataclasses.replace(r, signals={n: r.signals[n] for n in ("y1", "y4")}) for r in campaign.runs
-        ]
+        ends = [dataclasses.replace(r, signals={n: r.signals[n] for n in ("y1", "y4")}) for r in campaign.runs]
         turned = damaged(dataclasses.replace(campaign, runs=tuple(ends)), lambda y, n=name: {n: -y[n]}, 2)
         assert {(s.run, s.kind) for s in suspicions(turned)} == {("r2", "wrong_sign")}
         column = damaged(dataclasses.replace(campaign, runs=tuple(ends)), lambda y, n=name: {n: -y[n]})

@@ -58,9 +58,7 @@ def test_the_second_writing_equals_the_first(folder, tmp_path):
 
 @settings(max_examples=25, deadline=None)
 @given(
-    values=st.lists(NUMBERS | st.just(math.nan), min_size=2, max_size=6).filter(
-        lambda v: not all(map(math.isnan, v))
-    ),
+    values=st.lists(NUMBERS | st.just(math.nan), min_size=2, max_size=6).filter(lambda v: not all(map(math.isnan, v))),
     steps=st.lists(st.floats(min_value=1e-3, max_value=10.0), min_size=6, max_size=6),
     tension=st.floats(min_value=1e5, max_value=1e9),
     yaw=st.floats(min_value=-0.03, max_value=0.03),

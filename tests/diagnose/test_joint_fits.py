@@ -89,6 +89,7 @@ def test_a_set_is_small_and_every_step_was_kept():
     found = diagnosed("two").found
     assert 0 < len(found.chosen.ids) <= MAX_EFFECTS
     assert len(found.rounds) == 3  # two were taken, and a third was looked for
-    assert {t.id for t in found.rounds[0]} == {c.id for c in CLASSES}
+    # effects that need two belt revolutions are not tried on a record of thirty metres
+    assert {t.id for t in found.rounds[0]} == {c.id for c in CLASSES if not c.min_revolutions}
     assert all(t.gain >= 0 for trials in found.rounds for t in trials)
     assert found.held_out.chi2 < found.base_held_out.chi2

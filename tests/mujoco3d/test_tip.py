@@ -1,60 +1,88 @@
-"""In-plane bending and stretch of the membrane against Timoshenko's cantilever."""
+"""Tip tests of membrane and grid: bending in the plane, shear, stretch, torsion under tension; grids without bonds."""
 
-from dataclasses import replace
-
-import mujoco
 import numpy as np
 import pytest
+from strip_bench import strip
 
-from belt_sim.mujoco3d import scene
-from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.grid import Grid
 from belt_sim.mujoco3d.membrane import Membrane
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.study import paper_case
 
-STIFFNESS = 0.01  # the calibration of the width holds to 0.5 % for 2 to 5 nodes across
+STIFFNESS = 0.01  # the calibrations hold to 0.5 % for 2 to 5 nodes across
+SHORT = 0.03  # of a strip 12 stations long, whose clamped end is a station
 SHEAR_FACTOR = 1.2  # rectangle
+BELTS = [(Membrane, 2), (Membrane, 3), (Membrane, 5), (Grid, 2), (Grid, 3), (Grid, 5)]
+SQUARE = ("longitudinal", "transverse")
+
+pytestmark = pytest.mark.filterwarnings("ignore:flex")
 
 
-def cantilever(across: int, length: float, force: tuple[float, float]):
-    """Deflection and stretch [m] of a straight strip clamped at x = 0 under a tip force [N] along x and y."""
-    case, dx = paper_case(2.0, 1e-6, 0.0), 0.025
-    n = round(length / dx) + 1
-    loop = Loop(x=np.arange(n) * dx, z=np.zeros(n), chord=dx, radius_head=0.17, radius_tail=0.17)
-    options = Options(dx=dx, across=across, dt=1e-2)
-    belt = Membrane()
-    mesh = replace(belt.mesh(case, loop, options), closed=False)
-    spec = scene._empty(options, 0.0)
-    body = spec.worldbody.add_body(name="post", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True)
-    body.add_joint(name="post", type=mujoco.mjtJoint.mjJNT_HINGE)
-    spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1="post")
-    belt.tie(spec, mesh, case, options)
-    model = spec.compile()
-    model.jnt_stiffness[1 : 1 + 3 * across] = 1e10
-    model.dof_damping[1:] = 0.05
-    data = mujoco.MjData(model)
-    slides, pull = (a[1:].reshape(n, across, 3) for a in (data.qpos, data.qfrc_applied))
-    share = mesh.line_stiffness / mesh.line_stiffness.sum()
-    pull[-1, :, 0], pull[-1, :, 1] = force[0] * share, force[1] * share
-    quiet = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda message: None)
-    for _ in range(1500):
-        mujoco.mj_step(model, data)
-    mujoco.set_mju_user_warning(quiet)
-    return case.belt, slides[-1, :, 1].mean(), slides[-1, :, 0].mean()
+def tip_force(bench, force):
+    """Spread a tip force [N], shape (3,), over the last station."""
+    share = bench.mesh.line_stiffness / bench.mesh.line_stiffness.sum()
+    bench.pulls[-1] = share[:, None] * np.asarray(force)
 
 
-@pytest.mark.filterwarnings("ignore:flex")
-@pytest.mark.parametrize("across", [2, 3, 5])
-def test_bends_in_its_plane_like_the_strip(across):
-    length, force = 2.0, 1.0
-    belt, deflection, _ = cantilever(across, length, (0.0, force))
-    bending = force * length**3 / (3.0 * belt.bending_stiffness)
-    shear = SHEAR_FACTOR * force * length / (belt.shear_modulus * belt.area)
-    assert deflection == pytest.approx(bending + shear, rel=STIFFNESS)
+def bending(belt, length):
+    return length**3 / (3.0 * belt.bending_stiffness)
 
 
-@pytest.mark.filterwarnings("ignore:flex")
-def test_stretches_like_the_strip():
-    belt, _, stretch = cantilever(2, 1.0, (100.0, 0.0))
-    assert stretch == pytest.approx(100.0 / (belt.youngs_modulus * belt.area), rel=STIFFNESS)
+def shear(belt, length):
+    return SHEAR_FACTOR * length / (belt.shear_modulus * belt.area)
+
+
+@pytest.mark.parametrize(("belt", "across"), BELTS)
+def test_bends_in_its_plane_like_the_strip(belt, across):
+    bench = strip(belt(), 2.0, across=across)
+    tip_force(bench, (0.0, 1.0, 0.0))
+    deflection = bench.settle(1500)[-1, :, 1].mean()
+    assert deflection == pytest.approx(bending(bench.belt, 2.0) + shear(bench.belt, 2.0), rel=STIFFNESS)
+
+
+@pytest.mark.parametrize("across", [2, 3])
+def test_grid_shears_like_the_strip(across):
+    bench = strip(Grid(), 0.3, across=across)
+    tip_force(bench, (0.0, 1.0, 0.0))
+    deflection = bench.settle(1500)[-1, :, 1].mean()
+    assert shear(bench.belt, 0.3) > 0.2 * bending(bench.belt, 0.3)
+    assert deflection == pytest.approx(bending(bench.belt, 0.3) + shear(bench.belt, 0.3), rel=SHORT)
+
+
+@pytest.mark.parametrize(("belt", "across"), [(Membrane, 2), (Grid, 2), (Grid, 3)])
+def test_stretches_like_the_strip(belt, across):
+    bench = strip(belt(), 1.0, across=across)
+    tip_force(bench, (100.0, 0.0, 0.0))
+    stretch = bench.settle(1500)[-1, :, 0].mean()
+    assert stretch == pytest.approx(100.0 / (bench.belt.youngs_modulus * bench.belt.area), rel=STIFFNESS)
+
+
+@pytest.mark.parametrize(("belt", "across"), [(Membrane, 2), (Grid, 2), (Grid, 3)])
+@pytest.mark.parametrize("tension", [7.0, 40.0])
+def test_twists_under_tension_like_the_strip(belt, across, tension):
+    length, couple = 2.0, 0.05
+    bench = strip(belt(), length, across=across, tension=tension, dt=1e-4, drag=1.3 * 2 / across, both_ends=True)
+    middle = bench.mesh.stations // 2
+    apart = bench.mesh.line_y[0] - bench.mesh.line_y[-1]
+    bench.pulls[middle, 0, 2], bench.pulls[middle, -1, 2] = couple / apart, -couple / apart
+    place = bench.settle(3000, torsion=True)[middle]
+    belt_ = bench.belt
+    stiffness = tension * 1e6 * belt_.area * belt_.width**2 / 12.0
+    stiffness += belt_.shear_modulus * belt_.width * belt_.thickness**3 / 3.0
+    assert (place[0, 2] - place[-1, 2]) / apart == pytest.approx(couple * length / (4.0 * stiffness), rel=SHORT)
+
+
+def middle_deflection(bonds, tension=60.0, length=2.0):
+    """Lateral deflection [m] of a held span under 1 N in its middle."""
+    bench = strip(Grid(), length, tension=tension, dt=1e-4, drag=1.3, both_ends=True, bonds=bonds)
+    middle = bench.mesh.stations // 2
+    bench.pulls[middle, :, 1] = 0.5
+    return bench, bench.settle(4000)[middle, :, 1].mean()
+
+
+@pytest.mark.parametrize("bonds", [("longitudinal",), SQUARE])
+def test_without_diagonals_a_span_deflects_like_a_string(bonds):
+    bench, deflection = middle_deflection(bonds)
+    assert deflection == pytest.approx(2.0 / (4.0 * bench.case.tension_force), rel=SHORT)
+
+
+def test_diagonals_make_a_span_stiff():
+    assert middle_deflection((*SQUARE, "diagonal"))[1] < 0.02 * middle_deflection(SQUARE)[1]

@@ -57,9 +57,7 @@ def drifts() -> list[tuple[Drift, Drift]]:
     before = Drift(value=np.array([60.0, 95.0, 160.0, 185.0, 198.0]), stated=210.0, u_stated=4.0, **common)
     after = Drift(value=np.array([207.0, 214.0, 209.0, 206.0, 213.0]), **common)
     common = {"parameter": "yaw", "unit": "urad", "tension": TENSIONS, "u": 6 * np.ones(5)}
-    before2 = Drift(
-        value=np.array([-500.0, -560.0, -690.0, -720.0, -730.0]), stated=-733.0, u_stated=3.0, **common
-    )
+    before2 = Drift(value=np.array([-500.0, -560.0, -690.0, -720.0, -730.0]), stated=-733.0, u_stated=3.0, **common)
     after2 = Drift(value=np.array([-735.0, -728.0, -741.0, -730.0, -736.0]), **common)
     return [(before, after), (before2, after2)]
 

@@ -20,13 +20,9 @@ PICTURES = {
     ),
     "overlay": lambda p: pictures.overlay_picture(p, made_up.panels(), "Before and after sag-roll coupling"),
     "before_only": lambda p: pictures.overlay_picture(p, made_up.panels(1, final=False), "One run"),
-    "where": lambda p: pictures.where_map_picture(
-        p, made_up.maps(), "Where beam_th2 fails", "Adequate above 23"
-    ),
+    "where": lambda p: pictures.where_map_picture(p, made_up.maps(), "Where beam_th2 fails", "Adequate above 23"),
     "drift": lambda p: pictures.drift_chart_picture(p, made_up.drifts(), "Fitted tension by tension"),
-    "rates": lambda p: pictures.rates_picture(
-        p, made_up.rates()[0], "Late rate of point 1", made_up.rates()[1]
-    ),
+    "rates": lambda p: pictures.rates_picture(p, made_up.rates()[0], "Late rate of point 1", made_up.rates()[1]),
     "ranking": lambda p: pictures.ranking_picture(p, made_up.ranking(), "What explains the error"),
 }
 

@@ -75,9 +75,7 @@ def diagnosis() -> dict:
             "commit": "81f869e",
             "data_sha256": "ab" * 32,
         },
-        "noise": {
-            "y1": {"white_mm": 0.021, "wander_mm": 0.05, "wander_length_m": 3.0, "repeats": ["r01", "r04"]}
-        },
+        "noise": {"y1": {"white_mm": 0.021, "wander_mm": 0.05, "wander_length_m": 3.0, "repeats": ["r01", "r04"]}},
         "per_run": per_run,
     }
 

@@ -79,10 +79,7 @@ def test_every_link_has_its_section(page):
 
 
 def test_the_verdict_stands_in_a_sentence(page):
-    assert (
-        "beam_th2 lacks sag_roll. The error on conditions held out falls from 1.88 mm to 0.041 mm"
-        in page.text
-    )
+    assert "beam_th2 lacks sag_roll. The error on conditions held out falls from 1.88 mm to 0.041 mm" in page.text
     assert "Worse than before: r03 y4" in page.text
     assert "opposite yaw at 10 N/mm²" in page.text
 
@@ -95,9 +92,7 @@ def test_figures_carry_the_data_and_no_nan(page):
     plots = json.loads(page.scripts[0], parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
     assert len(plots["overlays"]) == len(FIGURES.overlays)
     panel = FIGURES.overlays[0]
-    traces = {
-        t["name"]: t for t in plots["overlays"][0]["data"] if t.get("name") and t.get("yaxis", "y") == "y"
-    }
+    traces = {t["name"]: t for t in plots["overlays"][0]["data"] if t.get("name") and t.get("yaxis", "y") == "y"}
     np.testing.assert_allclose(traces["beam_th2"]["y"], panel.base, rtol=1e-5)
     np.testing.assert_allclose(traces["beam_th2 + sag_roll"]["y"], panel.final, rtol=1e-5, atol=1e-9)
     assert traces["measured"]["y"][100] is None  # a gap in the measurement stays a gap
@@ -136,9 +131,7 @@ def test_unknown_shows_its_card_and_names_the_nearest():
 def test_values_of_a_rejected_model_are_stamped():
     partly = {**made_up_diagnosis.diagnosis(), "verdict": "partly"}
     assert "effective value, model rejected" in Page(render(partly, Figures())).text
-    assert (
-        "effective value, model rejected" not in Page(render(made_up_diagnosis.diagnosis(), Figures())).text
-    )
+    assert "effective value, model rejected" not in Page(render(made_up_diagnosis.diagnosis(), Figures())).text
 
 
 def test_the_worst_run_is_shown_first():

@@ -176,9 +176,7 @@ def test_edge_profile_returns_every_belt_length_and_ignores_the_yaw():
 def test_edge_profile_passes_the_points_in_turn():
     """What point 4 sees, point 1 sees one span later, as the belt runs from 4 to 1; reversed, earlier."""
     for direction in (1.0, -1.0):
-        _, y = measured(
-            EdgeProfile(cos1=2e-4, sin2=1e-4), yaw=0.0, direction=direction, length=40.0, spacing=SPAN / 40
-        )
+        _, y = measured(EdgeProfile(cos1=2e-4, sin2=1e-4), yaw=0.0, direction=direction, length=40.0, spacing=SPAN / 40)
         first, then = (y[3], y[0]) if direction > 0 else (y[0], y[3])
         shift = then[40:] - first[:-40]
         np.testing.assert_allclose(shift, shift[0], atol=1e-12)

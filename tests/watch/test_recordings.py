@@ -14,9 +14,7 @@ from belt_sim.watch.record import record_curves
 from belt_sim.watch.rerun import RerunObserver, _free_port, live, to_file
 from belt_sim.watch.shape import lateral_scale, tilt
 
-SINGLE = (
-    1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m
-)
+SINGLE = 1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m
 TRAVEL = 3.0
 
 
@@ -48,13 +46,9 @@ def test_drawn_movement_is_the_true_one_times_the_scale(recorded):
     logged, shown = recorded
     scale = lateral_scale(case(), TRAVEL)
     assert scale > 1
-    for (left, right), frame in zip(
-        logged["machine/drawn/belt/edges:LineStrips3D:strips"].values, shown, strict=True
-    ):
+    for (left, right), frame in zip(logged["machine/drawn/belt/edges:LineStrips3D:strips"].values, shown, strict=True):
         middle = 0.5 * (left + right)[:-1]
-        np.testing.assert_allclose(
-            middle[:, 1], scale * 0.5 * (frame.left + frame.right)[:, 1], atol=scale * SINGLE
-        )
+        np.testing.assert_allclose(middle[:, 1], scale * 0.5 * (frame.left + frame.right)[:, 1], atol=scale * SINGLE)
         width = np.abs(left - right)[:-1, 1]
         np.testing.assert_allclose(width, 0.2, rtol=1e-4)  # cos(tilt) of 8 mrad is 3e-5 from 1
 
@@ -120,9 +114,7 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
 
 def test_no_viewer_is_one_line(monkeypatch):
     monkeypatch.setenv("DISPLAY", ":77")
-    monkeypatch.setattr(
-        "rerun.RecordingStream.spawn", lambda self: (_ for _ in ()).throw(RuntimeError("no\nviewer"))
-    )
+    monkeypatch.setattr("rerun.RecordingStream.spawn", lambda self: (_ for _ in ()).throw(RuntimeError("no\nviewer")))
     with pytest.raises(BeltError, match="use watch=rrd") as error:
         live().start(case(), TRAVEL)
     assert "\n" not in str(error.value)

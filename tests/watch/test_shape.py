@@ -41,9 +41,7 @@ def test_the_enlarged_belt_still_lies_along_the_enlarged_pulley():
 def test_every_side_of_the_ribbon_is_shared_by_two_triangles_or_is_an_edge():
     n = 7
     triangles = shape.ribbon_triangles(n)
-    sides = np.sort(
-        np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
-    )
+    sides = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     _, counts = np.unique(sides, axis=0, return_counts=True)
     assert len(triangles) == 2 * n
     assert (counts == 1).sum() == 2 * n  # the two edges of the belt
@@ -64,9 +62,7 @@ def test_colours_are_white_without_tilt_and_red_or_blue_with():
 
 def test_yaw_steps_and_ramps():
     schedule = Schedule.step(1e-3, 1.0).then(Schedule.ramp(2e-3, 4.0, 2.0))
-    assert [yaw_at(schedule, s) for s in (0.0, 1.0, 3.0, 5.0, 9.0)] == pytest.approx(
-        [0, 1e-3, 1e-3, 2e-3, 3e-3]
-    )
+    assert [yaw_at(schedule, s) for s in (0.0, 1.0, 3.0, 5.0, 9.0)] == pytest.approx([0, 1e-3, 1e-3, 2e-3, 3e-3])
 
 
 def test_unmeasured_points_do_not_spoil_the_picture():
