@@ -1,8 +1,8 @@
-"""How often is the diagnosis right? Random campaigns of the virtual rig, diagnosed blind, then revealed.
+"""How often is the diagnosis right? Campaigns of the virtual rig, diagnosed blind, then revealed.
 
     python -m belt_sim.score --count 40 --first-seed 1000
 
-The generator and the diagnosis do not know each other; this module only carries the folder from one to the other.
+takes the three sample campaigns and as many random ones. The generator and the diagnosis do not know each other; this module only carries the folder from one to the other.
 Every campaign counts; a crash is wrong.
 """
 
@@ -21,30 +21,39 @@ from belt_sim.diagnose.describe import describe
 from belt_sim.diagnose.diagnosis import diagnose
 from belt_sim.effects.library import library
 from belt_sim.files import write_json
+from belt_sim.paths import CAMPAIGNS
 from belt_sim.virtual_rig.folder import run_reveal, run_virtual_rig
 from belt_sim.wilson import wilson
 
 LEFT_OUT = ("shear", "run_up_points", "speed_tension", "sensor_offset")
+#: sample campaigns and the model that each is to be diagnosed with
+SAMPLES = {"slack_belt": "beam_th2", "machine_fault": "strip", "nothing_hidden": "strip"}
 OUTCOMES = ("right", "confusable", "wrong", "crash")
 
 
 def score_one(seed: int, bootstraps: int) -> dict[str, Any]:
-    """One campaign: made, diagnosed from its folder, then revealed and judged."""
+    """One random campaign: made, diagnosed from its folder, then revealed and judged."""
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "campaign"
         run_virtual_rig(folder, hidden="random", seed=seed)
-        started = time.perf_counter()
-        answer: dict[str, Any] = {"verdict": "crash", "effects": []}
-        try:
-            model = analytic_model("strip")
-            classes = [c for i, c in library().items() if i not in LEFT_OUT]
-            d = diagnose(read_campaign(folder), model, classes, bootstraps=bootstraps, seed=seed, advise=False)
-            answer = describe(d, seed=seed)
-        except Exception as error:  # a crash is an outcome here, and is shown
-            answer["sentence"] = f"{type(error).__name__}: {error}"
-        truth = run_reveal(folder)
+        return score_folder(folder, "strip", str(seed), bootstraps, seed)
+
+
+def score_folder(folder: Path, base: str, name: str, bootstraps: int, seed: int = 0) -> dict[str, Any]:
+    """One campaign on disk, diagnosed with model ``base``; its truth is opened only afterwards."""
+    started = time.perf_counter()
+    answer: dict[str, Any] = {"verdict": "crash", "effects": []}
+    try:
+        model = analytic_model(base)
+        classes = [c for i, c in library().items() if i not in LEFT_OUT]
+        d = diagnose(read_campaign(folder), model, classes, bootstraps=bootstraps, seed=seed, advise=False)
+        answer = describe(d, seed=seed)
+    except Exception as error:  # a crash is an outcome here, and is shown
+        answer["sentence"] = f"{type(error).__name__}: {error}"
+    truth = run_reveal(folder)
     found = {e["id"]: e for e in answer["effects"]}
     return {
+        "campaign": name,
         "seed": seed,
         "kind": truth.kind,
         "hidden": [e["id"] for e in truth.effects],
@@ -75,7 +84,7 @@ def judge(truth: Any, answer: dict[str, Any]) -> str:
     alike = {c for e in answer["effects"] for c in e["confusable_with"]}
     if verdict == "crash":
         return "crash"
-    if truth.kind == "nothing":
+    if truth.kind == "nothing" or (not hidden and truth.kind == "stated"):
         return "right" if verdict == "adequate" else "wrong"
     if truth.kind == "dirty":
         return "right" if verdict == "cannot_say" or answer["suspicions"] else "wrong"
@@ -111,16 +120,21 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=1000)
     parser.add_argument("--bootstraps", type=int, default=500)
     parser.add_argument("--out", type=Path, default=Path("outputs/score"))
+    parser.add_argument("--no-samples", action="store_true", help="random campaigns alone")
     options = parser.parse_args()
     out, rows = Console(highlight=False), []
     out.width = max(out.width, 120)
-    for seed in range(options.first_seed, options.first_seed + options.count):
-        row = score_one(seed, options.bootstraps)
+    samples = {} if options.no_samples else SAMPLES
+    for name in (*samples, *range(options.first_seed, options.first_seed + options.count)):
+        if isinstance(name, str):
+            row = score_folder(CAMPAIGNS / name, SAMPLES[name], name, options.bootstraps)
+        else:
+            row = score_one(name, options.bootstraps)
         rows.append(row)
         hidden = ", ".join(f"{i} (d={d:.0f})" if d else i for i, d in zip(row["hidden"], row["d"], strict=True))
         answer = f"{row['verdict']} {', '.join(row['found'])}"
         alike = f" ~ {', '.join(row['confusable'])}" if row["confusable"] else ""
-        asked = f"{seed} {row['outcome']:10s} {row['kind']:11s} {hidden or '-'}"
+        asked = f"{name} {row['outcome']:10s} {row['kind']:11s} {hidden or '-'}"
         out.print(f"{asked} -> {answer}{alike} ({row['seconds']:.0f} s)", soft_wrap=True)
         write_json(options.out / f"score_{options.first_seed}.json", {"schema": "belt-score/1", "campaigns": rows})
     out.print(table(rows))
