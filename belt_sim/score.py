@@ -2,8 +2,8 @@
 
     python -m belt_sim.score --count 40 --first-seed 1000
 
-takes the three sample campaigns and as many random ones. The generator and the diagnosis do not know each other; this module only carries the folder from one to the other.
-Every campaign counts; a crash is wrong.
+takes the three sample campaigns and as many random ones. The generator and the diagnosis do not know each other;
+this module only carries the folder from one to the other. Every campaign counts; a crash is wrong.
 """
 
 import argparse
