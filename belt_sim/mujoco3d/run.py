@@ -10,12 +10,13 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
-from belt_sim.errors import CannotRepresent, InputError, RunFailed
+from belt_sim.errors import InputError, RunFailed
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.belt import drag
 from belt_sim.mujoco3d.chain import Chain
 from belt_sim.mujoco3d.contact import Contact
 from belt_sim.mujoco3d.friction import Friction
+from belt_sim.mujoco3d.grid import Grid
 from belt_sim.mujoco3d.machine import Machine
 from belt_sim.mujoco3d.membrane import Membrane
 from belt_sim.mujoco3d.options import BELTS, Options
@@ -24,7 +25,7 @@ from belt_sim.mujoco3d.scene import Scene, build, scene_parts
 from belt_sim.mujoco3d.stage import Clock
 from belt_sim.mujoco3d.torsion import Torsion
 
-_BELTS = {"rope": Chain, "flex": Membrane}
+_BELTS = {"rope": Chain, "grid": Grid, "flex": Membrane}
 _FASTEST = 2.0  # [m/s]
 _SLOWNESS = 35.0  # landings shake the spans; at a 35th of the string speed sag and tension stay within 1 %
 _COURANT = 0.5
@@ -50,8 +51,6 @@ def simulate(
     """
     if belt not in BELTS:
         raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
-    if belt not in _BELTS:
-        raise CannotRepresent(f"belt = {belt}: its bonds are not calibrated to EA, EI and shear yet; use belt=flex")
     options = fitted(options or Options(), case, belt)
     curves = Run.begin(case, belt, options, observers, effects, scene_path).go(travel)
     if not control:
@@ -79,7 +78,8 @@ def fitted(options: Options, case: Case, belt: str) -> Options:
         raise InputError(
             "options.dt", dt, "s", f"give at most {longest:.1e} at {speed:.2f} m/s, or a slower belt_speed"
         )
-    damping = max(options.damping, _ROPE_DRAG) if belt == "rope" else options.damping
+    limp = belt == "rope" or (belt == "grid" and "diagonal" not in options.bonds)
+    damping = max(options.damping, _ROPE_DRAG) if limp else options.damping
     return replace(options, belt_speed=speed, dt=dt, damping=damping)
 
 
