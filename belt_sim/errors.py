@@ -1,5 +1,7 @@
 """Errors that a user can act on: name, value, unit, remedy, in one line."""
 
+from typing import Any
+
 
 class BeltError(Exception):
     """Any failure that the command line reports as one line, without a traceback."""
@@ -25,4 +27,9 @@ class CannotRepresent(BeltError):
 
 
 class RunFailed(BeltError):
-    """A simulation stopped before its end; the message names the quantity, the place and the setting to change."""
+    """A simulation stopped before its end; the message names the quantity, the place and the setting to change.
+
+    curves: what there was until then (``belt_sim.curves.Curves``), None when there was nothing.
+    """
+
+    curves: Any = None
