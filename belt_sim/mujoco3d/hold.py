@@ -51,8 +51,9 @@ class Wrap:
     @staticmethod
     def empty(surface: PulleySurface, extra_radius: float, n: int, m: int) -> "Wrap":
         """extra_radius [m]: how much wider the circle of the stations is than the pulley."""
-        zeros = [np.zeros((n, m)) for _ in range(3)]
-        return Wrap(surface, extra_radius, 0, -1, *zeros, np.zeros((n, m), bool), np.zeros((n, m, 3)), np.zeros(n, int))
+        r, y, angle = np.zeros((3, n, m))
+        push, held_for = np.zeros((n, m, 3)), np.zeros(n, int)
+        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros((n, m), bool), push, held_for)
 
     def renumber(self) -> None:
         """Recompute ``stations`` after first or last changed."""

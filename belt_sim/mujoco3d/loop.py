@@ -45,9 +45,9 @@ def laid_loop(case: Case, dx: float) -> Loop:
     n = 2 * round(float(rig.belt_length) / dx / 2.0)
     chord = float(rig.belt_length) / n
     for _ in range(3):
-        radii = [station_radius(float(r), chord) for r in (rig.head_radius, rig.tail_radius)]
-        x, z, chord = _equal_chords(*_curve(case, *radii, n), n)
-    return Loop(x=x, z=z, chord=chord, radius_head=radii[0], radius_tail=radii[1])
+        head, tail = (station_radius(float(r), chord) for r in (rig.head_radius, rig.tail_radius))
+        x, z, chord = _equal_chords(*_curve(case, head, tail, n), n)
+    return Loop(x=x, z=z, chord=chord, radius_head=head, radius_tail=tail)
 
 
 def _curve(case: Case, head: float, tail: float, n: int) -> tuple[np.ndarray, np.ndarray]:

@@ -87,7 +87,7 @@ class Recorder:
 
     def _row(self, mean: np.ndarray, travel: float) -> np.ndarray:
         row = mean.copy()
-        row[POINTS] -= self.start[POINTS]
+        row[POINTS] -= 0.0 if self.start is None else self.start[POINTS]
         row[-1] = travel
         return row
 

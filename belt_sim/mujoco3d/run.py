@@ -1,7 +1,7 @@
 """A run in three dimensions: case in, curves out."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.frame import Observer
-from belt_sim.mujoco3d.belt import drag
+from belt_sim.mujoco3d.belt import BeltModel, drag
 from belt_sim.mujoco3d.chain import Chain
 from belt_sim.mujoco3d.contact import Contact
 from belt_sim.mujoco3d.friction import Friction
@@ -25,7 +25,7 @@ from belt_sim.mujoco3d.scene import Scene, build, scene_parts
 from belt_sim.mujoco3d.stage import Clock
 from belt_sim.mujoco3d.torsion import Torsion
 
-_BELTS = {"rope": Chain, "grid": Grid, "flex": Membrane}
+_BELTS: dict[str, Callable[[], BeltModel]] = {"rope": Chain, "grid": Grid, "flex": Membrane}
 _FASTEST = 2.0  # [m/s]
 _SLOWNESS = 35.0  # landings shake the spans; at a 35th of the string speed sag and tension stay within 1 %
 _COURANT = 0.5
@@ -59,7 +59,7 @@ def simulate(
     zero = Run.begin(replace(case, settings=aligned), belt, options, (), effects, None).go(travel)
     drift = np.array([np.interp(curves.travel, zero.travel, y) for y in zero.y])
     names = {f"control_{k + 1}": y for k, y in enumerate(drift)}
-    return replace(curves, y=curves.y - drift, extra=curves.extra | names)
+    return replace(curves, y=curves.y - drift, extra=(curves.extra or {}) | names)
 
 
 def fitted(options: Options, case: Case, belt: str) -> Options:

@@ -11,6 +11,7 @@ import signal
 import time
 from dataclasses import asdict, fields
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -37,8 +38,8 @@ def paper_case(centre_distance: float, tension: float, yaw: float) -> Case:
 
 def options_from(pairs: list[str]) -> Options:
     """Options from ``name=value`` pairs."""
-    kinds = {f.name: type(f.default) for f in fields(Options)}
-    values = {}
+    kinds: dict[str, Any] = {f.name: type(f.default) for f in fields(Options)}
+    values: dict[str, Any] = {}
     for pair in pairs:
         name, _, text = pair.partition("=")
         values[name] = tuple(text.split("+")) if kinds[name] is tuple else kinds[name](float(text))
@@ -82,12 +83,12 @@ def _out_of_time(*_: object) -> None:
 
 def _cost(curves: Curves) -> dict[str, float]:
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    steps = float(curves.extra["steps"][-1]) if len(curves.travel) else 0.0
+    steps = float(curves.extra["steps"][-1]) if curves.extra and len(curves.travel) else 0.0
     return {"memory_bytes": memory, "steps": steps}
 
 
 def _columns(curves: Curves) -> dict[str, list]:
-    table = {"travel": curves.travel, "sag": curves.sag} | dict(curves.extra)
+    table = {"travel": curves.travel, "sag": curves.sag} | dict(curves.extra or {})
     table |= {name: getattr(curves, name) for name in ("y", "angle", "moment", "edge_stress", "tilt")}
     out = {}
     for name, values in table.items():
