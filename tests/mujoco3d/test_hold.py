@@ -68,3 +68,12 @@ def test_belt_stands_still_for_a_yaw_step():
 def test_too_long_a_step_is_refused_in_one_line():
     with pytest.raises(InputError, match=r"options\.dt = 0\.002 s: give at most"):
         fitted(Options(dt=2e-3, belt_speed=2.0), paper_case(11.28, 40.0, 0.0), "flex")
+
+
+@pytest.mark.parametrize("tension", [7.0, 40.0])
+def test_a_slipping_belt_takes_steps_in_which_links_hardly_turn(tension):
+    case = paper_case(11.28, tension, 0.0)
+    sticking, slipping = (fitted(Options(), case, "flex", slips=slips) for slips in (False, True))
+    turn = slipping.dt * slipping.belt_speed / case.rig.tail_radius
+    assert 0.5 * turn**2 <= 0.0301 * case.settings.tension / case.belt.youngs_modulus
+    assert slipping.dt < sticking.dt
