@@ -60,6 +60,10 @@ class Forward:
         """Positions in q of an effect's parameters."""
         return [k for k, s in enumerate(self.slots) if s.effect.id == effect_id]
 
+    def modifiers(self, effect_id: str) -> int:
+        """How many of an effect's parameters only shape what its others do."""
+        return sum(s.effect.parameters[s.name].modifier for s in self.slots if s.effect.id == effect_id)
+
     def null(self) -> np.ndarray:
         """q (size,) with nothing wrong."""
         return np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))

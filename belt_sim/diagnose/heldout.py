@@ -15,7 +15,9 @@ RIDGE = 1e-6  # of the information, so that an effect seen in the left-out runs 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """chi2: of whitened prediction errors over all left-out conditions; rms [m]: of the lateral signals."""
+    """chi2: -2 log of the density that the refits predicted for the left-out readings, up to a constant (without
+    free parameters the squared length of the whitened error); rms [m]: of the lateral signals.
+    """
 
     chi2: float
     rms: float
@@ -50,13 +52,30 @@ def held_out(bench: Workbench, fit: Fit) -> HeldOut:
             else np.empty(0)
         )
         left = blocks[out] - np.einsum("k,krm->rm", step, columns[:, out])
-        chi2 += float(np.sum(left**2))
+        chi2 += _surprise(left.ravel(), columns[:, out], columns[:, ~out])
         predicted = fit.values[out] + np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
         errors = (bench.samples.y[out] - predicted)[:, lateral]
         errors = errors[np.isfinite(errors)]
         by[name] = float(np.sqrt(np.mean(errors**2))) if errors.size else float("nan")
         squares, count = squares + float(np.sum(errors**2)), count + errors.size
     return HeldOut(chi2, float(np.sqrt(squares / max(count, 1))), by)
+
+
+def _surprise(left: np.ndarray, columns: np.ndarray, rest: np.ndarray) -> float:
+    """-2 log predictive density of whitened errors ``left`` (m,) when parameters with shapes ``columns`` (k, runs,
+    samples) are known only from ``rest`` (the same of the other runs): r^T (I + J^T C J)^-1 r + log det(I + J^T C J).
+    """
+    if not len(columns):
+        return float(left @ left)
+    columns, inside = columns.reshape(len(columns), -1), rest.reshape(len(rest), -1)
+    information = inside @ inside.T
+    scale = 1.0 / np.sqrt(np.diag(information) + np.sum(columns**2, axis=1) + 1e-12)
+    information = information * np.outer(scale, scale) + RIDGE * np.eye(len(scale))
+    seen = columns * scale[:, None]
+    total = information + seen @ seen.T
+    along = seen @ left
+    explained = along @ np.linalg.solve(total, along)
+    return float(left @ left - explained + np.linalg.slogdet(total)[1] - np.linalg.slogdet(information)[1])
 
 
 def _refit(columns: np.ndarray, residual: np.ndarray) -> np.ndarray:

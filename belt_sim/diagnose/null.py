@@ -1,7 +1,8 @@
 """What happens when nothing is missing: a parametric bootstrap of the whole pipeline, noise estimation included.
 
 Readings are simulated with the estimated noise and nuisances; levels are estimated from their repeats again; every
-candidate is refitted in its linear range. Thresholds come from these gains, not from a table.
+candidate is refitted in its linear range; a modifier, which has none, counts as one more degree of freedom.
+Thresholds come from these gains, not from a table.
 """
 
 from collections.abc import Mapping
@@ -80,8 +81,10 @@ def null_gains(
             if key not in cache:
                 cache[key] = _projectors(bench, key, shapes, current)
             for name, projector in zip(names, cache[key], strict=True):
-                dof[name] = max(dof.get(name, 0), len(projector))
-                rows[name][members] = np.sum((flat[members] @ projector.T) ** 2, axis=1)
+                free = bench.forward.modifiers(name) if len(projector) else 0
+                dof[name] = max(dof.get(name, 0), len(projector) + free)
+                by_chance = rng.chisquare(free, len(members)) if free else 0.0
+                rows[name][members] = np.sum((flat[members] @ projector.T) ** 2, axis=1) + by_chance
         for n in names:
             gains[n].append(rows[n])
         tick(size)

@@ -17,7 +17,7 @@ from belt_sim.diagnose.workbench import Workbench
 from belt_sim.errors import RunFailed
 
 MAX_EFFECTS = 4
-FAMILY_LEVEL = 0.03  # false alarms a step, all candidates together; the open-set test spends the rest of 5 %
+FAMILY_LEVEL = 0.025  # false alarms a step, all candidates together; the open-set test spends the rest of 5 %
 NESTING = 1.0  # a super-model may not fit worse than its sub-model by more than this in chi2
 
 

@@ -25,7 +25,8 @@ LAWS = ("span", "run-up", "wrap", "drive", "sensor")
 class Parameter:
     """One number of an effect: SI unit, meaning, plausible range (low, high) of a real machine, null value.
 
-    scale: a size that matters on a real machine, to start a search from.
+    scale: a size that matters on a real machine, to start a search from; modifier: True for a number that moves
+    nothing by itself and only shapes what the others do.
     """
 
     unit: str
@@ -33,6 +34,7 @@ class Parameter:
     plausible: tuple[float, float]
     scale: float
     null: float = 0.0
+    modifier: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

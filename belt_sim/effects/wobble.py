@@ -14,7 +14,7 @@ def _part(meaning):
 
 def _radius(pulley):
     meaning = f"relative error of the stated radius of the {pulley} pulley"
-    return Parameter(unit="1", meaning=meaning, plausible=(-0.02, 0.02), scale=1e-3)
+    return Parameter(unit="1", meaning=meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True)
 
 
 @effect
