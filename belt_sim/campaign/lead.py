@@ -58,9 +58,7 @@ class Lead:
 
 def _span(campaign: Campaign) -> float:
     machine = campaign.machine
-    return math.sqrt(
-        machine.centre_distance.value**2 - (machine.tail_radius.value - machine.head_radius.value) ** 2
-    )
+    return math.sqrt(machine.centre_distance.value**2 - (machine.tail_radius.value - machine.head_radius.value) ** 2)
 
 
 def _lead(tail: Record, head: Record, span: float) -> Lead | None:
@@ -142,9 +140,7 @@ def _turned_column(leads: list[Lead]) -> list[Suspicion]:
         return []
     against_yaw = sum(tail < 0.0 for tail, _ in apart) > len(apart) / 2
     name = (leads[0].tail if against_yaw else leads[0].head).sheet.name
-    sentence = (
-        "drifts away from the other points to the end, in nearly all runs: the sign of this column is turned"
-    )
+    sentence = "drifts away from the other points to the end, in nearly all runs: the sign of this column is turned"
     return [Suspicion(run=None, signal=name, kind="wrong_sign", sentence=sentence, severity="look")]
 
 

@@ -43,9 +43,7 @@ def parse(text: str, file: str, problems: list[Problem]) -> MarkedYaml | None:
         return None
     except yaml.reader.ReaderError as error:
         line = text[: error.position].count("\n") + 1
-        problems.append(
-            Problem(file=file, line=line, value=chr(error.character), remedy="remove this character")
-        )
+        problems.append(Problem(file=file, line=line, value=chr(error.character), remedy="remove this character"))
         return None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         remedy = f"not valid YAML ({type(error).__name__}); compare with a sample campaign"

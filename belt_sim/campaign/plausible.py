@@ -45,16 +45,8 @@ class Range:
         bounds = f"must be {low} {self.high:g} {shown}".rstrip()
         for other, (dimension, factor) in UNITS.items():
             ratio = factor / UNITS[unit][1]
-            if (
-                dimension == self.dimension
-                and other
-                and ratio != 1.0
-                and self.holds(value * factor)
-                and value
-            ):
-                return (
-                    f"{bounds}; did you mean {_short(value)} {other}, that is {_short(value * ratio)} {unit}?"
-                )
+            if dimension == self.dimension and other and ratio != 1.0 and self.holds(value * factor) and value:
+                return f"{bounds}; did you mean {_short(value)} {other}, that is {_short(value * ratio)} {unit}?"
         return f"{bounds}; check the value and its unit"
 
 

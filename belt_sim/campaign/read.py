@@ -23,15 +23,11 @@ def read_campaign(folder: str | Path) -> Campaign:
     folder = Path(folder)
     problems: list[Problem] = []
     contents = _contents(folder, problems)
-    texts = {
-        name: text for name, data in contents.items() if (text := _text(name, data, problems)) is not None
-    }
+    texts = {name: text for name, data in contents.items() if (text := _text(name, data, problems)) is not None}
     sheet, names = read_sheet(texts["campaign.yaml"], problems) if "campaign.yaml" in texts else (None, None)
     rows = read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else None
     sheets = sheet.signals if sheet else None
-    recorded = (
-        read_signals(texts["signals.csv"], names, sheets, rows, problems) if "signals.csv" in texts else {}
-    )
+    recorded = read_signals(texts["signals.csv"], names, sheets, rows, problems) if "signals.csv" in texts else {}
     steady = read_steady(texts["steady.csv"], rows, problems) if "steady.csv" in texts else ()
     if rows is not None and not problems:
         _check_records(rows, recorded, steady, problems)
@@ -55,14 +51,8 @@ def _contents(folder: Path, problems: list[Problem]) -> dict[str, bytes]:
     try:
         present = sorted(path.name for path in folder.iterdir())
     except (OSError, ValueError) as error:
-        what = (
-            "there is no such folder"
-            if isinstance(error, FileNotFoundError)
-            else "is not a folder that can be read"
-        )
-        problems.append(
-            Problem(file=str(folder), remedy=f"{what}; name a folder with campaign.yaml and runs.csv")
-        )
+        what = "there is no such folder" if isinstance(error, FileNotFoundError) else "is not a folder that can be read"
+        problems.append(Problem(file=str(folder), remedy=f"{what}; name a folder with campaign.yaml and runs.csv"))
         raise CampaignError(problems) from None
     others = [name for name in present if name not in FILES]
     missing = [name for name in REQUIRED_FILES if name not in present]
@@ -81,9 +71,7 @@ def _contents(folder: Path, problems: list[Problem]) -> dict[str, bytes]:
             contents[name] = (folder / name).read_bytes()
         except OSError as error:
             cause = error.strerror or error
-            problems.append(
-                Problem(file=name, remedy=f"cannot be read ({cause}); replace it by a readable text file")
-            )
+            problems.append(Problem(file=name, remedy=f"cannot be read ({cause}); replace it by a readable text file"))
     return contents
 
 
@@ -91,9 +79,7 @@ def _text(name: str, data: bytes, problems: list[Problem]) -> str | None:
     """The file as text, with or without a byte-order mark."""
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
-        remedy = (
-            "holds bytes that are no UTF-8 text (binary, a spreadsheet, or UTF-16); save it as UTF-8 text"
-        )
+        remedy = "holds bytes that are no UTF-8 text (binary, a spreadsheet, or UTF-16); save it as UTF-8 text"
         problems.append(Problem(file=name, line=line, remedy=remedy))
         return None
     try:
@@ -101,9 +87,7 @@ def _text(name: str, data: bytes, problems: list[Problem]) -> str | None:
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         value = f"byte 0x{data[error.start]:02x}"
-        problems.append(
-            Problem(file=name, line=line, value=value, remedy="not UTF-8; save the file as UTF-8 text")
-        )
+        problems.append(Problem(file=name, line=line, value=value, remedy="not UTF-8; save the file as UTF-8 text"))
         return None
 
 
@@ -120,9 +104,7 @@ def _check_records(
         elif name in recorded and run.yaw_at > (end := float(recorded[name].travel[-1])):
             remedy = f"must be at most {end:.15g} m, where the record of {name} ends"
             problems.append(
-                Problem(
-                    file="runs.csv", line=line, name="yaw_at_m", value=run.yaw_at, unit="m", remedy=remedy
-                )
+                Problem(file="runs.csv", line=line, name="yaw_at_m", value=run.yaw_at, unit="m", remedy=remedy)
             )
 
 

@@ -97,9 +97,7 @@ def _spikes(record: Record) -> tuple[str, SuspicionKind]:
     if len(places) >= SPIKES or (out > LONE_SPIKE).any():
         at = record.travel[int(np.argmax(out))] + record.run.yaw_at
         count = max(len(places), 1)
-        sentence = (
-            f"{count} readings jump by more than {SPIKE:g} times the scatter, the largest at {at:.6g} m"
-        )
+        sentence = f"{count} readings jump by more than {SPIKE:g} times the scatter, the largest at {at:.6g} m"
         return f"{sentence}: the sensor drops out", "dropout"
     return "", "dropout"
 
@@ -122,9 +120,7 @@ def gaps(campaign: Campaign) -> list[Suspicion]:
             share = sum(name in other.signals for other in recorded) / len(recorded)
             if share > 0.5:
                 sentence = "no readings at all, though most runs have them"
-                found.append(
-                    Suspicion(run=run.name, signal=name, kind="dropout", sentence=sentence, severity="look")
-                )
+                found.append(Suspicion(run=run.name, signal=name, kind="dropout", sentence=sentence, severity="look"))
     return found
 
 
@@ -139,17 +135,13 @@ def noise_out_of_scale(records: list[Record]) -> list[Suspicion]:
         off = {run: r for run, r in of_run.items() if not 1.0 / NOISE_FACTOR < r < NOISE_FACTOR}
         if len(off) == len(of_run) and len(off) > 1:
             typical = float(np.median(list(off.values())))
-            sentence = (
-                f"its scatter is {typical:.3g} times the stated one in every run: unit or noise is wrong"
-            )
+            sentence = f"its scatter is {typical:.3g} times the stated one in every run: unit or noise is wrong"
             severity: Severity = "stop" if _size_out_of_scale(signal, records) else "look"
             slip = Suspicion(run=None, signal=signal, kind="unit_slip", sentence=sentence, severity=severity)
             found.append(slip)
             continue
         for run, ratio in off.items():
-            sentence = (
-                f"its scatter is {ratio:.3g} times the stated one: its unit slipped, or the sensor broke"
-            )
+            sentence = f"its scatter is {ratio:.3g} times the stated one: its unit slipped, or the sensor broke"
             found.append(Suspicion(run=run, signal=signal, kind="unit_slip", sentence=sentence))
     return found
 

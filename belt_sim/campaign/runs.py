@@ -51,9 +51,7 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
     }
     direction = numbers.get("direction", np.ones(len(table)))
     for row in rows_where(np.isfinite(direction) & (np.abs(direction) != 1.0)):
-        table.refuse(
-            row, "direction", direction[row], "", "must be 1 (upper span runs from head to tail) or -1"
-        )
+        table.refuse(row, "direction", direction[row], "", "must be 1 (upper span runs from head to tail) or -1")
     uses, repeats = _uses(table), table.columns.get("repeat_of", [""] * len(table))
     runs: dict[str, Run] = {}
     lines: dict[str, int] = {}
@@ -84,9 +82,7 @@ def _name_fits(table: Table, row: int, name: str, lines: dict[str, int]) -> bool
     except InputError as error:
         table.refuse(row, "run", name, "", error.remedy)
     if name in lines:
-        table.refuse(
-            row, "run", name, "", f"stands already in line {lines[name]}; give every run its own name"
-        )
+        table.refuse(row, "run", name, "", f"stands already in line {lines[name]}; give every run its own name")
         return False
     return True
 
@@ -147,15 +143,11 @@ def read_signals(
             _check_rising(table, index, "time_s", time, "s")
         if rows is None or name not in rows.runs:
             continue
-        signals = {
-            signal: column[index] for signal, column in columns.items() if np.isfinite(column[index]).any()
-        }
+        signals = {signal: column[index] for signal, column in columns.items() if np.isfinite(column[index]).any()}
         own = time[index] if time is not None and np.isfinite(time[index]).any() else None
         recorded[name] = dataclasses.replace(rows.runs[name], travel=travel[index], time=own, signals=signals)
         if columns and not signals and len(problems) == before:
-            table.refuse(
-                index[0], "run", name, "", "has rows but no readings; fill them in or remove the run"
-            )
+            table.refuse(index[0], "run", name, "", "has rows but no readings; fill them in or remove the run")
     return recorded
 
 
@@ -182,9 +174,7 @@ def _rows_of_runs(table: Table, rows: RunRows | None) -> dict[str, np.ndarray]:
     found = dict(zip(number, np.split(order, starts), strict=True))
     if rows is not None:
         for name in [name for name in found if name not in rows.lines]:
-            remedy = (
-                "is blank; name the run" if not name else f"not in runs.csv; {did_you_mean(name, rows.lines)}"
-            )
+            remedy = "is blank; name the run" if not name else f"not in runs.csv; {did_you_mean(name, rows.lines)}"
             table.refuse(found[name][0], "run", name or None, "", remedy)
     return found
 
@@ -212,14 +202,8 @@ def read_steady(text: str, rows: RunRows | None, problems: list[Problem]) -> tup
     found = _rows_of_runs(table, rows)
     for name, index in found.items():
         if len(index) > 1:
-            table.refuse(
-                index[1], "run", name, "", f"stands already in line {table.lines[index[0]]}; keep one row"
-            )
+            table.refuse(index[1], "run", name, "", f"stands already in line {table.lines[index[0]]}; keep one row")
     for row in range(len(table)):
         if not any(table.columns.get(column, [""] * len(table))[row] for column in RATES):
-            table.refuse(
-                row, "run", table.columns["run"][row], "", "states no rate; fill in one of rate1 to rate4"
-            )
-    return tuple(
-        SteadyRate(run=name, rates=rates[:, index[0]], u=float(u[index[0]])) for name, index in found.items()
-    )
+            table.refuse(row, "run", table.columns["run"][row], "", "states no rate; fill in one of rate1 to rate4")
+    return tuple(SteadyRate(run=name, rates=rates[:, index[0]], u=float(u[index[0]])) for name, index in found.items())

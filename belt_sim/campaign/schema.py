@@ -37,9 +37,7 @@ def within(bounds: plausible.Range) -> Callable[[QuantityEntry], QuantityEntry]:
     def check(entry: QuantityEntry) -> QuantityEntry:
         bounds.check(entry.value, entry.unit)
         if not 0.0 <= entry.u <= abs(entry.value):
-            raise InputError(
-                "u", entry.u, entry.unit, "one sigma in the unit of the value: 0 to the value itself"
-            )
+            raise InputError("u", entry.u, entry.unit, "one sigma in the unit of the value: 0 to the value itself")
         return entry
 
     return check
@@ -100,9 +98,7 @@ class MachineEntry(Entry):
         distance = plausible.CENTRE_DISTANCE.check(self.centre_distance.value, self.centre_distance.unit)
         if sum(radii) >= distance:
             entry = self.centre_distance
-            raise InputError(
-                "centre_distance", entry.value, entry.unit, "the pulleys overlap; check the radii"
-            )
+            raise InputError("centre_distance", entry.value, entry.unit, "the pulleys overlap; check the radii")
         return self
 
 
@@ -111,17 +107,13 @@ class BeltEntry(Entry):
     thickness: Annotated[QuantityEntry, AfterValidator(within(plausible.THICKNESS))]
     youngs_modulus: Annotated[QuantityEntry, AfterValidator(within(plausible.YOUNGS_MODULUS))]
     density: Annotated[QuantityEntry, AfterValidator(within(plausible.DENSITY))]
-    poisson_ratio: Annotated[QuantityEntry, AfterValidator(within(plausible.POISSON_RATIO))] = QuantityEntry(
-        value=0.3
-    )
+    poisson_ratio: Annotated[QuantityEntry, AfterValidator(within(plausible.POISSON_RATIO))] = QuantityEntry(value=0.3)
 
     @model_validator(mode="after")
     def _flat(self) -> "BeltEntry":
         width = plausible.WIDTH.check(self.width.value, self.width.unit)
         if plausible.THICKNESS.check(self.thickness.value, self.thickness.unit) >= width:
-            raise InputError(
-                "thickness", self.thickness.value, self.thickness.unit, "must be below the width"
-            )
+            raise InputError("thickness", self.thickness.value, self.thickness.unit, "must be below the width")
         return self
 
 

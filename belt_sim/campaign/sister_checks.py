@@ -29,17 +29,13 @@ def against_sisters(records: list[Record]) -> list[Suspicion]:
     found = []
     for name in dict.fromkeys(record.sheet.name for record in records):
         own = [r for r in records if r.sheet.name == name and abs(r.run.yaw) > 2.0 * abs(r.run.yaw_head)]
-        own = [
-            r for r in own if np.sqrt(np.mean(r.readings**2)) > CLEAR * r.drift_error and len(r.travel) > 2
-        ]
+        own = [r for r in own if np.sqrt(np.mean(r.readings**2)) > CLEAR * r.drift_error and len(r.travel) > 2]
         if len(own) > 2 and (turned := _turned_round(own)) is not None:
             record, certain = turned
             sentence = "runs opposite to the runs at the same tension, yaw for yaw: its sign is turned round"
             severity: Severity = "stop" if certain else "look"
             found.append(
-                Suspicion(
-                    run=record.run.name, signal=name, kind="wrong_sign", sentence=sentence, severity=severity
-                )
+                Suspicion(run=record.run.name, signal=name, kind="wrong_sign", sentence=sentence, severity=severity)
             )
     return found
 
@@ -53,9 +49,7 @@ def _turned_round(own: list[Record]) -> tuple[Record, bool] | None:
     alike = np.abs(tension[:, None] / tension - 1.0) < SAME_TENSION
     alike &= (direction[:, None] == direction) & ~np.eye(len(own), dtype=bool)
     opposed = (cosine < OPPOSED) & (np.abs(np.log(size[:, None] / size)) < math.log(ALIKE_SIZE))
-    turned = [
-        k for k in range(len(own)) if alike[k].any() and 2 * (alike[k] & opposed[k]).sum() >= alike[k].sum()
-    ]
+    turned = [k for k in range(len(own)) if alike[k].any() and 2 * (alike[k] & opposed[k]).sum() >= alike[k].sum()]
     groups = {tuple(np.flatnonzero(alike[k] | (np.arange(len(own)) == k))) for k in turned}
     if len(groups) != 1:
         return None  # none, or the same conflict at several tensions: an effect that does not follow the yaw
@@ -95,9 +89,7 @@ def exchanged_across_a_wrap(campaign: Campaign, records: list[Record]) -> list[S
             early = _misfit(up, off, math.pi * radius)
             if _misfit(off, up, math.pi * radius) * WRAP_RATIO < early:
                 both = " and ".join(sorted((up.sheet.name, off.sheet.name)))
-                sentence = (
-                    f"{off.sheet.name} moves before {up.sheet.name}, where the belt comes from: exchanged"
-                )
+                sentence = f"{off.sheet.name} moves before {up.sheet.name}, where the belt comes from: exchanged"
                 sentence += ", or the direction of travel is the other one"
                 found.append(Suspicion(run=up.run.name, signal=both, kind="swapped", sentence=sentence))
     return found

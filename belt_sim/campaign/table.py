@@ -27,13 +27,9 @@ class Table:
     def refuse(self, row: int, name: str, value: object, unit: str, remedy: str) -> None:
         """Note one wrong cell."""
         line = int(self.lines[row])
-        self.problems.append(
-            Problem(file=self.file, line=line, name=name, value=value, unit=unit, remedy=remedy)
-        )
+        self.problems.append(Problem(file=self.file, line=line, name=name, value=value, unit=unit, remedy=remedy))
 
-    def numbers(
-        self, name: str, bounds: Range, *, unit: str | None = None, blank: float | None = None
-    ) -> np.ndarray:
+    def numbers(self, name: str, bounds: Range, *, unit: str | None = None, blank: float | None = None) -> np.ndarray:
         """A column in SI (or as written when ``bounds`` is of a plain number), shape (rows,).
 
         A blank cell gives ``blank``, or is a problem when that is None; a wrong cell is a problem.
@@ -90,24 +86,16 @@ def parse_table(
     lines = text.replace("\r\n", "\n").replace("\r", "\n").replace('"', "").split("\n")
     header = [cell.strip() for cell in lines[0].split(",")]
     if not text.strip():
-        problems.append(
-            Problem(file=file, remedy=f"the file is empty; begin with the line {','.join(required)}")
-        )
+        problems.append(Problem(file=file, remedy=f"the file is empty; begin with the line {','.join(required)}"))
         return None
     if not _header_fits(header, file, required, known, problems):
         return None
     commas = len(header) - 1
-    numbers = [
-        n for n, line in enumerate(lines[1:], start=2) if line and not line.isspace() and line.strip(", ")
-    ]
+    numbers = [n for n, line in enumerate(lines[1:], start=2) if line and not line.isspace() and line.strip(", ")]
     ragged = [n for n in numbers if lines[n - 1].count(",") != commas]
     for n in ragged:
-        remedy = (
-            f"the header has {commas + 1}; end the line with commas for blanks, write decimals with a point"
-        )
-        problems.append(
-            Problem(file=file, line=n, name="cells", value=lines[n - 1].count(",") + 1, remedy=remedy)
-        )
+        remedy = f"the header has {commas + 1}; end the line with commas for blanks, write decimals with a point"
+        problems.append(Problem(file=file, line=n, name="cells", value=lines[n - 1].count(",") + 1, remedy=remedy))
     if ragged:
         return None
     if not numbers:

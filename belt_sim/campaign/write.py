@@ -61,9 +61,7 @@ def _put(fresh: Path, folder: Path) -> None:
 
 
 def _texts(campaign: Campaign) -> dict[str, str]:
-    sheet = yaml.safe_dump(
-        _sheet(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None
-    )
+    sheet = yaml.safe_dump(_sheet(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None)
     texts = {"campaign.yaml": sheet, "runs.csv": _runs(campaign.runs)}
     if any(len(run.travel) for run in campaign.runs):
         texts["signals.csv"] = _signals(campaign)
@@ -138,10 +136,7 @@ def _written(si: float, scale: float) -> float:
 
 def _cells(si: np.ndarray, scale: float = 1.0) -> list[str]:
     """Cells of a column; nan is blank."""
-    return [
-        "" if x != x else repr(float(f"{x:.{DIGITS}g}"))
-        for x in (np.asarray(si, dtype=float) / scale).tolist()
-    ]
+    return ["" if x != x else repr(float(f"{x:.{DIGITS}g}")) for x in (np.asarray(si, dtype=float) / scale).tolist()]
 
 
 def _runs(runs: tuple[Run, ...]) -> str:

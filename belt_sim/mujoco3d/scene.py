@@ -1,6 +1,7 @@
 """Case -> MJCF: two pulley stations and a belt, as a MuJoCo specification."""
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -63,7 +64,9 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
     _add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
     belt.tie(spec, mesh, case, options)
     spec.add_key(name="laid", qpos=np.concatenate([np.zeros(_STATION_DOFS), (mesh.laid - mesh.rest).ravel()]))
-    model = spec.compile()
+    with warnings.catch_warnings():  # the flex is tied to nothing: its stiffness is elastic2d's alone, as it should be
+        warnings.filterwarnings("ignore", message="flex .* is not rigid")
+        model = spec.compile()
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     return spec, Scene(model=model, mesh=mesh, loop=loop, parts=parts, base=_STATION_DOFS)
 

@@ -29,9 +29,7 @@ class Drift:
 
 
 @style.picture
-def drift_chart_picture(
-    path: str | os.PathLike, drifts: Sequence[tuple[Drift, Drift | None]], title: str
-) -> Path:
+def drift_chart_picture(path: str | os.PathLike, drifts: Sequence[tuple[Drift, Drift | None]], title: str) -> Path:
     """A plot a parameter: (before, after) the effect was added; after is None if none was."""
     fig, axes = style.figure(4.6 * len(drifts) + 0.6, 4.0, 1, len(drifts))
     for ax, (before, after) in zip(axes[0], drifts, strict=True):
@@ -58,9 +56,7 @@ def _drift(ax, before: Drift, after: Drift | None) -> None:
                 "markersize": 5.5,
                 "elinewidth": 1.4,
             }
-            ax.errorbar(
-                np.asarray(drift.tension) * aside, drift.value, 2 * np.asarray(drift.u), label=label, **bars
-            )
+            ax.errorbar(np.asarray(drift.tension) * aside, drift.value, 2 * np.asarray(drift.u), label=label, **bars)
     ax.set_xscale("log")
     ticks = np.unique(before.tension)
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])

@@ -57,9 +57,7 @@ def picture(draw: Callable[..., Path]) -> Callable[..., Path]:
     return in_style
 
 
-def figure(
-    width: float, height: float, rows: int = 1, columns: int = 1, **grid
-) -> "tuple[Figure, list[list[Axes]]]":
+def figure(width: float, height: float, rows: int = 1, columns: int = 1, **grid) -> "tuple[Figure, list[list[Axes]]]":
     """An empty figure [inch] with rows x columns axes; ``grid`` as for Figure.subplots."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -84,9 +82,7 @@ def save(fig: "Figure", path: str | os.PathLike) -> Path:
         fig.savefig(draft, format="png")
         os.replace(draft, path)
     except OSError as cause:
-        raise BeltError(
-            f"picture {path}: cannot be written ({cause.strerror}); choose another folder"
-        ) from cause
+        raise BeltError(f"picture {path}: cannot be written ({cause.strerror}); choose another folder") from cause
     return path
 
 

@@ -30,9 +30,7 @@ class FailureMap:
 
 
 @style.picture
-def where_map_picture(
-    path: str | os.PathLike, maps: Sequence[FailureMap], title: str, sentence: str = ""
-) -> Path:
+def where_map_picture(path: str | os.PathLike, maps: Sequence[FailureMap], title: str, sentence: str = "") -> Path:
     """A heat map a signal and yaw sign; the number in each cell is E/u_val, grey cells were not measured."""
     columns = min(2, len(maps))
     rows = -(-len(maps) // columns)

@@ -93,9 +93,7 @@ def _band(x: list, low, high, axis: str, legend: bool = True) -> list[dict]:
 def colour_scale() -> list[list]:
     """Blue - white - red, white where |E/u_val| says nothing."""
     edge = SAYS_NOTHING / FULL
-    at = [
-        (0.5 * (1 - edge) * 2 * p if p < 0.5 else 1 - 0.5 * (1 - edge) * 2 * (1 - p), c) for p, c in DIVERGING
-    ]
+    at = [(0.5 * (1 - edge) * 2 * p if p < 0.5 else 1 - 0.5 * (1 - edge) * 2 * (1 - p), c) for p, c in DIVERGING]
     white = DIVERGING[len(DIVERGING) // 2][1]
     scale = [(p, c) for p, c in at if c != white] + [(0.5 - edge / 2, white), (0.5 + edge / 2, white)]
     return [[p, c] for p, c in sorted(scale)]
@@ -137,9 +135,7 @@ def _heat(one: FailureMap, k: int) -> dict[str, Any]:
         "x": numbers(0.5 * (edges[1:] + edges[:-1])),
         "y": [f"{t:g}" for t in one.tension],
         "z": numbers(ratio),
-        "text": [
-            ["" if not np.isfinite(v) else f"{v:.0f}" if abs(v) >= 1 else "·" for v in row] for row in ratio
-        ],
+        "text": [["" if not np.isfinite(v) else f"{v:.0f}" if abs(v) >= 1 else "·" for v in row] for row in ratio],
         "texttemplate": "%{text}",
         "textfont": {"size": 11},
         "xgap": 2,

@@ -43,9 +43,7 @@ def write_report(path: str | os.PathLike, diagnosis: Mapping, drawn: Figures | N
         draft.write_text(page, encoding="utf-8")
         os.replace(draft, path)
     except OSError as cause:
-        raise BeltError(
-            f"report {path}: cannot be written ({cause.strerror}); choose another folder"
-        ) from cause
+        raise BeltError(f"report {path}: cannot be written ({cause.strerror}); choose another folder") from cause
     return path
 
 
@@ -86,9 +84,7 @@ def _plots(diagnosis: Mapping, drawn: Figures) -> dict:
 
 def bars(ranking: Sequence[Mapping]) -> list[dict]:
     """Lengths [%] of the gains and of chance on one scale, log2(1 + gain / threshold)."""
-    ratios = [
-        max(float(r["gain"]), 0.0) / float(r["threshold"]) if r.get("threshold") else 0.0 for r in ranking
-    ]
+    ratios = [max(float(r["gain"]), 0.0) / float(r["threshold"]) if r.get("threshold") else 0.0 for r in ranking]
     full = float(np.log2(1.0 + max([1.0, *ratios])))
     lengths = [round(100.0 * float(np.log2(1.0 + ratio)) / full, 1) for ratio in ratios]
     chance = round(100.0 / full, 1)

@@ -62,9 +62,7 @@ def with_u(value: float | None, u: float | None, unit: str = "") -> str:
 def listed(names: Sequence[str]) -> str:
     """a, b and c."""
     names = list(names)
-    return (
-        names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1] if names else "nothing"
-    )
+    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1] if names else "nothing"
 
 
 def error_sentence(error: Mapping) -> str:

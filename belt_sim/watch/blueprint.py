@@ -42,9 +42,7 @@ def plot(origin: str, name: str, travel: float) -> rrb.TimeSeriesView:
         rrb.TimeRangeBoundary.absolute(seq=0), rrb.TimeRangeBoundary.absolute(seq=round(1.02 * travel / MM))
     )
     legend = rrb.PlotLegend(corner=rrb.Corner2D.LeftBottom)
-    return rrb.TimeSeriesView(
-        origin=origin, name=name, plot_legend=legend, axis_x=rrb.TimeAxis(view_range=whole)
-    )
+    return rrb.TimeSeriesView(origin=origin, name=name, plot_legend=legend, axis_x=rrb.TimeAxis(view_range=whole))
 
 
 def time_panel() -> rrb.TimePanel:

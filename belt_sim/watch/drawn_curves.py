@@ -22,9 +22,7 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
     travel = np.asarray(curves.travel, float)
     stops = np.unique(np.append(np.arange(travel[0], travel[-1], every), travel[-1]))
     y = _whole(np.asarray(curves.y, float))
-    tilt = (
-        np.zeros((2, len(travel))) if curves.tilt is None else np.nan_to_num(np.asarray(curves.tilt, float))
-    )
+    tilt = np.zeros((2, len(travel))) if curves.tilt is None else np.nan_to_num(np.asarray(curves.tilt, float))
     sag = (0.0, 0.0) if curves.sag is None else np.nan_to_num(np.asarray(curves.sag, float))
     for stop in stops:
         points = np.array([np.interp(stop, travel, row) for row in y])
@@ -44,9 +42,7 @@ def _whole(y: np.ndarray) -> np.ndarray:
 
 def yaw_at(schedule: Schedule, travel: float) -> float:
     """Angle of a yaw schedule at this travel [rad]."""
-    at, over, change = (
-        np.atleast_1d(np.asarray(v, float)) for v in (schedule.at, schedule.over, schedule.change)
-    )
+    at, over, change = (np.atleast_1d(np.asarray(v, float)) for v in (schedule.at, schedule.over, schedule.change))
     steps = over <= 0.0
     share = np.where(steps, travel >= at, np.clip((travel - at) / np.where(steps, 1.0, over), 0.0, 1.0))
     return float(share @ change)

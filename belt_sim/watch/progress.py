@@ -108,9 +108,7 @@ class ProgressObserver:
             speed = f" at {(frame.travel - self.before[0]) / (frame.time - self.before[1]):.2f} m/s"
         self.before = frame.travel, frame.time
         pace = frame.travel / max(time.monotonic() - self.began, 1e-9)
-        self.shown.update(
-            frame.travel, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second"
-        )
+        self.shown.update(frame.travel, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second")
 
     def finish(self, curves: Curves) -> None:
         """End the bar."""

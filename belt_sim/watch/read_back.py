@@ -27,9 +27,7 @@ def read_back(path: str | os.PathLike) -> dict[str, Logged]:
     try:
         chunks = list(RrdReader(os.fspath(path)).stream())
     except (OSError, RuntimeError, ValueError) as cause:
-        raise BeltError(
-            f"recording {path}: cannot be read ({cause}); write it again with watch=rrd"
-        ) from cause
+        raise BeltError(f"recording {path}: cannot be read ({cause}); write it again with watch=rrd") from cause
     for chunk in chunks:
         if TRAVEL in chunk.timeline_names:
             _gather(chunk, found)

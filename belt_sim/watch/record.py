@@ -184,6 +184,4 @@ def _tab(run: str, overlay: Overlay, scale: float) -> rrb.Container:
     if overlay.case is None or not overlay.modelled:
         return row
     title = f"{run}: belt of {list(overlay.modelled)[-1]}; lateral movement, yaw and tilt x {scale:g}"
-    return rrb.Vertical(
-        blueprint.space(overlay.case, f"{root}/belt", title), row, row_shares=[2, 3], name=run
-    )
+    return rrb.Vertical(blueprint.space(overlay.case, f"{root}/belt", title), row, row_shares=[2, 3], name=run)

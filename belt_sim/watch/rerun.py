@@ -85,9 +85,7 @@ class RecordingFile:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             recording.save(self.draft)
         except (OSError, RuntimeError, ValueError) as cause:
-            raise BeltError(
-                f"recording {self.path}: cannot be written ({cause}); choose another folder"
-            ) from cause
+            raise BeltError(f"recording {self.path}: cannot be written ({cause}); choose another folder") from cause
         self.recording = recording
 
     def close(self) -> None:
@@ -128,9 +126,7 @@ def live(
 
 def _has_display() -> bool:
     """Whether a window can be opened here."""
-    return sys.platform in ("darwin", "win32") or any(
-        os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY")
-    )
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def _serve(recording: rr.RecordingStream, say: Callable[[str], None]) -> None:
