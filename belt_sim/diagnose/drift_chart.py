@@ -11,7 +11,7 @@ from belt_sim.diagnose.workbench import Workbench
 from belt_sim.pictures.drift_chart import Drift
 
 GPA = 1e9
-LIMIT = 10.0  # a model that asks for more than ten times the stated value is shown at ten times
+LIMIT = 3.0  # a model that asks for more than three times the stated value, or less than a third, is shown there
 
 
 def stiffness_drift(bench: Workbench, q: np.ndarray, name: str = "Young's modulus") -> Drift | None:
@@ -32,7 +32,8 @@ def stiffness_drift(bench: Workbench, q: np.ndarray, name: str = "Young's modulu
         fit = fit_sets(bench.forward, metric, [bench.start((), q, free=[position])])[0]
         factor = np.clip(1.0 + fit.q[position], 1.0 / LIMIT, LIMIT)
         value.append(factor * stated.value / GPA)
-        u.append(min(np.sqrt(fit.covariance[0, 0]), LIMIT) * stated.value / GPA)
+        beyond = factor in (1.0 / LIMIT, LIMIT)  # no interval is drawn about a value off the chart
+        u.append(0.0 if beyond else min(np.sqrt(fit.covariance[0, 0]), 0.5 * factor) * stated.value / GPA)
     return Drift(
         parameter=name,
         unit="GPa",
