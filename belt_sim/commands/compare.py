@@ -27,7 +27,8 @@ def compare_into(config: dict[str, Any], folder: Path) -> dict[str, Any]:
     """The work itself; returns the content of comparison.json."""
     from belt_sim.effects.load import load_effects
 
-    model, campaign = model_from(config), campaign_from(config)
+    campaign = campaign_from(config)
+    model = model_from(config, curves=any(len(r.travel) for r in campaign.runs))
     effects = load_effects(config["effects"])
     model.admit(effects)
     steady = _steady(campaign, model, effects, config, folder)

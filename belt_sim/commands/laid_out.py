@@ -15,13 +15,13 @@ def campaign_from(config: dict[str, Any]) -> Campaign:
     return read_campaign(Path(str(config["campaign"])))
 
 
-def model_from(config: dict[str, Any]) -> Model:
-    """An analytic model that gives curves; raises CannotRepresent for the others."""
+def model_from(config: dict[str, Any], *, curves: bool = True) -> Model:
+    """An analytic model, which must give curves unless ``curves`` is False; raises CannotRepresent for the others."""
     name = str(config["model"]["name"])
     if name.startswith("mujoco_"):
         raise CannotRepresent(f"model = {name}: too slow to be fitted; use an analytic model, e.g. model=strip")
     model = analytic_model(name)
-    if not model.marches:
+    if curves and not model.marches:
         raise CannotRepresent(f"model = {name}: it gives a steady rate and no curves; use e.g. model=beam_th2")
     return model
 
