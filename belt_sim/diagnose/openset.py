@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.diagnose.fit import Fit
-from belt_sim.diagnose.null import NullGains, null_gains
+from belt_sim.diagnose.null import null_gains
 from belt_sim.diagnose.workbench import Workbench
 
 LEVEL = 0.015  # the candidates spend the rest of the 5 % of false alarms
@@ -35,11 +35,7 @@ def open_set(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> OpenS
     gains = {n: _gain(bench, fit, rows) for n, rows in shapes.items()}
     log_p = {n: null.log_p(n, g) for n, g in gains.items()}
     failed = tuple(n for n in shapes if log_p[n] < critical)
-    return OpenSet(failed, log_p, gains, {n: _threshold(null, n, critical) for n in shapes})
-
-
-def _threshold(null: NullGains, name: str, critical: float) -> float:
-    return null.threshold(name, critical)
+    return OpenSet(failed, log_p, gains, {n: null.threshold(n, critical) for n in shapes})
 
 
 def structures(bench: Workbench) -> dict[str, np.ndarray]:

@@ -29,7 +29,6 @@ class Trial:
     fit: Fit
     gain: float
     threshold: float
-    log_p: float
     plausible: bool
     held_out: HeldOut
 
@@ -113,7 +112,6 @@ def _trial(bench, name, fit, current, null, critical) -> Trial:
         fit=fit,
         gain=max(gain, 0.0),
         threshold=null.threshold(name, critical),
-        log_p=null.log_p(name, gain),
         plausible=is_plausible(bench.forward, fit),
         held_out=held_out(bench, fit),
     )

@@ -13,9 +13,9 @@ from belt_sim.paths import ROOT
 
 def test_table_stands_in_the_readme():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    if BEGIN in text:  # the markers hold the place
-        inside = text.split(BEGIN, 1)[1].split(END, 1)[0]
-        assert inside.strip() == table().strip(), "run: python -m belt_sim.effects.table"
+    assert BEGIN in text
+    inside = text.split(BEGIN, 1)[1].split(END, 1)[0]
+    assert inside.strip() == table().strip(), "run: python -m belt_sim.effects.table"
 
 
 def test_every_refusal_is_raised_with_a_remedy():
