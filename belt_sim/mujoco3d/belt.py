@@ -19,9 +19,7 @@ class Mesh:
 
     rest [m], shape (n, m, 3): stress-free places (body positions); laid [m], same shape: places under tension;
     line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,); mass [kg], shape (m,), a node;
-    chord [m]: rest distance of neighbouring stations; turn_stiffness, turn_pressure [N], shape (m,): tension of
-    the lines and lateral force per unit of lengthwise strain at fixed width (see contact.misread); closed: an
-    endless belt.
+    chord [m]: rest distance of neighbouring stations; closed: an endless belt.
     """
 
     rest: np.ndarray
@@ -30,8 +28,6 @@ class Mesh:
     line_y: np.ndarray
     mass: np.ndarray
     chord: float
-    turn_stiffness: np.ndarray
-    turn_pressure: np.ndarray
     closed: bool = True
 
     @property
@@ -79,10 +75,7 @@ def lay(case: Case, loop: Loop, width: float, across: int) -> Mesh:
     chord = loop.chord / (1.0 + strain)
     stiffness = float(case.belt.youngs_modulus) * float(case.belt.area) * share
     mass = float(case.belt.mass_per_length) * chord * share
-    return Mesh(
-        rest=rest, laid=laid, line_stiffness=stiffness, line_y=y, mass=mass, chord=chord,
-        turn_stiffness=stiffness, turn_pressure=np.zeros(across),
-    )  # fmt: skip
+    return Mesh(rest=rest, laid=laid, line_stiffness=stiffness, line_y=y, mass=mass, chord=chord)
 
 
 def node_name(i: int, j: int) -> str:

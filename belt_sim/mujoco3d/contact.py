@@ -1,9 +1,7 @@
 """The belt on both pulleys during a run: landing, holding, slipping, letting go.
 
-The discrete integrator takes the belt's force at the end of a step from its tangent at the beginning. A link that turns
-by an angle d within a step then seems shorter by d^2 / 2, up to a fifth of its strain on a pulley. So the springs of
-landed stations carry, beyond the true holding force, the opposite of that missing tension (``misread``), and friction
-is compared with what is left. Both edges are misread alike: a belt that sticks does not notice.
+The forces between belt and pulleys are those that balance the belt's pull where it is (forces.py), not those of the
+springs: the springs also make up for what the integrator's tangent misses of links that turn within a step.
 """
 
 from dataclasses import dataclass
@@ -12,34 +10,37 @@ import mujoco
 import numpy as np
 
 from belt_sim.errors import RunFailed
-from belt_sim.mujoco3d.belt import Mesh
+from belt_sim.mujoco3d.forces import elastic_forces
 from belt_sim.mujoco3d.friction import Friction
 from belt_sim.mujoco3d.hold import HEAD, TAIL, Pose, Wrap, anchor, height, land
 from belt_sim.mujoco3d.scene import Scene
 from belt_sim.mujoco3d.surface import PulleySurface
-
 
 @dataclass
 class Contact:
     """Views of MuJoCo's arrays for the nodes, shape (n, m, 3), and the two wraps.
 
     position [m] = rest + slides; before: slides at the beginning of the step; spring, stiffness: qpos_spring [m]
-    and jnt_stiffness [N/m]; spin [rad]: of both pulleys at the last ``settle``; loads: force along x [N], moment
-    about the axis and about z [N m] that the belt does to the head and the tail pulley.
+    and jnt_stiffness [N/m]; slips: friction may be finite (while the laid belt settles it sticks); loads: force along x [N], moment about the axis and about z [N m] that the belt does to
+    the head and the tail pulley.
     """
 
     scene: Scene
+    data: mujoco.MjData
     slides: np.ndarray
     before: np.ndarray
     spring: np.ndarray
     stiffness: np.ndarray
     wraps: tuple[Wrap, Wrap]
     friction: Friction
-    spin: list[float]
+    hold_stiffness: float
+    slips: bool
     loads: list[tuple[float, float, float]]
 
     @staticmethod
-    def begin(scene: Scene, data: mujoco.MjData, poses: tuple[Pose, Pose], friction: Friction) -> "Contact":
+    def begin(
+        scene: Scene, data: mujoco.MjData, poses: tuple[Pose, Pose], friction: Friction, hold_stiffness: float
+    ) -> "Contact":
         """All stations beyond the pulleys' axes lie on the pulleys."""
         model, mesh, base = scene.model, scene.mesh, scene.base
         n, m = mesh.stations, mesh.across
@@ -59,19 +60,21 @@ class Contact:
         shape = (n, m, 3)
         contact = Contact(
             scene=scene,
+            data=data,
             slides=data.qpos[base:].reshape(shape),
             before=data.qpos[base:].reshape(shape).copy(),
             spring=model.qpos_spring[base:].reshape(shape),
             stiffness=model.jnt_stiffness[base:].reshape(shape),
             wraps=(wraps[HEAD], wraps[TAIL]),
             friction=friction,
-            spin=[pose.spin for pose in poses],
+            hold_stiffness=hold_stiffness,
+            slips=False,
             loads=[(0.0, 0.0, 0.0)] * 2,
         )
         for wrap, pose in zip(contact.wraps, poses, strict=True):
             for k in wrap.stations:
                 anchor(wrap, pose, k, contact.nodes(k))
-            contact.stiffness[wrap.stations] = friction.hold_stiffness
+            contact.stiffness[wrap.stations] = hold_stiffness
         return contact
 
     def nodes(self, station: int) -> np.ndarray:
@@ -90,40 +93,31 @@ class Contact:
             k = wrap.stations
             self.spring[k] = wrap.place(pose) - self.scene.mesh.rest[k]
 
-    def settle(self, poses: tuple[Pose, Pose], travel_sign: float) -> None:
-        """After a step: measure the forces, let slip, land and let go.
+    def settle(self, poses: tuple[Pose, Pose], travel_sign: float, speed: float) -> None:
+        """After a step: put held nodes on their anchors, find the forces, let slip, land and let go.
 
-        travel_sign: +1 or -1 along station numbers, 0 at rest before the run (both ends then land and let go).
+        travel_sign: +1 or -1 along station numbers, 0 at rest before the run (both ends then land and let go);
+        speed [m/s] of the belt.
         """
-        rest = self.scene.mesh.rest
+        scene = self.scene
+        for wrap in self.wraps:
+            self.slides[wrap.stations] = self.spring[wrap.stations]
+        pull = elastic_forces(scene.model, self.data, scene.base, self.slides.shape)
+        pull[..., 2] -= scene.mesh.mass * scene.parts.gravity
         for which, (wrap, pose) in enumerate(zip(self.wraps, poses, strict=True)):
             k = wrap.stations
-            slides = self.slides[k]
-            force = self.stiffness[k] * (self.spring[k] - slides)
-            points = rest[k] + slides
-            parts = wrap.components(pose, force)
-            surplus = misread(self.scene.mesh, len(k), pose.spin - self.spin[which], wrap.surface.radius)
-            self.spin[which] = pose.spin
-            self.loads[which] = self._load(wrap, pose, points, force)
-            if not self.friction.sticks:
-                self.friction.apply(wrap, pose, which, points, parts, surplus, self.stiffness)
-            pressure = (parts - surplus)[..., 0].sum(axis=1)
+            self.loads[which] = self._load(pose, scene.mesh.rest[k] + self.slides[k], pull[k])
+            holding = -wrap.components(pose, pull[k])
+            holding[..., 0] -= scene.mesh.mass * speed**2 / wrap.surface.radius
+            if self.slips:
+                self.friction.apply(wrap, which, holding)
+            pressure = holding[..., 0].sum(axis=1)
             self._change_ends(wrap, pose, float(pressure[0]), float(pressure[-1]), travel_sign)
 
-    def _load(self, wrap: Wrap, pose: Pose, points: np.ndarray, force: np.ndarray) -> tuple[float, float, float]:
-        """Force on a pulley along x [N], moment about its axis and about z [N m].
-
-        The moment about the axis is that of the links that come and go, from their true strain.
-        """
-        arm = points - pose.centre
-        moment_z = -float(np.sum(arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0]))
-        axis, mesh, moment = pose.axes[:, 1], self.scene.mesh, 0.0
-        for end, station in ((0, wrap.first - 1), (-1, wrap.last + 1)):
-            link = self.nodes(station % mesh.stations) - points[end]
-            length = np.sqrt(np.einsum("ij,ij->i", link, link))
-            pull = (mesh.line_stiffness * (1.0 / mesh.chord - 1.0 / length))[:, None] * link
-            moment += float(np.cross(arm[end], pull).sum(axis=0) @ axis)
-        return -float(force[..., 0].sum()), moment, moment_z
+    def _load(self, pose: Pose, points: np.ndarray, pull: np.ndarray) -> tuple[float, float, float]:
+        """Force on a pulley along x [N], moment about its axis and about z [N m], of nodes that pull at points."""
+        moment = np.cross(points - pose.centre, pull).sum(axis=(0, 1))
+        return float(pull[..., 0].sum()), float(moment @ pose.axes[:, 1]), float(moment[2])
 
     def _change_ends(self, wrap: Wrap, pose: Pose, first: float, last: float, travel_sign: float) -> None:
         """Land and let go; first, last: pressure [N] of the stations at either end."""
@@ -149,25 +143,11 @@ class Contact:
         if height(wrap, pose, ahead) > 0.0:
             return
         land(wrap, pose, k, neighbour % n, nodes, np.linalg.norm(nodes - self.nodes(neighbour % n), axis=1))
-        self.stiffness[k] = self.friction.hold_stiffness
+        self.stiffness[k] = self.hold_stiffness
         wrap.first, wrap.last = min(wrap.first, station), max(wrap.last, station)
 
     def _let_go(self, wrap: Wrap, station: int) -> None:
-        self.stiffness[station], wrap.push[station], wrap.sliding[station] = 0.0, 0.0, False
-        wrap.held_for[station] = 0
+        self.stiffness[station], wrap.sliding[station] = 0.0, False
         if wrap.last - wrap.first < 3:
             raise RunFailed("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
 
-
-def misread(mesh: Mesh, held: int, turn: float, radius: float) -> np.ndarray:
-    """What the springs of landed stations carry beyond the holding force [N]: outwards, along axis, along turn.
-
-    Links between landed stations that turn by ``turn`` [rad] in a step lack the tension e = k turn^2 / 2 with k from
-    mesh.turn_stiffness, and the section the lateral force mesh.turn_pressure turn^2 / 2; shape (held, m, 3).
-    """
-    strain = np.full(held + 1, 0.5 * turn**2)
-    strain[[0, -1]] = 0.0
-    missing = strain[:, None] * mesh.turn_stiffness
-    beside = 0.5 * (missing[1:] + missing[:-1])
-    squeeze = 0.5 * (strain[1:] + strain[:-1])[:, None] * mesh.turn_pressure
-    return np.stack([-beside * mesh.chord / radius, -squeeze, missing[1:] - missing[:-1]], axis=-1)

@@ -28,14 +28,7 @@ class Grid:
         strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
         laid = mesh.laid.copy()
         laid[:, :, 1] = y * (1.0 - lattice.poisson_ratio * strain)
-        w = lattice.width / (m - 1)
-        cos, sin = np.array([chord, w]) / np.hypot(chord, w)
-        turn = (lattice.lines + 2.0 * (m - 1) * lattice.diagonal * cos**3) * share
-        pressure = np.zeros(m)
-        pressure[[0, -1]] = np.array([1.0, -1.0]) * 2.0 * lattice.diagonal * cos**2 * sin
-        return replace(
-            mesh, laid=laid, line_stiffness=lattice.lines * share, turn_stiffness=turn, turn_pressure=pressure
-        )
+        return replace(mesh, laid=laid, line_stiffness=lattice.lines * share)
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=True)

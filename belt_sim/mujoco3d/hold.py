@@ -31,9 +31,7 @@ class Wrap:
     """The stations that lie on one pulley: consecutive numbers first..last (modulo n), and their anchors.
 
     anchors are cylinder coordinates in the spinning pulley: r, y [m] and angle [rad] from the top towards +x,
-    shape (n, m), valid for held stations only. sliding: which nodes slide; push [m], shape (n, m, 3): how far
-    beyond its anchor a sliding node's spring rests (outwards, along the axis, along the turn), from the friction
-    law; held_for: steps since landing, shape (n,).
+    shape (n, m), valid for held stations only. sliding: which nodes slide.
     """
 
     surface: PulleySurface
@@ -44,16 +42,13 @@ class Wrap:
     y: np.ndarray
     angle: np.ndarray
     sliding: np.ndarray
-    push: np.ndarray
-    held_for: np.ndarray
     stations: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
     @staticmethod
     def empty(surface: PulleySurface, extra_radius: float, n: int, m: int) -> "Wrap":
         """extra_radius [m]: how much wider the circle of the stations is than the pulley."""
         r, y, angle = np.zeros((3, n, m))
-        push, held_for = np.zeros((n, m, 3)), np.zeros(n, int)
-        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros((n, m), bool), push, held_for)
+        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros((n, m), bool))
 
     def renumber(self) -> None:
         """Recompute ``stations`` after first or last changed."""
@@ -64,17 +59,18 @@ class Wrap:
         return self.surface.radius_at(y, angle) + self.extra_radius
 
     def place(self, pose: Pose) -> np.ndarray:
-        """World positions at which the held nodes' springs rest [m], shape (held, m, 3)."""
+        """World positions of the held nodes' anchors [m], shape (held, m, 3)."""
         k = self.stations
         turned = self.angle[k] + pose.spin
-        sin, cos = np.sin(turned), np.cos(turned)
-        push = self.push[k]
-        r, on = self.r[k] + push[..., 0], push[..., 2]
-        local = np.empty_like(push)
-        local[..., 0] = r * sin + on * cos
-        local[..., 1] = self.y[k] + push[..., 1]
-        local[..., 2] = r * cos - on * sin
+        local = np.stack([self.r[k] * np.sin(turned), self.y[k], self.r[k] * np.cos(turned)], axis=-1)
         return local @ pose.axes.T + pose.centre
+
+    def slide(self, way: np.ndarray) -> None:
+        """Move the held nodes' anchors on the surface by ``way`` [m], shape (held, m, 2): along the axis, the turn."""
+        k = self.stations
+        self.y[k] += way[..., 0]
+        self.angle[k] += way[..., 1] / self.r[k]
+        self.r[k] = self.radius_at(self.y[k], self.angle[k])
 
     def components(self, pose: Pose, vectors: np.ndarray) -> np.ndarray:
         """Parts of world vectors at the held anchors: outwards, along the axis, along the turn; shape (held, m, 3)."""

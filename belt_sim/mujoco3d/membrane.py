@@ -1,10 +1,8 @@
 """The shell belt: a two-dimensional flex membrane of real E, h and rho with a calibrated width."""
 
 import math
-from dataclasses import replace
 
 import mujoco
-import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
@@ -31,13 +29,8 @@ class Membrane:
     def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
         if options.across < 2:
             raise InputError("options.across", options.across, "nodes", "a membrane needs 2 or more")
-        nu = float(case.belt.poisson_ratio)
-        width = model_width(float(case.belt.width), options.across, nu)
-        mesh = lay(case, loop, width, options.across)
-        stiffness = mesh.line_stiffness / (1.0 - nu**2)
-        pressure = np.zeros(options.across)
-        pressure[[0, -1]] = np.array([1.0, -1.0]) * nu * stiffness.sum() * mesh.chord / width
-        return replace(mesh, turn_stiffness=stiffness, turn_pressure=pressure)
+        width = model_width(float(case.belt.width), options.across, float(case.belt.poisson_ratio))
+        return lay(case, loop, width, options.across)
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=False)

@@ -19,8 +19,8 @@ class Options:
     accurate (a 35th of the string speed, at most 2 m/s); friction [1]: Coulomb coefficient between belt and pulleys,
     inf = sticking; bonds: which bonds tie the grid; run_in [m]: travel before 0, straight; acceleration [m/s2];
     settle [s]: time at rest for the sag, and again after a yaw step; yaw_time [s]: duration of a yaw step;
-    damping [1/s]: drag of the free belt, across its travel, per unit of its mass; hold_stiffness, slip_stiffness
-    [N/m]: springs that hold a landed node that sticks, or slips; tail_mass [kg]: inertia of the tail pulley on its
+    damping [1/s]: drag of the free belt, across its travel, per unit of its mass; hold_stiffness
+    [N/m]: springs that hold a landed node; tail_mass [kg]: inertia of the tail pulley on its
     slide and about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames.
     """
 
@@ -35,8 +35,7 @@ class Options:
     settle: float = 1.0
     yaw_time: float = 0.3
     damping: float = 1.0
-    hold_stiffness: float = 1e10
-    slip_stiffness: float = 2e6
+    hold_stiffness: float = 1e13
     tail_mass: float = 60.0
     sample: float = 0.025
     frame: float = 0.1

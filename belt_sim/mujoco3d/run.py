@@ -23,6 +23,7 @@ from belt_sim.mujoco3d.options import BELTS, Options
 from belt_sim.mujoco3d.record import Recorder
 from belt_sim.mujoco3d.scene import Scene, build, scene_parts
 from belt_sim.mujoco3d.stage import Clock
+from belt_sim.mujoco3d.tangent import Tangent
 from belt_sim.mujoco3d.torsion import Torsion
 
 _BELTS: dict[str, Callable[[], BeltModel]] = {"rope": Chain, "grid": Grid, "flex": Membrane}
@@ -30,9 +31,7 @@ _FASTEST = 2.0  # [m/s]
 _SLOWNESS = 35.0  # landings shake the spans; at a 35th of the string speed sag and tension stay within 1 %
 _COURANT = 0.5
 _ROPE_DRAG = 20.0  # [1/s]: a rope has no stiffness that calms the waves the run-off sends along it
-_MISREAD_SLIPPING = (
-    0.03  # of the strain: at 0.36 y_1 at 40 N/mm2 and friction 0.3 runs 10 % off within 5 m, at 0.02 1 %
-)
+_LAID_DRAG, _CALMING = 1e5, 40.0  # [1/s], at first: the laid polygon finds its balance without a jolt; per rest
 _REST_DRAG = 15.0  # [1/s], about critical for the lowest sway of a span
 
 
@@ -55,7 +54,7 @@ def simulate(
     if belt not in BELTS:
         raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
     options = options or Options()
-    options = fitted(options, case, belt, slips=math.isfinite(scene_parts(case, options, effects).friction))
+    options = fitted(options, case, belt)
     curves = Run.begin(case, belt, options, observers, effects, scene_path).go(travel)
     if not control:
         return curves
@@ -66,13 +65,12 @@ def simulate(
     return replace(curves, y=curves.y - drift, extra=(curves.extra or {}) | names)
 
 
-def fitted(options: Options, case: Case, belt: str, *, slips: bool = False) -> Options:
+def fitted(options: Options, case: Case, belt: str) -> Options:
     """Options for this case: the automatic belt speed filled in, and the step of belts made of springs bounded.
 
     Belt speed: a 35th of the string speed c = sqrt(sigma / rho), at most 2 m/s. Springs (tendons) lend MuJoCo's
-    metric no stiffness across their direction, so that the step stays below dx / c. slips: with finite friction the
-    step is also short enough that contact.misread stays below a thirtieth of the strain.
-    Raises InputError when a link on a pulley would turn further in a step than its strain can bear (contact.misread).
+    metric no stiffness across their direction, so that the step stays below dx / c.
+    Raises InputError when a link on a pulley would turn further in a step than its strain can bear.
     """
     string_speed = math.sqrt(float(case.settings.tension) / float(case.belt.density))
     speed = options.belt_speed or min(_FASTEST, string_speed / _SLOWNESS)
@@ -83,8 +81,6 @@ def fitted(options: Options, case: Case, belt: str, *, slips: bool = False) -> O
         raise InputError(
             "options.dt", dt, "s", f"give at most {longest:.1e} at {speed:.2f} m/s, or a slower belt_speed"
         )
-    if slips:
-        dt = min(dt, longest * math.sqrt(_MISREAD_SLIPPING))
     limp = belt == "rope" or (belt == "grid" and "diagonal" not in options.bonds)
     damping = max(options.damping, _ROPE_DRAG) if limp else options.damping
     return replace(options, belt_speed=speed, dt=dt, damping=damping)
@@ -111,8 +107,8 @@ class Run:
         mujoco.mj_resetDataKeyframe(scene.model, data, 0)
         machine = Machine.begin(case, scene, options)
         machine.put(data)
-        friction = Friction(parts.friction, options.hold_stiffness, options.slip_stiffness)
-        contact = Contact.begin(scene, data, machine.poses, friction)
+        friction = Friction(parts.friction, Tangent.of(scene) if math.isfinite(parts.friction) else None)
+        contact = Contact.begin(scene, data, machine.poses, friction, options.hold_stiffness)
         return Run(scene, data, machine, contact, Recorder(case, contact, machine, options, tuple(observers)))
 
     def go(self, travel: float) -> Curves:
@@ -137,8 +133,11 @@ class Run:
     def _rest(self) -> None:
         """Let the spans hang to rest and the tail pulley find its place, before the belt runs."""
         model, options = self.scene.model, self.recorder.options
-        model.dof_damping[self.scene.base :] = drag(self.scene.mesh, _REST_DRAG, _REST_DRAG)
-        for _ in range(math.ceil(options.settle / model.opt.timestep)):
+        steps = math.ceil(options.settle / model.opt.timestep)
+        for k in range(steps):
+            self.contact.slips = 2 * k > steps
+            now = _REST_DRAG + _LAID_DRAG * math.exp(-_CALMING * k / steps)
+            model.dof_damping[self.scene.base :] = drag(self.scene.mesh, now, now)
             self._step(self.machine.poses[0].spin, 0.0, 0.0)
         model.dof_damping[self.scene.base :] = drag(self.scene.mesh, 0.0, options.damping)
 
@@ -167,7 +166,7 @@ class Run:
         if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):
             raise RunFailed(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
         machine.read(data)
-        contact.settle(machine.poses, self.sign if speed > 0.0 else 0.0)
+        contact.settle(machine.poses, self.sign if speed > 0.0 else 0.0, speed)
 
 
 def _ignore(message: str) -> None:
