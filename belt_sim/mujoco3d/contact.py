@@ -147,7 +147,7 @@ class Contact:
         wrap.first, wrap.last = min(wrap.first, station), max(wrap.last, station)
 
     def _let_go(self, wrap: Wrap, station: int) -> None:
-        self.stiffness[station], wrap.sliding[station] = 0.0, False
+        self.stiffness[station], wrap.way[station] = 0.0, 0.0
         if wrap.last - wrap.first < 3:
             raise RunFailed("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
 

@@ -13,15 +13,16 @@ _SETTLED = 1e-3  # of the limits: what is left over slides in the next step
 _SHORTEST = 1e-3  # of a Newton step
 
 
-def slide(force: np.ndarray, limit: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+def slide(force: np.ndarray, limit: np.ndarray, stiffness: np.ndarray, guess: np.ndarray) -> np.ndarray:
     """Ways [m], shape (nodes, 2), that the nodes slide.
 
     force [N], shape (nodes, 2): holding forces if none slid; limit [N], shape (nodes,); stiffness [N/m], shape
-    (2 nodes, 2 nodes), positive definite: sliding by u changes the holding forces to force + stiffness @ u.
+    (2 nodes, 2 nodes), positive definite: sliding by u changes the holding forces to force + stiffness @ u; guess [m],
+    shape (nodes, 2): where to start.
     """
     nodes = np.arange(len(force))
     blocks = stiffness.reshape(len(nodes), 2, len(nodes), 2)[nodes, :, nodes]
-    way, share = np.zeros_like(force), 1.0
+    way, share = guess.copy(), 1.0
     for _ in range(_SWEEPS):
         held = force + (stiffness @ way.ravel()).reshape(-1, 2)
         size, pull = np.hypot(way[:, 0], way[:, 1]), np.hypot(held[:, 0], held[:, 1])

@@ -28,13 +28,16 @@ class Friction:
         """
         if self.tangent is None:
             return
+        k = wrap.stations
         limit = self.friction * np.maximum(holding[..., 0], 0.0)
-        wrap.sliding[wrap.stations] = False
         if np.all(np.hypot(holding[..., 1], holding[..., 2]) <= limit):
+            wrap.way[k] = 0.0
             return
-        count = len(wrap.stations)
-        way = slide(holding[..., 1:].reshape(-1, 2), limit.ravel(), self.tangent.wrap(wrap.first, count))
-        way = way.reshape(count, -1, 2)
-        wrap.sliding[wrap.stations] = way.any(axis=-1)
+        way = slide(
+            holding[..., 1:].reshape(-1, 2),
+            limit.ravel(),
+            self.tangent.wrap(wrap.first, len(k)),
+            wrap.way[k].reshape(-1, 2),
+        ).reshape(wrap.way[k].shape)
         wrap.slide(way)
         self.slip[which] += way[..., 0].mean()

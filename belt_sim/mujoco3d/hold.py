@@ -31,7 +31,8 @@ class Wrap:
     """The stations that lie on one pulley: consecutive numbers first..last (modulo n), and their anchors.
 
     anchors are cylinder coordinates in the spinning pulley: r, y [m] and angle [rad] from the top towards +x,
-    shape (n, m), valid for held stations only. sliding: which nodes slide.
+    shape (n, m), valid for held stations only; way [m], shape (n, m, 2): how far the nodes slid in the
+    last step, along the axis, along the turn.
     """
 
     surface: PulleySurface
@@ -41,14 +42,14 @@ class Wrap:
     r: np.ndarray
     y: np.ndarray
     angle: np.ndarray
-    sliding: np.ndarray
+    way: np.ndarray
     stations: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
     @staticmethod
     def empty(surface: PulleySurface, extra_radius: float, n: int, m: int) -> "Wrap":
         """extra_radius [m]: how much wider the circle of the stations is than the pulley."""
         r, y, angle = np.zeros((3, n, m))
-        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros((n, m), bool))
+        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros((n, m, 2)))
 
     def renumber(self) -> None:
         """Recompute ``stations`` after first or last changed."""
@@ -65,9 +66,15 @@ class Wrap:
         local = np.stack([self.r[k] * np.sin(turned), self.y[k], self.r[k] * np.cos(turned)], axis=-1)
         return local @ pose.axes.T + pose.centre
 
+    @property
+    def sliding(self) -> np.ndarray:
+        """Which held nodes slid in the last step, shape (held, m)."""
+        return self.way[self.stations].any(axis=-1)
+
     def slide(self, way: np.ndarray) -> None:
-        """Move the held nodes' anchors on the surface by ``way`` [m], shape (held, m, 2): along the axis, the turn."""
+        """Move the held nodes' anchors on the surface by ``way`` [m], shape (held, m, 2)."""
         k = self.stations
+        self.way[k] = way
         self.y[k] += way[..., 0]
         self.angle[k] += way[..., 1] / self.r[k]
         self.r[k] = self.radius_at(self.y[k], self.angle[k])

@@ -82,7 +82,7 @@ class Recorder:
                 f"y at point {where} = {now[where - 1]:.3f} m at travel {travel:.2f} m: the belt has run off its "
                 "pulleys; turn the yaw back earlier or shorten travel"
             )
-        sliding = [np.mean(wrap.sliding[wrap.stations]) for wrap in self.contact.wraps]
+        sliding = [np.mean(wrap.sliding) for wrap in self.contact.wraps]
         return np.concatenate([now, slip, sliding, [self.steps, travel]])
 
     def _row(self, mean: np.ndarray, travel: float) -> np.ndarray:
