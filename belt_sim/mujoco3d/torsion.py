@@ -1,4 +1,4 @@
-"""Torsion of the strip beyond what lines of nodes under tension have by themselves."""
+"""Torsion of the strip beyond what lines of nodes under tension have by themselves, and where it ends on a pulley."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.mujoco3d.contact import Contact
+from belt_sim.mujoco3d.hold import Wrap
 
 
 @dataclass(frozen=True)
@@ -14,11 +15,16 @@ class Torsion:
     """Couples on the sections of the free spans: C phi'', phi the roll of a section.
 
     The strip has F b^2 / 12 + G b h^3 / 3; lines at y_j with shares w_j of the section have F sum(w_j y_j^2), and C is
-    the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. rate [N/m]: C / (chord b'^2), b' the outer lines'
-    distance.
+    the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. rate, whole [N/m]: C and the strip's own torsion, over
+    chord b'^2, b' the outer lines' distance.
+
+    A strip does not roll where it meets the pulley. The last landed station is up to half a chord before or behind that
+    place, so that the next station rolls too little or too much, and the entry moment of a belt that tilts swings with
+    every landing. The couples on that station are those of a link as long as its distance from the right place.
     """
 
     rate: float
+    whole: float
     forces: np.ndarray
 
     @staticmethod
@@ -27,21 +33,31 @@ class Torsion:
         tension, width = float(case.tension_force), float(belt.width)
         share = mesh.line_stiffness / mesh.line_stiffness.sum()
         own = tension * float(share @ mesh.line_y**2)
-        stiffness = (
-            tension * width**2 / 12.0 + float(belt.shear_modulus) * width * float(belt.thickness) ** 3 / 3.0 - own
-        )
+        whole = tension * width**2 / 12.0 + float(belt.shear_modulus) * width * float(belt.thickness) ** 3 / 3.0
         apart = float(mesh.line_y[0] - mesh.line_y[-1])
+        per = 1.0 / (mesh.chord * apart**2) if apart else 0.0
         forces = data.qfrc_applied[contact.scene.base :].reshape(contact.slides.shape)
-        return Torsion(rate=stiffness / (mesh.chord * apart**2) if apart else 0.0, forces=forces)
+        return Torsion(rate=(whole - own) * per, whole=whole * per, forces=forces)
 
     def apply(self, contact: Contact) -> None:
         """Write the couples as vertical forces on the outer nodes; landed sections do not roll."""
         if not self.rate:
             return
         roll = contact.slides[:, 0, 2] - contact.slides[:, -1, 2]
-        for wrap in contact.wraps:
-            roll[wrap.stations] = 0.0
         couple = self.rate * (np.roll(roll, 1) - 2.0 * roll + np.roll(roll, -1))
         for wrap in contact.wraps:
             couple[wrap.stations] = 0.0
+        for wrap in contact.wraps:
+            for landed, way in ((wrap.first, -1), (wrap.last, 1)):
+                self._end(contact, wrap, landed, way, roll, couple)
         self.forces[:, 0, 2], self.forces[:, -1, 2] = couple, -couple
+
+    def _end(self, contact: Contact, wrap: Wrap, landed: int, way: int, roll: np.ndarray, couple: np.ndarray) -> None:
+        """Lengthen or shorten the link from the last landed station to the first free one, ``way`` along the numbers."""
+        n, chord = len(roll), contact.scene.mesh.chord
+        inner, last, free = ((landed + k * way) % n for k in (-1, 0, 1))
+        before, after = (contact.nodes(b).mean(axis=0) - contact.nodes(a).mean(axis=0)
+                         for a, b in ((inner, last), (last, free)))  # fmt: skip
+        kink = abs(before[0] * after[2] - before[2] * after[0]) / chord**2
+        beyond = min(kink * wrap.surface.radius, chord) - 0.5 * chord
+        couple[free] -= self.whole * (chord / (chord - beyond) - 1.0) * (roll[free] - roll[last])
