@@ -12,15 +12,20 @@ import numpy as np
 from belt_sim.errors import RunFailed
 from belt_sim.mujoco3d.forces import elastic_forces
 from belt_sim.mujoco3d.friction import Friction
-from belt_sim.mujoco3d.hold import HEAD, TAIL, Pose, Wrap, anchor, height, land
+from belt_sim.mujoco3d.hold import HEAD, TAIL, Pose, Wrap
 from belt_sim.mujoco3d.scene import Scene
 from belt_sim.mujoco3d.surface import PulleySurface
+from belt_sim.mujoco3d.touchdown import FIRST, LAST, anchor, catches, depth, land, lets_go, lift, sink, tangent_angle
+
+_OUTSIDE = 4  # free stations over which the direction of a span is taken
+_CALM = 0.2  # [s], over which it is averaged: waves pass
+
 
 @dataclass
 class Contact:
     """Views of MuJoCo's arrays for the nodes, shape (n, m, 3), and the two wraps.
 
-    position [m] = rest + slides; before: slides at the beginning of the step; spring, stiffness: qpos_spring [m]
+    position [m] = rest + slides; spring, stiffness: qpos_spring [m]
     and jnt_stiffness [N/m]; slips: friction may be finite (while the laid belt settles it sticks); loads: force along x [N], moment about the axis and about z [N m] that the belt does to
     the head and the tail pulley.
     """
@@ -28,7 +33,6 @@ class Contact:
     scene: Scene
     data: mujoco.MjData
     slides: np.ndarray
-    before: np.ndarray
     spring: np.ndarray
     stiffness: np.ndarray
     wraps: tuple[Wrap, Wrap]
@@ -62,7 +66,6 @@ class Contact:
             scene=scene,
             data=data,
             slides=data.qpos[base:].reshape(shape),
-            before=data.qpos[base:].reshape(shape).copy(),
             spring=model.qpos_spring[base:].reshape(shape),
             stiffness=model.jnt_stiffness[base:].reshape(shape),
             wraps=(wraps[HEAD], wraps[TAIL]),
@@ -75,7 +78,21 @@ class Contact:
             for k in wrap.stations:
                 anchor(wrap, pose, k, contact.nodes(k))
             contact.stiffness[wrap.stations] = hold_stiffness
+            contact._meet(wrap, pose, 1.0)
+            for end in (FIRST, LAST):
+                contact._change_end(wrap, pose, end)
+                contact._lift_as_laid(wrap, pose, end)
         return contact
+
+    def _meet(self, wrap: Wrap, pose: Pose, share: float) -> None:
+        """Move the places where the belt meets a pulley by ``share`` of the way to where the spans' directions say."""
+        n = self.scene.mesh.stations
+        for i, (inner, outer) in enumerate(
+            ((wrap.first - 1, wrap.first - _OUTSIDE), (wrap.last + 1, wrap.last + _OUTSIDE))
+        ):
+            along = (self.nodes(outer % n) - self.nodes(inner % n)).mean(axis=0) * (-1.0 if i == 0 else 1.0)
+            ahead = tangent_angle(pose, along) - wrap.tangent[i]
+            wrap.tangent[i] += share * (ahead - 2.0 * np.pi * np.round(ahead / (2.0 * np.pi)))
 
     def nodes(self, station: int) -> np.ndarray:
         """Positions of a station's nodes [m], shape (m, 3)."""
@@ -88,16 +105,16 @@ class Contact:
 
     def follow(self, poses: tuple[Pose, Pose]) -> None:
         """Before a step: the springs' rest positions are where the anchors will be at its end."""
-        self.before[:] = self.slides
         for wrap, pose in zip(self.wraps, poses, strict=True):
+            for end in (FIRST, LAST):
+                sink(wrap, pose, end, self.scene.mesh.chord)
             k = wrap.stations
             self.spring[k] = wrap.place(pose) - self.scene.mesh.rest[k]
 
-    def settle(self, poses: tuple[Pose, Pose], travel_sign: float, speed: float) -> None:
+    def settle(self, poses: tuple[Pose, Pose], speed: float) -> None:
         """After a step: put held nodes on their anchors, find the forces, let slip, land and let go.
 
-        travel_sign: +1 or -1 along station numbers, 0 at rest before the run (both ends then land and let go);
-        speed [m/s] of the belt.
+        speed [m/s]: of the belt.
         """
         scene = self.scene
         for wrap in self.wraps:
@@ -111,43 +128,37 @@ class Contact:
             holding[..., 0] -= scene.mesh.mass * speed**2 / wrap.surface.radius
             if self.slips:
                 self.friction.apply(wrap, which, holding)
-            pressure = holding[..., 0].sum(axis=1)
-            self._change_ends(wrap, pose, float(pressure[0]), float(pressure[-1]), travel_sign)
+            self._meet(wrap, pose, scene.model.opt.timestep / _CALM)
+            for end in (FIRST, LAST):
+                self._change_end(wrap, pose, end)
 
     def _load(self, pose: Pose, points: np.ndarray, pull: np.ndarray) -> tuple[float, float, float]:
         """Force on a pulley along x [N], moment about its axis and about z [N m], of nodes that pull at points."""
         moment = np.cross(points - pose.centre, pull).sum(axis=(0, 1))
         return float(pull[..., 0].sum()), float(moment @ pose.axes[:, 1]), float(moment[2])
 
-    def _change_ends(self, wrap: Wrap, pose: Pose, first: float, last: float, travel_sign: float) -> None:
-        """Land and let go; first, last: pressure [N] of the stations at either end."""
-        n = self.scene.mesh.stations
-        if travel_sign <= 0.0 and first < 0.0:
-            self._let_go(wrap, wrap.first % n)
-            wrap.first += 1
-        elif travel_sign >= 0.0:
-            self._try_landing(wrap, pose, wrap.first - 1, wrap.first)
-        if travel_sign >= 0.0 and last < 0.0:
-            self._let_go(wrap, wrap.last % n)
-            wrap.last -= 1
-        elif travel_sign <= 0.0:
-            self._try_landing(wrap, pose, wrap.last + 1, wrap.last)
-        wrap.renumber()
+    def _change_end(self, wrap: Wrap, pose: Pose, end: int) -> None:
+        """Land a station or let one go."""
+        mesh = self.scene.mesh
+        outer = wrap.first if end == FIRST else wrap.last
+        nodes = self.nodes((outer + end) % mesh.stations)
+        if catches(wrap, pose, end, nodes, mesh.chord):
+            station = land(wrap, pose, end, nodes, self.nodes(outer % mesh.stations), mesh.chord)
+            self.stiffness[station] = self.hold_stiffness
+        elif lets_go(wrap, pose, end, mesh.chord):
+            self._let_go(wrap, outer % mesh.stations)
+            wrap.first, wrap.last = (wrap.first + 1, wrap.last) if end == FIRST else (wrap.first, wrap.last - 1)
+            wrap.renumber()
 
-    def _try_landing(self, wrap: Wrap, pose: Pose, station: int, neighbour: int) -> None:
-        """Land a station that will be inside the pulley half a step from now."""
-        n = self.scene.mesh.stations
-        k = station % n
-        nodes = self.nodes(k)
-        ahead = nodes + 0.5 * (self.slides[k] - self.before[k])
-        if height(wrap, pose, ahead) > 0.0:
-            return
-        land(wrap, pose, k, neighbour % n, nodes, np.linalg.norm(nodes - self.nodes(neighbour % n), axis=1))
-        self.stiffness[k] = self.hold_stiffness
-        wrap.first, wrap.last = min(wrap.first, station), max(wrap.last, station)
+    def _lift_as_laid(self, wrap: Wrap, pose: Pose, end: int) -> None:
+        """Keep the laid belt's outermost stations at the height where they are."""
+        outer = wrap.first if end == FIRST else wrap.last
+        for station in ((outer - end * k) % self.scene.mesh.stations for k in range(2)):
+            y, angle = wrap.y[station], wrap.angle[station]
+            path = lift(depth(wrap, pose, angle.mean(), end), self.scene.mesh.chord, wrap.surface.radius)
+            wrap.lifted[station] = np.mean(wrap.r[station] - wrap.radius_at(y, angle)) - path
 
     def _let_go(self, wrap: Wrap, station: int) -> None:
         self.stiffness[station], wrap.way[station] = 0.0, 0.0
         if wrap.last - wrap.first < 3:
             raise RunFailed("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
-

@@ -87,4 +87,3 @@ def _newton(force, limit, stiffness, way) -> tuple[np.ndarray, float]:
         if share <= _SHORTEST:
             return way, 0.0
     return way + share * change, share
-

@@ -2,10 +2,7 @@
 
 Every node rides on three slides. While its station lies on a pulley, the slides' springs (jnt_stiffness) hold it at
 an anchor that turns with the pulley (qpos_spring). Under MuJoCo's discrete integrator a joint spring is implicit, so
-it may be as stiff as 1e10 N/m: 0.02 um under the belt's pressure, no creep, no chatter, no cone.
-
-Landing keeps the length of the chord to the station landed before, edge by edge: what lies on the pulley is the strain
-the belt had at the run-up, so that the landed belt turns by the run-up curvature (physics: dtheta/ds = -kappa).
+it may be as stiff as 1e13 N/m: no penetration, no creep, no chatter, no cone.
 """
 
 from dataclasses import dataclass, field
@@ -31,7 +28,9 @@ class Wrap:
     """The stations that lie on one pulley: consecutive numbers first..last (modulo n), and their anchors.
 
     anchors are cylinder coordinates in the spinning pulley: r, y [m] and angle [rad] from the top towards +x,
-    shape (n, m), valid for held stations only; way [m], shape (n, m, 2): how far the nodes slid in the
+    shape (n, m), valid for held stations only; lifted [m], shape (n,): how much higher than touchdown.py's path a
+    station has been caught; tangent [rad], shape (2,): where the belt meets the pulley, at ``first`` and at ``last``,
+    from the top towards +x and not turning; way [m], shape (n, m, 2): how far the nodes slid in the
     last step, along the axis, along the turn.
     """
 
@@ -42,6 +41,8 @@ class Wrap:
     r: np.ndarray
     y: np.ndarray
     angle: np.ndarray
+    lifted: np.ndarray
+    tangent: np.ndarray
     way: np.ndarray
     stations: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
@@ -49,7 +50,7 @@ class Wrap:
     def empty(surface: PulleySurface, extra_radius: float, n: int, m: int) -> "Wrap":
         """extra_radius [m]: how much wider the circle of the stations is than the pulley."""
         r, y, angle = np.zeros((3, n, m))
-        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros((n, m, 2)))
+        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros(n), np.zeros(2), np.zeros((n, m, 2)))
 
     def renumber(self) -> None:
         """Recompute ``stations`` after first or last changed."""
@@ -75,9 +76,10 @@ class Wrap:
         """Move the held nodes' anchors on the surface by ``way`` [m], shape (held, m, 2)."""
         k = self.stations
         self.way[k] = way
+        before = self.radius_at(self.y[k], self.angle[k])
         self.y[k] += way[..., 0]
         self.angle[k] += way[..., 1] / self.r[k]
-        self.r[k] = self.radius_at(self.y[k], self.angle[k])
+        self.r[k] += self.radius_at(self.y[k], self.angle[k]) - before
 
     def components(self, pose: Pose, vectors: np.ndarray) -> np.ndarray:
         """Parts of world vectors at the held anchors: outwards, along the axis, along the turn; shape (held, m, 3)."""
@@ -96,30 +98,3 @@ def cylinder_coordinates(points: np.ndarray, pose: Pose) -> tuple[np.ndarray, np
         local[..., 1],
         np.arctan2(local[..., 0], local[..., 2]) - pose.spin,
     )
-
-
-def height(wrap: Wrap, pose: Pose, nodes: np.ndarray) -> float:
-    """Mean distance of a station's nodes, shape (m, 3), from the pulley's surface [m]; negative = inside."""
-    r, y, angle = cylinder_coordinates(nodes, pose)
-    return float(np.mean(r - wrap.radius_at(y, angle)))
-
-
-def anchor(wrap: Wrap, pose: Pose, station: int, nodes: np.ndarray) -> None:
-    """Anchor a station where its nodes, shape (m, 3), project on the surface (used before the run)."""
-    _, y, angle = cylinder_coordinates(nodes, pose)
-    wrap.y[station], wrap.angle[station], wrap.r[station] = y, angle, wrap.radius_at(y, angle)
-
-
-def land(wrap: Wrap, pose: Pose, station: int, neighbour: int, nodes: np.ndarray, chord: np.ndarray) -> None:
-    """Anchor a station on the surface at the given distance from the neighbour that has landed before.
-
-    nodes: positions of the station's nodes [m], shape (m, 3); chord [m], shape (m,). With the lateral difference dy
-    and radii r1, r2 the anchors are 2 asin(sqrt((chord^2 - dy^2 - (r1 - r2)^2) / (4 r1 r2))) apart.
-    """
-    _, y, angle = cylinder_coordinates(nodes, pose)
-    r1, y1, angle1 = wrap.r[neighbour], wrap.y[neighbour], wrap.angle[neighbour]
-    r2 = wrap.radius_at(y, angle)
-    apart = 2.0 * np.arcsin(np.sqrt((chord**2 - (y - y1) ** 2 - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
-    towards = np.sign(angle - angle1 - 2.0 * np.pi * np.round((angle - angle1) / (2.0 * np.pi)))
-    wrap.y[station], wrap.r[station] = y, r2
-    wrap.angle[station] = angle1 + towards * apart

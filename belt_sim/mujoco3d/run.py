@@ -161,12 +161,12 @@ class Run:
         model, data, contact, machine = self.scene.model, self.data, self.contact, self.machine
         machine.before(data, contact.loads, head_spin, speed, acceleration, model.opt.timestep)
         contact.follow(machine.poses)
-        self.torsion.apply(contact)
+        self.torsion.apply(contact, machine.poses)
         mujoco.mj_step(model, data)
         if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):
             raise RunFailed(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
         machine.read(data)
-        contact.settle(machine.poses, self.sign if speed > 0.0 else 0.0, speed)
+        contact.settle(machine.poses, speed)
 
 
 def _ignore(message: str) -> None:

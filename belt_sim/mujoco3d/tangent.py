@@ -48,7 +48,9 @@ class Tangent:
                     slides[place] -= way
                 block[station % 2, :, :, column] = (forces[1] - forces[0]).reshape(len(_AROUND), size) / (2.0 * _PROBE)
         tail_x = scene.loop.x.max() - scene.loop.radius_tail
-        return Tangent(block=block, free=int(np.count_nonzero(np.abs(scene.loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x)))
+        return Tangent(
+            block=block, free=int(np.count_nonzero(np.abs(scene.loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x))
+        )
 
     def wrap(self, first: int, count: int) -> np.ndarray:
         """Stiffness of stations first..first + count - 1 between two free spans, shape (2 m count, 2 m count)."""
@@ -82,4 +84,3 @@ class Tangent:
             outwards = self.block[1 - here, 1 + way]  # felt here when that one moves
             relief = inwards @ np.linalg.solve(own, outwards)
         return relief
-

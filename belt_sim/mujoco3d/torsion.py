@@ -7,7 +7,8 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.mujoco3d.contact import Contact
-from belt_sim.mujoco3d.hold import Wrap
+from belt_sim.mujoco3d.hold import Pose, Wrap
+from belt_sim.mujoco3d.touchdown import FIRST, LAST, depth
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Torsion:
         forces = data.qfrc_applied[contact.scene.base :].reshape(contact.slides.shape)
         return Torsion(rate=(whole - own) * per, whole=whole * per, forces=forces)
 
-    def apply(self, contact: Contact) -> None:
+    def apply(self, contact: Contact, poses: tuple[Pose, ...]) -> None:
         """Write the couples as vertical forces on the outer nodes; landed sections do not roll."""
         if not self.rate:
             return
@@ -47,17 +48,14 @@ class Torsion:
         couple = self.rate * (np.roll(roll, 1) - 2.0 * roll + np.roll(roll, -1))
         for wrap in contact.wraps:
             couple[wrap.stations] = 0.0
-        for wrap in contact.wraps:
-            for landed, way in ((wrap.first, -1), (wrap.last, 1)):
-                self._end(contact, wrap, landed, way, roll, couple)
+        for wrap, pose in zip(contact.wraps, poses, strict=True):
+            for landed, end in ((wrap.first, FIRST), (wrap.last, LAST)):
+                self._end(contact, wrap, pose, landed, end, roll, couple)
         self.forces[:, 0, 2], self.forces[:, -1, 2] = couple, -couple
 
-    def _end(self, contact: Contact, wrap: Wrap, landed: int, way: int, roll: np.ndarray, couple: np.ndarray) -> None:
-        """Lengthen or shorten the link from the last landed station to the first free one, ``way`` along the numbers."""
+    def _end(self, contact: Contact, wrap: Wrap, pose: Pose, landed: int, end: int, roll, couple) -> None:
+        """Lengthen or shorten the link from the last landed station to the first free one, ``end`` of the wrap."""
         n, chord = len(roll), contact.scene.mesh.chord
-        inner, last, free = ((landed + k * way) % n for k in (-1, 0, 1))
-        before, after = (contact.nodes(b).mean(axis=0) - contact.nodes(a).mean(axis=0)
-                         for a, b in ((inner, last), (last, free)))  # fmt: skip
-        kink = abs(before[0] * after[2] - before[2] * after[0]) / chord**2
-        beyond = min(kink * wrap.surface.radius, chord) - 0.5 * chord
-        couple[free] -= self.whole * (chord / (chord - beyond) - 1.0) * (roll[free] - roll[last])
+        last, free = landed % n, (landed + end) % n
+        behind = float(np.clip(depth(wrap, pose, wrap.angle[last].mean(), end), -0.5 * chord, 0.5 * chord))
+        couple[free] -= self.whole * (chord / (chord - behind) - 1.0) * (roll[free] - roll[last])

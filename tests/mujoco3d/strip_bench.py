@@ -43,7 +43,7 @@ class Strip:
         mujoco.set_mju_user_warning(lambda message: None)
         for _ in range(steps):
             if torsion and couples.rate:
-                couples.apply(view)
+                couples.apply(view, ())
                 self.pulls[:, [0, -1], 2] += given[:, [0, -1], 2]
             mujoco.mj_step(self.model, self.data)
         mujoco.set_mju_user_warning(quiet)
