@@ -39,6 +39,7 @@ class Contact:
     friction: Friction
     hold_stiffness: float
     slips: bool
+    spin: list[float]
     loads: list[tuple[float, float, float]]
 
     @staticmethod
@@ -72,6 +73,7 @@ class Contact:
             friction=friction,
             hold_stiffness=hold_stiffness,
             slips=False,
+            spin=[pose.spin for pose in poses],
             loads=[(0.0, 0.0, 0.0)] * 2,
         )
         for wrap, pose in zip(contact.wraps, poses, strict=True):
@@ -105,9 +107,11 @@ class Contact:
 
     def follow(self, poses: tuple[Pose, Pose]) -> None:
         """Before a step: the springs' rest positions are where the anchors will be at its end."""
-        for wrap, pose in zip(self.wraps, poses, strict=True):
+        for which, (wrap, pose) in enumerate(zip(self.wraps, poses, strict=True)):
+            moved = abs(pose.spin - self.spin[which]) * wrap.surface.radius
+            self.spin[which] = pose.spin
             for end in (FIRST, LAST):
-                sink(wrap, pose, end, self.scene.mesh.chord)
+                sink(wrap, pose, end, self.scene.mesh.chord, moved)
             k = wrap.stations
             self.spring[k] = wrap.place(pose) - self.scene.mesh.rest[k]
 

@@ -101,7 +101,7 @@ class Machine:
         data.qvel[HEAD_SPIN] = (head_spin - head.spin) / dt
         head.spin = head_spin
         slide_force = self.load + loads[TAIL][0] - self.slide_drag * data.qvel[TAIL_SLIDE]
-        spin_error = data.qvel[TAIL_SPIN] - sign * speed / radius
+        spin_error = data.qvel[TAIL_SPIN] - sign * (speed - acceleration * dt) / radius
         spin_moment = loads[TAIL][1] + self.spin_inertia * sign * acceleration / radius - self.spin_drag * spin_error
         data.qfrc_applied[TAIL_SLIDE], data.qfrc_applied[TAIL_SPIN] = slide_force, spin_moment
         tail.centre[0] += dt * (data.qvel[TAIL_SLIDE] + dt * slide_force / self.slide_mass)

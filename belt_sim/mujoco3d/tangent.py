@@ -1,4 +1,4 @@
-"""How stiffly the belt on a pulley resists sliding: its in-plane stiffness, read off the model by unit displacements."""
+"""How stiffly the belt on a pulley resists sliding: its in-plane stiffness, by unit displacements."""
 
 from dataclasses import dataclass, field
 
@@ -18,10 +18,12 @@ class Tangent:
     """Stiffness of a strip of stations [N/m], each with 2 m degrees of freedom: node by node along the axis, the turn.
 
     block, shape (2, 3, 2 m, 2 m): for a station of even or odd number, what holds the station before it, itself and
-    the one after it when it moves; free: stations of a free span, whose far end is held.
+    the one after it when it moves; inertia [N/m], shape (2 m,): mass / dt^2 of a free station, which a step of the
+    implicit integrator adds to its stiffness; free: stations of a free span, whose far end is held.
     """
 
     block: np.ndarray
+    inertia: np.ndarray
     free: int
     known: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
@@ -47,10 +49,10 @@ class Tangent:
                     forces.append(elastic_forces(model, data, scene.base, shape)[seen][:, :, list(_IN_PLANE)])
                     slides[place] -= way
                 block[station % 2, :, :, column] = (forces[1] - forces[0]).reshape(len(_AROUND), size) / (2.0 * _PROBE)
+        inertia = np.repeat(mesh.mass, 2) / model.opt.timestep**2
         tail_x = scene.loop.x.max() - scene.loop.radius_tail
-        return Tangent(
-            block=block, free=int(np.count_nonzero(np.abs(scene.loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x))
-        )
+        inside = np.abs(scene.loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x
+        return Tangent(block=block, inertia=inertia, free=int(np.count_nonzero(inside)))
 
     def wrap(self, first: int, count: int) -> np.ndarray:
         """Stiffness of stations first..first + count - 1 between two free spans, shape (2 m count, 2 m count)."""
@@ -71,7 +73,7 @@ class Tangent:
         return whole.reshape(count * size, count * size)
 
     def _relief(self, parity: int, way: int) -> np.ndarray:
-        """What the free span beyond a station takes off its stiffness: static condensation of ``free`` stations.
+        """What the free span beyond a station takes off its stiffness in a step: condensation of ``free`` stations.
 
         parity: of the span's station beside it; way: +1 or -1, the span goes on along or against station numbers.
         """
@@ -79,7 +81,7 @@ class Tangent:
         relief = np.zeros((size, size))
         for k in reversed(range(self.free)):
             here = (parity + k) % 2
-            own = self.block[here, 1] - relief
+            own = self.block[here, 1] + np.diag(self.inertia) - relief
             inwards = self.block[here, 1 - way]  # felt by the station nearer to the pulley
             outwards = self.block[1 - here, 1 + way]  # felt here when that one moves
             relief = inwards @ np.linalg.solve(own, outwards)

@@ -18,6 +18,7 @@ FIRST, LAST = -1, 1
 _SINKING = 4  # chords
 _ZONE = _SINKING + 2  # stations at an end that may be off the circle, the next one never
 _EARLIEST = 0.5  # chords before the tangent at which a station is caught
+_FORGETTING = 0.5  # chords of travel over which a station forgets how far off its path it was caught
 _HYSTERESIS = 0.02  # chords further out at which it is let go
 
 
@@ -43,8 +44,11 @@ def apart(chord: np.ndarray, across: np.ndarray, r1: np.ndarray, r2: np.ndarray)
     return 2.0 * np.arcsin(np.sqrt((chord**2 - across**2 - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
 
 
-def sink(wrap: Wrap, pose: Pose, end: int, chord: float) -> None:
-    """Put the outermost stations at ``end`` on their path for the pulley's present place; chord [m] at rest."""
+def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
+    """Put the outermost stations at ``end`` on their path for the pulley's present place.
+
+    chord [m] at rest; moved [m]: how far the pulley has turned since the last time.
+    """
     outer = wrap.first if end == FIRST else wrap.last
     k = (outer - end * np.arange(_ZONE + 1)) % len(wrap.lifted)
     r, y, angle = wrap.r[k], wrap.y[k], wrap.angle[k]
@@ -52,9 +56,8 @@ def sink(wrap: Wrap, pose: Pose, end: int, chord: float) -> None:
     turn = np.sin(0.5 * np.diff(angle, axis=0))
     length = np.sqrt((r[1:] - r[:-1]) ** 2 + 4.0 * r[1:] * r[:-1] * turn**2 + across**2)
     inside = depth(wrap, pose, angle[:-1].mean(axis=1), end)
-    t = np.clip((inside / chord + _EARLIEST) / _SINKING, 0.0, 1.0)
-    wrap.lifted[k[:-1]] = np.where(t < 1.0, wrap.lifted[k[:-1]], 0.0)
-    high = lift(inside, chord, wrap.surface.radius) + wrap.lifted[k[:-1]] * (1.0 - t) ** 2 * (1.0 + 2.0 * t)
+    wrap.lifted[k[:-1]] *= np.exp(-moved / (_FORGETTING * chord))
+    high = lift(inside, chord, wrap.surface.radius) + wrap.lifted[k[:-1]]
     r[:-1] = wrap.radius_at(y[:-1], angle[:-1]) + high[:, None]
     turned = apart(length, across, r[:-1], r[1:])
     wrap.r[k[:-1]] = r[:-1]
