@@ -62,14 +62,15 @@ class Recorder:
         if clock.travel < self.next_reading or self.start is None:
             return
         self.next_reading = clock.travel + self.options.sample / _READINGS_PER_SAMPLE
-        self.window.append(self._read(clock.travel))
+        now = self._read(clock.travel)
+        self.window.append(now)
         if clock.travel >= self.next_row:
             self.next_row += self.options.sample
             mean = np.mean(self.window, axis=0)
             self.window.clear()
             self.rows.append(self._row(mean, mean[-1]))
         if clock.travel >= self.next_frame:
-            self._frame(clock, self.window[-1] if self.window else self.rows[-1])
+            self._frame(clock, now)
 
     def _read(self, travel: float) -> np.ndarray:
         now = reading(self.case, self.contact, float(self.machine.poses[TAIL].centre[0]))
