@@ -8,6 +8,7 @@ from typing import Any
 from belt_sim.analytic.indicated import indicate
 from belt_sim.analytic.march import as_driven
 from belt_sim.case import Case
+from belt_sim.commands.run_folder import job_title
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect, uses
 from belt_sim.effects.load import load_effects
@@ -29,7 +30,7 @@ def simulate_3d(case: Case, config: dict[str, Any], folder: Path) -> tuple[Curve
     effects = load_effects(config["effects"])
     geometric = in_the_scene(effects)
     name = str(model["name"])
-    observers: list[Any] = [ProgressObserver(name)]
+    observers: list[Any] = [ProgressObserver(job_title(config))]
     if config["watch"] == "rrd":
         from belt_sim.watch.rerun import to_file
 

@@ -21,7 +21,7 @@ from belt_sim.mujoco3d.machine import Machine
 from belt_sim.mujoco3d.membrane import Membrane
 from belt_sim.mujoco3d.options import BELTS, Options
 from belt_sim.mujoco3d.record import Recorder
-from belt_sim.mujoco3d.scene import Scene, build, scene_parts
+from belt_sim.mujoco3d.scene import Scene, build, mjcf, scene_parts
 from belt_sim.mujoco3d.stage import Clock
 from belt_sim.mujoco3d.torsion import Torsion
 
@@ -105,7 +105,7 @@ class Run:
         spec, scene = build(case, _BELTS[belt](), options, parts)
         if scene_path is not None:
             unfinished = scene_path.with_suffix(".part")
-            unfinished.write_text(spec.to_xml())
+            unfinished.write_text(mjcf(spec))
             unfinished.rename(scene_path)
         data = mujoco.MjData(scene.model)
         mujoco.mj_resetDataKeyframe(scene.model, data, 0)

@@ -2,7 +2,8 @@
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -64,11 +65,24 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
     _add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
     belt.tie(spec, mesh, case, options)
     spec.add_key(name="laid", qpos=np.concatenate([np.zeros(_STATION_DOFS), (mesh.laid - mesh.rest).ravel()]))
-    with warnings.catch_warnings():  # the flex is tied to nothing: its stiffness is elastic2d's alone, as it should be
-        warnings.filterwarnings("ignore", message="flex .* is not rigid")
+    with _flex_tied_to_nothing():
         model = spec.compile()
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     return spec, Scene(model=model, mesh=mesh, loop=loop, parts=parts, base=_STATION_DOFS)
+
+
+def mjcf(spec: mujoco.MjSpec) -> str:
+    """The scene as XML."""
+    with _flex_tied_to_nothing():
+        return spec.to_xml()
+
+
+@contextmanager
+def _flex_tied_to_nothing() -> Iterator[None]:
+    """MuJoCo warns of a flex without equalities: the stiffness of ours is elastic2d's alone, as it should be."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="flex .* is not rigid")
+        yield
 
 
 def _empty(options: Options, gravity: float) -> mujoco.MjSpec:
