@@ -9,7 +9,7 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.laws import span as span_law
 
 #: hooks of Effect that a march can honour
-ALL_HOOKS = frozenset({"settings", "span", "yaw", "runup", "slide", "wrap", "encoder", "sensor"})
+ALL_HOOKS = frozenset({"settings", "span", "bend", "yaw", "runup", "slide", "wrap", "encoder", "sensor"})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,7 @@ MODELS: dict[str, Model] = {
             name="rope",
             title="limp rope",
             span=span_law.rope,
-            hooks=ALL_HOOKS - {"span", "runup", "slide"},
+            hooks=ALL_HOOKS - {"span", "bend", "runup", "slide"},
         ),
         Model(name="beam_th1", title="beam, 1st order", span=span_law.beam_first_order, hooks=_NO_SPAN),
         Model(name="beam_th2", title="beam, 2nd order", span=span_law.beam_second_order),

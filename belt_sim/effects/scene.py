@@ -2,7 +2,7 @@
 
 from belt_sim.effects.base import Effect
 
-SHAPERS = ("span", "yaw", "runup", "slide", "wrap")
+SHAPERS = ("span", "bend", "yaw", "runup", "slide", "wrap")
 
 
 def has_scene(effect: Effect | type[Effect]) -> bool:

@@ -121,7 +121,8 @@ class Contact:
         for end, station in ((0, wrap.first - 1), (-1, wrap.last + 1)):
             link = self.nodes(station % mesh.stations) - points[end]
             length = np.sqrt(np.einsum("ij,ij->i", link, link))
-            pull = (mesh.line_stiffness * (1.0 / mesh.chord - 1.0 / length))[:, None] * link
+            free = mesh.lengths[min(station, station + 2 * end + 1) % mesh.stations]
+            pull = (mesh.line_stiffness * (1.0 / free - 1.0 / length))[:, None] * link
             moment += float(np.cross(arm[end], pull).sum(axis=0) @ axis)
         return -float(force[..., 0].sum()), moment, moment_z
 

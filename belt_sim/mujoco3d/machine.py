@@ -73,8 +73,8 @@ class Machine:
     def stops(self, until: float) -> list[float]:
         """Travels at which the belt stands still for a yaw step [m]."""
         parts = self.scene.parts
-        tilted = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail))
-        return sorted({s for plan in self.plans for s in plan.stops(until)} | ({0.0} if tilted else set()))
+        changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
+        return sorted({s for plan in self.plans for s in plan.stops(until)} | ({0.0} if changes else set()))
 
     def put(self, data: mujoco.MjData) -> None:
         """Write the pulleys' coordinates into MuJoCo's state."""
@@ -82,7 +82,7 @@ class Machine:
         data.qpos[HEAD_SPIN], data.qpos[TAIL_SPIN] = (pose.spin for pose in self.poses)
 
     def command(self, clock: Clock) -> None:
-        """Yaw for the coming step; yaw offsets and cants come in while the belt stands at travel 0."""
+        """Yaw for the coming step; yaw offsets, cants and camber come in while the belt stands at travel 0."""
         starting = clock.paused_since is not None and clock.done < 0.0
         self.share = 0.0 if clock.travel < 0.0 else clock.step_share() if starting else 1.0
         self.yaw[:] = [yaw_now(plan, clock) for plan in self.plans]

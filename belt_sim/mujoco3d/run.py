@@ -13,17 +13,20 @@ from belt_sim.curves import Curves
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.belt import BeltModel, drag
+from belt_sim.mujoco3d.camber import Camber
 from belt_sim.mujoco3d.chain import Chain
 from belt_sim.mujoco3d.contact import Contact
 from belt_sim.mujoco3d.friction import Friction
 from belt_sim.mujoco3d.grid import Grid
+from belt_sim.mujoco3d.guide import Guides
 from belt_sim.mujoco3d.machine import Machine
 from belt_sim.mujoco3d.membrane import Membrane
 from belt_sim.mujoco3d.options import BELTS, Options
 from belt_sim.mujoco3d.record import Recorder
-from belt_sim.mujoco3d.scene import Scene, build, mjcf, scene_parts
+from belt_sim.mujoco3d.scene import Scene, build, scene_parts
 from belt_sim.mujoco3d.stage import Clock
 from belt_sim.mujoco3d.torsion import Torsion
+from belt_sim.mujoco3d.written import write_scene
 
 _BELTS: dict[str, Callable[[], BeltModel]] = {"rope": Chain, "grid": Grid, "flex": Membrane}
 _FASTEST = 2.0  # [m/s]
@@ -96,6 +99,7 @@ class Run:
     def __init__(self, scene: Scene, data: mujoco.MjData, machine: Machine, contact: Contact, recorder: Recorder):
         self.scene, self.data, self.machine, self.contact, self.recorder = scene, data, machine, contact, recorder
         self.torsion = Torsion.of(machine.case, contact, data)
+        self.camber, self.guides = Camber.of(scene), Guides(tuple(scene.parts.edge_guides), contact)
         self.sign = float(np.sign(float(machine.case.settings.direction)))
 
     @staticmethod
@@ -104,9 +108,7 @@ class Run:
         parts = scene_parts(case, options, effects)
         spec, scene = build(case, _BELTS[belt](), options, parts)
         if scene_path is not None:
-            unfinished = scene_path.with_suffix(".part")
-            unfinished.write_text(mjcf(spec))
-            unfinished.rename(scene_path)
+            write_scene(spec, scene_path)
         data = mujoco.MjData(scene.model)
         mujoco.mj_resetDataKeyframe(scene.model, data, 0)
         machine = Machine.begin(case, scene, options)
@@ -162,6 +164,9 @@ class Run:
         model, data, contact, machine = self.scene.model, self.data, self.contact, self.machine
         machine.before(data, contact.loads, head_spin, speed, acceleration, model.opt.timestep)
         contact.follow(machine.poses)
+        self.guides.apply()
+        if self.camber is not None:
+            self.camber.act(machine.share)
         self.torsion.apply(contact)
         mujoco.mj_step(model, data)
         if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):

@@ -15,10 +15,11 @@ class Torsion:
 
     The strip has F b^2 / 12 + G b h^3 / 3; lines at y_j with shares w_j of the section have F sum(w_j y_j^2), and C is
     the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. rate [N/m]: C / (chord b'^2), b' the outer lines'
-    distance.
+    distance; lean [m], shape (n,): height of the first line above the last in the stress-free places.
     """
 
     rate: float
+    lean: np.ndarray
     forces: np.ndarray
 
     @staticmethod
@@ -32,13 +33,14 @@ class Torsion:
         )
         apart = float(mesh.line_y[0] - mesh.line_y[-1])
         forces = data.qfrc_applied[contact.scene.base :].reshape(contact.slides.shape)
-        return Torsion(rate=stiffness / (mesh.chord * apart**2) if apart else 0.0, forces=forces)
+        lean = mesh.rest[:, 0, 2] - mesh.rest[:, -1, 2]
+        return Torsion(rate=stiffness / (mesh.chord * apart**2) if apart else 0.0, lean=lean, forces=forces)
 
     def apply(self, contact: Contact) -> None:
         """Write the couples as vertical forces on the outer nodes; landed sections do not roll."""
         if not self.rate:
             return
-        roll = contact.slides[:, 0, 2] - contact.slides[:, -1, 2]
+        roll = self.lean + contact.slides[:, 0, 2] - contact.slides[:, -1, 2]
         for wrap in contact.wraps:
             roll[wrap.stations] = 0.0
         couple = self.rate * (np.roll(roll, 1) - 2.0 * roll + np.roll(roll, -1))
