@@ -90,6 +90,8 @@ def _converted(name: str, value: Any, default: Any) -> Any:
         if not isinstance(value, (list, tuple)):
             raise InputError(name, value, "", "give a list")
         return tuple(str(v) for v in value)
+    if isinstance(default, str):
+        return str(value)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise InputError(name, value, "", "give a number")
     return int(value) if isinstance(default, int) else float(value)

@@ -40,7 +40,7 @@ class Contact:
 
     @staticmethod
     def begin(scene: Scene, data: mujoco.MjData, poses: tuple[Pose, Pose], friction: Friction) -> "Contact":
-        """All stations beyond the pulleys' axes lie on the pulleys."""
+        """The stations that were laid on the pulleys are held there."""
         model, mesh, base = scene.model, scene.mesh, scene.base
         n, m = mesh.stations, mesh.across
         wraps = []
@@ -50,8 +50,7 @@ class Contact:
         ):
             plain = PulleySurface(radius=surface.radius)
             wraps.append(Wrap.empty(plain, circle - surface.radius, n, m))
-            beyond = scene.loop.x <= 0.0 if which == HEAD else scene.loop.x >= poses[TAIL].centre[0]
-            on = np.flatnonzero(beyond)
+            on = np.flatnonzero(scene.loop.on_head if which == HEAD else scene.loop.on_tail)
             jump = np.flatnonzero(np.diff(on) > 1)
             wraps[-1].first = int(on[jump[0] + 1]) - n if len(jump) else int(on[0])
             wraps[-1].last = int(on[jump[0]]) if len(jump) else int(on[-1])

@@ -20,7 +20,9 @@ class Machine:
     """Pulley coordinates at the end of the coming step; MuJoCo integrates slide and tail spin, the rest is commanded.
 
     poses: head and tail; yaw [rad]: head, tail; given_way [rad]: yaw by compliance; load [N]: force on the slide;
-    slide_mass [kg], spin_inertia [kg m2], slide_drag [N s/m], spin_drag [N m s].
+    slide_mass [kg], spin_inertia [kg m2], slide_drag [N s/m], spin_drag [N m s]; slide_speed [m/s]: of a tail pulley
+    that is moved, 0 = fixed; None when it follows the forces; lead [m/s]: how much faster than the belt the tail
+    pulley's rim steadily goes, against which spin_drag works.
     """
 
     case: Case
@@ -35,17 +37,19 @@ class Machine:
     slide_drag: float
     spin_drag: float
     share: float = 0.0
+    slide_speed: float | None = None
+    lead: float = 0.0
 
     @staticmethod
     def begin(case: Case, scene: Scene, options: Options) -> "Machine":
-        """Both pulleys aligned, turned back by the run-in, so that they have turned by 0 at travel 0."""
+        """Both pulleys aligned, turned back by what comes before travel 0, so that they have turned by 0 there."""
         settings, mesh = case.settings, scene.mesh
-        turned = -float(settings.direction) * options.run_in
+        turned = -float(settings.direction) * scene.early
         parts = scene.parts
         poses = (
             Pose(np.zeros(3), parts.head.axes(0.0, 0.0), turned / parts.head.radius),
             Pose(
-                np.array([float(case.rig.centre_distance), 0.0, 0.0]),
+                np.array([scene.loop.centre_distance, 0.0, 0.0]),
                 parts.tail.axes(0.0, 0.0),
                 turned / parts.tail.radius,
             ),
@@ -101,8 +105,10 @@ class Machine:
         data.qvel[HEAD_SPIN] = (head_spin - head.spin) / dt
         head.spin = head_spin
         slide_force = self.load + loads[TAIL][0] - self.slide_drag * data.qvel[TAIL_SLIDE]
-        spin_error = data.qvel[TAIL_SPIN] - sign * speed / radius
+        spin_error = data.qvel[TAIL_SPIN] - (sign * speed + self.lead) / radius
         spin_moment = loads[TAIL][1] + self.spin_inertia * sign * acceleration / radius - self.spin_drag * spin_error
+        if self.slide_speed is not None:
+            slide_force, data.qvel[TAIL_SLIDE] = 0.0, self.slide_speed
         data.qfrc_applied[TAIL_SLIDE], data.qfrc_applied[TAIL_SPIN] = slide_force, spin_moment
         tail.centre[0] += dt * (data.qvel[TAIL_SLIDE] + dt * slide_force / self.slide_mass)
         tail.spin += dt * (data.qvel[TAIL_SPIN] + dt * spin_moment / self.spin_inertia)

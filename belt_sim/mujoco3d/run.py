@@ -19,12 +19,14 @@ from belt_sim.mujoco3d.contact import Contact
 from belt_sim.mujoco3d.friction import Friction
 from belt_sim.mujoco3d.grid import Grid
 from belt_sim.mujoco3d.guide import Guides
+from belt_sim.mujoco3d.hold import TAIL
 from belt_sim.mujoco3d.machine import Machine
 from belt_sim.mujoco3d.membrane import Membrane
 from belt_sim.mujoco3d.options import BELTS, Options
 from belt_sim.mujoco3d.record import Recorder
 from belt_sim.mujoco3d.scene import Scene, build, scene_parts
 from belt_sim.mujoco3d.stage import Clock
+from belt_sim.mujoco3d.tensioning import FRICTION, Apart
 from belt_sim.mujoco3d.torsion import Torsion
 from belt_sim.mujoco3d.written import write_scene
 
@@ -36,6 +38,7 @@ _ROPE_DRAG = 20.0  # [1/s]: a rope has no stiffness that calms the waves the run
 _MISREAD_SLIPPING = (
     0.03  # of the strain: at 0.36 y_1 at 40 N/mm2 and friction 0.3 runs 10 % off within 5 m, at 0.02 1 %
 )
+_FRAMES = 40  # while the pulleys move apart
 _REST_DRAG = 15.0  # [1/s], about critical for the lowest sway of a span
 
 
@@ -112,6 +115,7 @@ class Run:
         data = mujoco.MjData(scene.model)
         mujoco.mj_resetDataKeyframe(scene.model, data, 0)
         machine = Machine.begin(case, scene, options)
+        machine.slide_speed = 0.0 if options.tensioning == "length" else None
         machine.put(data)
         friction = Friction(parts.friction, options.hold_stiffness, options.slip_stiffness)
         contact = Contact.begin(scene, data, machine.poses, friction)
@@ -125,7 +129,10 @@ class Run:
         warn = mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(_ignore)
         try:
-            self._rest()
+            if self.scene.apart is not None:
+                self._move_apart(self.scene.apart)
+            else:
+                self._rest()
             self._march(travel)
         except RunFailed as failure:
             failure.curves = recorder.curves()  # type: ignore[attr-defined]
@@ -144,11 +151,39 @@ class Run:
             self._step(self.machine.poses[0].spin, 0.0, 0.0)
         model.dof_damping[self.scene.base :] = drag(self.scene.mesh, 0.0, options.damping)
 
+    def _move_apart(self, apart: Apart) -> None:
+        """Koller's procedure: the slack belt is driven slowly while the tail pulley moves out, until its load is there.
+
+        Meanwhile the belt slides on the pulleys: if it stuck, the stretch of its wraps would stay what it was when the
+        belt was slack, and stations would leave the pulleys with a jerk.
+        """
+        options, machine, contact, given = self.recorder.options, self.machine, self.contact, self.contact.friction
+        contact.friction = replace(given, friction=min(given.friction, FRICTION), slip=np.zeros(2))
+        machine.slide_speed = 0.0
+        self._rest()
+        start = -options.run_in - apart.travel
+        slowly = replace(options, belt_speed=min(apart.speed, options.belt_speed))
+        clock = Clock(options=slowly, stops=[-options.run_in], end=0.0, travel=start, time=self.data.time)
+        while clock.moving:
+            before, here = clock.speed, apart.at(clock.travel - start)
+            clock.advance(options.dt)
+            reached = -contact.loads[TAIL][0] >= machine.load or clock.travel >= -options.run_in
+            if machine.slide_speed is None or reached:
+                machine.slide_speed, machine.lead = None, 0.0
+            else:
+                machine.slide_speed, machine.lead = (apart.at(clock.travel - start) - here) / options.dt
+            self._step(self.sign * clock.travel / self.scene.parts.head.radius, clock.speed,
+                       (clock.speed - before) / options.dt)  # fmt: skip
+            self.recorder.watch(clock, apart.travel / _FRAMES)
+        self._rest()
+        contact.friction = given
+
     def _march(self, travel: float) -> None:
         options, machine = self.recorder.options, self.machine
         clock = Clock(
-            options=options, stops=machine.stops(travel), end=travel + 0.5 * options.sample, travel=-options.run_in
-        )
+            options=options, stops=machine.stops(travel), end=travel + 0.5 * options.sample, travel=-options.run_in,
+            time=self.data.time,
+        )  # fmt: skip
         while not clock.finished:
             before = clock.speed
             clock.advance(options.dt)

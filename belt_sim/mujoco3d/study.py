@@ -42,7 +42,8 @@ def options_from(pairs: list[str]) -> Options:
     values: dict[str, Any] = {}
     for pair in pairs:
         name, _, text = pair.partition("=")
-        values[name] = tuple(text.split("+")) if kinds[name] is tuple else kinds[name](float(text))
+        kind = kinds[name]
+        values[name] = tuple(text.split("+")) if kind is tuple else text if kind is str else kind(float(text))
     return Options(**values)
 
 

@@ -112,8 +112,9 @@ class ProgressObserver:
         if self.before is not None and frame.time > self.before[1]:
             speed = f" at {(frame.travel - self.before[0]) / (frame.time - self.before[1]):.2f} m/s"
         self.before = frame.travel, frame.time
-        pace = frame.travel / max(time.monotonic() - self.began, 1e-9)
-        self.shown.update(frame.travel, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second")
+        done = max(frame.travel, 0.0)  # a belt that is being tensioned runs before travel 0
+        pace = done / max(time.monotonic() - self.began, 1e-9)
+        self.shown.update(done, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second")
 
     def finish(self, curves: Curves) -> None:
         """End the bar."""

@@ -57,7 +57,11 @@ def strip(
     """A strip [m] laid straight at ``tension`` [N/mm2], its first (and last) station held; drag [N s/m] of a node;
     camber [1/m]: natural curvature in its plane."""
     case, n = paper_case(2.0, tension, 0.0), round(length / dx) + 1
-    loop = Loop(x=np.arange(n) * dx, z=np.zeros(n), chord=dx, radius_head=0.17, radius_tail=0.17)
+    nowhere = np.zeros(n, bool)
+    loop = Loop(
+        x=np.arange(n) * dx, z=np.zeros(n), on_head=nowhere, on_tail=nowhere, chord=dx, radius_head=0.17,
+        radius_tail=0.17, centre_distance=2.0,
+    )  # fmt: skip
     settings = Options(dx=dx, across=across, dt=dt, **options)
     mesh = curved(replace(belt.mesh(case, loop, settings), closed=False), np.full(n - 1, camber))
     spec = scene._empty(settings, 0.0)
