@@ -20,6 +20,7 @@ from belt_sim.mujoco3d.friction import Friction
 from belt_sim.mujoco3d.grid import Grid
 from belt_sim.mujoco3d.guide import Guides
 from belt_sim.mujoco3d.hold import TAIL
+from belt_sim.mujoco3d.limp import Limp, is_limp
 from belt_sim.mujoco3d.machine import Machine
 from belt_sim.mujoco3d.membrane import Membrane
 from belt_sim.mujoco3d.options import BELTS, Options
@@ -34,7 +35,7 @@ _BELTS: dict[str, Callable[[], BeltModel]] = {"rope": Chain, "grid": Grid, "flex
 _FASTEST = 2.0  # [m/s]
 _SLOWNESS = 35.0  # landings shake the spans; at a 35th of the string speed sag and tension stay within 1 %
 _COURANT = 0.5
-_ROPE_DRAG = 20.0  # [1/s]: a rope has no stiffness that calms the waves the run-off sends along it
+_LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a limp span
 _MISREAD_SLIPPING = (
     0.03  # of the strain: at 0.36 y_1 at 40 N/mm2 and friction 0.3 runs 10 % off within 5 m, at 0.02 1 %
 )
@@ -91,8 +92,9 @@ def fitted(options: Options, case: Case, belt: str, *, slips: bool = False) -> O
         )
     if slips:
         dt = min(dt, longest * math.sqrt(_MISREAD_SLIPPING))
-    limp = belt == "rope" or (belt == "grid" and "diagonal" not in options.bonds)
-    damping = max(options.damping, _ROPE_DRAG) if limp else options.damping
+    damping = options.damping
+    if is_limp(belt, options):
+        damping = max(damping, _LIMP_DRAG * string_speed / float(case.rig.span_length))
     return replace(options, belt_speed=speed, dt=dt, damping=damping)
 
 
@@ -104,6 +106,7 @@ class Run:
         self.torsion = Torsion.of(machine.case, contact, data)
         self.camber, self.guides = Camber.of(scene), Guides(tuple(scene.parts.edge_guides), contact)
         self.sign = float(np.sign(float(machine.case.settings.direction)))
+        self.limp: Limp | None = None
 
     @staticmethod
     def begin(case, belt: str, options: Options, observers, effects, scene_path: Path | None) -> "Run":
@@ -119,7 +122,10 @@ class Run:
         machine.put(data)
         friction = Friction(parts.friction, options.hold_stiffness, options.slip_stiffness)
         contact = Contact.begin(scene, data, machine.poses, friction)
-        return Run(scene, data, machine, contact, Recorder(case, contact, machine, options, tuple(observers)))
+        run = Run(scene, data, machine, contact, Recorder(case, contact, machine, options, tuple(observers)))
+        if is_limp(belt, options):
+            run.limp = Limp.of(contact, data, int(run.sign), options.damping)
+        return run
 
     def go(self, travel: float) -> Curves:
         """Rest, run-in, run."""
@@ -199,6 +205,9 @@ class Run:
         model, data, contact, machine = self.scene.model, self.data, self.contact, self.machine
         machine.before(data, contact.loads, head_spin, speed, acceleration, model.opt.timestep)
         contact.follow(machine.poses)
+        if self.limp is not None:
+            self.limp.lead_off(machine.poses)
+            self.limp.spare(speed, model.opt.timestep)
         self.guides.apply()
         if self.camber is not None:
             self.camber.act(machine.share)
