@@ -28,8 +28,8 @@ def simulate_3d(case: Case, config: dict[str, Any], folder: Path) -> tuple[Curve
     model = dict(config["model"])
     options, control = options_from(model), bool(model.get("control", False))
     effects = load_effects(config["effects"])
-    geometric = in_the_scene(effects)
     name = str(model["name"])
+    geometric = in_the_scene(effects, name)
     observers: list[Any] = [ProgressObserver(job_title(config))]
     if config["watch"] == "rrd":
         from belt_sim.watch.rerun import to_file
@@ -61,10 +61,10 @@ def simulate_3d(case: Case, config: dict[str, Any], folder: Path) -> tuple[Curve
     return curves, {"options": settings, "effects": [e.id for e in effects], "scene": "scene.xml"}
 
 
-def in_the_scene(effects: Sequence[Effect]) -> list[Effect]:
-    """Effects that change the scene; raises CannotRepresent for one that neither does nor is of the instruments."""
+def in_the_scene(effects: Sequence[Effect], model: str) -> list[Effect]:
+    """Effects that change the scene; raises CannotRepresent for one that ``model`` cannot show."""
     for e in effects:
-        reason = scene_refusal(e)
+        reason = scene_refusal(e, rope=model == "mujoco_rope")
         if reason:
             raise CannotRepresent(f"effects = {e.id}: {reason}; leave it out")
     return [e for e in effects if has_scene(e)]
