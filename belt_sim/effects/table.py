@@ -17,7 +17,7 @@ def cell(model: Model, effect: type[Effect]) -> str:
 
 
 def table() -> str:
-    """A Markdown table: an effect a row, its law, a column an analytic model, one for mujoco_rope, one for its sisters."""
+    """A Markdown table: an effect a row, its law, columns for the analytic models, mujoco_rope, and its sisters."""
     header = ["effect", "law", *MODELS, "mujoco_rope", "mujoco_grid, mujoco_flex"]
     rows = [header, ["---"] * len(header)]
     for name, effect in library().items():
