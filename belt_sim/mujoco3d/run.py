@@ -10,7 +10,7 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
-from belt_sim.errors import InputError, RunFailed
+from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.belt import BeltModel, drag
 from belt_sim.mujoco3d.camber import Camber
@@ -57,12 +57,16 @@ def simulate(
     """Run ``case`` over ``travel`` [m] of belt and return its curves; y = 0 at travel 0.
 
     belt: "rope", "grid" or "flex"; scene_path: where to write the MJCF; control: subtract a run without yaw.
-    Raises RunFailed, with the curves so far in its ``curves``, when the run diverges.
+    Raises RunFailed, with the curves so far in its ``curves``, when the run diverges, and CannotRepresent for a limp
+    belt with finite friction: the friction law takes the place of the last station on a pulley for its own.
     """
     if belt not in BELTS:
         raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
     options = options or Options()
-    options = fitted(options, case, belt, slips=math.isfinite(scene_parts(case, options, effects).friction))
+    friction = scene_parts(case, options, effects).friction
+    if math.isfinite(friction) and is_limp(belt, options):
+        raise CannotRepresent(f"options.friction = {friction:g}: a limp belt sticks here; leave it out")
+    options = fitted(options, case, belt, slips=math.isfinite(friction))
     curves = Run.begin(case, belt, options, observers, effects, scene_path).go(travel)
     if not control:
         return curves
@@ -77,7 +81,8 @@ def fitted(options: Options, case: Case, belt: str, *, slips: bool = False) -> O
     """Options for this case: the automatic belt speed filled in, and the step of belts made of springs bounded.
 
     Belt speed: a 35th of the string speed c = sqrt(sigma / rho), at most 2 m/s. Springs (tendons) lend MuJoCo's
-    metric no stiffness across their direction, so that the step stays below dx / c. slips: with finite friction the
+    metric no stiffness across their direction, so that the step stays below dx / c; limp spans get a drag that calms
+    them between landings. slips: with finite friction the
     step is also short enough that contact.misread stays below a thirtieth of the strain.
     Raises InputError when a link on a pulley would turn further in a step than its strain can bear (contact.misread).
     """

@@ -7,7 +7,9 @@ import pytest
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
+from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d.options import BONDS
 
 START = 0.01  # of y_1 after 1.4 m: a start sampled at 50 mm; a span that rings is 9 % off here
 SAMPLED = 1e-5  # [m]: half a station x yaw is 18 um; a span that rings moves point 3 by 200 um, the wrong way
@@ -33,3 +35,9 @@ def test_late_rate_of_the_rope_law_at_all_four_points(short_rig):
     law = march(short_rig, analytic_model("rope"), travel=16.0)
     slopes = [[np.polyfit(c.travel[c.travel >= 5.0], y[c.travel >= 5.0], 1)[0] for y in c.y] for c in (curves, law)]
     assert slopes[0] == pytest.approx(slopes[1], rel=LATE)
+
+
+def test_a_limp_belt_with_finite_friction_is_refused(short_rig):
+    for belt, bonds in (("rope", BONDS), ("grid", BONDS[:2])):
+        with pytest.raises(CannotRepresent, match=r"options\.friction = 0\.3: a limp belt"):
+            simulate(short_rig, belt=belt, travel=0.1, options=replace(QUICK, friction=0.3, bonds=bonds))
