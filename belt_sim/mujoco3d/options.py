@@ -23,8 +23,9 @@ class Options:
     run_in [m]: travel before 0, straight; acceleration [m/s2];
     settle [s]: time at rest for the sag, and again after a yaw step; yaw_time [s]: duration of a yaw step;
     damping [1/s]: drag of the free belt, across its travel, per unit of its mass (limp belts get more);
-    hold_stiffness, slip_stiffness [N/m]: springs that hold a landed node that sticks, or slips; tail_mass [kg]: inertia of the tail pulley on its
-    slide and about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames.
+    hold_stiffness, slip_stiffness [N/m]: springs that hold a landed node that sticks, or slips; tail_mass [kg]:
+    inertia of the tail pulley on its slide and about its axis; sample [m]: travel between points of the curves;
+    frame [m]: travel between frames.
     """
 
     dx: float = 0.025
