@@ -1,8 +1,8 @@
 """A limp belt: how it leaves a pulley between two stations, and how its sway is calmed.
 
 Where a limp belt runs off it has a kink, from the direction of the stations that lie on the pulley to that of the span.
-If the span simply began at the last station held, each release would let its beginning jump by kink x chord (10 um of
-the 600 um that a metre of travel brings). The spans of a limp belt ring with these jumps, and as the stations land in
+If the span simply began at the last station held, each release would let its beginning jump by kink x chord (10-18 um
+at 25 mm and a yaw of 0.042 deg). The spans of a limp belt ring with these jumps, and as the stations land in
 step with them, each landing catches the same phase: the rate of drift comes out wrong by as much as a fifth. So the
 span of a limp belt begins at the tangent point: the last station held stands on the straight line through the tangent
 point and the first free station. Belts with bending stiffness have no kink and need none of this.

@@ -82,8 +82,8 @@ def fitted(options: Options, case: Case, belt: str, *, slips: bool = False) -> O
 
     Belt speed: a 35th of the string speed c = sqrt(sigma / rho), at most 2 m/s. Springs (tendons) lend MuJoCo's
     metric no stiffness across their direction, so that the step stays below dx / c; limp spans get a drag that calms
-    them between landings. slips: with finite friction the
-    step is also short enough that contact.misread stays below a thirtieth of the strain.
+    them between landings. slips: with finite friction the step is also short enough that contact.misread stays below
+    a thirtieth of the strain.
     Raises InputError when a link on a pulley would turn further in a step than its strain can bear (contact.misread).
     """
     string_speed = math.sqrt(float(case.settings.tension) / float(case.belt.density))
