@@ -107,6 +107,12 @@ def along(span: Span) -> Along:
     )
 
 
+def natural_rows(fields: Along, span: Span):
+    """What natural curvature at each place adds, per metre and unit of it, shape (3, n): elastic curvature at the
+    run-up and the run-off [1/m], tilt of mid-span [rad]."""
+    return jnp.stack([-fields.per_runup, fields.per_runoff, span.bending * fields.per_couple])
+
+
 def support(span: Span, share, fields: Along) -> Support:
     """What a side load does at ``share`` (0..1) of the length from the run-off.
 

@@ -79,6 +79,10 @@ def _slip(fault, parts: SceneParts, case: Case) -> None:
         parts.friction = min(parts.friction, 1.0 / fault.inverse_friction)
 
 
+def _camber(fault, parts: SceneParts, case: Case) -> None:
+    parts.bend(lambda s: np.full(np.shape(s), fault.kappa_c))
+
+
 def _weld(fault, parts: SceneParts, case: Case) -> None:
     """Curved by nature over the weld's length, which begins in the middle of the span that runs to the tail pulley."""
     rig, length = case.rig, float(fault.LENGTH)
@@ -103,5 +107,6 @@ SCENE_FAULTS: dict[str, Callable] = {
     "yaw_compliance": _compliance,
     "slip": _slip,
     "sag_roll": _weight,
+    "camber": _camber,
     "weld": _weld,
 }

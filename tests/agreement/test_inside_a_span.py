@@ -12,6 +12,7 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.camber import Camber
 from belt_sim.effects.edge_guide import EdgeGuide
 from belt_sim.effects.taper import Taper
+from belt_sim.effects.weld import Weld
 from belt_sim.laws.inside import along, support
 from belt_sim.laws.span import beam_first_order, beam_second_order, strip
 
@@ -59,11 +60,11 @@ def test_uniform_camber_of_a_hanging_strip_is_what_its_equations_say(tension):
     x = np.linspace(0.0, length, 201)
     solved = solve_bvp(slopes, lambda a, b: [a[0], a[1], a[4], b[0], b[1], b[4]], x, np.zeros((6, 201)), tol=1e-8)
     effect = Camber(kappa_c=KAPPA)
-    known = effect.influence(span, paper_case(tension))
+    added = effect.influence(span, paper_case(tension))
     assert solved.success
-    assert KAPPA * known.even[0] == pytest.approx(solved.sol(length)[2], rel=FIELDS)
-    assert KAPPA * known.even[1] == pytest.approx(solved.sol(0.0)[2], rel=FIELDS)
-    assert KAPPA * known.even[2] == pytest.approx(solved.sol(length / 2)[4], rel=FIELDS)
+    assert KAPPA * added[0] == pytest.approx(solved.sol(length)[2], rel=FIELDS)
+    assert KAPPA * added[1] == pytest.approx(solved.sol(0.0)[2], rel=FIELDS)
+    assert KAPPA * added[2] == pytest.approx(solved.sol(length / 2)[4], rel=FIELDS)
 
 
 def test_uniform_camber_leaves_a_flat_belt_where_it_is():
@@ -75,7 +76,7 @@ def test_uniform_camber_leaves_a_flat_belt_where_it_is():
 
 def test_uniform_camber_moves_a_hanging_belt_like_two_tapered_pulleys():
     case = paper_case(10, 0.0)
-    like = float(KAPPA * (1.0 + Camber().influence(strip(case), case).even[0]))
+    like = float(KAPPA * (1.0 + Camber().influence(strip(case), case)[0]))
     assert 0.5 * KAPPA < like < KAPPA
     cambered, tapered = (
         march(case, analytic_model("strip"), effects, travel=60.0)
@@ -86,7 +87,7 @@ def test_uniform_camber_moves_a_hanging_belt_like_two_tapered_pulleys():
 
 
 def test_a_weld_comes_round_once_a_belt_length_and_leaves_no_drift():
-    weld = (Camber(weld_angle=1e-3, weld_at=5.0),)
+    weld = (Weld(angle=1e-3, at=5.0),)
     curves = march(paper_case(40, 0.0), analytic_model("beam_th2"), weld, travel=16 * BELT_LENGTH)
     at = BELT_LENGTH * np.linspace(0.0, 1.0, 40, endpoint=False)
     last, before = (np.interp(start + at, curves.travel, curves.y[0]) for start in (14 * BELT_LENGTH, 13 * BELT_LENGTH))

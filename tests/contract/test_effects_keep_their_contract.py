@@ -131,7 +131,7 @@ def contributions():
 def test_declared_parity_holds(cls, contributions):
     plus, minus = contributions[cls.id]
     size = np.abs(plus).max()
-    assert size > 1e-9 or cls.id == "shear", "at its scale an effect shows"
+    assert size > 1e-9 or cls.id in ("shear", "camber"), "at its scale an effect shows"  # camber: in hanging spans
     assert cls.parity in ("odd", "even")
     wanted = -minus if cls.parity == "odd" else minus
     np.testing.assert_allclose(plus, wanted, atol=PARITY * size + 1e-15)

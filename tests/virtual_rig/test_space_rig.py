@@ -84,8 +84,12 @@ def test_a_weld_is_a_bend_of_the_belt_in_the_span_that_runs_to_the_tail(directio
     assert s[np.argmax(camber)] == pytest.approx(middle, abs=1e-3)
 
 
+def test_camber_bends_the_belt_all_round():
+    np.testing.assert_array_equal(edited("camber", kappa_c=1e-4).camber(np.linspace(0.0, 5.0, 7)), np.full(7, 1e-4))
+
+
 def test_every_scene_fault_has_a_case_here():
-    assert len(SCENE_FAULTS) == 10
+    assert len(SCENE_FAULTS) == 11
 
 
 @pytest.mark.parametrize("hidden", [["sensor_gain"], ["nonsense"], [3], [{"id": "taper", "d": 6}], "random"])

@@ -32,8 +32,9 @@ CASES = [
     ("yaw_backlash", {"half": 5e-5}, None, "beam_th2", 40e6, 1.0),
     ("tension_bias", {"gain": 0.1, "bias": 1e5}, None, "strip", 7e6, 1.0),
     ("sag_roll", {"strength": 1.0}, None, "beam_th2", 10e6, 1.0),
-    ("weld", {"angle": 1e-3}, {"weld_angle": 1e-3, "weld_at": 5.64}, "strip", 10e6, 1.0),
-    ("weld", {"angle": 1e-3}, {"weld_angle": 1e-3, "weld_at": 11.28 + 0.17 * np.pi + 5.64}, "strip", 40e6, -1.0),
+    ("camber", {"kappa_c": 2e-5}, None, "strip", 10e6, 1.0),
+    ("weld", {"angle": 1e-3}, {"angle": 1e-3, "at": 5.64}, "strip", 10e6, 1.0),
+    ("weld", {"angle": 1e-3}, {"angle": 1e-3, "at": 11.28 + 0.17 * np.pi + 5.64}, "strip", 40e6, -1.0),
 ]
 
 
@@ -47,7 +48,7 @@ def routes(name, here, there, base, tension, direction):
         belt=Belt(width=0.2, thickness=3e-4, youngs_modulus=210e9, density=7850.0),
         settings=Settings(tension=tension, yaw=Schedule.step(YAW), direction=direction),
     )
-    cls = library()[{"weld": "camber"}.get(name, name)]
+    cls = library()[name]
     null = {n: p.null for n, p in cls.parameters.items()}
     curves = march(case, analytic_model(base), [cls(**(null | (there or here)))], travel=TRAVEL)
     return truth, np.asarray(curves.y)
