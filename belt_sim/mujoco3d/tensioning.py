@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.mujoco3d.loop import Hanging, Loop, free_length, laid_loop
 
-FRICTION = 0.1  # at most, meanwhile: the stretch of a wrap then falls behind by at most exp(-pi FRICTION / 2)
+FRICTION = 0.1  # at most, meanwhile: the stretch of a wrap then falls behind by at most 1 - exp(-pi FRICTION / 2)
 _SLOPE = 0.25  # [rad] of the slack spans at the pulleys: a sag of a sixteenth of the centre distance
 _SLACKEST, _TIGHTEST = 0.005, 0.5  # bounds of the slack tension, in the wanted one
 _SLOWNESS = 35.0  # of the drive: string speed of the slack belt over belt speed, as in a run
