@@ -127,7 +127,7 @@ def test_opposite_camber_is_the_mirror_image():
     size = np.abs(right.y).max()
     assert size > 2e-4
     np.testing.assert_allclose(left.y, -right.y, atol=MIRRORED * size)
-    np.testing.assert_allclose(left.tilt[:, 10:], -right.tilt[:, 10:], atol=MIRRORED * np.abs(right.tilt).max())
+    np.testing.assert_allclose(left.tilt[:, 10:], -right.tilt[:, 10:], atol=TILT * np.abs(right.tilt).max())
 
 
 @pytest.mark.long
