@@ -25,6 +25,7 @@ test-long: setup
 bench: setup
 	$(BIN)/pip install --quiet -e '.[dev,bench]'
 	$(BIN)/python -m belt_sim.bench
+	$(BIN)/python -m belt_sim.bench.space
 
 lint: setup
 	$(BIN)/ruff check belt_sim tests

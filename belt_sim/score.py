@@ -25,7 +25,7 @@ from belt_sim.paths import CAMPAIGNS
 from belt_sim.virtual_rig.folder import run_reveal, run_virtual_rig
 from belt_sim.wilson import wilson
 
-LEFT_OUT = ("shear", "run_up_points", "speed_tension", "sensor_offset")
+LEFT_OUT = ("shear", "run_up_points", "speed_tension", "sensor_offset", "camber", "edge_guide", "weld")
 #: sample campaigns and the model that each is to be diagnosed with
 SAMPLES = {"slack_belt": "beam_th2", "machine_fault": "strip", "nothing_hidden": "strip"}
 OUTCOMES = ("right", "confusable", "wrong", "crash")

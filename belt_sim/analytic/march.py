@@ -14,13 +14,13 @@ import numpy as np
 
 from belt_sim import jax_setup  # noqa: F401  (float64 and the compilation cache, before anything is traced)
 from belt_sim.analytic.model import Model
+from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import uses
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.laws import drive, wrap
-from belt_sim.laws.runup import Now, RunUp, Yaw
-from belt_sim.laws.span import response
+from belt_sim.laws.runup import RunUp, Yaw
 from belt_sim.si import N_PER_MM2
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
@@ -65,20 +65,20 @@ def march_traced(case: Case, effects, travel, *, model: Model, plan) -> Curves:
     span = model.span(case)
     for e in uses(effects, "span"):
         span = e.span(span, case)
-    answer = response(span)
+    spans = Spans.of(case, effects, span)
     spacing = travel / (records * stride)
-    advance = _stepper(case, effects, span, answer, spacing)
+    advance = _stepper(spans, spacing)
 
     def record(carry, k):
         def one(i, carry):
             return advance(carry, k * stride + i)
 
         carry = one(0, carry) if stride == 1 else jax.lax.fori_loop(0, stride, one, carry)
-        return carry, _observe(carry, case, answer)
+        return carry, _observe(carry, spans)
 
-    start = _start(case, effects, answer, span, slots)
+    start = _start(spans, slots)
     _, rows = jax.lax.scan(record, start, jnp.arange(records))
-    first = _observe(start, case, answer)
+    first = _observe(start, spans)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
     return _curves(rows, case, span, spacing * stride * jnp.arange(records + 1))
 
@@ -93,9 +93,10 @@ def as_driven(case: Case, effects) -> Case:
     return case
 
 
-def _stepper(case, effects, span, answer, spacing):
+def _stepper(spans, spacing):
     """A function (carry, step number) -> carry that advances the march by one step."""
-    shapers = uses(effects, "yaw") + uses(effects, "runup")
+    case, effects, span = spans.case, spans.effects, spans.span
+    shapers = uses(effects, "yaw") + uses(effects, "runup") + uses(effects, "bend")
     solve = _solve_limp if span.limp else _solve_sticking
     arcs = jnp.stack([case.rig.wrap_tail, case.rig.wrap_head])
 
@@ -110,10 +111,10 @@ def _stepper(case, effects, span, answer, spacing):
         def correct(_, guess):
             then, _ = guess
             yaw, push = _forced(effects, commanded, case, now, then)
-            y, alpha = solve(now, off, off1, yaw, push, answer, span, spacing)
+            y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
             yaw_end = _yaw_now(effects, case, s0 + spacing, then)
-            then = _now(case, answer, span, s0 + spacing, y, alpha, off1, yaw_end)
-            return _slid(effects, case, answer, span, then, off1, yaw_end), yaw_end
+            then = spans.now(s0 + spacing, y, alpha, off1, yaw_end)
+            return spans.slid(then, off1, yaw_end), yaw_end
 
         guess = (replace(now, travel=s0 + spacing), commanded)
         then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
@@ -126,13 +127,14 @@ def _stepper(case, effects, span, answer, spacing):
 
 def _forced(effects, commanded, case, now, then):
     """Yaw and run-up terms of effects, averaged over the step: yaw by Simpson's rule, as pulleys may wobble."""
-    yaw, push, between = commanded, _nothing(), _mean(now, then)
+    between = _mean(now, then)
+    yaw, push = commanded, _nothing()
     for e in uses(effects, "yaw"):
         ends = _mean(e.yaw(yaw, now, case), e.yaw(yaw, then, case))
         yaw = jax.tree.map(lambda end, mid: end + 2.0 * (mid - end) / 3.0, ends, e.yaw(yaw, between, case))
     for e in uses(effects, "runup"):
         push = _mean(e.runup(push, now, case), e.runup(push, then, case))
-    return yaw, push
+    return yaw, replace(push, turn=push.turn + between.added)
 
 
 def _mean(a, b):
@@ -161,9 +163,9 @@ def _yaw_now(effects, case, travel, now) -> Yaw:
     return yaw
 
 
-def _solve_sticking(now, off, off1, yaw, push, answer, span, h):
+def _solve_sticking(now, off, off1, yaw, push, spans, h):
     """One trapezoidal step of dy/ds = -alpha + drift, dalpha/ds = -(kappa + turn); a 2x2 system by hand."""
-    ky, ko, ku, ro, ru = answer.runup
+    ky, ko, ku, ro, ru = spans.answer.runup
     a = 0.5 * h
     known = (
         -ky * 0.5 * _partner(off.y + off1.y)
@@ -178,12 +180,13 @@ def _solve_sticking(now, off, off1, yaw, push, answer, span, h):
     return y, alpha
 
 
-def _solve_limp(now, off, off1, yaw, push, answer, span, h):
+def _solve_limp(now, off, off1, yaw, push, spans, h):
     """One trapezoidal step of dy/ds = theta_p - (y_u - y_o)/L (paper eq. 5, 6)."""
-    a = 0.5 * h / span.length
+    length = spans.span.length
+    a = 0.5 * h / length
     partner = _partner(off.y + off1.y)
     y = (now.y * (1 - a) + a * partner + h * (yaw.runup + push.drift)) / (1 + a)
-    return y, (y - _partner(off1.y)) / span.length - yaw.runup
+    return y, (y - _partner(off1.y)) / length - yaw.runup
 
 
 def _partner(runoff):
@@ -191,62 +194,25 @@ def _partner(runoff):
     return runoff[::-1]
 
 
-def _now(case, answer, span, travel, y, alpha, off, yaw) -> Now:
-    ends = _ends(y, alpha, off, yaw)
-    kappa, kappa_o = answer.runup @ ends, answer.runoff @ ends
-    if span.limp:
-        kappa, kappa_o = 0.0 * kappa, 0.0 * kappa_o
-    return Now(
-        travel=travel,
-        y=y,
-        alpha=alpha,
-        kappa=kappa,
-        kappa_runoff=kappa_o,
-        moment=span.bending * kappa,
-        moment_runoff=span.bending * kappa_o,
-        stiffness=(0.0 if span.limp else 1.0) * answer.runup[2] + jnp.zeros(2),
-        bending=span.bending + jnp.zeros(()),
-        turned=jnp.stack([yaw.tail, yaw.head]),
-        direction=case.settings.direction + jnp.zeros(()),
-    )
-
-
-def _slid(effects, case, answer, span, now: Now, off, yaw) -> Now:
-    """The instant after the belt has turned on the pulleys, where effects let it."""
-    for e in uses(effects, "slide"):
-        alpha = e.slide(now.alpha, now, case)
-        now = _now(case, answer, span, now.travel, now.y, alpha, off, yaw)
-    return now
-
-
-def _ends(y, alpha, off, yaw):
-    """Boundary values (y_u - y_o, theta_o, theta_u, phi_o, phi_u) of both spans, shape (5, 2)."""
-    theta_o = yaw.runoff + _partner(off.alpha)
-    rows = [y - _partner(off.y), theta_o, yaw.runup + alpha, yaw.roll_runoff, yaw.roll_runup]
-    return jnp.stack(rows)
-
-
-def _start(case, effects, answer, span, slots):
+def _start(spans, slots):
     """The belt lies straight and sticks: y = 0 and alpha = 0 all round, whatever the yaw (paper eq. 11-13)."""
     zero = jnp.zeros(2)
     off = wrap.RunOff(y=zero, alpha=zero)
-    yaw = _yaw(case, drive.angle_at, 0.0)
-    blank = _now(case, answer, span, jnp.zeros(()), zero, zero, off, yaw)
-    yaw = _yaw_now(effects, case, 0.0, blank)
-    now = _now(case, answer, span, jnp.zeros(()), zero, zero, off, yaw)
-    now = _slid(effects, case, answer, span, now, off, yaw)
+    yaw = _yaw(spans.case, drive.angle_at, 0.0)
+    blank = spans.now(jnp.zeros(()), zero, zero, off, yaw)
+    yaw = _yaw_now(spans.effects, spans.case, 0.0, blank)
+    now = spans.slid(spans.now(jnp.zeros(()), zero, zero, off, yaw), off, yaw)
     return jnp.zeros((slots, 4)), now, off, yaw
 
 
-def _observe(carry, case, answer):
+def _observe(carry, spans):
     """What is kept of one instant, still in the order (span up the tail, span up the head)."""
     _, now, off, yaw = carry
-    ends = _ends(now.y, now.alpha, off, yaw)
     return {
         "y": jnp.concatenate([now.y, off.y]),
         "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
         "moment": now.moment,
-        "tilt": answer.mid_tilt @ ends,
+        "tilt": spans.tilt(now, off, yaw),
     }
 
 

@@ -9,7 +9,7 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.laws import span as span_law
 
 #: hooks of Effect that a march can honour
-ALL_HOOKS = frozenset({"settings", "span", "yaw", "runup", "slide", "wrap", "encoder", "sensor"})
+ALL_HOOKS = frozenset({"settings", "span", "bend", "yaw", "runup", "slide", "wrap", "encoder", "sensor"})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,7 +17,8 @@ class Model:
     """A named composition of laws.
 
     span: Case -> Span; hooks: the laws it lets effects change; contains: ids of effects it has built in;
-    marches: whether it gives curves (Ritzinger's formula gives a steady rate only).
+    marches: whether it gives curves (Ritzinger's formula gives a steady rate only); moments: whether its spans bear
+    bending moments that an effect may answer to.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Model:
     hooks: frozenset[str] = ALL_HOOKS
     contains: frozenset[str] = frozenset()
     marches: bool = True
+    moments: bool = True
 
     def refusal(self, effect: Effect | type[Effect]) -> str | None:
         """Why this model cannot represent ``effect``; None when it can."""
@@ -34,6 +36,8 @@ class Model:
         if not self.marches:
             return f"model {self.name} is a formula for the steady rate and reads no effects"
         cls = effect if isinstance(effect, type) else type(effect)
+        if cls.last and not self.moments:
+            return f"the spans of model {self.name} bear no moment for {effect.id} to answer to"
         used = {h for h in ALL_HOOKS if getattr(cls, h) is not getattr(Effect, h)}
         missing = used - self.hooks
         if missing:
@@ -57,7 +61,8 @@ MODELS: dict[str, Model] = {
             name="rope",
             title="limp rope",
             span=span_law.rope,
-            hooks=ALL_HOOKS - {"span", "runup", "slide"},
+            hooks=ALL_HOOKS - {"span", "bend", "runup", "slide"},
+            moments=False,
         ),
         Model(name="beam_th1", title="beam, 1st order", span=span_law.beam_first_order, hooks=_NO_SPAN),
         Model(name="beam_th2", title="beam, 2nd order", span=span_law.beam_second_order),

@@ -15,6 +15,14 @@ def run_folder() -> Path:
     return Path(HydraConfig.get().runtime.output_dir)
 
 
+def job_title(config: dict[str, Any]) -> str:
+    """What a run is called while it runs; in a sweep with its number, as several may run at once."""
+    title = f"{config['model']['name']}, {float(config['tension']):g} N/mm2"
+    hydra = HydraConfig.get()
+    in_sweep = hydra.mode is not None and hydra.mode.name == "MULTIRUN"
+    return f"{title}, job {hydra.job.num}" if in_sweep else title
+
+
 def plain(cfg: Any) -> dict[str, Any]:
     """The resolved configuration as plain dicts and lists."""
     return OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True)  # type: ignore[return-value]

@@ -8,6 +8,7 @@ from typing import Any
 from belt_sim.analytic.indicated import indicate
 from belt_sim.analytic.march import as_driven
 from belt_sim.case import Case
+from belt_sim.commands.run_folder import job_title
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect, uses
 from belt_sim.effects.load import load_effects
@@ -27,9 +28,9 @@ def simulate_3d(case: Case, config: dict[str, Any], folder: Path) -> tuple[Curve
     model = dict(config["model"])
     options, control = options_from(model), bool(model.get("control", False))
     effects = load_effects(config["effects"])
-    geometric = in_the_scene(effects)
     name = str(model["name"])
-    observers: list[Any] = [ProgressObserver(name)]
+    geometric = in_the_scene(effects, name)
+    observers: list[Any] = [ProgressObserver(job_title(config))]
     if config["watch"] == "rrd":
         from belt_sim.watch.rerun import to_file
 
@@ -60,10 +61,10 @@ def simulate_3d(case: Case, config: dict[str, Any], folder: Path) -> tuple[Curve
     return curves, {"options": settings, "effects": [e.id for e in effects], "scene": "scene.xml"}
 
 
-def in_the_scene(effects: Sequence[Effect]) -> list[Effect]:
-    """Effects that change the scene; raises CannotRepresent for one that neither does nor is of the instruments."""
+def in_the_scene(effects: Sequence[Effect], model: str) -> list[Effect]:
+    """Effects that change the scene; raises CannotRepresent for one that ``model`` cannot show."""
     for e in effects:
-        reason = scene_refusal(e)
+        reason = scene_refusal(e, rope=model == "mujoco_rope")
         if reason:
             raise CannotRepresent(f"effects = {e.id}: {reason}; leave it out")
     return [e for e in effects if has_scene(e)]
@@ -89,6 +90,8 @@ def _converted(name: str, value: Any, default: Any) -> Any:
         if not isinstance(value, (list, tuple)):
             raise InputError(name, value, "", "give a list")
         return tuple(str(v) for v in value)
+    if isinstance(default, str):
+        return str(value)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise InputError(name, value, "", "give a number")
     return int(value) if isinstance(default, int) else float(value)

@@ -85,7 +85,8 @@ class Outlook:
         return values[0], slopes[: len(free)]
 
     def _flip(self) -> np.ndarray:
-        signs = [-1.0 if s.effect.on_belt else 1.0 for s in self.forward.slots]
+        turns = [s.effect.on_belt and not s.effect.parameters[s.name].modifier for s in self.forward.slots]
+        signs = [-1.0 if t else 1.0 for t in turns]
         return np.array(signs + [1.0] * len(NUISANCES))
 
     def _white(self, x: np.ndarray) -> np.ndarray:

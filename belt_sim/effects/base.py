@@ -8,10 +8,11 @@ parameters it must return it unchanged, bit for bit. An effect with a geometry m
 """
 
 from dataclasses import dataclass, fields
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from belt_sim.case import Case, Settings
 from belt_sim.errors import InputError
+from belt_sim.laws.inside import Bend, Held
 from belt_sim.laws.runup import Now, RunUp, Yaw
 from belt_sim.laws.sensor import Reading
 from belt_sim.laws.span import Span
@@ -63,6 +64,14 @@ class Effect:
     def span(self, span: Span, case: Case) -> Span:
         """Span law: what the span is made of."""
         return span
+
+    def influence(self, span: Span, case: Case) -> Any:
+        """What ``bend`` has to know of a span, worked out once before a march."""
+        return None
+
+    def bend(self, bend: Bend, held: Held, known: Any, case: Case) -> Bend:
+        """Span law: what bends the spans between their ends; known: what ``influence`` returned."""
+        return bend
 
     def yaw(self, yaw: Yaw, now: Now, case: Case) -> Yaw:
         """Drive and run-up law: direction of the pulleys' surfaces at this travel."""

@@ -17,12 +17,12 @@ def cell(model: Model, effect: type[Effect]) -> str:
 
 
 def table() -> str:
-    """A Markdown table: an effect a row, its law, and a column for every analytic model and one for all 3D models."""
-    header = ["effect", "law", *MODELS, "mujoco_*"]
+    """A Markdown table: an effect a row, its law, columns for the analytic models, mujoco_rope, and its sisters."""
+    header = ["effect", "law", *MODELS, "mujoco_rope", "mujoco_grid, mujoco_flex"]
     rows = [header, ["---"] * len(header)]
     for name, effect in library().items():
-        in_space = CANNOT if scene_refusal(effect) else CAN
-        rows.append([name, effect.law, *(cell(m, effect) for m in MODELS.values()), in_space])
+        in_space = [CANNOT if scene_refusal(effect, rope=rope) else CAN for rope in (True, False)]
+        rows.append([name, effect.law, *(cell(m, effect) for m in MODELS.values()), *in_space])
     return "\n".join("| " + " | ".join(row) + " |" for row in rows) + "\n"
 
 

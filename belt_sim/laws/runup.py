@@ -52,7 +52,8 @@ class Now:
     """What the belt does at one travel; arrays of shape (2,): the span up the tail pulley, the span up the head.
 
     travel [m]; y, alpha: at the run-ups [m, rad]; kappa, kappa_runoff: curvature at either end [1/m];
-    moment, moment_runoff = EI kappa [N m]; stiffness: d kappa / d theta_u of the span [1/m]; bending: its EI
+    moment, moment_runoff [N m] = EI times the elastic part of kappa; added: the part of kappa that does not come from
+    the span's ends [1/m]; stiffness: d kappa / d theta_u of the span [1/m]; bending: its EI
     [N m2]; turned: yaw of the tail and the head pulley [rad] at which all this holds;
     direction of travel (+1, -1).
     """
@@ -64,6 +65,7 @@ class Now:
     kappa_runoff: jnp.ndarray
     moment: jnp.ndarray
     moment_runoff: jnp.ndarray
+    added: jnp.ndarray
     stiffness: jnp.ndarray
     bending: jnp.ndarray
     turned: jnp.ndarray

@@ -105,9 +105,9 @@ def response(span: Span) -> Response:
     kl2 = span.force * span.length**2 / span.bending
     roll = jnp.sqrt(span.bending / span.torsion)
     g = span.length * span.sag_curvature * roll
-    half = _condensed_half(kl2, g)
+    half = condensed(kl2, g, 0.5)
     (p, q), (r, s) = half
-    middle = _inverse(s - p)
+    middle = inverse(s - p)
     um0, um1 = -middle @ r, middle @ q  # middle values per unit of either end
     f0 = jnp.concatenate([p + q @ um0, q @ um1], axis=-1)  # values (y/L, theta, phi/roll) at run-off, run-up
     f1 = jnp.concatenate([r @ um0, s + r @ um1], axis=-1)
@@ -121,9 +121,13 @@ def response(span: Span) -> Response:
     )
 
 
-def _condensed_half(kl2, g):
-    """((P, Q), (R, S)) of half a span: f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1, u = (y/L, theta, phi/roll)."""
-    m = _system(kl2, g) / 2.0 ** (_SQUARINGS + _DOUBLINGS + 1)
+def condensed(kl2, g, share):
+    """((P, Q), (R, S)) of the ``share`` of a span: f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1 between its two ends.
+
+    u = (y/L, theta, phi/roll), f = (kappa L, kappa' L^2/scale, phi' L/roll), roll = sqrt(EI/T), scale =
+    sqrt(1 + (K L)^2); L is the length of the whole span.
+    """
+    m = _system(kl2, g) * (share / 2.0 ** (_SQUARINGS + _DOUBLINGS))
 
     def grow(k, pair):
         term, total = pair
@@ -133,11 +137,11 @@ def _condensed_half(kl2, g):
     _, transfer = jax.lax.fori_loop(1, _TAYLOR_TERMS + 1, grow, (jnp.eye(6), jnp.eye(6)))
     transfer = jax.lax.fori_loop(0, _SQUARINGS, lambda _, t: t @ t, transfer)
     a, b, c, d = transfer[:3, :3], transfer[:3, 3:], transfer[3:, :3], transfer[3:, 3:]
-    b_inv = _inverse(b)
+    b_inv = inverse(b)
 
     def double(_, pieces):
         p, q, r, s = pieces
-        x = _inverse(s - p)
+        x = inverse(s - p)
         return p - q @ x @ r, q @ x @ q, -r @ x @ r, s + r @ x @ q
 
     start = (-b_inv @ a, b_inv, c - d @ b_inv @ a, d @ b_inv)
@@ -145,7 +149,7 @@ def _condensed_half(kl2, g):
     return (p, q), (r, s)
 
 
-def _inverse(m):
+def inverse(m):
     """Inverse of a 3x3 matrix by cross products, which compiles and batches better than a factorisation."""
     rows = jnp.stack([jnp.cross(m[1], m[2]), jnp.cross(m[2], m[0]), jnp.cross(m[0], m[1])])
     return rows.T / (m[0] @ rows[0])

@@ -1,6 +1,7 @@
 """A belt as MuJoCo sees it: n stations of m nodes, each node a small body on three slides."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import mujoco
@@ -17,9 +18,10 @@ _NODE_RADIUS = 2e-3  # [m], only seen
 class Mesh:
     """The nodes of a belt and what its lines carry.
 
-    rest [m], shape (n, m, 3): stress-free places (body positions); laid [m], same shape: places under tension;
-    line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,); mass [kg], shape (m,), a node;
-    chord [m]: rest distance of neighbouring stations; closed: an endless belt.
+    rest [m], shape (n, m, 3): stress-free places (body positions), of which only the distances count; laid [m], same
+    shape: places under tension; line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,);
+    mass [kg], shape (m,), a node; chord [m]: rest distance of neighbouring stations of the straight belt; closed: an
+    endless belt.
     """
 
     rest: np.ndarray
@@ -38,6 +40,12 @@ class Mesh:
     def links(self) -> int:
         """Pairs of neighbouring stations."""
         return self.stations if self.closed else self.stations - 1
+
+    @cached_property
+    def lengths(self) -> np.ndarray:
+        """Stress-free lengths of the lines between station i and the next [m], shape (links, m)."""
+        there = np.roll(self.rest, -1, axis=0)
+        return np.linalg.norm(there - self.rest, axis=2)[: self.links]
 
     @property
     def across(self) -> int:
@@ -93,6 +101,7 @@ def add_nodes(spec: mujoco.MjSpec, mesh: Mesh, *, sites: bool) -> None:
         for j in range(mesh.across):
             body = spec.worldbody.add_body(name=node_name(i, j), pos=mesh.rest[i, j])
             body.mass, body.inertia, body.explicitinertial = mesh.mass[j], [1e-9] * 3, True
+            body.ipos = [0.0, 0.0, 0.0]  # without it the inertia is not written into the MJCF
             for axis in np.eye(3):
                 body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
             if sites:

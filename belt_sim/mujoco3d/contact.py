@@ -15,19 +15,21 @@ from belt_sim.mujoco3d.friction import Friction
 from belt_sim.mujoco3d.hold import HEAD, TAIL, Pose, Wrap
 from belt_sim.mujoco3d.scene import Scene
 from belt_sim.mujoco3d.surface import PulleySurface
-from belt_sim.mujoco3d.touchdown import FIRST, LAST, anchor, catches, depth, land, lets_go, lift, sink, tangent_angle
+from belt_sim.mujoco3d.touchdown import FIRST, LAST, anchor, catches, land, lets_go, sink, tangent_angle
 
+_BOTH = -1
 _OUTSIDE = 4  # free stations over which the direction of a span is taken
-_CALM = 0.2  # [s], over which it is averaged: waves pass
+_CALM = 0.02  # [s], over which it is averaged: waves pass
 
 
 @dataclass
 class Contact:
     """Views of MuJoCo's arrays for the nodes, shape (n, m, 3), and the two wraps.
 
-    position [m] = rest + slides; spring, stiffness: qpos_spring [m]
-    and jnt_stiffness [N/m]; slips: friction may be finite (while the laid belt settles it sticks); loads: force along x [N], moment about the axis and about z [N m] that the belt does to
-    the head and the tail pulley.
+    position [m] = rest + slides; spring, stiffness: qpos_spring [m] and jnt_stiffness [N/m], hold_stiffness of those
+    that are held; slips: friction may be finite (while the laid belt settles it sticks); spin [rad]: of both pulleys at
+    the last ``follow``; loads: force along x [N], moment about the axis and about z [N m] that the belt does to the
+    head and the tail pulley.
     """
 
     scene: Scene
@@ -40,13 +42,14 @@ class Contact:
     hold_stiffness: float
     slips: bool
     spin: list[float]
+    turn: int
     loads: list[tuple[float, float, float]]
 
     @staticmethod
     def begin(
         scene: Scene, data: mujoco.MjData, poses: tuple[Pose, Pose], friction: Friction, hold_stiffness: float
     ) -> "Contact":
-        """All stations beyond the pulleys' axes lie on the pulleys."""
+        """The stations that were laid on the pulleys are held there."""
         model, mesh, base = scene.model, scene.mesh, scene.base
         n, m = mesh.stations, mesh.across
         wraps = []
@@ -56,8 +59,7 @@ class Contact:
         ):
             plain = PulleySurface(radius=surface.radius)
             wraps.append(Wrap.empty(plain, circle - surface.radius, n, m))
-            beyond = scene.loop.x <= 0.0 if which == HEAD else scene.loop.x >= poses[TAIL].centre[0]
-            on = np.flatnonzero(beyond)
+            on = np.flatnonzero(scene.loop.on_head if which == HEAD else scene.loop.on_tail)
             jump = np.flatnonzero(np.diff(on) > 1)
             wraps[-1].first = int(on[jump[0] + 1]) - n if len(jump) else int(on[0])
             wraps[-1].last = int(on[jump[0]]) if len(jump) else int(on[-1])
@@ -74,6 +76,7 @@ class Contact:
             hold_stiffness=hold_stiffness,
             slips=False,
             spin=[pose.spin for pose in poses],
+            turn=_BOTH,
             loads=[(0.0, 0.0, 0.0)] * 2,
         )
         for wrap, pose in zip(contact.wraps, poses, strict=True):
@@ -83,7 +86,9 @@ class Contact:
             contact._meet(wrap, pose, 1.0)
             for end in (FIRST, LAST):
                 contact._change_end(wrap, pose, end)
-                contact._lift_as_laid(wrap, pose, end)
+        for wrap, pose in zip(contact.wraps, poses, strict=True):
+            contact.spring[wrap.stations] = wrap.place(pose) - mesh.rest[wrap.stations]
+        contact._pull(poses)
         return contact
 
     def _meet(self, wrap: Wrap, pose: Pose, share: float) -> None:
@@ -123,23 +128,34 @@ class Contact:
         scene = self.scene
         for wrap in self.wraps:
             self.slides[wrap.stations] = self.spring[wrap.stations]
-        pull = elastic_forces(scene.model, self.data, scene.base, self.slides.shape)
-        pull[..., 2] -= scene.mesh.mass * scene.parts.gravity
+        pull = self._pull(poses)
+        self.turn = (self.turn == HEAD) if all(w.sliding.mean() > 0.5 for w in self.wraps) else _BOTH
         for which, (wrap, pose) in enumerate(zip(self.wraps, poses, strict=True)):
             k = wrap.stations
-            self.loads[which] = self._load(pose, scene.mesh.rest[k] + self.slides[k], pull[k])
             holding = -wrap.components(pose, pull[k])
             holding[..., 0] -= scene.mesh.mass * speed**2 / wrap.surface.radius
-            if self.slips:
+            if self.slips and self.turn != which:
                 self.friction.apply(wrap, which, holding)
             self._meet(wrap, pose, scene.model.opt.timestep / _CALM)
             for end in (FIRST, LAST):
                 self._change_end(wrap, pose, end)
 
+    def _pull(self, poses: tuple[Pose, Pose]) -> np.ndarray:
+        """Forces of belt and weight on the nodes [N], shape (n, m, 3); notes what they do to the pulleys."""
+        scene = self.scene
+        pull = elastic_forces(scene.model, self.data, scene.base, self.slides.shape)
+        pull[..., 2] -= scene.mesh.mass * scene.parts.gravity
+        for which, (wrap, pose) in enumerate(zip(self.wraps, poses, strict=True)):
+            k = wrap.stations
+            self.loads[which] = self._load(pose, scene.mesh.rest[k] + self.slides[k], pull[k])
+        return pull
+
     def _load(self, pose: Pose, points: np.ndarray, pull: np.ndarray) -> tuple[float, float, float]:
         """Force on a pulley along x [N], moment about its axis and about z [N m], of nodes that pull at points."""
-        moment = np.cross(points - pose.centre, pull).sum(axis=(0, 1))
-        return float(pull[..., 0].sum()), float(moment @ pose.axes[:, 1]), float(moment[2])
+        arms, forces = (points - pose.centre).reshape(-1, 3), pull.reshape(-1, 3)
+        t = arms.T @ forces  # arm x force by hand: numpy.cross takes 50 us
+        moment = np.array((t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]))
+        return float(forces[:, 0].sum()), float(moment @ pose.axes[:, 1]), float(moment[2])
 
     def _change_end(self, wrap: Wrap, pose: Pose, end: int) -> None:
         """Land a station or let one go."""
@@ -153,14 +169,6 @@ class Contact:
             self._let_go(wrap, outer % mesh.stations)
             wrap.first, wrap.last = (wrap.first + 1, wrap.last) if end == FIRST else (wrap.first, wrap.last - 1)
             wrap.renumber()
-
-    def _lift_as_laid(self, wrap: Wrap, pose: Pose, end: int) -> None:
-        """Keep the laid belt's outermost stations at the height where they are."""
-        outer = wrap.first if end == FIRST else wrap.last
-        for station in ((outer - end * k) % self.scene.mesh.stations for k in range(2)):
-            y, angle = wrap.y[station], wrap.angle[station]
-            path = lift(depth(wrap, pose, angle.mean(), end), self.scene.mesh.chord, wrap.surface.radius)
-            wrap.lifted[station] = np.mean(wrap.r[station] - wrap.radius_at(y, angle)) - path
 
     def _let_go(self, wrap: Wrap, station: int) -> None:
         self.stiffness[station], wrap.way[station] = 0.0, 0.0

@@ -1,5 +1,6 @@
 """Coulomb friction of landed nodes: how far they slide until no node pulls harder than friction allows."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,8 +14,8 @@ from belt_sim.mujoco3d.tangent import Tangent
 class Friction:
     """A return mapping on the holding forces of a wrap, as one system, without inertia.
 
-    friction [1]; tangent: in-plane stiffness of the landed belt, None = it sticks; slip [m]: lateral way the belt has
-    slid on the head and the tail pulley, mean over the wrap.
+    friction [1], inf = sticking; tangent: in-plane stiffness of the landed belt, None = not needed; slip [m]: lateral
+    way the belt has slid on the head and the tail pulley, mean over the wrap.
     """
 
     friction: float
@@ -26,7 +27,7 @@ class Friction:
 
         holding [N], shape (held, m, 3): forces of the pulley on the nodes outwards, along the axis, along the turn.
         """
-        if self.tangent is None:
+        if self.tangent is None or math.isinf(self.friction):
             return
         k = wrap.stations
         limit = self.friction * np.maximum(holding[..., 0], 0.0)

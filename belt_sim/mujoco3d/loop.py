@@ -1,4 +1,4 @@
-"""The loaded belt at rest: stations at equal chords round two pulleys and along two sagging spans."""
+"""The loaded belt at rest: stations at equal chords round two pulleys and along two hanging spans."""
 
 import math
 from dataclasses import dataclass
@@ -7,24 +7,61 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
+from belt_sim.mujoco3d.catenary import Catenary
+from belt_sim.mujoco3d.touchdown import apart, lift
 
-_CURVE_POINTS = 200  # per mean chord: the closed curve is interpolated linearly, error ~ chord / 8 R / 200^2
-_EQUALISING_SWEEPS = 60  # chords become equal to rounding long before
+_CHORD_SWEEPS = 12  # the chord is right to rounding after a few
+_PATH_SWEEPS = 8  # so are the places near the spans
+_TURN_SWEEPS = 12  # so is the place of the tail pulley's first station
 
 
 @dataclass(frozen=True)
 class Loop:
-    """Stations in the order in which the upper span runs from head to tail.
+    """Stations in the order in which the upper span runs from head to tail, where they will run (touchdown.py).
 
-    x, z [m], shape (n,); chord [m] between neighbours, loaded; radius_head, radius_tail [m]: circles of the
-    stations on the pulleys, wider than the pulleys so that a chord stands for its arc.
+    x, z [m], shape (n,); on_head, on_tail: which of them lie on the pulleys, shape (n,); chord [m] between
+    neighbours, loaded; radius_head, radius_tail [m]: circles of the stations on the pulleys, wider than the pulleys
+    so that a chord stands for its arc; centre_distance [m].
     """
 
     x: np.ndarray
     z: np.ndarray
+    on_head: np.ndarray
+    on_tail: np.ndarray
     chord: float
     radius_head: float
     radius_tail: float
+    centre_distance: float
+
+
+@dataclass(frozen=True)
+class Hanging:
+    """The smooth belt on the pulleys: its spans, and the arcs on head and tail [m]."""
+
+    upper: Catenary
+    lower: Catenary
+    head: float
+    tail: float
+
+    @staticmethod
+    def of(case: Case) -> "Hanging":
+        """At the case's tension and gravity, on the pulleys themselves."""
+        a, curvature = float(case.rig.centre_distance), float(case.sag_curvature)
+        head, tail = float(case.rig.head_radius), float(case.rig.tail_radius)
+        upper, lower = Catenary.touching(a, head, tail, curvature), Catenary.touching(a, -head, -tail, curvature)
+        on_head = math.pi + lower.slopes[0] - upper.slopes[0]
+        on_tail = math.pi - lower.slopes[1] + upper.slopes[1]
+        return Hanging(upper, lower, head * on_head, tail * on_tail)
+
+    @property
+    def length(self) -> float:
+        """[m], loaded."""
+        return self.upper.length + self.lower.length + self.head + self.tail
+
+
+def free_length(case: Case) -> float:
+    """Stress-free length [m] of the belt that hangs on the case's pulleys at its tension."""
+    return Hanging.of(case).length / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
 
 
 def station_radius(radius: float, chord: float) -> float:
@@ -33,64 +70,75 @@ def station_radius(radius: float, chord: float) -> float:
     return 0.5 * chord / math.sin(half)
 
 
-def laid_loop(case: Case, dx: float) -> Loop:
-    """The loop at the case's tension and gravity with stations about dx [m] apart.
+def laid_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> Loop:
+    """The loop at the case's tension and gravity with stations about dx [m] apart, or with so many stations.
+
+    path(depth, chord, radius): height [m] above the circle at which stations come and go, as touchdown.lift.
 
     Raises InputError when a pulley would carry too few stations.
     """
     rig = case.rig
-    smallest = min(float(rig.head_radius), float(rig.tail_radius))
-    if dx > smallest / 3.0:
-        raise InputError("options.dx", dx, "m", f"give at most a third of the pulley radius, {smallest / 3.0:.3f}")
-    n = 2 * round(float(rig.belt_length) / dx / 2.0)
-    chord = float(rig.belt_length) / n
-    for _ in range(3):
-        head, tail = (station_radius(float(r), chord) for r in (rig.head_radius, rig.tail_radius))
-        x, z, chord = _equal_chords(*_curve(case, head, tail, n), n)
-    return Loop(x=x, z=z, chord=chord, radius_head=head, radius_tail=tail)
+    longest = min(float(rig.head_radius), float(rig.tail_radius)) / (4.0 if path is lift else 3.0)
+    if dx > longest:
+        raise InputError("options.dx", dx, "m", f"a pulley carries too few stations: give at most {longest:.3f}")
+    n = stations or 2 * round(float(rig.belt_length) / dx / 2.0)
+    hanging = Hanging.of(case)
+    chord = hanging.length / n
+    links = _links(hanging, chord, n)
+    for _ in range(_CHORD_SWEEPS):
+        loop, lower = _lay(case, hanging, chord, links, path)
+        chord += (lower - links[3] * chord) / n
+    return loop
 
 
-def _curve(case: Case, head: float, tail: float, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """A fine closed curve: upper span (sagging parabola), tail arc, lower span, head arc."""
-    a = float(case.rig.centre_distance)
-    lean = math.asin((head - tail) / a)
-    sag = float(case.sag_curvature)
-    k = _CURVE_POINTS * n // 4
-    u = np.arange(k) / k
-    upper_from, upper_to = head * _top(lean), np.array([a, 0.0]) + tail * _top(lean)
-    length = math.dist(upper_from, upper_to)
-    dip = 0.5 * sag * length**2 * u * (1.0 - u)
-    arc = lean + (math.pi - 2.0 * lean) * u
-    back = math.pi - lean + (math.pi + 2.0 * lean) * u
-    flip = np.array([1.0, -1.0])
-    x = [
-        upper_from[0] + (upper_to - upper_from)[0] * u,
-        a + tail * np.sin(arc),
-        (upper_to + (upper_from - upper_to) * u[:, None])[:, 0],
-        head * np.sin(back),
-    ]
-    z = [
-        upper_from[1] + (upper_to - upper_from)[1] * u - dip,
-        tail * np.cos(arc),
-        ((upper_to + (upper_from - upper_to) * u[:, None]) * flip)[:, 1] - dip,
-        head * np.cos(back),
-    ]
-    return np.concatenate(x), np.concatenate(z)
+def _links(hanging: Hanging, chord: float, n: int) -> tuple[int, int, int, int]:
+    """Links on the head, in the upper span, on the tail and in the lower span.
+
+    One station lies where the upper span touches the head. A station that is less than half a chord away from a
+    pulley lies on it: its links press it down.
+    """
+    upper = round(hanging.upper.length / chord)
+    ahead = upper * chord - hanging.upper.length
+    head, tail = round(hanging.head / chord), round((hanging.tail - ahead) / chord)
+    return head, upper, tail, n - head - upper - tail
 
 
-def _top(lean: float) -> np.ndarray:
-    return np.array([math.sin(lean), math.cos(lean)])
+def _lay(case: Case, hanging: Hanging, chord: float, links: tuple[int, int, int, int], path) -> tuple[Loop, float]:
+    """Stations with this chord [m] everywhere but in the lower span, and the length of the lower span [m]."""
+    rig, (on_head, upper, on_tail, lower) = case.rig, links
+    a, curvature = float(rig.centre_distance), float(case.sag_curvature)
+    head, tail = (station_radius(float(r), chord) for r in (rig.head_radius, rig.tail_radius))
+    last = -hanging.upper.slopes[0]
+    turn = last + chord / float(rig.head_radius) * np.arange(-on_head, 1)
+    meets = (last - hanging.head / float(rig.head_radius), last)
+    behind = _wrapped(float(rig.head_radius), turn, 0.0, chord, meets, path)
+    meets = (-hanging.upper.slopes[1], -hanging.upper.slopes[1] + hanging.tail / float(rig.tail_radius))
+    turn = meets[0] + chord / float(rig.tail_radius) * np.arange(on_tail + 1)
+    bow = 1.0 + (curvature * chord) ** 2 / 24.0  # length of a link's arc over its chord
+    for _ in range(_TURN_SWEEPS):
+        ahead = _wrapped(float(rig.tail_radius), turn, a, chord, meets, path)
+        over = Catenary.through(behind[-1], ahead[0], curvature)
+        turn += (upper * chord * bow - over.length) / tail
+    under = Catenary.through(behind[0], ahead[-1], curvature)
+    parts = (behind[-1:], over.divide(upper), ahead, under.divide(lower)[::-1], behind[:-1])
+    where = np.repeat([0, 1, 2, 1, 0], [len(p) for p in parts])
+    x, z = np.concatenate(parts).T
+    loop = Loop(
+        x=x, z=z, on_head=where == 0, on_tail=where == 2, chord=chord, radius_head=head, radius_tail=tail,
+        centre_distance=a,
+    )  # fmt: skip
+    return loop, under.length / bow
 
 
-def _equal_chords(x: np.ndarray, z: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """n points on the closed curve with equal chords, and the chord."""
-    x, z = np.append(x, x[0]), np.append(z, z[0])
-    arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(z)))])
-    step = np.full(n, arc[-1] / n)
-    for _ in range(_EQUALISING_SWEEPS):
-        at = np.concatenate([[0.0], np.cumsum(step)[:-1]])
-        px, pz = np.interp(at, arc, x), np.interp(at, arc, z)
-        chords = np.hypot(np.roll(px, -1) - px, np.roll(pz, -1) - pz)
-        step = step * chords.mean() / chords
-        step *= arc[-1] / step.sum()
-    return px, pz, float(chords.mean())
+def _wrapped(radius: float, turn: np.ndarray, x: float, chord: float, meets: tuple[float, float], path) -> np.ndarray:
+    """Stations on a pulley, shape (k, 2) [m]; turn [rad]: their angles if they all lay on one circle.
+
+    meets [rad]: where the belt comes and goes; the middle station keeps its angle.
+    """
+    middle, circle = len(turn) // 2, station_radius(radius, chord)
+    angle = turn.copy()
+    for _ in range(_PATH_SWEEPS):
+        r = circle + sum(path(radius * depth, chord, radius) for depth in (angle - meets[0], meets[1] - angle))
+        steps = np.concatenate([[0.0], np.cumsum(apart(chord, 0.0, r[1:], r[:-1]))])
+        angle = turn[middle] + steps - steps[middle]
+    return np.stack([x + r * np.sin(angle), r * np.cos(angle)], axis=1)

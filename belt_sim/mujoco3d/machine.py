@@ -20,7 +20,9 @@ class Machine:
     """Pulley coordinates at the end of the coming step; MuJoCo integrates slide and tail spin, the rest is commanded.
 
     poses: head and tail; yaw [rad]: head, tail; given_way [rad]: yaw by compliance; load [N]: force on the slide;
-    slide_mass [kg], spin_inertia [kg m2], slide_drag [N s/m], spin_drag [N m s].
+    slide_mass [kg], spin_inertia [kg m2], slide_drag [N s/m], spin_drag [N m s]; slide_speed [m/s]: of a tail pulley
+    that is moved, 0 = fixed; None when it follows the forces; lead [m/s]: how much faster than the belt the tail
+    pulley's rim steadily goes, against which spin_drag works.
     """
 
     case: Case
@@ -35,17 +37,19 @@ class Machine:
     slide_drag: float
     spin_drag: float
     share: float = 0.0
+    slide_speed: float | None = None
+    lead: float = 0.0
 
     @staticmethod
     def begin(case: Case, scene: Scene, options: Options) -> "Machine":
-        """Both pulleys aligned, turned back by the run-in, so that they have turned by 0 at travel 0."""
+        """Both pulleys aligned, turned back by what comes before travel 0, so that they have turned by 0 there."""
         settings, mesh = case.settings, scene.mesh
-        turned = -float(settings.direction) * options.run_in
+        turned = -float(settings.direction) * scene.early
         parts = scene.parts
         poses = (
             Pose(np.zeros(3), parts.head.axes(0.0, 0.0), turned / parts.head.radius),
             Pose(
-                np.array([float(case.rig.centre_distance), 0.0, 0.0]),
+                np.array([scene.loop.centre_distance, 0.0, 0.0]),
                 parts.tail.axes(0.0, 0.0),
                 turned / parts.tail.radius,
             ),
@@ -73,8 +77,8 @@ class Machine:
     def stops(self, until: float) -> list[float]:
         """Travels at which the belt stands still for a yaw step [m]."""
         parts = self.scene.parts
-        tilted = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail))
-        return sorted({s for plan in self.plans for s in plan.stops(until)} | ({0.0} if tilted else set()))
+        changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
+        return sorted({s for plan in self.plans for s in plan.stops(until)} | ({0.0} if changes else set()))
 
     def put(self, data: mujoco.MjData) -> None:
         """Write the pulleys' coordinates into MuJoCo's state."""
@@ -82,7 +86,7 @@ class Machine:
         data.qpos[HEAD_SPIN], data.qpos[TAIL_SPIN] = (pose.spin for pose in self.poses)
 
     def command(self, clock: Clock) -> None:
-        """Yaw for the coming step; yaw offsets and cants come in while the belt stands at travel 0."""
+        """Yaw for the coming step; yaw offsets, cants and camber come in while the belt stands at travel 0."""
         starting = clock.paused_since is not None and clock.done < 0.0
         self.share = 0.0 if clock.travel < 0.0 else clock.step_share() if starting else 1.0
         self.yaw[:] = [yaw_now(plan, clock) for plan in self.plans]
@@ -101,8 +105,10 @@ class Machine:
         data.qvel[HEAD_SPIN] = (head_spin - head.spin) / dt
         head.spin = head_spin
         slide_force = self.load + loads[TAIL][0] - self.slide_drag * data.qvel[TAIL_SLIDE]
-        spin_error = data.qvel[TAIL_SPIN] - sign * (speed - acceleration * dt) / radius
+        spin_error = data.qvel[TAIL_SPIN] - (sign * (speed - acceleration * dt) + self.lead) / radius
         spin_moment = loads[TAIL][1] + self.spin_inertia * sign * acceleration / radius - self.spin_drag * spin_error
+        if self.slide_speed is not None:
+            slide_force, data.qvel[TAIL_SLIDE] = 0.0, self.slide_speed
         data.qfrc_applied[TAIL_SLIDE], data.qfrc_applied[TAIL_SPIN] = slide_force, spin_moment
         tail.centre[0] += dt * (data.qvel[TAIL_SLIDE] + dt * slide_force / self.slide_mass)
         tail.spin += dt * (data.qvel[TAIL_SPIN] + dt * spin_moment / self.spin_inertia)

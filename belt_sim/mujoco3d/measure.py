@@ -87,10 +87,14 @@ def _at_axis(contact: Contact, station: int, x: float) -> tuple[float, float]:
 
 
 def _section_forces(contact: Contact, first: int, bending_stiffness: float) -> tuple[float, float]:
-    """Tension [N] and in-plane bending moment EI kappa [N m] (positive for kappa = y'' > 0), mean over _LINKS links."""
+    """Tension [N] and in-plane bending moment EI (kappa - kappa_c) [N m], mean over _LINKS links.
+
+    kappa = y'', kappa_c the natural curvature.
+    """
     mesh = contact.scene.mesh
     nodes = _around(contact, first, _LINKS + 1)
-    strain = (np.linalg.norm(np.diff(nodes, axis=0), axis=2) / mesh.chord - 1.0).mean(axis=0)
+    free = mesh.lengths[np.arange(first, first + _LINKS) % mesh.stations]
+    strain = (np.linalg.norm(np.diff(nodes, axis=0), axis=2) / free - 1.0).mean(axis=0)
     tension = float(mesh.line_stiffness @ strain)
     if mesh.across == 1:
         return tension, 0.0

@@ -8,6 +8,8 @@ from belt_sim.errors import InputError
 #: The three belts: a limp chain, particles tied by bonds, a two-dimensional membrane.
 BELTS = ("rope", "grid", "flex")
 BONDS = ("longitudinal", "transverse", "diagonal")
+#: A force on the sliding tail pulley, the belt's length at fixed pulleys, pulleys moved apart (tensioning.py).
+TENSIONINGS = ("force", "length", "koller")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,11 +19,12 @@ class Options:
     dx [m]: distance of stations along the belt; across: nodes over the width (2 carry the exact EI and tension
     torsion); dt [s]; belt_speed [m/s] of the run, 0 = as fast as is
     accurate (a 35th of the string speed, at most 2 m/s); friction [1]: Coulomb coefficient between belt and pulleys,
-    inf = sticking; bonds: which bonds tie the grid; run_in [m]: travel before 0, straight; acceleration [m/s2];
+    inf = sticking; bonds: which bonds tie the grid; tensioning: how the belt gets its tension, see TENSIONINGS;
+    run_in [m]: travel before 0, straight; acceleration [m/s2];
     settle [s]: time at rest for the sag, and again after a yaw step; yaw_time [s]: duration of a yaw step;
-    damping [1/s]: drag of the free belt, across its travel, per unit of its mass; hold_stiffness
-    [N/m]: springs that hold a landed node; tail_mass [kg]: inertia of the tail pulley on its
-    slide and about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames.
+    damping [1/s]: drag of the free belt, across its travel, per unit of its mass (limp belts get more);
+    hold_stiffness [N/m]: springs that hold a landed node; tail_mass [kg]: inertia of the tail pulley on its slide and
+    about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames.
     """
 
     dx: float = 0.025
@@ -30,6 +33,7 @@ class Options:
     belt_speed: float = 0.0
     friction: float = math.inf
     bonds: tuple[str, ...] = BONDS
+    tensioning: str = "force"
     run_in: float = 1.5
     acceleration: float = 1.0
     settle: float = 1.0
@@ -47,6 +51,8 @@ class Options:
                 raise InputError(f"options.{field.name}", value, "", "give a positive number")
         if self.across < 1 or int(self.across) != self.across:
             raise InputError("options.across", self.across, "nodes", "give 1 (rope), 2 or more")
+        if self.tensioning not in TENSIONINGS:
+            raise InputError("options.tensioning", self.tensioning, "", f"choose one of {', '.join(TENSIONINGS)}")
         unknown = [b for b in self.bonds if b not in BONDS]
         if unknown or "longitudinal" not in self.bonds:
             raise InputError("options.bonds", self.bonds, "", f"longitudinal, and any of {', '.join(BONDS[1:])}")

@@ -1,5 +1,6 @@
 """Collects readings of a run into curves, and hands frames to whoever watches."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,8 +27,8 @@ from belt_sim.mujoco3d.measure import (
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.stage import Clock
 
-#: lateral slip [m] and share of sliding nodes on the head and the tail pulley, steps made
-EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "steps")
+#: lateral slip [m] and share of sliding nodes on the head and the tail pulley, x of the tail pulley [m], steps made
+EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "tail_x", "steps")
 _READINGS_PER_SAMPLE = 5  # a landing shakes the belt once per station; the curve is the mean over a sample
 _RUNAWAY = 3.0  # belt widths: a belt that has run further sideways has left its pulleys
 
@@ -47,7 +48,7 @@ class Recorder:
     steps: int = 0
     next_reading: float = 0.0
     next_row: float = 0.0
-    next_frame: float = 0.0
+    next_frame: float = -math.inf
 
     def begin(self, clock: Clock) -> None:
         """Travel 0 has been reached: y counts from here."""
@@ -56,23 +57,31 @@ class Recorder:
         self.next_row = self.options.sample
         self._frame(clock, self.start)
 
+    def watch(self, clock: Clock, every: float) -> None:
+        """Called after every step while the pulleys move apart: a frame after every so many metres of travel."""
+        if self.observers and clock.travel >= self.next_frame:
+            self._frame(clock, self._read(clock.travel))
+            self.next_frame = clock.travel + every
+
     def step(self, clock: Clock) -> None:
         """Called after every step."""
         self.steps += 1
         if clock.travel < self.next_reading or self.start is None:
             return
         self.next_reading = clock.travel + self.options.sample / _READINGS_PER_SAMPLE
-        self.window.append(self._read(clock.travel))
+        now = self._read(clock.travel)
+        self.window.append(now)
         if clock.travel >= self.next_row:
             self.next_row += self.options.sample
             mean = np.mean(self.window, axis=0)
             self.window.clear()
             self.rows.append(self._row(mean, mean[-1]))
         if clock.travel >= self.next_frame:
-            self._frame(clock, self.window[-1] if self.window else self.rows[-1])
+            self._frame(clock, now)
 
     def _read(self, travel: float) -> np.ndarray:
-        now = reading(self.case, self.contact, float(self.machine.poses[TAIL].centre[0]))
+        tail_x = float(self.machine.poses[TAIL].centre[0])
+        now = reading(self.case, self.contact, tail_x)
         slip = self.contact.friction.slip
         if not np.all(np.isfinite(now)):
             raise RunFailed(f"positions are not finite at travel {travel:.2f} m: halve options.dt")
@@ -83,7 +92,7 @@ class Recorder:
                 "pulleys; turn the yaw back earlier or shorten travel"
             )
         sliding = [np.mean(wrap.sliding) for wrap in self.contact.wraps]
-        return np.concatenate([now, slip, sliding, [self.steps, travel]])
+        return np.concatenate([now, slip, sliding, [tail_x, self.steps, travel]])
 
     def _row(self, mean: np.ndarray, travel: float) -> np.ndarray:
         row = mean.copy()

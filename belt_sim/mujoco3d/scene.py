@@ -2,7 +2,8 @@
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,8 +14,10 @@ from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d.belt import BeltModel, Mesh
 from belt_sim.mujoco3d.loop import Loop, laid_loop
+from belt_sim.mujoco3d.natural import curved
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.surface import PulleySurface, SceneParts
+from belt_sim.mujoco3d.surface import EdgeGuide, PulleySurface, SceneParts
+from belt_sim.mujoco3d.tensioning import Apart
 
 STATION = Path(__file__).resolve().parents[2] / "models" / "pulley_station.xml"
 #: qpos (and dof) addresses of the pulleys; the nodes follow.
@@ -22,17 +25,21 @@ HEAD_YAW, HEAD_SPIN, TAIL_SLIDE, TAIL_YAW, TAIL_SPIN = range(5)
 _STATION_DOFS = 5
 _STAGGER_MARGIN = 6.0  # 0.5 would be the limit of stability
 _FACE_MARGIN = 1.5  # pulley face over belt width, only seen
+_ROLLER = (0.02, 0.03)  # [m], radius and half height of an edge guide, only seen
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A compiled scene. base: first qpos (and dof) address of the nodes."""
+    """A compiled scene. base: first qpos (and dof) address of the nodes; early [m]: travel before travel 0; apart: how
+    the pulleys move apart at its beginning."""
 
     model: mujoco.MjModel
     mesh: Mesh
     loop: Loop
     parts: SceneParts
     base: int
+    early: float
+    apart: Apart | None = None
 
 
 def scene_parts(case: Case, options: Options, effects: Sequence = ()) -> SceneParts:
@@ -54,21 +61,55 @@ def scene_parts(case: Case, options: Options, effects: Sequence = ()) -> ScenePa
 
 def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, Scene]:
     """The specification (for its MJCF) and the compiled scene."""
-    if parts.camber is not None or parts.edge_guides:
-        raise CannotRepresent("camber and edge guides are not built into the 3D scene yet; use an analytic model")
     case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
-    loop = laid_loop(case, options.dx)
-    mesh = belt.mesh(case, loop, options)
+    loop, laid = laid_loop(case, options.dx), case
+    apart = Apart.of(case, loop) if options.tensioning == "koller" else None
+    if apart is not None:
+        laid, loop = apart.slack, laid_loop(apart.slack, options.dx, len(loop.x))
+    early = options.run_in + (apart.travel if apart else 0.0)
+    mesh = _cambered(belt.mesh(laid, loop, options), loop, parts, laid, early)
     spec = _empty(options, parts.gravity)
     _add_station(spec, "head", 0.0, parts.head, loop.radius_head, case, options)
     _add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
+    for k, guide in enumerate(parts.edge_guides):
+        _draw_guide(spec, f"guide-{k}", guide, case)
     belt.tie(spec, mesh, case, options)
-    spec.add_key(name="laid", qpos=np.concatenate([np.zeros(_STATION_DOFS), (mesh.laid - mesh.rest).ravel()]))
-    with warnings.catch_warnings():  # the flex is tied to nothing: its stiffness is elastic2d's alone, as it should be
-        warnings.filterwarnings("ignore", message="flex .* is not rigid")
+    pulleys = np.zeros(_STATION_DOFS)
+    pulleys[TAIL_SLIDE] = loop.centre_distance - float(case.rig.centre_distance)
+    spec.add_key(name="laid", qpos=np.concatenate([pulleys, (mesh.laid - mesh.rest).ravel()]))
+    with flex_tied_to_nothing():
         model = spec.compile()
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    return spec, Scene(model=model, mesh=mesh, loop=loop, parts=parts, base=_STATION_DOFS)
+    return spec, Scene(model=model, mesh=mesh, loop=loop, parts=parts, base=_STATION_DOFS, early=early, apart=apart)
+
+
+@contextmanager
+def flex_tied_to_nothing() -> Iterator[None]:
+    """MuJoCo warns of a flex without equalities: the stiffness of ours is elastic2d's alone, as it should be."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="flex .* is not rigid")
+        yield
+
+
+def _cambered(mesh: Mesh, loop: Loop, parts: SceneParts, case: Case, early: float) -> Mesh:
+    """The mesh with the natural curvature that the belt has where each link lies at travel 0."""
+    if parts.camber is None:
+        return mesh
+    if mesh.across == 1:
+        raise CannotRepresent("camber: a rope of particles has no width that could be curved; use belt=flex or grid")
+    shift = float(np.sign(float(case.settings.direction))) * early
+    middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
+    return curved(mesh, parts.camber(middle % (loop.chord * mesh.stations)))
+
+
+def _draw_guide(spec: mujoco.MjSpec, name: str, guide: EdgeGuide, case: Case) -> None:
+    """A standing roller, only seen; what it does to the belt is in guide.py."""
+    level = float(case.rig.tail_radius) * (1.0 if guide.span == "upper" else -1.0)
+    y = guide.side * (0.5 * float(case.belt.width) + guide.gap + _ROLLER[0])
+    geom = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[guide.x, y, level])
+    geom.size, geom.rgba = [*_ROLLER, 0.0], [0.9, 0.6, 0.1, 1.0]
+    geom.contype = geom.conaffinity = 0
+    geom.group = 1
 
 
 def _empty(options: Options, gravity: float) -> mujoco.MjSpec:

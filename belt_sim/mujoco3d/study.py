@@ -15,9 +15,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import yaml
 
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves, late_rates
+from belt_sim.effects.load import load_effects
 from belt_sim.errors import RunFailed
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.run import simulate
@@ -42,7 +44,8 @@ def options_from(pairs: list[str]) -> Options:
     values: dict[str, Any] = {}
     for pair in pairs:
         name, _, text = pair.partition("=")
-        values[name] = tuple(text.split("+")) if kinds[name] is tuple else kinds[name](float(text))
+        kind = kinds[name]
+        values[name] = tuple(text.split("+")) if kind is tuple else text if kind is str else kind(float(text))
     return Options(**values)
 
 
@@ -56,6 +59,9 @@ def main() -> None:
     parser.add_argument("--yaw", type=float, default=-0.042, help="deg")
     parser.add_argument("--travel", type=float, default=3.0, help="m")
     parser.add_argument("--set", nargs="*", default=[], metavar="OPTION=VALUE")
+    parser.add_argument(
+        "--effects", default=None, metavar="YAML", help="as of belt-sim simulate: [{id: ..., ...: ...}]"
+    )
     parser.add_argument("--limit", type=int, default=0, help="stop after this many seconds and keep what there is")
     a = parser.parse_args()
     signal.signal(signal.SIGALRM, _out_of_time)
@@ -63,7 +69,8 @@ def main() -> None:
     options = options_from(a.set)
     started, failure = time.process_time(), None
     try:
-        curves = simulate(paper_case(a.a, a.tension, a.yaw), belt=a.belt, travel=a.travel, options=options)
+        case, effects = paper_case(a.a, a.tension, a.yaw), load_effects(yaml.safe_load(a.effects or "null"))
+        curves = simulate(case, belt=a.belt, travel=a.travel, options=options, effects=effects)
     except RunFailed as error:
         curves, failure = error.curves, str(error)
     report = {k: v for k, v in vars(a).items() if k not in ("out", "set")}

@@ -50,8 +50,8 @@ class PulleySurface:
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeGuide:
-    """A one-sided roller beside the belt's edge: span "upper" or "lower", x [m], gap [m] between edge and roller,
-    side +1 (at +y) or -1, stiffness [N/m]."""
+    """A one-sided roller beside the belt's edge: span "upper" or "lower", x [m], gap [m] between the roller and the
+    edge of a belt that runs in the middle, side +1 (at +y) or -1, stiffness [N/m]."""
 
     span: str
     x: float
@@ -65,7 +65,8 @@ class SceneParts:
     """What an effect may change before a scene is built: geometry, gravity, friction, the belt's natural shape.
 
     head, tail: PulleySurface; gravity [m/s2]; friction [1]; camber(s) [1/m]: natural in-plane curvature of the belt
-    against the position s [m] along it (None = straight); edge_guides: guides on the spans.
+    (y'' > 0) against the position s [m] along it at travel 0, counted from point 4 in the order of the points
+    4, 1, 2, 3 (None = straight); edge_guides: guides on the spans.
     """
 
     head: PulleySurface
@@ -74,6 +75,15 @@ class SceneParts:
     friction: float
     camber: Callable[[np.ndarray], np.ndarray] | None = None
     edge_guides: list[EdgeGuide] = field(default_factory=list)
+
+    def bend(self, camber: Callable[[np.ndarray], np.ndarray]) -> None:
+        """Add a natural curvature [1/m] to what the belt has."""
+        there = self.camber
+        self.camber = camber if there is None else lambda s: there(s) + camber(s)
+
+    def guide(self, **values) -> None:
+        """Add an EdgeGuide of these values."""
+        self.edge_guides.append(EdgeGuide(**values))
 
     def change(self, pulley: str, **values: float) -> None:
         """Replace fields of the surface of ``pulley`` ("head" or "tail")."""

@@ -3,11 +3,12 @@
 A polygon that rolls over a circle lifts and lowers its spans with every corner (chordal action, chord^2 / 8 R), and the
 waves that this sends along a slack belt swing the entry moment in time with the landings. So a station is caught half
 a chord before the place where the belt meets the pulley, runs straight on until half a chord behind it, and sinks onto
-the circle along the next four; it leaves the same way. The free span then always ends on one straight line. (Sinking
-faster shakes the belt along its length: by 69 um within one chord of 25 mm, 16 um within four, 9 um on a plain circle.)
+the circle along the next four (fewer on a pulley of few stations); it leaves the same way. The free span then always
+ends on one straight line. (Sinking faster shakes the belt along its length: by 69 um within one chord of 25 mm, 16 um
+within four, 9 um on a plain circle.)
 
-Landing and sinking keep the lengths of the chords, edge by edge: what lies on the pulley is the strain that the belt had
-at the run-up, so that the landed belt turns by the run-up curvature (physics: dtheta/ds = -kappa).
+Landing and sinking keep the lengths of the chords, edge by edge: what lies on the pulley is the strain that the belt
+had at the run-up, so that the landed belt turns by the run-up curvature (physics: dtheta/ds = -kappa).
 """
 
 import numpy as np
@@ -15,11 +16,15 @@ import numpy as np
 from belt_sim.mujoco3d.hold import Pose, Wrap, cylinder_coordinates
 
 FIRST, LAST = -1, 1
-_SINKING = 4  # chords
-_ZONE = _SINKING + 2  # stations at an end that may be off the circle, the next one never
+_SINKING = 4  # chords, at most
 _EARLIEST = 0.5  # chords before the tangent at which a station is caught
 _FORGETTING = 0.5  # chords of travel over which a station forgets how far off its path it was caught
 _HYSTERESIS = 0.02  # chords further out at which it is let go
+
+
+def sinking(chord: float, radius: float) -> int:
+    """Chords along which a station sinks; with two more at either end of half a wrap some stay on the circle."""
+    return int(np.clip(int(0.5 * np.pi * radius / chord) - 3, 1, _SINKING))
 
 
 def lift(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
@@ -27,9 +32,10 @@ def lift(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
 
     Straight up to half a chord, then a cubic to 0 with the slope of either side.
     """
+    along = sinking(chord, radius)
     straight = radius / np.cos(np.minimum(depth, 0.5 * chord) / radius) - radius
-    t = np.clip((np.asarray(depth) / chord - 0.5) / _SINKING, 0.0, 1.0)
-    slope = 0.5 * chord**2 / radius * _SINKING
+    t = np.clip((np.asarray(depth) / chord - 0.5) / along, 0.0, 1.0)
+    slope = 0.5 * chord**2 / radius * along
     return straight * (1.0 - t) ** 2 * (1.0 + 2.0 * t) + np.where(t > 0.0, slope * t * (1.0 - t) ** 2, 0.0)
 
 
@@ -39,8 +45,8 @@ def depth(wrap: Wrap, pose: Pose, angle: np.ndarray, end: int) -> np.ndarray:
     return -end * (ahead - 2.0 * np.pi * np.round(ahead / (2.0 * np.pi))) * wrap.surface.radius
 
 
-def apart(chord: np.ndarray, across: np.ndarray, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
-    """Angle [rad] between places at radii r1, r2 and ``across`` [m] along the axis that are ``chord`` [m] from another."""
+def apart(chord, across, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
+    """Angle [rad] between places ``chord`` [m] from another, at radii r1, r2 and ``across`` [m] along the axis."""
     return 2.0 * np.arcsin(np.sqrt((chord**2 - across**2 - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
 
 
@@ -50,7 +56,8 @@ def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
     chord [m] at rest; moved [m]: how far the pulley has turned since the last time.
     """
     outer = wrap.first if end == FIRST else wrap.last
-    k = (outer - end * np.arange(_ZONE + 1)) % len(wrap.lifted)
+    zone = sinking(chord, wrap.surface.radius) + 2  # stations that may be off the circle; the next one never is
+    k = (outer - end * np.arange(zone + 1)) % len(wrap.lifted)
     r, y, angle = wrap.r[k], wrap.y[k], wrap.angle[k]
     across = np.diff(y, axis=0)
     turn = np.sin(0.5 * np.diff(angle, axis=0))

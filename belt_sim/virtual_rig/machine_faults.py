@@ -1,6 +1,6 @@
 """Faults of machine and belt in the catalogue of the physics sheet (section 7), as this line has them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -79,6 +79,24 @@ class Crown(Fault):
 
     def turn(self, s, line, y, kappa):
         return -self.c * y * TAIL
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camber(Fault):
+    """The belt is curved in its plane by nature; by Betti a run-up feels what its span's shape does not take up."""
+
+    id = "camber"
+    sizes: ClassVar = {"kappa_c": Size(unit="1/m", typical=2e-5, limit=1e-3)}
+    kappa_c: float = 0.0
+    left: np.ndarray = field(default_factory=lambda: np.empty(0), init=False)
+
+    def prepared(self, line: Line) -> "Camber":
+        known = replace(self)
+        object.__setattr__(known, "left", 1 - line.turning().mean(axis=1) * line.span_length)
+        return known
+
+    def turn(self, s, line, y, kappa):
+        return np.broadcast_to(self.kappa_c * self.left, kappa.shape)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from belt_sim.case import Case
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d.surface import SceneParts
@@ -77,6 +79,23 @@ def _slip(fault, parts: SceneParts, case: Case) -> None:
         parts.friction = min(parts.friction, 1.0 / fault.inverse_friction)
 
 
+def _camber(fault, parts: SceneParts, case: Case) -> None:
+    parts.bend(lambda s: np.full(np.shape(s), fault.kappa_c))
+
+
+def _weld(fault, parts: SceneParts, case: Case) -> None:
+    """Curved by nature over the weld's length, which begins in the middle of the span that runs to the tail pulley."""
+    rig, length = case.rig, float(fault.LENGTH)
+    lower = 0.0 if float(case.settings.direction) > 0 else float(rig.span_length + rig.wrap_tail)
+    around, middle = float(rig.belt_length), lower + 0.5 * float(rig.span_length)
+
+    def camber(s):
+        off = (s - middle + 0.5 * around) % around - 0.5 * around
+        return np.where(np.abs(off) < 0.5 * length, fault.angle / length * (1 + np.cos(2 * np.pi * off / length)), 0.0)
+
+    parts.bend(camber)
+
+
 #: All of them begin at travel 0; until then the belt lies straight on an aligned machine.
 SCENE_FAULTS: dict[str, Callable] = {
     "yaw_offset_tail": _tail_turned,
@@ -88,4 +107,6 @@ SCENE_FAULTS: dict[str, Callable] = {
     "yaw_compliance": _compliance,
     "slip": _slip,
     "sag_roll": _weight,
+    "camber": _camber,
+    "weld": _weld,
 }

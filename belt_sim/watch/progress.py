@@ -1,5 +1,9 @@
-"""Progress on the terminal: a bar where somebody looks, a line every 10 % where output goes to a file."""
+"""Progress on the terminal: a bar where somebody looks, a line every 10 % where output goes to a file.
 
+The workers of a parallel sweep share one terminal: they print lines too, their bars would overwrite one another.
+"""
+
+import multiprocessing
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -61,9 +65,10 @@ class _Bar:
 
 
 def _begin(console: Console | None, title: str, total: float) -> _Bar | _Lines:
-    """A bar on a terminal, lines elsewhere; both on standard error, so that results can be piped."""
+    """A bar on a terminal of one's own, lines elsewhere; both on standard error, so that results can be piped."""
     console = console or Console(stderr=True)
-    return (_Bar if console.is_terminal else _Lines)(console, title, total)
+    alone = multiprocessing.parent_process() is None
+    return (_Bar if console.is_terminal and alone else _Lines)(console, title, total)
 
 
 @contextmanager
@@ -107,8 +112,9 @@ class ProgressObserver:
         if self.before is not None and frame.time > self.before[1]:
             speed = f" at {(frame.travel - self.before[0]) / (frame.time - self.before[1]):.2f} m/s"
         self.before = frame.travel, frame.time
-        pace = frame.travel / max(time.monotonic() - self.began, 1e-9)
-        self.shown.update(frame.travel, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second")
+        done = max(frame.travel, 0.0)  # a belt that is being tensioned runs before travel 0
+        pace = done / max(time.monotonic() - self.began, 1e-9)
+        self.shown.update(done, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second")
 
     def finish(self, curves: Curves) -> None:
         """End the bar."""

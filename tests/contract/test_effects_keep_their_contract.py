@@ -15,6 +15,7 @@ from belt_sim.analytic.model import ALL_HOOKS, analytic_model
 from belt_sim.effects.base import LAWS, Effect
 from belt_sim.effects.library import library
 from belt_sim.laws import span as span_law
+from belt_sim.laws.inside import Bend, Held
 from belt_sim.laws.runup import Now, RunUp, Yaw
 from belt_sim.laws.sensor import Reading
 from belt_sim.laws.wrap import RunOff
@@ -50,12 +51,15 @@ def any_arguments():
     yaw = Yaw(
         tail=jnp.asarray(YAW), head=jnp.asarray(2e-4), roll_runup=jnp.asarray(pair()), roll_runoff=jnp.asarray(pair())
     )
+    ends = jnp.asarray(draw.normal(size=(5, 2), scale=1e-2))
+    held = Held(travel=jnp.asarray(3.3), start=jnp.asarray(pair()), ends=ends, direction=jnp.asarray(1.0))
     line = jnp.linspace(0.0, 5.0, 7)
     y, tilt = jnp.asarray(draw.normal(size=(4, 7))), jnp.asarray(draw.normal(size=(2, 7)))
     reading = Reading(travel=line, true_travel=line, time=2 * line, y=y, tilt=tilt)
     return {
         "settings": (case.settings, case),
         "span": (span_law.beam_second_order(case), case),
+        "bend": (Bend(**{f.name: jnp.asarray(pair()) for f in fields(Bend)}), held, case),
         "yaw": (yaw, now, case),
         "runup": (RunUp(drift=jnp.asarray(pair()), turn=jnp.asarray(pair())), now, case),
         "slide": (jnp.asarray(pair()), now, case),
@@ -63,6 +67,14 @@ def any_arguments():
         "encoder": (line, case),
         "sensor": (reading, case),
     }
+
+
+def called(effect, hook, given):
+    """What a hook returns; bend is given what the effect itself works out of a span before."""
+    if hook == "bend":
+        bend, held, case = given
+        given = (bend, held, effect.influence(span_law.strip(case), case), case)
+    return getattr(effect, hook)(*given)
 
 
 @pytest.mark.parametrize("cls", EFFECTS, ids=IDS)
@@ -75,8 +87,8 @@ def test_null_effect_returns_what_it_was_given(cls):
         if getattr(cls, hook) is getattr(Effect, hook):
             continue
         used += 1
-        assert bits(getattr(null, hook)(*given)) == bits(given[0]), hook
-        assert bits(getattr(acting(cls), hook)(*given)) != bits(given[0]) or cls.id in ("slip", "run_up_points"), hook
+        assert bits(called(null, hook, given)) == bits(given[0]), hook
+        assert bits(called(acting(cls), hook, given)) != bits(given[0]) or cls.id in ("slip", "run_up_points"), hook
     assert used, "an effect changes at least one law"
 
 
@@ -119,7 +131,7 @@ def contributions():
 def test_declared_parity_holds(cls, contributions):
     plus, minus = contributions[cls.id]
     size = np.abs(plus).max()
-    assert size > 1e-9 or cls.id == "shear", "at its scale an effect shows"
+    assert size > 1e-9 or cls.id in ("shear", "camber"), "at its scale an effect shows"  # camber: in hanging spans
     assert cls.parity in ("odd", "even")
     wanted = -minus if cls.parity == "odd" else minus
     np.testing.assert_allclose(plus, wanted, atol=PARITY * size + 1e-15)

@@ -10,6 +10,7 @@ from belt_sim.case import Case
 from belt_sim.mujoco3d import scene
 from belt_sim.mujoco3d.belt import Mesh
 from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.natural import curved
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.study import paper_case
 from belt_sim.mujoco3d.torsion import Torsion
@@ -42,8 +43,8 @@ class Strip:
         quiet = mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(lambda message: None)
         for _ in range(steps):
-            if torsion and couples.rate:
-                couples.apply(view, ())
+            if torsion and couples.tense:
+                couples.apply(view, (), float(self.case.tension_force))
                 self.pulls[:, [0, -1], 2] += given[:, [0, -1], 2]
             mujoco.mj_step(self.model, self.data)
         mujoco.set_mju_user_warning(quiet)
@@ -51,13 +52,18 @@ class Strip:
 
 
 def strip(
-    belt, length: float, *, across=2, tension=SLACK, dt=1e-2, drag=0.05, both_ends=False, dx=DX, **options
+    belt, length: float, *, across=2, tension=SLACK, dt=1e-2, drag=0.05, both_ends=False, dx=DX, camber=0.0, **options
 ) -> Strip:
-    """A strip [m] laid straight at ``tension`` [N/mm2], its first (and last) station held; drag [N s/m] of a node."""
+    """A strip [m] laid straight at ``tension`` [N/mm2], its first (and last) station held; drag [N s/m] of a node;
+    camber [1/m]: natural curvature in its plane."""
     case, n = paper_case(2.0, tension, 0.0), round(length / dx) + 1
-    loop = Loop(x=np.arange(n) * dx, z=np.zeros(n), chord=dx, radius_head=0.17, radius_tail=0.17)
+    nowhere = np.zeros(n, bool)
+    loop = Loop(
+        x=np.arange(n) * dx, z=np.zeros(n), on_head=nowhere, on_tail=nowhere, chord=dx, radius_head=0.17,
+        radius_tail=0.17, centre_distance=2.0,
+    )  # fmt: skip
     settings = Options(dx=dx, across=across, dt=dt, **options)
-    mesh = replace(belt.mesh(case, loop, settings), closed=False)
+    mesh = curved(replace(belt.mesh(case, loop, settings), closed=False), np.full(n - 1, camber))
     spec = scene._empty(settings, 0.0)
     body = spec.worldbody.add_body(name="post", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True)
     body.add_joint(name="post", type=mujoco.mjtJoint.mjJNT_HINGE)

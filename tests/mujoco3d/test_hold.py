@@ -1,42 +1,18 @@
-"""Landing keeps lengths, the laid belt closes, the run stops for a yaw step."""
+"""The laid belt closes and hangs, the run stops for a yaw step."""
 
 import numpy as np
 import pytest
 
 from belt_sim.case import Schedule
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.hold import Pose, Wrap, land
 from belt_sim.mujoco3d.loop import laid_loop
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.run import fitted
 from belt_sim.mujoco3d.stage import Clock, YawPlan, yaw_now
 from belt_sim.mujoco3d.study import paper_case
-from belt_sim.mujoco3d.surface import PulleySurface
 
-ROUNDING = 1e-12  # [m], of coordinates below 1 m
-CHORDS_EQUAL = 1e-8  # [m]; the curve is interpolated between points 0.1 mm apart
-
-
-@pytest.mark.parametrize("surface", [{}, {"taper": 1e-3}, {"crown": 0.05}, {"wobble": 1e-3, "wobble_phase": 0.4}])
-def test_landing_keeps_the_chord_and_lies_on_the_surface(surface):
-    wrap = Wrap.empty(PulleySurface(radius=0.17, **surface), 0.0, 4, 2)
-    pose = Pose(np.array([2.0, 0.0, 0.0]), np.eye(3), 0.3)
-    wrap.y[1], wrap.angle[1] = [0.058, -0.058], 0.1
-    wrap.r[1] = wrap.radius_at(wrap.y[1], wrap.angle[1])
-    wrap.first = wrap.last = 1
-    wrap.renumber()
-    beside = wrap.place(pose)[0]
-    nodes = beside + np.array([-0.0245, 1e-5, 0.0098])
-    chord = np.linalg.norm(nodes - beside, axis=1)
-    land(wrap, pose, 0, 1, nodes, chord)
-    wrap.first = 0
-    wrap.renumber()
-    placed = wrap.place(pose)
-    assert np.linalg.norm(placed[0] - placed[1], axis=1) == pytest.approx(chord, abs=ROUNDING)
-    radius = wrap.radius_at(wrap.y[0], wrap.angle[0])
-    # a wobbling surface changes its radius between the guess and the landing by wobble b' dx / R^2
-    assert wrap.r[0] == pytest.approx(radius, abs=2e-5 if "wobble" in surface else ROUNDING)
-    assert np.all(wrap.angle[0] < wrap.angle[1])
+CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle
+PARABOLA = 1e-3  # slope^2 / 12, and the circle of the stations 0.15 mm outside the pulley
 
 
 def test_laid_belt_has_equal_chords_and_hangs():
@@ -44,9 +20,11 @@ def test_laid_belt_has_equal_chords_and_hangs():
     loop = laid_loop(case, 0.025)
     chords = np.hypot(np.roll(loop.x, -1) - loop.x, np.roll(loop.z, -1) - loop.z)
     assert chords == pytest.approx(loop.chord, abs=CHORDS_EQUAL)
-    sag = case.weight_per_length * 11.28**2 / (8.0 * case.tension_force)
+    slope = 0.5 * case.sag_curvature * 11.28  # at the ends of the span, which begins behind the tops of the pulleys
+    span, below = 11.28 - 2.0 * 0.17 * np.sin(slope), 0.17 * (1.0 - np.cos(slope))
+    sag = case.sag_curvature * span**2 / 8.0 + below
     middle = np.argmin(np.abs(loop.x - 5.64) + 10.0 * (loop.z < 0.0))
-    assert loop.radius_head - loop.z[middle] == pytest.approx(sag, rel=1e-3)
+    assert loop.radius_head - loop.z[middle] == pytest.approx(sag, rel=PARABOLA)
 
 
 def test_belt_stands_still_for_a_yaw_step():
@@ -68,12 +46,3 @@ def test_belt_stands_still_for_a_yaw_step():
 def test_too_long_a_step_is_refused_in_one_line():
     with pytest.raises(InputError, match=r"options\.dt = 0\.002 s: give at most"):
         fitted(Options(dt=2e-3, belt_speed=2.0), paper_case(11.28, 40.0, 0.0), "flex")
-
-
-@pytest.mark.parametrize("tension", [7.0, 40.0])
-def test_a_slipping_belt_takes_steps_in_which_links_hardly_turn(tension):
-    case = paper_case(11.28, tension, 0.0)
-    sticking, slipping = (fitted(Options(), case, "flex", slips=slips) for slips in (False, True))
-    turn = slipping.dt * slipping.belt_speed / case.rig.tail_radius
-    assert 0.5 * turn**2 <= 0.0301 * case.settings.tension / case.belt.youngs_modulus
-    assert slipping.dt < sticking.dt

@@ -18,7 +18,7 @@ from belt_sim.virtual_rig.scene_faults import SCENE_FAULTS, scene_fault
 from belt_sim.virtual_rig.space import SceneRun, make_space_campaign, measure, run_scene, run_space_rig, true_cases
 from belt_sim.virtual_rig.space_plan import NARROW_BELT, SENSORS, TENSIONS, YAW, space_plan
 
-COARSE = Options(dx=0.05, run_in=0.0, settle=0.2)
+COARSE = Options(dx=0.04, run_in=0.0, settle=0.2)
 TINY = replace(space_plan(), runs=(Setting(tension=40e6, yaw=YAW, speed=1.0),), length=0.5, spacing=0.1)
 FINE = Options(dx=0.025, run_in=0.0, settle=0.4)
 MIRRORED = (
@@ -75,8 +75,21 @@ def test_yaw_offsets_turn_their_own_pulley():
     assert (head.tail.yaw_offset, head.head.yaw_offset) == (0.0, -1e-4)
 
 
+@pytest.mark.parametrize(("direction", "middle"), [(1.0, 1.0), (-1.0, 1.0 + 2.0 + 0.17 * np.pi)])
+def test_a_weld_is_a_bend_of_the_belt_in_the_span_that_runs_to_the_tail(direction, middle):
+    parts = edited("weld", direction=direction, angle=1e-3)
+    s = np.linspace(0.0, float(true_cases(TINY, "strip", Errors())[0].rig.belt_length), 20001)
+    camber = parts.camber(s)
+    assert np.trapezoid(camber, s) == pytest.approx(1e-3, rel=1e-6)
+    assert s[np.argmax(camber)] == pytest.approx(middle, abs=1e-3)
+
+
+def test_camber_bends_the_belt_all_round():
+    np.testing.assert_array_equal(edited("camber", kappa_c=1e-4).camber(np.linspace(0.0, 5.0, 7)), np.full(7, 1e-4))
+
+
 def test_every_scene_fault_has_a_case_here():
-    assert len(SCENE_FAULTS) == 9
+    assert len(SCENE_FAULTS) == 11
 
 
 @pytest.mark.parametrize("hidden", [["sensor_gain"], ["nonsense"], [3], [{"id": "taper", "d": 6}], "random"])

@@ -33,6 +33,16 @@ def test_a_run_tells_travel_speed_and_time_left():
     assert "s left" in lines[4]
 
 
+def test_a_worker_of_a_sweep_prints_lines_on_a_terminal_too(monkeypatch):
+    monkeypatch.setattr("multiprocessing.parent_process", lambda: "the sweep")
+    console = Console(file=io.StringIO(), force_terminal=True, width=160)
+    with progress(2, "mujoco_flex, 60 N/mm2, job 1", console) as done:
+        done()
+        done()
+    lines = console.file.getvalue().splitlines()
+    assert [line[:34] for line in lines] == [f"mujoco_flex, 60 N/mm2, job 1: {p:3d} %"[:34] for p in (50, 100)]
+
+
 def test_on_a_terminal_there_is_a_bar():
     console = Console(file=io.StringIO(), force_terminal=True, width=160)
     with progress(2, "rank", console) as done:

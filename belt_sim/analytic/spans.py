@@ -1,0 +1,82 @@
+"""The two spans during a march: what their ends, and what effects do between them, make of their curvature."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from belt_sim.case import Case
+from belt_sim.effects.base import uses
+from belt_sim.laws.inside import Bend, Held, no_bend
+from belt_sim.laws.runup import Now, Yaw
+from belt_sim.laws.span import Response, Span, response
+from belt_sim.laws.wrap import RunOff
+
+
+@dataclass(frozen=True)
+class Spans:
+    """One case while it is traced. known: what each effect of ``benders`` worked out of the span beforehand."""
+
+    case: Case
+    effects: tuple
+    span: Span
+    answer: Response
+    benders: tuple
+    known: tuple[Any, ...]
+
+    @staticmethod
+    def of(case: Case, effects: Sequence, span: Span) -> "Spans":
+        """Condense the span, once a march."""
+        benders = tuple(uses(effects, "bend"))
+        known = tuple(e.influence(span, case) for e in benders)
+        return Spans(case, tuple(effects), span, response(span), benders, known)
+
+    def now(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> Now:
+        """Everything that effects may ask of this instant."""
+        span, case, answer = self.span, self.case, self.answer
+        held = self.held(travel, y, alpha, off, yaw)
+        bend = self.bend(held)
+        bent, bent_off = answer.runup @ held.ends + bend.runup, answer.runoff @ held.ends + bend.runoff
+        if span.limp:
+            bent, bent_off = 0.0 * bent, 0.0 * bent_off
+        return Now(
+            travel=travel,
+            y=y,
+            alpha=alpha,
+            kappa=bent + bend.natural_runup,
+            kappa_runoff=bent_off + bend.natural_runoff,
+            moment=span.bending * bent,
+            moment_runoff=span.bending * bent_off,
+            added=bend.runup + bend.natural_runup,
+            stiffness=(0.0 if span.limp else 1.0) * answer.runup[2] + jnp.zeros(2),
+            bending=span.bending + jnp.zeros(()),
+            turned=jnp.stack([yaw.tail, yaw.head]),
+            direction=case.settings.direction + jnp.zeros(()),
+        )
+
+    def slid(self, now: Now, off: RunOff, yaw: Yaw) -> Now:
+        """The instant after the belt has turned on the pulleys, where effects let it."""
+        for e in uses(self.effects, "slide"):
+            alpha = e.slide(now.alpha, now, self.case)
+            now = self.now(now.travel, now.y, alpha, off, yaw)
+        return now
+
+    def held(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> Held:
+        """Boundary values of both spans."""
+        start, theta_o = off.y[::-1], yaw.runoff + off.alpha[::-1]
+        rows = [y - start, theta_o, yaw.runup + alpha, yaw.roll_runoff, yaw.roll_runup]
+        return Held(travel=travel, start=start, ends=jnp.stack(rows), direction=self.case.settings.direction)
+
+    def bend(self, held: Held) -> Bend:
+        """What effects do between the ends."""
+        bend = no_bend()
+        for e, known in zip(self.benders, self.known, strict=True):
+            bend = e.bend(bend, held, known, self.case)
+        return bend
+
+    def tilt(self, now: Now, off: RunOff, yaw: Yaw) -> jax.Array:
+        """Roll of both spans at their middle [rad], shape (2,)."""
+        held = self.held(now.travel, now.y, now.alpha, off, yaw)
+        return self.answer.mid_tilt @ held.ends + self.bend(held).tilt

@@ -1,0 +1,76 @@
+"""Edge guides: rollers beside the spans that push the belt's edge back."""
+
+from dataclasses import dataclass, replace
+
+import jax.numpy as jnp
+
+from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.laws.inside import along, support
+
+_NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class EdgeGuide(Effect):
+    """Two rollers, one at each edge, ``gap`` away from the belt in the middle: P = k max(0, |y| - gap), inwards.
+
+    The belt beside the roller is where its ends and P put it, y = y_ends - P give, so that P = k (|y_ends| - gap) /
+    (1 + k give). P bends the span's run-up back until the belt no longer runs sideways: y saturates. ``at`` counts
+    from the tail pulley's axis; a sticking belt does not move on the pulleys themselves.
+    """
+
+    id = "edge_guide"
+    law = "span"
+    reference = "physics sheet, section 7; clamped beam with an elastic stop, any textbook"
+    parity = "odd"
+    parameters = {
+        "stiffness": Parameter(unit="N/m", meaning="rollers of the upper span", plausible=(1e3, 1e8), scale=1e5),
+        "stiffness_lower": Parameter(unit="N/m", meaning="rollers of the lower span", plausible=(1e3, 1e8), scale=1e5),
+        "gap": Parameter(
+            unit="m", meaning="play between edge and roller", plausible=(0.0, 0.02), scale=1e-3, modifier=True
+        ),
+        "at": Parameter(
+            unit="m", meaning="distance from the tail pulley's axis", plausible=(0.25, 50.0), scale=1.0, modifier=True
+        ),
+    }
+    stiffness: float = 0.0
+    stiffness_lower: float = 0.0
+    gap: float = 0.0
+    at: float = 0.0
+
+    def influence(self, span, case):
+        fields = along(span)
+        share = self._from_tail(span.length) / span.length
+        near_runup, near_runoff = support(span, 1.0 - share, fields), support(span, share, fields)
+        return near_runup, near_runoff
+
+    def _from_tail(self, length):
+        return jnp.clip(self.at, _NEAREST, length - _NEAREST)
+
+    def bend(self, bend, held, known, case):
+        place = held.start + jnp.stack([k.place @ held.ends[:, i] for i, k in enumerate(known)])
+        give, runup, runoff, tilt = (
+            jnp.stack([getattr(k, name) for k in known]) for name in ("give", "runup", "runoff", "tilt")
+        )
+        upper_first = held.direction > 0  # the first span is the one that runs up the tail pulley
+        stiff = jnp.stack(
+            [
+                jnp.where(upper_first, self.stiffness, self.stiffness_lower),
+                jnp.where(upper_first, self.stiffness_lower, self.stiffness),
+            ]
+        )
+        push = -stiff * (place - jnp.clip(place, -self.gap, self.gap)) / (1.0 + stiff * give)
+        return replace(
+            bend,
+            runup=bend.runup + push * runup,
+            runoff=bend.runoff + push * runoff,
+            tilt=bend.tilt + push * tilt,
+        )
+
+    def edit_scene(self, parts, case):
+        x = float(case.rig.centre_distance) - float(self._from_tail(case.rig.span_length))
+        for span, stiffness in (("upper", self.stiffness), ("lower", self.stiffness_lower)):
+            if stiffness > 0.0:
+                for side in (1.0, -1.0):
+                    parts.guide(span=span, x=x, gap=self.gap, side=side, stiffness=stiffness)

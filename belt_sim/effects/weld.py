@@ -1,0 +1,96 @@
+"""A weld: the belt is curved in its own plane over a short length, which passes once every belt length."""
+
+from dataclasses import dataclass, replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.laws.inside import along, natural_rows
+from belt_sim.pytree import pytree
+
+_PLACES = 1024  # of the weld's middle, from where it enters a span to where it has left it
+_POINTS = (np.arange(32) + 0.5) / 32 - 0.5  # over the length of a weld
+
+
+def raised_cosine(u):
+    """1 + cos(2 pi u) for |u| < 1/2, else 0: a bend of mean 1 over its own length."""
+    return jnp.where(jnp.abs(u) < 0.5, 1.0 + jnp.cos(2.0 * jnp.pi * u), 0.0)
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class Passing:
+    """What a weld of 1 rad adds at the run-up, the run-off [1/m] and to the tilt [rad], rows of ``added`` (3, n), with
+    its middle at x [m], (n,), from the run-off."""
+
+    x: jnp.ndarray
+    added: jnp.ndarray
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Weld(Effect):
+    """Natural curvature angle / length (1 + cos) over ``length``: each passage of a run-up turns the belt.
+
+    ``at``: the middle of the weld at travel 0, from point 4 on by the points 1, 2 and 3. It leaves no drift.
+    """
+
+    id = "weld"
+    law = "span"
+    reference = "physics sheet, section 7; Benson 2002 (JDSMC 124(1) 25) for splices"
+    parity = "even"
+    on_belt = True
+    min_revolutions = 2.0
+    parameters = {
+        "angle": Parameter(unit="rad", meaning="kink of the belt", plausible=(-2e-3, 2e-3), scale=2e-4),
+        "at": Parameter(unit="m", meaning="place at travel 0", plausible=(0.0, 300.0), scale=2.0, modifier=True),
+        "length": Parameter(
+            unit="m", meaning="length of the bend", plausible=(0.2, 2.0), scale=0.6, null=0.6, modifier=True
+        ),
+    }
+    angle: float = 0.0
+    at: float = 0.0
+    length: float = 0.6
+
+    def influence(self, span, case):
+        fields = along(span)
+        rows = natural_rows(fields, span)
+        shape = raised_cosine(_POINTS) / len(_POINTS)
+
+        def passing(middle):
+            place = middle + self.length * _POINTS
+            inside = jnp.where((place > 0.0) & (place < span.length), shape, 0.0)
+            return jnp.stack([jnp.interp(place, fields.x, row) @ inside for row in rows])
+
+        x = jnp.linspace(-0.5 * self.length, span.length + 0.5 * self.length, _PLACES)
+        return Passing(x=x, added=jax.vmap(passing, out_axes=1)(x))
+
+    def bend(self, bend, held, known, case):
+        rig = case.rig
+        to_point_3 = 2.0 * rig.span_length + rig.wrap_tail
+        place = jnp.where(held.direction > 0, self.at, to_point_3 - self.at) + held.travel
+        place = place - jnp.stack([0.0 * to_point_3, rig.span_length + rig.wrap_tail])  # from each span's run-off
+        place = jnp.mod(place + 0.5 * self.length, rig.belt_length) - 0.5 * self.length
+        rows = jnp.stack([jnp.interp(place, known.x, row, left=0.0, right=0.0) for row in known.added])
+        runup, runoff, tilt = self.angle * rows
+        ends = [self.angle / self.length * raised_cosine((place - x) / self.length) for x in (rig.span_length, 0.0)]
+        return replace(
+            bend,
+            runup=bend.runup + runup,
+            runoff=bend.runoff + runoff,
+            natural_runup=bend.natural_runup + ends[0],
+            natural_runoff=bend.natural_runoff + ends[1],
+            tilt=bend.tilt + tilt,
+        )
+
+    def edit_scene(self, parts, case):
+        around = float(case.rig.belt_length)
+
+        def camber(s):
+            off = np.mod(s - self.at + 0.5 * around, around) - 0.5 * around
+            return self.angle / self.length * np.asarray(raised_cosine(off / self.length))
+
+        if self.angle:
+            parts.bend(camber)

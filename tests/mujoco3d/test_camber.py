@@ -1,0 +1,139 @@
+"""A belt that is curved by nature: its stress-free shape, its file, and how it runs, against the strip law."""
+
+import mujoco
+import numpy as np
+import pytest
+from strip_bench import strip
+
+from belt_sim.analytic.march import march
+from belt_sim.analytic.model import analytic_model
+from belt_sim.curves import late_rates
+from belt_sim.effects.camber import Camber
+from belt_sim.effects.weld import Weld
+from belt_sim.errors import CannotRepresent
+from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d.camber import Camber as RestLengths
+from belt_sim.mujoco3d.grid import Grid
+from belt_sim.mujoco3d.membrane import Membrane
+from belt_sim.mujoco3d.natural import cells
+from belt_sim.mujoco3d.scene import build, scene_parts
+from belt_sim.mujoco3d.study import paper_case
+from belt_sim.mujoco3d.written import mjcf
+
+AT_REST = 1e-5  # of the deflection: what 15 s leave of its motion
+LENGTHS = 2e-9  # of a chord, where the search for the stress-free shape stops
+MOMENT = 0.01  # two links at a span's end
+TILT = 0.1  # of the strip law's: landings shake a span that hardly resists tilting
+NEAR = 0.03  # of y: dx = 25 mm stands for a span longer by dx
+MIRRORED = 0.01  # triangles lean to one side
+SHORT_AND_WIDE = 0.2  # at 10 N/mm2 the edges of a 2 m span sag unlike by 4 %, and the two spans differ by 15 %
+KAPPA = 1e-3  # [1/m]: +-19 N/mm2 at the edges, under a tension of 60
+WELD = Weld(angle=1e-3, at=1.0)
+FINE = Options(run_in=0.3, settle=0.5, acceleration=2.0)
+CASE = paper_case(2.0, 60.0, 0.0)
+
+pytestmark = pytest.mark.filterwarnings("ignore:flex")
+
+
+@pytest.mark.parametrize("belt", [Membrane, Grid])
+@pytest.mark.parametrize("kappa", [KAPPA, -KAPPA])
+def test_a_free_strip_takes_its_natural_shape(belt, kappa):
+    bench = strip(belt(), 2.0, camber=kappa)
+    assert bench.settle(1500)[-1, :, 1].mean() == pytest.approx(0.5 * kappa * 2.0**2, rel=AT_REST)
+
+
+@pytest.mark.parametrize(("belt", "across"), [(Membrane, 2), (Membrane, 3), (Grid, 2)])
+@pytest.mark.parametrize("effect", [Camber(kappa_c=KAPPA), WELD])
+def test_the_stress_free_loop_has_the_lengths_of_a_curved_belt(belt, across, effect):
+    options = Options(dx=0.04, run_in=0.0, across=across)
+    _, scene = build(CASE, belt(), options, scene_parts(CASE, options, [effect]))
+    mesh = scene.mesh
+    s = scene.loop.chord * (np.arange(mesh.stations) + 0.5)
+    curvature = scene.parts.camber(s)
+    want, nodes = cells(mesh, curvature), mesh.rest.reshape(-1, 3)
+    found = np.linalg.norm(nodes[want.first] - nodes[want.second], axis=1)
+    np.testing.assert_allclose(found, want.length, atol=LENGTHS * mesh.chord)
+    turned = (mesh.lengths[:, -1] - mesh.lengths[:, 0]) / (mesh.line_y[0] - mesh.line_y[-1])
+    natural = effect.angle if effect is WELD else KAPPA * mesh.chord * mesh.stations
+    assert turned.sum() == pytest.approx(natural, rel=1e-3)  # the weld's bend is summed at 12 links
+
+
+def quietly_loaded(text):
+    """MuJoCo warns, in a file, of a flex that is tied to nothing."""
+    warn = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda message: None)
+    try:
+        return mujoco.MjModel.from_xml_string(text)
+    finally:
+        mujoco.set_mju_user_warning(warn)
+
+
+@pytest.mark.parametrize("belt", [Membrane, Grid])
+@pytest.mark.parametrize("effects", [[], [WELD]], ids=["straight", "weld"])
+def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
+    options = Options(dx=0.04)
+    spec, scene = build(CASE, belt(), options, scene_parts(CASE, options, effects))
+    ran, loaded = scene.model, quietly_loaded(mjcf(spec))
+    for name in ("body_pos", "body_mass", "key_qpos", "flexedge_length0", "flex_stiffness", "tendon_lengthspring",
+                 "tendon_stiffness", "body_inertia", "jnt_axis", "opt"):  # fmt: skip
+        if name == "opt":
+            assert (loaded.opt.integrator, loaded.opt.timestep) == (ran.opt.integrator, ran.opt.timestep)
+        else:
+            np.testing.assert_array_equal(getattr(loaded, name), getattr(ran, name), err_msg=name)
+    assert loaded.nflexedge + loaded.ntendon > 0
+
+
+@pytest.mark.parametrize("belt", [Membrane, Grid])
+def test_camber_acts_by_its_share(belt):
+    options = Options(dx=0.04, run_in=0.0)
+    _, cambered = build(CASE, belt(), options, scene_parts(CASE, options, [WELD]))
+    _, straight = build(CASE, belt(), options, scene_parts(CASE, options))
+    lengths = RestLengths.of(cambered)
+    natural = lengths.lengths.copy()
+    plain = straight.model.flexedge_length0 if belt is Membrane else straight.model.tendon_lengthspring
+    lengths.act(0.0)
+    np.testing.assert_allclose(lengths.lengths, plain, atol=LENGTHS * straight.mesh.chord)
+    lengths.act(1.0)
+    np.testing.assert_array_equal(lengths.lengths, natural)
+    assert RestLengths.of(straight) is None
+
+
+def test_a_rope_has_no_camber():
+    with pytest.raises(CannotRepresent, match="camber"):
+        simulate(CASE, belt="rope", travel=1.0, effects=[WELD])
+
+
+def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():
+    curves = simulate(CASE, travel=0.4, options=FINE, effects=[Camber(kappa_c=KAPPA)])
+    law = march(CASE, analytic_model("strip"), (Camber(kappa_c=KAPPA),), travel=0.4)
+    np.testing.assert_allclose(curves.moment[:, -1], -CASE.belt.bending_stiffness * KAPPA, rtol=MOMENT)
+    np.testing.assert_allclose(curves.tilt[:, -1], law.tilt[:, -1], rtol=TILT)
+    assert np.abs(curves.y).max() < 1e-6  # a taper of this size would move it by sixty
+
+
+def test_a_weld_runs_through_like_in_the_strip_law():
+    curves = simulate(CASE, travel=1.2, options=FINE, effects=[WELD])
+    law = march(CASE, analytic_model("strip"), (WELD,), travel=1.2)
+    wanted = np.stack([np.interp(curves.travel, law.travel, y) for y in law.y])
+    size = np.abs(wanted).max()
+    assert size > 2e-4
+    np.testing.assert_allclose(curves.y, wanted, atol=NEAR * size)
+
+
+@pytest.mark.long
+def test_opposite_camber_is_the_mirror_image():
+    both = [(Camber(kappa_c=k), Weld(angle=10.0 * k, at=1.0)) for k in (1e-4, -1e-4)]
+    right, left = (simulate(CASE, travel=2.5, options=FINE, effects=effects) for effects in both)
+    size = np.abs(right.y).max()
+    assert size > 2e-4
+    np.testing.assert_allclose(left.y, -right.y, atol=MIRRORED * size)
+    np.testing.assert_allclose(left.tilt[:, 10:], -right.tilt[:, 10:], atol=TILT * np.abs(right.tilt).max())
+
+
+@pytest.mark.long
+def test_uniform_camber_drifts_by_the_sag():
+    """At 10 N/mm2 the law says 15.8 um/m, and rope and flat beams nothing: twelve runs of the span decide."""
+    case = paper_case(2.0, 10.0, 0.0)
+    curves = simulate(case, travel=15.0, effects=[Camber(kappa_c=2e-4)])
+    law = march(case, analytic_model("strip"), (Camber(kappa_c=2e-4),), travel=15.0)
+    assert late_rates(curves).mean() == pytest.approx(late_rates(law).mean(), rel=SHORT_AND_WIDE)

@@ -1,0 +1,37 @@
+"""Edge guides in the scene against the strip law with an elastic stop, and mirrored."""
+
+import numpy as np
+import pytest
+
+from belt_sim.analytic.march import march
+from belt_sim.analytic.model import analytic_model
+from belt_sim.effects.edge_guide import EdgeGuide
+from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d.study import paper_case
+
+NEAR = 0.02  # of y: dx = 25 mm stands for a span longer by dx
+MIRRORED = 0.01  # of y: triangles lean to one side
+FINE = Options(run_in=0.3, settle=0.5, acceleration=2.0)
+GUIDE = EdgeGuide(stiffness=1e6, gap=1e-4, at=0.8)
+CASE = paper_case(2.0, 60.0, -0.042)
+
+pytestmark = pytest.mark.filterwarnings("ignore:flex")
+
+
+def test_a_guide_holds_the_belt_like_an_elastic_stop():
+    curves = simulate(CASE, travel=2.0, options=FINE, effects=[GUIDE])
+    law, free = (march(CASE, analytic_model("strip"), e, travel=2.0) for e in ((GUIDE,), ()))
+    wanted, alone = (np.stack([np.interp(curves.travel, c.travel, y) for y in c.y]) for c in (law, free))
+    size = np.abs(wanted).max()
+    assert np.abs(alone - wanted).max() > 5 * NEAR * size  # the guide matters
+    np.testing.assert_allclose(curves.y, wanted, atol=NEAR * size)
+
+
+@pytest.mark.long
+def test_guides_saturate_the_belt_and_mirror():
+    right, left = (simulate(paper_case(2.0, 60.0, yaw), travel=12.0, effects=[GUIDE]) for yaw in (-0.042, 0.042))
+    law = march(CASE, analytic_model("strip"), (GUIDE,), travel=12.0)
+    wanted = np.stack([np.interp(right.travel, law.travel, y) for y in law.y])
+    size = np.abs(wanted).max()
+    np.testing.assert_allclose(right.y, wanted, atol=NEAR * size)
+    np.testing.assert_allclose(left.y, -right.y, atol=MIRRORED * size)

@@ -1,0 +1,126 @@
+"""Tension by the belt's length and by pulleys that move apart, against the belt laid under a force."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from belt_sim.commands.simulate_3d import options_from
+from belt_sim.errors import InputError
+from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d.catenary import Catenary
+from belt_sim.mujoco3d.compare_tensionings import Before
+from belt_sim.mujoco3d.hold import TAIL
+from belt_sim.mujoco3d.loop import Hanging, free_length, laid_loop
+from belt_sim.mujoco3d.run import Run, fitted
+from belt_sim.mujoco3d.study import paper_case
+from belt_sim.mujoco3d.tensioning import Apart
+from belt_sim.mujoco3d.touchdown import lift
+
+ROUNDING = 1e-9
+LINK = 5e-3  # [m]: the last of 400 points of a span of 2 m lies so far from where it touches
+PHASE = 1e-4  # [m] of 2.2 mm: four ends of wraps, where links of 25 mm are chords of a path that bends unevenly
+AT_REST = 2e-3  # of the tension; the weight of a wrap alone makes upper and lower span differ by 2 q R / F
+SLACK_AT_REST = 5e-3  # at 1 N/mm2 the sway of the sags, two seconds old, is not yet over
+RUNNING = 0.03  # of the tension at stations 40 mm apart: wraps longer by up to 35 um at each of four ends
+COARSE = {"dx": 0.04, "dt": 2e-3, "run_in": 0.6, "settle": 0.2, "acceleration": 3.0}
+STILL = 5e-6  # [m], what y may wander by: shaking of landings
+
+pytestmark = pytest.mark.filterwarnings("ignore:flex")
+
+
+@pytest.mark.parametrize("radii", [(0.17, 0.17), (-0.2, -0.1)])
+@pytest.mark.parametrize("curvature", [0.0, 0.25])
+def test_a_span_touches_both_circles(radii, curvature):
+    span = Catenary.touching(2.0, *radii, curvature)
+    points = np.concatenate([[span.start], span.divide(400)])
+    assert span.start @ [math.cos(span.slopes[0]), math.sin(span.slopes[0])] == pytest.approx(0.0, abs=ROUNDING)
+    for place, radius in ((0.0, radii[0]), (2.0, radii[1])):
+        distance = np.hypot(points[:, 0] - place, points[:, 1])
+        assert abs(radius) - ROUNDING < distance.min() < abs(radius) + LINK**2 / abs(radius)
+        assert np.all(np.sign(points[:, 1]) == np.sign(radius))
+    links = np.hypot(*np.diff(points, axis=0).T)
+    assert links == pytest.approx(span.length / 400, rel=1e-6)
+
+
+def test_a_polygon_of_stations_is_as_long_as_the_smooth_belt_and_its_four_ways_onto_the_pulleys():
+    depth = np.linspace(0.0, 0.125, 20001)  # the path is on the circle after 4.5 chords
+    height, radius = lift(depth, 0.025, 0.17), 0.17
+    way = np.hypot(1.0 + height / radius, np.gradient(height, depth))
+    longer = 4.0 * float(np.mean(way) * depth[-1] - depth[-1])
+    for centre_distance in (2.0, 2.008, 2.016):
+        case = paper_case(centre_distance, 7.0, 0.0)
+        loop = laid_loop(case, 0.025)
+        assert loop.chord * len(loop.x) == pytest.approx(Hanging.of(case).length + longer, abs=PHASE)
+
+
+@pytest.mark.parametrize(("belt", "tension", "near"), [("rope", 1.0, SLACK_AT_REST), ("flex", 7.0, AT_REST)])
+def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
+    case = paper_case(2.0, tension, 0.0)
+    options = fitted(Options(tensioning="length", settle=2.0 if tension < 7.0 else 1.0), case, belt)
+    run = Run.begin(case, belt, options, (), (), None)
+    run._rest()
+    assert run.machine.poses[TAIL].centre[0] == pytest.approx(2.0, abs=ROUNDING)
+    assert -run.contact.loads[TAIL][0] == pytest.approx(2.0 * case.tension_force, rel=near)
+
+
+def test_a_longer_belt_is_slacker():
+    case = paper_case(2.0, 60.0, 0.0)
+    slack = replace(case, settings=replace(case.settings, tension=1e6))
+    assert free_length(slack) > free_length(case) + 4e-3
+
+
+def test_the_plan_ends_where_the_same_belt_has_the_wanted_tension():
+    case = paper_case(11.28, 7.0, 0.0)
+    tight = laid_loop(case, 0.025)
+    plan = Apart.of(case, tight)
+    slack = laid_loop(plan.slack, 0.025, len(tight.x))
+    strains = [1.0 + float(c.settings.tension / c.belt.youngs_modulus) for c in (case, plan.slack)]
+    assert slack.chord / strains[1] == pytest.approx(tight.chord / strains[0], abs=ROUNDING / len(tight.x))
+    assert plan.at(plan.travel)[0] == pytest.approx(11.28, abs=ROUNDING)
+    assert plan.at(0.0) == pytest.approx([slack.centre_distance, 0.0], abs=ROUNDING)
+    assert np.all(np.diff(plan.places) > 0.0)
+    assert plan.slack.settings.tension < 0.5 * case.settings.tension
+
+
+@pytest.fixture(scope="module")
+def both():
+    """The short rig laid under a force, and tensioned by Koller's procedure, with what was seen on the way."""
+    case, watcher = paper_case(2.0, 60.0, -0.042), Before()
+    options = Options(**COARSE)
+    force = simulate(case, travel=0.5, options=options)
+    koller = simulate(case, travel=0.5, options=replace(options, tensioning="koller"), observers=(watcher,))
+    return force, koller, watcher.frames
+
+
+def test_the_pulleys_move_apart_until_the_tension_is_there(both):
+    frames = both[2]
+    tension = np.array([f.scalars["tension"] for f in frames]) / 3600.0
+    sag = np.array([f.scalars["sag_lower"] for f in frames])
+    x = np.array([f.tail_x for f in frames])
+    assert len(frames) > 30
+    assert tension[0] < 0.01
+    assert sag[0] > 0.1
+    assert np.all(np.diff(x[: len(x) // 2]) > 0.0)
+    assert tension[-1] == pytest.approx(1.0, rel=RUNNING)
+    assert np.abs([f.points[:, 1] for f in frames]).max() < STILL
+
+
+def test_however_it_was_tensioned_the_belt_runs_alike(both):
+    """Stations lie differently on the pulleys at travel 0, so the curves may stand half a chord apart."""
+    force, koller, _ = both
+    stretch = 60.0 / 210e3 * 5.066 / 2.0  # [m], what the tension moves the tail pulley by
+    assert koller.extra["tail_x"].mean() == pytest.approx(force.extra["tail_x"].mean(), abs=RUNNING * stretch)
+    assert koller.extra["tension"].mean() == pytest.approx(force.extra["tension"].mean(), rel=RUNNING)
+    assert koller.sag.mean() == pytest.approx(force.sag.mean(), rel=RUNNING)
+    for point in (0, 2):
+        early, late = (np.interp(0.45 + d, force.travel, np.abs(force.y[point])) for d in (-0.025, 0.025))
+        assert early < np.interp(0.45, koller.travel, np.abs(koller.y[point])) < late
+
+
+def test_an_unknown_tensioning_is_refused_in_one_line():
+    assert options_from({"name": "mujoco_rope", "tensioning": "length"}).tensioning == "length"
+    assert options_from({"name": "mujoco_rope", "tensioning": None}).tensioning == "force"
+    with pytest.raises(InputError, match=r"options\.tensioning = glue: choose one of force, length, koller"):
+        options_from({"name": "mujoco_rope", "tensioning": "glue"})
