@@ -4,6 +4,7 @@ The forces between belt and pulleys are those that balance the belt's pull where
 springs: the springs also make up for what the integrator's tangent misses of links that turn within a step.
 """
 
+import math
 from dataclasses import dataclass
 
 import mujoco
@@ -99,7 +100,7 @@ class Contact:
         ):
             along = (self.nodes(outer % n) - self.nodes(inner % n)).mean(axis=0) * (-1.0 if i == 0 else 1.0)
             ahead = tangent_angle(pose, along) - wrap.tangent[i]
-            wrap.tangent[i] += share * (ahead - 2.0 * np.pi * np.round(ahead / (2.0 * np.pi)))
+            wrap.tangent[i] += share * math.remainder(ahead, 2.0 * math.pi)
 
     def nodes(self, station: int) -> np.ndarray:
         """Positions of a station's nodes [m], shape (m, 3)."""

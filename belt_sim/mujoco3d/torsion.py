@@ -57,15 +57,16 @@ class Torsion:
             couple[wrap.stations] = 0.0
         for wrap, pose in zip(contact.wraps, poses, strict=True):
             for landed, end in ((wrap.first, FIRST), (wrap.last, LAST)):
-                couple -= whole * self._end(contact, wrap, pose, landed, end, roll)
+                couple[(landed + end) % len(roll)] -= whole * self._end(contact, wrap, pose, landed, end, roll)
         self.forces[:, 0, 2], self.forces[:, -1, 2] = couple, -couple
 
-    def _end(self, contact: Contact, wrap: Wrap, pose: Pose, landed: int, end: int, roll: np.ndarray) -> np.ndarray:
+    def _end(self, contact: Contact, wrap: Wrap, pose: Pose, landed: int, end: int, roll: np.ndarray) -> float:
         """How much longer or shorter the link from the last landed station to the first free one is to seem.
 
-        Its roll [m] times (chord / distance from the right place - 1), at the free station, shape (n,).
+        Its roll [m] times (chord / distance from the right place - 1).
         """
         n, chord = len(roll), contact.scene.mesh.chord
-        last, free = landed % n, (landed + end) % n
-        behind = float(np.clip(depth(wrap, pose, wrap.angle[last].mean(), end), -0.5 * chord, 0.5 * chord))
-        return np.where(np.arange(n) == free, (chord / (chord - behind) - 1.0) * (roll[free] - roll[last]), 0.0)
+        last = landed % n
+        behind = float(depth(wrap, pose, wrap.angle[last].mean(), end))
+        behind = min(max(behind, -0.5 * chord), 0.5 * chord)
+        return (chord / (chord - behind) - 1.0) * float(roll[(landed + end) % n] - roll[last])

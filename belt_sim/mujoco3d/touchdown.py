@@ -11,11 +11,14 @@ Landing and sinking keep the lengths of the chords, edge by edge: what lies on t
 had at the run-up, so that the landed belt turns by the run-up curvature (physics: dtheta/ds = -kappa).
 """
 
+import math
+
 import numpy as np
 
 from belt_sim.mujoco3d.hold import Pose, Wrap, cylinder_coordinates
 
 FIRST, LAST = -1, 1
+_TURN = 2.0 * math.pi
 _SINKING = 4  # chords, at most
 _EARLIEST = 0.5  # chords before the tangent at which a station is caught
 _FORGETTING = 0.5  # chords of travel over which a station forgets how far off its path it was caught
@@ -24,7 +27,7 @@ _HYSTERESIS = 0.02  # chords further out at which it is let go
 
 def sinking(chord: float, radius: float) -> int:
     """Chords along which a station sinks; with two more at either end of half a wrap some stay on the circle."""
-    return int(np.clip(int(0.5 * np.pi * radius / chord) - 3, 1, _SINKING))
+    return min(max(int(0.5 * math.pi * radius / chord) - 3, 1), _SINKING)
 
 
 def lift(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
@@ -34,20 +37,25 @@ def lift(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
     """
     along = sinking(chord, radius)
     straight = radius / np.cos(np.minimum(depth, 0.5 * chord) / radius) - radius
-    t = np.clip((np.asarray(depth) / chord - 0.5) / along, 0.0, 1.0)
-    slope = 0.5 * chord**2 / radius * along
-    return straight * (1.0 - t) ** 2 * (1.0 + 2.0 * t) + np.where(t > 0.0, slope * t * (1.0 - t) ** 2, 0.0)
+    t = np.minimum(np.maximum((depth / chord - 0.5) / along, 0.0), 1.0)
+    left = (1.0 - t) * (1.0 - t)
+    return straight * left * (1.0 + 2.0 * t) + (0.5 * chord**2 / radius * along) * t * left
 
 
 def depth(wrap: Wrap, pose: Pose, angle: np.ndarray, end: int) -> np.ndarray:
     """How far behind the belt's tangent at ``end`` stations of material angle ``angle`` [rad], shape (...), lie [m]."""
     ahead = angle + pose.spin - wrap.tangent[(end + 1) // 2]
-    return -end * (ahead - 2.0 * np.pi * np.round(ahead / (2.0 * np.pi))) * wrap.surface.radius
+    return -end * (ahead - _TURN * np.rint(ahead / _TURN)) * wrap.surface.radius
 
 
 def apart(chord, across, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
     """Angle [rad] between places ``chord`` [m] from another, at radii r1, r2 and ``across`` [m] along the axis."""
-    return 2.0 * np.arcsin(np.sqrt((chord**2 - across**2 - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
+    return _apart(chord**2 - across**2, r1, r2)
+
+
+def _apart(flat: np.ndarray, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
+    """The same for chords whose square, without what goes along the axis, is ``flat`` [m2]."""
+    return 2.0 * np.arcsin(np.sqrt((flat - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
 
 
 def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
@@ -58,17 +66,15 @@ def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
     outer = wrap.first if end == FIRST else wrap.last
     zone = sinking(chord, wrap.surface.radius) + 2  # stations that may be off the circle; the next one never is
     k = (outer - end * np.arange(zone + 1)) % len(wrap.lifted)
-    r, y, angle = wrap.r[k], wrap.y[k], wrap.angle[k]
-    across = np.diff(y, axis=0)
-    turn = np.sin(0.5 * np.diff(angle, axis=0))
-    length = np.sqrt((r[1:] - r[:-1]) ** 2 + 4.0 * r[1:] * r[:-1] * turn**2 + across**2)
-    inside = depth(wrap, pose, angle[:-1].mean(axis=1), end)
-    wrap.lifted[k[:-1]] *= np.exp(-moved / (_FORGETTING * chord))
-    high = lift(inside, chord, wrap.surface.radius) + wrap.lifted[k[:-1]]
-    r[:-1] = wrap.radius_at(y[:-1], angle[:-1]) + high[:, None]
-    turned = apart(length, across, r[:-1], r[1:])
-    wrap.r[k[:-1]] = r[:-1]
-    wrap.angle[k[:-1]] = angle[-1] + end * np.cumsum(turned[::-1], axis=0)[::-1]
+    off, r, angle = k[:-1], wrap.r[k], wrap.angle[k]
+    flat = (r[1:] - r[:-1]) ** 2 + 4.0 * r[1:] * r[:-1] * np.sin(0.5 * (angle[1:] - angle[:-1])) ** 2
+    wrap.lifted[off] *= math.exp(-moved / (_FORGETTING * chord))
+    inside = depth(wrap, pose, 0.5 * (angle[:-1, 0] + angle[:-1, -1]), end)
+    high = lift(inside, chord, wrap.surface.radius) + wrap.lifted[off]
+    r[:-1] = wrap.radius_at(wrap.y[off], angle[:-1]) + high[:, None]
+    turned = _apart(flat, r[:-1], r[1:])
+    wrap.r[off] = r[:-1]
+    wrap.angle[off] = angle[-1] + end * turned[::-1].cumsum(axis=0)[::-1]
 
 
 def catches(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, chord: float) -> bool:
