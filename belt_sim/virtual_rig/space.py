@@ -83,7 +83,7 @@ def make_space_campaign(
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
     errors = draw_errors(plan, sensors, streams[0])
     curves = measure([SceneRun(c, faults, options, plan.length) for c in true_cases(plan, base, errors)], workers)
-    readings = _read(plan, curves)
+    readings = read(plan, curves)
     for k, (name, place) in enumerate(plan.signals.items()):
         readings[k] = add_noise(readings[k], plan.travel, sensors.sheet(name, place), sensors, streams[1])
     stated_noise, words = with_simulator_error(sensors)
@@ -153,7 +153,7 @@ def run_scene(run: SceneRun) -> Curves:
     return simulate(run.case, belt="flex", travel=run.travel + 2 * options.sample, options=options, effects=run.faults)
 
 
-def _read(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:
+def read(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:
     """Readings without noise [m or rad], shape (signals, n, runs), counted from where the yaw is applied."""
     readings = np.empty((len(plan.signals), len(plan.travel), len(curves)))
     for j, place in enumerate(plan.signals.values()):
