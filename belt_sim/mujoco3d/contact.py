@@ -98,7 +98,7 @@ class Contact:
         for i, (inner, outer) in enumerate(
             ((wrap.first - 1, wrap.first - _OUTSIDE), (wrap.last + 1, wrap.last + _OUTSIDE))
         ):
-            along = (self.nodes(outer % n) - self.nodes(inner % n)).mean(axis=0) * (-1.0 if i == 0 else 1.0)
+            along = (self.nodes(outer % n) - self.nodes(inner % n)).sum(axis=0) * (-1.0 if i == 0 else 1.0)
             ahead = tangent_angle(pose, along) - wrap.tangent[i]
             wrap.tangent[i] += share * math.remainder(ahead, 2.0 * math.pi)
 
@@ -130,12 +130,12 @@ class Contact:
         for wrap in self.wraps:
             self.slides[wrap.stations] = self.spring[wrap.stations]
         pull = self._pull(poses)
-        self.turn = (self.turn == HEAD) if all(w.sliding.mean() > 0.5 for w in self.wraps) else _BOTH
+        if self.friction.acts:
+            self.turn = (self.turn == HEAD) if all(w.sliding.mean() > 0.5 for w in self.wraps) else _BOTH
         for which, (wrap, pose) in enumerate(zip(self.wraps, poses, strict=True)):
-            k = wrap.stations
-            holding = -wrap.components(pose, pull[k])
-            holding[..., 0] -= scene.mesh.mass * speed**2 / wrap.surface.radius
-            if self.slips and self.turn != which:
+            if self.slips and self.turn != which and self.friction.acts:
+                holding = -wrap.components(pose, pull[wrap.stations])
+                holding[..., 0] -= scene.mesh.mass * speed**2 / wrap.surface.radius
                 self.friction.apply(wrap, which, holding)
             self._meet(wrap, pose, scene.model.opt.timestep / _CALM)
             for end in (FIRST, LAST):

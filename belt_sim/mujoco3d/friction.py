@@ -22,13 +22,17 @@ class Friction:
     tangent: Tangent | None
     slip: np.ndarray = field(default_factory=lambda: np.zeros(2))
 
+    @property
+    def acts(self) -> bool:
+        """Whether nodes can slide at all."""
+        return self.tangent is not None and not math.isinf(self.friction)
+
     def apply(self, wrap: Wrap, which: int, holding: np.ndarray) -> None:
         """Slide the anchors of nodes whose tangential force exceeds friction x pressure.
 
         holding [N], shape (held, m, 3): forces of the pulley on the nodes outwards, along the axis, along the turn.
         """
-        if self.tangent is None or math.isinf(self.friction):
-            return
+        assert self.tangent is not None
         k = wrap.stations
         limit = self.friction * np.maximum(holding[..., 0], 0.0)
         if np.all(np.hypot(holding[..., 1], holding[..., 2]) <= limit):

@@ -52,7 +52,12 @@ class Torsion:
             return
         whole = tension * self.tense + self.still
         roll = self.lean + contact.slides[:, 0, 2] - contact.slides[:, -1, 2]
-        couple = (whole - tension * self.own) * (np.roll(roll, 1) - 2.0 * roll + np.roll(roll, -1))
+        bent = -2.0 * roll
+        bent[1:] += roll[:-1]
+        bent[:-1] += roll[1:]
+        bent[0] += roll[-1]
+        bent[-1] += roll[0]
+        couple = (whole - tension * self.own) * bent
         for wrap in contact.wraps:
             couple[wrap.stations] = 0.0
         for wrap, pose in zip(contact.wraps, poses, strict=True):
@@ -67,6 +72,6 @@ class Torsion:
         """
         n, chord = len(roll), contact.scene.mesh.chord
         last = landed % n
-        behind = float(depth(wrap, pose, wrap.angle[last].mean(), end))
+        behind = float(depth(wrap, pose, 0.5 * (wrap.angle[last, 0] + wrap.angle[last, -1]), end))
         behind = min(max(behind, -0.5 * chord), 0.5 * chord)
         return (chord / (chord - behind) - 1.0) * float(roll[(landed + end) % n] - roll[last])

@@ -80,13 +80,16 @@ def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
 def catches(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, chord: float) -> bool:
     """Whether a free station with nodes at [m], shape (m, 3), has come close enough to be held."""
     _, _, angle = cylinder_coordinates(nodes, pose)
-    return float(depth(wrap, pose, angle.mean(), end)) > -_EARLIEST * chord
+    return float(depth(wrap, pose, 0.5 * (angle[0] + angle[-1]), end)) > -_EARLIEST * chord
 
 
 def lets_go(wrap: Wrap, pose: Pose, end: int, chord: float) -> bool:
     """Whether the outermost station at ``end`` has come far enough to be free."""
     outer = (wrap.first if end == FIRST else wrap.last) % len(wrap.lifted)
-    return float(depth(wrap, pose, wrap.angle[outer].mean(), end)) < -(_EARLIEST + _HYSTERESIS) * chord
+    return (
+        float(depth(wrap, pose, 0.5 * (wrap.angle[outer, 0] + wrap.angle[outer, -1]), end))
+        < -(_EARLIEST + _HYSTERESIS) * chord
+    )
 
 
 def land(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, beside: np.ndarray, chord: float) -> int:
