@@ -116,7 +116,7 @@ def gaps(campaign: Campaign) -> list[Suspicion]:
             if steps[worst] > max(GAP_STEPS * usual, GAP_SHARE * (run.travel[-1] - run.travel[0])):
                 sentence = f"no readings from travel {edges[worst]:.6g} to {edges[worst + 1]:.6g} m"
                 found.append(Suspicion(run=run.name, signal=name, kind="dropout", sentence=sentence))
-        for name in {n for other in recorded for n in other.signals} - set(run.signals):
+        for name in sorted({n for other in recorded for n in other.signals} - set(run.signals)):
             share = sum(name in other.signals for other in recorded) / len(recorded)
             if share > 0.5:
                 sentence = "no readings at all, though most runs have them"

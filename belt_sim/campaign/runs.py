@@ -129,7 +129,7 @@ def read_signals(
 ) -> dict[str, Run]:
     """The runs of signals.csv with their records; only those that could be read."""
     before = len(problems)
-    known = None if names is None else ("run", "travel_m", "time_s", *names)
+    known = None if names is None else ("run", "travel_m", "time_s", *sorted(names))
     table = parse_table(text, "signals.csv", ("run", "travel_m"), known, problems)
     if table is None:
         return {}
