@@ -18,7 +18,7 @@ from belt_sim.mujoco3d.scene import Scene
 from belt_sim.mujoco3d.surface import PulleySurface
 from belt_sim.mujoco3d.touchdown import FIRST, LAST, anchor, catches, land, lets_go, sink, tangent_angle
 
-_BOTH = -1
+_NEITHER = -1
 _OUTSIDE = 4  # free stations over which the direction of a span is taken
 _CALM = 0.02  # [s], over which it is averaged: waves pass
 
@@ -29,8 +29,9 @@ class Contact:
 
     position [m] = rest + slides; spring, stiffness: qpos_spring [m] and jnt_stiffness [N/m], hold_stiffness of those
     that are held; slips: friction may be finite (while the laid belt settles it sticks); spin [rad]: of both pulleys at
-    the last ``follow``; loads: force along x [N], moment about the axis and about z [N m] that the belt does to the
-    head and the tail pulley.
+    the last ``follow``; waits: the pulley whose belt does not slide in this step. When both belts slide as a whole they
+    take turns, since each reckons with the other standing still; loads: force along x [N], moment about the axis and
+    about z [N m] that the belt does to the head and the tail pulley.
     """
 
     scene: Scene
@@ -43,7 +44,7 @@ class Contact:
     hold_stiffness: float
     slips: bool
     spin: list[float]
-    turn: int
+    waits: int
     loads: list[tuple[float, float, float]]
 
     @staticmethod
@@ -77,7 +78,7 @@ class Contact:
             hold_stiffness=hold_stiffness,
             slips=False,
             spin=[pose.spin for pose in poses],
-            turn=_BOTH,
+            waits=_NEITHER,
             loads=[(0.0, 0.0, 0.0)] * 2,
         )
         for wrap, pose in zip(contact.wraps, poses, strict=True):
@@ -131,9 +132,10 @@ class Contact:
             self.slides[wrap.stations] = self.spring[wrap.stations]
         pull = self._pull(poses)
         if self.friction.acts:
-            self.turn = (self.turn == HEAD) if all(w.sliding.mean() > 0.5 for w in self.wraps) else _BOTH
+            sliding = all(wrap.sliding.mean() > 0.5 for wrap in self.wraps)
+            self.waits = _NEITHER if not sliding else TAIL if self.waits == HEAD else HEAD
         for which, (wrap, pose) in enumerate(zip(self.wraps, poses, strict=True)):
-            if self.slips and self.turn != which and self.friction.acts:
+            if self.slips and self.waits != which and self.friction.acts:
                 holding = -wrap.components(pose, pull[wrap.stations])
                 holding[..., 0] -= scene.mesh.mass * speed**2 / wrap.surface.radius
                 self.friction.apply(wrap, which, holding)

@@ -186,6 +186,8 @@ class Run:
             self.recorder.watch(clock, apart.travel / _FRAMES)
         self._rest()
         contact.friction = given
+        for wrap in contact.wraps:
+            wrap.way[:] = 0.0
 
     def _march(self, travel: float) -> None:
         options, machine = self.recorder.options, self.machine
