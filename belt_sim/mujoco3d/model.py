@@ -12,7 +12,7 @@ from belt_sim.effects.base import IN_MARCH, Effect, overrides
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run import simulate
+from belt_sim.mujoco3d.run.simulate import simulate
 from belt_sim.mujoco3d.scene import undisturbed
 from belt_sim.scene_parts import SceneParts
 

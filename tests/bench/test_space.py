@@ -8,7 +8,7 @@ from belt_sim.bench.space.lammps import BEYOND, SAFE, lammps_run, program
 from belt_sim.bench.space.particles import Particles
 from belt_sim.bench.space.task import SHORT
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run import Run, fitted
+from belt_sim.mujoco3d.run.simulate import Run, fitted
 
 SMALL_ANGLES = 2e-3  # of the tension: the laid spans sag and the section is cut square
 STEPS = 2000

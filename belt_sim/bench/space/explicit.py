@@ -14,7 +14,7 @@ import numpy as np
 from belt_sim.bench.space.task import Task
 from belt_sim.mujoco3d import undisturbed
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run import Run, fitted
+from belt_sim.mujoco3d.run.simulate import Run, fitted
 
 STEPS = 3000  # of a trial: beyond the limit by 1 % the fastest mode grows by a quarter a step
 KICK = 1e-3  # [m/s] random speeds of the free nodes that wake every mode

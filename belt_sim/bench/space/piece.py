@@ -15,7 +15,7 @@ from belt_sim.curves import Curves, late_rates
 from belt_sim.frame import Frame
 from belt_sim.mujoco3d import undisturbed
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run import Run, fitted
+from belt_sim.mujoco3d.run.simulate import Run, fitted
 from belt_sim.si import MM_PER_M
 
 STEADY_SHARE = 0.25  # the last part of a run, at full speed, that gives steps a metre and time a step

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.mesh.loop import Loop
 from belt_sim.mujoco3d.options import Options
 
 _NODE_RADIUS = 2e-3  # [m], only seen

@@ -9,10 +9,10 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.frame import Frame, Observer
-from belt_sim.mujoco3d.contact import Contact
-from belt_sim.mujoco3d.hold import TAIL
-from belt_sim.mujoco3d.machine import Machine
-from belt_sim.mujoco3d.measure import (
+from belt_sim.mujoco3d.wrap.contact import Contact
+from belt_sim.mujoco3d.wrap.hold import TAIL
+from belt_sim.mujoco3d.machine.pulleys import Machine
+from belt_sim.mujoco3d.run.measure import (
     ANGLES,
     EDGES,
     MOMENTS,
@@ -25,7 +25,7 @@ from belt_sim.mujoco3d.measure import (
     reading,
 )
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.stage import Clock
+from belt_sim.mujoco3d.machine.yaw import Clock
 
 #: lateral slip [m] and share of sliding nodes on the head and the tail pulley, x of the tail pulley [m], steps made
 EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "tail_x", "steps")

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.mujoco3d.coulomb import slide
-from belt_sim.mujoco3d.hold import Wrap
-from belt_sim.mujoco3d.tangent import Tangent
+from belt_sim.mujoco3d.wrap.coulomb import slide
+from belt_sim.mujoco3d.wrap.hold import Wrap
+from belt_sim.mujoco3d.wrap.tangent import Tangent
 
 
 @dataclass

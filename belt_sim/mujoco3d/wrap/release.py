@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from belt_sim.mujoco3d.contact import Contact
-from belt_sim.mujoco3d.hold import HEAD, TAIL, Pose, Wrap, cylinder_coordinates
+from belt_sim.mujoco3d.wrap.contact import Contact
+from belt_sim.mujoco3d.wrap.hold import HEAD, TAIL, Pose, Wrap, cylinder_coordinates
 from belt_sim.mujoco3d.options import Options
 
 _BASE = 8  # stations over which the span's inclination is taken: vertical waves are shorter or small

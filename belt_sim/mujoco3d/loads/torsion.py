@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.contact import Contact
-from belt_sim.mujoco3d.hold import Pose, Wrap
-from belt_sim.mujoco3d.touchdown import FIRST, LAST, depth
+from belt_sim.mujoco3d.wrap.contact import Contact
+from belt_sim.mujoco3d.wrap.hold import Pose, Wrap
+from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, depth
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.belt import Mesh, add_nodes, lay, lines
-from belt_sim.mujoco3d.chain import bond
-from belt_sim.mujoco3d.lattice import calibrate
-from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.mesh.belt import Mesh, add_nodes, lay, lines
+from belt_sim.mujoco3d.mesh.chain import bond
+from belt_sim.mujoco3d.mesh.lattice import calibrate
+from belt_sim.mujoco3d.mesh.loop import Loop
 from belt_sim.mujoco3d.options import Options
 
 

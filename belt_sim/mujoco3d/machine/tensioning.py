@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.loop import Hanging, Loop, free_length, laid_loop
+from belt_sim.mujoco3d.mesh.loop import Hanging, Loop, free_length, laid_loop
 
 FRICTION = 0.1  # at most, meanwhile: the stretch of a wrap then falls behind by at most 1 - exp(-pi FRICTION / 2)
 _SLOPE = 0.25  # [rad] of the slack spans at the pulleys: a sag of a sixteenth of the centre distance

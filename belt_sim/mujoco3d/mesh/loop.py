@@ -7,8 +7,8 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.catenary import Catenary
-from belt_sim.mujoco3d.touchdown import apart, lift
+from belt_sim.mujoco3d.mesh.catenary import Catenary
+from belt_sim.mujoco3d.mesh.path import apart, lift
 
 _CHORD_SWEEPS = 12  # the chord is right to rounding after a few
 _PATH_SWEEPS = 8  # so are the places near the spans
@@ -17,7 +17,7 @@ _TURN_SWEEPS = 12  # so is the place of the tail pulley's first station
 
 @dataclass(frozen=True)
 class Loop:
-    """Stations in the order in which the upper span runs from head to tail, where they will run (touchdown.py).
+    """Stations in the order in which the upper span runs from head to tail, where they will run (path.py).
 
     x, z [m], shape (n,); on_head, on_tail: which of them lie on the pulleys, shape (n,); chord [m] between
     neighbours, loaded; radius_head, radius_tail [m]: circles of the stations on the pulleys, wider than the pulleys
@@ -73,7 +73,7 @@ def station_radius(radius: float, chord: float) -> float:
 def laid_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> Loop:
     """The loop at the case's tension and gravity with stations about dx [m] apart, or with so many stations.
 
-    path(depth, chord, radius): height [m] above the circle at which stations come and go, as touchdown.lift.
+    path(depth, chord, radius): height [m] above the circle at which stations come and go, as path.lift.
 
     Raises InputError when a pulley would carry too few stations.
     """

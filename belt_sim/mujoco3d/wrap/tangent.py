@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from belt_sim.mujoco3d.forces import elastic_forces
+from belt_sim.mujoco3d.mujoco_4 import elastic_forces
 from belt_sim.mujoco3d.scene import Scene
 
 _PROBE = 1e-6  # [m], a strain of 4e-5 of a link

@@ -15,47 +15,20 @@ import math
 
 import numpy as np
 
-from belt_sim.mujoco3d.hold import Pose, Wrap, cylinder_coordinates
+from belt_sim.mujoco3d.mesh.path import apart, apart_flat, lift, sinking
+from belt_sim.mujoco3d.wrap.hold import Pose, Wrap, cylinder_coordinates
 
 FIRST, LAST = -1, 1
 _TURN = 2.0 * math.pi
-_SINKING = 4  # chords, at most
 _EARLIEST = 0.5  # chords before the tangent at which a station is caught
 _FORGETTING = 0.5  # chords of travel over which a station forgets how far off its path it was caught
 _HYSTERESIS = 0.02  # chords further out at which it is let go
-
-
-def sinking(chord: float, radius: float) -> int:
-    """Chords along which a station sinks; with two more at either end of half a wrap some stay on the circle."""
-    return min(max(int(0.5 * math.pi * radius / chord) - 3, 1), _SINKING)
-
-
-def lift(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
-    """Height above the circle [m] of stations that lie ``depth`` [m] behind the place where the belt meets the pulley.
-
-    Straight up to half a chord, then a cubic to 0 with the slope of either side.
-    """
-    along = sinking(chord, radius)
-    straight = radius / np.cos(np.minimum(depth, 0.5 * chord) / radius) - radius
-    t = np.minimum(np.maximum((depth / chord - 0.5) / along, 0.0), 1.0)
-    left = (1.0 - t) * (1.0 - t)
-    return straight * left * (1.0 + 2.0 * t) + (0.5 * chord**2 / radius * along) * t * left
 
 
 def depth(wrap: Wrap, pose: Pose, angle: np.ndarray, end: int) -> np.ndarray:
     """How far behind the belt's tangent at ``end`` stations of material angle ``angle`` [rad], shape (...), lie [m]."""
     ahead = angle + pose.spin - wrap.tangent[(end + 1) // 2]
     return -end * (ahead - _TURN * np.rint(ahead / _TURN)) * wrap.surface.radius
-
-
-def apart(chord, across, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
-    """Angle [rad] between places ``chord`` [m] from another, at radii r1, r2 and ``across`` [m] along the axis."""
-    return _apart(chord**2 - across**2, r1, r2)
-
-
-def _apart(flat: np.ndarray, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
-    """The same for chords whose square, without what goes along the axis, is ``flat`` [m2]."""
-    return 2.0 * np.arcsin(np.sqrt((flat - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
 
 
 def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
@@ -72,7 +45,7 @@ def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
     inside = depth(wrap, pose, 0.5 * (angle[:-1, 0] + angle[:-1, -1]), end)
     high = lift(inside, chord, wrap.surface.radius) + wrap.lifted[off]
     r[:-1] = wrap.radius_at(wrap.y[off], angle[:-1]) + high[:, None]
-    turned = _apart(flat, r[:-1], r[1:])
+    turned = apart_flat(flat, r[:-1], r[1:])
     wrap.r[off] = r[:-1]
     wrap.angle[off] = angle[-1] + end * turned[::-1].cumsum(axis=0)[::-1]
 

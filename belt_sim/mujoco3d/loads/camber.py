@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.mujoco3d.belt import Mesh
+from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.scene import Scene
 
 

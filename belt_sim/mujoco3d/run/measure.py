@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.contact import Contact
-from belt_sim.mujoco3d.hold import HEAD, TAIL
+from belt_sim.mujoco3d.wrap.contact import Contact
+from belt_sim.mujoco3d.wrap.hold import HEAD, TAIL
 
 _NEAR = 4  # stations to either side of a wrap's end among which the belt passes the pulley's axis
 _LINKS = 2  # links over which the entry moment is averaged; the last link, which turns, is left out

@@ -6,8 +6,8 @@ import mujoco
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.belt import Mesh, add_nodes, lay, node_name
-from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.mesh.belt import Mesh, add_nodes, lay, node_name
+from belt_sim.mujoco3d.mesh.loop import Loop
 from belt_sim.mujoco3d.options import Options
 
 _STRETCH = 2  # elastic2d="stretch": membrane stiffness only; plate bending acts over 7-16 mm

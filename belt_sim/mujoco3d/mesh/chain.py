@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.belt import Mesh, add_nodes, lay, node_name
-from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.mesh.belt import Mesh, add_nodes, lay, node_name
+from belt_sim.mujoco3d.mesh.loop import Loop
 from belt_sim.mujoco3d.options import Options
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.errors import RunFailed
-from belt_sim.mujoco3d.belt import Mesh
+from belt_sim.mujoco3d.mesh.belt import Mesh
 
 _NEWTON_STEPS = 60
 _CLOSE = 1e-9  # of the chord; a belt at 7 N/mm2 is strained by 3e-5

@@ -1,0 +1,1 @@
+"""The two pulleys: how they are turned, tensioned and driven."""
