@@ -12,11 +12,11 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
+from belt_sim.mujoco3d.machine.tensioning import Apart
 from belt_sim.mujoco3d.mesh.belt import BeltModel, Mesh
 from belt_sim.mujoco3d.mesh.loop import Loop, laid_loop
 from belt_sim.mujoco3d.mesh.natural import curved
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.machine.tensioning import Apart
 from belt_sim.scene_parts import EdgeGuide, PulleySurface, SceneParts
 
 STATION = Path(__file__).resolve().parents[2] / "models" / "pulley_station.xml"

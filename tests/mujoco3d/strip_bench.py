@@ -8,12 +8,12 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.mujoco3d import scene
+from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mesh.loop import Loop
 from belt_sim.mujoco3d.mesh.natural import curved
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.study import paper_case
-from belt_sim.mujoco3d.loads.torsion import Torsion
 
 DX = 0.025  # [m]
 SLACK = 1e-6  # [N/mm2]

@@ -15,8 +15,8 @@ from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.loads.camber import Camber as RestLengths
 from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.mesh.membrane import Membrane
-from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.mesh.natural import cells
+from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.scene import build
 from belt_sim.mujoco3d.study import paper_case
 from belt_sim.mujoco3d.written import mjcf

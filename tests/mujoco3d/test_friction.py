@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.wrap.coulomb import slide
 from belt_sim.mujoco3d.mujoco_4 import elastic_forces
 from belt_sim.mujoco3d.run.simulate import Run, fitted
+from belt_sim.mujoco3d.wrap.coulomb import slide
 
 LEFT_OVER = 2e-3  # of the largest limit; the solver stops at 1e-3
 ALIKE = 0.01  # of y: half the step; 0.5 ms against 1 ms differ by 0.5 %

@@ -5,10 +5,10 @@ import pytest
 
 from belt_sim.case import Schedule
 from belt_sim.errors import InputError
+from belt_sim.mujoco3d.machine.yaw import Clock, YawPlan, yaw_now
 from belt_sim.mujoco3d.mesh.loop import laid_loop
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.run.simulate import fitted
-from belt_sim.mujoco3d.machine.yaw import Clock, YawPlan, yaw_now
 from belt_sim.mujoco3d.study import paper_case
 
 CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle

@@ -9,13 +9,13 @@ import pytest
 from belt_sim.commands.simulate_3d import options_from
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.mesh.catenary import Catenary
 from belt_sim.mujoco3d.compare_tensionings import Before
-from belt_sim.mujoco3d.wrap.hold import TAIL
+from belt_sim.mujoco3d.machine.tensioning import Apart
+from belt_sim.mujoco3d.mesh.catenary import Catenary
 from belt_sim.mujoco3d.mesh.loop import Hanging, free_length, laid_loop
 from belt_sim.mujoco3d.run.simulate import Run, fitted
 from belt_sim.mujoco3d.study import paper_case
-from belt_sim.mujoco3d.machine.tensioning import Apart
+from belt_sim.mujoco3d.wrap.hold import TAIL
 from belt_sim.mujoco3d.wrap.touchdown import lift
 
 ROUNDING = 1e-9

@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.wrap.hold import HEAD, TAIL, Pose
+from belt_sim.mujoco3d.machine.yaw import Clock, YawPlan, yaw_now
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.scene import HEAD_SPIN, HEAD_YAW, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, Scene
-from belt_sim.mujoco3d.machine.yaw import Clock, YawPlan, yaw_now
+from belt_sim.mujoco3d.wrap.hold import HEAD, TAIL, Pose
 
 _DAMPING_RATIO = 1.0  # of the tail pulley against the stretch of both spans; it acts on deviations from steady motion
 _COMPLIANCE_LAG = 0.02  # [s], of a pulley that gives way to the belt's moment

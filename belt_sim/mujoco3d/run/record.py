@@ -9,9 +9,9 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.frame import Frame, Observer
-from belt_sim.mujoco3d.wrap.contact import Contact
-from belt_sim.mujoco3d.wrap.hold import TAIL
 from belt_sim.mujoco3d.machine.pulleys import Machine
+from belt_sim.mujoco3d.machine.yaw import Clock
+from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.run.measure import (
     ANGLES,
     EDGES,
@@ -24,8 +24,8 @@ from belt_sim.mujoco3d.run.measure import (
     edges,
     reading,
 )
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.machine.yaw import Clock
+from belt_sim.mujoco3d.wrap.contact import Contact
+from belt_sim.mujoco3d.wrap.hold import TAIL
 
 #: lateral slip [m] and share of sliding nodes on the head and the tail pulley, x of the tail pulley [m], steps made
 EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "tail_x", "steps")

@@ -12,24 +12,24 @@ from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.frame import Observer
-from belt_sim.mujoco3d.mesh.belt import BeltModel, drag
 from belt_sim.mujoco3d.loads.camber import Camber
-from belt_sim.mujoco3d.mesh.chain import Chain
-from belt_sim.mujoco3d.wrap.contact import Contact
-from belt_sim.mujoco3d.wrap.friction import Friction
-from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.loads.guides import Guides
-from belt_sim.mujoco3d.wrap.hold import TAIL
-from belt_sim.mujoco3d.wrap.release import Limp, is_limp
+from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.machine.pulleys import Machine
+from belt_sim.mujoco3d.machine.tensioning import FRICTION, Apart
+from belt_sim.mujoco3d.machine.yaw import Clock
+from belt_sim.mujoco3d.mesh.belt import BeltModel, drag
+from belt_sim.mujoco3d.mesh.chain import Chain
+from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.mesh.membrane import Membrane
 from belt_sim.mujoco3d.options import BELTS, Options
 from belt_sim.mujoco3d.run.record import Recorder
 from belt_sim.mujoco3d.scene import Scene, build, undisturbed
-from belt_sim.mujoco3d.machine.yaw import Clock
+from belt_sim.mujoco3d.wrap.contact import Contact
+from belt_sim.mujoco3d.wrap.friction import Friction
+from belt_sim.mujoco3d.wrap.hold import TAIL
+from belt_sim.mujoco3d.wrap.release import Limp, is_limp
 from belt_sim.mujoco3d.wrap.tangent import Tangent
-from belt_sim.mujoco3d.machine.tensioning import FRICTION, Apart
-from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.written import write_scene
 from belt_sim.scene_parts import SceneParts
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from belt_sim.errors import RunFailed
 from belt_sim.mujoco3d.mujoco_4 import elastic_forces
+from belt_sim.mujoco3d.scene import Scene
 from belt_sim.mujoco3d.wrap.friction import Friction
 from belt_sim.mujoco3d.wrap.hold import HEAD, TAIL, Pose, Wrap
-from belt_sim.mujoco3d.scene import Scene
 from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, anchor, catches, land, lets_go, sink, tangent_angle
 from belt_sim.scene_parts import PulleySurface
 

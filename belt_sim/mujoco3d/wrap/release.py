@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.wrap.contact import Contact
 from belt_sim.mujoco3d.wrap.hold import HEAD, TAIL, Pose, Wrap, cylinder_coordinates
-from belt_sim.mujoco3d.options import Options
 
 _BASE = 8  # stations over which the span's inclination is taken: vertical waves are shorter or small
 _FURTHEST = 0.6  # chords; stations are let go half a chord beyond the tangent point, give or take a wave
