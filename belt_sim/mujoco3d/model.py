@@ -12,8 +12,6 @@ from belt_sim.effects.base import IN_MARCH, Effect, overrides
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run.simulate import simulate
-from belt_sim.mujoco3d.scene import undisturbed
 from belt_sim.scene_parts import SceneParts
 
 _TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
@@ -101,6 +99,8 @@ class SpaceModel:
         scene_path: Path | None = None,
     ) -> Curves:
         """Curves over ``travel`` [m] as indicated; scene_path: where to write the MJCF."""
+        from belt_sim.mujoco3d.run.simulate import simulate  # MuJoCo takes a while to load
+
         self.admit(effects)
 
         def engine(driven: Case, far: float) -> Curves:
@@ -116,6 +116,11 @@ class SpaceModel:
             )
 
         return as_indicated(engine, case, effects, travel)
+
+
+def undisturbed(case: Case, options: Options) -> SceneParts:
+    """The scene of a case without any effect."""
+    return SceneParts.undisturbed(case, options.friction)
 
 
 def _converted(name: str, value: Any, default: Any) -> Any:

@@ -1,11 +1,7 @@
 """Case -> MJCF: two pulley stations and a belt, as a MuJoCo specification."""
 
 import math
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -16,13 +12,15 @@ from belt_sim.mujoco3d.machine.tensioning import Apart
 from belt_sim.mujoco3d.mesh.belt import BeltModel, Mesh
 from belt_sim.mujoco3d.mesh.loop import Loop, laid_loop
 from belt_sim.mujoco3d.mesh.natural import curved
+from belt_sim.mujoco3d.mujoco_4 import make_factorised, set_solver
 from belt_sim.mujoco3d.options import Options
+from belt_sim.paths import MODELS
 from belt_sim.scene_parts import EdgeGuide, PulleySurface, SceneParts
 
-STATION = Path(__file__).resolve().parents[2] / "models" / "pulley_station.xml"
-#: qpos (and dof) addresses of the pulleys; the nodes follow.
+STATION = MODELS / "pulley_station.xml"
+#: the pulleys' joints in a scene; the nodes follow
 HEAD_YAW, HEAD_SPIN, TAIL_SLIDE, TAIL_YAW, TAIL_SPIN = range(5)
-_STATION_DOFS = 5
+STATION_JOINTS = 5
 _STAGGER_MARGIN = 6.0  # 0.5 would be the limit of stability
 _FACE_MARGIN = 1.5  # pulley face over belt width, only seen
 _ROLLER = (0.02, 0.03)  # [m], radius and half height of an edge guide, only seen
@@ -30,25 +28,20 @@ _ROLLER = (0.02, 0.03)  # [m], radius and half height of an edge guide, only see
 
 @dataclass(frozen=True)
 class Scene:
-    """A compiled scene. base: first qpos (and dof) address of the nodes; early [m]: travel before travel 0; apart: how
+    """What stands still in a run. case: with the gravity of its parts; early [m]: travel before travel 0; apart: how
     the pulleys move apart at its beginning."""
 
-    model: mujoco.MjModel
+    case: Case
+    options: Options
+    parts: SceneParts
     mesh: Mesh
     loop: Loop
-    parts: SceneParts
-    base: int
     early: float
     apart: Apart | None = None
 
 
-def undisturbed(case: Case, options: Options) -> SceneParts:
-    """The scene of a case without any effect."""
-    return SceneParts.undisturbed(case, options.friction)
-
-
 def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, Scene]:
-    """The specification (for its MJCF) and the compiled scene."""
+    """The scene, and its specification, not yet compiled."""
     case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
     loop, laid = laid_loop(case, options.dx), case
     apart = Apart.of(case, loop) if options.tensioning == "koller" else None
@@ -56,27 +49,21 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
         laid, loop = apart.slack, laid_loop(apart.slack, options.dx, len(loop.x))
     early = options.run_in + (apart.travel if apart else 0.0)
     mesh = _cambered(belt.mesh(laid, loop, options), loop, parts, laid, early)
-    spec = _empty(options, parts.gravity)
+    spec = mujoco.MjSpec()
+    spec.modelname = "belt on two pulleys"
+    set_solver(spec, options.dt, parts.gravity)
+    spec.stat.extent = 2.0
+    spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
     _add_station(spec, "head", 0.0, parts.head, loop.radius_head, case, options)
     _add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
+    make_factorised(spec, "head-yaw")
     for k, guide in enumerate(parts.edge_guides):
         _draw_guide(spec, f"guide-{k}", guide, case)
     belt.tie(spec, mesh, case, options)
-    pulleys = np.zeros(_STATION_DOFS)
+    pulleys = np.zeros(STATION_JOINTS)
     pulleys[TAIL_SLIDE] = loop.centre_distance - float(case.rig.centre_distance)
     spec.add_key(name="laid", qpos=np.concatenate([pulleys, (mesh.laid - mesh.rest).ravel()]))
-    with flex_tied_to_nothing():
-        model = spec.compile()
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    return spec, Scene(model=model, mesh=mesh, loop=loop, parts=parts, base=_STATION_DOFS, early=early, apart=apart)
-
-
-@contextmanager
-def flex_tied_to_nothing() -> Iterator[None]:
-    """MuJoCo warns of a flex without equalities: the stiffness of ours is elastic2d's alone, as it should be."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="flex .* is not rigid")
-        yield
+    return spec, Scene(case, options, parts, mesh, loop, early, apart)
 
 
 def _cambered(mesh: Mesh, loop: Loop, parts: SceneParts, case: Case, early: float) -> Mesh:
@@ -91,7 +78,7 @@ def _cambered(mesh: Mesh, loop: Loop, parts: SceneParts, case: Case, early: floa
 
 
 def _draw_guide(spec: mujoco.MjSpec, name: str, guide: EdgeGuide, case: Case) -> None:
-    """A standing roller, only seen; what it does to the belt is in guide.py."""
+    """A standing roller, only seen; what it does to the belt is in loads/guides.py."""
     level = float(case.rig.tail_radius) * (1.0 if guide.span == "upper" else -1.0)
     y = guide.side * (0.5 * float(case.belt.width) + guide.gap + _ROLLER[0])
     geom = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[guide.x, y, level])
@@ -100,30 +87,10 @@ def _draw_guide(spec: mujoco.MjSpec, name: str, guide: EdgeGuide, case: Case) ->
     geom.group = 1
 
 
-def _empty(options: Options, gravity: float) -> mujoco.MjSpec:
-    """Solver settings: no contacts, one exact Newton step on the metric of the discrete integrator.
-
-    One equality (on the head yaw) makes MuJoCo factorise that metric instead of iterating on it, and
-    ``iterations`` bounds the preliminary iterative solve, which is not needed then.
-    """
-    spec = mujoco.MjSpec()
-    spec.modelname = "belt on two pulleys"
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
-    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    spec.option.timestep = options.dt
-    spec.option.iterations = 3
-    spec.option.gravity = [0.0, 0.0, -gravity]
-    off = mujoco.mjtDisableBit
-    spec.option.disableflags = int(off.mjDSBL_ISLAND) | int(off.mjDSBL_CONTACT)
-    spec.stat.extent = 2.0
-    spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
-    return spec
-
-
 def _add_station(
     spec: mujoco.MjSpec, name: str, x: float, surface: PulleySurface, radius: float, case: Case, options: Options
 ) -> None:
-    """Attach models/pulley_station.xml; the head does not slide, its yaw is held by an equality."""
+    """Attach models/pulley_station.xml; the head does not slide."""
     station = mujoco.MjSpec.from_file(str(STATION))
     mass = _station_mass(case, options)
     width = float(case.belt.width)
@@ -140,9 +107,6 @@ def _add_station(
         station.delete(station.joint("slide"))
     frame = spec.worldbody.add_frame(pos=[x, 0.0, 0.0])
     spec.attach(station, frame=frame, prefix=f"{name}-")
-    if name == "head":
-        hold = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT)
-        hold.name1 = "head-yaw"
 
 
 def _station_mass(case: Case, options: Options) -> float:

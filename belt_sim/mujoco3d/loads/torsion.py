@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
-from belt_sim.case import Case
-from belt_sim.mujoco3d.wrap.contact import Contact
-from belt_sim.mujoco3d.wrap.hold import Pose, Wrap
+from belt_sim.mujoco3d.mesh.belt import Mesh
+from belt_sim.mujoco3d.mujoco_4 import Springs
+from belt_sim.mujoco3d.state import State
+from belt_sim.mujoco3d.wrap.hold import TAIL, Pose, Wrap
 from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, depth
+from belt_sim.rig import Belt
 
 
 @dataclass(frozen=True)
@@ -25,52 +26,52 @@ class Torsion:
     every landing. The couples on that station are those of a link as long as its distance from the right place.
     """
 
+    mesh: Mesh
     tense: float
     own: float
     still: float
     lean: np.ndarray
-    forces: np.ndarray
 
     @staticmethod
-    def of(case: Case, contact: Contact, data: mujoco.MjData) -> "Torsion":
-        belt, mesh = case.belt, contact.scene.mesh
+    def of(belt: Belt, mesh: Mesh) -> "Torsion":
+        """Of a belt of two or more lines."""
         width, thickness = float(belt.width), float(belt.thickness)
         share = mesh.line_stiffness / mesh.line_stiffness.sum()
-        apart = float(mesh.line_y[0] - mesh.line_y[-1])
-        per = 1.0 / (mesh.chord * apart**2) if apart else 0.0
+        per = 1.0 / (mesh.chord * float(mesh.line_y[0] - mesh.line_y[-1]) ** 2)
         return Torsion(
+            mesh=mesh,
             tense=per * width**2 / 12.0,
             own=per * float(share @ mesh.line_y**2),
             still=per * float(belt.shear_modulus) * width * thickness**3 / 3.0,
             lean=mesh.rest[:, 0, 2] - mesh.rest[:, -1, 2],
-            forces=data.qfrc_applied[contact.scene.base :].reshape(contact.slides.shape),
         )
 
-    def apply(self, contact: Contact, poses: tuple[Pose, ...], tension: float) -> None:
-        """Write the couples as vertical forces on the outer nodes; landed sections do not roll. tension [N]: F."""
-        if not self.tense:
-            return
+    def forces(self, state: State, springs: Springs) -> np.ndarray:
+        """The couples as vertical forces on the outer nodes; landed sections do not roll."""
+        tension = max(-0.5 * float(state.loads[TAIL, 0]), 0.0)
         whole = tension * self.tense + self.still
-        roll = self.lean + contact.slides[:, 0, 2] - contact.slides[:, -1, 2]
+        roll = self.lean + state.slides[:, 0, 2] - state.slides[:, -1, 2]
         bent = -2.0 * roll
         bent[1:] += roll[:-1]
         bent[:-1] += roll[1:]
         bent[0] += roll[-1]
         bent[-1] += roll[0]
         couple = (whole - tension * self.own) * bent
-        for wrap in contact.wraps:
+        for wrap in state.wraps:
             couple[wrap.stations] = 0.0
-        for wrap, pose in zip(contact.wraps, poses, strict=True):
+        for wrap, pose in zip(state.wraps, state.poses, strict=True):
             for landed, end in ((wrap.first, FIRST), (wrap.last, LAST)):
-                couple[(landed + end) % len(roll)] -= whole * self._end(contact, wrap, pose, landed, end, roll)
-        self.forces[:, 0, 2], self.forces[:, -1, 2] = couple, -couple
+                couple[(landed + end) % len(roll)] -= whole * self._end(wrap, pose, landed, end, roll)
+        forces = np.zeros_like(state.slides)
+        forces[:, 0, 2], forces[:, -1, 2] = couple, -couple
+        return forces
 
-    def _end(self, contact: Contact, wrap: Wrap, pose: Pose, landed: int, end: int, roll: np.ndarray) -> float:
+    def _end(self, wrap: Wrap, pose: Pose, landed: int, end: int, roll: np.ndarray) -> float:
         """How much longer or shorter the link from the last landed station to the first free one is to seem.
 
         Its roll [m] times (chord / distance from the right place - 1).
         """
-        n, chord = len(roll), contact.scene.mesh.chord
+        n, chord = len(roll), self.mesh.chord
         last = landed % n
         behind = float(depth(wrap, pose, 0.5 * (wrap.angle[last, 0] + wrap.angle[last, -1]), end))
         behind = min(max(behind, -0.5 * chord), 0.5 * chord)

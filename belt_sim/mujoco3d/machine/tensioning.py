@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.case import Case
+from belt_sim.mujoco3d.machine.pace import SLOWNESS, string_speed
 from belt_sim.mujoco3d.mesh.loop import Hanging, Loop, free_length, laid_loop
 
 FRICTION = 0.1  # at most, meanwhile: the stretch of a wrap then falls behind by at most 1 - exp(-pi FRICTION / 2)
 _SLOPE = 0.25  # [rad] of the slack spans at the pulleys: a sag of a sixteenth of the centre distance
 _SLACKEST, _TIGHTEST = 0.005, 0.5  # bounds of the slack tension, in the wanted one
-_SLOWNESS = 35.0  # of the drive: string speed of the slack belt over belt speed, as in a run
 _SWINGS = 10.0  # times that a wave needs along a slack span: the procedure takes so long
 _MOVING = 0.85  # share of the procedure's travel over which the pulleys move apart
 _TABLE = 40  # tensions between the slack and the wanted one
@@ -49,11 +49,10 @@ class Apart:
         even = np.linspace(0.0, 1.0, _TABLE)
         slack = _slack(cases[0], case, tight)
         early = float(slack.rig.centre_distance) - distance[0]
-        wave = (slackest / float(belt.density)) ** 0.5
         return Apart(
             slack=slack,
-            speed=wave / _SLOWNESS,
-            travel=_SWINGS / _SLOWNESS * distance[-1],
+            speed=string_speed(cases[0]) / SLOWNESS,
+            travel=_SWINGS / SLOWNESS * distance[-1],
             places=np.interp(even, share, distance) + early * (1.0 - even),
             upper=np.interp(even, share, [_upper(c) for c in cases]),
         )

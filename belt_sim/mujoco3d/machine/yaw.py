@@ -1,89 +1,57 @@
-"""The order of a run: straight run-in, stops for yaw steps, and the speed in between."""
+"""Yaw steps, which are made while the belt stands still, and yaw ramps over travel."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.case import Schedule
-from belt_sim.mujoco3d.options import Options
+from belt_sim.case import Schedule, Settings
+
+#: entries of a schedule: at [m], over [m], change [rad]
+_Entries = tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True)
 class YawPlan:
-    """A schedule split into steps, which are made while the belt stands still, and ramps over travel."""
+    """What the head and the tail pulley are to be turned by."""
 
-    schedule: Schedule
+    head: _Entries
+    tail: _Entries
 
-    def stops(self, until: float) -> list[float]:
+    @staticmethod
+    def of(settings: Settings) -> "YawPlan":
+        """As it is set."""
+        return YawPlan(_entries(settings.yaw_head), _entries(settings.yaw))
+
+    def stops(self, until: float) -> set[float]:
         """Travels [m] of the steps within the run."""
-        at, over = np.asarray(self.schedule.at, float), np.asarray(self.schedule.over, float)
-        change = np.asarray(self.schedule.change, float)
-        return sorted({float(s) for s, o, c in zip(at, over, change, strict=True) if o <= 0.0 and c and s < until})
+        return {at for at, over, change in (*self.head, *self.tail) if over <= 0.0 and change and at < until}
 
-    def angle(self, travel: float, done: float) -> float:
-        """Yaw [rad] at ``travel`` [m] when the steps up to travel ``done`` [m] have been made."""
-        total = 0.0
-        for at, over, change in zip(self.schedule.at, self.schedule.over, self.schedule.change, strict=True):
-            if over <= 0.0:
-                total += float(change) if at <= done else 0.0
-            else:
-                total += float(change) * min(max((travel - float(at)) / float(over), 0.0), 1.0)
-        return total
+    def angles(self, travel: float, done: float) -> np.ndarray:
+        """Yaw [rad] of both at ``travel`` [m] when the steps up to travel ``done`` [m] have been made, shape (2,)."""
+        return np.array([_angle(entries, travel, done) for entries in (self.head, self.tail)])
+
+    def turning(self, travel: float, done: float, share: float) -> np.ndarray:
+        """Yaw [rad] of both when ``share`` (0..1) of the step at ``travel`` [m] has been made, shape (2,)."""
+        before = self.angles(travel, done)
+        return before + share * (self.angles(travel, travel) - before)
 
 
-@dataclass
-class Clock:
-    """Travel, speed and pauses: ``advance`` is called once a step and moves the head pulley's clock on.
+def _entries(schedule: Schedule) -> _Entries:
+    columns = (np.asarray(v, float).tolist() for v in (schedule.at, schedule.over, schedule.change))
+    return tuple(zip(*columns, strict=True))
 
-    The belt speeds up and slows down with options.acceleration, stands still at every stop for the yaw step
-    (smooth over yaw_time) and for half of ``settle`` after it.
-    """
 
-    options: Options
-    stops: list[float]
-    end: float
-    travel: float
-    speed: float = 0.0
-    time: float = 0.0
-    paused_since: float | None = None
-    done: float = -math.inf
-
-    def advance(self, dt: float) -> None:
-        self.time += dt
-        if self.paused_since is not None:
-            if self.time - self.paused_since < self.options.yaw_time + 0.5 * self.options.settle:
-                return
-            self.done, self.paused_since = self.stops.pop(0), None
-        ahead = self.stops[0] - self.travel if self.stops else math.inf
-        a = self.options.acceleration
-        allowed = min(self.options.belt_speed, math.sqrt(2.0 * a * max(ahead, 0.0)) + 0.5 * a * dt)
-        self.speed = min(self.speed + a * dt, allowed)
-        if ahead <= self.speed * dt:
-            self.travel, self.speed, self.paused_since = self.stops[0], 0.0, self.time
+def _angle(entries: _Entries, travel: float, done: float) -> float:
+    total = 0.0
+    for at, over, change in entries:
+        if over <= 0.0:
+            total += change if at <= done else 0.0
         else:
-            self.travel += self.speed * dt
-
-    def step_share(self) -> float:
-        """How much of the present yaw step has been made, 0..1 (3 u^2 - 2 u^3)."""
-        if self.paused_since is None:
-            return 0.0
-        u = min((self.time - self.paused_since) / self.options.yaw_time, 1.0)
-        return u * u * (3.0 - 2.0 * u)
-
-    @property
-    def moving(self) -> bool:
-        return self.paused_since is None
-
-    @property
-    def finished(self) -> bool:
-        return self.travel >= self.end and self.paused_since is None
+            total += change * min(max((travel - at) / over, 0.0), 1.0)
+    return total
 
 
-def yaw_now(plan: YawPlan, clock: Clock) -> float:
-    """Commanded yaw [rad] of a pulley at the clock's instant."""
-    share = clock.step_share()
-    before = plan.angle(clock.travel, clock.done)
-    if share == 0.0:
-        return before
-    return before + share * (plan.angle(clock.travel, clock.travel) - before)
+def smooth(u: float) -> float:
+    """From 0 at u = 0 to 1 at 1 and beyond, 3 u^2 - 2 u^3."""
+    u = min(u, 1.0)
+    return u * u * (3.0 - 2.0 * u)

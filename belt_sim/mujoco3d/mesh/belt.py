@@ -51,6 +51,10 @@ class Mesh:
     def across(self) -> int:
         return self.rest.shape[1]
 
+    def at(self, slides: np.ndarray, stations) -> np.ndarray:
+        """Positions [m] of the nodes of stations when all have slid by ``slides`` [m], shape (n, m, 3)."""
+        return self.rest[stations] + slides[stations]
+
 
 class BeltModel(Protocol):
     """Builds one kind of belt."""

@@ -8,9 +8,8 @@ from belt_sim.case import Case
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d.mesh.belt import Mesh, add_nodes, lay, node_name
 from belt_sim.mujoco3d.mesh.loop import Loop
+from belt_sim.mujoco3d.mujoco_4 import STRETCH_ONLY
 from belt_sim.mujoco3d.options import Options
-
-_STRETCH = 2  # elastic2d="stretch": membrane stiffness only; plate bending acts over 7-16 mm
 
 
 def model_width(width: float, across: int, poisson_ratio: float) -> float:
@@ -43,7 +42,7 @@ class Membrane:
         flex.young = float(case.belt.youngs_modulus)
         flex.poisson = float(case.belt.poisson_ratio)
         flex.thickness = float(case.belt.area) / width
-        flex.elastic2d = _STRETCH
+        flex.elastic2d = STRETCH_ONLY
         flex.contype = flex.conaffinity = 0
         flex.radius = 1e-3
         flex.rgba = [0.75, 0.78, 0.82, 1.0]

@@ -1,8 +1,8 @@
 """Landed stations are held on the pulleys by stiff springs in the solver's metric, instead of contacts.
 
-Every node rides on three slides. While its station lies on a pulley, the slides' springs (jnt_stiffness) hold it at
-an anchor that turns with the pulley (qpos_spring). Under MuJoCo's discrete integrator a joint spring is implicit, so
-it may be as stiff as 1e13 N/m: no penetration, no creep, no chatter, no cone.
+Every node rides on three slides. While its station lies on a pulley, springs on the slides hold it at an anchor that
+turns with the pulley. Under MuJoCo's discrete integrator a joint spring is implicit, so it may be as stiff as
+1e13 N/m: no penetration, no creep, no chatter, no cone.
 """
 
 from dataclasses import dataclass, field
@@ -28,10 +28,10 @@ class Wrap:
     """The stations that lie on one pulley: consecutive numbers first..last (modulo n), and their anchors.
 
     anchors are cylinder coordinates in the spinning pulley: r, y [m] and angle [rad] from the top towards +x,
-    shape (n, m), valid for held stations only; lifted [m], shape (n,): how much higher than touchdown.py's path a
+    shape (n, m), valid for held stations only; lifted [m], shape (n,): how much higher than the path of touchdown.py a
     station has been caught; tangent [rad], shape (2,): where the belt meets the pulley, at ``first`` and at ``last``,
-    from the top towards +x and not turning; way [m], shape (n, m, 2): how far the nodes slid in the
-    last step, along the axis, along the turn.
+    from the top towards +x and not turning; slip_increment [m], shape (n, m, 2): how far the nodes slid in the last
+    step, along the axis, along the turn; followed [rad]: spin of the pulley that the anchors were last put on.
     """
 
     surface: PulleySurface
@@ -43,14 +43,15 @@ class Wrap:
     angle: np.ndarray
     lifted: np.ndarray
     tangent: np.ndarray
-    way: np.ndarray
+    slip_increment: np.ndarray
+    followed: float
     stations: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
     @staticmethod
-    def empty(surface: PulleySurface, extra_radius: float, n: int, m: int) -> "Wrap":
-        """extra_radius [m]: how much wider the circle of the stations is than the pulley."""
+    def empty(surface: PulleySurface, extra_radius: float, n: int, m: int, spin: float = 0.0) -> "Wrap":
+        """extra_radius [m]: how much wider the circle of the stations is than the pulley; spin [rad]: of the pulley."""
         r, y, angle = np.zeros((3, n, m))
-        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros(n), np.zeros(2), np.zeros((n, m, 2)))
+        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros(n), np.zeros(2), np.zeros((n, m, 2)), spin)
 
     def renumber(self) -> None:
         """Recompute ``stations`` after first or last changed."""
@@ -70,15 +71,15 @@ class Wrap:
     @property
     def sliding(self) -> np.ndarray:
         """Which held nodes slid in the last step, shape (held, m)."""
-        return self.way[self.stations].any(axis=-1)
+        return self.slip_increment[self.stations].any(axis=-1)
 
-    def slide(self, way: np.ndarray) -> None:
-        """Move the held nodes' anchors on the surface by ``way`` [m], shape (held, m, 2)."""
+    def slip(self, increment: np.ndarray) -> None:
+        """Move the held nodes' anchors on the surface by a slip increment [m], shape (held, m, 2)."""
         k = self.stations
-        self.way[k] = way
+        self.slip_increment[k] = increment
         before = self.radius_at(self.y[k], self.angle[k])
-        self.y[k] += way[..., 0]
-        self.angle[k] += way[..., 1] / self.r[k]
+        self.y[k] += increment[..., 0]
+        self.angle[k] += increment[..., 1] / self.r[k]
         self.r[k] += self.radius_at(self.y[k], self.angle[k]) - before
 
     def components(self, pose: Pose, vectors: np.ndarray) -> np.ndarray:

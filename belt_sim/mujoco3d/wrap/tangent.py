@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass, field
 
-import mujoco
 import numpy as np
 
-from belt_sim.mujoco3d.mujoco_4 import elastic_forces
+from belt_sim.mujoco3d.mujoco_4 import Solver
 from belt_sim.mujoco3d.scene import Scene
 
 _PROBE = 1e-6  # [m], a strain of 4e-5 of a link
@@ -28,15 +27,12 @@ class Tangent:
     known: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
     @staticmethod
-    def of(scene: Scene) -> "Tangent":
+    def of(scene: Scene, solver: Solver) -> "Tangent":
         """Read off in the middle of the upper span, laid and under tension."""
-        model, mesh = scene.model, scene.mesh
-        data = mujoco.MjData(model)
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-        shape = mesh.rest.shape
-        slides = data.qpos[scene.base :].reshape(shape)
-        upper = np.flatnonzero(scene.loop.z > 0.0)
-        middle = int(upper[np.argmin(np.abs(scene.loop.x[upper] - scene.loop.x.mean()))])
+        mesh, loop = scene.mesh, scene.loop
+        slides = mesh.laid - mesh.rest
+        upper = np.flatnonzero(loop.z > 0.0)
+        middle = int(upper[np.argmin(np.abs(loop.x[upper] - loop.x.mean()))])
         size = 2 * mesh.across
         block = np.empty((2, len(_AROUND), size, size))
         for station in (middle, middle + 1):
@@ -44,14 +40,14 @@ class Tangent:
             for column in range(size):
                 place = (station, column // 2, _IN_PLANE[column % 2])
                 forces = []
-                for way in (_PROBE, -_PROBE):
-                    slides[place] += way
-                    forces.append(elastic_forces(model, data, scene.base, shape)[seen][:, :, list(_IN_PLANE)])
-                    slides[place] -= way
+                for shift in (_PROBE, -_PROBE):
+                    slides[place] += shift
+                    forces.append(solver.elastic_forces(slides)[seen][:, :, list(_IN_PLANE)])
+                    slides[place] -= shift
                 block[station % 2, :, :, column] = (forces[1] - forces[0]).reshape(len(_AROUND), size) / (2.0 * _PROBE)
-        inertia = np.repeat(mesh.mass, 2) / model.opt.timestep**2
-        tail_x = scene.loop.x.max() - scene.loop.radius_tail
-        inside = np.abs(scene.loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x
+        inertia = np.repeat(mesh.mass, 2) / scene.options.dt**2
+        tail_x = loop.x.max() - loop.radius_tail
+        inside = np.abs(loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x
         return Tangent(block=block, inertia=inertia, free=int(np.count_nonzero(inside)))
 
     def wrap(self, first: int, count: int) -> np.ndarray:
@@ -72,17 +68,17 @@ class Tangent:
         whole[-1, :, -1] -= self._relief((parity + count) % 2, 1)
         return whole.reshape(count * size, count * size)
 
-    def _relief(self, parity: int, way: int) -> np.ndarray:
+    def _relief(self, parity: int, side: int) -> np.ndarray:
         """What the free span beyond a station takes off its stiffness in a step: condensation of ``free`` stations.
 
-        parity: of the span's station beside it; way: +1 or -1, the span goes on along or against station numbers.
+        parity: of the span's station beside it; side: +1 or -1, the span goes on along or against station numbers.
         """
         size = self.block.shape[-1]
         relief = np.zeros((size, size))
         for k in reversed(range(self.free)):
             here = (parity + k) % 2
             own = self.block[here, 1] + np.diag(self.inertia) - relief
-            inwards = self.block[here, 1 - way]  # felt by the station nearer to the pulley
-            outwards = self.block[1 - here, 1 + way]  # felt here when that one moves
+            inwards = self.block[here, 1 - side]  # felt by the station nearer to the pulley
+            outwards = self.block[1 - here, 1 + side]  # felt here when that one moves
             relief = inwards @ np.linalg.solve(own, outwards)
         return relief
