@@ -13,8 +13,8 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.frame import Frame
+from belt_sim.mujoco3d import simulate
 from belt_sim.mujoco3d.options import TENSIONINGS
-from belt_sim.mujoco3d.run.simulate import simulate
 from belt_sim.mujoco3d.study import options_from, paper_case
 from belt_sim.pictures.tensioning import tensioning_picture
 from belt_sim.si import MM

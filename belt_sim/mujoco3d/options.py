@@ -1,7 +1,9 @@
 """How a three-dimensional run is discretised and driven."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import Any
 
 from belt_sim.errors import InputError
 
@@ -61,6 +63,18 @@ class Options:
         if unknown or "longitudinal" not in self.bonds:
             raise InputError("options.bonds", self.bonds, "", f"longitudinal, and any of {', '.join(BONDS[1:])}")
 
+    @staticmethod
+    def of(settings: Mapping[str, Any]) -> "Options":
+        """From the numbers of a configuration; None keeps the recommended value. Raises InputError for a wrong one."""
+        known = {f.name: f.default for f in fields(Options)}
+        given: dict[str, Any] = {}
+        for key, value in settings.items():
+            if key not in known:
+                raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}")
+            if value is not None:
+                given[key] = _converted(f"model.{key}", value, known[key])
+        return Options(**given)
+
     @property
     def pace(self) -> float:
         """Belt speed [m/s] of options that were fitted to a case (run/fitted.py)."""
@@ -74,3 +88,15 @@ def is_limp(belt: str, options: Options) -> bool:
 
 
 _MAY_BE_ZERO = ("friction", "run_in", "settle", "damping")
+
+
+def _converted(name: str, value: Any, default: Any) -> Any:
+    if isinstance(default, tuple):
+        if not isinstance(value, (list, tuple)):
+            raise InputError(name, value, "", "give a list")
+        return tuple(str(v) for v in value)
+    if isinstance(default, str) or (default is None and isinstance(value, str)):
+        return str(value)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(name, value, "", "give a number")
+    return int(value) if isinstance(default, int) else float(value)

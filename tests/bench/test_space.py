@@ -8,7 +8,8 @@ from belt_sim.bench.space.lammps import BEYOND, SAFE, lammps_run, program
 from belt_sim.bench.space.particles import Particles
 from belt_sim.bench.space.task import SHORT
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run.simulate import Run, fitted
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.run.simulate import Run
 
 SMALL_ANGLES = 2e-3  # of the tension: the laid spans sag and the section is cut square
 STEPS = 2000
@@ -39,6 +40,6 @@ def test_lammps_is_stable_up_to_the_step_of_the_fastest_mode():
 
 def test_explicit_steps_fail_above_five_microseconds():
     case = SHORT.case()
-    model, free = explicit.explicit_model(Run.begin(case, "flex", fitted(Options(), case, "flex"), (), (), None))
+    model, free = explicit.explicit_model(Run.begin(case, "flex", fitted(Options(), case, "flex")))
     assert explicit.stable(model, free, 4e-6)
     assert not explicit.stable(model, free, 6e-6)

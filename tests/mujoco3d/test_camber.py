@@ -17,9 +17,9 @@ from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.mesh.membrane import Membrane
 from belt_sim.mujoco3d.mesh.natural import cells
 from belt_sim.mujoco3d.model import SpaceModel
+from belt_sim.mujoco3d.mujoco_4 import Solver, compiled, mjcf
 from belt_sim.mujoco3d.scene import build
 from belt_sim.mujoco3d.study import paper_case
-from belt_sim.mujoco3d.written import mjcf
 
 AT_REST = 1e-5  # of the deflection: what 15 s leave of its motion
 LENGTHS = 2e-9  # of a chord, where the search for the stress-free shape stops
@@ -75,7 +75,8 @@ def quietly_loaded(text):
 def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
     options = Options(dx=0.04)
     spec, scene = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, effects))
-    ran, loaded = scene.model, quietly_loaded(mjcf(spec))
+    ran = compiled(spec)
+    loaded = quietly_loaded(mjcf(spec))
     for name in ("body_pos", "body_mass", "key_qpos", "flexedge_length0", "flex_stiffness", "tendon_lengthspring",
                  "tendon_stiffness", "body_inertia", "jnt_axis", "opt"):  # fmt: skip
         if name == "opt":
@@ -88,16 +89,15 @@ def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
 @pytest.mark.parametrize("belt", [Membrane, Grid])
 def test_camber_acts_by_its_share(belt):
     options = Options(dx=0.04, run_in=0.0)
-    _, cambered = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [WELD]))
-    _, straight = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, []))
-    lengths = RestLengths.of(cambered)
-    natural = lengths.lengths.copy()
-    plain = straight.model.flexedge_length0 if belt is Membrane else straight.model.tendon_lengthspring
-    lengths.act(0.0)
-    np.testing.assert_allclose(lengths.lengths, plain, atol=LENGTHS * straight.mesh.chord)
-    lengths.act(1.0)
-    np.testing.assert_array_equal(lengths.lengths, natural)
-    assert RestLengths.of(straight) is None
+    cambered_spec, cambered = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [WELD]))
+    straight_spec, straight = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, []))
+    solver = Solver(compiled(cambered_spec), cambered.mesh.rest.shape)
+    natural, lengths = solver.rest_lengths, RestLengths.of(cambered.mesh, solver)
+    plain = Solver(compiled(straight_spec), straight.mesh.rest.shape).rest_lengths
+    np.testing.assert_allclose(lengths.lengths(0.0), plain, atol=LENGTHS * straight.mesh.chord)
+    np.testing.assert_array_equal(lengths.lengths(1.0), natural)
+    solver.set_rest_lengths(lengths.lengths(0.25))
+    np.testing.assert_allclose(solver.rest_lengths, 0.75 * plain + 0.25 * natural, atol=LENGTHS * straight.mesh.chord)
 
 
 def test_a_rope_has_no_camber():

@@ -6,17 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from belt_sim.commands.simulate_3d import options_from
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.compare_tensionings import Before
 from belt_sim.mujoco3d.machine.tensioning import Apart
 from belt_sim.mujoco3d.mesh.catenary import Catenary
 from belt_sim.mujoco3d.mesh.loop import Hanging, free_length, laid_loop
-from belt_sim.mujoco3d.run.simulate import Run, fitted
+from belt_sim.mujoco3d.mesh.path import lift
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.run.record import Recorder
+from belt_sim.mujoco3d.run.simulate import Run
 from belt_sim.mujoco3d.study import paper_case
 from belt_sim.mujoco3d.wrap.hold import TAIL
-from belt_sim.mujoco3d.wrap.touchdown import lift
+from belt_sim.registry import model_named
 
 ROUNDING = 1e-9
 LINK = 5e-3  # [m]: the last of 400 points of a span of 2 m lies so far from where it touches
@@ -59,10 +61,10 @@ def test_a_polygon_of_stations_is_as_long_as_the_smooth_belt_and_its_four_ways_o
 def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
     case = paper_case(2.0, tension, 0.0)
     options = fitted(Options(tensioning="length", settle=2.0 if tension < 7.0 else 1.0), case, belt)
-    run = Run.begin(case, belt, options, (), (), None)
-    run._rest()
-    assert run.machine.poses[TAIL].centre[0] == pytest.approx(2.0, abs=ROUNDING)
-    assert -run.contact.loads[TAIL][0] == pytest.approx(2.0 * case.tension_force, rel=near)
+    run = Run.begin(case, belt, options)
+    run.through(run.stages(1.0)[0], Recorder(run.scene, ()))
+    assert run.state.poses[TAIL].centre[0] == pytest.approx(2.0, abs=ROUNDING)
+    assert -run.state.loads[TAIL, 0] == pytest.approx(2.0 * case.tension_force, rel=near)
 
 
 def test_a_longer_belt_is_slacker():
@@ -120,7 +122,7 @@ def test_however_it_was_tensioned_the_belt_runs_alike(both):
 
 
 def test_an_unknown_tensioning_is_refused_in_one_line():
-    assert options_from({"name": "mujoco_rope", "tensioning": "length"}).tensioning == "length"
-    assert options_from({"name": "mujoco_rope", "tensioning": None}).tensioning == "force"
+    assert model_named("mujoco_rope", {"tensioning": "length"}).options.tensioning == "length"
+    assert model_named("mujoco_rope", {"tensioning": None}).options.tensioning == "force"
     with pytest.raises(InputError, match=r"options\.tensioning = glue: choose one of force, length, koller"):
-        options_from({"name": "mujoco_rope", "tensioning": "glue"})
+        model_named("mujoco_rope", {"tensioning": "glue"})

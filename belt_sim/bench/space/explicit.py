@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 
 from belt_sim.bench.space.task import Task
-from belt_sim.mujoco3d import undisturbed
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run.simulate import Run, fitted
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.run.simulate import Run
 
 STEPS = 3000  # of a trial: beyond the limit by 1 % the fastest mode grows by a quarter a step
 KICK = 1e-3  # [m/s] random speeds of the free nodes that wake every mode
@@ -29,7 +29,7 @@ def explicit_figures(task: Task) -> dict[str, Any]:
     """Largest stable step [s], milliseconds a step, steps and CPU seconds a metre at the product's belt speed."""
     case = task.case()
     options = fitted(Options(), case, "flex")
-    run = Run.begin(case, "flex", options, (), undisturbed(case, options), None)
+    run = Run.begin(case, "flex", options)
     model, free = explicit_model(run)
     low, high = 1e-7, 1e-4
     while high / low > 1.0 + WITHIN:
@@ -50,11 +50,11 @@ def explicit_figures(task: Task) -> dict[str, Any]:
 
 def explicit_model(run: Run) -> tuple[mujoco.MjModel, np.ndarray]:
     """The run's model with Euler steps and its landed nodes put in place; which coordinates are free."""
-    model, scene = run.scene.model, run.scene
-    landed = np.zeros((scene.mesh.stations, scene.mesh.across, 3), bool)
-    for wrap in run.contact.wraps:
+    solver = run.engine.solver
+    model, landed = solver.model, np.zeros(solver.shape, bool)
+    for wrap in run.state.wraps:
         landed[wrap.stations] = True
-    placed = np.concatenate([np.ones(scene.base, bool), landed.ravel()])
+    placed = np.concatenate([np.ones(solver.base, bool), landed.ravel()])
     model.jnt_stiffness[:] = 0.0
     model.dof_armature[placed] = _PLACED
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER

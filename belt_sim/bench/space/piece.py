@@ -13,9 +13,9 @@ from belt_sim.bench.space.task import TASKS, Task, off_the_law
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates
 from belt_sim.frame import Frame
-from belt_sim.mujoco3d import undisturbed
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run.simulate import Run, fitted
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.run.simulate import Run
 from belt_sim.si import MM_PER_M
 
 STEADY_SHARE = 0.25  # the last part of a run, at full speed, that gives steps a metre and time a step
@@ -48,9 +48,9 @@ def measure(task: Task, travel: float, dt: float) -> dict[str, Any]:
     """
     begun, case, marks = time.process_time(), task.case(), Marks()
     options = fitted(Options(dt=dt), case, "flex")
-    run = Run.begin(case, "flex", options, (marks,), undisturbed(case, options), None)
-    marks.data = run.data
-    curves = run.go(travel)
+    run = Run.begin(case, "flex", options)
+    marks.data = run.engine.solver.data
+    curves = run.go(travel, (marks,))
     cpu = time.process_time() - begun
     at, steps, clock, iterations = np.array(marks.rows).T
     late = at >= at[-1] - STEADY_SHARE * travel

@@ -41,7 +41,8 @@ class Engine:
     def of(scene: Scene, solver: Solver, limp: bool) -> "Engine":
         """For a compiled scene."""
         mesh, options = scene.mesh, scene.options
-        pulleys, loads = Pulleys.of(scene, solver), []
+        pulleys = Pulleys.of(scene, solver)
+        loads: list[Load] = []
         if mesh.across > 1:
             loads.append(Torsion.of(scene.case.belt, mesh))
         if limp:

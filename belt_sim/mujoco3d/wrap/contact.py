@@ -72,12 +72,13 @@ def settle(scene: Scene, state: State, pull: np.ndarray, friction: float, slips:
     When both belts slide as a whole they take turns, since each reckons with the other standing still.
     """
     mesh = scene.mesh
-    acts = tangent is not None and not math.isinf(friction)
-    if acts:
+    if math.isinf(friction):
+        tangent = None
+    if tangent is not None:
         sliding = all(wrap.sliding.mean() > 0.5 for wrap in state.wraps)
         state.waits = _NEITHER if not sliding else TAIL if state.waits == HEAD else HEAD
     for which, (wrap, pose) in enumerate(zip(state.wraps, state.poses, strict=True)):
-        if acts and slips and state.waits != which:
+        if tangent is not None and slips and state.waits != which:
             holding = -wrap.components(pose, pull[wrap.stations])
             holding[..., 0] -= mesh.mass * state.speed**2 / wrap.surface.radius
             state.slip[which] += let_slip(wrap, holding, friction, tangent)
