@@ -10,7 +10,7 @@ from belt_sim.errors import InputError
 #: The three belts: a limp chain, particles tied by bonds, a two-dimensional membrane.
 BELTS = ("rope", "grid", "flex")
 BONDS = ("longitudinal", "transverse", "diagonal")
-#: A force on the sliding tail pulley, the belt's length at fixed pulleys, pulleys moved apart (tensioning.py).
+#: A force on the sliding tail pulley, the belt's length at fixed pulleys, pulleys moved apart (machine/tensioning.py).
 TENSIONINGS = ("force", "length", "koller")
 #: belt_speed of a run at its case's own speed
 AS_THE_CASE = "case"
@@ -21,12 +21,11 @@ class Options:
     """Numerical settings of a run; the defaults are those of the error budget in docs/three_dimensions.md.
 
     dx [m]: distance of stations along the belt; across: nodes over the width (2 carry the exact EI and tension
-    torsion); dt [s]; belt_speed [m/s] of the run, None = as fast as is
-    accurate (machine/pace.py), "case" = that of the case; friction [1]: Coulomb coefficient between belt and pulleys,
-    inf = sticking; bonds: which bonds tie the grid; tensioning: how the belt gets its tension, see TENSIONINGS;
-    run_in [m]: travel before 0, straight; acceleration [m/s2];
-    settle [s]: time at rest for the sag, and again after a yaw step; yaw_time [s]: duration of a yaw step;
-    damping [1/s]: drag of the free belt, across its travel, per unit of its mass (limp belts get more);
+    torsion); dt [s]; belt_speed [m/s] of the run, None = as fast as is accurate (machine/pace.py), "case" = that of
+    the case; friction [1]: Coulomb coefficient between belt and pulleys, inf = sticking; bonds: which bonds tie the
+    grid; tensioning: how the belt gets its tension, see TENSIONINGS; run_in [m]: travel before 0, straight;
+    acceleration [m/s2]; settle [s]: time at rest for the sag, and half of it after a yaw step; yaw_time [s]: duration
+    of a yaw step; damping [1/s]: drag of the free belt, across its travel, per unit of its mass (limp belts get more);
     hold_stiffness [N/m]: springs that hold a landed node; tail_mass [kg]: inertia of the tail pulley on its slide and
     about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames.
     """

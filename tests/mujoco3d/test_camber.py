@@ -11,7 +11,7 @@ from belt_sim.curves import late_rates
 from belt_sim.effects.camber import Camber
 from belt_sim.effects.weld import Weld
 from belt_sim.errors import CannotRepresent
-from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.loads.camber import Camber as RestLengths
 from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.mesh.membrane import Membrane
@@ -74,7 +74,7 @@ def quietly_loaded(text):
 @pytest.mark.parametrize("effects", [[], [WELD]], ids=["straight", "weld"])
 def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
     options = Options(dx=0.04)
-    spec, scene = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, effects))
+    spec, _ = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, effects))
     ran = compiled(spec)
     loaded = quietly_loaded(mjcf(spec))
     for name in ("body_pos", "body_mass", "key_qpos", "flexedge_length0", "flex_stiffness", "tendon_lengthspring",
@@ -101,8 +101,10 @@ def test_camber_acts_by_its_share(belt):
 
 
 def test_a_rope_has_no_camber():
-    with pytest.raises(CannotRepresent, match="camber"):
+    with pytest.raises(CannotRepresent, match="weld: it acts through the width"):
         SpaceModel(belt="rope").run(CASE, [WELD], travel=1.0)
+    with pytest.raises(CannotRepresent, match="camber: a rope of particles has no width"):
+        simulate(CASE, belt="rope", travel=1.0, parts=SpaceModel().parts(CASE, [WELD]))
 
 
 def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():

@@ -34,16 +34,17 @@ def fitted(options: Options, case: Case, belt: str) -> Options:
 
 def _pace(options: Options, case: Case) -> float:
     """Belt speed [m/s]; raises InputError for one at which landings shake the belt too much."""
-    accurate = min(_FASTEST, string_speed(case) / SLOWNESS)
+    waves = string_speed(case)
+    accurate = min(_FASTEST, waves / SLOWNESS)
     if options.belt_speed is None:
         return accurate
-    name, pace = "options.belt_speed", options.belt_speed
-    if pace == AS_THE_CASE:
-        name, pace = "settings.speed", case.settings.speed
-    if float(pace) > string_speed(case) / _SHAKEN:
+    as_the_case = options.belt_speed == AS_THE_CASE
+    name = "settings.speed" if as_the_case else "options.belt_speed"
+    pace = float(case.settings.speed if as_the_case else options.belt_speed)
+    if not 0.0 < pace <= waves / _SHAKEN:
         raise InputError(
-            name, f"{float(pace):.3g}", "m/s",
-            f"landings would shake a belt of this tension: leave options.belt_speed out for {accurate:.2f} m/s, at "
-            "which its inertia does not matter, or raise the tension",
+            name, f"{pace:.3g}", "m/s",
+            f"give at most {waves / _SHAKEN:.2f}, above which landings shake a belt of this tension, or leave "
+            f"options.belt_speed out for {accurate:.2f} m/s",
         )  # fmt: skip
-    return float(pace)
+    return pace
