@@ -121,7 +121,7 @@ def _stepper(spans, spacing):
             yaw, push = _forced(effects, commanded, case, now, then)
             y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
             yaw_end = _yaw_now(effects, case, s0 + spacing, then)
-            then = spans.now(s0 + spacing, y, alpha, off1, yaw_end)
+            then = spans.state(s0 + spacing, y, alpha, off1, yaw_end)
             return spans.slid(then, off1, yaw_end), yaw_end
 
         guess = (replace(now, travel=s0 + spacing), commanded)
@@ -207,9 +207,9 @@ def _start(spans, slots):
     zero = jnp.zeros(2)
     off = wrap.RunOff(y=zero, alpha=zero)
     yaw = _yaw(spans.case, drive.angle_at, 0.0)
-    blank = spans.now(jnp.zeros(()), zero, zero, off, yaw)
+    blank = spans.state(jnp.zeros(()), zero, zero, off, yaw)
     yaw = _yaw_now(spans.effects, spans.case, 0.0, blank)
-    now = spans.slid(spans.now(jnp.zeros(()), zero, zero, off, yaw), off, yaw)
+    now = spans.slid(spans.state(jnp.zeros(()), zero, zero, off, yaw), off, yaw)
     return jnp.zeros((slots, 4)), now, off, yaw
 
 

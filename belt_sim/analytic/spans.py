@@ -9,8 +9,8 @@ import jax.numpy as jnp
 
 from belt_sim.case import Case
 from belt_sim.effects.base import uses
-from belt_sim.laws.inside import Bend, Held, no_bend
-from belt_sim.laws.runup import Now, Yaw
+from belt_sim.laws.inside import Bend, BoundaryValues, no_bend
+from belt_sim.laws.runup import State, Yaw
 from belt_sim.laws.span import Response, Span, response
 from belt_sim.laws.wrap import RunOff
 
@@ -33,15 +33,15 @@ class Spans:
         known = tuple(e.influence(span, case) for e in benders)
         return Spans(case, tuple(effects), span, response(span), benders, known)
 
-    def now(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> Now:
+    def state(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> State:
         """Everything that effects may ask of this instant."""
         span, case, answer = self.span, self.case, self.answer
-        held = self.held(travel, y, alpha, off, yaw)
-        bend = self.bend(held)
-        bent, bent_off = answer.runup @ held.ends + bend.runup, answer.runoff @ held.ends + bend.runoff
+        boundary = self.boundary_values(travel, y, alpha, off, yaw)
+        bend = self.bend(boundary)
+        bent, bent_off = answer.runup @ boundary.ends + bend.runup, answer.runoff @ boundary.ends + bend.runoff
         if span.limp:
             bent, bent_off = 0.0 * bent, 0.0 * bent_off
-        return Now(
+        return State(
             travel=travel,
             y=y,
             alpha=alpha,
@@ -56,27 +56,27 @@ class Spans:
             direction=case.settings.direction + jnp.zeros(()),
         )
 
-    def slid(self, now: Now, off: RunOff, yaw: Yaw) -> Now:
+    def slid(self, state: State, off: RunOff, yaw: Yaw) -> State:
         """The instant after the belt has turned on the pulleys, where effects let it."""
         for e in uses(self.effects, "slide"):
-            alpha = e.slide(now.alpha, now, self.case)
-            now = self.now(now.travel, now.y, alpha, off, yaw)
-        return now
+            alpha = e.slide(state.alpha, state, self.case)
+            state = self.state(state.travel, state.y, alpha, off, yaw)
+        return state
 
-    def held(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> Held:
+    def boundary_values(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> BoundaryValues:
         """Boundary values of both spans."""
         start, theta_o = off.y[::-1], yaw.runoff + off.alpha[::-1]
         rows = [y - start, theta_o, yaw.runup + alpha, yaw.roll_runoff, yaw.roll_runup]
-        return Held(travel=travel, start=start, ends=jnp.stack(rows), direction=self.case.settings.direction)
+        return BoundaryValues(travel=travel, start=start, ends=jnp.stack(rows), direction=self.case.settings.direction)
 
-    def bend(self, held: Held) -> Bend:
+    def bend(self, boundary: BoundaryValues) -> Bend:
         """What effects do between the ends."""
         bend = no_bend()
         for e, known in zip(self.benders, self.known, strict=True):
-            bend = e.bend(bend, held, known, self.case)
+            bend = e.bend(bend, boundary, known, self.case)
         return bend
 
-    def tilt(self, now: Now, off: RunOff, yaw: Yaw) -> jax.Array:
+    def tilt(self, state: State, off: RunOff, yaw: Yaw) -> jax.Array:
         """Roll of both spans at their middle [rad], shape (2,)."""
-        held = self.held(now.travel, now.y, now.alpha, off, yaw)
-        return self.answer.mid_tilt @ held.ends + self.bend(held).tilt
+        boundary = self.boundary_values(state.travel, state.y, state.alpha, off, yaw)
+        return self.answer.mid_tilt @ boundary.ends + self.bend(boundary).tilt
