@@ -36,12 +36,12 @@ def explicit_figures(task: Task) -> dict[str, Any]:
         middle = (low * high) ** 0.5
         low, high = (middle, high) if stable(model, free, middle) else (low, middle)
     each = min(_timed(model, low) for _ in range(REPEATS))
-    per_metre = 1.0 / (low * options.belt_speed)
+    per_metre = 1.0 / (low * options.pace)
     return {
         "dt_s": low,
         "stable_at_dt": stable(model, free, low),
         f"stable_at_{BEYOND:g}_dt": stable(model, free, BEYOND * low),
-        "belt_speed_m_per_s": options.belt_speed,
+        "belt_speed_m_per_s": options.pace,
         "ms_per_step": 1e3 * each,
         "steps_per_m": per_metre,
         "cpu_s_per_m": each * per_metre,
