@@ -16,8 +16,8 @@ from belt_sim.mujoco3d.mesh.path import lift
 from belt_sim.mujoco3d.run.fitted import fitted
 from belt_sim.mujoco3d.run.record import Recorder
 from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.mujoco3d.state import TAIL
 from belt_sim.mujoco3d.study import paper_case
-from belt_sim.mujoco3d.wrap.hold import TAIL
 from belt_sim.registry import model_named
 
 ROUNDING = 1e-9

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from belt_sim.mujoco3d.mesh.path import lift
-from belt_sim.mujoco3d.wrap.hold import Pose, Wrap
+from belt_sim.mujoco3d.state import Pose, Wrap
 from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, catches, land, lets_go, sink
 from belt_sim.scene_parts import PulleySurface
 

@@ -1,1 +1,1 @@
-"""What acts on the nodes beside the belt's own stiffness; every load returns forces, which run/step.py adds."""
+"""What acts on the nodes: loads return forces and guides give springs, which run/engine.py puts together."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Solver
-from belt_sim.mujoco3d.wrap.hold import Pose, Wrap
+from belt_sim.mujoco3d.state import Pose, Wrap
 
 
 def pull_on_nodes(mesh: Mesh, solver: Solver, slides: np.ndarray, gravity: float) -> np.ndarray:

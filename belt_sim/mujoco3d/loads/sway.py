@@ -6,8 +6,7 @@ import numpy as np
 
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Springs
-from belt_sim.mujoco3d.state import State
-from belt_sim.mujoco3d.wrap.hold import HEAD, TAIL
+from belt_sim.mujoco3d.state import HEAD, TAIL, State
 
 
 @dataclass(frozen=True)

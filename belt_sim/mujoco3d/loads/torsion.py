@@ -6,8 +6,7 @@ import numpy as np
 
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Springs
-from belt_sim.mujoco3d.state import State
-from belt_sim.mujoco3d.wrap.hold import TAIL, Pose, Wrap
+from belt_sim.mujoco3d.state import TAIL, Pose, State, Wrap
 from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, depth
 from belt_sim.rig import Belt
 

@@ -1,1 +1,1 @@
-"""The two pulleys: how they are turned, tensioned and driven."""
+"""The two pulleys with their belt as a scene, and how they are turned, tensioned and driven."""

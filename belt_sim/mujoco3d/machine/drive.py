@@ -12,8 +12,7 @@ class Drive:
     travel [m], speed [m/s], acceleration [m/s2]: of the belt, along its direction; yaw [rad], shape (2,): commanded,
     head and tail; share: how much of yaw offsets, cants and camber acts; slide_speed [m/s]: of a tail pulley that is
     moved, 0 = fixed, None = it follows the forces; lead [m/s]: how much faster than the belt the tail pulley's rim
-    steadily goes; friction [1], inf = sticking; slips: False while the laid belt comes to rest and sticks anyhow;
-    drag [1/s], shape (2,): of the belt per unit of its mass, along x and across (y, z).
+    steadily goes; friction [1], inf = sticking; drag [1/s]: of the belt per unit of its mass, along x and across it.
     """
 
     travel: float
@@ -24,5 +23,4 @@ class Drive:
     slide_speed: float | None = None
     lead: float = 0.0
     friction: float
-    slips: bool = True
     drag: tuple[float, float]

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.mujoco3d.machine.drive import Drive
+from belt_sim.mujoco3d.machine.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, Scene
 from belt_sim.mujoco3d.mujoco_4 import Solver
-from belt_sim.mujoco3d.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, Scene
-from belt_sim.mujoco3d.state import State
-from belt_sim.mujoco3d.wrap.hold import TAIL, Pose
+from belt_sim.mujoco3d.state import TAIL, Pose, State
 
 _DAMPING_RATIO = 1.0  # of the tail pulley against the stretch of both spans; it acts on deviations from steady motion
 _COMPLIANCE_LAG = 0.02  # [s], of a pulley that gives way to the belt's moment

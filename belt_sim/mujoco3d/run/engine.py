@@ -14,9 +14,9 @@ from belt_sim.mujoco3d.loads.sway import Sway
 from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.machine.drive import Drive
 from belt_sim.mujoco3d.machine.pulleys import Pulleys
+from belt_sim.mujoco3d.machine.scene import Scene
 from belt_sim.mujoco3d.mesh.belt import drag
 from belt_sim.mujoco3d.mujoco_4 import Solver, Springs
-from belt_sim.mujoco3d.scene import Scene
 from belt_sim.mujoco3d.state import State
 from belt_sim.mujoco3d.wrap.contact import follow, laid_wraps, settle
 from belt_sim.mujoco3d.wrap.release import lead_off, run_off
@@ -54,7 +54,7 @@ class Engine:
             pulleys=pulleys,
             loads=tuple(loads),
             guides=Guides(scene.parts.edge_guides, mesh),
-            tangent=Tangent.of(scene, solver) if slides else None,
+            tangent=Tangent.of(mesh, scene.loop, solver, options.dt) if slides else None,
             camber=Camber.of(mesh, solver) if scene.parts.camber is not None else None,
             limp=limp,
         )
@@ -64,7 +64,8 @@ class Engine:
         scene, poses = self.scene, self.pulleys.laid()
         mesh = scene.mesh
         slides = mesh.laid - mesh.rest
-        wraps = laid_wraps(scene, poses, slides)
+        radii = scene.parts.head.radius, scene.parts.tail.radius
+        wraps = laid_wraps(mesh, scene.loop, slides, poses, radii)
         pull = pull_on_nodes(mesh, self.solver, slides, scene.parts.gravity)
         joints = self.pulleys.joints(poses)
         return State(
@@ -87,7 +88,7 @@ class Engine:
         """One step of the state, whose travel, speed, time and yaw are those of its end already (``command``)."""
         scene, solver = self.scene, self.solver
         joint_forces = self.pulleys.advance(state, drive, scene.options.dt)
-        follow(scene, state)
+        follow(state, scene.mesh.chord)
         springs = self._springs(state)
         forces = np.zeros_like(state.slides)
         for load in self.loads:
@@ -103,7 +104,7 @@ class Engine:
             state.slides[wrap.stations] = springs.rest[wrap.stations]
         pull = pull_on_nodes(scene.mesh, solver, state.slides, scene.parts.gravity)
         state.loads = loads_on_pulleys(scene.mesh, state.slides, pull, state.wraps, state.poses)
-        settle(scene, state, pull, drive.friction, drive.slips, self.tangent)
+        settle(scene.mesh, state, pull, scene.options.dt, drive.friction, self.tangent)
 
     def _springs(self, state: State) -> Springs:
         """All that holds nodes in the coming step: anchors on the pulleys, and guides beside the spans."""

@@ -3,10 +3,9 @@
 import numpy as np
 
 from belt_sim.case import Case
+from belt_sim.mujoco3d.machine.scene import Scene
 from belt_sim.mujoco3d.mesh.belt import Mesh
-from belt_sim.mujoco3d.scene import Scene
-from belt_sim.mujoco3d.state import State
-from belt_sim.mujoco3d.wrap.hold import HEAD, TAIL
+from belt_sim.mujoco3d.state import HEAD, TAIL, State
 
 _NEAR = 4  # stations to either side of a wrap's end among which the belt passes the pulley's axis
 _LINKS = 2  # links over which the entry moment is averaged; the last link, which turns, is left out

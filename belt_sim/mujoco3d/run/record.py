@@ -8,6 +8,7 @@ import numpy as np
 from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.frame import Frame, Observer
+from belt_sim.mujoco3d.machine.scene import Scene
 from belt_sim.mujoco3d.run.measure import (
     ANGLES,
     EDGES,
@@ -20,9 +21,7 @@ from belt_sim.mujoco3d.run.measure import (
     edges,
     reading,
 )
-from belt_sim.mujoco3d.scene import Scene
-from belt_sim.mujoco3d.state import State
-from belt_sim.mujoco3d.wrap.hold import TAIL
+from belt_sim.mujoco3d.state import TAIL, State
 
 #: lateral slip [m] and share of sliding nodes on the head and the tail pulley, x of the tail pulley [m], steps made,
 #: speed of the belt [m/s]

@@ -12,6 +12,7 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.files import write_text
 from belt_sim.frame import Observer
+from belt_sim.mujoco3d.machine.scene import Scene, build
 from belt_sim.mujoco3d.mesh.belt import BeltModel
 from belt_sim.mujoco3d.mesh.chain import Chain
 from belt_sim.mujoco3d.mesh.grid import Grid
@@ -22,7 +23,6 @@ from belt_sim.mujoco3d.run.engine import Engine, command
 from belt_sim.mujoco3d.run.fitted import fitted
 from belt_sim.mujoco3d.run.record import Recorder
 from belt_sim.mujoco3d.run.stages import Stage, stages
-from belt_sim.mujoco3d.scene import Scene, build
 from belt_sim.mujoco3d.state import State
 from belt_sim.mujoco3d.wrap.contact import shape_pulleys
 from belt_sim.scene_parts import SceneParts
@@ -112,7 +112,7 @@ class Run:
             command(state, drive, scene.options.dt)
             if stage.recorded and recorder.start is None and state.travel >= 0.0:
                 recorder.begin(state)
-                shape_pulleys(scene, state)
+                shape_pulleys(state, scene.parts)
             self.engine.step(state, drive)
             if stage.recorded:
                 recorder.step(state)

@@ -10,12 +10,11 @@ from typing import Protocol
 
 from belt_sim.mujoco3d.machine.drive import Drive
 from belt_sim.mujoco3d.machine.pace import accelerated
+from belt_sim.mujoco3d.machine.scene import Scene
 from belt_sim.mujoco3d.machine.tensioning import FRICTION, Apart
 from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.scene import Scene
-from belt_sim.mujoco3d.state import State
-from belt_sim.mujoco3d.wrap.hold import TAIL
+from belt_sim.mujoco3d.state import TAIL, State
 
 _REST_DRAG = 15.0  # [1/s], about critical for the lowest sway of a span
 _FRAMES = 40  # while the pulleys move apart
@@ -60,7 +59,7 @@ def _tensioned(scene: Scene, load: float) -> list[Stage]:
 
 @dataclass
 class Rest:
-    """The spans hang to rest and the tail pulley finds its place; the belt slips only in the second half.
+    """The spans hang to rest and the tail pulley finds its place; in the first half the belt sticks.
 
     slide_speed [m/s]: of the tail pulley, None = it follows the forces; forgets: it counts as never having slipped.
     """
@@ -78,8 +77,7 @@ class Rest:
             yield Drive(
                 travel=state.travel,
                 slide_speed=self.slide_speed,
-                friction=self.friction,
-                slips=2 * k > steps,
+                friction=self.friction if 2 * k > steps else math.inf,
                 drag=(_REST_DRAG, _REST_DRAG),
             )
         if self.forgets:

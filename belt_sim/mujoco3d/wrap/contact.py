@@ -10,13 +10,12 @@ import numpy as np
 
 from belt_sim.errors import RunFailed
 from belt_sim.mujoco3d.mesh.belt import Mesh
-from belt_sim.mujoco3d.scene import Scene
-from belt_sim.mujoco3d.state import State
+from belt_sim.mujoco3d.mesh.loop import Loop
+from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, State, Wrap
 from belt_sim.mujoco3d.wrap.friction import let_slip
-from belt_sim.mujoco3d.wrap.hold import HEAD, TAIL, Pose, Wrap
 from belt_sim.mujoco3d.wrap.tangent import Tangent
 from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, anchor, catches, land, lets_go, sink, tangent_angle
-from belt_sim.scene_parts import PulleySurface
+from belt_sim.scene_parts import PulleySurface, SceneParts
 
 _NEITHER = -1
 _OUTSIDE = 4  # free stations over which the direction of a span is taken
@@ -24,16 +23,16 @@ _CALM = 0.02  # [s], over which it is averaged: waves pass
 _FEWEST = 3  # links on a pulley
 
 
-def laid_wraps(scene: Scene, poses: tuple[Pose, Pose], slides: np.ndarray) -> tuple[Wrap, Wrap]:
-    """The stations that were laid on the pulleys, anchored there; until travel 0 they land on plain cylinders."""
-    mesh, loop = scene.mesh, scene.loop
+def laid_wraps(
+    mesh: Mesh, loop: Loop, slides: np.ndarray, poses: tuple[Pose, Pose], radii: tuple[float, float]
+) -> tuple[Wrap, Wrap]:
+    """The stations that were laid on the pulleys, of radii [m], anchored there; they are plain cylinders so far."""
     wraps = []
-    for surface, circle, laid, pose in (
-        (scene.parts.head, loop.radius_head, loop.on_head, poses[HEAD]),
-        (scene.parts.tail, loop.radius_tail, loop.on_tail, poses[TAIL]),
+    for radius, circle, laid, pose in (
+        (radii[HEAD], loop.radius_head, loop.on_head, poses[HEAD]),
+        (radii[TAIL], loop.radius_tail, loop.on_tail, poses[TAIL]),
     ):
-        plain = PulleySurface(radius=surface.radius)
-        wrap = Wrap.empty(plain, circle - surface.radius, mesh.stations, mesh.across, pose.spin)
+        wrap = Wrap.empty(PulleySurface(radius=radius), circle - radius, mesh.stations, mesh.across, pose.spin)
         on = np.flatnonzero(laid)
         jump = np.flatnonzero(np.diff(on) > 1)
         wrap.first = int(on[jump[0] + 1]) - mesh.stations if len(jump) else int(on[0])
@@ -48,41 +47,40 @@ def laid_wraps(scene: Scene, poses: tuple[Pose, Pose], slides: np.ndarray) -> tu
     return wraps[HEAD], wraps[TAIL]
 
 
-def shape_pulleys(scene: Scene, state: State) -> None:
+def shape_pulleys(state: State, parts: SceneParts) -> None:
     """From now on stations land on the pulleys as they are."""
-    for wrap, surface in zip(state.wraps, (scene.parts.head, scene.parts.tail), strict=True):
+    for wrap, surface in zip(state.wraps, (parts.head, parts.tail), strict=True):
         wrap.surface = surface
 
 
-def follow(scene: Scene, state: State) -> None:
+def follow(state: State, chord: float) -> None:
     """Before a step: the anchors run along the path that the pulleys, where they will be at its end, give them."""
     for wrap, pose in zip(state.wraps, state.poses, strict=True):
         moved = abs(pose.spin - wrap.followed) * wrap.surface.radius
         wrap.followed = pose.spin
         for end in (FIRST, LAST):
-            sink(wrap, pose, end, scene.mesh.chord, moved)
+            sink(wrap, pose, end, chord, moved)
 
 
-def settle(scene: Scene, state: State, pull: np.ndarray, friction: float, slips: bool, tangent: Tangent | None) -> None:
+def settle(mesh: Mesh, state: State, pull: np.ndarray, dt: float, friction: float, tangent: Tangent | None) -> None:
     """After a step, with held nodes on their anchors: let them slip, land and go.
 
-    pull [N], shape (n, m, 3): of belt and weight on the nodes; slips: False while the laid belt comes to rest;
-    tangent: None for a belt that only sticks.
+    pull [N], shape (n, m, 3): of belt and weight on the nodes; dt [s]; friction [1], inf = sticking; tangent: None for
+    a belt that never slips.
 
     When both belts slide as a whole they take turns, since each reckons with the other standing still.
     """
-    mesh = scene.mesh
     if math.isinf(friction):
         tangent = None
     if tangent is not None:
         sliding = all(wrap.sliding.mean() > 0.5 for wrap in state.wraps)
         state.waits = _NEITHER if not sliding else TAIL if state.waits == HEAD else HEAD
     for which, (wrap, pose) in enumerate(zip(state.wraps, state.poses, strict=True)):
-        if tangent is not None and slips and state.waits != which:
+        if tangent is not None and state.waits != which:
             holding = -wrap.components(pose, pull[wrap.stations])
             holding[..., 0] -= mesh.mass * state.speed**2 / wrap.surface.radius
             state.slip[which] += let_slip(wrap, holding, friction, tangent)
-        _meet(mesh, state.slides, wrap, pose, scene.options.dt / _CALM)
+        _meet(mesh, state.slides, wrap, pose, dt / _CALM)
         for end in (FIRST, LAST):
             _change_end(mesh, state.slides, wrap, pose, end)
 

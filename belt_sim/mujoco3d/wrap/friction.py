@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from belt_sim.mujoco3d.state import Wrap
 from belt_sim.mujoco3d.wrap.coulomb import slip_increments
-from belt_sim.mujoco3d.wrap.hold import Wrap
 from belt_sim.mujoco3d.wrap.tangent import Tangent
 
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Springs
-from belt_sim.mujoco3d.state import State
-from belt_sim.mujoco3d.wrap.hold import Pose, Wrap, cylinder_coordinates
+from belt_sim.mujoco3d.state import Pose, State, Wrap, cylinder_coordinates
 
 _BASE = 8  # stations over which the span's inclination is taken: vertical waves are shorter or small
 _FURTHEST = 0.6  # chords; stations are let go half a chord beyond the tangent point, give or take a wave

@@ -4,8 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from belt_sim.mujoco3d.mesh.belt import Mesh
+from belt_sim.mujoco3d.mesh.loop import Loop
 from belt_sim.mujoco3d.mujoco_4 import Solver
-from belt_sim.mujoco3d.scene import Scene
 
 _PROBE = 1e-6  # [m], a strain of 4e-5 of a link
 _IN_PLANE = (1, 0)  # y and x of the upper span: along the axis and along the turn on a pulley
@@ -27,9 +28,8 @@ class Tangent:
     known: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
     @staticmethod
-    def of(scene: Scene, solver: Solver) -> "Tangent":
+    def of(mesh: Mesh, loop: Loop, solver: Solver, dt: float) -> "Tangent":
         """Read off in the middle of the upper span, laid and under tension."""
-        mesh, loop = scene.mesh, scene.loop
         slides = mesh.laid - mesh.rest
         upper = np.flatnonzero(loop.z > 0.0)
         middle = int(upper[np.argmin(np.abs(loop.x[upper] - loop.x.mean()))])
@@ -45,7 +45,7 @@ class Tangent:
                     forces.append(solver.elastic_forces(slides)[seen][:, :, list(_IN_PLANE)])
                     slides[place] -= shift
                 block[station % 2, :, :, column] = (forces[1] - forces[0]).reshape(len(_AROUND), size) / (2.0 * _PROBE)
-        inertia = np.repeat(mesh.mass, 2) / scene.options.dt**2
+        inertia = np.repeat(mesh.mass, 2) / dt**2
         tail_x = loop.x.max() - loop.radius_tail
         inside = np.abs(loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x
         return Tangent(block=block, inertia=inertia, free=int(np.count_nonzero(inside)))

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from belt_sim.mujoco3d.mesh.path import apart, apart_flat, lift, sinking
-from belt_sim.mujoco3d.wrap.hold import Pose, Wrap, cylinder_coordinates
+from belt_sim.mujoco3d.state import Pose, Wrap, cylinder_coordinates
 
 FIRST, LAST = -1, 1
 _TURN = 2.0 * math.pi
