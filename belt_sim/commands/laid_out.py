@@ -6,6 +6,7 @@ from typing import Any
 from belt_sim.analytic.model import Model, analytic_model
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.effects.base import Effect
+from belt_sim.effects.library import tried
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import CannotRepresent, InputError
 
@@ -32,8 +33,7 @@ def candidates(config: dict[str, Any], model: Model) -> list[type[Effect]]:
     if not classes:
         raise InputError("effects", "[]", "", "name at least one candidate, or null for the library")
     if config["effects"] is None:
-        classes = {i: c for i, c in classes.items() if i not in config["leave_out"]}
-        return [c for c in classes.values() if model.refusal(c) is None]
+        return [c for c in tried(config["leave_out"]).values() if model.refusal(c) is None]
     for cls in classes.values():
         reason = model.refusal(cls)
         if reason:
