@@ -10,6 +10,7 @@ from omegaconf import OmegaConf
 
 from belt_sim.cli_errors import ordered
 from belt_sim.errors import BeltError
+from belt_sim.jax_setup import prepare
 from belt_sim.paths import CONF
 
 HERE = Path(__file__).resolve().parent
@@ -34,5 +35,6 @@ def application(name: str, study: Callable[[dict[str, Any]], None]) -> None:
         except BeltError as error:
             sys.exit(f"{name}: {error}")
 
+    prepare()
     sys.argv[1:] = ordered([*_PLAIN, *sys.argv[1:]])
     hydra.main(version_base="1.3", config_path=str(HERE / "conf"), config_name=name)(job)()

@@ -7,12 +7,11 @@ import math
 import time
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-
-from belt_sim.jax_setup import jax  # isort: skip
-import jax.numpy as jnp
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
@@ -20,6 +19,7 @@ from belt_sim.case import Case, Schedule, Settings
 from belt_sim.config import belt_from, rig_from
 from belt_sim.curves import Curves, late_rates
 from belt_sim.errors import InputError, RunFailed
+from belt_sim.jax_setup import in_float64
 from belt_sim.si import DEGREE, MM, MM_PER_M, N_PER_MM2
 from studies.application import application
 from studies.mjx_rope import PAUSE, SETTLE, SPEED_UP, YAW_TIME, Rope, begin, points, step
@@ -28,6 +28,7 @@ DX = 0.05  # [m]: y is off by 0.7 dx times the yaw at the start, by 1 % of itsel
 EVERY = 0.025  # [m] between rows of the curves
 
 
+@in_float64
 def simulate_ropes(case: Case, tensions, yaws, *, travel: float, dx: float = DX) -> Curves:
     """Curves of the rope of ``case`` at every pair of tension [Pa] and yaw step [rad], shape (c,) both.
 

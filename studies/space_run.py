@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.commands.simulate_3d import options_from
 from belt_sim.config import case_from
 from belt_sim.curves import Curves, late_rates
 from belt_sim.effects.load import load_effects
-from belt_sim.errors import RunFailed
+from belt_sim.errors import InputError, RunFailed
 from belt_sim.files import write_text
-from belt_sim.mujoco3d import simulate
+from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.provenance import provenance
+from belt_sim.registry import model_named
 from belt_sim.si import MM, MM_PER_M
 from belt_sim.tables import write_curves
 from studies.application import application
@@ -31,20 +31,28 @@ def space_run(config: dict[str, Any]) -> None:
     """Run, write, print the late rates; a run that fails leaves what it had."""
     signal.signal(signal.SIGALRM, _out_of_time)
     signal.alarm(int(config["limit"]))
-    case, effects, options = case_from(config), load_effects(config["effects"]), options_from(config["model"])
-    belt = str(config["model"]["name"]).removeprefix("mujoco_")
+    case, effects, model = case_from(config), load_effects(config["effects"]), space_model(config["model"])
     begun, failure = time.process_time(), None
     try:
-        curves = simulate(case, belt=belt, travel=float(config["travel"]), options=options, effects=effects)
+        curves = model.run(case, effects, travel=float(config["travel"]))
     except RunFailed as error:
         curves, failure = error.curves, str(error)
     signal.alarm(0)
     cpu = time.process_time() - begun
-    report = {"config": config, "options": asdict(options), "failure": failure, "cpu_s": cpu, **figures(curves)}
+    report = {"config": config, "options": asdict(model.options), "failure": failure, "cpu_s": cpu, **figures(curves)}
     path = Path(config["out"]) / f"{config['name']}.json"
     write_curves(path.with_suffix(".csv"), curves)
     write_text(path, json.dumps(report | {"provenance": provenance(config)}, indent=2))
     print(path, "late mm/m", report["late_rates_mm_per_m"], f"cpu {cpu:.0f} s", failure or "")
+
+
+def space_model(group: dict[str, Any]) -> SpaceModel:
+    """The 3D belt of a ``model`` group; raises InputError for another model."""
+    settings = {k: v for k, v in group.items() if k != "name"}
+    model = model_named(group["name"], settings)
+    if not isinstance(model, SpaceModel):
+        raise InputError("model", group["name"], "", "name one in three dimensions, as model=mujoco_flex")
+    return model
 
 
 def figures(curves: Curves) -> dict[str, Any]:

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.commands.simulate_3d import options_from
 from belt_sim.config import case_from
 from belt_sim.curves import Curves
 from belt_sim.frame import Frame
-from belt_sim.mujoco3d import simulate
 from belt_sim.si import MM
 from studies.application import application
+from studies.space_run import space_model
 from studies.tensioning_picture import tensioning_picture
 
 _UM = 1e-6
@@ -45,10 +44,9 @@ class Before:
 def tensionings(config: dict[str, Any]) -> None:
     """Run the case once for each way, print a row each."""
     case, watcher = case_from(config), Before()
-    belt = str(config["model"]["name"]).removeprefix("mujoco_")
     for name in config["only"]:
-        begun, options = time.process_time(), options_from(config["model"] | {"tensioning": name})
-        curves = simulate(case, belt=belt, travel=float(config["travel"]), options=options, observers=(watcher,))
+        begun, model = time.process_time(), space_model(config["model"] | {"tensioning": name})
+        curves = model.run(case, travel=float(config["travel"]), observers=(watcher,))
         print(name, *_row(case, curves), f"cpu {time.process_time() - begun:.0f} s", sep=" | ", flush=True)
         if config["picture"] and watcher.frames:
             radii = float(case.rig.head_radius), float(case.rig.tail_radius)

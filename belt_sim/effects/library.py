@@ -10,7 +10,6 @@ from belt_sim.effects.base import Effect
 
 #: by a diagnosis: look-alikes of others in most data, or without a derivative where the search begins
 NOT_TRIED_UNLESS_NAMED = ("shear", "run_up_points", "speed_tension", "sensor_offset", "camber", "edge_guide", "weld")
-_NOT_EFFECTS = {"base", "library", "load", "scene", "table"}
 
 
 @cache
@@ -18,8 +17,6 @@ def library() -> dict[str, type[Effect]]:
     """Effect classes by id, in alphabetical order."""
     found: dict[str, type[Effect]] = {}
     for module in pkgutil.iter_modules(effects.__path__):
-        if module.name in _NOT_EFFECTS or module.name.startswith("_"):
-            continue
         found |= effects_in(importlib.import_module(f"belt_sim.effects.{module.name}"))
     return dict(sorted(found.items()))
 

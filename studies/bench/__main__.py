@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from belt_sim.files import write_json
+from belt_sim.jax_setup import prepare
 from belt_sim.paths import ROOT
 from belt_sim.provenance import provenance
 from studies.bench.speed import batch_figures, delay_figures, plain_figures
@@ -20,6 +21,7 @@ WARM_LIMIT = 3.0  # [s] for a second call of the command
 
 def main() -> None:
     """Measure, print, write."""
+    prepare()
     console = Console()
     console.print("strip model, 100 m of travel, four curves kept every 0.1 m")
     batch, plain, delay = batch_figures(), plain_figures(), delay_figures()

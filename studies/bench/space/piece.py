@@ -12,6 +12,8 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates
 from belt_sim.frame import Frame
+from belt_sim.mujoco3d import undisturbed
+from belt_sim.jax_setup import prepare
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.run import Run, fitted
 from belt_sim.si import MM_PER_M
@@ -47,7 +49,7 @@ def measure(task: Task, travel: float, dt: float = Options().dt) -> dict[str, An
     """
     begun, case, marks = time.process_time(), task.case(), Marks()
     options = fitted(Options(dt=dt), case, "flex")
-    run = Run.begin(case, "flex", options, (marks,), (), None)
+    run = Run.begin(case, "flex", options, (marks,), undisturbed(case, options), None)
     marks.data = run.data
     curves = run.go(travel)
     cpu = time.process_time() - begun
@@ -76,5 +78,6 @@ def measure(task: Task, travel: float, dt: float = Options().dt) -> dict[str, An
 
 
 if __name__ == "__main__":  # the figures as one line of JSON
+    prepare()
     name, travel, *dt = sys.argv[1:]
     print(json.dumps(measure(TASKS[name], float(travel), *map(float, dt))))
