@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from paper_cases import YAW, paper_case
 
-from belt_sim.commands.simulate_3d import options_from
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.catenary import Catenary
@@ -17,6 +16,7 @@ from belt_sim.mujoco3d.run import Run, fitted
 from belt_sim.mujoco3d.tensioning import Apart
 from belt_sim.mujoco3d.touchdown import lift
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
+from belt_sim.registry import model_named
 from studies.tensionings import Before
 
 ROUNDING = 1e-9
@@ -121,7 +121,7 @@ def test_however_it_was_tensioned_the_belt_runs_alike(both):
 
 
 def test_an_unknown_tensioning_is_refused_in_one_line():
-    assert options_from({"name": "mujoco_rope", "tensioning": "length"}).tensioning == "length"
-    assert options_from({"name": "mujoco_rope", "tensioning": None}).tensioning == "force"
+    assert model_named("mujoco_rope", {"tensioning": "length"}).options.tensioning == "length"
+    assert model_named("mujoco_rope", {"tensioning": None}).options.tensioning == "force"
     with pytest.raises(InputError, match=r"options\.tensioning = glue: choose one of force, length, koller"):
-        options_from({"name": "mujoco_rope", "tensioning": "glue"})
+        model_named("mujoco_rope", {"tensioning": "glue"})

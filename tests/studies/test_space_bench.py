@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run import Run, fitted
 from studies.bench.space import explicit
 from studies.bench.space.lammps import BEYOND, SAFE, lammps_run, program
 from studies.bench.space.particles import Particles
@@ -38,7 +36,6 @@ def test_lammps_is_stable_up_to_the_step_of_the_fastest_mode():
 
 
 def test_explicit_steps_fail_above_five_microseconds():
-    case = SHORT.case()
-    model, free = explicit.explicit_model(Run.begin(case, "flex", fitted(Options(), case, "flex"), (), (), None))
+    model, free = explicit.explicit_model(SHORT.laid()[0])
     assert explicit.stable(model, free, 4e-6)
     assert not explicit.stable(model, free, 6e-6)

@@ -11,9 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from belt_sim.mujoco3d import undisturbed
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run import Run, fitted
+from belt_sim.mujoco3d.run import Run
 from studies.bench.space.task import Task
 
 STEPS = 3000  # of a trial: beyond the limit by 1 % the fastest mode grows by a quarter a step
@@ -27,9 +25,7 @@ _PLACED = 1e6  # [kg]
 
 def explicit_figures(task: Task) -> dict[str, Any]:
     """Largest stable step [s], milliseconds a step, steps and CPU seconds a metre at the product's belt speed."""
-    case = task.case()
-    options = fitted(Options(), case, "flex")
-    run = Run.begin(case, "flex", options, (), undisturbed(case, options), None)
+    run, options = task.laid()
     model, free = explicit_model(run)
     low, high = 1e-7, 1e-4
     while high / low > 1.0 + WITHIN:

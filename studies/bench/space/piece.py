@@ -12,10 +12,8 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates
 from belt_sim.frame import Frame
-from belt_sim.mujoco3d import undisturbed
 from belt_sim.jax_setup import prepare
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run import Run, fitted
+from belt_sim.mujoco3d import Options
 from belt_sim.si import MM_PER_M
 from studies.bench.space.task import TASKS, Task, off_the_law
 
@@ -47,9 +45,8 @@ def measure(task: Task, travel: float, dt: float = Options().dt) -> dict[str, An
     cpu_s: measured, building the scene included; whole_cpu_s: with the rest of the travel at the pace of the last
     STEADY_SHARE of what was run; late rates only of whole runs.
     """
-    begun, case, marks = time.process_time(), task.case(), Marks()
-    options = fitted(Options(dt=dt), case, "flex")
-    run = Run.begin(case, "flex", options, (marks,), undisturbed(case, options), None)
+    begun, marks = time.process_time(), Marks()
+    run, options = task.laid(dt, (marks,))
     marks.data = run.data
     curves = run.go(travel)
     cpu = time.process_time() - begun
