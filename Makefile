@@ -24,12 +24,12 @@ test-long: setup
 
 bench: setup
 	$(BIN)/pip install --quiet -e '.[dev,bench]'
-	$(BIN)/python -m belt_sim.bench
-	$(BIN)/python -m belt_sim.bench.space
+	$(BIN)/python -m studies.bench
+	$(BIN)/python -m studies.bench.space
 
 lint: setup
-	$(BIN)/ruff check belt_sim tests
-	$(BIN)/ruff format --check belt_sim tests
+	$(BIN)/ruff check belt_sim studies tests
+	$(BIN)/ruff format --check belt_sim studies tests
 	$(BIN)/mypy
 
 clean:
