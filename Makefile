@@ -14,7 +14,7 @@ $(STAMP): pyproject.toml
 	touch $(STAMP)
 
 demo: setup
-	$(BIN)/python -m belt_sim.demo
+	$(BIN)/belt-sim demo
 
 test: setup
 	$(BIN)/python -m pytest -n 2 --dist loadfile

@@ -1,6 +1,5 @@
 """What compare and diagnose share: reading the campaign and choosing model and candidates."""
 
-from pathlib import Path
 from typing import Any
 
 from belt_sim.analytic.model import AnalyticModel
@@ -16,7 +15,7 @@ from belt_sim.registry import model_named
 
 def campaign_from(config: dict[str, Any]) -> Campaign:
     """The campaign of a configuration."""
-    return read_campaign(Path(str(config["campaign"])))
+    return read_campaign(str(config["campaign"]))
 
 
 def model_from(config: dict[str, Any], *, curves: bool = True) -> Any:

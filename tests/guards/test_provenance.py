@@ -1,0 +1,14 @@
+"""A result names the commit of this checkout, and never that of a repository that merely surrounds the package."""
+
+import subprocess
+
+from belt_sim import provenance
+from belt_sim.paths import ROOT
+
+
+def test_the_commit_is_that_of_the_checkout(monkeypatch):
+    head = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
+    assert provenance.provenance()["commit"] == head.stdout.strip()
+    inside = ROOT / "outputs"  # lies in this repository and is none itself, as site-packages may
+    monkeypatch.setattr(provenance, "ROOT", inside)
+    assert provenance.provenance()["commit"] is None
