@@ -53,7 +53,9 @@ def _contents(folder: Path, problems: list[Problem]) -> dict[str, bytes]:
         present = sorted(path.name for path in folder.iterdir())
     except (OSError, ValueError) as error:
         what = "there is no such folder" if isinstance(error, FileNotFoundError) else "is not a folder that can be read"
-        remedy = f"{what}; name a folder with campaign.yaml and runs.csv, or a shipped one: {', '.join(shipped())}"
+        remedy = f"{what}; name a folder with campaign.yaml and runs.csv"
+        if str(folder) == folder.name:
+            remedy += f", or a campaign that ships: {', '.join(shipped())}"
         problems.append(Problem(file=str(folder), remedy=remedy))
         raise CampaignError(problems) from None
     others = [name for name in present if name not in FILES]
