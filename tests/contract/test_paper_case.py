@@ -1,6 +1,6 @@
 """The paper's rigs and belt stand in belt_sim/paper.py; the command line's files and the virtual rig say the same."""
 
-import yaml
+from omegaconf import OmegaConf
 
 from belt_sim.config import belt_from, rig_from
 from belt_sim.paper import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
@@ -10,7 +10,7 @@ from belt_sim.virtual_rig import plan
 
 
 def read(name: str) -> dict:
-    return yaml.safe_load((CONF / name).read_text(encoding="utf-8"))
+    return OmegaConf.to_container(OmegaConf.load(CONF / name))
 
 
 def test_the_command_line_says_the_same():
