@@ -7,10 +7,10 @@ STAMP := $(VENV)/.installed
 
 setup: $(STAMP)
 
-$(STAMP): pyproject.toml
+$(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --upgrade pip
-	$(BIN)/pip install --quiet -e '.[dev]'
+	$(BIN)/pip install --quiet --upgrade -c constraints.txt pip
+	$(BIN)/pip install --quiet -c constraints.txt -e '.[dev,watch,studies]'
 	touch $(STAMP)
 
 demo: setup
@@ -23,7 +23,6 @@ test-long: setup
 	$(BIN)/python -m pytest -m long
 
 bench: setup
-	$(BIN)/pip install --quiet -e '.[dev,bench]'
 	$(BIN)/python -m studies.bench
 	$(BIN)/python -m studies.bench.space
 
