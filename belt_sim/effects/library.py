@@ -9,7 +9,16 @@ from belt_sim import effects
 from belt_sim.effects.base import Effect
 
 #: by a diagnosis: look-alikes of others in most data, or without a derivative where the search begins
-NOT_TRIED_UNLESS_NAMED = ("shear", "run_up_points", "speed_tension", "sensor_offset", "camber", "edge_guide", "weld")
+NOT_TRIED_UNLESS_NAMED = (
+    "lift_off",
+    "shear",
+    "run_up_points",
+    "speed_tension",
+    "sensor_offset",
+    "camber",
+    "edge_guide",
+    "weld",
+)
 
 
 @cache
