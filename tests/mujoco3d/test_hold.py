@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from paper_cases import paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d.mesh.loop import laid_loop
@@ -11,14 +12,14 @@ from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.run.engine import command
 from belt_sim.mujoco3d.run.fitted import fitted
 from belt_sim.mujoco3d.run.simulate import Run
-from belt_sim.mujoco3d.study import paper_case
+from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 
 CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle
 PARABOLA = 1e-3  # slope^2 / 12, and the circle of the stations 0.15 mm outside the pulley
 
 
 def test_laid_belt_has_equal_chords_and_hangs():
-    case = paper_case(11.28, 10.0, 0.0)
+    case = paper_case(10, 0.0, TEST_RIG)
     loop = laid_loop(case, 0.025)
     chords = np.hypot(np.roll(loop.x, -1) - loop.x, np.roll(loop.z, -1) - loop.z)
     assert chords == pytest.approx(loop.chord, abs=CHORDS_EQUAL)
@@ -30,7 +31,7 @@ def test_laid_belt_has_equal_chords_and_hangs():
 
 
 def test_belt_stands_still_for_a_yaw_step():
-    case = paper_case(2.0, 60.0, np.degrees(1e-3))
+    case = paper_case(60, 1e-3, ROPE_EXAMPLE)
     options = fitted(Options(belt_speed=1.0, run_in=0.3), case, "flex")
     run = Run.begin(case, "flex", options)
     seen, state = [], SimpleNamespace(travel=-0.3, speed=0.0, time=0.0)
@@ -51,4 +52,4 @@ def test_belt_stands_still_for_a_yaw_step():
 
 def test_too_long_a_step_is_refused_in_one_line():
     with pytest.raises(InputError, match=r"options\.dt = 0\.002 s: give at most"):
-        fitted(Options(dt=2e-3, belt_speed=2.0), paper_case(11.28, 40.0, 0.0), "flex")
+        fitted(Options(dt=2e-3, belt_speed=2.0), paper_case(40, 0.0, TEST_RIG), "flex")
