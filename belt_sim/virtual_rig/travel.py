@@ -60,7 +60,6 @@ class _Road:
 
     def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
         self.line, self.nodes = line, _nodes(line, reach)
-        faults = [f.prepared(line) for f in faults]
         self.yaws, self.turns, self.slides = (overriding(faults, hook) for hook in ("yaw", "turn", "slide"))
         shape = (len(self.nodes), 4, len(line.stress))
         self.state, self.slope = np.zeros(shape), np.zeros(shape)

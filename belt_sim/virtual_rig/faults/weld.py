@@ -1,12 +1,15 @@
-"""A weld: the belt has a local bend in its plane, which passes once every belt length."""
+"""A weld: a kink of the belt over a raised cosine, which starts in the middle of the tail-bound span.
 
-from dataclasses import dataclass, field, replace
+Elastic part by Betti: a kink at x bends the run-up by minus the curvature at x per unit run-up angle; the kink itself
+counts while it runs up, so that one passage, once a belt length, turns the belt by -angle in all.
+"""
+
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from belt_sim.virtual_rig.fault import Fault, Size
-from belt_sim.virtual_rig.line import Line
 
 _POINTS = (np.arange(16) + 0.5) / 16 - 0.5  # quadrature over the bend
 _SHAPE = 1 + np.cos(2 * np.pi * _POINTS)
@@ -14,22 +17,10 @@ _SHAPE = 1 + np.cos(2 * np.pi * _POINTS)
 
 @dataclass(frozen=True, kw_only=True)
 class Weld(Fault):
-    """A kink of the belt, angle [rad] over a raised cosine; it starts in the middle of the tail-bound span.
-
-    Elastic part by Betti: a kink at x bends the run-up by minus the curvature at x per unit run-up angle; the
-    kink itself counts while it runs up, so that one passage turns the belt by -angle in all.
-    """
-
     id = "weld"
     sizes: ClassVar = {"angle": Size(unit="rad", typical=2e-4, limit=2e-3)}
     LENGTH: ClassVar = 0.6  # [m], wide against a step of the march
     angle: float = 0.0
-    bent: np.ndarray = field(default_factory=lambda: np.empty((0, 0)), init=False)
-
-    def prepared(self, line: Line) -> "Weld":
-        known = replace(self)
-        object.__setattr__(known, "bent", line.turning())
-        return known
 
     def turn(self, s, line, y, kappa):
         place = line.span_length / 2 + s
@@ -38,14 +29,14 @@ class Weld(Fault):
 
     def _span(self, place, line):
         """Curvature at a span's run-up from a unit kink at ``place`` behind its run-off, shape (batch,)."""
-        half, length = self.LENGTH / 2, line.span_length
+        half, length, bent = self.LENGTH / 2, line.span_length, line.turning
         place = np.mod(place + half, line.belt_length) - half
         local = place[:, None] + _POINTS * self.LENGTH
         inside = (local > 0) & (local < length[:, None])
-        cell = np.clip((local / length[:, None]) * self.bent.shape[1] - 0.5, 0, self.bent.shape[1] - 1.001)
+        cell = np.clip((local / length[:, None]) * bent.shape[1] - 0.5, 0, bent.shape[1] - 1.001)
         k, t = cell.astype(int), cell % 1
         rows = np.arange(len(place))[:, None]
-        bent = (1 - t) * self.bent[rows, k] + t * self.bent[rows, k + 1]
+        felt = (1 - t) * bent[rows, k] + t * bent[rows, k + 1]
         passing = (length - place) / self.LENGTH
         bump = np.where(np.abs(passing) < 0.5, (1 + np.cos(2 * np.pi * passing)) / self.LENGTH, 0.0)
-        return bump - (bent * inside) @ _SHAPE / len(_SHAPE)
+        return bump - (felt * inside) @ _SHAPE / len(_SHAPE)

@@ -1,0 +1,17 @@
+"""The tail pulley is thicker in its middle: a taper -c y."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from belt_sim.virtual_rig.fault import TAIL, Fault, Size
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crown(Fault):
+    id = "crown"
+    sizes: ClassVar = {"c": Size(unit="1/m2", typical=5e-3, limit=0.5)}
+    lot: ClassVar = 5
+    c: float = 0.0
+
+    def turn(self, s, line, y, kappa):
+        return -self.c * y * TAIL

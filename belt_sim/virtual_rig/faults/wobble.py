@@ -1,0 +1,20 @@
+"""The tail pulley swings once a turn: yaw beta_1 cos(s/R + phase)."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from belt_sim.virtual_rig.fault import Fault, Size
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wobble(Fault):
+    id = "wobble"
+    sizes: ClassVar = {"beta_1": Size(unit="rad", typical=1e-3, limit=1e-2)}
+    lot: ClassVar = 6
+    beta_1: float = 0.0
+    phase: float = 0.0
+
+    def yaw(self, s, line):
+        return self.beta_1 * np.cos(s / line.tail_radius + self.phase)

@@ -1,0 +1,17 @@
+"""The tail pulley stands at beta_0 when zero is commanded."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from belt_sim.virtual_rig.fault import Fault, Size
+
+
+@dataclass(frozen=True, kw_only=True)
+class YawOffsetTail(Fault):
+    id = "yaw_offset_tail"
+    sizes: ClassVar = {"beta_0": Size(unit="rad", typical=1e-4, limit=2e-3)}
+    lot: ClassVar = 1
+    beta_0: float = 0.0
+
+    def set(self, line):
+        return replace(line, offset_tail=line.offset_tail + self.beta_0)
