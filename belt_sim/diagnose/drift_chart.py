@@ -21,7 +21,7 @@ def stiffness_drift(bench: Workbench, q: np.ndarray, name: str = "Young's modulu
     """
     stress = np.array([r.tension for r in bench.samples.runs])
     tensions = np.unique(stress)
-    if len(tensions) < 2 or bench.forward.model.name == "rope":
+    if len(tensions) < 2 or not bench.forward.model.moments:
         return None
     stated = bench.campaign.belt.youngs_modulus
     value, u = [], []
