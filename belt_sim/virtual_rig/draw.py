@@ -175,4 +175,4 @@ def _directions(plan: Plan) -> list[Fault]:
     scalable = [cls for cls in LOT if not cls.fixed]
     along = [cls(**{n: v}) for cls in scalable for n, v in _sizes(cls, plan).items()]
     swinging = [f for f in along if "phase" in f.parameters()]
-    return along + [replace(f, phase=math.pi / 2) for f in swinging]
+    return along + [replace(f, **{"phase": math.pi / 2}) for f in swinging]

@@ -5,6 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from belt_sim.case import Case
+from belt_sim.scene_parts import SceneParts
 from belt_sim.virtual_rig.line import Line
 
 TAIL = np.array([[1.0], [0.0]])  # a turn on the tail pulley only
@@ -69,11 +71,16 @@ class Fault:
         """What a sensor at ``place`` shows instead of ``value``, at true travel s; all shape (n, batch)."""
         return value
 
+    def scene(self, parts: SceneParts, case: Case) -> SceneParts:
+        """A three-dimensional scene with its parts changed, from travel 0 on: what the machine is, not a law."""
+        return parts
+
     def parameters(self) -> dict[str, float]:
         """Parameter name -> value [SI]."""
         return dict(vars(self))
 
 
-def overriding(faults, hook: str) -> list:
-    """Those faults that override a hook."""
-    return [f for f in faults if getattr(type(f), hook) is not getattr(Fault, hook)]
+def overrides(fault: Fault | type[Fault], hook: str) -> bool:
+    """Whether a fault has a hook of its own."""
+    cls = fault if isinstance(fault, type) else type(fault)
+    return getattr(cls, hook) is not getattr(Fault, hook)

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from belt_sim.virtual_rig.fault import Fault, overriding
+from belt_sim.virtual_rig.fault import Fault, overrides
 from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.span import Span
 
@@ -60,7 +60,9 @@ class _Road:
 
     def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
         self.line, self.nodes = line, _nodes(line, reach)
-        self.yaws, self.turns, self.slides = (overriding(faults, hook) for hook in ("yaw", "turn", "slide"))
+        self.yaws, self.turns, self.slides = (
+            [f for f in faults if overrides(f, hook)] for hook in ("yaw", "turn", "slide")
+        )
         shape = (len(self.nodes), 4, len(line.stress))
         self.state, self.slope = np.zeros(shape), np.zeros(shape)
         self.tail_yaw = np.zeros((len(self.nodes), shape[2]))

@@ -17,3 +17,6 @@ class Camber(Fault):
     def turn(self, s, line, y, kappa):
         left = 1 - line.turning.mean(axis=1) * line.span_length
         return np.broadcast_to(self.kappa_c * left, kappa.shape)
+
+    def scene(self, parts, case):
+        return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault, Size
+from belt_sim.virtual_rig.faults._pulleys import with_more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,3 +16,6 @@ class Cant(Fault):
 
     def set(self, line):
         return replace(line, cant=line.cant + self.gamma)
+
+    def scene(self, parts, case):
+        return with_more(parts, "tail", cant=self.gamma)

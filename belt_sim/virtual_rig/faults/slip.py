@@ -20,3 +20,7 @@ class Slip(Fault):
         slippery = np.broadcast_to(self.inverse_friction, line.friction.shape)
         with np.errstate(divide="ignore"):
             return replace(line, friction=np.minimum(line.friction, 1.0 / slippery))
+
+    def scene(self, parts, case):
+        held = 1 / self.inverse_friction if self.inverse_friction else np.inf
+        return replace(parts, friction=min(parts.friction, held))

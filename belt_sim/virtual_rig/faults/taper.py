@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import TAIL, Fault, Size
+from belt_sim.virtual_rig.faults._pulleys import with_more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,3 +16,6 @@ class Taper(Fault):
 
     def turn(self, s, line, y, kappa):
         return self.kappa_t * TAIL
+
+    def scene(self, parts, case):
+        return with_more(parts, "tail", taper=self.kappa_t)

@@ -40,3 +40,16 @@ class Weld(Fault):
         passing = (length - place) / self.LENGTH
         bump = np.where(np.abs(passing) < 0.5, (1 + np.cos(2 * np.pi * passing)) / self.LENGTH, 0.0)
         return bump - (felt * inside) @ _SHAPE / len(_SHAPE)
+
+    def scene(self, parts, case):
+        """Curved by nature over the weld's length, about the middle of the span that runs to the tail pulley."""
+        rig, length = case.rig, self.LENGTH
+        lower = 0.0 if float(case.settings.direction) > 0 else float(rig.span_length + rig.wrap_tail)
+        around, middle = float(rig.belt_length), lower + 0.5 * float(rig.span_length)
+
+        def camber(s):
+            off = (s - middle + 0.5 * around) % around - 0.5 * around
+            bent = self.angle / length * (1 + np.cos(2 * np.pi * off / length))
+            return np.where(np.abs(off) < 0.5 * length, bent, 0.0)
+
+        return parts.with_camber(camber) if self.angle else parts

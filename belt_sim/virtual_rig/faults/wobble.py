@@ -18,3 +18,8 @@ class Wobble(Fault):
 
     def yaw(self, s, line):
         return self.beta_1 * np.cos(s / line.tail_radius + self.phase)
+
+    def scene(self, parts, case):
+        """The scene counts the pulley's turn from head to tail on top, the fault along the travel."""
+        phase = self.phase * float(case.settings.direction)
+        return parts.with_pulley("tail", wobble=self.beta_1, wobble_phase=phase) if self.beta_1 else parts

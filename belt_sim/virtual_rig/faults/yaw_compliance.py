@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault, Size
+from belt_sim.virtual_rig.faults._pulleys import with_more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,3 +17,6 @@ class YawCompliance(Fault):
 
     def set(self, line):
         return replace(line, compliance=line.compliance + self.c_m)
+
+    def scene(self, parts, case):
+        return with_more(parts, "tail", yaw_compliance=self.c_m)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault, Size
+from belt_sim.virtual_rig.faults._pulleys import with_more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,3 +16,6 @@ class YawOffsetHead(Fault):
 
     def set(self, line):
         return replace(line, offset_head=line.offset_head + self.beta_0)
+
+    def scene(self, parts, case):
+        return with_more(parts, "head", yaw_offset=self.beta_0)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault, Size
+from belt_sim.virtual_rig.faults._pulleys import with_more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,3 +16,6 @@ class YawOffsetTail(Fault):
 
     def set(self, line):
         return replace(line, offset_tail=line.offset_tail + self.beta_0)
+
+    def scene(self, parts, case):
+        return with_more(parts, "tail", yaw_offset=self.beta_0)
