@@ -2,21 +2,22 @@
 
 import importlib
 import pkgutil
+from pathlib import Path
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import faults, strangers
 from belt_sim.virtual_rig.fault import Fault
 
 
-def _in(package) -> dict[str, type[Fault]]:
-    """Fault classes that the files of a folder define, by id."""
-    modules = [importlib.import_module(f"{package.__name__}.{m.name}") for m in pkgutil.iter_modules(package.__path__)]
+def _in(folder: str) -> dict[str, type[Fault]]:
+    """Fault classes that the files of a folder define, by id in alphabetical order."""
+    names = [m.name for m in pkgutil.iter_modules([str(Path(__file__).parent / folder)])]
+    modules = [importlib.import_module(f"{__package__}.{folder}.{name}") for name in sorted(names)]
     own = [v for m in modules for v in vars(m).values() if getattr(v, "__module__", "") == m.__name__]
     return {c.id: c for c in own if isinstance(c, type) and issubclass(c, Fault)}
 
 
-CATALOGUE = _in(faults)
-STRANGERS = _in(strangers)
+CATALOGUE = _in("faults")
+STRANGERS = _in("strangers")
 #: What ``hidden=random`` draws from, in the order of the lot.
 LOT = tuple(sorted((c for c in CATALOGUE.values() if c.lot), key=lambda c: c.lot))
 
