@@ -1,4 +1,7 @@
-"""The belt is curved in its plane by nature; by Betti a run-up feels what its span's shape does not take up."""
+"""The belt is curved in its plane by nature; by Betti a run-up feels what its span's shape does not take up.
+
+The line counts what turns the run-up; how a bent belt tilts between the pulleys it leaves out.
+"""
 
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,7 +1,8 @@
 """A weld: a kink of the belt over a raised cosine, which starts in the middle of the tail-bound span.
 
 Elastic part by Betti: a kink at x bends the run-up by minus the curvature at x per unit run-up angle; the kink itself
-counts while it runs up, so that one passage, once a belt length, turns the belt by -angle in all.
+counts while it runs up, so that one passage, once a belt length, turns the belt by -angle in all. How
+a bent belt tilts between the pulleys the line leaves out.
 """
 
 from dataclasses import dataclass
