@@ -4,7 +4,6 @@ The line counts what turns the run-up; how a bent belt tilts between the pulleys
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class Camber(Fault):
     id = "camber"
-    sizes: ClassVar = {"kappa_c": Size(unit="1/m", typical=2e-5, limit=1e-3)}
+    sizes = {"kappa_c": Size(unit="1/m", typical=2e-5, limit=1e-3)}
     kappa_c: float = 0.0
 
     def turn(self, s, line, y, kappa):

@@ -1,7 +1,6 @@
 """The tail pulley's axis rises by gamma towards +y."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault, Size
 from belt_sim.virtual_rig.faults._pulleys import with_more
@@ -10,8 +9,8 @@ from belt_sim.virtual_rig.faults._pulleys import with_more
 @dataclass(frozen=True, kw_only=True)
 class Cant(Fault):
     id = "cant"
-    sizes: ClassVar = {"gamma": Size(unit="rad", typical=1e-3, limit=1e-2)}
-    lot: ClassVar = 3
+    sizes = {"gamma": Size(unit="rad", typical=1e-3, limit=1e-2)}
+    lot = 3
     gamma: float = 0.0
 
     def set(self, line):

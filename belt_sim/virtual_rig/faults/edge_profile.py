@@ -5,7 +5,6 @@ travel 0. The last term: y = 0 is where the point was when the yaw was applied.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -15,11 +14,9 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class EdgeProfile(Fault):
     id = "edge_profile"
-    sizes: ClassVar = {
-        f"{kind}{k}": Size(unit="m", typical=2e-4 / k, limit=1e-2) for k in (1, 2, 3) for kind in ("cos", "sin")
-    }
-    lot: ClassVar = 14
-    mixed: ClassVar = True
+    sizes = {f"{kind}{k}": Size(unit="m", typical=2e-4 / k, limit=1e-2) for k in (1, 2, 3) for kind in ("cos", "sin")}
+    lot = 14
+    mixed = True
     cos1: float = 0.0
     sin1: float = 0.0
     cos2: float = 0.0

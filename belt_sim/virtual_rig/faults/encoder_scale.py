@@ -1,7 +1,6 @@
 """The recorder shows (1 + e) s."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault, Size
 
@@ -9,8 +8,8 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class EncoderScale(Fault):
     id = "encoder_scale"
-    sizes: ClassVar = {"e": Size(unit="1", typical=0.02, limit=0.1)}
-    lot: ClassVar = 11
+    sizes = {"e": Size(unit="1", typical=0.02, limit=0.1)}
+    lot = 11
     e: float = 0.0
 
     def set(self, line):

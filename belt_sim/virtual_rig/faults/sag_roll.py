@@ -5,7 +5,6 @@ belt tilts because it hangs, the share is that of its weight: a belt of base bea
 """
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 from belt_sim.rig import GRAVITY
 from belt_sim.virtual_rig.fault import Fault, Size
@@ -14,10 +13,10 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class SagRoll(Fault):
     id = "sag_roll"
-    sizes: ClassVar = {"strength": Size(unit="1", typical=1.0, limit=1.5)}
-    lot: ClassVar = 15
-    fixed: ClassVar = True
-    part_of: ClassVar = ("strip",)
+    sizes = {"strength": Size(unit="1", typical=1.0, limit=1.5)}
+    lot = 15
+    fixed = True
+    part_of = ("strip",)
     strength: float = 0.0
 
     def set(self, line):

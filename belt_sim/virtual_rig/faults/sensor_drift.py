@@ -1,7 +1,6 @@
 """The sensor at point k shows y + dk t, t since the yaw was applied."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.faults._points import at_point, size_at_points
@@ -10,8 +9,8 @@ from belt_sim.virtual_rig.faults._points import at_point, size_at_points
 @dataclass(frozen=True, kw_only=True)
 class SensorDrift(Fault):
     id = "sensor_drift"
-    sizes: ClassVar = size_at_points("d", "m/s", 5e-6, 1e-4)
-    lot: ClassVar = 13
+    sizes = size_at_points("d", "m/s", 5e-6, 1e-4)
+    lot = 13
     d1: float = 0.0
     d2: float = 0.0
     d3: float = 0.0

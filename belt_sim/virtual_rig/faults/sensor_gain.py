@@ -1,7 +1,6 @@
 """The sensor at point k shows (1 + gk) y."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.faults._points import at_point, size_at_points
@@ -10,8 +9,8 @@ from belt_sim.virtual_rig.faults._points import at_point, size_at_points
 @dataclass(frozen=True, kw_only=True)
 class SensorGain(Fault):
     id = "sensor_gain"
-    sizes: ClassVar = size_at_points("g", "1", 0.05, 0.3)
-    lot: ClassVar = 12
+    sizes = size_at_points("g", "1", 0.05, 0.3)
+    lot = 12
     g1: float = 0.0
     g2: float = 0.0
     g3: float = 0.0

@@ -1,7 +1,6 @@
 """The sensor at point k shows y + ck in every run."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.faults._points import at_point, size_at_points
@@ -10,7 +9,7 @@ from belt_sim.virtual_rig.faults._points import at_point, size_at_points
 @dataclass(frozen=True, kw_only=True)
 class SensorOffset(Fault):
     id = "sensor_offset"
-    sizes: ClassVar = size_at_points("c", "m", 5e-4, 2e-2)
+    sizes = size_at_points("c", "m", 5e-4, 2e-2)
     c1: float = 0.0
     c2: float = 0.0
     c3: float = 0.0

@@ -1,7 +1,6 @@
 """Both pulleys hold an entry moment of mu F b/2 at most; given as 1/mu, 0 = they hold any."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,9 +10,9 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class Slip(Fault):
     id = "slip"
-    sizes: ClassVar = {"inverse_friction": Size(unit="1", typical=1 / 0.15, limit=20.0)}
-    positive: ClassVar = True
-    lot: ClassVar = 8
+    sizes = {"inverse_friction": Size(unit="1", typical=1 / 0.15, limit=20.0)}
+    positive = True
+    lot = 8
     inverse_friction: float = 0.0
 
     def set(self, line):

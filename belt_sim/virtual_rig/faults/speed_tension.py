@@ -1,7 +1,6 @@
 """Centrifugal tension: the spans feel sigma - share rho v^2."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault, Size
 
@@ -9,8 +8,8 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class SpeedTension(Fault):
     id = "speed_tension"
-    sizes: ClassVar = {"share": Size(unit="1", typical=1.0, limit=1.5)}
-    positive: ClassVar = True
+    sizes = {"share": Size(unit="1", typical=1.0, limit=1.5)}
+    positive = True
     share: float = 0.0
 
     def set(self, line):

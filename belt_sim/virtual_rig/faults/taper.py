@@ -1,7 +1,6 @@
 """The tail pulley is a cone: (dR/dy)/R = kappa_t turns the stuck belt, dtheta/ds = -(kappa + kappa_t)."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import TAIL, Fault, Size
 from belt_sim.virtual_rig.faults._pulleys import with_more
@@ -10,8 +9,8 @@ from belt_sim.virtual_rig.faults._pulleys import with_more
 @dataclass(frozen=True, kw_only=True)
 class Taper(Fault):
     id = "taper"
-    sizes: ClassVar = {"kappa_t": Size(unit="1/m", typical=2e-5, limit=1e-3)}
-    lot: ClassVar = 4
+    sizes = {"kappa_t": Size(unit="1/m", typical=2e-5, limit=1e-3)}
+    lot = 4
     kappa_t: float = 0.0
 
     def turn(self, s, line, y, kappa):

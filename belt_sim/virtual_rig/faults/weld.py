@@ -6,7 +6,6 @@ a bent belt tilts between the pulleys the line leaves out.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -19,8 +18,8 @@ _SHAPE = 1 + np.cos(2 * np.pi * _POINTS)
 @dataclass(frozen=True, kw_only=True)
 class Weld(Fault):
     id = "weld"
-    sizes: ClassVar = {"angle": Size(unit="rad", typical=2e-4, limit=2e-3)}
-    LENGTH: ClassVar = 0.6  # [m], wide against a step of the march
+    sizes = {"angle": Size(unit="rad", typical=2e-4, limit=2e-3)}
+    LENGTH = 0.6  # [m], wide against a step of the march
     angle: float = 0.0
 
     def turn(self, s, line, y, kappa):

@@ -1,7 +1,6 @@
 """The tail pulley swings once a turn: yaw beta_1 cos(s/R + phase)."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,8 +10,8 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class Wobble(Fault):
     id = "wobble"
-    sizes: ClassVar = {"beta_1": Size(unit="rad", typical=1e-3, limit=1e-2)}
-    lot: ClassVar = 6
+    sizes = {"beta_1": Size(unit="rad", typical=1e-3, limit=1e-2)}
+    lot = 6
     beta_1: float = 0.0
     phase: float = 0.0
 

@@ -1,7 +1,6 @@
 """The tail pulley follows its command through a play of +-half, from the middle of the play."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,8 +10,8 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class YawBacklash(Fault):
     id = "yaw_backlash"
-    sizes: ClassVar = {"half": Size(unit="rad", typical=5e-5, limit=5e-4)}
-    positive: ClassVar = True
+    sizes = {"half": Size(unit="rad", typical=5e-5, limit=5e-4)}
+    positive = True
     half: float = 0.0
 
     def set(self, line):

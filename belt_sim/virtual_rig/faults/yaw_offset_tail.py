@@ -1,7 +1,6 @@
 """The tail pulley stands at beta_0 when zero is commanded."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault, Size
 from belt_sim.virtual_rig.faults._pulleys import with_more
@@ -10,8 +9,8 @@ from belt_sim.virtual_rig.faults._pulleys import with_more
 @dataclass(frozen=True, kw_only=True)
 class YawOffsetTail(Fault):
     id = "yaw_offset_tail"
-    sizes: ClassVar = {"beta_0": Size(unit="rad", typical=1e-4, limit=2e-3)}
-    lot: ClassVar = 1
+    sizes = {"beta_0": Size(unit="rad", typical=1e-4, limit=2e-3)}
+    lot = 1
     beta_0: float = 0.0
 
     def set(self, line):

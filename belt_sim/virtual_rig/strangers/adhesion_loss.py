@@ -1,7 +1,6 @@
 """From travel ``after`` on, the belt climbs faster or slower sideways than it should by ``share``."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault, Size
 from belt_sim.virtual_rig.strangers._courses import smooth_step
@@ -10,7 +9,7 @@ from belt_sim.virtual_rig.strangers._courses import smooth_step
 @dataclass(frozen=True, kw_only=True)
 class AdhesionLoss(Fault):
     id = "adhesion_loss"
-    sizes: ClassVar = {"share": Size(unit="1", typical=0.15, limit=2.0)}
+    sizes = {"share": Size(unit="1", typical=0.15, limit=2.0)}
     share: float = 0.0
     after: float = 20.0
 

@@ -1,7 +1,6 @@
 """Curvature below kappa_d does not turn the belt on the pulley."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,8 +10,8 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class DeadZone(Fault):
     id = "dead_zone"
-    sizes: ClassVar = {"kappa_d": Size(unit="1/m", typical=1e-5, limit=5e-4)}
-    positive: ClassVar = True
+    sizes = {"kappa_d": Size(unit="1/m", typical=1e-5, limit=5e-4)}
+    positive = True
     kappa_d: float = 0.0
 
     def turn(self, s, line, y, kappa):

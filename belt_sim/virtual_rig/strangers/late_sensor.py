@@ -1,7 +1,6 @@
 """The sensor at point 4 shows what was there ``delay`` seconds ago."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,8 +10,8 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class LateSensor(Fault):
     id = "late_sensor"
-    sizes: ClassVar = {"delay": Size(unit="s", typical=1.5, limit=30.0)}
-    positive: ClassVar = True
+    sizes = {"delay": Size(unit="s", typical=1.5, limit=30.0)}
+    positive = True
     delay: float = 0.0
 
     def read(self, value, place, s, line):

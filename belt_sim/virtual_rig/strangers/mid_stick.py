@@ -1,7 +1,6 @@
 """In mid run the belt runs straight for a while, sideways held by ``share``."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from belt_sim.virtual_rig.fault import Fault, Size
 from belt_sim.virtual_rig.strangers._courses import smooth_step
@@ -10,8 +9,8 @@ from belt_sim.virtual_rig.strangers._courses import smooth_step
 @dataclass(frozen=True, kw_only=True)
 class MidStick(Fault):
     id = "mid_stick"
-    sizes: ClassVar = {"share": Size(unit="1", typical=0.5, limit=1.0)}
-    positive: ClassVar = True
+    sizes = {"share": Size(unit="1", typical=0.5, limit=1.0)}
+    positive = True
     share: float = 0.0
     begin: float = 25.0
     length: float = 6.0

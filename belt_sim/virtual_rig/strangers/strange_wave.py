@@ -1,7 +1,6 @@
 """The tail pulley's yaw swings with a wavelength that belongs to no part of the machine."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class StrangeWave(Fault):
     id = "strange_wave"
-    sizes: ClassVar = {"amplitude": Size(unit="rad", typical=1e-4, limit=5e-3)}
+    sizes = {"amplitude": Size(unit="rad", typical=1e-4, limit=5e-3)}
     amplitude: float = 0.0
     wavelength: float = 7.3
     phase: float = 0.0

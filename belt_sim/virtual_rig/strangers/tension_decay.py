@@ -1,7 +1,6 @@
 """The belt loses ``share`` of its tension over ``length`` metres of travel."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,8 +10,8 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class TensionDecay(Fault):
     id = "tension_decay"
-    sizes: ClassVar = {"share": Size(unit="1", typical=0.15, limit=0.6)}
-    positive: ClassVar = True
+    sizes = {"share": Size(unit="1", typical=0.15, limit=0.6)}
+    positive = True
     share: float = 0.0
     length: float = 20.0
 

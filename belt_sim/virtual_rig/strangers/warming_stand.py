@@ -1,7 +1,6 @@
 """The sensors' stand moves with the square root of time, as heat does."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class WarmingStand(Fault):
     id = "warming_stand"
-    sizes: ClassVar = {"c": Size(unit="m/s^0.5", typical=3e-5, limit=2e-3)}
+    sizes = {"c": Size(unit="m/s^0.5", typical=3e-5, limit=2e-3)}
     c: float = 0.0
 
     def read(self, value, place, s, line):

@@ -1,7 +1,6 @@
 """Wind presses on both spans, changing every 9 m: p bends a clamped span by p L^2/(12 EI) at its end."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -12,8 +11,8 @@ from belt_sim.virtual_rig.strangers._courses import chance
 @dataclass(frozen=True, kw_only=True)
 class WindSteps(Fault):
     id = "wind_steps"
-    sizes: ClassVar = {"pressure": Size(unit="N/m", typical=0.03, limit=5.0)}
-    positive: ClassVar = True
+    sizes = {"pressure": Size(unit="N/m", typical=0.03, limit=5.0)}
+    positive = True
     pressure: float = 0.0
     seed: int = 0
 

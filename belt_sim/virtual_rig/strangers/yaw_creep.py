@@ -1,7 +1,6 @@
 """The steering relaxes after its step: share (1 - exp(-t/time)) of the yaw is added in time."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class YawCreep(Fault):
     id = "yaw_creep"
-    sizes: ClassVar = {"share": Size(unit="1", typical=0.2, limit=3.0)}
+    sizes = {"share": Size(unit="1", typical=0.2, limit=3.0)}
     share: float = 0.0
     time: float = 25.0
 
