@@ -8,9 +8,8 @@ from virtual_bench import YAW, plan_of
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
-from belt_sim.case import Case, Schedule, Settings
 from belt_sim.effects.library import library
-from belt_sim.rig import Belt, Rig
+from belt_sim.paper import paper_case
 from belt_sim.virtual_rig.library import fault_of
 from belt_sim.virtual_rig.observe import Errors, observe, true_line
 from belt_sim.virtual_rig.plan import Setting
@@ -49,11 +48,7 @@ def routes(name, here, there, base, tension, direction):
     plan = plan_of(setting, length=TRAVEL, spacing=0.1)
     plan = replace(plan, signals=plan.signals | TILTS)
     truth = observe(plan, true_line(plan, base, Errors()), [fault_of({"id": name, **here})])[:, :, 0]
-    case = Case(
-        rig=Rig(centre_distance=11.28, head_radius=0.17, tail_radius=0.17),
-        belt=Belt(width=0.2, thickness=3e-4, youngs_modulus=210e9, density=7850.0),
-        settings=Settings(tension=tension, yaw=Schedule.step(YAW), direction=direction),
-    )
+    case = paper_case(tension, YAW, direction=direction)
     cls = library()[name]
     null = {n: p.null for n, p in cls.parameters.items()}
     curves = march(case, analytic_model(base), [cls(**(null | (there or here)))], travel=TRAVEL)
