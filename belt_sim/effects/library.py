@@ -8,18 +8,6 @@ from functools import cache
 from belt_sim import effects
 from belt_sim.effects.base import Effect
 
-#: by a diagnosis: look-alikes of others in most data, or without a derivative where the search begins
-NOT_TRIED_UNLESS_NAMED = (
-    "lift_off",
-    "shear",
-    "run_up_points",
-    "speed_tension",
-    "sensor_offset",
-    "camber",
-    "edge_guide",
-    "weld",
-)
-
 
 @cache
 def library() -> dict[str, type[Effect]]:
@@ -32,8 +20,7 @@ def library() -> dict[str, type[Effect]]:
 
 def tried(leave_out: Sequence[str] | None = None) -> dict[str, type[Effect]]:
     """The library without ``leave_out`` (null: without what is tried only when it is named)."""
-    left = NOT_TRIED_UNLESS_NAMED if leave_out is None else leave_out
-    return {i: c for i, c in library().items() if i not in left}
+    return {i: c for i, c in library().items() if (not c.only_when_named if leave_out is None else i not in leave_out)}
 
 
 def effects_in(module) -> dict[str, type[Effect]]:
