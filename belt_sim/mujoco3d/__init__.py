@@ -1,4 +1,9 @@
-"""The belt in three dimensions: MuJoCo scenes of ropes, grids of bonded particles and flex membranes."""
+"""The belt in three dimensions: MuJoCo scenes of ropes, grids of bonded particles and flex membranes.
+
+mesh: where the nodes are and what ties them; wrap: the belt on a pulley; loads: what else acts on the nodes; machine:
+the scene and its pulleys; run: the stages, one step, what is recorded. state.py is what a step reads and writes,
+options.py how a run is made, mujoco_4.py all that is assumed of MuJoCo.
+"""
 
 from typing import TYPE_CHECKING, Any
 
