@@ -1,21 +1,10 @@
 """One set of effects as a candidate explanation, and how good it is."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from belt_sim.diagnose.fit import Fit
 from belt_sim.diagnose.forward import Forward
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A fitted parameter in SI: value, u (one sigma), unit, and whether a real machine could have it."""
-
-    value: float
-    u: float
-    unit: str
-    plausible: bool
+from belt_sim.results.found import Estimate
 
 
 def estimates(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:

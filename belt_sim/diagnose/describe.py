@@ -1,113 +1,96 @@
-"""A diagnosis as diagnosis.json, which other programs read (schema belt-diagnosis/1)."""
+"""From the workbench to the result: what a diagnosis hands out."""
 
 from typing import Any
 
 import numpy as np
 
-from belt_sim import si
-from belt_sim.diagnose.candidate import Estimate, estimates
+from belt_sim.campaign import Campaign
+from belt_sim.diagnose.candidate import estimates
 from belt_sim.diagnose.confusable import probabilities, selection_frequency
-from belt_sim.diagnose.diagnosis import Diagnosis
+from belt_sim.diagnose.diagnosis import Findings
 from belt_sim.diagnose.heldout import held_out
 from belt_sim.diagnose.openset import shape_card
-from belt_sim.diagnose.verdict import sentence
-from belt_sim.diagnose.where import validation_uncertainty, where
-from belt_sim.diagnose.workbench import Workbench
+from belt_sim.diagnose.run_errors import overall_errors, run_errors
+from belt_sim.diagnose.select import Trial
+from belt_sim.diagnose.verdict import damage
+from belt_sim.diagnose.where import where
 from belt_sim.provenance import provenance
-
-SCHEMA = "belt-diagnosis/1"
-COVERAGE_95 = 1.96
-WORSE = 1.5  # a run counts as worse only beyond this many times its floor
-
-
-def describe(d: Diagnosis, *, seed: int, config: Any = None) -> dict[str, Any]:
-    """The content of diagnosis.json; lengths in mm, parameters in SI."""
-    campaign, chosen = d.bench.campaign, d.found.chosen
-    ids = chosen.ids if d.verdict != "cannot_say" else ()
-    frequency = selection_frequency(d.found, seed)
-    source = provenance(config) | {"seed": seed, "data_sha256": campaign.sha256}
-    return {
-        "schema": SCHEMA,
-        "base_model": d.bench.forward.model.name,
-        "campaign": {"title": campaign.title, "sha256": campaign.sha256, "source": campaign.source.kind},
-        "verdict": d.verdict,
-        "sentence": sentence(d.verdict, d.bench.forward.model.name, ids, d.suspicions),
-        "effects": _effects(d) if ids else [],
-        "ranking": [_ranked(d, t, frequency) for t in d.ranking],
-        "rounds": [[_tried(t) for t in trials] for trials in d.found.rounds],
-        "error": _errors(d),
-        "where": where(d.bench, d.found.base.values),
-        "confusables": [{"a": r.effect, "b": r.other, "sigma": r.sigma} for r in d.rivals],
-        "next_runs": _next_runs(d),
-        "unknown": _unknown(d),
-        "open_set": {
-            "failed": list(d.left.failed),
-            "gain": d.left.gain,
-            "threshold": _finite(d.left.threshold),
-        },
-        "noise": _noise(d),
-        "suspicions": [
-            {"run": s.run, "signal": s.signal, "kind": s.kind, "sentence": s.sentence} for s in d.suspicions
-        ],
-        "per_run": error_rows(d.found.bench, d.found.base.values, d.found.chosen.values),
-        "provenance": source,
-    }
+from belt_sim.results.diagnosis import CampaignLabel, Diagnosis
+from belt_sim.results.errors import Change, Errors
+from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NoiseLevels, Tried, Unknown
+from belt_sim.results.verdict import Verdict
 
 
-def _next_runs(d: Diagnosis) -> list[dict[str, Any]]:
-    return [
-        {
-            "action": a.action,
-            "separates": list(a.separates),
-            "sigma_before": a.sigma_before,
-            "sigma_after": a.sigma_after,
-        }
-        for a in d.advice
-    ]
+def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
+    """The findings as a result, without drawings."""
+    bench, found = d.bench, d.found
+    campaign, model = bench.campaign, bench.forward.model.name
+    named = d.verdict != Verdict.CANNOT_SAY
+    levels = bench.levels
+    return Diagnosis(
+        base_model=model,
+        campaign=label(campaign),
+        verdict=d.verdict,
+        sentence=d.verdict.sentence(model, found.chosen.ids if named else (), damage(d.suspicions)),
+        effects=_effects(d) if named else (),
+        ranking=_ranking(d, seed),
+        rounds=tuple(tuple(Tried(**_tried(t)) for t in trials) for trials in found.rounds),
+        error=_errors(d),
+        where=where(bench, found.base.values),
+        confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in d.rivals),
+        next_runs=tuple(d.advice),
+        unknown=_unknown(d),
+        open_set=LeftOver(
+            failed=d.left.failed,
+            gain=d.left.gain,
+            threshold={n: _finite(t) for n, t in d.left.threshold.items()},
+        ),
+        noise=NoiseLevels(white_factor=levels.white, wander_factor=levels.wander, repeats=levels.repeats),
+        suspicions=d.suspicions,
+        per_run=run_errors(found.bench, found.base.values, found.chosen.values),
+        provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
+    )
 
 
-def _noise(d: Diagnosis) -> dict[str, Any]:
-    return {
-        "white_factor": d.bench.levels.white,
-        "wander_factor": d.bench.levels.wander,
-        "repeats": d.bench.levels.repeats,
-        "source": "repeated runs" if d.bench.levels.repeats else "as stated in the campaign",
-    }
+def label(campaign: Campaign) -> CampaignLabel:
+    """Which campaign it was."""
+    return CampaignLabel(title=campaign.title, sha256=campaign.sha256, source=campaign.source.kind)
 
 
-def _effects(d: Diagnosis) -> list[dict[str, Any]]:
+def _effects(d: Findings) -> tuple[FoundEffect, ...]:
     weights = probabilities(d.found)
-    found = estimates(d.bench.forward, d.found.chosen)
-    rejected = d.verdict in ("partly", "none_known")
-    rows = []
-    for name in d.found.chosen.ids:
-        row: dict[str, Any] = {
-            "id": name,
-            "parameters": {n: _number(e) for n, e in found[name].items()},
-            "probability": weights.get(name, 1.0),
-            "confusable_with": [r.other for r in d.rivals if r.effect == name],
-        }
-        if rejected:
-            row["stamp"] = "effective value, model rejected"
-        rows.append(row)
-    return rows
+    chosen, forward = d.found.chosen, d.bench.forward
+    seen = estimates(forward, chosen)
+    there = {e.id: e for e in forward.effects_at(chosen.q, chosen.ids)}
+    return tuple(
+        FoundEffect(
+            id=name,
+            numbers={n: float(getattr(there[name], n)) for n in there[name].parameters},
+            parameters=seen[name],
+            probability=weights.get(name, 1.0),
+            confusable_with=tuple(r.other for r in d.rivals if r.effect == name),
+            rejected=d.verdict.rejects_model,
+            source_file=getattr(type(there[name]), "source_file", None),
+        )
+        for name in chosen.ids
+    )
 
 
-def _number(e: Estimate) -> dict[str, Any]:
-    interval = [e.value - COVERAGE_95 * e.u, e.value + COVERAGE_95 * e.u]
-    return {"value": e.value, "u": e.u, "unit": e.unit, "interval_95": interval, "plausible": e.plausible}
+def _ranking(d: Findings, seed: int) -> tuple[Candidate, ...]:
+    frequency = selection_frequency(d.found, seed)
+    return tuple(
+        Candidate(
+            **_tried(t),
+            parameters=estimates(d.bench.forward, t.fit)[t.id],
+            plausible=t.plausible,
+            selection_frequency=frequency.get(t.id, 0.0),
+            note=_note(t, d.found.base_held_out.chi2),
+        )
+        for t in d.ranking
+    )
 
 
-def _ranked(d: Diagnosis, t, frequency: dict[str, float]) -> dict[str, Any]:
-    return _tried(t) | {
-        "parameters": {n: _number(e) for n, e in estimates(d.bench.forward, t.fit)[t.id].items()},
-        "plausible": t.plausible,
-        "selection_frequency": frequency.get(t.id, 0.0),
-        "note": _note(t, d.found.base_held_out.chi2),
-    }
-
-
-def _note(t, base_chi2: float) -> str:
+def _note(t: Trial, base_chi2: float) -> str:
     if t.gain <= t.threshold:
         return "not needed"
     if not t.plausible:
@@ -115,88 +98,35 @@ def _note(t, base_chi2: float) -> str:
     return "held-out error falls" if t.held_out.chi2 < base_chi2 else "held-out error stays"
 
 
-def _tried(t) -> dict[str, Any]:
-    threshold = t.threshold if np.isfinite(t.threshold) else None
-    return {"id": t.id, "gain": t.gain, "threshold": threshold, "held_out_rms_mm": t.held_out.rms / si.MM}
+def _tried(t: Trial) -> dict[str, Any]:
+    return {"id": t.id, "gain": t.gain, "threshold": _finite(t.threshold), "held_out_rms": t.held_out.rms}
 
 
-def _finite(values: dict[str, float]) -> dict[str, float | None]:
-    return {k: v if np.isfinite(v) else None for k, v in values.items()}
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
-def _errors(d: Diagnosis) -> dict[str, Any]:
-    rows = rms_rows(d.found.bench, d.found.base.values, d.found.chosen.values)
+def _errors(d: Findings) -> Errors:
+    over_all = overall_errors(d.found.bench, d.found.base.values, d.found.chosen.values)
     before, after = d.found.base_held_out, held_out(d.found.bench, d.found.chosen)
-    return {
-        "fit": rows["fit"],
-        "held_out": {"before_mm": before.rms / si.MM, "after_mm": after.rms / si.MM},
-        "held_out_by_condition": {
-            name: {
-                "before_mm": before.by_condition[name] / si.MM,
-                "after_mm": after.by_condition[name] / si.MM,
-            }
+    return Errors(
+        noise_floor=over_all.noise_floor,
+        fit=over_all.fit,
+        held_out=Change(before=before.rms, after=after.rms),
+        by_condition={
+            name: Change(before=before.by_condition[name], after=after.by_condition[name])
             for name in after.by_condition
         },
-        "noise_floor_mm": rows["noise_floor_mm"],
-    }
+    )
 
 
-def _unknown(d: Diagnosis) -> dict[str, Any] | None:
-    if d.verdict not in ("partly", "none_known", "cannot_say"):
-        return None
-    if not d.left.failed:
+def _unknown(d: Findings) -> Unknown | None:
+    if not (d.verdict.rejects_model and d.left.failed):
         return None
     last = max(d.found.rounds[-1] if d.found.rounds else [], key=lambda t: t.gain, default=None)
     nearest = None
     if last is not None:
         missing = max(d.left.gain.values(), default=0.0)
-        nearest = (
-            last.id,
-            f"it takes a chi2 of {last.gain:.0f} of what stands out ({missing:.0f} in the worst test)",
-        )
+        why = f"it takes a chi2 of {last.gain:.0f} of what stands out ({missing:.0f} in the worst test)"
+        nearest = last.id, why
     return shape_card(d.found.bench, d.found.chosen, d.left, nearest)
-
-
-def error_rows(bench: Workbench, before: np.ndarray, after: np.ndarray) -> list[dict[str, Any]]:
-    """rms before and after of every run and signal [mm or mrad], with its floor; worse: it got worse beyond that."""
-    floor = validation_uncertainty(bench)
-    rows = []
-    for r, run in enumerate(bench.samples.runs):
-        for s, signal in enumerate(bench.samples.signals):
-            y = bench.samples.y[r, s]
-            if not np.isfinite(y).any():
-                continue
-            first, then = (_rms(y - values[r, s]) for values in (before, after))
-            least = _rms(np.where(np.isfinite(y), floor[r, s], np.nan))
-            rows.append(
-                {
-                    "run": run.name,
-                    "signal": signal.name,
-                    "tension": run.tension / si.N_PER_MM2,
-                    "yaw_deg": run.yaw / si.DEGREE,
-                    "use": run.use,
-                    "before_mm": first,
-                    "after_mm": then,
-                    "floor_mm": least,
-                    "worse": bool(then > first and then > WORSE * least),
-                }
-            )
-    return rows
-
-
-def rms_rows(bench: Workbench, before: np.ndarray, after: np.ndarray) -> dict[str, Any]:
-    """rms of the lateral signals [mm] before and after, over fitted and hold-out runs, and the noise floor."""
-    lateral = np.array([s.kind == "lateral" for s in bench.samples.signals])
-    fitted = np.array([r.use == "fit" for r in bench.samples.runs])
-    floor = validation_uncertainty(bench)[:, lateral][np.isfinite(bench.samples.y[:, lateral])]
-    rows: dict[str, Any] = {"noise_floor_mm": float(np.sqrt(np.mean(floor**2)) / si.MM)}
-    for name, mask in (("fit", fitted), ("held_out", ~fitted)):
-        if mask.any():
-            y = bench.samples.y[mask][:, lateral]
-            first, then = (_rms(y - values[mask][:, lateral]) for values in (before, after))
-            rows[name] = {"before_mm": first, "after_mm": then}
-    return rows
-
-
-def _rms(x: np.ndarray) -> float:
-    return float(np.sqrt(np.nanmean(x**2)) * 1e3)

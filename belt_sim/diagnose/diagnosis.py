@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from belt_sim.analytic.model import Model
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.diagnose.confusable import Rival, rivals
-from belt_sim.diagnose.nextrun import Advice, next_runs
+from belt_sim.diagnose.nextrun import next_runs
 from belt_sim.diagnose.openset import OpenSet, open_set
 from belt_sim.diagnose.select import MAX_EFFECTS, Selection, Trial, select
 from belt_sim.diagnose.verdict import verdict
 from belt_sim.diagnose.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
+from belt_sim.results.found import NextRun
+from belt_sim.results.verdict import Verdict
 
 BOOTSTRAPS = 1000
 
@@ -23,8 +25,8 @@ def _long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Diagnosis:
-    """What was found, with everything that was tried.
+class Findings:
+    """What was found, with everything that was tried, on the workbench.
 
     bench: laid out at the base model; found: the selection; left: open-set test after the chosen set; rivals and
     advice: what the verdict cannot be told apart from, and the runs that would do it.
@@ -34,9 +36,9 @@ class Diagnosis:
     found: Selection
     left: OpenSet
     rivals: list[Rival]
-    advice: list[Advice]
+    advice: list[NextRun]
     suspicions: tuple[Suspicion, ...]
-    verdict: str
+    verdict: Verdict
 
     @property
     def ranking(self) -> list[Trial]:
@@ -44,7 +46,7 @@ class Diagnosis:
         return sorted(self.found.rounds[0], key=lambda t: -t.score) if self.found.rounds else []
 
 
-def diagnose(
+def examine(
     campaign: Campaign,
     model: Model,
     classes: Sequence[type[Effect]],
@@ -54,7 +56,7 @@ def diagnose(
     advise: bool = True,
     tell: Callable[[str], None] = lambda text: None,
     tick: Callable[[int], None] = lambda n: None,
-) -> Diagnosis:
+) -> Findings:
     """Which of ``classes`` the ``model`` lacks, judged on ``campaign``.
 
     tell hears what is being done, tick counts bootstrap replicates. Raises InputError when the campaign has no
@@ -69,11 +71,11 @@ def diagnose(
     tell("testing what is left")
     left = open_set(found.bench, found.chosen, bootstraps=max(200, bootstraps // 2), seed=seed)
     pairs = rivals(found)
-    advice: list[Advice] = []
+    advice: list[NextRun] = []
     if advise and pairs:
         tell("looking for the run that would tell them apart")
         advice = next_runs(found.bench, found.chosen, pairs)
-    return Diagnosis(
+    return Findings(
         bench=bench,
         found=found,
         left=left,

@@ -2,18 +2,17 @@
 
 import numpy as np
 
-from belt_sim import si
+from belt_sim.diagnose.diagnosis import Findings
 from belt_sim.diagnose.drift_chart import stiffness_drift
 from belt_sim.diagnose.where import K, cells, validation_uncertainty, window_edges
 from belt_sim.diagnose.workbench import Workbench
-from belt_sim.pictures.overlay import Panel
-from belt_sim.pictures.where import FailureMap
-from belt_sim.report.report import Figures
+from belt_sim.results import words
+from belt_sim.results.drawings import Drawings, FailureMap, Panel
+from belt_sim.results.errors import UNITS
+from belt_sim.results.words import KILO
 
-KILO = 1e3  # m -> mm, rad -> mrad
 
-
-def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> list[Panel]:
+def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> tuple[Panel, ...]:
     """One panel a run and signal; base and final (R, S, n) are predictions before and after."""
     band = K * validation_uncertainty(bench)
     panels = []
@@ -22,27 +21,27 @@ def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> li
             keep = np.isfinite(bench.samples.y[r, s])
             if not keep.any():
                 continue
-            words = f"{run.name} {signal.name}, {run.tension / si.N_PER_MM2:g} N/mm², {run.yaw / si.DEGREE:+.3g}°"
+            title = f"{run.name} {signal.name}, {words.tension(run.tension)} N/mm², {words.yaw(run.yaw)}°"
             panels.append(
                 Panel(
-                    title=words + ("" if run.use == "fit" else ", held out"),
+                    title=title + ("" if run.use == "fit" else ", held out"),
                     travel=bench.samples.travel[r][keep],
                     measured=bench.samples.y[r, s][keep] * KILO,
                     base=base[r, s][keep] * KILO,
                     band=band[r, s][keep] * KILO,
                     final=None if final is None else final[r, s][keep] * KILO,
-                    unit="mm" if signal.kind == "lateral" else "mrad",
+                    unit=UNITS[signal.kind],
                 )
             )
-    return panels
+    return tuple(panels)
 
 
-def maps(bench: Workbench, values: np.ndarray) -> list[FailureMap]:
+def maps(bench: Workbench, values: np.ndarray) -> tuple[FailureMap, ...]:
     """E/u_val over tension and travel windows, one map a signal and yaw sign."""
     found, edges = cells(bench, values), window_edges(bench)
     result = []
     for signal in bench.samples.signals:
-        for sign, words in ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0")):
+        for sign, name in ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0")):
             mine = [c for c in found if c.signal == signal.name and c.sign == sign]
             tensions = sorted({c.tension for c in mine})
             if not tensions:
@@ -52,18 +51,18 @@ def maps(bench: Workbench, values: np.ndarray) -> list[FailureMap]:
                 row, column = tensions.index(c.tension), int(np.argmin(np.abs(edges[:-1] - c.window[0])))
                 if not abs(ratio[row, column]) > c.ratio:  # the worst of repeated runs
                     ratio[row, column] = c.signed
-            title = f"{signal.name}, {words}"
+            title = f"{signal.name}, {name}"
             result.append(FailureMap(title=title, tension=np.array(tensions), edges=edges, ratio=ratio))
-    return result
+    return tuple(result)
 
 
-def drawings_of(d) -> Figures:
-    """Everything that a diagnosis draws."""
+def drawings_of(d: Findings) -> Drawings:
+    """Everything that a diagnosis draws: base model and final model, and where the base model fails."""
     base, chosen = d.found.base, d.found.chosen
     before = stiffness_drift(d.bench, base.q)
     after = stiffness_drift(d.found.bench, chosen.q) if chosen.ids else None
-    return Figures(
+    return Drawings(
         overlays=overlays(d.bench, base.values, chosen.values if chosen.ids else None),
         maps=maps(d.bench, base.values),
-        drifts=[(before, after)] if before is not None else [],
+        drifts=((before, after),) if before is not None else (),
     )

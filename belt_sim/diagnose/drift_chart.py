@@ -8,7 +8,7 @@ from belt_sim import si
 from belt_sim.diagnose.fit import fit_sets
 from belt_sim.diagnose.metric import metric_of
 from belt_sim.diagnose.workbench import Workbench
-from belt_sim.pictures.drift_chart import Drift
+from belt_sim.results.drawings import Drift
 
 GPA = 1e9
 LIMIT = 3.0  # a model that asks for more than three times the stated value, or less than a third, is shown there
@@ -21,7 +21,7 @@ def stiffness_drift(bench: Workbench, q: np.ndarray, name: str = "Young's modulu
     """
     stress = np.array([r.tension for r in bench.samples.runs])
     tensions = np.unique(stress)
-    if len(tensions) < 2 or bench.forward.model.name == "rope":
+    if len(tensions) < 2 or not bench.forward.model.moments:
         return None
     stated = bench.campaign.belt.youngs_modulus
     value, u = [], []

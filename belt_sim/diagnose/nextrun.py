@@ -4,7 +4,7 @@ Each action is predicted with both explanations; the second is refitted to every
 linear range, and what then remains, in units of the noise, is the separation.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,21 +16,12 @@ from belt_sim.diagnose.menu import Action, menu
 from belt_sim.diagnose.metric import Metric, metric_of, nuisance_shapes
 from belt_sim.diagnose.samples import Samples, stack_cases
 from belt_sim.diagnose.workbench import Workbench
+from belt_sim.results.found import NextRun
 
 RESOLVED = 3.0  # sigma
 
 
-@dataclass(frozen=True)
-class Advice:
-    """One action, the pair that it separates, and the separation before and after in sigma."""
-
-    action: str
-    separates: tuple[str, str]
-    sigma_before: float
-    sigma_after: float
-
-
-def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) -> list[Advice]:
+def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) -> list[NextRun]:
     """The best actions for every pair, best first."""
     if not pairs:
         return []
@@ -40,7 +31,7 @@ def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) 
         before, after = outlook.separations(chosen, pair.fit)
         order = np.argsort(-after)[:keep]
         names = (pair.effect, pair.other)
-        advice += [Advice(outlook.actions[k].words, names, before, float(after[k])) for k in order]
+        advice += [NextRun(outlook.actions[k].words, names, before, float(after[k])) for k in order]
     return sorted(advice, key=lambda a: -a.sigma_after)
 
 

@@ -5,13 +5,13 @@ belt length) and for a single run that stands out; thresholds come from the boot
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from belt_sim.diagnose.fit import Fit
 from belt_sim.diagnose.null import null_gains
 from belt_sim.diagnose.workbench import Workbench
+from belt_sim.results.found import RequiredAngle, Unknown
 
 LEVEL = 0.015  # the candidates spend the rest of the 5 % of false alarms
 DEGREES = 5
@@ -101,7 +101,7 @@ def _gain(bench: Workbench, fit: Fit, rows: np.ndarray) -> float:
     return float(np.sum((basis.T @ fit.residual) ** 2))
 
 
-def shape_card(bench: Workbench, fit: Fit, test: OpenSet, nearest: tuple[str, str] | None) -> dict[str, Any]:
+def shape_card(bench: Workbench, fit: Fit, test: OpenSet, nearest: tuple[str, str] | None) -> Unknown:
     """What an unknown effect looks like: parity, tension exponent, onset, wavelength, required contact angle."""
     samples = bench.samples
     residual = samples.y - fit.values
@@ -110,16 +110,16 @@ def shape_card(bench: Workbench, fit: Fit, test: OpenSet, nearest: tuple[str, st
     even = test.gain.get("smooth, even in yaw", 0.0)
     share = odd / max(odd + even, 1e-12)
     parity = "odd" if share > 0.8 else "even" if share < 0.2 else "mixed"
-    return {
-        "failed_tests": list(test.failed),
-        "parity": parity if np.any(sign > 0) and np.any(sign < 0) else "unknown: only one sign of yaw was run",
-        "tension_exponent": _exponent(samples, residual),
-        "onset_m": _onset(bench, residual),
-        "wavelength_m": _wavelength(samples, residual),
-        "required_contact_angle_urad": _required_angle(bench, residual, sign),
-        "nearest": nearest[0] if nearest else None,
-        "why": nearest[1] if nearest else None,
-    }
+    return Unknown(
+        failed_tests=test.failed,
+        parity=parity if np.any(sign > 0) and np.any(sign < 0) else "unknown: only one sign of yaw was run",
+        tension_exponent=_exponent(samples, residual),
+        onset=_onset(bench, residual),
+        wavelength=_wavelength(samples, residual),
+        required_angle=_required_angle(bench, residual, sign),
+        nearest=nearest[0] if nearest else None,
+        why=nearest[1] if nearest else None,
+    )
 
 
 def _exponent(samples, residual) -> float | None:
@@ -166,8 +166,8 @@ def _wavelength(samples, residual) -> float | None:
     return float(1.0 / frequency[k])
 
 
-def _required_angle(bench: Workbench, residual, sign) -> dict[str, list[float]] | None:
-    """To first order, the contact angle that the run-up law would need [urad]: d(residual)/ds + residual/L."""
+def _required_angle(bench: Workbench, residual, sign) -> RequiredAngle | None:
+    """To first order, the contact angle that the run-up law would need: d(residual)/ds + residual/L."""
     samples = bench.samples
     places = [s.at for s in samples.signals]
     if "point_1" not in places:
@@ -181,4 +181,4 @@ def _required_angle(bench: Workbench, residual, sign) -> dict[str, list[float]] 
     smooth = np.polynomial.Chebyshev.fit(travel[keep], mean[keep], 8)
     length = float(samples.cases.rig.span_length)
     angle = smooth.deriv()(knots) + smooth(knots) / length
-    return {"travel_m": [float(x) for x in knots], "angle": [float(a * 1e6) for a in angle]}
+    return RequiredAngle(travel=knots, angle=angle)

@@ -1,32 +1,21 @@
-"""The verdict, in one word and one sentence."""
+"""From what was found and what is left to the verdict."""
 
 from collections.abc import Sequence
 
 from belt_sim.campaign import Suspicion
 from belt_sim.diagnose.openset import OpenSet
+from belt_sim.results.verdict import Verdict
 
 
-def verdict(ids: Sequence[str], test: OpenSet, suspicions: Sequence[Suspicion]) -> str:
-    """adequate | explained | partly | none_known | cannot_say."""
+def verdict(ids: Sequence[str], test: OpenSet, suspicions: Sequence[Suspicion]) -> Verdict:
+    """The verdict when ``ids`` were chosen, ``test`` looked at what they leave, and the data showed ``suspicions``."""
     if any(s.severity == "stop" for s in suspicions):
-        return "cannot_say"
+        return Verdict.CANNOT_SAY
     if not ids:
-        return "none_known" if test.failed else "adequate"
-    return "partly" if test.failed else "explained"
+        return Verdict.NONE_KNOWN if test.failed else Verdict.ADEQUATE
+    return Verdict.PARTLY if test.failed else Verdict.EXPLAINED
 
 
-def _gravest(suspicions: Sequence[Suspicion]) -> str:
-    return min(suspicions, key=lambda s: s.severity != "stop").sentence
-
-
-def sentence(word: str, model: str, ids: Sequence[str], suspicions: Sequence[Suspicion]) -> str:
-    """The verdict as people would say it."""
-    names = " and ".join(ids)
-    if word == "cannot_say":
-        return f"The data look damaged, so no effect is named: {_gravest(suspicions)}"
-    return {
-        "adequate": f"Nothing is missing from model {model} that these measurements could show.",
-        "explained": f"Model {model} lacks {names}; with it, nothing is left that these measurements could show.",
-        "partly": f"Model {model} lacks {names}, and something else that is not in the library.",
-        "none_known": f"Model {model} is wrong here, and no effect of the library explains how.",
-    }[word]
+def damage(suspicions: Sequence[Suspicion]) -> str:
+    """The gravest of what looks wrong in the data, in a sentence; empty when nothing does."""
+    return min(suspicions, key=lambda s: s.severity != "stop").sentence if suspicions else ""

@@ -8,13 +8,15 @@ exceed by chance in one comparison of twenty.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from scipy.stats import norm
 
 from belt_sim import si
+from belt_sim.campaign.nouns import Kind
 from belt_sim.diagnose.workbench import Workbench
+from belt_sim.results.errors import UNITS, Where, Worst
+from belt_sim.results.words import KILO
 
 K = 2.0
 WINDOWS = 6
@@ -89,16 +91,15 @@ def worst_cell(found: list[Cell]) -> Cell:
     return max(found, key=lambda c: c.ratio)
 
 
-def worst_sentence(found: list[Cell], kinds: Mapping[str, str]) -> str:
+def worst_sentence(found: list[Cell], kinds: Mapping[str, Kind]) -> str:
     """The worst cell in a sentence."""
     c = worst_cell(found)
-    size, unit = (c.rms / si.MM, "mm") if kinds[c.signal] == "lateral" else (c.rms * 1e3, "mrad")
     where = (
         f"{c.signal} of run {c.run} ({c.tension:g} N/mm2, yaw {_sign(c.sign)}, {c.window[0]:.0f}-{c.window[1]:.0f} m)"
     )
     if c.ratio <= family_k(len(found)):
         return f"Nowhere beyond the uncertainty of the comparison; closest in {where}: E = {c.ratio:.1f} u_val."
-    return f"Worst in {where}: off by {size:.2g} {unit}, {c.ratio:.0f} times what the measurement leaves open."
+    return f"Worst in {where}: off by {KILO * c.rms:.2g} {UNITS[kinds[c.signal]]}, {c.ratio:.0f} times what the measurement leaves open."
 
 
 def boundary(found: list[Cell]) -> tuple[float | None, str]:
@@ -125,16 +126,16 @@ def boundary(found: list[Cell]) -> tuple[float | None, str]:
     return at, f"Adequate {side} {at:.3g} N/mm2 (|E| <= {k:.1f} u_val; measured at {span})."
 
 
-def where(bench: Workbench, values: np.ndarray) -> dict[str, Any]:
+def where(bench: Workbench, values: np.ndarray) -> Where:
     """The worst cell, the boundary in tension, and both in a sentence, for predictions ``values`` (R, S, n)."""
     found = cells(bench, values)
     worst, (at, words) = worst_cell(found), boundary(found)
-    return {
-        "worst": {"run": worst.run, "signal": worst.signal, "travel_m": list(worst.window), "ratio": worst.ratio},
-        "sentence": worst_sentence(found, {s.name: s.kind for s in bench.samples.signals}),
-        "boundary_n_per_mm2": at,
-        "boundary_sentence": words,
-    }
+    return Where(
+        worst=Worst(run=worst.run, signal=worst.signal, travel=worst.window, ratio=worst.ratio),
+        sentence=worst_sentence(found, {s.name: s.kind for s in bench.samples.signals}),
+        boundary=None if at is None else at * si.N_PER_MM2,
+        boundary_sentence=words,
+    )
 
 
 def _sign(sign: int) -> str:
