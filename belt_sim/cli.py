@@ -54,6 +54,9 @@ def _hydra(command: str) -> int:
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
+    from belt_sim.jax_setup import prepare
+
+    prepare()
     started, failures, here = False, [], os.getpid()
 
     def job(cfg: Any) -> None:

@@ -1,23 +1,55 @@
-"""JAX as this project uses it: float64, the CPU, compiled code kept on disk between calls.
+"""JAX as this project uses it. Importing this module changes nothing; what is needed is set where it is needed.
 
-Fused multiply-adds are off: which sums they land on depends on what else is compiled in, so that an effect of
-no strength would change the last bit of a result. Without them it does not, for some 15 % of the speed.
+- float64: ``compiled`` functions and ``in_float64`` blocks compute in it, whatever the caller's JAX is set to.
+- the CPU, a cache of compiled code on disk, and no fused multiply-adds: ``prepare()``, which the command line calls
+  before anything else. Which sums a fused multiply-add lands on depends on what else is compiled in, so that an effect
+  of no strength would change the last bit of a result; without them it does not, for some 15 % of the speed. They are
+  a property of XLA's CPU client, which is made once a process: ``prepare()`` must come before JAX's first computation.
 """
 
-import logging
+import functools
 import os
+from collections.abc import Callable
 from pathlib import Path
-
-os.environ.setdefault("JAX_PLATFORMS", "cpu")
-if "xla_cpu_max_isa" not in os.environ.get("XLA_FLAGS", ""):
-    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} --xla_cpu_max_isa=AVX".strip()
+from typing import Any
 
 import jax
 
-CACHE = Path(os.environ.get("BELT_SIM_CACHE", Path.home() / ".cache" / "belt_sim" / "jax"))
+_UNFUSED = "--xla_cpu_max_isa=AVX"
 
-logging.getLogger("jax").setLevel(logging.WARNING)
-jax.config.update("jax_enable_x64", True)
-jax.config.update("jax_compilation_cache_dir", str(CACHE))
-jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
+    """``jax.jit(function, **options)`` that traces and runs in float64."""
+    return in_float64(jax.jit(function, **options))
+
+
+def in_float64(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function with JAX in float64 for as long as it runs (in the calling thread)."""
+
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        with jax.enable_x64(True):
+            return function(*args, **kwargs)
+
+    return call
+
+
+def prepare() -> None:
+    """Set JAX up for this process: CPU, unfused arithmetic, compiled code kept under BELT_SIM_CACHE or ~/.cache.
+
+    What the environment already says (JAX_PLATFORMS, xla_cpu_max_isa in XLA_FLAGS) stays.
+    """
+    os.environ.setdefault("JAX_PLATFORMS", "cpu")
+    jax.config.update("jax_platforms", os.environ["JAX_PLATFORMS"])
+    flags = os.environ.get("XLA_FLAGS", "")
+    if "xla_cpu_max_isa" not in flags:
+        os.environ["XLA_FLAGS"] = f"{flags} {_UNFUSED}".strip()
+    folder = Path(os.environ.get("BELT_SIM_CACHE", Path.home() / ".cache" / "belt_sim" / "jax"))
+    jax.config.update("jax_compilation_cache_dir", str(folder))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def is_unfused() -> bool:
+    """Whether results of this process can be compared bit for bit (see the module's text)."""
+    return _UNFUSED in os.environ.get("XLA_FLAGS", "")

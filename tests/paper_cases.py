@@ -9,7 +9,7 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.analytic.march import march_traced
-from belt_sim.analytic.model import MODELS, Model
+from belt_sim.analytic.model import MODELS, AnalyticModel
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.rig import Belt, Rig
@@ -60,6 +60,6 @@ def _stacked(trees):
 
 
 @cache
-def _compiled(model: Model):
+def _compiled(model: AnalyticModel):
     run = partial(march_traced, model=model, plan=(RECORDS, STRIDE, SLOTS))
     return jax.jit(jax.vmap(run, in_axes=(0, 0, None)))

@@ -13,11 +13,12 @@ import jax
 import numpy as np
 from numpy.typing import ArrayLike
 
+from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import KEEP, STEP, march_traced, plan_steps
-from belt_sim.analytic.model import Model
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError
+from belt_sim.jax_setup import compiled
 
 CHUNK = 250  # cases
 WORKERS = 2
@@ -48,7 +49,7 @@ def grid(case: Case, *, tensions: ArrayLike, yaws: ArrayLike) -> tuple[Case, Axe
 
 def march_many(
     cases: Case,
-    model: Model,
+    model: Composition,
     effects=(),
     *,
     travel: float,
@@ -119,8 +120,8 @@ def _wanted(only: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(only) or known
 
 
-@partial(jax.jit, static_argnames=("plan", "model", "tree", "spread", "only"))
-def _batch(leaves, effects, travel, *, plan, model: Model, tree, spread, only):
+@partial(compiled, static_argnames=("plan", "model", "tree", "spread", "only"))
+def _batch(leaves, effects, travel, *, plan, model: Composition, tree, spread, only):
     """Travel and the arrays ``only`` of a batch, in that order, each with a leading axis of cases."""
 
     def one(*own):

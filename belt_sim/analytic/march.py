@@ -12,13 +12,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim import jax_setup  # noqa: F401  (float64 and the compilation cache, before anything is traced)
-from belt_sim.analytic.model import Model
+from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.curves import Curves
+from belt_sim.effects.around_engine import as_driven, as_numpy
 from belt_sim.effects.base import uses
 from belt_sim.errors import InputError, RunFailed
+from belt_sim.jax_setup import compiled, in_float64
 from belt_sim.laws import drive, wrap
 from belt_sim.laws.runup import RunUp, Yaw
 from belt_sim.si import N_PER_MM2
@@ -27,17 +28,27 @@ STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergen
 KEEP = 0.1  # [m]
 
 
-def march(case: Case, model: Model, effects=(), *, travel: float, step: float = STEP, keep: float = KEEP) -> Curves:
-    """Curves of one case over ``travel`` [m], kept every ``keep`` [m] (rounded so that steps and record fit).
+def march(
+    case: Case, model: Composition, effects=(), *, travel: float, step: float = STEP, keep: float = KEEP
+) -> Curves:
+    """True curves of one case over ``travel`` [m], kept every ``keep`` [m] (rounded so that steps and record fit).
 
-    Raises CannotRepresent when the model cannot honour an effect, InputError for a step that is too long.
+    What encoder and sensors show of them is the business of ``AnalyticModel.run``. Raises CannotRepresent when the
+    model cannot honour an effect, InputError for a step that is too long.
     """
     model.admit(effects)
+    return march_driven(in_float64(as_driven)(case, effects), model, effects, travel=travel, step=step, keep=keep)
+
+
+def march_driven(
+    case: Case, model: Composition, effects=(), *, travel: float, step: float = STEP, keep: float = KEEP
+) -> Curves:
+    """The same for a case whose settings are what they are, not what was commanded."""
     plan = plan_steps(case, travel=travel, step=step, keep=keep)
-    tension = float(as_driven(case, effects).settings.tension)
+    tension = float(case.settings.tension)
     if not tension > 0:
         raise InputError("tension", f"{tension / N_PER_MM2:g}", "N/mm2", "effects leave none; make them weaker")
-    curves = jax.tree.map(np.asarray, _march_jit(case, tuple(effects), travel, model=model, plan=plan))
+    curves = as_numpy(_march_jit(case, tuple(effects), travel, model=model, plan=plan))
     if not np.isfinite(curves.y).all():
         raise RunFailed("y is not finite: weaken the effects or shorten model.step")
     return curves
@@ -58,10 +69,14 @@ def plan_steps(case: Case, *, travel: float, step: float, keep: float) -> tuple[
     return records, stride, 8 * math.ceil(slots / 8)
 
 
-def march_traced(case: Case, effects, travel, *, model: Model, plan) -> Curves:
-    """The march itself, for use inside jit and vmap; ``plan`` comes from ``plan_steps``."""
+def march_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
+    """Drive law and march, for use inside jit and vmap; ``plan`` comes from ``plan_steps``."""
+    return _driven_traced(as_driven(case, effects), effects, travel, model=model, plan=plan)
+
+
+def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
+    """The march itself."""
     records, stride, slots = plan
-    case = as_driven(case, effects)
     span = model.span(case)
     for e in uses(effects, "span"):
         span = e.span(span, case)
@@ -83,14 +98,7 @@ def march_traced(case: Case, effects, travel, *, model: Model, plan) -> Curves:
     return _curves(rows, case, span, spacing * stride * jnp.arange(records + 1))
 
 
-_march_jit = jax.jit(march_traced, static_argnames=("model", "plan"))
-
-
-def as_driven(case: Case, effects) -> Case:
-    """The case with tension and yaw as they are, not as they were commanded (drive law)."""
-    for e in uses(effects, "settings"):
-        case = replace(case, settings=e.settings(case.settings, case))
-    return case
+_march_jit = compiled(_driven_traced, static_argnames=("model", "plan"))
 
 
 def _stepper(spans, spacing):

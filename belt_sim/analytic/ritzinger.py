@@ -1,8 +1,25 @@
 """Ritzinger's steady rate of a low-tensioned belt: two catenary edge ropes (paper eq. 16-18)."""
 
 import math
+from dataclasses import dataclass
 
 from belt_sim.case import Case
+
+
+@dataclass(frozen=True, kw_only=True)
+class RitzingerFormula:
+    """A model of the steady rate alone (belt_sim.model.SteadyModel)."""
+
+    name: str = "ritzinger"
+    title: str = "Ritzinger's edge ropes"
+
+    def refusal(self, effect) -> str | None:
+        """It reads no effects."""
+        return f"model {self.name} is a formula for the steady rate and reads no effects"
+
+    def steady_rate(self, case: Case) -> float:
+        """Late drift w = dy/ds of all four points [m/m]."""
+        return ritzinger_rate(case)
 
 
 def ritzinger_rate(case: Case) -> float:

@@ -1,19 +1,18 @@
 """Steady drift in closed form (physics sheet, section 4)."""
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim import jax_setup  # noqa: F401
-from belt_sim.analytic.model import Model
-from belt_sim.analytic.ritzinger import ritzinger_rate
+from belt_sim.analytic.composition import Composition
 from belt_sim.case import Case
+from belt_sim.jax_setup import compiled, in_float64
 from belt_sim.laws.span import response
 
-_response = jax.jit(response)  # op by op it would take a second
+_response = compiled(response)  # op by op it would take a second
 
 
-def runup_weight(case: Case, model: Model) -> float:
+@in_float64
+def runup_weight(case: Case, model: Composition) -> float:
     """w1 of y_u - y_o = L (w0 theta_o + w1 theta_u), w0 + w1 = 1, with kappa = 0 at the run-up [1].
 
     Rope 1, beam of first order 2/3, beam of second order Shelton's curvature factor.
@@ -25,20 +24,18 @@ def runup_weight(case: Case, model: Model) -> float:
     return float(-ku / (ky * span.length))
 
 
-def steady_rate(case: Case, model: Model) -> float:
+def steady_rate(case: Case, model: Composition) -> float:
     """Late drift w = dy/ds of all four points [m/m] for the last yaw of both schedules, without effects.
 
     w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h), which is the sheet's formula for equal pulleys.
     """
-    if model.name == "ritzinger":
-        return ritzinger_rate(case)
     w1 = runup_weight(case, model)
     rig, settings = case.rig, case.settings
     yaw = float(settings.yaw.last() - settings.yaw_head.last())
     return rig.span_length * (2 * w1 - 1) * yaw / (2 * rig.span_length + rig.wrap_tail + rig.wrap_head)
 
 
-def steady_offsets(case: Case, model: Model) -> tuple[float, float]:
+def steady_offsets(case: Case, model: Composition) -> tuple[float, float]:
     """Steady offsets of the belt in the direction of travel, run-up minus run-off [m]: upper span, lower span.
 
     y_1 - y_4 = L (w1 beta + w0 beta_h - w), y_3 - y_2 = L (-w1 beta_h - w0 beta - w), for travel direction +1.

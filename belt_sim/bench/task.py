@@ -6,7 +6,8 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.analytic.march import march
-from belt_sim.analytic.model import Model, analytic_model
+from belt_sim.analytic.model import AnalyticModel as Model
+from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.laws.span import response
 from belt_sim.rig import Belt, Rig

@@ -8,6 +8,7 @@ import numpy as np
 from belt_sim.commands.laid_out import campaign_from, model_from
 from belt_sim.commands.run_folder import done_before, plain, run_folder
 from belt_sim.commands.tell import tell_comparison
+from belt_sim.errors import CannotRepresent
 from belt_sim.files import write_json
 from belt_sim.provenance import provenance
 
@@ -30,7 +31,10 @@ def compare_into(config: dict[str, Any], folder: Path) -> dict[str, Any]:
     campaign = campaign_from(config)
     model = model_from(config, curves=any(len(r.travel) for r in campaign.runs))
     effects = load_effects(config["effects"])
-    model.admit(effects)
+    for e in effects:
+        reason = model.refusal(e)
+        if reason:
+            raise CannotRepresent(f"effects = {e.id}: {reason}")
     steady = _steady(campaign, model, effects, config, folder)
     if not any(len(r.travel) for r in campaign.runs) and steady:
         content = {"schema": SCHEMA, "base_model": model.name, "steady": steady, "provenance": provenance(config)}

@@ -9,8 +9,8 @@ from rich.table import Table
 
 from belt_sim import si
 from belt_sim.analytic.march import march
-from belt_sim.analytic.model import Model
-from belt_sim.analytic.steady import steady_rate
+from belt_sim.analytic.model import AnalyticModel
+from belt_sim.analytic.ritzinger import RitzingerFormula
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.curves import late_rates
 
@@ -18,16 +18,16 @@ TRAVEL = 300.0  # [m]; the strip's transient at 7 N/mm2 is longer than 100 m
 K = 2.0
 
 
-def compare_steady(campaign: Campaign, model: Model, effects) -> list[dict[str, Any]]:
+def compare_steady(campaign: Campaign, model: AnalyticModel | RitzingerFormula, effects) -> list[dict[str, Any]]:
     """Measured and modelled late rates of every run in steady.csv [mm per m], E/u where u is the stated one."""
     runs = {r.name: r for r in campaign.runs}
     rows = []
     for stated in campaign.steady:
         case = case_of(campaign, runs[stated.run])
-        if effects:
+        if effects and isinstance(model, AnalyticModel):
             rates = late_rates(march(case, model, effects, travel=TRAVEL))
         else:
-            rates = np.full(4, steady_rate(case, model))
+            rates = np.full(4, model.steady_rate(case))
         for point, (measured, modelled) in enumerate(zip(stated.rates, rates, strict=True), start=1):
             if np.isfinite(measured):
                 rows.append(

@@ -3,11 +3,14 @@
 from pathlib import Path
 from typing import Any
 
-from belt_sim.analytic.model import Model, analytic_model
+from belt_sim.analytic.model import AnalyticModel
+from belt_sim.analytic.ritzinger import RitzingerFormula
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.effects.base import Effect
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.model import Model
+from belt_sim.registry import model_named
 
 
 def campaign_from(config: dict[str, Any]) -> Campaign:
@@ -15,18 +18,18 @@ def campaign_from(config: dict[str, Any]) -> Campaign:
     return read_campaign(Path(str(config["campaign"])))
 
 
-def model_from(config: dict[str, Any], *, curves: bool = True) -> Model:
+def model_from(config: dict[str, Any], *, curves: bool = True) -> Any:
     """An analytic model, which must give curves unless ``curves`` is False; raises CannotRepresent for the others."""
     name = str(config["model"]["name"])
-    if name.startswith("mujoco_"):
+    model = model_named(name)
+    if not isinstance(model, AnalyticModel | RitzingerFormula):
         raise CannotRepresent(f"model = {name}: too slow to be fitted; use an analytic model, e.g. model=strip")
-    model = analytic_model(name)
-    if curves and not model.marches:
+    if curves and not isinstance(model, Model):
         raise CannotRepresent(f"model = {name}: it gives a steady rate and no curves; use e.g. model=beam_th2")
     return model
 
 
-def candidates(config: dict[str, Any], model: Model) -> list[type[Effect]]:
+def candidates(config: dict[str, Any], model: AnalyticModel) -> list[type[Effect]]:
     """Effect classes to try: those named, or the library without what is left out; all that the model can honour."""
     classes = load_classes(config["effects"])
     if not classes:

@@ -11,9 +11,11 @@ from belt_sim.case import Case
 from belt_sim.commands.run_folder import done_before, plain, run_folder
 from belt_sim.config import case_from, ranged
 from belt_sim.curves import Curves, late_rates, offsets
-from belt_sim.errors import InputError
+from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.files import write_json
+from belt_sim.model import Model, SteadyModel
 from belt_sim.provenance import provenance
+from belt_sim.registry import IN_SPACE, model_named
 from belt_sim.tables import write_curves
 
 SUMMARY = "belt-summary/1"
@@ -32,7 +34,7 @@ def run(cfg: Any) -> None:
     case = case_from(config)
     name = str(config["model"]["name"])
     curves: Curves | None
-    if name.startswith("mujoco_"):
+    if name in IN_SPACE:
         from belt_sim.commands.simulate_3d import simulate_3d
 
         curves, extra = simulate_3d(case, config, folder)
@@ -42,22 +44,24 @@ def run(cfg: Any) -> None:
 
 
 def _analytic(case: Case, config: dict[str, Any]) -> tuple[Curves | None, dict[str, Any]]:
-    from belt_sim.analytic.indicated import indicated_march
-    from belt_sim.analytic.model import analytic_model
-    from belt_sim.analytic.steady import steady_rate
     from belt_sim.effects.load import load_effects
 
-    model, effects = analytic_model(config["model"]["name"]), load_effects(config["effects"])
-    model.admit(effects)
+    settings = {k: v for k, v in config["model"].items() if k != "name"}
+    for k in ("step", "keep"):
+        if k in settings:
+            ranged({f"model.{k}": settings[k]}, f"model.{k}")
+    model, effects = model_named(config["model"]["name"], settings), load_effects(config["effects"])
+    for e in effects:
+        reason = model.refusal(e)
+        if reason:
+            raise CannotRepresent(f"effects = {e.id}: {reason}; leave it out or use model=beam_th2 or strip")
     extra: dict[str, Any] = {"effects": [_named(e) for e in effects]}
-    if not effects:
-        extra["steady_rate_mm_per_m"] = steady_rate(case, model) / si.MM_PER_M
-    if not model.marches:
+    if not effects and isinstance(model, SteadyModel):
+        extra["steady_rate_mm_per_m"] = model.steady_rate(case) / si.MM_PER_M
+    if not isinstance(model, Model):
         extra["note"] = f"{model.name} is a formula for the steady rate: it gives no curves and no offsets"
         return None, extra
-    flat = {f"model.{k}": v for k, v in config["model"].items()}
-    steps = {k: ranged(flat, f"model.{k}") for k in ("step", "keep")}
-    return indicated_march(case, model, effects, travel=float(config["travel"]), **steps), extra
+    return model.run(case, effects, travel=float(config["travel"])), extra
 
 
 def _named(effect) -> dict[str, Any]:
@@ -73,7 +77,7 @@ def _leave(case: Case, curves: Curves | None, extra: dict[str, Any], config: dic
 
             title = f"{config['model']['name']}, {float(config['tension']):g} N/mm²"
             curves_picture(folder / "curves.png", {config["model"]["name"]: curves}, title)
-        if config["watch"] and not config["model"]["name"].startswith("mujoco_"):
+        if config["watch"] and config["model"]["name"] not in IN_SPACE:
             _watch(config, case, curves, folder)
     write_json(folder / "summary.json", summary)
     _tell(summary, folder)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from belt_sim.analytic.model import Model
+from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.diagnose.confusable import Rival, rivals
 from belt_sim.diagnose.nextrun import next_runs
@@ -48,7 +48,7 @@ class Findings:
 
 def examine(
     campaign: Campaign,
-    model: Model,
+    model: Composition,
     classes: Sequence[type[Effect]],
     *,
     bootstraps: int = BOOTSTRAPS,

@@ -14,12 +14,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march_traced, plan_steps
-from belt_sim.analytic.model import Model
 from belt_sim.case import Case, Schedule
 from belt_sim.diagnose.samples import Samples
-from belt_sim.effects.base import Effect, uses
-from belt_sim.laws.sensor import Reading
+from belt_sim.effects.around_engine import indicate
+from belt_sim.effects.base import Effect
+from belt_sim.jax_setup import compiled
 
 STEP = 0.1  # [m] of the march; wobble, the fastest effect, is then right to a few per mille
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
@@ -47,7 +48,7 @@ class Slot:
 class Forward:
     """Predictions of ``model`` with every effect of ``classes`` within reach, all null to begin with."""
 
-    def __init__(self, samples: Samples, model: Model, classes: Sequence[type[Effect]]) -> None:
+    def __init__(self, samples: Samples, model: Composition, classes: Sequence[type[Effect]]) -> None:
         self.samples, self.model, self.classes = samples, model, tuple(classes)
         self.slots = tuple(Slot(c, name) for c in self.classes for name in c.parameters)
         self.size = len(self.slots) + len(NUISANCES)
@@ -95,7 +96,7 @@ class Forward:
 
 
 @cache
-def _compiled(model: Model, plan, slots, span: float, places):
+def _compiled(model: Composition, plan, slots, span: float, places):
     """Values and directional derivatives for a batch of points; one compilation for all campaigns of one shape."""
     one = partial(_one_run, model=model, plan=plan, slots=slots, span=span, places=places)
     axes = (None, Case(rig=None, belt=None, settings=0), 0, 0, 0)  # type: ignore[arg-type]
@@ -104,7 +105,7 @@ def _compiled(model: Model, plan, slots, span: float, places):
     def lane(q, direction, data):
         return jax.jvp(lambda p: runs(p, *data), (q,), (direction,))
 
-    return jax.jit(jax.vmap(lane, in_axes=(0, 0, None)))
+    return compiled(jax.vmap(lane, in_axes=(0, 0, None)))
 
 
 def _data(samples: Samples):
@@ -131,20 +132,8 @@ def _one_run(q, case: Case, travel, time, yaw_at, *, model, plan, slots, span, p
     case = _as_set(case, q[len(slots) :])
     curves = march_traced(case, effects, span, model=model, plan=plan)
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
-    true = stated
-    for e in uses(effects, "encoder"):
-        true = e.encoder(true, case)
-    spacing = span / plan[0]
-    reading = Reading(
-        travel=stated,
-        true_travel=true,
-        time=jnp.append(time, yaw_at / case.settings.speed),
-        y=_at(curves.y, true, spacing),
-        tilt=_at(curves.tilt, true, spacing),
-    )
-    for e in uses(effects, "sensor"):
-        reading = e.sensor(reading, case)
-    rows = {"y": reading.y[:, :-1] - reading.y[:, -1:], "tilt": reading.tilt[:, :-1]}
+    shown = indicate(curves, case, effects, stated, jnp.append(time, yaw_at / case.settings.speed))
+    rows = {"y": shown.y[:, :-1] - shown.y[:, -1:], "tilt": shown.tilt[:, :-1]}
     return jnp.stack([rows[kind][row] for kind, row in places])
 
 
@@ -157,18 +146,3 @@ def _as_set(case: Case, nuisance) -> Case:
     turned = Schedule(at=schedule.at, over=schedule.over, change=schedule.change + last)
     settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned)
     return Case(rig=case.rig, belt=belt, settings=settings)
-
-
-def _at(rows, travel, spacing):
-    """Rows (k, records) on a uniform grid, looked up at ``travel`` (n,) by cubics through four records."""
-    last = rows.shape[1] - 1
-    position = jnp.clip(travel / spacing, 0.0, last)
-    left = jnp.clip(jnp.floor(position).astype(int), 1, last - 2)
-    t = position - left
-    before, here, there, after = (rows[:, left + k] for k in (-1, 0, 1, 2))
-    return (
-        -t * (t - 1) * (t - 2) / 6 * before
-        + (t + 1) * (t - 1) * (t - 2) / 2 * here
-        - (t + 1) * t * (t - 2) / 2 * there
-        + (t + 1) * t * (t - 1) / 6 * after
-    )

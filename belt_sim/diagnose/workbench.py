@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from belt_sim.analytic.model import Model
+from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
 from belt_sim.diagnose.fit import Fit, fit_sets
 from belt_sim.diagnose.forward import NUISANCES, Forward
@@ -58,7 +58,7 @@ class Workbench:
         return self.forward.lanes(np.repeat(q[None], len(directions), axis=0), directions)[1]
 
 
-def workbench(campaign: Campaign, model: Model, classes: Sequence[type[Effect]], q=None) -> Workbench:
+def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], q=None) -> Workbench:
     """Lay out ``campaign`` for ``model`` with ``classes`` as candidates."""
     samples = samples_of(campaign)
     forward = Forward(samples, model, classes)

@@ -4,9 +4,10 @@ A new effect is one file: subclass ``Effect``, decorate with ``@effect``, give `
 ``parameters``, and override the hook of its law. Every hook returns its first argument changed; with null
 parameters it must return it unchanged, bit for bit. An effect with a geometry may also have
 ``edit_scene(self, parts, case)``, which changes the pulleys, the gravity or the friction of a 3D scene
-(``belt_sim.mujoco3d.surface.SceneParts``); the 3D models refuse an effect of the span, run-up or wrap law without it.
+(``belt_sim.scene_parts.SceneParts``); the 3D models refuse an effect of the span, run-up or wrap law without it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
@@ -18,8 +19,15 @@ from belt_sim.laws.sensor import Reading
 from belt_sim.laws.span import Span
 from belt_sim.laws.wrap import RunOff
 from belt_sim.pytree import pytree
+from belt_sim.scene_parts import SceneParts
 
 LAWS = ("span", "run-up", "wrap", "drive", "sensor")
+#: hooks of an effect by what asks them: before an engine, an analytic engine, a 3D engine, after an engine
+BEFORE_ENGINE = ("settings",)
+IN_MARCH = ("span", "bend", "yaw", "runup", "slide", "wrap")
+IN_SCENE = ("scene",)
+AFTER_ENGINE = ("encoder", "sensor")
+HOOKS = (*BEFORE_ENGINE, *IN_MARCH, *IN_SCENE, *AFTER_ENGINE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,6 +97,10 @@ class Effect:
         """Wrap law: where the belt leaves the pulleys."""
         return runoff
 
+    def scene(self, parts: SceneParts, case: Case) -> SceneParts:
+        """The 3D scene: what stands there, before it is built."""
+        return parts
+
     def encoder(self, travel, case: Case):
         """Sensor law: true belt travel [m] when the encoder says ``travel`` [m]."""
         return travel
@@ -117,7 +129,12 @@ def effect(cls):
     return pytree(cls)
 
 
-def uses(effects, hook: str) -> list:
+def overrides(effect: Effect | type[Effect], hooks: Sequence[str] = HOOKS) -> set[str]:
+    """Which of ``hooks`` an effect has of its own."""
+    cls = effect if isinstance(effect, type) else type(effect)
+    return {hook for hook in hooks if getattr(cls, hook) is not getattr(Effect, hook)}
+
+
+def uses(effects: Sequence[Effect], hook: str) -> list:
     """Those of ``effects`` that override ``hook``, in the order in which to ask them."""
-    found = [e for e in effects if getattr(type(e), hook) is not getattr(Effect, hook)]
-    return sorted(found, key=lambda e: type(e).last)
+    return sorted((e for e in effects if overrides(e, (hook,))), key=lambda e: type(e).last)

@@ -44,6 +44,5 @@ class Camber(Effect):
             tilt=bend.tilt + tilt,
         )
 
-    def edit_scene(self, parts, case):
-        if self.kappa_c:
-            parts.bend(lambda s: np.full(np.shape(s), self.kappa_c))
+    def scene(self, parts, case):
+        return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts

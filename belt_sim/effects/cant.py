@@ -41,6 +41,5 @@ class Cant(Effect):
         lean = jnp.sin(sag_angle(case))
         return replace(yaw, tail=yaw.tail - self.gamma * lean, head=yaw.head + self.gamma_head * lean)
 
-    def edit_scene(self, parts, case):
-        parts.change("tail", cant=self.gamma)
-        parts.change("head", cant=self.gamma_head)
+    def scene(self, parts, case):
+        return parts.with_pulley("tail", cant=self.gamma).with_pulley("head", cant=self.gamma_head)

@@ -26,6 +26,5 @@ class Crown(Effect):
     def runup(self, runup, now, case):
         return replace(runup, turn=runup.turn - jnp.stack([self.c, self.c_head]) * now.y)
 
-    def edit_scene(self, parts, case):
-        parts.change("tail", crown=self.c)
-        parts.change("head", crown=self.c_head)
+    def scene(self, parts, case):
+        return parts.with_pulley("tail", crown=self.c).with_pulley("head", crown=self.c_head)

@@ -68,9 +68,10 @@ class EdgeGuide(Effect):
             tilt=bend.tilt + push * tilt,
         )
 
-    def edit_scene(self, parts, case):
+    def scene(self, parts, case):
         x = float(case.rig.centre_distance) - float(self._from_tail(case.rig.span_length))
         for span, stiffness in (("upper", self.stiffness), ("lower", self.stiffness_lower)):
             if stiffness > 0.0:
                 for side in (1.0, -1.0):
-                    parts.guide(span=span, x=x, gap=self.gap, side=side, stiffness=stiffness)
+                    parts = parts.with_guide(span=span, x=x, gap=self.gap, side=side, stiffness=stiffness)
+        return parts

@@ -7,16 +7,12 @@ from functools import cache
 from belt_sim import effects
 from belt_sim.effects.base import Effect
 
-_NOT_EFFECTS = {"base", "library", "load", "scene", "table"}
-
 
 @cache
 def library() -> dict[str, type[Effect]]:
     """Effect classes by id, in alphabetical order."""
     found: dict[str, type[Effect]] = {}
     for module in pkgutil.iter_modules(effects.__path__):
-        if module.name in _NOT_EFFECTS or module.name.startswith("_"):
-            continue
         found |= effects_in(importlib.import_module(f"belt_sim.effects.{module.name}"))
     return dict(sorted(found.items()))
 

@@ -23,6 +23,3 @@ class SagRoll(Effect):
 
     def span(self, span, case):
         return replace(span, sag_curvature=span.sag_curvature + self.strength * case.sag_curvature)
-
-    def edit_scene(self, parts, case):
-        parts.gravity = self.strength * float(case.rig.gravity)

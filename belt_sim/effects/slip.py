@@ -1,6 +1,6 @@
 """Finite friction: the entry moment that a pulley can hold is limited."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
@@ -31,6 +31,5 @@ class Slip(Effect):
         share = excess / held / jnp.where(now.moment == 0, 1.0, jnp.abs(now.moment))
         return alpha - share * now.kappa / now.stiffness
 
-    def edit_scene(self, parts, case):
-        if self.inverse_friction > 0:
-            parts.friction = 1.0 / self.inverse_friction
+    def scene(self, parts, case):
+        return replace(parts, friction=1.0 / self.inverse_friction) if self.inverse_friction > 0 else parts

@@ -26,6 +26,5 @@ class Taper(Effect):
     def runup(self, runup, now, case):
         return replace(runup, turn=runup.turn + jnp.stack([self.kappa_t, self.kappa_t_head]))
 
-    def edit_scene(self, parts, case):
-        parts.change("tail", taper=self.kappa_t)
-        parts.change("head", taper=self.kappa_t_head)
+    def scene(self, parts, case):
+        return parts.with_pulley("tail", taper=self.kappa_t).with_pulley("head", taper=self.kappa_t_head)

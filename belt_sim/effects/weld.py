@@ -14,9 +14,9 @@ _PLACES = 1024  # of the weld's middle, from where it enters a span to where it 
 _POINTS = (np.arange(32) + 0.5) / 32 - 0.5  # over the length of a weld
 
 
-def raised_cosine(u):
-    """1 + cos(2 pi u) for |u| < 1/2, else 0: a bend of mean 1 over its own length."""
-    return jnp.where(jnp.abs(u) < 0.5, 1.0 + jnp.cos(2.0 * jnp.pi * u), 0.0)
+def raised_cosine(u, xp=jnp):
+    """1 + cos(2 pi u) for |u| < 1/2, else 0: a bend of mean 1 over its own length; xp: jax.numpy or numpy."""
+    return xp.where(xp.abs(u) < 0.5, 1.0 + xp.cos(2.0 * xp.pi * u), 0.0)
 
 
 @pytree
@@ -85,12 +85,11 @@ class Weld(Effect):
             tilt=bend.tilt + tilt,
         )
 
-    def edit_scene(self, parts, case):
+    def scene(self, parts, case):
         around = float(case.rig.belt_length)
 
         def camber(s):
             off = np.mod(s - self.at + 0.5 * around, around) - 0.5 * around
-            return self.angle / self.length * np.asarray(raised_cosine(off / self.length))
+            return self.angle / self.length * raised_cosine(off / self.length, np)
 
-        if self.angle:
-            parts.bend(camber)
+        return parts.with_camber(camber) if self.angle else parts

@@ -54,10 +54,11 @@ class Wobble(Effect):
             head=yaw.head + self.beta_cos_head * jnp.cos(head) + self.beta_sin_head * jnp.sin(head),
         )
 
-    def edit_scene(self, parts, case):
+    def scene(self, parts, case):
         for pulley, cos, sin in (
             ("tail", self.beta_cos, self.beta_sin),
             ("head", self.beta_cos_head, self.beta_sin_head),
         ):
             phase = math.atan2(-sin * float(case.settings.direction), cos)
-            parts.change(pulley, wobble=math.hypot(cos, sin), wobble_phase=phase)
+            parts = parts.with_pulley(pulley, wobble=math.hypot(cos, sin), wobble_phase=phase)
+        return parts

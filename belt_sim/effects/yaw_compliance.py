@@ -28,5 +28,5 @@ class YawCompliance(Effect):
         at_rest = now.moment[0] + now.moment_runoff[1] - grows * now.turned[0]
         return replace(yaw, tail=(yaw.tail - self.c_m * at_rest) / (1.0 + self.c_m * grows))
 
-    def edit_scene(self, parts, case):
-        parts.change("tail", yaw_compliance=self.c_m)
+    def scene(self, parts, case):
+        return parts.with_pulley("tail", yaw_compliance=self.c_m)

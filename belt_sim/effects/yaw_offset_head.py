@@ -21,5 +21,5 @@ class YawOffsetHead(Effect):
     def yaw(self, yaw, now, case):
         return replace(yaw, head=yaw.head + self.beta_0)
 
-    def edit_scene(self, parts, case):
-        parts.change("head", yaw_offset=self.beta_0)
+    def scene(self, parts, case):
+        return parts.with_pulley("head", yaw_offset=self.beta_0)

@@ -21,5 +21,5 @@ class YawOffsetTail(Effect):
     def yaw(self, yaw, now, case):
         return replace(yaw, tail=yaw.tail + self.beta_0)
 
-    def edit_scene(self, parts, case):
-        parts.change("tail", yaw_offset=self.beta_0)
+    def scene(self, parts, case):
+        return parts.with_pulley("tail", yaw_offset=self.beta_0)

@@ -2,6 +2,6 @@
 
 from belt_sim.mujoco3d.options import BELTS, Options
 from belt_sim.mujoco3d.run import simulate
-from belt_sim.mujoco3d.surface import EdgeGuide, PulleySurface, SceneParts
+from belt_sim.mujoco3d.scene import undisturbed
 
-__all__ = ["BELTS", "EdgeGuide", "Options", "PulleySurface", "SceneParts", "simulate"]
+__all__ = ["BELTS", "Options", "simulate", "undisturbed"]

@@ -15,8 +15,8 @@ from belt_sim.mujoco3d.forces import elastic_forces
 from belt_sim.mujoco3d.friction import Friction
 from belt_sim.mujoco3d.hold import HEAD, TAIL, Pose, Wrap
 from belt_sim.mujoco3d.scene import Scene
-from belt_sim.mujoco3d.surface import PulleySurface
 from belt_sim.mujoco3d.touchdown import FIRST, LAST, anchor, catches, land, lets_go, sink, tangent_angle
+from belt_sim.scene_parts import PulleySurface
 
 _NEITHER = -1
 _OUTSIDE = 4  # free stations over which the direction of a span is taken

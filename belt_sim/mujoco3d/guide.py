@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from belt_sim.mujoco3d.contact import Contact
-from belt_sim.mujoco3d.surface import EdgeGuide
+from belt_sim.scene_parts import EdgeGuide
 
 
 @dataclass

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.mujoco3d.surface import PulleySurface
+from belt_sim.scene_parts import PulleySurface
 
 HEAD, TAIL = 0, 1
 

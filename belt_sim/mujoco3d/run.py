@@ -25,12 +25,13 @@ from belt_sim.mujoco3d.machine import Machine
 from belt_sim.mujoco3d.membrane import Membrane
 from belt_sim.mujoco3d.options import BELTS, Options
 from belt_sim.mujoco3d.record import Recorder
-from belt_sim.mujoco3d.scene import Scene, build, scene_parts
+from belt_sim.mujoco3d.scene import Scene, build, undisturbed
 from belt_sim.mujoco3d.stage import Clock
 from belt_sim.mujoco3d.tangent import Tangent
 from belt_sim.mujoco3d.tensioning import FRICTION, Apart
 from belt_sim.mujoco3d.torsion import Torsion
 from belt_sim.mujoco3d.written import write_scene
+from belt_sim.scene_parts import SceneParts
 
 _BELTS: dict[str, Callable[[], BeltModel]] = {"rope": Chain, "grid": Grid, "flex": Membrane}
 _FASTEST = 2.0  # [m/s]
@@ -48,28 +49,29 @@ def simulate(
     travel: float,
     options: Options | None = None,
     scene_path: Path | None = None,
+    parts: SceneParts | None = None,
     observers: Sequence[Observer] = (),
-    effects: Sequence = (),
     control: bool = False,
 ) -> Curves:
     """Run ``case`` over ``travel`` [m] of belt and return its curves; y = 0 at travel 0.
 
-    belt: "rope", "grid" or "flex"; scene_path: where to write the MJCF; control: subtract a run without yaw.
+    belt: "rope", "grid" or "flex"; scene_path: where to write the MJCF; parts: what stands in the scene, None = as the
+    case has it; control: subtract a run without yaw.
     Raises RunFailed, with the curves so far in its ``curves``, when the run diverges, and CannotRepresent for a limp
     belt with finite friction: the friction law takes the place of the last station on a pulley for its own.
     """
     if belt not in BELTS:
         raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
     options = options or Options()
-    friction = scene_parts(case, options, effects).friction
-    if math.isfinite(friction) and is_limp(belt, options):
-        raise CannotRepresent(f"options.friction = {friction:g}: a limp belt sticks here; leave it out")
+    parts = parts or undisturbed(case, options)
+    if math.isfinite(parts.friction) and is_limp(belt, options):
+        raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
     options = fitted(options, case, belt)
-    curves = Run.begin(case, belt, options, observers, effects, scene_path).go(travel)
+    curves = Run.begin(case, belt, options, observers, parts, scene_path).go(travel)
     if not control:
         return curves
     aligned = replace(case.settings, yaw=Schedule.step(0.0), yaw_head=Schedule.step(0.0))
-    zero = Run.begin(replace(case, settings=aligned), belt, options, (), effects, None).go(travel)
+    zero = Run.begin(replace(case, settings=aligned), belt, options, (), parts, None).go(travel)
     drift = np.array([np.interp(curves.travel, zero.travel, y) for y in zero.y])
     names = {f"control_{k + 1}": y for k, y in enumerate(drift)}
     return replace(curves, y=curves.y - drift, extra=(curves.extra or {}) | names)
@@ -109,9 +111,8 @@ class Run:
         self.limp: Limp | None = None
 
     @staticmethod
-    def begin(case, belt: str, options: Options, observers, effects, scene_path: Path | None) -> "Run":
+    def begin(case, belt: str, options: Options, observers, parts: SceneParts, scene_path: Path | None) -> "Run":
         """Build the scene (and write its MJCF) with the belt laid round the pulleys."""
-        parts = scene_parts(case, options, effects)
         spec, scene = build(case, _BELTS[belt](), options, parts)
         if scene_path is not None:
             write_scene(spec, scene_path)

@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,8 +16,8 @@ from belt_sim.mujoco3d.belt import BeltModel, Mesh
 from belt_sim.mujoco3d.loop import Loop, laid_loop
 from belt_sim.mujoco3d.natural import curved
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.surface import EdgeGuide, PulleySurface, SceneParts
 from belt_sim.mujoco3d.tensioning import Apart
+from belt_sim.scene_parts import EdgeGuide, PulleySurface, SceneParts
 
 STATION = Path(__file__).resolve().parents[2] / "models" / "pulley_station.xml"
 #: qpos (and dof) addresses of the pulleys; the nodes follow.
@@ -42,21 +42,9 @@ class Scene:
     apart: Apart | None = None
 
 
-def scene_parts(case: Case, options: Options, effects: Sequence = ()) -> SceneParts:
-    """The undisturbed scene of a case as changed by the effects; raises CannotRepresent for one without a scene."""
-    rig = case.rig
-    parts = SceneParts(
-        head=PulleySurface(radius=float(rig.head_radius)),
-        tail=PulleySurface(radius=float(rig.tail_radius)),
-        gravity=float(rig.gravity),
-        friction=float(options.friction),
-    )
-    for effect in effects:
-        edit = getattr(effect, "edit_scene", None)
-        if edit is None:
-            raise CannotRepresent(f"{type(effect).__name__} has no geometry: the 3D models cannot represent it")
-        edit(parts, case)
-    return parts
+def undisturbed(case: Case, options: Options) -> SceneParts:
+    """The scene of a case without any effect."""
+    return SceneParts.undisturbed(case, options.friction)
 
 
 def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, Scene]:

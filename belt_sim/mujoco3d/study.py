@@ -21,8 +21,8 @@ from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves, late_rates
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import RunFailed
+from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run import simulate
 from belt_sim.rig import Belt, Rig
 from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2
 
@@ -70,7 +70,8 @@ def main() -> None:
     started, failure = time.process_time(), None
     try:
         case, effects = paper_case(a.a, a.tension, a.yaw), load_effects(yaml.safe_load(a.effects or "null"))
-        curves = simulate(case, belt=a.belt, travel=a.travel, options=options, effects=effects)
+        model = SpaceModel(belt=a.belt, options=options)
+        curves = model.run(case, effects, travel=a.travel)
     except RunFailed as error:
         curves, failure = error.curves, str(error)
     report = {k: v for k, v in vars(a).items() if k not in ("out", "set")}

@@ -14,7 +14,7 @@ from belt_sim.campaign import Campaign, write_campaign
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d import Options, undisturbed
 from belt_sim.rig import GRAVITY, Belt, Rig
 from belt_sim.virtual_rig.draw import Hidden
 from belt_sim.virtual_rig.make import BASES, campaign_of, checked_seed, truth_of
@@ -150,7 +150,10 @@ def run_scene(run: SceneRun) -> Curves:
     from belt_sim.mujoco3d import simulate
 
     options = replace(run.options, belt_speed=float(run.case.settings.speed))
-    return simulate(run.case, belt="flex", travel=run.travel + 2 * options.sample, options=options, effects=run.faults)
+    parts = undisturbed(run.case, options)
+    for fault in run.faults:
+        parts = fault.scene(parts, run.case)
+    return simulate(run.case, belt="flex", travel=run.travel + 2 * options.sample, options=options, parts=parts)
 
 
 def read(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from paper_cases import BELT, RIG, YAW, marched, paper_case, steered
 
-from belt_sim.analytic.indicated import indicate
 from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.steady import steady_rate, taper_gain
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
+from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.library import library
 from belt_sim.laws.run_up_angle import sag_angle
 from belt_sim.laws.span import beam_second_order, response
@@ -206,7 +206,7 @@ def test_slip_caps_the_entry_moment():
 @pytest.mark.parametrize("e", [0.02, -0.02])
 def test_encoder_that_shows_more_makes_rates_smaller(e):
     plain = marched([STILL, paper_case(40)], "beam_th2", travel=100.0)[1]
-    shown = indicate(plain, paper_case(40), only(encoder_scale={"e": e}), travel=90.0, keep=1.0)
+    shown = indicate(plain, paper_case(40), only(encoder_scale={"e": e}), np.arange(91.0))
     np.testing.assert_allclose(late_rates(shown), late_rates(plain) / (1 + e), rtol=0.02)
     assert np.sign(shown.y[0, 45] - plain.y[0, 45]) == -np.sign(e)
 
@@ -214,7 +214,7 @@ def test_encoder_that_shows_more_makes_rates_smaller(e):
 def test_sensors_show_gain_offset_and_drift_in_time():
     plain = marched([STILL, paper_case(40)], "beam_th2", travel=100.0)[1]
     numbers = {"sensor_gain": {"g1": 0.1}, "sensor_offset": {"c2": 1e-3}, "sensor_drift": {"d4": 1e-6}}
-    shown = indicate(plain, paper_case(40), only(**numbers), travel=100.0, keep=1.0)
+    shown = indicate(plain, paper_case(40), only(**numbers), plain.travel)
     np.testing.assert_allclose(shown.y[2], plain.y[2], atol=1e-15)
     np.testing.assert_allclose(shown.y[0], 1.1 * plain.y[0], rtol=1e-12)
     np.testing.assert_allclose(shown.y[1], plain.y[1] + 1e-3, rtol=1e-12)
@@ -226,7 +226,7 @@ def test_edge_profile_passes_the_points_in_the_order_of_travel():
     for direction in (1.0, -1.0):
         case = paper_case(40, 0.0, direction=direction)
         plain = marched([case], "beam_th2", travel=100.0)[0]
-        y = indicate(plain, case, only(edge_profile={"cos1": 1e-3}), travel=100.0, keep=0.01).y
+        y = indicate(plain, case, only(edge_profile={"cos1": 1e-3}), np.arange(10001) * 0.01).y
         at = [np.argmax(row[: int(RIG.belt_length / 0.01)]) * 0.01 for row in y]
         steps = np.array([at[0] - at[3], at[1] - at[0], at[2] - at[1]]) * direction
         np.testing.assert_allclose(

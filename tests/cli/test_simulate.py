@@ -5,8 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.config import schedule_from
+from belt_sim.paths import CONF
+from belt_sim.registry import MODEL_NAMES
 
 COLUMNS = (
     "travel_m,y1_mm,y2_mm,y3_mm,y4_mm,angle1_mrad,angle2_mrad,angle3_mrad,angle4_mrad,"
@@ -99,9 +100,5 @@ def test_a_yaw_sequence_reaches_its_angles():
     assert schedule.last() == pytest.approx(np.radians(-1.0))
 
 
-@pytest.mark.parametrize("name", ["rope", "beam_th1", "beam_th2", "ernst_beam", "strip"])
-def test_every_analytic_model_has_its_file(belt, name):
-    from belt_sim.paths import CONF
-
-    assert (CONF / "model" / f"{name}.yaml").is_file()
-    assert analytic_model(name).marches
+def test_every_model_has_its_file_and_every_file_its_model():
+    assert {p.stem for p in (CONF / "model").glob("*.yaml")} == set(MODEL_NAMES)

@@ -5,18 +5,18 @@ from paper_cases import paper_case
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import MODELS, analytic_model
-from belt_sim.commands.simulate_3d import in_the_scene
+from belt_sim.effect_table import BEGIN, CAN, END, cell, table
 from belt_sim.effects.library import library
-from belt_sim.effects.table import BEGIN, CAN, END, cell, table
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.paths import ROOT
+from belt_sim.registry import model_named
 
 
 def test_table_stands_in_the_readme():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert BEGIN in text
     inside = text.split(BEGIN, 1)[1].split(END, 1)[0]
-    assert inside.strip() == table().strip(), "run: python -m belt_sim.effects.table"
+    assert inside.strip() == table().strip(), "run: python -m belt_sim.effect_table"
 
 
 def test_every_refusal_is_raised_with_a_remedy():
@@ -38,15 +38,16 @@ def test_a_rope_without_width_refuses_what_acts_through_the_width():
         march(paper_case(10), analytic_model("rope"), (effects["yaw_compliance"](c_m=1e-6),), travel=10.0)
     for name in ("taper", "yaw_compliance"):
         with pytest.raises(CannotRepresent, match=f"{name}: .* a rope has neither"):
-            in_the_scene((effects[name].null(),), "mujoco_rope")
-        assert in_the_scene((effects[name].null(),), "mujoco_flex")
+            model_named("mujoco_rope").admit((effects[name].null(),))
+        assert model_named("mujoco_flex").refusal(effects[name]) is None
 
 
 def test_expected_cells():
     models, effects = MODELS, library()
     assert cell(models["strip"], effects["sag_roll"]) == "built in"
     assert cell(models["beam_th2"], effects["sag_roll"]) == CAN
-    assert all(cell(models["ritzinger"], e) != CAN for e in effects.values())
+    assert cell(model_named("mujoco_flex"), effects["sag_roll"]) == "built in"
+    assert all(cell(model_named("ritzinger"), e) != CAN for e in effects.values())
     assert len(table().splitlines()) == len(effects) + 2
 
 

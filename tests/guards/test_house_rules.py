@@ -63,7 +63,7 @@ def test_a_simulation_without_pictures_loads_nothing_slow():
     """A second call must answer within three seconds; each of these costs some tenths of one."""
     program = (
         "import sys; import belt_sim.commands.simulate as s\n"
-        "import belt_sim.analytic.indicated, belt_sim.analytic.steady, belt_sim.effects.load, belt_sim.tables\n"
+        "import belt_sim.registry, belt_sim.analytic.steady, belt_sim.effects.load, belt_sim.tables\n"
         f"print([m for m in {SLOW!r} if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)

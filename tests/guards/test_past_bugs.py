@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.analytic.indicated import indicated_march
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.library import library
@@ -33,14 +32,14 @@ def test_compliance_answers_to_the_yaw_with_its_offset():
 def test_sensor_effects_reach_a_simulation():
     """A march returns the true curves: sensor effects used to be dropped in silence."""
     gain = EFFECTS["sensor_gain"](g1=0.5)
-    plain, shown = (indicated_march(paper_case(40), BEAM, e, travel=5.0) for e in ((), (gain,)))
+    plain, shown = (BEAM.run(paper_case(40), e, travel=5.0) for e in ((), (gain,)))
     np.testing.assert_allclose(shown.y[0], 1.5 * plain.y[0], rtol=1e-9)
 
 
 def test_an_encoder_that_lags_does_not_flatten_the_end():
     """The true travel is longer than the record: the march must reach it."""
     scale = EFFECTS["encoder_scale"](e=-0.05)
-    shown = indicated_march(paper_case(40), BEAM, (scale,), travel=5.0)
+    shown = BEAM.run(paper_case(40), (scale,), travel=5.0)
     slopes = np.diff(shown.y[0])
     assert slopes[-1] > 0.9 * slopes[-2] > 0  # the curve still gets steeper there
 

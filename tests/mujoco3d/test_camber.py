@@ -11,12 +11,13 @@ from belt_sim.curves import late_rates
 from belt_sim.effects.camber import Camber
 from belt_sim.effects.weld import Weld
 from belt_sim.errors import CannotRepresent
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.camber import Camber as RestLengths
 from belt_sim.mujoco3d.grid import Grid
 from belt_sim.mujoco3d.membrane import Membrane
+from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.natural import cells
-from belt_sim.mujoco3d.scene import build, scene_parts
+from belt_sim.mujoco3d.scene import build
 from belt_sim.mujoco3d.study import paper_case
 from belt_sim.mujoco3d.written import mjcf
 
@@ -30,6 +31,7 @@ SHORT_AND_WIDE = 0.2  # at 10 N/mm2 the edges of a 2 m span sag unlike by 4 %, a
 KAPPA = 1e-3  # [1/m]: +-19 N/mm2 at the edges, under a tension of 60
 WELD = Weld(angle=1e-3, at=1.0)
 FINE = Options(run_in=0.3, settle=0.5, acceleration=2.0)
+FLEX = SpaceModel(options=FINE)
 CASE = paper_case(2.0, 60.0, 0.0)
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
@@ -46,7 +48,7 @@ def test_a_free_strip_takes_its_natural_shape(belt, kappa):
 @pytest.mark.parametrize("effect", [Camber(kappa_c=KAPPA), WELD])
 def test_the_stress_free_loop_has_the_lengths_of_a_curved_belt(belt, across, effect):
     options = Options(dx=0.04, run_in=0.0, across=across)
-    _, scene = build(CASE, belt(), options, scene_parts(CASE, options, [effect]))
+    _, scene = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [effect]))
     mesh = scene.mesh
     s = scene.loop.chord * (np.arange(mesh.stations) + 0.5)
     curvature = scene.parts.camber(s)
@@ -72,7 +74,7 @@ def quietly_loaded(text):
 @pytest.mark.parametrize("effects", [[], [WELD]], ids=["straight", "weld"])
 def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
     options = Options(dx=0.04)
-    spec, scene = build(CASE, belt(), options, scene_parts(CASE, options, effects))
+    spec, scene = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, effects))
     ran, loaded = scene.model, quietly_loaded(mjcf(spec))
     for name in ("body_pos", "body_mass", "key_qpos", "flexedge_length0", "flex_stiffness", "tendon_lengthspring",
                  "tendon_stiffness", "body_inertia", "jnt_axis", "opt"):  # fmt: skip
@@ -86,8 +88,8 @@ def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
 @pytest.mark.parametrize("belt", [Membrane, Grid])
 def test_camber_acts_by_its_share(belt):
     options = Options(dx=0.04, run_in=0.0)
-    _, cambered = build(CASE, belt(), options, scene_parts(CASE, options, [WELD]))
-    _, straight = build(CASE, belt(), options, scene_parts(CASE, options))
+    _, cambered = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [WELD]))
+    _, straight = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, []))
     lengths = RestLengths.of(cambered)
     natural = lengths.lengths.copy()
     plain = straight.model.flexedge_length0 if belt is Membrane else straight.model.tendon_lengthspring
@@ -100,11 +102,11 @@ def test_camber_acts_by_its_share(belt):
 
 def test_a_rope_has_no_camber():
     with pytest.raises(CannotRepresent, match="camber"):
-        simulate(CASE, belt="rope", travel=1.0, effects=[WELD])
+        SpaceModel(belt="rope").run(CASE, [WELD], travel=1.0)
 
 
 def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():
-    curves = simulate(CASE, travel=0.4, options=FINE, effects=[Camber(kappa_c=KAPPA)])
+    curves = FLEX.run(CASE, [Camber(kappa_c=KAPPA)], travel=0.4)
     law = march(CASE, analytic_model("strip"), (Camber(kappa_c=KAPPA),), travel=0.4)
     np.testing.assert_allclose(curves.moment[:, -1], -CASE.belt.bending_stiffness * KAPPA, rtol=MOMENT)
     np.testing.assert_allclose(curves.tilt[:, -1], law.tilt[:, -1], rtol=TILT)
@@ -112,7 +114,7 @@ def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():
 
 
 def test_a_weld_runs_through_like_in_the_strip_law():
-    curves = simulate(CASE, travel=1.2, options=FINE, effects=[WELD])
+    curves = FLEX.run(CASE, [WELD], travel=1.2)
     law = march(CASE, analytic_model("strip"), (WELD,), travel=1.2)
     wanted = np.stack([np.interp(curves.travel, law.travel, y) for y in law.y])
     size = np.abs(wanted).max()
@@ -123,7 +125,7 @@ def test_a_weld_runs_through_like_in_the_strip_law():
 @pytest.mark.long
 def test_opposite_camber_is_the_mirror_image():
     both = [(Camber(kappa_c=k), Weld(angle=10.0 * k, at=1.0)) for k in (1e-4, -1e-4)]
-    right, left = (simulate(CASE, travel=2.5, options=FINE, effects=effects) for effects in both)
+    right, left = (FLEX.run(CASE, effects, travel=2.5) for effects in both)
     size = np.abs(right.y).max()
     assert size > 2e-4
     np.testing.assert_allclose(left.y, -right.y, atol=MIRRORED * size)
@@ -134,6 +136,6 @@ def test_opposite_camber_is_the_mirror_image():
 def test_uniform_camber_drifts_by_the_sag():
     """At 10 N/mm2 the law says 15.8 um/m, and rope and flat beams nothing: twelve runs of the span decide."""
     case = paper_case(2.0, 10.0, 0.0)
-    curves = simulate(case, travel=15.0, effects=[Camber(kappa_c=2e-4)])
+    curves = SpaceModel().run(case, [Camber(kappa_c=2e-4)], travel=15.0)
     law = march(case, analytic_model("strip"), (Camber(kappa_c=2e-4),), travel=15.0)
     assert late_rates(curves).mean() == pytest.approx(late_rates(law).mean(), rel=SHORT_AND_WIDE)

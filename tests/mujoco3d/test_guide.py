@@ -6,7 +6,8 @@ import pytest
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.edge_guide import EdgeGuide
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.study import paper_case
 
 NEAR = 0.02  # of y: dx = 25 mm stands for a span longer by dx
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:flex")
 
 
 def test_a_guide_holds_the_belt_like_an_elastic_stop():
-    curves = simulate(CASE, travel=2.0, options=FINE, effects=[GUIDE])
+    curves = SpaceModel(options=FINE).run(CASE, [GUIDE], travel=2.0)
     law, free = (march(CASE, analytic_model("strip"), e, travel=2.0) for e in ((GUIDE,), ()))
     wanted, alone = (np.stack([np.interp(curves.travel, c.travel, y) for y in c.y]) for c in (law, free))
     size = np.abs(wanted).max()
@@ -29,7 +30,7 @@ def test_a_guide_holds_the_belt_like_an_elastic_stop():
 
 @pytest.mark.long
 def test_guides_saturate_the_belt_and_mirror():
-    right, left = (simulate(paper_case(2.0, 60.0, yaw), travel=12.0, effects=[GUIDE]) for yaw in (-0.042, 0.042))
+    right, left = (SpaceModel().run(paper_case(2.0, 60.0, yaw), [GUIDE], travel=12.0) for yaw in (-0.042, 0.042))
     law = march(CASE, analytic_model("strip"), (GUIDE,), travel=12.0)
     wanted = np.stack([np.interp(right.travel, law.travel, y) for y in law.y])
     size = np.abs(wanted).max()

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from belt_sim.mujoco3d.hold import Pose, Wrap
-from belt_sim.mujoco3d.surface import PulleySurface
 from belt_sim.mujoco3d.touchdown import FIRST, LAST, catches, land, lets_go, lift, sink
+from belt_sim.scene_parts import PulleySurface
 
 R, CHORD = 0.17, 0.025  # [m]
 CIRCLE = 0.5 * CHORD / np.sin(0.5 * CHORD / R)  # of the stations

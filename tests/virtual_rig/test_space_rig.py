@@ -1,6 +1,5 @@
 """A campaign measured in three dimensions: what is asked for gets into the scene, and a campaign comes out."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +8,8 @@ import pytest
 from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError, InputError
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.surface import PulleySurface, SceneParts
 from belt_sim.rig import GRAVITY
+from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.observe import Errors
 from belt_sim.virtual_rig.plan import Setting
@@ -31,11 +30,7 @@ def edited(name: str, direction: float = 1.0, **parameters):
     plan = replace(TINY, runs=(replace(TINY.runs[0], direction=direction),))
     fault = scene_fault({"id": name, **parameters})
     case = true_cases(plan, "beam_th2", Errors())[0]
-    parts = SceneParts(
-        head=PulleySurface(radius=0.17), tail=PulleySurface(radius=0.17), gravity=case.rig.gravity, friction=math.inf
-    )
-    fault.edit_scene(parts, case)
-    return parts
+    return fault.scene(SceneParts.undisturbed(case), case)
 
 
 @pytest.mark.parametrize(

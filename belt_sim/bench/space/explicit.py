@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from belt_sim.bench.space.task import Task
+from belt_sim.mujoco3d import undisturbed
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.run import Run, fitted
 
@@ -28,7 +29,7 @@ def explicit_figures(task: Task) -> dict[str, Any]:
     """Largest stable step [s], milliseconds a step, steps and CPU seconds a metre at the product's belt speed."""
     case = task.case()
     options = fitted(Options(), case, "flex")
-    run = Run.begin(case, "flex", options, (), (), None)
+    run = Run.begin(case, "flex", options, (), undisturbed(case, options), None)
     model, free = explicit_model(run)
     low, high = 1e-7, 1e-4
     while high / low > 1.0 + WITHIN:

@@ -13,6 +13,7 @@ from belt_sim.bench.space.task import TASKS, Task, off_the_law
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates
 from belt_sim.frame import Frame
+from belt_sim.mujoco3d import undisturbed
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.run import Run, fitted
 from belt_sim.si import MM_PER_M
@@ -47,7 +48,7 @@ def measure(task: Task, travel: float, dt: float) -> dict[str, Any]:
     """
     begun, case, marks = time.process_time(), task.case(), Marks()
     options = fitted(Options(dt=dt), case, "flex")
-    run = Run.begin(case, "flex", options, (marks,), (), None)
+    run = Run.begin(case, "flex", options, (marks,), undisturbed(case, options), None)
     marks.data = run.data
     curves = run.go(travel)
     cpu = time.process_time() - begun

@@ -1,10 +1,18 @@
-"""The shape and the mounting of a pulley, as the belt feels them."""
+"""What stands in a three-dimensional scene, before any engine builds it: pulleys, gravity, friction, the belt's shape.
+
+An effect's geometric half and a virtual rig change these parts; ``belt_sim.mujoco3d`` builds them. Needs no MuJoCo.
+"""
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from belt_sim.case import Case
+
+#: natural in-plane curvature [1/m] at places s [m] along the belt
+Camber = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,31 +68,42 @@ class EdgeGuide:
     stiffness: float
 
 
-@dataclass
+@dataclass(frozen=True, kw_only=True)
 class SceneParts:
-    """What an effect may change before a scene is built: geometry, gravity, friction, the belt's natural shape.
+    """The parts of one scene.
 
-    head, tail: PulleySurface; gravity [m/s2]; friction [1]; camber(s) [1/m]: natural in-plane curvature of the belt
-    (y'' > 0) against the position s [m] along it at travel 0, counted from point 4 in the order of the points
-    4, 1, 2, 3 (None = straight); edge_guides: guides on the spans.
+    head, tail: PulleySurface; gravity [m/s2]; friction [1], inf = sticking; camber(s) [1/m]: natural in-plane
+    curvature of the belt (y'' > 0) against the position s [m] along it at travel 0, counted from point 4 in the order
+    of the points 4, 1, 2, 3 (None = straight); edge_guides: rollers beside the spans.
     """
 
     head: PulleySurface
     tail: PulleySurface
     gravity: float
-    friction: float
-    camber: Callable[[np.ndarray], np.ndarray] | None = None
-    edge_guides: list[EdgeGuide] = field(default_factory=list)
+    friction: float = math.inf
+    camber: Camber | None = None
+    edge_guides: tuple[EdgeGuide, ...] = ()
 
-    def bend(self, camber: Callable[[np.ndarray], np.ndarray]) -> None:
-        """Add a natural curvature [1/m] to what the belt has."""
+    @staticmethod
+    def undisturbed(case: Case, friction: float = math.inf) -> "SceneParts":
+        """A case's plain cylinders, its gravity and a straight belt."""
+        rig = case.rig
+        return SceneParts(
+            head=PulleySurface(radius=float(rig.head_radius)),
+            tail=PulleySurface(radius=float(rig.tail_radius)),
+            gravity=float(rig.gravity),
+            friction=float(friction),
+        )
+
+    def with_pulley(self, pulley: str, **values: float) -> "SceneParts":
+        """With fields of the surface of ``pulley`` ("head" or "tail") replaced."""
+        return replace(self, **{pulley: replace(getattr(self, pulley), **values)})
+
+    def with_camber(self, camber: Camber) -> "SceneParts":
+        """With a natural curvature [1/m] added to what the belt has."""
         there = self.camber
-        self.camber = camber if there is None else lambda s: there(s) + camber(s)
+        return replace(self, camber=camber if there is None else lambda s: there(s) + camber(s))
 
-    def guide(self, **values) -> None:
-        """Add an EdgeGuide of these values."""
-        self.edge_guides.append(EdgeGuide(**values))
-
-    def change(self, pulley: str, **values: float) -> None:
-        """Replace fields of the surface of ``pulley`` ("head" or "tail")."""
-        setattr(self, pulley, replace(getattr(self, pulley), **values))
+    def with_guide(self, **values) -> "SceneParts":
+        """With one more EdgeGuide of these values."""
+        return replace(self, edge_guides=(*self.edge_guides, EdgeGuide(**values)))

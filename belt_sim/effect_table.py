@@ -1,0 +1,30 @@
+"""The model x effect table, computed: ``python -m belt_sim.effect_table`` prints it as the README has it."""
+
+from belt_sim.effects.base import Effect
+from belt_sim.effects.library import library
+from belt_sim.model import Model, SteadyModel
+from belt_sim.registry import ANALYTIC, model_named
+
+BEGIN, END = "<!-- model x effect table -->", "<!-- end -->"
+CAN, HAS, CANNOT = "yes", "built in", "-"
+#: columns by heading; grid and membrane represent the same effects
+COLUMNS = {name: name for name in ANALYTIC} | {"mujoco_rope": "mujoco_rope", "mujoco_grid, mujoco_flex": "mujoco_flex"}
+
+
+def cell(model: Model | SteadyModel, effect: type[Effect]) -> str:
+    """Whether ``model`` can represent ``effect``, has it built in already, or refuses it."""
+    if isinstance(model, Model) and effect.id in model.contains:
+        return HAS
+    return CANNOT if model.refusal(effect) else CAN
+
+
+def table() -> str:
+    """A Markdown table: an effect a row, its law, a column a model."""
+    models = [model_named(name) for name in COLUMNS.values()]
+    rows = [["effect", "law", *COLUMNS], ["---"] * (len(COLUMNS) + 2)]
+    rows += [[name, effect.law, *(cell(m, effect) for m in models)] for name, effect in library().items()]
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows) + "\n"
+
+
+if __name__ == "__main__":
+    print(f"{BEGIN}\n{table()}{END}")

@@ -1,0 +1,99 @@
+"""What effects do before and after an engine: settings as they are, then readings as the instruments show them.
+
+Every engine runs this way -- drive, engine, sensor -- and the fit of a campaign traces the same functions.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.curves import Curves
+from belt_sim.effects.base import Effect, uses
+from belt_sim.jax_setup import in_float64
+from belt_sim.laws.sensor import Reading
+
+#: arrays of Curves that are looked up at the travel that the encoder shows
+_ROWS = ("y", "angle", "moment", "edge_stress", "tilt")
+
+
+@in_float64
+def as_indicated(
+    engine: Callable[[Case, float], Curves], case: Case, effects: Sequence[Effect], travel: float
+) -> Curves:
+    """Curves of ``engine(case as driven, travel)`` as encoder and sensors show them, up to ``travel`` [m].
+
+    The engine is run as far as the belt goes while the encoder counts that much.
+    """
+    driven = as_driven(case, effects)
+    if not uses(effects, "encoder") + uses(effects, "sensor"):
+        return engine(driven, travel)
+    far = max(travel, float(true_travel(effects, case, travel)))
+    curves = engine(driven, far)
+    records = max(1, round((len(curves.travel) - 1) * travel / far))
+    return as_numpy(indicate(curves, case, effects, np.linspace(0.0, travel, records + 1)))
+
+
+def as_driven(case: Case, effects: Sequence[Effect]) -> Case:
+    """The case with tension and yaw as they are, not as they were commanded (drive law)."""
+    for e in uses(effects, "settings"):
+        case = replace(case, settings=e.settings(case.settings, case))
+    return case
+
+
+def true_travel(effects: Sequence[Effect], case: Case, travel):
+    """Belt travel [m] when the encoder says ``travel`` [m]."""
+    for e in uses(effects, "encoder"):
+        travel = e.encoder(travel, case)
+    return travel
+
+
+@in_float64
+def indicate(curves: Curves, case: Case, effects: Sequence[Effect], shown, time=None) -> Curves:
+    """True curves as read at encoder travels ``shown`` [m], shape (n,); they must reach far enough.
+
+    time [s], shape (n,): of the samples; by default that at which the belt's speed brings it there.
+    """
+    shown = jnp.asarray(shown)
+    true = true_travel(effects, case, shown)
+    rows = {n: _at(curves.travel, getattr(curves, n), true) for n in _ROWS if getattr(curves, n) is not None}
+    extra = {n: _at(curves.travel, jnp.asarray(row)[None], true)[0] for n, row in (curves.extra or {}).items()}
+    reading = Reading(
+        travel=shown,
+        true_travel=true,
+        time=true / case.settings.speed if time is None else time,
+        y=rows["y"],
+        tilt=rows.get("tilt", jnp.zeros((2, len(shown)))),
+    )
+    for e in uses(effects, "sensor"):
+        reading = e.sensor(reading, case)
+    rows |= {"y": reading.y} | ({"tilt": reading.tilt} if "tilt" in rows else {})
+    return replace(curves, travel=shown, extra=extra or None, **rows)
+
+
+def as_numpy(curves: Curves) -> Curves:
+    """The same numbers as NumPy arrays."""
+    plain: dict[str, Any] = {n: np.asarray(v) for n, v in vars(curves).items() if v is not None and n != "extra"}
+    extra = None if curves.extra is None else {n: np.asarray(v) for n, v in curves.extra.items()}
+    return replace(curves, extra=extra, **plain)
+
+
+def _at(travel, rows, where):
+    """Rows (k, records) at ``travel`` (records,), looked up at ``where`` (n,) by cubics through four records."""
+    travel, rows = jnp.asarray(travel), jnp.asarray(rows)
+    if len(travel) < 4:
+        return jnp.stack([jnp.interp(where, travel, row) for row in rows])
+    where = jnp.clip(where, travel[0], travel[-1])
+    left = jnp.clip(jnp.searchsorted(travel, where, side="right") - 1, 1, len(travel) - 3)
+    nodes = [travel[left + k] for k in (-1, 0, 1, 2)]
+    total = 0.0
+    for k, node in enumerate(nodes):
+        others = [n for j, n in enumerate(nodes) if j != k]
+        weight = 1.0
+        for other in others:
+            weight = weight * (where - other) / (node - other)
+        total = total + weight * rows[:, left + k - 1]
+    return total

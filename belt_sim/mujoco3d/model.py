@@ -1,0 +1,130 @@
+"""The belt in three dimensions as a model: which effects it can show, and its runs as the instruments see them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from belt_sim.case import Case
+from belt_sim.curves import Curves
+from belt_sim.effects.around_engine import as_indicated
+from belt_sim.effects.base import IN_MARCH, Effect, overrides
+from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.frame import Observer
+from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.run import simulate
+from belt_sim.mujoco3d.scene import undisturbed
+from belt_sim.scene_parts import SceneParts
+
+_TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
+#: hooks of effects that act through the belt's width, which a rope does not have
+_THROUGH_WIDTH = ("span", "runup", "slide")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpaceModel:
+    """A 3D belt: "rope", "grid" or "flex".
+
+    options: how it is discretised and driven; control: subtract a run without yaw.
+    """
+
+    belt: str = "flex"
+    options: Options = field(default_factory=Options)
+    control: bool = False
+
+    @staticmethod
+    def of(belt: str, settings: Mapping[str, Any]) -> "SpaceModel":
+        """From the numbers of a configuration; raises InputError for one that is no option."""
+        known = {f.name: f for f in fields(Options)}
+        given: dict[str, Any] = {}
+        for key, value in settings.items():
+            if key == "control":
+                continue
+            if key not in known:
+                raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}")
+            given[key] = _converted(f"model.{key}", value, known[key].default)
+        return SpaceModel(belt=belt, options=Options(**given), control=bool(settings.get("control", False)))
+
+    @property
+    def name(self) -> str:
+        """As in configurations."""
+        return f"mujoco_{self.belt}"
+
+    @property
+    def title(self) -> str:
+        """In words."""
+        return _TITLES[self.belt]
+
+    @property
+    def contains(self) -> frozenset[str]:
+        """A belt with weight and width hangs and tilts by itself."""
+        return frozenset() if self.belt == "rope" else frozenset({"sag_roll"})
+
+    @property
+    def outputs(self) -> frozenset[str]:
+        """Arrays of Curves that it fills."""
+        return frozenset({"y", "angle", "moment", "edge_stress", "tilt", "sag", "extra"})
+
+    def refusal(self, effect: Effect | type[Effect]) -> str | None:
+        """Why the 3D belt cannot show an effect; None when it can."""
+        if effect.id in self.contains:
+            return f"model {self.name} has {effect.id} built in already"
+        in_scene = overrides(effect, ("scene",))
+        if overrides(effect, IN_MARCH) and not in_scene:
+            return "it has no geometry, so the 3D models refuse it"
+        through = overrides(effect, _THROUGH_WIDTH) or effect.last or effect.on_belt
+        if self.belt == "rope" and in_scene and through:
+            return "it acts through the width or the moment of the belt, and a rope has neither"
+        return None
+
+    def admit(self, effects: Sequence[Effect]) -> None:
+        """Raise CannotRepresent for the first effect that the 3D belt cannot show."""
+        for effect in effects:
+            reason = self.refusal(effect)
+            if reason:
+                raise CannotRepresent(f"effects = {effect.id}: {reason}; leave it out")
+
+    def parts(self, case: Case, effects: Sequence[Effect]) -> SceneParts:
+        """The scene of a case as the effects change it."""
+        parts = undisturbed(case, self.options)
+        for effect in effects:
+            parts = effect.scene(parts, case)
+        return parts
+
+    def run(
+        self,
+        case: Case,
+        effects: Sequence[Effect] = (),
+        *,
+        travel: float,
+        observers: Sequence[Observer] = (),
+        scene_path: Path | None = None,
+    ) -> Curves:
+        """Curves over ``travel`` [m] as indicated; scene_path: where to write the MJCF."""
+        self.admit(effects)
+
+        def engine(driven: Case, far: float) -> Curves:
+            return simulate(
+                driven,
+                belt=self.belt,
+                travel=far,
+                options=self.options,
+                parts=self.parts(driven, effects),
+                scene_path=scene_path,
+                observers=observers,
+                control=self.control,
+            )
+
+        return as_indicated(engine, case, effects, travel)
+
+
+def _converted(name: str, value: Any, default: Any) -> Any:
+    if isinstance(default, tuple):
+        if not isinstance(value, (list, tuple)):
+            raise InputError(name, value, "", "give a list")
+        return tuple(str(v) for v in value)
+    if isinstance(default, str):
+        return str(value)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(name, value, "", "give a number")
+    return int(value) if isinstance(default, int) else float(value)

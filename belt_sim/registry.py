@@ -1,0 +1,36 @@
+"""Every model by its name, the analytic ones and those in three dimensions."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from belt_sim.analytic.model import MODELS
+from belt_sim.analytic.ritzinger import RitzingerFormula
+from belt_sim.errors import InputError
+from belt_sim.model import Model, SteadyModel
+
+ANALYTIC = ("rope", "beam_th1", "beam_th2", "ritzinger", "ernst_beam", "strip")
+IN_SPACE = {"mujoco_rope": "rope", "mujoco_grid": "grid", "mujoco_flex": "flex"}
+MODEL_NAMES = (*ANALYTIC, *IN_SPACE)
+
+
+def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model | SteadyModel:
+    """The model of a name; settings: its own numbers (step, keep; dx, dt, friction ...), None keeps the default.
+
+    Raises InputError for an unknown model or setting.
+    """
+    given = {k: v for k, v in (settings or {}).items() if v is not None}
+    if name in IN_SPACE:
+        from belt_sim.mujoco3d.model import SpaceModel  # MuJoCo takes a while to load
+
+        return SpaceModel.of(IN_SPACE[name], given)
+    if name not in ANALYTIC:
+        raise InputError("model", name, "", f"use one of {', '.join(MODEL_NAMES)}")
+    known = () if name == "ritzinger" else ("step", "keep")
+    for key, value in given.items():
+        if key not in known:
+            raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}" if known else "leave it out")
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or value <= 0:
+            raise InputError(f"model.{key}", value, "m", "give a positive length")
+    return RitzingerFormula() if name == "ritzinger" else replace(MODELS[name], **given)
