@@ -17,15 +17,15 @@ from rich.table import Table
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.campaign import read_campaign
-from belt_sim.diagnose.describe import describe
-from belt_sim.diagnose.diagnosis import diagnose
-from belt_sim.effects.library import library
+from belt_sim.diagnosis.describe import describe
+from belt_sim.diagnosis.examine import examine
 from belt_sim.files import write_json
 from belt_sim.paths import CAMPAIGNS
+from belt_sim.results.written import diagnosis_json
+from belt_sim.use_cases.asked import candidates_of
 from belt_sim.virtual_rig.folder import run_reveal, run_virtual_rig
 from belt_sim.wilson import wilson
 
-LEFT_OUT = ("shear", "run_up_points", "speed_tension", "sensor_offset", "camber", "edge_guide", "weld")
 #: sample campaigns and the model that each is to be diagnosed with
 SAMPLES = {"slack_belt": "beam_th2", "machine_fault": "strip", "nothing_hidden": "strip"}
 OUTCOMES = ("right", "confusable", "wrong", "crash")
@@ -45,9 +45,9 @@ def score_folder(folder: Path, base: str, name: str, bootstraps: int, seed: int 
     answer: dict[str, Any] = {"verdict": "crash", "effects": []}
     try:
         model = analytic_model(base)
-        classes = [c for i, c in library().items() if i not in LEFT_OUT]
-        d = diagnose(read_campaign(folder), model, classes, bootstraps=bootstraps, seed=seed, advise=False)
-        answer = describe(d, seed=seed)
+        classes = candidates_of(None, model)
+        d = examine(read_campaign(folder), model, classes, bootstraps=bootstraps, seed=seed, advise=False)
+        answer = diagnosis_json(describe(d, seed=seed))
     except Exception as error:  # a crash is an outcome here, and is shown
         answer["sentence"] = f"{type(error).__name__}: {error}"
     truth = run_reveal(folder)

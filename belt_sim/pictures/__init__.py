@@ -5,6 +5,7 @@ from belt_sim.pictures.drift_chart import drift_chart_picture
 from belt_sim.pictures.overlay import overlay_picture
 from belt_sim.pictures.ranking import ranking_picture
 from belt_sim.pictures.rates import Rates, rates_picture
+from belt_sim.pictures.steady import steady_picture
 from belt_sim.pictures.where import where_map_picture
 
 __all__ = [
@@ -14,5 +15,6 @@ __all__ = [
     "overlay_picture",
     "ranking_picture",
     "rates_picture",
+    "steady_picture",
     "where_map_picture",
 ]

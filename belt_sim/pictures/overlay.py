@@ -5,8 +5,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import AFTER, BEFORE, FAINT, MEASURED
 from belt_sim.results.drawings import Panel

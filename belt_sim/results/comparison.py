@@ -28,7 +28,7 @@ class Comparison(Shown):
     effects: tuple[Effect, ...]
     error: Errors | None
     where: Where | None
-    per_run: tuple[...]
+    per_run: tuple[RunError, ...]
     steady: tuple[SteadyError, ...]
     provenance: Mapping[str, Any]
     drawings: Drawings = field(default_factory=Drawings)

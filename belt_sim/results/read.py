@@ -140,13 +140,15 @@ def _unknown(u: dict[str, Any]) -> Unknown:
 
 
 def _run(r: dict[str, Any]) -> RunError:
+    as_written: dict[str, Any] = {k: r[k] for k in ("run", "signal", "use", "worse")}
     return RunError(
-        **{k: r[k] for k in ("run", "signal", "use", "worse")},
+        **as_written,
         kind=KINDS[r["unit"]],
         tension=r["tension_n_per_mm2"] * si.N_PER_MM2,
         yaw=r["yaw_deg"] * si.DEGREE,
         **{k: r[k] / KILO for k in ("before", "after", "floor")},
-        **{k: _features(r[k], r["unit"]) for k in ("measured", "modelled")},
+        measured=_features(r["measured"], r["unit"]),
+        modelled=_features(r["modelled"], r["unit"]),
     )
 
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.campaign import Campaign
-from belt_sim.diagnose.describe import describe
-from belt_sim.diagnose.diagnosis import Diagnosis, diagnose
-from belt_sim.diagnose.workbench import Workbench, workbench
+from belt_sim.diagnosis.describe import describe
+from belt_sim.diagnosis.examine import Diagnosis, diagnose
+from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.library import library
 from belt_sim.si import N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign

@@ -6,8 +6,8 @@ import pytest
 from small_campaign import described
 
 from belt_sim.campaign import Suspicion
-from belt_sim.diagnose.openset import OpenSet
-from belt_sim.diagnose.verdict import sentence, verdict
+from belt_sim.diagnosis.openset import OpenSet
+from belt_sim.diagnosis.verdict import sentence, verdict
 
 NUMBER = (int, float)
 NAMES = ("nothing", "sag_roll", "two", "stranger")

@@ -7,10 +7,10 @@ import pytest
 from noise_by_recursion import errors
 from small_campaign import CLASSES, MODEL, bench, campaign, diagnosed, q_of
 
-from belt_sim.diagnose.around import around
-from belt_sim.diagnose.heldout import conditions
-from belt_sim.diagnose.select import MAX_EFFECTS, best_of
-from belt_sim.diagnose.workbench import workbench
+from belt_sim.diagnosis.around import around
+from belt_sim.diagnosis.heldout import conditions
+from belt_sim.diagnosis.select import MAX_EFFECTS, best_of
+from belt_sim.diagnosis.workbench import workbench
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02
 LINEAR = 1e-6  # yaw_offset_tail enters linearly, so that one step ends at the least-squares point

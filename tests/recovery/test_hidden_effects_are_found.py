@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from small_campaign import BOOTSTRAPS, CLASSES, MODEL, SEED, SPREAD, campaign, described
 
-from belt_sim.diagnose.describe import describe
-from belt_sim.diagnose.diagnosis import diagnose
+from belt_sim.diagnosis.describe import describe
+from belt_sim.diagnosis.examine import diagnose
 from belt_sim.virtual_rig.make import make_campaign
 
 WITHIN = 3.0  # u: a true value lies further off in 3 of 1000 campaigns; the seeds here are fixed

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from belt_sim.errors import BeltError
-from belt_sim.report import words
-from belt_sim.report.report import Figures, bars, render, worst, write_report
+from belt_sim.reports import words
+from belt_sim.reports.page import Figures, bars, render, worst, write_report
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "pictures"))
 import made_up
