@@ -71,7 +71,7 @@ def comparison_json(c: Comparison) -> Json:
             {
                 "run": r.run,
                 "point": r.point,
-                "tension": _as_set(r.tension / si.N_PER_MM2),
+                "tension_n_per_mm2": _as_set(r.tension / si.N_PER_MM2),
                 "measured_mm_per_m": r.measured / si.MM_PER_M,
                 "modelled_mm_per_m": r.modelled / si.MM_PER_M,
                 "u_mm_per_m": r.u / si.MM_PER_M,
