@@ -39,7 +39,7 @@ def render(diagnosis: Diagnosis) -> str:
     loader = jinja2.FileSystemLoader(HERE)
     page = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
     page.trim_blocks = page.lstrip_blocks = True
-    page.filters.update(number=words.number, milli=words.thousandths, plain=words.plain, yaw=words.yaw)
+    page.filters.update(number=words.number, milli=words.thousandths, plain=words.plain, degrees=words.degrees)
     page.filters.update(listed=words.listed, rows=words.rows)
     return page.get_template("report.html.j2").render(
         d=diagnosis,

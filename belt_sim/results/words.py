@@ -58,6 +58,11 @@ def yaw(angle: float) -> str:
     return f"{angle / si.DEGREE:+.3g}"
 
 
+def degrees(angle: float) -> str:
+    """An angle [rad] in degrees, without digits that say nothing."""
+    return plain(angle / si.DEGREE)
+
+
 def with_u(value: Any, u: Any, unit: str = "") -> str:
     """value ± u (one sigma) to two digits of u, with the unit; both share a power of ten."""
     unit = "" if unit in ("", "1") else f" {unit}"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from small_campaign import diagnosed, drawn
 
+from belt_sim.campaign import Suspicion
 from belt_sim.errors import BeltError
 from belt_sim.reports import page as report_page
 from belt_sim.reports.page import bars, render, worst, write_report
@@ -115,6 +116,13 @@ def test_what_was_found_stands_in_sentences(page, explained):
 
 def test_what_users_write_is_escaped(page):
     assert "Slack belt <sample>" in page.text  # as text, not as a tag
+
+
+def test_what_looks_wrong_and_what_was_admitted_are_told(explained):
+    seen = Suspicion(run="r01", signal="y1", kind="wrong_sign", sentence="y1 of r01 is turned round", severity="look")
+    text = Page(render(replace(explained, suspicions=(seen,), admitted=("wind: units declared",)))).text
+    assert "wrong sign: y1 of r01 is turned round" in text
+    assert "wind: units declared" in text
 
 
 def test_a_tilt_is_told_in_milliradians(explained):
