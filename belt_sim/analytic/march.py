@@ -77,6 +77,7 @@ def march_traced(case: Case, effects, travel, *, model: Composition, plan) -> Cu
 def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
     """The march itself."""
     records, stride, slots = plan
+    effects = (*model.built_in, *effects)
     span = model.span(case)
     for e in uses(effects, "span"):
         span = e.span(span, case)
@@ -121,7 +122,7 @@ def _stepper(spans, spacing):
             yaw, push = _forced(effects, commanded, case, now, then)
             y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
             yaw_end = _yaw_now(effects, case, s0 + spacing, then)
-            then = spans.now(s0 + spacing, y, alpha, off1, yaw_end)
+            then = spans.state(s0 + spacing, y, alpha, off1, yaw_end)
             return spans.slid(then, off1, yaw_end), yaw_end
 
         guess = (replace(now, travel=s0 + spacing), commanded)
@@ -173,7 +174,7 @@ def _yaw_now(effects, case, travel, now) -> Yaw:
 
 def _solve_sticking(now, off, off1, yaw, push, spans, h):
     """One trapezoidal step of dy/ds = -alpha + drift, dalpha/ds = -(kappa + turn); a 2x2 system by hand."""
-    ky, ko, ku, ro, ru = spans.answer.runup
+    ky, ko, ku, ro, ru = spans.answer.runup.T
     a = 0.5 * h
     known = (
         -ky * 0.5 * _partner(off.y + off1.y)
@@ -207,9 +208,9 @@ def _start(spans, slots):
     zero = jnp.zeros(2)
     off = wrap.RunOff(y=zero, alpha=zero)
     yaw = _yaw(spans.case, drive.angle_at, 0.0)
-    blank = spans.now(jnp.zeros(()), zero, zero, off, yaw)
+    blank = spans.state(jnp.zeros(()), zero, zero, off, yaw)
     yaw = _yaw_now(spans.effects, spans.case, 0.0, blank)
-    now = spans.slid(spans.now(jnp.zeros(()), zero, zero, off, yaw), off, yaw)
+    now = spans.slid(spans.state(jnp.zeros(()), zero, zero, off, yaw), off, yaw)
     return jnp.zeros((slots, 4)), now, off, yaw
 
 

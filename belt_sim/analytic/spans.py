@@ -9,15 +9,19 @@ import jax.numpy as jnp
 
 from belt_sim.case import Case
 from belt_sim.effects.base import uses
-from belt_sim.laws.inside import Bend, Held, no_bend
-from belt_sim.laws.runup import Now, Yaw
+from belt_sim.laws.inside import Bend, BoundaryValues, no_bend
+from belt_sim.laws.runup import State, Yaw
 from belt_sim.laws.span import Response, Span, response
 from belt_sim.laws.wrap import RunOff
 
 
 @dataclass(frozen=True)
 class Spans:
-    """One case while it is traced. known: what each effect of ``benders`` worked out of the span beforehand."""
+    """One case while it is traced.
+
+    answer: rows (2, 5), the span up the tail pulley first; known: what each effect of ``benders`` worked out of the
+    span beforehand.
+    """
 
     case: Case
     effects: tuple
@@ -31,17 +35,17 @@ class Spans:
         """Condense the span, once a march."""
         benders = tuple(uses(effects, "bend"))
         known = tuple(e.influence(span, case) for e in benders)
-        return Spans(case, tuple(effects), span, response(span), benders, known)
+        return Spans(case, tuple(effects), span, held_answers(case, effects, span), benders, known)
 
-    def now(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> Now:
+    def state(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> State:
         """Everything that effects may ask of this instant."""
         span, case, answer = self.span, self.case, self.answer
-        held = self.held(travel, y, alpha, off, yaw)
-        bend = self.bend(held)
-        bent, bent_off = answer.runup @ held.ends + bend.runup, answer.runoff @ held.ends + bend.runoff
+        boundary = self.boundary_values(travel, y, alpha, off, yaw)
+        bend = self.bend(boundary)
+        bent, bent_off = _of(answer.runup, boundary) + bend.runup, _of(answer.runoff, boundary) + bend.runoff
         if span.limp:
             bent, bent_off = 0.0 * bent, 0.0 * bent_off
-        return Now(
+        return State(
             travel=travel,
             y=y,
             alpha=alpha,
@@ -50,33 +54,46 @@ class Spans:
             moment=span.bending * bent,
             moment_runoff=span.bending * bent_off,
             added=bend.runup + bend.natural_runup,
-            stiffness=(0.0 if span.limp else 1.0) * answer.runup[2] + jnp.zeros(2),
+            stiffness=(0.0 if span.limp else 1.0) * answer.runup[:, 2],
             bending=span.bending + jnp.zeros(()),
             turned=jnp.stack([yaw.tail, yaw.head]),
             direction=case.settings.direction + jnp.zeros(()),
         )
 
-    def slid(self, now: Now, off: RunOff, yaw: Yaw) -> Now:
+    def slid(self, state: State, off: RunOff, yaw: Yaw) -> State:
         """The instant after the belt has turned on the pulleys, where effects let it."""
         for e in uses(self.effects, "slide"):
-            alpha = e.slide(now.alpha, now, self.case)
-            now = self.now(now.travel, now.y, alpha, off, yaw)
-        return now
+            alpha = e.slide(state.alpha, state, self.case)
+            state = self.state(state.travel, state.y, alpha, off, yaw)
+        return state
 
-    def held(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> Held:
+    def boundary_values(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> BoundaryValues:
         """Boundary values of both spans."""
         start, theta_o = off.y[::-1], yaw.runoff + off.alpha[::-1]
         rows = [y - start, theta_o, yaw.runup + alpha, yaw.roll_runoff, yaw.roll_runup]
-        return Held(travel=travel, start=start, ends=jnp.stack(rows), direction=self.case.settings.direction)
+        return BoundaryValues(travel=travel, start=start, ends=jnp.stack(rows), direction=self.case.settings.direction)
 
-    def bend(self, held: Held) -> Bend:
+    def bend(self, boundary: BoundaryValues) -> Bend:
         """What effects do between the ends."""
         bend = no_bend()
         for e, known in zip(self.benders, self.known, strict=True):
-            bend = e.bend(bend, held, known, self.case)
+            bend = e.bend(bend, boundary, known, self.case)
         return bend
 
-    def tilt(self, now: Now, off: RunOff, yaw: Yaw) -> jax.Array:
+    def tilt(self, state: State, off: RunOff, yaw: Yaw) -> jax.Array:
         """Roll of both spans at their middle [rad], shape (2,)."""
-        held = self.held(now.travel, now.y, now.alpha, off, yaw)
-        return self.answer.mid_tilt @ held.ends + self.bend(held).tilt
+        boundary = self.boundary_values(state.travel, state.y, state.alpha, off, yaw)
+        return _of(self.answer.mid_tilt, boundary) + self.bend(boundary).tilt
+
+
+def held_answers(case: Case, effects: Sequence, span: Span) -> Response:
+    """What both spans answer to their ends as the pulleys hold them, rows (2, 5)."""
+    answer = jax.tree.map(lambda row: jnp.stack([row, row]), response(span))
+    for e in uses(effects, "hold"):
+        answer = e.hold(answer, span, case)
+    return answer
+
+
+def _of(rows, boundary: BoundaryValues) -> jax.Array:
+    """Rows (2, 5) of an answer times each span's boundary values, shape (2,)."""
+    return jnp.sum(rows * boundary.ends.T, axis=1)

@@ -13,10 +13,10 @@ from typing import Any, ClassVar
 
 from belt_sim.case import Case, Settings
 from belt_sim.errors import InputError
-from belt_sim.laws.inside import Bend, Held
-from belt_sim.laws.runup import Now, RunUp, Yaw
+from belt_sim.laws.inside import Bend, BoundaryValues
+from belt_sim.laws.runup import RunUp, State, Yaw
 from belt_sim.laws.sensor import Reading
-from belt_sim.laws.span import Span
+from belt_sim.laws.span import Response, Span
 from belt_sim.laws.wrap import RunOff
 from belt_sim.pytree import pytree
 from belt_sim.scene_parts import SceneParts
@@ -24,7 +24,7 @@ from belt_sim.scene_parts import SceneParts
 LAWS = ("span", "run-up", "wrap", "drive", "sensor")
 #: hooks of an effect by what asks them: before an engine, an analytic engine, a 3D engine, after an engine
 BEFORE_ENGINE = ("settings",)
-IN_MARCH = ("span", "bend", "yaw", "runup", "slide", "wrap")
+IN_MARCH = ("span", "hold", "bend", "yaw", "runup", "slide", "wrap")
 IN_SCENE = ("scene",)
 AFTER_ENGINE = ("encoder", "sensor")
 HOOKS = (*BEFORE_ENGINE, *IN_MARCH, *IN_SCENE, *AFTER_ENGINE)
@@ -73,27 +73,31 @@ class Effect:
         """Span law: what the span is made of."""
         return span
 
+    def hold(self, answer: Response, span: Span, case: Case) -> Response:
+        """Run-up law: how the pulleys hold the ends of the spans; rows (2, 5), the span up the tail pulley first."""
+        return answer
+
     def influence(self, span: Span, case: Case) -> Any:
         """What ``bend`` has to know of a span, worked out once before a march."""
         return None
 
-    def bend(self, bend: Bend, held: Held, known: Any, case: Case) -> Bend:
+    def bend(self, bend: Bend, boundary: BoundaryValues, known: Any, case: Case) -> Bend:
         """Span law: what bends the spans between their ends; known: what ``influence`` returned."""
         return bend
 
-    def yaw(self, yaw: Yaw, now: Now, case: Case) -> Yaw:
+    def yaw(self, yaw: Yaw, state: State, case: Case) -> Yaw:
         """Drive and run-up law: direction of the pulleys' surfaces at this travel."""
         return yaw
 
-    def runup(self, runup: RunUp, now: Now, case: Case) -> RunUp:
+    def runup(self, runup: RunUp, state: State, case: Case) -> RunUp:
         """Run-up law: what is added to dy/ds and dalpha/ds."""
         return runup
 
-    def slide(self, alpha, now: Now, case: Case):
+    def slide(self, alpha, state: State, case: Case):
         """Run-up law: contact angles (2,) [rad] after the belt has turned on the pulleys at once."""
         return alpha
 
-    def wrap(self, runoff: RunOff, now: Now, case: Case) -> RunOff:
+    def wrap(self, runoff: RunOff, state: State, case: Case) -> RunOff:
         """Wrap law: where the belt leaves the pulleys."""
         return runoff
 

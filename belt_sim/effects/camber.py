@@ -33,7 +33,7 @@ class Camber(Effect):
         weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
         return rows @ weights * (span.length / (rows.shape[1] - 1) / 3.0)
 
-    def bend(self, bend, held, known, case):
+    def bend(self, bend, boundary, known, case):
         runup, runoff, tilt = self.kappa_c * known
         return replace(
             bend,

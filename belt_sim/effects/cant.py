@@ -30,14 +30,14 @@ class Cant(Effect):
     gamma: float = 0.0
     gamma_head: float = 0.0
 
-    def wrap(self, runoff, now, case):
+    def wrap(self, runoff, state, case):
         rig = case.rig
         radius = jnp.stack([rig.tail_radius, rig.head_radius])
-        turned = jnp.minimum(now.travel / radius, jnp.pi)
-        gamma = jnp.stack([self.gamma, -self.gamma_head]) * now.direction
+        turned = jnp.minimum(state.travel / radius, jnp.pi)
+        gamma = jnp.stack([self.gamma, -self.gamma_head]) * state.direction
         return replace(runoff, y=runoff.y + gamma * radius * (1.0 - jnp.cos(turned)))
 
-    def yaw(self, yaw, now, case):
+    def yaw(self, yaw, state, case):
         lean = jnp.sin(sag_angle(case))
         return replace(yaw, tail=yaw.tail - self.gamma * lean, head=yaw.head + self.gamma_head * lean)
 

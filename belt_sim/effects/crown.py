@@ -23,8 +23,8 @@ class Crown(Effect):
     c: float = 0.0
     c_head: float = 0.0
 
-    def runup(self, runup, now, case):
-        return replace(runup, turn=runup.turn - jnp.stack([self.c, self.c_head]) * now.y)
+    def runup(self, runup, state, case):
+        return replace(runup, turn=runup.turn - jnp.stack([self.c, self.c_head]) * state.y)
 
     def scene(self, parts, case):
         return parts.with_pulley("tail", crown=self.c).with_pulley("head", crown=self.c_head)

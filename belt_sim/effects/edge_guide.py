@@ -48,12 +48,12 @@ class EdgeGuide(Effect):
     def _from_tail(self, length):
         return jnp.clip(self.at, _NEAREST, length - _NEAREST)
 
-    def bend(self, bend, held, known, case):
-        place = held.start + jnp.stack([k.place @ held.ends[:, i] for i, k in enumerate(known)])
+    def bend(self, bend, boundary, known, case):
+        place = boundary.start + jnp.stack([k.place @ boundary.ends[:, i] for i, k in enumerate(known)])
         give, runup, runoff, tilt = (
             jnp.stack([getattr(k, name) for k in known]) for name in ("give", "runup", "runoff", "tilt")
         )
-        upper_first = held.direction > 0  # the first span is the one that runs up the tail pulley
+        upper_first = boundary.direction > 0  # the first span is the one that runs up the tail pulley
         stiff = jnp.stack(
             [
                 jnp.where(upper_first, self.stiffness, self.stiffness_lower),

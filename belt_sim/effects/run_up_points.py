@@ -20,7 +20,7 @@ class RunUpPoints(Effect):
     parameters = {"share": Parameter(unit="1", meaning="share of psi that counts", plausible=(0.5, 1.5), scale=1.0)}
     share: float = 1.0
 
-    def yaw(self, yaw, now, case):
+    def yaw(self, yaw, state, case):
         psi = self.share * sag_angle(case)
         roll = jnp.sin(psi) * jnp.stack([yaw.tail, yaw.head])
         turned = replace(yaw, tail=yaw.tail * jnp.cos(psi), head=yaw.head * jnp.cos(psi))

@@ -24,12 +24,12 @@ class Slip(Effect):
     }
     inverse_friction: float = 0.0
 
-    def slide(self, alpha, now, case):
+    def slide(self, alpha, state, case):
         capacity = case.tension_force * case.belt.width / 2.0
-        excess = jnp.maximum(self.inverse_friction * jnp.abs(now.moment) - capacity, 0.0)
+        excess = jnp.maximum(self.inverse_friction * jnp.abs(state.moment) - capacity, 0.0)
         held = jnp.where(self.inverse_friction > 0, self.inverse_friction, 1.0)
-        share = excess / held / jnp.where(now.moment == 0, 1.0, jnp.abs(now.moment))
-        return alpha - share * now.kappa / now.stiffness
+        share = excess / held / jnp.where(state.moment == 0, 1.0, jnp.abs(state.moment))
+        return alpha - share * state.kappa / state.stiffness
 
     def scene(self, parts, case):
         return replace(parts, friction=1.0 / self.inverse_friction) if self.inverse_friction > 0 else parts

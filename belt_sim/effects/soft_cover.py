@@ -19,5 +19,5 @@ class SoftCover(Effect):
     }
     c: float = 0.0
 
-    def runup(self, runup, now, case):
-        return replace(runup, turn=runup.turn + self.c * now.moment)
+    def runup(self, runup, state, case):
+        return replace(runup, turn=runup.turn + self.c * state.moment)

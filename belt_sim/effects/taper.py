@@ -23,7 +23,7 @@ class Taper(Effect):
     kappa_t: float = 0.0
     kappa_t_head: float = 0.0
 
-    def runup(self, runup, now, case):
+    def runup(self, runup, state, case):
         return replace(runup, turn=runup.turn + jnp.stack([self.kappa_t, self.kappa_t_head]))
 
     def scene(self, parts, case):

@@ -67,10 +67,10 @@ class Weld(Effect):
         x = jnp.linspace(-0.5 * self.length, span.length + 0.5 * self.length, _PLACES)
         return Passing(x=x, added=jax.vmap(passing, out_axes=1)(x))
 
-    def bend(self, bend, held, known, case):
+    def bend(self, bend, boundary, known, case):
         rig = case.rig
         to_point_3 = 2.0 * rig.span_length + rig.wrap_tail
-        place = jnp.where(held.direction > 0, self.at, to_point_3 - self.at) + held.travel
+        place = jnp.where(boundary.direction > 0, self.at, to_point_3 - self.at) + boundary.travel
         place = place - jnp.stack([0.0 * to_point_3, rig.span_length + rig.wrap_tail])  # from each span's run-off
         place = jnp.mod(place + 0.5 * self.length, rig.belt_length) - 0.5 * self.length
         rows = jnp.stack([jnp.interp(place, known.x, row, left=0.0, right=0.0) for row in known.added])

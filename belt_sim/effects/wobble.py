@@ -45,9 +45,9 @@ class Wobble(Effect):
     radius_error: float = 0.0
     radius_error_head: float = 0.0
 
-    def yaw(self, yaw, now, case):
-        tail = now.travel / (case.rig.tail_radius * (1.0 + self.radius_error))
-        head = now.travel / (case.rig.head_radius * (1.0 + self.radius_error_head))
+    def yaw(self, yaw, state, case):
+        tail = state.travel / (case.rig.tail_radius * (1.0 + self.radius_error))
+        head = state.travel / (case.rig.head_radius * (1.0 + self.radius_error_head))
         return replace(
             yaw,
             tail=yaw.tail + self.beta_cos * jnp.cos(tail) + self.beta_sin * jnp.sin(tail),

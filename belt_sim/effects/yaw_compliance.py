@@ -23,9 +23,9 @@ class YawCompliance(Effect):
     }
     c_m: float = 0.0
 
-    def yaw(self, yaw, now, case):
-        grows = 2.0 * now.bending * now.stiffness[0]
-        at_rest = now.moment[0] + now.moment_runoff[1] - grows * now.turned[0]
+    def yaw(self, yaw, state, case):
+        grows = 2.0 * state.bending * state.stiffness[0]
+        at_rest = state.moment[0] + state.moment_runoff[1] - grows * state.turned[0]
         return replace(yaw, tail=(yaw.tail - self.c_m * at_rest) / (1.0 + self.c_m * grows))
 
     def scene(self, parts, case):

@@ -18,7 +18,7 @@ class YawOffsetHead(Effect):
     parameters = {"beta_0": Parameter(unit="rad", meaning="yaw at command zero", plausible=(-2e-3, 2e-3), scale=1e-4)}
     beta_0: float = 0.0
 
-    def yaw(self, yaw, now, case):
+    def yaw(self, yaw, state, case):
         return replace(yaw, head=yaw.head + self.beta_0)
 
     def scene(self, parts, case):

@@ -35,7 +35,7 @@ class Bend:
 
 @pytree
 @dataclass(frozen=True, kw_only=True)
-class Held:
+class BoundaryValues:
     """How the two spans are held at one travel: travel [m]; start (2,): y at the run-offs [m]; ends (5, 2): boundary
     values y_u - y_o [m], theta_o, theta_u, phi_o, phi_u [rad]; direction of travel (+1, -1)."""
 

@@ -48,7 +48,7 @@ class Yaw:
 
 @pytree
 @dataclass(frozen=True, kw_only=True)
-class Now:
+class State:
     """What the belt does at one travel; arrays of shape (2,): the span up the tail pulley, the span up the head.
 
     travel [m]; y, alpha: at the run-ups [m, rad]; kappa, kappa_runoff: curvature at either end [1/m];

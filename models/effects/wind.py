@@ -19,6 +19,6 @@ class Wind(Effect):
     }
     load: float = 0.0
 
-    def runup(self, runup, now, case):
+    def runup(self, runup, state, case):
         length, stiffness = case.rig.span_length, case.belt.bending_stiffness
         return replace(runup, turn=runup.turn - self.load * length**2 / (12 * stiffness))

@@ -15,9 +15,10 @@ from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import HOOKS, LAWS, Effect
 from belt_sim.effects.library import library
 from belt_sim.laws import span as span_law
-from belt_sim.laws.inside import Bend, Held
-from belt_sim.laws.runup import Now, RunUp, Yaw
+from belt_sim.laws.inside import Bend, BoundaryValues
+from belt_sim.laws.runup import RunUp, State, Yaw
 from belt_sim.laws.sensor import Reading
+from belt_sim.laws.span import Response
 from belt_sim.laws.wrap import RunOff
 from belt_sim.scene_parts import SceneParts
 
@@ -48,21 +49,26 @@ def any_arguments():
     draw = np.random.default_rng(7)
     pair = partial(draw.normal, size=2, scale=1e-3)
     case = paper_case(10)
-    names = [f.name for f in fields(Now) if f.name not in ("travel", "direction", "bending")]
-    now = Now(
+    names = [f.name for f in fields(State) if f.name not in ("travel", "direction", "bending")]
+    now = State(
         travel=jnp.asarray(3.3), direction=jnp.asarray(1.0), bending=4.2e4, **{n: jnp.asarray(pair()) for n in names}
     )
     yaw = Yaw(
         tail=jnp.asarray(YAW), head=jnp.asarray(2e-4), roll_runup=jnp.asarray(pair()), roll_runoff=jnp.asarray(pair())
     )
     ends = jnp.asarray(draw.normal(size=(5, 2), scale=1e-2))
-    held = Held(travel=jnp.asarray(3.3), start=jnp.asarray(pair()), ends=ends, direction=jnp.asarray(1.0))
+    held = BoundaryValues(travel=jnp.asarray(3.3), start=jnp.asarray(pair()), ends=ends, direction=jnp.asarray(1.0))
     line = jnp.linspace(0.0, 5.0, 7)
     y, tilt = jnp.asarray(draw.normal(size=(4, 7))), jnp.asarray(draw.normal(size=(2, 7)))
     reading = Reading(travel=line, true_travel=line, time=2 * line, y=y, tilt=tilt)
     return {
         "settings": (case.settings, case),
         "span": (span_law.beam_second_order(case), case),
+        "hold": (
+            Response(**{f.name: jnp.asarray(draw.normal(size=(2, 5))) for f in fields(Response)}),
+            span_law.strip(case),
+            case,
+        ),
         "bend": (Bend(**{f.name: jnp.asarray(pair()) for f in fields(Bend)}), held, case),
         "yaw": (yaw, now, case),
         "runup": (RunUp(drift=jnp.asarray(pair()), turn=jnp.asarray(pair())), now, case),

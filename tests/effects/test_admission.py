@@ -25,7 +25,7 @@ class Turn(Effect):
     law = "run-up"
     parity = "even"
 
-    def runup(self, runup, now, case):
+    def runup(self, runup, state, case):
         return replace(runup, turn=runup.turn + self.a)
 
 
@@ -61,7 +61,7 @@ class NeverNull(Turn):
     parameters = {"a": SIZE}
     a: float = 0.0
 
-    def runup(self, runup, now, case):
+    def runup(self, runup, state, case):
         return replace(runup, turn=runup.turn + self.a + 1e-9)
 
 

@@ -11,7 +11,7 @@ from belt_sim.curves import late_rates
 from belt_sim.effects.camber import Camber
 from belt_sim.effects.weld import Weld
 from belt_sim.errors import CannotRepresent
-from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.camber import Camber as RestLengths
 from belt_sim.mujoco3d.grid import Grid
 from belt_sim.mujoco3d.membrane import Membrane
@@ -102,7 +102,7 @@ def test_camber_acts_by_its_share(belt):
 
 def test_a_rope_has_no_camber():
     with pytest.raises(CannotRepresent, match="camber"):
-        SpaceModel(belt="rope").run(CASE, [WELD], travel=1.0)
+        simulate(CASE, belt="rope", travel=1.0, parts=FLEX.parts(CASE, [WELD]))
 
 
 def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():
