@@ -1,5 +1,7 @@
 """Five lines in a notebook: every name of ``import belt_sim as bs``, and how results show themselves."""
 
+import subprocess
+import sys
 from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
@@ -35,6 +37,12 @@ def test_names_stay_what_they_are_when_their_homes_are_loaded():
         getattr(bs, name)
     assert all(callable(getattr(bs, name)) for name in bs.__all__)
     assert not [n for n in bs.__all__ if (ROOT / "belt_sim" / n).exists() or (ROOT / "belt_sim" / f"{n}.py").exists()]
+
+
+def test_importing_the_package_loads_nothing():
+    program = "import sys; old = set(sys.modules); import belt_sim as bs; dir(bs); print(*set(sys.modules) - old)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert {m.split(".")[0] for m in done.stdout.split()} - set(sys.stdlib_module_names) == {"belt_sim"}
 
 
 def test_settings_are_in_the_units_of_the_command_line(case):
@@ -106,7 +114,7 @@ def test_curves_as_tables(case):
 
 
 def test_without_xarray_one_clear_line(case, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "xarray", None)
+    monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(bs.BeltError, match="xarray is not installed; run") as caught:
         bs.simulate(case, **SHORT).to_xarray()
     assert "\n" not in str(caught.value)
@@ -131,9 +139,11 @@ def test_what_a_diagnosis_found_can_be_added_to_the_model(tmp_path):
     """From a campaign to a diagnosis, its effects in the model, tables, a picture and a report."""
     told: list[tuple[int, str]] = []
     measured = bs.load_campaign(write_folder(tmp_path))
-    d = bs.diagnose(
-        measured, MODEL, CLASSES, bootstraps=200, seed=SEED, progress=lambda n, what: told.append((n, what))
-    )
+
+    def progress(replicates: int, stage: str) -> None:
+        told.append((replicates, stage))
+
+    d = bs.diagnose(measured, MODEL, CLASSES, bootstraps=200, seed=SEED, progress=progress)
     assert d.verdict is bs.Verdict.EXPLAINED
     assert sum(n for n, _ in told) >= 200
     assert "laying out the campaign" in [what for _, what in told]
@@ -153,11 +163,8 @@ def test_effects_are_asked_for_by_name_file_or_class():
     from belt_sim.use_cases.asked import candidates_of
 
     wind = ROOT / "models" / "effects" / "wind.py"
-    assert [c.id for c in candidates_of(["taper", str(wind), bs.library()["crown"]], MODEL)] == [
-        "taper",
-        "wind",
-        "crown",
-    ]
+    asked = ["taper", str(wind), bs.library()["crown"]]
+    assert [c.id for c in candidates_of(asked, MODEL)] == ["taper", "wind", "crown"]
     assert "camber" not in [c.id for c in candidates_of(None, MODEL)]  # left out unless named
     assert "camber" in [c.id for c in candidates_of(None, MODEL, leave_out=())]
     with pytest.raises(bs.BeltError, match="strip has sag_roll built in"):

@@ -46,7 +46,18 @@ def test_only_the_command_line_knows_hydra():
 def test_the_core_imports_no_observer_and_no_engine(part):
     for path in (ROOT / "belt_sim" / part).glob("*.py"):
         others = {m.split(".")[1] for m in imported(path) if m.startswith("belt_sim.")}
-        assert not others & {"watch", "pictures", "report", "diagnose", "campaign", "virtual_rig", "mujoco3d", "cli"}
+        assert not others & {
+            "watch",
+            "pictures",
+            "reports",
+            "diagnosis",
+            "results",
+            "use_cases",
+            "campaign",
+            "virtual_rig",
+            "mujoco3d",
+            "cli",
+        }
 
 
 def test_laws_do_not_know_the_effects():
