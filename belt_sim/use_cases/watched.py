@@ -14,10 +14,11 @@ def observers_of(model: Model | SteadyModel, watch: str | None, title: str, fold
     if isinstance(model, AnalyticModel) or not isinstance(model, Model):
         return []
     from belt_sim.watch.progress import ProgressObserver
-    from belt_sim.watch.rerun import live, to_file
 
     watching: list[Observer] = [ProgressObserver(title)]
     if watch is not None:
+        from belt_sim.watch.rerun import live, to_file
+
         watching.append(to_file(folder / "belt.rrd") if watch == "rrd" else live())
     return watching
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_sim.commands.simulate_3d import options_from
 
+from belt_sim.commands.simulate_3d import options_from
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.catenary import Catenary
