@@ -49,7 +49,8 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> Json:
         content["steady_rate_mm_per_m"] = s.steady_rate / si.MM_PER_M
     if s.note:
         content["note"] = s.note
-    return content | _finite(dict(s.details)) | {"provenance": dict(provenance)}
+    details = {name: _finite(value) for name, value in s.details.items()}
+    return content | details | {"provenance": dict(provenance)}
 
 
 def comparison_json(c: Comparison) -> Json:
@@ -114,7 +115,8 @@ def diagnosis_json(d: Diagnosis) -> Json:
 
 def drawings_json(drawn: Drawings) -> Json:
     """The content of drawings.json, so that a report can be written again without the diagnosis."""
-    return {"schema": DRAWINGS} | _rounded(asdict(drawn))
+    content: Json = {"schema": DRAWINGS}
+    return content | {name: _rounded(rows) for name, rows in asdict(drawn).items()}
 
 
 def run_json(r: RunError) -> Json:

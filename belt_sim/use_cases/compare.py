@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
+from belt_sim.case import Case
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.drawings import drawings
@@ -87,7 +88,7 @@ def steady_errors(
     return tuple(rows)
 
 
-def _late_rates(case, model: Model | SteadyModel, effects: Sequence[Effect]) -> np.ndarray:
+def _late_rates(case: Case, model: Model | SteadyModel, effects: Sequence[Effect]) -> np.ndarray:
     """Late rates of points 1-4 [m/m]: in closed form, or by a long run where effects act."""
     if effects and isinstance(model, Model):
         return late_rates(model.run(case, effects, travel=STEADY_TRAVEL))

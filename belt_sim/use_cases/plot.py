@@ -23,7 +23,7 @@ class Picture:
 
     png: bytes
 
-    def save(self, path: str | os.PathLike) -> Path:
+    def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the picture to ``path`` (.png)."""
         return write_with(Path(path), lambda draft: draft.write_bytes(self.png))
 
@@ -35,7 +35,7 @@ class Picture:
 
 
 def plot(
-    result: Simulation | Comparison | Diagnosis, path: str | os.PathLike | None = None, *, kind: str | None = None
+    result: Simulation | Comparison | Diagnosis, path: str | os.PathLike[str] | None = None, *, kind: str | None = None
 ) -> Picture:
     """A picture of ``result``, written to ``path`` if one is given.
 
