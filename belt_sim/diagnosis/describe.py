@@ -108,6 +108,7 @@ def _finite(value: float) -> float | None:
 
 def _errors(d: Findings) -> Errors:
     over_all = overall_errors(d.found.bench, d.found.base.values, d.found.chosen.values)
+    assert over_all is not None  # a diagnosis has a lateral signal
     before, after = d.found.base_held_out, held_out(d.found.bench, d.found.chosen)
     return Errors(
         noise_floor=over_all.noise_floor,

@@ -40,9 +40,14 @@ def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple
     return tuple(rows)
 
 
-def overall_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> Errors:
-    """rms of the lateral signals before and after, over fitted and hold-out runs, and the noise floor."""
+def overall_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> Errors | None:
+    """rms of the lateral signals before and after, over fitted and hold-out runs, and the noise floor.
+
+    None when there is no lateral signal.
+    """
     lateral = np.array([s.kind == "lateral" for s in bench.samples.signals])
+    if not np.isfinite(bench.samples.y[:, lateral]).any():
+        return None
     fitted = np.array([r.use == "fit" for r in bench.samples.runs])
     floor = validation_uncertainty(bench)[:, lateral][np.isfinite(bench.samples.y[:, lateral])]
     rows = {}

@@ -27,7 +27,7 @@ def tell_comparison(c: Comparison, folder: Path) -> None:
         out.print(_rich(runs_table(c)))
         out.print(c.where.sentence)
         out.print(c.where.boundary_sentence)
-        for line in c.changes() if c.effects else ():
+        for line in c.changes():
             out.print(line)
     out.print(str(folder), soft_wrap=True)
 

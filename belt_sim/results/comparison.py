@@ -20,7 +20,8 @@ STEADY_K = 2.0  # a steady rate is off when it lies further than so many u from 
 class Comparison(Shown):
     """Error of every run and signal of ``base_model``, before and after ``effects``, and where the model fails.
 
-    error, where: None when the campaign states steady rates only; steady: those rates, point by point.
+    where: None when the campaign states steady rates only; steady: those rates, point by point; error: None without a
+    lateral signal.
     """
 
     base_model: str
@@ -42,21 +43,19 @@ class Comparison(Shown):
         """Where the model fails; with effects, how the error changed and what got worse."""
         said = [f"{self.final_model} against {self.campaign.title}"]
         if self.where is not None:
-            said += [self.where.sentence, self.where.boundary_sentence]
-        if self.error is not None and self.effects:
-            said += self.changes()
+            said += [self.where.sentence, self.where.boundary_sentence, *self.changes()]
         return said
 
     def changes(self) -> list[str]:
-        """What the effects changed."""
-        assert self.error is not None
-        names = ", ".join(e.id for e in self.effects)
-        said = [
-            f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}"
-            for name, row in self.error.rows().items()
-        ]
+        """What the effects changed; nothing when there are none."""
+        if not self.effects:
+            return []
+        said, names = [], ", ".join(e.id for e in self.effects)
+        if self.error is not None:
+            for name, row in self.error.rows().items():
+                said.append(f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}")
+            said.append(f"noise floor {words.column(self.error.noise_floor)} mm")
         worse = [f"{r.run} {r.signal}" for r in self.per_run if r.worse]
-        said.append(f"noise floor {words.column(self.error.noise_floor)} mm")
         return [*said, f"got worse: {', '.join(worse)}" if worse else "no run got worse"]
 
     def tables(self) -> Sequence[Table]:

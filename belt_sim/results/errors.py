@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from belt_sim.campaign.nouns import Kind
+from belt_sim.results.tabular import dataset
 
 UNITS: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}
 
@@ -104,8 +105,6 @@ class SteadyError:
 
 def error_grid(rows: Sequence[RunError]) -> Any:
     """rms before, after and floor as an xarray Dataset over run and signal, in SI."""
-    from belt_sim.results.tabular import dataset
-
     runs, signals = list(dict.fromkeys(r.run for r in rows)), list(dict.fromkeys(r.signal for r in rows))
     found = {(r.run, r.signal): r for r in rows}
     names = ("before", "after", "floor")

@@ -9,6 +9,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates, offsets
 from belt_sim.effects.base import Effect
+from belt_sim.errors import CannotRepresent
 from belt_sim.results import words
 from belt_sim.results.shown import Shown
 from belt_sim.results.table import Table
@@ -69,7 +70,9 @@ class Simulation(Shown):
     @property
     def note(self) -> str:
         """What a model without curves says of itself; empty for the others."""
-        return f"{self.model} is a formula for the steady rate: it gives no curves and no offsets" * (not self.curves)
+        if self.curves is not None:
+            return ""
+        return f"{self.model} is a formula for the steady rate: it gives no curves and no offsets"
 
     def lines(self) -> Sequence[str]:
         """Late rates, and a warning when an edge goes slack."""
@@ -105,8 +108,6 @@ class Simulation(Shown):
         return dataset(variables, coords, {"travel": "m"} | {n: unit for n, (_, unit) in there.items()})
 
     def _drawn(self) -> Curves:
-        from belt_sim.errors import CannotRepresent
-
         if self.curves is None:
             raise CannotRepresent(self.note)
         return self.curves

@@ -61,9 +61,9 @@ def comparison_json(c: Comparison) -> Json:
         "campaign": _label(c.campaign),
         "effects": [_set(e) for e in c.effects],
     }
-    if c.error is not None and c.where is not None:
-        content |= {"error": _errors(c.error), "where": _where(c.where), "runs_schema": RUNS}
-        content["per_run"] = [run_json(r) for r in c.per_run]
+    content |= {"error": _errors(c.error)} if c.error is not None else {}
+    if c.where is not None:
+        content |= {"where": _where(c.where), "runs_schema": RUNS, "per_run": [run_json(r) for r in c.per_run]}
     content["provenance"] = dict(c.provenance)
     drifts = [_drift(d) for pair in c.drawings.drifts for d in pair if d is not None]
     content |= {"drift": drifts} if drifts else {}

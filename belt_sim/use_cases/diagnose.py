@@ -39,6 +39,10 @@ def diagnose(
     """
     whole("seed", seed, 0)
     whole("bootstraps", bootstraps, MIN_BOOTSTRAPS)
+    if not any(s.kind == "lateral" for s in campaign.signals):
+        raise InputError(
+            "signals", "no point", "", "a diagnosis needs the lateral position of at least one of points 1-4"
+        )
     chosen = fitted_model(model)
     classes = candidates_of(effects, chosen, leave_out)
     admitted = admission(classes, chosen, campaign)

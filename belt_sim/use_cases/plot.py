@@ -58,7 +58,11 @@ def drawings_by_kind(result: Simulation | Comparison | Diagnosis) -> dict[str, D
     if isinstance(result, Simulation):
         if result.curves is None:
             return {}
-        return {"curves": lambda p: pictures.curves_picture(p, {result.model: result.curves}, result.title)}
+        return {
+            "curves": lambda p: pictures.curves_picture(
+                p, {result.model: result.curves}, result.title.replace("mm2", "mm²")
+            )
+        }
     return _of_comparison(result) if isinstance(result, Comparison) else _of_diagnosis(result)
 
 

@@ -93,6 +93,18 @@ def test_tilt_is_compared_in_milliradians(belt, tmp_path):
     assert "mrad" in answer.out
 
 
+def test_tilt_alone_is_compared_and_not_diagnosed(belt, tmp_path):
+    """A campaign without a lateral signal once ended in a traceback, when nan was to be written as JSON."""
+    plan = replace(SPREAD, signals={"roll": "upper_mid_span"}, runs=SPREAD.runs[:2])
+    write_campaign(make_campaign(seed=1, plan=plan)[0], tmp_path / "tilt")
+    answer = belt("compare", f"campaign={tmp_path / 'tilt'}", "model=strip", "pictures=false")
+    assert (answer.status, answer.err) == (0, "")
+    content = read(answer.folder / "comparison.json")
+    check(content)
+    assert "error" not in content
+    assert "lateral position of at least one" in one_line(belt("diagnose", f"campaign={tmp_path / 'tilt'}"))
+
+
 def test_steady_rates_alone_are_compared(belt, tmp_path):
     """A published table: no curves, so that a formula will do; the same table and picture as ever."""
     whole, nothing = campaign("nothing"), np.empty(0)

@@ -61,6 +61,23 @@ def test_the_core_imports_no_observer_and_no_engine(part):
         assert not others & OUTER
 
 
+#: part -> the parts that it may not know, as they use it
+ABOVE = {
+    "results": ("diagnosis", "pictures", "reports", "use_cases", "commands", "watch"),
+    "diagnosis": ("pictures", "reports", "use_cases", "commands"),
+    "pictures": ("diagnosis", "reports", "use_cases", "commands"),
+    "reports": ("diagnosis", "use_cases", "commands"),
+    "use_cases": ("commands", "cli"),
+}
+
+
+@pytest.mark.parametrize("part", ABOVE)
+def test_arrows_point_one_way(part):
+    known = {m.split(".")[1] for p in (ROOT / "belt_sim" / part).glob("*.py") for m in imported(p) if "belt_sim." in m}
+    assert known
+    assert not known & set(ABOVE[part])
+
+
 def test_laws_do_not_know_the_effects():
     for path in (ROOT / "belt_sim" / "laws").glob("*.py"):
         assert not any(m.startswith(("belt_sim.effects", "belt_sim.analytic")) for m in imported(path))
