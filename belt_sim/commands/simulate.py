@@ -11,14 +11,13 @@ from belt_sim.use_cases.asked import model_of
 from belt_sim.use_cases.leave import leave_simulation, partial_curves_kept
 from belt_sim.use_cases.simulate import simulate
 from belt_sim.use_cases.watched import observers_of, show
+from belt_sim.watch.asked import watch_asked
 
 
 def run(cfg: Any) -> None:
     """Run one simulation and leave summary.json, curves.csv and pictures in the run folder."""
     config, folder = plain(cfg), run_folder()
-    watch, pictures = config["watch"], config["pictures"]
-    if watch not in (None, "rrd", "rerun"):
-        raise InputError("watch", watch, "", "use null, rrd or rerun")
+    watch, pictures = watch_asked(config["watch"], "rrd", "rerun"), config["pictures"]
     if not isinstance(pictures, bool):
         raise InputError("pictures", pictures, "", "use true or false")
     if done_before(folder, config):

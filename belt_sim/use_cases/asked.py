@@ -1,18 +1,15 @@
 """Models, effects and candidates as people ask for them: by name, by mapping, or as objects."""
 
 from collections.abc import Mapping, Sequence
-from functools import cache
 from typing import Any
-
-import yaml
 
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.analytic.ritzinger import RitzingerFormula
 from belt_sim.effects.base import Effect
+from belt_sim.effects.library import tried
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.model import Model, SteadyModel
-from belt_sim.paths import CONF
 from belt_sim.registry import model_named
 from belt_sim.results.found import FoundEffect
 
@@ -65,11 +62,10 @@ def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | N
     """Effect classes to try, all of which the model can honour.
 
     asked: a list of ids, .py files and Effect classes, all of which must be possible; or None for the library without
-    ``leave_out`` (None: what conf/diagnose.yaml leaves out). Raises InputError, CannotRepresent.
+    ``leave_out`` (None: without what is tried only when it is named). Raises InputError, CannotRepresent.
     """
     if asked is None:
-        without = left_out() if leave_out is None else leave_out
-        return [c for i, c in load_classes(None).items() if i not in without and model.refusal(c) is None]
+        return [c for c in tried(leave_out).values() if model.refusal(c) is None]
     entries = asked if isinstance(asked, Sequence) and not isinstance(asked, str) else [asked]
     classes: dict[str, type[Effect]] = {}
     for entry in entries:
@@ -87,10 +83,3 @@ def refuse(model: Model | SteadyModel, effects: Sequence[Effect | type[Effect]],
         reason = model.refusal(e)
         if reason:
             raise CannotRepresent(f"effects = {e.id}: {reason}{remedy}")
-
-
-@cache
-def left_out() -> tuple[str, ...]:
-    """Ids of effects that a diagnosis does not try unless they are named."""
-    settings = yaml.safe_load((CONF / "diagnose.yaml").read_text(encoding="utf-8"))
-    return tuple(settings["leave_out"])

@@ -1,6 +1,7 @@
 """A batch of belt lines as they truly are: machine, belt, settings and constant faults, one entry a run."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -92,6 +93,17 @@ class Line:
         coupling = line.sag_roll * line.sag_curvature
         return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling)
 
+    def passing(self, place: str, s):
+        """Which part of the belt lies at a point at travel s [m], counted from what was at point 4 at travel 0."""
+        along = {
+            "point_4": 0.0 * self.span_length,
+            "point_1": self.span_length,
+            "point_2": self.span_length + self.wrap_tail,
+            "point_3": 2 * self.span_length + self.wrap_tail,
+        }
+        return along[place] - self.direction * s
+
+    @cached_property
     def turning(self) -> np.ndarray:
         """Curvature in the middle of every element per unit run-up angle [1/m], shape (batch, n)."""
         coupling = self.sag_roll * self.sag_curvature

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from belt_sim.virtual_rig.fault import Fault, overriding
+from belt_sim.virtual_rig.fault import Fault, overrides
 from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.span import Span
 
@@ -35,44 +35,47 @@ class Journey:
     tail_yaw: np.ndarray
     span: Span
 
-    def at(self, s: np.ndarray) -> np.ndarray:
-        """State at travel s, shape (n, batch) -> (4, n, batch); 0 before travel 0."""
+    def at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
+        """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch); 0 before travel 0."""
         k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
+        rows = np.arange(first, last).reshape(-1, *(1,) * s.ndim)
         lanes = np.arange(s.shape[-1])
         h = self.nodes[k + 1] - self.nodes[k]
-        t = (s - self.nodes[k]) / h
-        ends = [a[j, :, lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
-        return np.where(s < 0, 0.0, np.moveaxis(_blend(t[..., None], h[..., None], *ends), -1, 0))
+        ends = [a[j, rows, lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
+        return np.where(s < 0, 0.0, _blend((s - self.nodes[k]) / h, h, *ends))
 
 
 def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
     """Run a batch of lines over ``reach`` metres of travel."""
-    road = _Road(line, faults, reach)
-    y = np.zeros((4, len(line.stress)))
-    for k in range(len(road.nodes) - 1):
+    nodes, batch = _nodes(line, reach), len(line.stress)
+    past = Journey(
+        line=line,
+        nodes=nodes,
+        state=np.zeros((len(nodes), 4, batch)),
+        slope=np.zeros((len(nodes), 4, batch)),
+        tail_yaw=np.zeros((len(nodes), batch)),
+        span=line.span(),
+    )
+    road = _Road(past, faults)
+    y = np.zeros((4, batch))
+    for k in range(len(nodes) - 1):
         y = road.step(k, y)
-    road.store(len(road.nodes) - 1, y, k)
-    return Journey(line, road.nodes, road.state, road.slope, road.tail_yaw, road.span)
+    road.store(len(nodes) - 1, y, k)
+    return past
 
 
 class _Road:
     """The equations of motion with their history so far."""
 
-    def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
-        self.line, self.nodes = line, _nodes(line, reach)
-        faults = [f.prepared(line) for f in faults]
-        self.yaws, self.turns, self.slides = (overriding(faults, hook) for hook in ("yaw", "turn", "slide"))
-        shape = (len(self.nodes), 4, len(line.stress))
-        self.state, self.slope = np.zeros(shape), np.zeros(shape)
-        self.tail_yaw = np.zeros((len(self.nodes), shape[2]))
-        self.lanes = np.arange(shape[2])
-        self.here = (
-            np.zeros(shape[1:])[:2],
-            np.zeros(shape[1:])[:2],
-        )  # what leaves the pulleys at the node at hand
+    def __init__(self, past: Journey, faults: Sequence[Fault]) -> None:
+        self.past, self.line, self.nodes, self.span = past, past.line, past.nodes, past.span
+        self.yaws, self.turns, self.slides = (
+            [f for f in faults if overrides(f, hook)] for hook in ("yaw", "turn", "slide")
+        )
+        line, nothing = past.line, np.zeros((2, past.state.shape[2]))
+        self.here = nothing, nothing  # what leaves the pulleys at the node at hand
         self.cap = line.friction * line.force * line.width / (2 * line.bending)
         self.capped = bool(np.isfinite(self.cap).any())
-        self.span = line.span()
         self.soft = 1 + line.cover * line.bending
         self.yields = bool(np.any(line.compliance))
         self.decays = bool(np.any(line.decay))
@@ -94,14 +97,14 @@ class _Road:
     def store(self, node: int, y: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Keep state and slope at a node, under the commands of step k."""
         y, slope, yaw = self.rates(self.nodes[node], k, y, self.here)
-        self.state[node], self.slope[node], self.tail_yaw[node] = y, slope, yaw
+        self.past.state[node], self.past.slope[node], self.past.tail_yaw[node] = y, slope, yaw
         return y, slope
 
     def delayed(self, k: int, share: float) -> tuple[np.ndarray, np.ndarray]:
         """What leaves the tail and the head pulley: (y, alpha) one wrapped arc ago, each shape (2, batch)."""
         s = self.nodes[k] + share * (self.nodes[k + 1] - self.nodes[k])
-        tail = self._past(s - self.line.wrap_tail, 0)
-        head = self._past(s - self.line.wrap_head, 2)
+        tail = self.past.at(s - self.line.wrap_tail, 0, 2)
+        head = self.past.at(s - self.line.wrap_head, 2, 4)
         tail[0] += self.line.wrap_shift(s)
         return tail, head
 
@@ -155,13 +158,6 @@ class _Road:
             for name in ("run_up", "run_off")
         ]
         return Span(rows[0], rows[1], self.span.tilt, self.span.nodes)
-
-    def _past(self, s: np.ndarray, i: int) -> np.ndarray:
-        k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
-        rows = np.arange(i, i + 2)[:, None]
-        h = self.nodes[k + 1] - self.nodes[k]
-        ends = [a[j, rows, self.lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
-        return np.where(s < 0, 0.0, _blend((s - self.nodes[k]) / h, h, *ends))
 
 
 def _dot(row, off, up):
