@@ -13,7 +13,7 @@ def test_the_lines_of_the_readme_run(tmp_path, monkeypatch, capsys):
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     code = re.search(r"## From Python\n.*?```python\n(.*?)```", text, re.DOTALL).group(1)
     assert len([line for line in code.splitlines() if line.strip()]) <= 7
-    write_campaign(campaign("sag_roll"), tmp_path / "models" / "campaigns" / "slack_belt")  # a shorter slack belt
+    write_campaign(campaign("sag_roll"), tmp_path / "slack_belt")  # a shorter slack belt
     monkeypatch.chdir(tmp_path)
     names: dict = {}
     exec(code, names)  # the README's own lines
