@@ -44,7 +44,7 @@ def _tilt(journey: Journey, s: np.ndarray, to_tail: bool) -> np.ndarray:
     else:
         off, up, turn_off, turn_up = journey.at(s - line.wrap_tail)[:2], here[2:], -beta, -beta_head
         off = np.stack([off[0] + line.wrap_shift(s), off[1]])
-    row = journey.span.tilt
+    row = journey.spans[0 if to_tail else 1].tilt
     return row[0] * off[0] + row[1] * (off[1] + turn_off) + row[2] * up[0] + row[3] * (up[1] + turn_up)
 
 

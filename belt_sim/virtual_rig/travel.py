@@ -7,7 +7,7 @@ run-up and -yaw at the run-off, on the head -yaw and +yaw, whichever way the bel
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,19 +21,23 @@ STEPS_A_WRAP = 4
 #: The step that carries a yaw step begins this far [m] after the one that ends before it.
 _BEFORE = 1e-7
 _ANGLE = np.array([[0.0], [1.0]])  # picks the angle out of a pair (y, angle)
+_ROWS = ("run_up", "run_off")
 _SHARES = (1.0, 0.5, 0.0)  # of the tension decay; the span's response is a parabola through these
 
 
 @dataclass(frozen=True)
 class Journey:
-    """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head."""
+    """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head.
+
+    spans: the one that runs to the tail and the one that runs to the head pulley.
+    """
 
     line: Line
     nodes: np.ndarray
     state: np.ndarray
     slope: np.ndarray
     tail_yaw: np.ndarray
-    span: Span
+    spans: tuple[Span, Span]
 
     def at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
         """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch); 0 before travel 0."""
@@ -54,7 +58,7 @@ def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
         state=np.zeros((len(nodes), 4, batch)),
         slope=np.zeros((len(nodes), 4, batch)),
         tail_yaw=np.zeros((len(nodes), batch)),
-        span=line.span(),
+        spans=(line.span(), line.span(to_tail=False)),
     )
     road = _Road(past, faults)
     y = np.zeros((4, batch))
@@ -68,7 +72,7 @@ class _Road:
     """The equations of motion with their history so far."""
 
     def __init__(self, past: Journey, faults: Sequence[Fault]) -> None:
-        self.past, self.line, self.nodes, self.span = past, past.line, past.nodes, past.span
+        self.past, self.line, self.nodes = past, past.line, past.nodes
         self.yaws, self.turns, self.slides = (
             [f for f in faults if overrides(f, hook)] for hook in ("yaw", "turn", "slide")
         )
@@ -79,9 +83,10 @@ class _Road:
         self.soft = 1 + line.cover * line.bending
         self.yields = bool(np.any(line.compliance))
         self.decays = bool(np.any(line.decay))
-        self.responses = [self.span]
-        if self.decays:
-            self.responses = [line.span(1 - line.decay * (1 - share)) for share in _SHARES]
+        self.slacker = [
+            [line.span(1 - line.decay * (1 - share), to_tail=to_tail) for share in _SHARES if self.decays]
+            for to_tail in (True, False)
+        ]
 
     def step(self, k: int, y: np.ndarray) -> np.ndarray:
         """One Runge-Kutta step from node k."""
@@ -110,13 +115,14 @@ class _Road:
 
     def rates(self, s, k, y, past):
         """State (after slip), its rate of change per metre of travel, and the tail pulley's yaw."""
-        line, response, (tail_off, head_off) = self.line, self._response(s), past
+        line, (tail_off, head_off) = self.line, past
+        to_tail, to_head = self._responses(s)
         beta, beta_head = self._yaws(s, k)
         if self.yields:
-            beta = self._yielding(beta, beta_head, y, past, response)
+            beta = self._yielding(beta, beta_head, y, past, to_tail, to_head)
         off_head, off_tail = head_off + _ANGLE * beta_head, tail_off - _ANGLE * beta
-        kappa_tail, y = self._run_up(response, off_head, y, 0, beta)
-        kappa_head, y = self._run_up(response, off_tail, y, 2, -beta_head)
+        kappa_tail, y = self._run_up(to_tail, off_head, y, 0, beta)
+        kappa_head, y = self._run_up(to_head, off_tail, y, 2, -beta_head)
         kappa = np.stack([kappa_tail, kappa_head])
         turn = sum((f.turn(s, line, y[::2], kappa) for f in self.turns), kappa * self.soft)
         drift = y[1::2]
@@ -140,24 +146,25 @@ class _Road:
         y[i + 1] += (held - kappa) / response.run_up[3]
         return held, y
 
-    def _yielding(self, beta, beta_head, y, past, response):
+    def _yielding(self, beta, beta_head, y, past, to_tail, to_head):
         """What the span moments leave of the yaw on a compliant tail bearing: beta - C (M_up + M_off)."""
         tail_off, head_off = past
-        still = _dot(response.run_up, head_off + _ANGLE * beta_head, y[:2])
-        still = still + _dot(response.run_off, tail_off, y[2:] - _ANGLE * beta_head)
+        still = _dot(to_tail.run_up, head_off + _ANGLE * beta_head, y[:2])
+        still = still + _dot(to_head.run_off, tail_off, y[2:] - _ANGLE * beta_head)
         give = self.line.compliance * self.line.bending
-        return (beta - give * still) / (1 + give * (response.run_up[3] - response.run_off[1]))
+        return (beta - give * still) / (1 + give * (to_tail.run_up[3] - to_head.run_off[1]))
 
-    def _response(self, s: float) -> Span:
+    def _responses(self, s: float) -> tuple[Span, Span]:
+        """Of the span that runs to the tail and the one that runs to the head pulley."""
         if not self.decays:
-            return self.span
+            return self.past.spans
         left = np.exp(-s / self.line.decay_length)
         weights = (left * (2 * left - 1), 4 * left * (1 - left), (1 - left) * (1 - 2 * left))
-        rows = [
-            sum(w * getattr(r, name) for w, r in zip(weights, self.responses, strict=True))
-            for name in ("run_up", "run_off")
+        blended = [
+            replace(tight, **{n: sum(w * getattr(r, n) for w, r in zip(weights, rows, strict=True)) for n in _ROWS})
+            for tight, rows in zip(self.past.spans, self.slacker, strict=True)
         ]
-        return Span(rows[0], rows[1], self.span.tilt, self.span.nodes)
+        return blended[0], blended[1]
 
 
 def _dot(row, off, up):

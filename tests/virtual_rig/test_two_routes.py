@@ -36,6 +36,8 @@ CASES = [
     ("yaw_backlash", {"half": 5e-5}, None, "beam_th2", 40e6, 1.0),
     ("tension_bias", {"gain": 0.1, "bias": 1e5}, None, "strip", 7e6, 1.0),
     ("sag_roll", {"strength": 1.0}, None, "beam_th2", 10e6, 1.0),
+    ("lift_off", {"strength": 1.0}, None, "strip", 7e6, 1.0),
+    ("lift_off", {"strength": 1.0}, None, "strip", 10e6, -1.0),
     ("camber", {"kappa_c": 2e-5}, None, "strip", 10e6, 1.0),
     ("weld", {"angle": 1e-3}, {"angle": 1e-3, "at": 5.64}, "strip", 10e6, 1.0),
     ("weld", {"angle": 1e-3}, {"angle": 1e-3, "at": 11.28 + 0.17 * np.pi + 5.64}, "strip", 40e6, -1.0),
