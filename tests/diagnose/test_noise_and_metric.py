@@ -7,8 +7,8 @@ import pytest
 from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
-from belt_sim.diagnose.metric import metric_of
-from belt_sim.diagnose.noise import LevelFinder, Levels
+from belt_sim.diagnosis.metric import metric_of
+from belt_sim.diagnosis.noise import LevelFinder, Levels
 
 DRAWS = 600
 SIGMAS = 4.5  # a handful of figures, each beyond this once in 150,000
