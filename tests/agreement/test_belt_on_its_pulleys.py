@@ -1,13 +1,17 @@
 """What sticking, a pulley's shape and a bent strip must look like in the curves, read off without the march's laws."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from paper_cases import BELT, RIG, YAW, affected, marched, paper_case, steered
 from scipy.interpolate import CubicSpline
 
+from belt_sim.analytic.march import march
+from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
+from belt_sim.curves import late_rates
+from belt_sim.effects.base import Effect, Parameter, effect
 
 TRAVEL = 14.0  # [m], records 0.14 m apart
 SLOPES = 0.01  # of the yaw: slopes of cubics through records that a ramp's ends fall between
@@ -79,3 +83,26 @@ def test_the_inner_edge_of_a_curved_belt_loses_the_bending_stress():
     c = affected([(case, {"camber": {"kappa_c": kappa}})], TRAVEL)[0]
     wanted = 10e6 - BELT.youngs_modulus * kappa * BELT.width / 2
     np.testing.assert_allclose(c.edge_stress, wanted, rtol=1e-6)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Creep(Effect):
+    """A belt that creeps sideways on both pulleys while it runs up, m per m of travel."""
+
+    id = "creep"
+    law = "run-up"
+    reference = "none: for this test"
+    parameters = {"d": Parameter(unit="1", meaning="creep", plausible=(-1e-3, 1e-3), scale=1e-5)}
+    d: float = 0.0
+
+    def runup(self, runup, state, case):
+        return replace(runup, drift=runup.drift + self.d)
+
+
+def test_a_belt_that_creeps_on_the_pulleys_leans_back_in_the_spans():
+    """At first y = d s; in the end w = d - theta, straight spans lean by theta, and 2 L theta = 2 W w."""
+    size, case = 1e-5, paper_case(100, 0.0)
+    c = march(case, analytic_model("beam_th2"), (Creep(d=size),), travel=400.0, step=0.1)
+    np.testing.assert_allclose(c.y[:3:2, 1], size * c.travel[1], rtol=EARLY)
+    np.testing.assert_allclose(late_rates(c), size * RIG.span_length / (RIG.span_length + RIG.wrap_tail), rtol=1e-3)

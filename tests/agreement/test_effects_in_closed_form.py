@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paper_cases import BELT, EFFECTS, RIG, YAW, affected, marched, only, paper_case, steered
+from paper_cases import BELT, RIG, YAW, affected, marched, only, paper_case, steered
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.steady import steady_rate, taper_gain

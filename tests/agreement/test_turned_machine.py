@@ -67,8 +67,8 @@ def test_a_reversed_machine_is_the_forward_one_upside_down(turned):
 
 
 def test_with_its_pulleys_exchanged_the_machine_is_turned_about_their_axes(turned):
-    """Head and tail, upper and lower change places; y stays, and a yaw about +z becomes one about -z. It hangs the other
-    way, and tilts the other way: what hangs as usual tilts alike."""
+    """Head and tail, upper and lower change places; y stays, a yaw about +z becomes one about -z. Turned it hangs and
+    tilts the other way, so hung as usual it tilts alike."""
     forward, exchanged = turned[2:]
     alike(exchanged.y, forward.y[[2, 3, 0, 1]])
     alike(exchanged.moment, forward.moment[::-1])

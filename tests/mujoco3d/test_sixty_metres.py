@@ -11,7 +11,7 @@ from belt_sim.mujoco3d.study import paper_case
 #: of the largest y: 1.1 % is said, to the digit printed, and needed at 10 N/mm2, where the late rates differ by 2 %;
 #: 0.2 to 0.7 % at the other tensions
 SAID = 0.0115
-TRAVEL = 60.0  # [m]: twelve spans, the long swing of a slack belt and the drift after it
+TRAVEL = 60.0  # [m]: two and a half rounds, the long swing of a slack belt and the drift after it
 
 pytestmark = [pytest.mark.long, pytest.mark.filterwarnings("ignore:flex")]
 
