@@ -10,7 +10,7 @@ from belt_sim.analytic.ritzinger import RitzingerFormula
 from belt_sim.errors import InputError
 from belt_sim.model import Model, SteadyModel
 
-ANALYTIC = ("rope", "beam_th1", "beam_th2", "ritzinger", "ernst_beam", "strip")
+ANALYTIC = ("rope", "beam_th1", "beam_th2", "ritzinger", "ernst_beam", "strip", "strip_lift_off")
 IN_SPACE = {"mujoco_rope": "rope", "mujoco_grid": "grid", "mujoco_flex": "flex"}
 MODEL_NAMES = (*ANALYTIC, *IN_SPACE)
 

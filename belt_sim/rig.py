@@ -70,6 +70,11 @@ class Belt:
         return self.youngs_modulus * self.width**3 * self.thickness / 12.0
 
     @property
+    def plate_stiffness(self):
+        """D = E h^3 / (12 (1 - nu^2)), bending stiffness out of the belt's plane per unit of width [N m]."""
+        return self.youngs_modulus * self.thickness**3 / (12.0 * (1.0 - self.poisson_ratio**2))
+
+    @property
     def shear_modulus(self):
         """G = E / (2 (1 + nu)) [Pa]."""
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))

@@ -16,8 +16,9 @@ ALL_HOOKS = frozenset({*BEFORE_ENGINE, *IN_MARCH, *AFTER_ENGINE})
 class Composition:
     """A named composition of laws: run-up, wrap, drive and sensor law are shared, the span law is its own.
 
-    span: Case -> Span; hooks: the laws it lets effects change; contains: ids of effects it has built in; moments:
-    whether its spans bear bending moments that an effect may answer to.
+    span: Case -> Span; hooks: the laws it lets effects change; contains: ids of effects that its laws have built in,
+    and built_in: effects that are always with it; moments: whether its spans bear bending moments that an effect may
+    answer to.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Composition:
     span: Callable[[Case], Span]
     hooks: frozenset[str] = ALL_HOOKS
     contains: frozenset[str] = frozenset()
+    built_in: tuple[Effect, ...] = ()
     moments: bool = True
 
     def refusal(self, effect: Effect | type[Effect]) -> str | None:

@@ -77,6 +77,7 @@ def march_traced(case: Case, effects, travel, *, model: Composition, plan) -> Cu
 def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
     """The march itself."""
     records, stride, slots = plan
+    effects = (*model.built_in, *effects)
     span = model.span(case)
     for e in uses(effects, "span"):
         span = e.span(span, case)
@@ -173,7 +174,7 @@ def _yaw_now(effects, case, travel, now) -> Yaw:
 
 def _solve_sticking(now, off, off1, yaw, push, spans, h):
     """One trapezoidal step of dy/ds = -alpha + drift, dalpha/ds = -(kappa + turn); a 2x2 system by hand."""
-    ky, ko, ku, ro, ru = spans.answer.runup
+    ky, ko, ku, ro, ru = spans.answer.runup.T
     a = 0.5 * h
     known = (
         -ky * 0.5 * _partner(off.y + off1.y)

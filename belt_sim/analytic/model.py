@@ -10,6 +10,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.around_engine import as_indicated
 from belt_sim.effects.base import Effect
+from belt_sim.effects.lift_off import LiftOff
 from belt_sim.errors import InputError
 from belt_sim.frame import Observer
 from belt_sim.laws import span as span_law
@@ -52,7 +53,7 @@ class AnalyticModel(Composition):
 
 
 _NO_SPAN = ALL_HOOKS - {"span"}
-_LIMP = ALL_HOOKS - {"span", "bend", "runup", "slide"}
+_LIMP = ALL_HOOKS - {"span", "hold", "bend", "runup", "slide"}
 
 MODELS: dict[str, AnalyticModel] = {
     m.name: m
@@ -66,6 +67,13 @@ MODELS: dict[str, AnalyticModel] = {
             title="hanging strip (sag-roll coupling)",
             span=span_law.strip,
             contains=frozenset({"sag_roll"}),
+        ),
+        AnalyticModel(
+            name="strip_lift_off",
+            title="hanging strip that lifts off its pulleys along a bending layer",
+            span=span_law.strip,
+            contains=frozenset({"sag_roll", "lift_off"}),
+            built_in=(LiftOff(strength=1.0),),
         ),
     )
 }

@@ -17,7 +17,11 @@ from belt_sim.laws.wrap import RunOff
 
 @dataclass(frozen=True)
 class Spans:
-    """One case while it is traced. known: what each effect of ``benders`` worked out of the span beforehand."""
+    """One case while it is traced.
+
+    answer: rows (2, 5), the span up the tail pulley first; known: what each effect of ``benders`` worked out of the
+    span beforehand.
+    """
 
     case: Case
     effects: tuple
@@ -31,14 +35,14 @@ class Spans:
         """Condense the span, once a march."""
         benders = tuple(uses(effects, "bend"))
         known = tuple(e.influence(span, case) for e in benders)
-        return Spans(case, tuple(effects), span, response(span), benders, known)
+        return Spans(case, tuple(effects), span, held_answers(case, effects, span), benders, known)
 
     def state(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> State:
         """Everything that effects may ask of this instant."""
         span, case, answer = self.span, self.case, self.answer
         boundary = self.boundary_values(travel, y, alpha, off, yaw)
         bend = self.bend(boundary)
-        bent, bent_off = answer.runup @ boundary.ends + bend.runup, answer.runoff @ boundary.ends + bend.runoff
+        bent, bent_off = _of(answer.runup, boundary) + bend.runup, _of(answer.runoff, boundary) + bend.runoff
         if span.limp:
             bent, bent_off = 0.0 * bent, 0.0 * bent_off
         return State(
@@ -50,7 +54,7 @@ class Spans:
             moment=span.bending * bent,
             moment_runoff=span.bending * bent_off,
             added=bend.runup + bend.natural_runup,
-            stiffness=(0.0 if span.limp else 1.0) * answer.runup[2] + jnp.zeros(2),
+            stiffness=(0.0 if span.limp else 1.0) * answer.runup[:, 2],
             bending=span.bending + jnp.zeros(()),
             turned=jnp.stack([yaw.tail, yaw.head]),
             direction=case.settings.direction + jnp.zeros(()),
@@ -79,4 +83,17 @@ class Spans:
     def tilt(self, state: State, off: RunOff, yaw: Yaw) -> jax.Array:
         """Roll of both spans at their middle [rad], shape (2,)."""
         boundary = self.boundary_values(state.travel, state.y, state.alpha, off, yaw)
-        return self.answer.mid_tilt @ boundary.ends + self.bend(boundary).tilt
+        return _of(self.answer.mid_tilt, boundary) + self.bend(boundary).tilt
+
+
+def held_answers(case: Case, effects: Sequence, span: Span) -> Response:
+    """What both spans answer to their ends as the pulleys hold them, rows (2, 5)."""
+    answer = jax.tree.map(lambda row: jnp.stack([row, row]), response(span))
+    for e in uses(effects, "hold"):
+        answer = e.hold(answer, span, case)
+    return answer
+
+
+def _of(rows, boundary: BoundaryValues) -> jax.Array:
+    """Rows (2, 5) of an answer times each span's boundary values, shape (2,)."""
+    return jnp.sum(rows * boundary.ends.T, axis=1)

@@ -4,32 +4,35 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
+from belt_sim.analytic.spans import held_answers
 from belt_sim.case import Case
 from belt_sim.jax_setup import compiled, in_float64
-from belt_sim.laws.span import response
 
-_response = compiled(response)  # op by op it would take a second
+_answers = compiled(held_answers)  # op by op it would take a second
 
 
 @in_float64
-def runup_weight(case: Case, model: Composition) -> float:
+def runup_weights(case: Case, model: Composition) -> tuple[float, float]:
     """w1 of y_u - y_o = L (w0 theta_o + w1 theta_u), w0 + w1 = 1, with kappa = 0 at the run-up [1].
 
-    Rope 1, beam of first order 2/3, beam of second order Shelton's curvature factor.
+    For the span that runs up the tail pulley, and the one that runs up the head pulley. Rope 1, beam of first order
+    2/3, beam of second order Shelton's curvature factor, for both.
     """
     span = model.span(case)
     if span.limp:
-        return 1.0
-    ky, _, ku, _, _ = _response(span).runup
-    return float(-ku / (ky * span.length))
+        return 1.0, 1.0
+    ky, _, ku, _, _ = np.asarray(_answers(case, model.built_in, span).runup).T
+    tail, head = -ku / (ky * span.length)
+    return float(tail), float(head)
 
 
 def steady_rate(case: Case, model: Composition) -> float:
     """Late drift w = dy/ds of all four points [m/m] for the last yaw of both schedules, without effects.
 
-    w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h), which is the sheet's formula for equal pulleys.
+    w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h), which is the sheet's formula for equal pulleys; w1 - w0 of one
+    span and of the other, should they be unlike, count half each.
     """
-    w1 = runup_weight(case, model)
+    w1 = sum(runup_weights(case, model)) / 2.0
     rig, settings = case.rig, case.settings
     yaw = float(settings.yaw.last() - settings.yaw_head.last())
     return rig.span_length * (2 * w1 - 1) * yaw / (2 * rig.span_length + rig.wrap_tail + rig.wrap_head)
@@ -40,9 +43,9 @@ def steady_offsets(case: Case, model: Composition) -> tuple[float, float]:
 
     y_1 - y_4 = L (w1 beta + w0 beta_h - w), y_3 - y_2 = L (-w1 beta_h - w0 beta - w), for travel direction +1.
     """
-    w, w1, length = steady_rate(case, model), runup_weight(case, model), case.rig.span_length
+    w, (up, low), length = steady_rate(case, model), runup_weights(case, model), case.rig.span_length
     tail, head = float(case.settings.yaw.last()), float(case.settings.yaw_head.last())
-    return length * (w1 * tail + (1 - w1) * head - w), length * (-w1 * head - (1 - w1) * tail - w)
+    return length * (up * tail + (1 - up) * head - w), length * (-low * head - (1 - low) * tail - w)
 
 
 def shelton_factor(kl):

@@ -110,7 +110,7 @@ def _exponent(cls: type[Effect], model: Composition, case: Case) -> list[str]:
 
 def _collinear(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str]:
     """Largest cosine between this effect's shapes and each library effect's, after the nuisances."""
-    others = [c for c in library().values() if model.refusal(c) is None]
+    others = [c for c in library().values() if model.refusal(c) is None and c is not cls]
     bench = workbench(campaign, model, [cls, *others])
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     ids = [cls.id, *(c.id for c in others)]

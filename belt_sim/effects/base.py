@@ -16,7 +16,7 @@ from belt_sim.errors import InputError
 from belt_sim.laws.inside import Bend, BoundaryValues
 from belt_sim.laws.runup import RunUp, State, Yaw
 from belt_sim.laws.sensor import Reading
-from belt_sim.laws.span import Span
+from belt_sim.laws.span import Response, Span
 from belt_sim.laws.wrap import RunOff
 from belt_sim.pytree import pytree
 from belt_sim.scene_parts import SceneParts
@@ -24,7 +24,7 @@ from belt_sim.scene_parts import SceneParts
 LAWS = ("span", "run-up", "wrap", "drive", "sensor")
 #: hooks of an effect by what asks them: before an engine, an analytic engine, a 3D engine, after an engine
 BEFORE_ENGINE = ("settings",)
-IN_MARCH = ("span", "bend", "yaw", "runup", "slide", "wrap")
+IN_MARCH = ("span", "hold", "bend", "yaw", "runup", "slide", "wrap")
 IN_SCENE = ("scene",)
 AFTER_ENGINE = ("encoder", "sensor")
 HOOKS = (*BEFORE_ENGINE, *IN_MARCH, *IN_SCENE, *AFTER_ENGINE)
@@ -72,6 +72,10 @@ class Effect:
     def span(self, span: Span, case: Case) -> Span:
         """Span law: what the span is made of."""
         return span
+
+    def hold(self, answer: Response, span: Span, case: Case) -> Response:
+        """Run-up law: how the pulleys hold the ends of the spans; rows (2, 5), the span up the tail pulley first."""
+        return answer
 
     def influence(self, span: Span, case: Case) -> Any:
         """What ``bend`` has to know of a span, worked out once before a march."""

@@ -42,12 +42,14 @@ class Span:
 class Response:
     """A span's answer to its boundary values d = (y_u - y_o [m], theta_o, theta_u, phi_o, phi_u [rad]).
 
-    runup, runoff: curvature kappa at the run-up and the run-off end per unit of d, shape (5,) each;
-    mid_tilt: roll phi at mid-span per unit of d, shape (5,).
+    runup, runoff: curvature kappa at the run-up and the run-off end, twist_runup, twist_runoff: rate of twist phi'
+    there [rad/m], mid_tilt: roll phi at mid-span, each per unit of d; shape (5,), or (2, 5) for two spans.
     """
 
     runup: jnp.ndarray
     runoff: jnp.ndarray
+    twist_runup: jnp.ndarray
+    twist_runoff: jnp.ndarray
     mid_tilt: jnp.ndarray
 
 
@@ -117,6 +119,8 @@ def response(span: Span) -> Response:
     return Response(
         runup=f1[0, order] * scale / span.length,
         runoff=f0[0, order] * scale / span.length,
+        twist_runup=f1[2, order] * scale * roll / span.length,
+        twist_runoff=f0[2, order] * scale * roll / span.length,
         mid_tilt=mid[2, order] * scale * roll,
     )
 

@@ -19,6 +19,7 @@ from belt_sim.laws import span as span_law
 from belt_sim.laws.inside import Bend, BoundaryValues
 from belt_sim.laws.runup import RunUp, State, Yaw
 from belt_sim.laws.sensor import Reading
+from belt_sim.laws.span import Response
 from belt_sim.laws.wrap import RunOff
 from belt_sim.scene_parts import SceneParts
 
@@ -66,6 +67,11 @@ def any_arguments():
     return {
         "settings": (case.settings, case),
         "span": (span_law.beam_second_order(case), case),
+        "hold": (
+            Response(**{f.name: jnp.asarray(draw.normal(size=(2, 5))) for f in fields(Response)}),
+            span_law.strip(case),
+            case,
+        ),
         "bend": (Bend(**{f.name: jnp.asarray(pair()) for f in fields(Bend)}), held, case),
         "yaw": (yaw, now, case),
         "runup": (RunUp(drift=jnp.asarray(pair()), turn=jnp.asarray(pair())), now, case),

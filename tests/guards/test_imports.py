@@ -1,0 +1,75 @@
+"""Importing the package changes nothing outside it, and it computes in float64 whatever the caller's JAX is set to."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+from paper_cases import paper_case
+
+from belt_sim.effects.library import library
+from belt_sim.paths import ROOT
+from belt_sim.registry import model_named
+
+ROUNDING = 1e-9  # relative: without prepare() XLA fuses multiply-adds, which shifts last bits; float32 would give 1e-4
+
+IMPORT_ALL = """
+import importlib, json, logging, os, pkgutil, sys, warnings
+import jax, numpy as np
+import belt_sim
+def outside():
+    return [dict(os.environ), dict(jax.config.values), list(map(str, warnings.filters)), np.geterr(),
+            {n: logging.getLogger(n).level for n in ("", "jax", "hydra")}, sys.getrecursionlimit()]
+def load(name):
+    try:
+        importlib.import_module(name)
+    except ModuleNotFoundError as missing:
+        if missing.name.startswith("belt_sim"):
+            raise
+names = [m.name for m in pkgutil.walk_packages(belt_sim.__path__, "belt_sim.") if not m.name.endswith("__main__")]
+for other in ("mujoco", "matplotlib", "pandas", "hydra", "rerun", "scipy.stats", "omegaconf"):
+    importlib.import_module(other)  # what these do to the process is their own business
+before = json.dumps(outside(), default=str)
+for name in names:
+    load(name)
+after = json.dumps(outside(), default=str)
+print(json.dumps([len(names), before == after, [a for a, b in zip(before.split(","), after.split(",")) if a != b][:9]]))
+"""
+
+RUN_UNPREPARED = """
+import json
+from paper_cases import paper_case
+from belt_sim.effects.library import library
+from belt_sim.registry import model_named
+import jax.numpy as jnp
+play = library()["yaw_backlash"](half=1e-4)
+gain = library()["sensor_gain"](g1=0.1)
+curves = model_named("strip").run(paper_case(10), (play, gain), travel=20.0)
+print(json.dumps([str(jnp.ones(1).dtype), str(curves.y.dtype), curves.y[:, -1].tolist()]))
+"""
+
+
+def _said(program: str):
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=ROOT,
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}", "HOME": "/nonexistent"},
+    )
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def test_importing_every_module_changes_nothing_global():
+    count, same, differences = _said(IMPORT_ALL)
+    assert count > 100
+    assert same, differences
+
+
+def test_a_run_is_in_float64_without_any_set_up_and_leaves_jax_as_it_was():
+    outside, inside, ends = _said(RUN_UNPREPARED)
+    assert (outside, inside) == ("float32", "float64")
+    effects = (library()["yaw_backlash"](half=1e-4), library()["sensor_gain"](g1=0.1))
+    prepared = model_named("strip").run(paper_case(10), effects, travel=20.0)
+    np.testing.assert_allclose(ends, prepared.y[:, -1], rtol=ROUNDING)
