@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from paper_cases import BELT, RIG, YAW, affected, marched, paper_case, steered
@@ -12,6 +13,7 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.laws.span import response, strip
 
 TRAVEL = 14.0  # [m], records 0.14 m apart
 SLOPES = 0.01  # of the yaw: slopes of cubics through records that a ramp's ends fall between
@@ -106,3 +108,31 @@ def test_a_belt_that_creeps_on_the_pulleys_leans_back_in_the_spans():
     c = march(case, analytic_model("beam_th2"), (Creep(d=size),), travel=400.0, step=0.1)
     np.testing.assert_allclose(c.y[:3:2, 1], size * c.travel[1], rtol=EARLY)
     np.testing.assert_allclose(late_rates(c), size * RIG.span_length / (RIG.span_length + RIG.wrap_tail), rtol=1e-3)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Rolled(Effect):
+    """Ends of the spans that are rolled, and nothing else: yaw makes so little roll that it would not show."""
+
+    id = "rolled"
+    law = "drive"
+    reference = "none: for this test"
+    parameters = {n: Parameter(unit="rad", meaning=n, plausible=(-1, 1), scale=1e-2) for n in ("phi_u", "phi_o")}
+    phi_u: float = 0.0
+    phi_o: float = 0.0
+
+    def yaw(self, yaw, state, case):
+        up, off = (jnp.stack([roll, -0.3 * roll]) for roll in (self.phi_u, self.phi_o))
+        return replace(yaw, roll_runup=yaw.roll_runup + up, roll_runoff=yaw.roll_runoff + off)
+
+
+@pytest.mark.parametrize("rolls", [{"phi_u": 0.01}, {"phi_o": 0.01}], ids=["run-up", "run-off"])
+def test_the_belt_turns_on_its_pulleys_by_the_curvature_that_rolled_ends_give_it(rolls):
+    """dalpha/ds = -kappa, at first k_phi phi of the hanging span's response."""
+    case = paper_case(10, 0.0)
+    known = response(strip(case)).runup[4 if "phi_u" in rolls else 3]
+    c = march(case, analytic_model("strip"), (Rolled(**rolls),), travel=3.0)
+    for point, roll in ((0, 0.01), (2, -0.003)):
+        turn = CubicSpline(c.travel, c.angle[point])(0.0, 1)
+        assert turn == pytest.approx(-float(known) * roll, rel=EARLY)
