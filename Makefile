@@ -7,14 +7,14 @@ STAMP := $(VENV)/.installed
 
 setup: $(STAMP)
 
-$(STAMP): pyproject.toml
+$(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --upgrade pip
-	$(BIN)/pip install --quiet -e '.[dev]'
+	$(BIN)/pip install --quiet --upgrade -c constraints.txt pip
+	$(BIN)/pip install --quiet -c constraints.txt -e '.[dev,watch,studies]'
 	touch $(STAMP)
 
 demo: setup
-	$(BIN)/python -m belt_sim.demo
+	$(BIN)/belt-sim demo
 
 test: setup
 	$(BIN)/python -m pytest -n 2 --dist loadfile
@@ -23,13 +23,12 @@ test-long: setup
 	$(BIN)/python -m pytest -m long
 
 bench: setup
-	$(BIN)/pip install --quiet -e '.[dev,bench]'
-	$(BIN)/python -m belt_sim.bench
-	$(BIN)/python -m belt_sim.bench.space
+	$(BIN)/python -m studies.bench
+	$(BIN)/python -m studies.bench.space
 
 lint: setup
-	$(BIN)/ruff check belt_sim tests
-	$(BIN)/ruff format --check belt_sim tests
+	$(BIN)/ruff check belt_sim studies tests
+	$(BIN)/ruff format --check belt_sim studies tests
 	$(BIN)/mypy
 
 clean:

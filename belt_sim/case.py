@@ -37,7 +37,7 @@ class Schedule:
         at, over, change = (np.concatenate([np.asarray(a), np.asarray(b)]) for a, b in pairs)
         return Schedule(at=at, over=over, change=change)
 
-    def last(self):
+    def last(self) -> Numbers:
         """The angle that the schedule ends at [rad]."""
         return self.change.sum(axis=-1)
 
@@ -68,16 +68,16 @@ class Case:
     settings: Settings
 
     @property
-    def tension_force(self):
+    def tension_force(self) -> Numbers:
         """F = sigma b h [N]."""
         return self.settings.tension * self.belt.area
 
     @property
-    def weight_per_length(self):
+    def weight_per_length(self) -> Numbers:
         """q = rho g b h [N/m]."""
         return self.belt.mass_per_length * self.rig.gravity
 
     @property
-    def sag_curvature(self):
+    def sag_curvature(self) -> Numbers:
         """Z = q / F, the vertical curvature of the hanging span [1/m]."""
         return self.weight_per_length / self.tension_force

@@ -17,6 +17,7 @@ COMMANDS = {
     "virtual-rig": "make a campaign with a hidden effect",
     "reveal": "what was hidden in such a campaign",
     "report": "write the report of a diagnosis again",
+    "demo": "a diagnosis of a campaign that ships, into outputs/demo",
 }
 
 
@@ -33,6 +34,10 @@ def run(arguments: list[str]) -> int:
     command = arguments[0]
     if command not in COMMANDS:
         return _complain(f"command = {command}: use one of {', '.join(COMMANDS)}")
+    if command == "demo":
+        from belt_sim.demo import demo
+
+        return demo() if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
     reason = refused(arguments[1:])
     if reason:
         return _complain(reason)

@@ -40,7 +40,7 @@ def late_rates(curves: Curves, share: float = LATE_SHARE) -> np.ndarray:
     late = travel >= travel[-1] - share * (travel[-1] - travel[0])
     s = travel[late] - travel[late].mean()
     y = np.asarray(curves.y)[:, late]
-    return (y - y.mean(axis=1, keepdims=True)) @ s / (s @ s)
+    return np.asarray((y - y.mean(axis=1, keepdims=True)) @ s / (s @ s))
 
 
 def offsets(curves: Curves) -> tuple[float, float]:

@@ -14,7 +14,7 @@ class InputError(BeltError, ValueError):
         self.name, self.value, self.unit, self.remedy = name, value, unit, remedy
         super().__init__(f"{name} = {value}{' ' + unit if unit else ''}: {remedy}")
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.name, self.value, self.unit, self.remedy)
 
 

@@ -7,7 +7,7 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from belt_sim.paths import ROOT
+from belt_sim.paths import INSTALLED, ROOT
 
 PACKAGES = ("belt-sim", "mujoco", "jax", "numpy", "scipy", "hydra-core")
 
@@ -35,6 +35,9 @@ def _version(package: str) -> str | None:
 
 
 def _commit() -> str | None:
+    """Of the checkout; None for an installed package, whatever repository it may lie in."""
+    if INSTALLED or not (ROOT / ".git").exists():
+        return None
     try:
         done = subprocess.run(
             ["git", "-C", str(ROOT), "rev-parse", "HEAD"], capture_output=True, text=True, timeout=5, check=False

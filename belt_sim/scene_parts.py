@@ -6,10 +6,12 @@ An effect's geometric half and a virtual rig change these parts; ``belt_sim.mujo
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from belt_sim.case import Case
+from belt_sim.pytree import Numbers
 
 #: natural in-plane curvature [1/m] at places s [m] along the belt
 Camber = Callable[[np.ndarray], np.ndarray]
@@ -35,7 +37,7 @@ class PulleySurface:
     wobble_phase: float = 0.0
     yaw_compliance: float = 0.0
 
-    def radius_at(self, y, angle):
+    def radius_at(self, y: Numbers, angle: Numbers) -> Numbers:
         """Radius [m] at lateral position y [m] and material angle [rad] (from the top towards +x at travel 0).
 
         R (1 + taper y - crown y^2 / 2) - wobble y sin(angle - phase): the last term is the offset of a tilted axis.
@@ -104,6 +106,6 @@ class SceneParts:
         there = self.camber
         return replace(self, camber=camber if there is None else lambda s: there(s) + camber(s))
 
-    def with_guide(self, **values) -> "SceneParts":
+    def with_guide(self, **values: Any) -> "SceneParts":
         """With one more EdgeGuide of these values."""
         return replace(self, edge_guides=(*self.edge_guides, EdgeGuide(**values)))

@@ -7,26 +7,24 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim import si
+from belt_sim import paper, si
 from belt_sim.analytic.march import march_traced
 from belt_sim.analytic.model import MODELS, AnalyticModel
-from belt_sim.case import Case, Schedule, Settings
+from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.library import library
-from belt_sim.rig import Belt, Rig
+from belt_sim.paper import TEST_RIG as RIG
+from belt_sim.rig import Rig
 
-YAW = 0.042 * si.DEGREE  # [rad], size of the paper's yaw
+YAW = -paper.YAW  # [rad], size of the paper's yaw
 RECORDS, STRIDE, SLOTS, LANES = 100, 20, 128, 8  # one shape for all marches: one compilation a model
 STEPS = RECORDS * STRIDE
-RIG = Rig(centre_distance=11.28, head_radius=0.17, tail_radius=0.17)
-EFFECTS = library()
-BELT = Belt(width=0.2, thickness=3e-4, youngs_modulus=210e9, density=7850.0)
+BELT, EFFECTS = paper.PAPER_BELT, library()
 
 
-def paper_case(tension: float, yaw: float = YAW, rig: Rig = RIG, **changes) -> Case:
+def paper_case(tension: float, yaw: float = YAW, rig: Rig = RIG, **settings) -> Case:
     """The test rig at ``tension`` [N/mm2] after a yaw step [rad] at travel 0; further fields of Settings as named."""
-    settings = Settings(tension=tension * si.N_PER_MM2, yaw=Schedule.step(yaw), **changes)
-    return Case(rig=rig, belt=BELT, settings=settings)
+    return paper.paper_case(tension * si.N_PER_MM2, yaw, rig, **settings)
 
 
 def steered(case: Case, yaw: Schedule) -> Case:

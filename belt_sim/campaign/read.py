@@ -7,6 +7,7 @@ from belt_sim.campaign.nouns import Campaign, Run, SteadyRate
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
 from belt_sim.campaign.runs import RunRows, read_runs, read_signals, read_steady
 from belt_sim.campaign.sheet import read_sheet
+from belt_sim.campaign.shipped import campaign_folder, shipped
 
 REQUIRED_FILES = ("campaign.yaml", "runs.csv")
 DATA_FILES = ("signals.csv", "steady.csv")
@@ -18,9 +19,9 @@ def read_campaign(folder: str | Path) -> Campaign:
 
     Optional parts and what stands for them: every ``u`` 0, poisson_ratio 0.3, zero, gain and wander 0,
     settings exact, yaw_head 0, speed 0.5 m/s, direction 1, yaw_at 0, use fit; no time.
-    Other files in the folder are left alone.
+    Other files in the folder are left alone. A shipped campaign may be named without its path.
     """
-    folder = Path(folder)
+    folder = campaign_folder(folder)
     problems: list[Problem] = []
     contents = _contents(folder, problems)
     texts = {name: text for name, data in contents.items() if (text := _text(name, data, problems)) is not None}
@@ -52,7 +53,10 @@ def _contents(folder: Path, problems: list[Problem]) -> dict[str, bytes]:
         present = sorted(path.name for path in folder.iterdir())
     except (OSError, ValueError) as error:
         what = "there is no such folder" if isinstance(error, FileNotFoundError) else "is not a folder that can be read"
-        problems.append(Problem(file=str(folder), remedy=f"{what}; name a folder with campaign.yaml and runs.csv"))
+        remedy = f"{what}; name a folder with campaign.yaml and runs.csv"
+        if str(folder) == folder.name:
+            remedy += f", or a campaign that ships: {', '.join(shipped())}"
+        problems.append(Problem(file=str(folder), remedy=remedy))
         raise CampaignError(problems) from None
     others = [name for name in present if name not in FILES]
     missing = [name for name in REQUIRED_FILES if name not in present]

@@ -8,6 +8,7 @@ from belt_sim.commands.run_folder import done_before, plain, run_folder
 from belt_sim.commands.tell import tell_diagnosis
 from belt_sim.errors import InputError
 from belt_sim.files import write_json, write_text
+from belt_sim.watch.asked import watch_asked
 
 MIN_BOOTSTRAPS = 100
 
@@ -26,6 +27,7 @@ def diagnose_into(config: dict[str, Any], folder: Path) -> dict[str, Any]:
     count = config["bootstraps"]
     if not isinstance(count, int) or count < MIN_BOOTSTRAPS:
         raise InputError("bootstraps", count, "", f"give a whole number of at least {MIN_BOOTSTRAPS}")
+    watch = watch_asked(config["watch"], "auto", "rrd")
     model, campaign = model_from(config), campaign_from(config)
     classes = candidates(config, model)
     admitted = _admit(config, model, classes, campaign)
@@ -47,7 +49,7 @@ def diagnose_into(config: dict[str, Any], folder: Path) -> dict[str, Any]:
     content = describe(d, seed=int(config["seed"]), config=config)
     if admitted:
         content["admitted"] = admitted
-    _leave(d, content, config, folder)
+    _leave(d, content, config | {"watch": watch}, folder)
     tell_diagnosis(content, folder)
     return content
 

@@ -1,12 +1,12 @@
 """What compare and diagnose share: reading the campaign and choosing model and candidates."""
 
-from pathlib import Path
 from typing import Any
 
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.analytic.ritzinger import RitzingerFormula
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.effects.base import Effect
+from belt_sim.effects.library import tried
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.model import Model
@@ -15,7 +15,7 @@ from belt_sim.registry import model_named
 
 def campaign_from(config: dict[str, Any]) -> Campaign:
     """The campaign of a configuration."""
-    return read_campaign(Path(str(config["campaign"])))
+    return read_campaign(str(config["campaign"]))
 
 
 def model_from(config: dict[str, Any], *, curves: bool = True) -> Any:
@@ -35,8 +35,7 @@ def candidates(config: dict[str, Any], model: AnalyticModel) -> list[type[Effect
     if not classes:
         raise InputError("effects", "[]", "", "name at least one candidate, or null for the library")
     if config["effects"] is None:
-        classes = {i: c for i, c in classes.items() if i not in config["leave_out"]}
-        return [c for c in classes.values() if model.refusal(c) is None]
+        return [c for c in tried(config["leave_out"]).values() if model.refusal(c) is None]
     for cls in classes.values():
         reason = model.refusal(cls)
         if reason:

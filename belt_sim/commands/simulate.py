@@ -17,6 +17,7 @@ from belt_sim.model import Model, SteadyModel
 from belt_sim.provenance import provenance
 from belt_sim.registry import IN_SPACE, model_named
 from belt_sim.tables import write_curves
+from belt_sim.watch.asked import watch_asked
 
 SUMMARY = "belt-summary/1"
 
@@ -24,8 +25,7 @@ SUMMARY = "belt-summary/1"
 def run(cfg: Any) -> None:
     """Run one simulation and leave summary.json, curves.csv and pictures in the run folder."""
     config, folder = plain(cfg), run_folder()
-    if config["watch"] not in (None, "rrd", "rerun"):
-        raise InputError("watch", config["watch"], "", "use null, rrd or rerun")
+    watch_asked(config["watch"], "rrd", "rerun")
     if not isinstance(config["pictures"], bool):
         raise InputError("pictures", config["pictures"], "", "use true or false")
     if done_before(folder, config):

@@ -61,6 +61,9 @@ class Effect:
     on_belt: ClassVar[bool] = False
     #: belt revolutions that a record must cover before the effect can be told from a slow movement
     min_revolutions: ClassVar[float] = 0.0
+    #: True for what a diagnosis tries only when it is named: a look-alike of others in most data, or without a
+    #: derivative where the search begins
+    only_when_named: ClassVar[bool] = False
     #: True for what answers to the belt's moment, and so must be asked after all else that turns a pulley
     last: ClassVar[bool] = False
     parameters: ClassVar[dict[str, Parameter]] = {}

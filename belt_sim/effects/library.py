@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+from collections.abc import Sequence
 from functools import cache
 
 from belt_sim import effects
@@ -15,6 +16,11 @@ def library() -> dict[str, type[Effect]]:
     for module in pkgutil.iter_modules(effects.__path__):
         found |= effects_in(importlib.import_module(f"belt_sim.effects.{module.name}"))
     return dict(sorted(found.items()))
+
+
+def tried(leave_out: Sequence[str] | None = None) -> dict[str, type[Effect]]:
+    """The library without ``leave_out`` (null: without what is tried only when it is named)."""
+    return {i: c for i, c in library().items() if (not c.only_when_named if leave_out is None else i not in leave_out)}
 
 
 def effects_in(module) -> dict[str, type[Effect]]:

@@ -17,6 +17,7 @@ class SensorOffset(Effect):
     law = "sensor"
     reference = "physics sheet, section 7"
     parity = "even"
+    only_when_named = True
     tension_exponent = 0.0
     parameters = at_points("c", unit="m", meaning="offset", plausible=(-2e-2, 2e-2), scale=2e-4)
     c1: float = 0.0

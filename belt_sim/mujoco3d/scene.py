@@ -5,7 +5,6 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -17,9 +16,10 @@ from belt_sim.mujoco3d.loop import Loop, laid_loop
 from belt_sim.mujoco3d.natural import curved
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.tensioning import Apart
+from belt_sim.paths import MODELS
 from belt_sim.scene_parts import EdgeGuide, PulleySurface, SceneParts
 
-STATION = Path(__file__).resolve().parents[2] / "models" / "pulley_station.xml"
+STATION = MODELS / "pulley_station.xml"
 #: qpos (and dof) addresses of the pulleys; the nodes follow.
 HEAD_YAW, HEAD_SPIN, TAIL_SLIDE, TAIL_YAW, TAIL_SPIN = range(5)
 _STATION_DOFS = 5

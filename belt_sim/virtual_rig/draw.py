@@ -10,8 +10,7 @@ import numpy as np
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig.dirty import DIRT
 from belt_sim.virtual_rig.fault import Fault
-from belt_sim.virtual_rig.library import COMMON, STRANGERS, fault_class, fault_of
-from belt_sim.virtual_rig.machine_faults import Wobble
+from belt_sim.virtual_rig.library import LOT, STRANGERS, fault_class, fault_of
 from belt_sim.virtual_rig.plan import Noise, Plan
 from belt_sim.virtual_rig.size import Ruler, fault_of_size, scaled
 
@@ -69,7 +68,7 @@ def by_lot(plan: Plan, rule_of, base: str, rng: np.random.Generator) -> Hidden:
         return Hidden(kind=kind, dirty=str(rng.choice(sorted(DIRT))))
     if kind == "outside":
         return _stranger(plan, rule_of(), rng)
-    names = [*COMMON, "sag_roll"] if base == "beam_th2" else list(COMMON)
+    names = [cls.id for cls in LOT if base not in cls.part_of]
     wanted = {
         "library": lambda: [float(rng.choice(SIZES))],
         "two": lambda: [float(rng.choice(_TWO_SIZES)) for _ in range(2)],
@@ -87,13 +86,12 @@ def noise_by_lot(noise: Noise, rng: np.random.Generator) -> Noise:
 def shaped(name: str, plan: Plan, rng: np.random.Generator) -> Fault:
     """A fault of typical size with its sign, place and phase drawn."""
     cls = fault_class(name)
-    sign = 1.0 if cls.positive or name == "sag_roll" else float(rng.choice((-1.0, 1.0)))
-    sizes = {n: s.typical for n, s in cls.sizes.items()}
-    if name == "edge_profile":
+    sign = 1.0 if cls.positive or cls.fixed else float(rng.choice((-1.0, 1.0)))
+    sizes = _sizes(cls, plan)
+    if cls.mixed:
         chosen = {n: v * rng.standard_normal() for n, v in sizes.items()}
     else:
-        here = [n for n in sizes if not _of_sensor(name) or f"point_{n[-1]}" in plan.signals.values()]
-        picked = str(rng.choice(here))
+        picked = str(rng.choice(list(sizes)))
         chosen = {picked: sign * sizes[picked]}
     extras = {
         "phase": rng.uniform(0, 2 * math.pi),
@@ -104,8 +102,9 @@ def shaped(name: str, plan: Plan, rng: np.random.Generator) -> Fault:
     return cls(**{n: float(v) for n, v in chosen.items()}, **{n: v for n, v in extras.items() if n in known})
 
 
-def _of_sensor(name: str) -> bool:
-    return name in ("sensor_gain", "sensor_offset", "sensor_drift")
+def _sizes(cls: type[Fault], plan: Plan) -> dict[str, float]:
+    """Typical sizes of the parameters that the plan's sensors can show."""
+    return {n: s.typical for n, s in cls.sizes.items() if not s.place or s.place in plan.signals.values()}
 
 
 def _of_library(kind, names, wanted, plan: Plan, rule: Ruler, rng) -> Hidden:
@@ -116,7 +115,7 @@ def _of_library(kind, names, wanted, plan: Plan, rule: Ruler, rng) -> Hidden:
         for _ in range(_ATTEMPTS):
             name = str(rng.choice([n for n in names if n not in {f.id for f in faults}]))
             fault = shaped(name, plan, rng)
-            if name == "sag_roll":
+            if fault.fixed:
                 found = float(rule.sizes([fault])[0])
             else:
                 fault, found = fault_of_size(rule, fault, size)
@@ -166,20 +165,14 @@ def _tangents(rule: Ruler) -> dict[str, np.ndarray]:
     """Library effect -> what its parameters change, reduced, shape (readings, parameters)."""
     directions = _directions(rule.plan)
     columns: dict[str, list[np.ndarray]] = {}
-    for (name, _), change in zip(directions, rule.changes([f for _, f in directions]), strict=True):
-        columns.setdefault(name, []).append(rule.reduced(change))
+    for fault, change in zip(directions, rule.changes(directions), strict=True):
+        columns.setdefault(fault.id, []).append(rule.reduced(change))
     return {name: np.stack(cols, axis=1) for name, cols in columns.items()}
 
 
-def _directions(plan: Plan) -> list[tuple[str, Fault]]:
-    """Every library effect along each of its parameters, small."""
-    here = {place[-1] for place in plan.signals.values()}
-    out = []
-    for name in COMMON:
-        cls = fault_class(name)
-        for parameter, size in cls.sizes.items():
-            if not _of_sensor(name) or parameter[-1] in here:
-                out.append((name, cls(**{parameter: size.typical})))
-        if name == "wobble":
-            out.append((name, Wobble(beta_1=Wobble.sizes["beta_1"].typical, phase=math.pi / 2)))
-    return out
+def _directions(plan: Plan) -> list[Fault]:
+    """Every library effect along each of its parameters, small; what swings, also a quarter turn later."""
+    scalable = [cls for cls in LOT if not cls.fixed]
+    along = [cls(**{n: v}) for cls in scalable for n, v in _sizes(cls, plan).items()]
+    swinging = [f for f in along if "phase" in f.parameters()]
+    return along + [replace(f, **{"phase": math.pi / 2}) for f in swinging]

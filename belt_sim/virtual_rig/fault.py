@@ -1,71 +1,86 @@
-"""What a faultless line does not have: the hooks of a fault and the size of its parameters."""
+"""What a faultless line does not have: the hooks of a fault, the size of its parameters, how it is drawn by lot."""
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from belt_sim.virtual_rig.line import Line
-    from belt_sim.virtual_rig.travel import Journey
+from belt_sim.case import Case
+from belt_sim.scene_parts import SceneParts
+from belt_sim.virtual_rig.line import Line
 
 TAIL = np.array([[1.0], [0.0]])  # a turn on the tail pulley only
 
 
 @dataclass(frozen=True, kw_only=True)
 class Size:
-    """SI unit of a parameter, a typical size, and the largest one that a real machine would have."""
+    """SI unit of a parameter, a typical size, and the largest one that a real machine would have.
+
+    place: the sensor that it belongs to; it is drawn only where the plan has one there.
+    """
 
     unit: str
     typical: float
     limit: float
+    place: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fault:
     """A departure from the faultless line; parameters are SI numbers or arrays (batch,), and 0 is no fault.
 
-    A fault overrides the hooks that it needs; the others change nothing. ``sizes`` names its parameters, the
-    leading ones first; ``positive``: negative sizes have no meaning.
+    A fault is one file of ``faults`` (the twin of an effect) or of ``strangers``, named by its id. It overrides the
+    hooks that it needs; the others change nothing. ``sizes`` names its parameters, the leading ones first; further
+    fields (a phase, a seed, a wavelength) have no size of their own.
     """
 
     id: ClassVar[str] = ""
     sizes: ClassVar[dict[str, Size]] = {}
+    #: negative sizes have no meaning
     positive: ClassVar[bool] = False
+    #: place among what ``hidden=random`` draws from, 0 = never; the order decides what a seed draws
+    lot: ClassVar[int] = 0
+    #: nature gives the size: it is drawn as typical, never scaled, turned round or taken as linear
+    fixed: ClassVar[bool] = False
+    #: the sizes mean something together only, and are drawn all at once
+    mixed: ClassVar[bool] = False
+    #: base laws that contain it already
+    part_of: ClassVar[tuple[str, ...]] = ()
 
-    def set(self, line: "Line") -> "Line":
+    def set(self, line: Line) -> Line:
         """The line with its constants changed."""
         return line
 
-    def prepared(self, line: "Line") -> "Fault":
-        """The fault with what it needs to know of the line worked out, before a march."""
-        return self
-
-    def yaw(self, s: float, line: "Line"):
+    def yaw(self, s: float, line: Line):
         """Angle added to the tail pulley's yaw at travel s [rad]."""
         return 0.0
 
-    def turn(self, s: float, line: "Line", y, kappa):
+    def turn(self, s: float, line: Line, y, kappa):
         """Curvature added to kappa where the belt runs up [1/m]; y, kappa, result: shape (2, batch)."""
         return 0.0
 
-    def slide(self, s: float, line: "Line"):
+    def slide(self, s: float, line: Line):
         """Factor on the lateral velocity where the belt runs up, scalar or (batch,)."""
         return 1.0
 
-    def travelled(self, shown, line: "Line"):
+    def travelled(self, shown, line: Line):
         """True travel when the recorder shows ``shown`` [m]."""
         return shown
 
-    def read(self, value, place: str, s, journey: "Journey"):
+    def read(self, value, place: str, s, line: Line):
         """What a sensor at ``place`` shows instead of ``value``, at true travel s; all shape (n, batch)."""
         return value
 
+    def scene(self, parts: SceneParts, case: Case) -> SceneParts:
+        """A three-dimensional scene with its parts changed, from travel 0 on: what the machine is, not a law."""
+        return parts
+
     def parameters(self) -> dict[str, float]:
         """Parameter name -> value [SI]."""
-        return {f.name: getattr(self, f.name) for f in fields(self) if f.init}
+        return dict(vars(self))
 
 
-def overriding(faults, hook: str) -> list:
-    """Those faults that override a hook."""
-    return [f for f in faults if getattr(type(f), hook) is not getattr(Fault, hook)]
+def overrides(fault: Fault | type[Fault], hook: str) -> bool:
+    """Whether a fault has a hook of its own."""
+    cls = fault if isinstance(fault, type) else type(fault)
+    return getattr(cls, hook) is not getattr(Fault, hook)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from belt_sim.campaign import write_campaign
+from belt_sim.campaign.shipped import campaign_folder
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Noise, Plan
 from belt_sim.virtual_rig.seal import Truth, reveal, seal
@@ -29,4 +30,4 @@ def run_virtual_rig(
 
 def run_reveal(folder: str | Path) -> Truth:
     """The truth of a campaign folder, checked against its published hash."""
-    return reveal(folder)
+    return reveal(campaign_folder(folder))

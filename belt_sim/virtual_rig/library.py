@@ -1,34 +1,25 @@
-"""Faults by id: those of the catalogue that a fitter may know, and strangers that none knows."""
+"""Faults by id, found by looking into two folders: those that a fitter may know, and strangers that none knows."""
+
+import importlib
+import pkgutil
+from pathlib import Path
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import machine_faults, sensor_faults, strangers, weld
 from belt_sim.virtual_rig.fault import Fault
 
 
-def _in(*modules) -> dict[str, type[Fault]]:
-    classes = [v for m in modules for v in vars(m).values() if isinstance(v, type) and issubclass(v, Fault)]
-    return {c.id: c for c in classes if c.id}
+def _in(folder: str) -> dict[str, type[Fault]]:
+    """Fault classes that the files of a folder define, by id in alphabetical order."""
+    names = [m.name for m in pkgutil.iter_modules([str(Path(__file__).parent / folder)])]
+    modules = [importlib.import_module(f"{__package__}.{folder}.{name}") for name in sorted(names)]
+    own = [v for m in modules for v in vars(m).values() if getattr(v, "__module__", "") == m.__name__]
+    return {c.id: c for c in own if isinstance(c, type) and issubclass(c, Fault)}
 
 
-CATALOGUE = _in(machine_faults, sensor_faults, weld)
-STRANGERS = _in(strangers)
-#: What ``hidden=random`` draws from: the effects that every fitter of this project has to know.
-COMMON = (
-    "yaw_offset_tail",
-    "yaw_offset_head",
-    "cant",
-    "taper",
-    "crown",
-    "wobble",
-    "soft_cover",
-    "slip",
-    "yaw_compliance",
-    "tension_bias",
-    "encoder_scale",
-    "sensor_gain",
-    "sensor_drift",
-    "edge_profile",
-)
+CATALOGUE = _in("faults")
+STRANGERS = _in("strangers")
+#: What ``hidden=random`` draws from, in the order of the lot.
+LOT = tuple(sorted((c for c in CATALOGUE.values() if c.lot), key=lambda c: c.lot))
 
 
 def fault_class(name: str) -> type[Fault]:

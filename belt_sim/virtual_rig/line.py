@@ -1,6 +1,7 @@
 """A batch of belt lines as they truly are: machine, belt, settings and constant faults, one entry a run."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,7 +17,8 @@ class Line:
     yaw_at; offset_tail, offset_head: angles that they are off from travel 0 on; sag_roll: share of the
     sag-roll coupling, 0 for a flat strip (Th2), 1 for the strip; friction: mu of the capped entry moment;
     cover: extra rotation per metre and moment [1/(N m2)]; compliance [rad/(N m)] of the tail pulley's yaw;
-    cant [rad] of the tail pulley; decay: share of the tension that is lost over decay_length [m].
+    cant [rad] of the tail pulley; layer: share of the bending
+    layer with which the belt leaves its pulleys; decay: share of the tension that is lost over decay_length [m].
     """
 
     run: np.ndarray
@@ -24,6 +26,7 @@ class Line:
     wrap_tail: np.ndarray
     wrap_head: np.ndarray
     tail_radius: np.ndarray
+    head_radius: np.ndarray
     width: np.ndarray
     thickness: np.ndarray
     youngs_modulus: np.ndarray
@@ -43,6 +46,7 @@ class Line:
     cover: np.ndarray
     compliance: np.ndarray
     cant: np.ndarray
+    layer: np.ndarray
     decay: np.ndarray
     decay_length: np.ndarray
 
@@ -86,12 +90,41 @@ class Line:
         """Part of the cant that acts as yaw: -gamma sin(psi), the belt landing psi = Z L/2 before the top."""
         return -self.cant * np.sin(self.sag_curvature * self.span_length / 2)
 
-    def span(self, tension_share: float | np.ndarray = 1.0) -> Span:
-        """The response of the free spans at a share of the tension."""
+    def span(self, tension_share: float | np.ndarray = 1.0, *, to_tail: bool = True) -> Span:
+        """The response at a share of the tension of the free span that runs to the tail (or to the head) pulley."""
         line = replace(self, stress=self.stress * tension_share)
         coupling = line.sag_roll * line.sag_curvature
-        return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling)
+        yields = line.end_yields(to_tail) if np.any(self.layer) else None
+        return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling, yields)
 
+    def end_yields(self, to_tail: bool) -> tuple[np.ndarray, np.ndarray]:
+        """How run-off and run-up give way to the span: (slope, tilt) per (couple about z, couple about x), symmetric.
+
+        Shape (batch, 2, 2) each [rad/(N m)]. A fibre under the tension n b h per width lifts off where its bending
+        layer, sqrt(D/(sigma h)) long, begins; a couple about z spreads n over the width by 1/T of itself.
+        """
+        plate = self.youngs_modulus * self.thickness**3 / (12 * (1 - self.poisson_ratio**2))
+        length = np.sqrt(plate / (self.stress * self.thickness))
+        upper = np.where((self.direction > 0) == to_tail, 1.0, -1.0)
+        pulleys = (self.head_radius, self.tail_radius) if to_tail else (self.tail_radius, self.head_radius)
+        found = []
+        for radius, at_runup in zip(pulleys, (-1.0, 1.0), strict=True):
+            slope = -self.layer * length**3 / (8 * radius**2) / self.torsion
+            cross = at_runup * upper * self.layer * length**2 / (2 * radius) / self.torsion
+            found.append(np.stack([np.stack([slope, cross], -1), np.stack([cross, 0 * cross], -1)], -2))
+        return found[0], found[1]
+
+    def passing(self, place: str, s):
+        """Which part of the belt lies at a point at travel s [m], counted from what was at point 4 at travel 0."""
+        along = {
+            "point_4": 0.0 * self.span_length,
+            "point_1": self.span_length,
+            "point_2": self.span_length + self.wrap_tail,
+            "point_3": 2 * self.span_length + self.wrap_tail,
+        }
+        return along[place] - self.direction * s
+
+    @cached_property
     def turning(self) -> np.ndarray:
         """Curvature in the middle of every element per unit run-up angle [1/m], shape (batch, n)."""
         coupling = self.sag_roll * self.sag_curvature
@@ -106,6 +139,7 @@ def line_of(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
         "wrap_tail": rig.wrap_tail,
         "wrap_head": rig.wrap_head,
         "tail_radius": rig.tail_radius,
+        "head_radius": rig.head_radius,
         "width": belt.width,
         "thickness": belt.thickness,
         "youngs_modulus": belt.youngs_modulus,
@@ -126,6 +160,7 @@ def line_of(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
         "cover": 0.0,
         "compliance": 0.0,
         "cant": 0.0,
+        "layer": 0.0,
         "decay": 0.0,
         "decay_length": 1.0,
     }

@@ -12,7 +12,7 @@ from belt_sim.campaign import Campaign, Run, Source
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig.dirty import DIRT
 from belt_sim.virtual_rig.draw import Hidden, as_asked, by_lot, noise_by_lot
-from belt_sim.virtual_rig.machine_faults import SagRoll
+from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.noise import add_noise, draw_errors
 from belt_sim.virtual_rig.observe import Errors, observe, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan
@@ -42,16 +42,13 @@ def make_campaign(
     lot = isinstance(hidden, str)
     if lot and hidden != "random":
         raise InputError("hidden", hidden, "", "give a list of effects, or random")
-    base = base or ("strip" if lot else "beam_th2")
-    if base not in BASES:
-        raise InputError("base", base, "", f"use one of {', '.join(BASES)}")
+    base = checked_base(base or ("strip" if lot else "beam_th2"))
     plan, stated = plan or Plan(), noise or Noise()
     seed = secrets.randbits(63) if seed is None else checked_seed(seed)
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
     rule_of = cache(lambda: ruler(plan, stated, base))
     what = by_lot(plan, rule_of, base, streams[0]) if lot else as_asked(hidden, rule_of)
-    if base == "strip" and any(isinstance(f, SagRoll) for f in what.faults):
-        raise InputError("hidden", "sag_roll", "", "is part of base strip already; use base beam_th2")
+    checked_base(base, what.faults)
     noise = noise_by_lot(stated, streams[1]) if lot else stated
     errors = draw_errors(plan, noise, streams[2])
     readings, dirt = _readings(plan, noise, base, errors, what, streams[3])
@@ -122,6 +119,17 @@ def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt:
 
 def _name(run: int) -> str:
     return f"r{run + 1:02d}"
+
+
+def checked_base(base: str, faults: Sequence[Fault] = ()) -> str:
+    """A base law as given; raises InputError for one that is not known, or that contains a fault already."""
+    if base not in BASES:
+        raise InputError("base", base, "", f"use one of {', '.join(BASES)}")
+    for fault in faults:
+        if base in fault.part_of:
+            others = " or ".join(b for b in BASES if b not in fault.part_of)
+            raise InputError("hidden", fault.id, "", f"is part of base {base} already; use base {others}")
+    return base
 
 
 def checked_seed(seed: object) -> int:

@@ -62,7 +62,7 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     for place in plan.signals.values():
         value = position(journey, place, travelled) - position(journey, place, just_before)
         for fault in faults:
-            value = fault.read(value, place, travelled, journey)
+            value = fault.read(value, place, travelled, line)
         readings.append(value)
     return np.stack(readings)
 

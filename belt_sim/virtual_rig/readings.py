@@ -16,7 +16,6 @@ TILTS = {
     "upper_mid_span": 1.0,
     "lower_mid_span": -1.0,
 }  # direction in which the belt comes from the head pulley
-PLACES = (*POINTS, *TILTS)
 
 
 def position(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
@@ -26,20 +25,6 @@ def position(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
         to_tail = TILTS[place] * journey.line.direction > 0
         return np.where(to_tail, _tilt(journey, s, True), _tilt(journey, s, False))
     return np.where(forward, _lateral(journey, place, s), _lateral(journey, _MIRRORED[place], s))
-
-
-def belt_coordinate(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
-    """Which part of the belt lies at a place [m], counted from what was at point 4 at travel 0."""
-    line = journey.line
-    along = {
-        "point_4": np.zeros_like(line.stress),
-        "upper_mid_span": line.span_length / 2,
-        "point_1": line.span_length,
-        "point_2": line.span_length + line.wrap_tail,
-        "lower_mid_span": 1.5 * line.span_length + line.wrap_tail,
-        "point_3": 2 * line.span_length + line.wrap_tail,
-    }
-    return along[place] - line.direction * s
 
 
 def _lateral(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
@@ -59,7 +44,7 @@ def _tilt(journey: Journey, s: np.ndarray, to_tail: bool) -> np.ndarray:
     else:
         off, up, turn_off, turn_up = journey.at(s - line.wrap_tail)[:2], here[2:], -beta, -beta_head
         off = np.stack([off[0] + line.wrap_shift(s), off[1]])
-    row = journey.span.tilt
+    row = journey.spans[0 if to_tail else 1].tilt
     return row[0] * off[0] + row[1] * (off[1] + turn_off) + row[2] * up[0] + row[3] * (up[1] + turn_up)
 
 

@@ -16,12 +16,13 @@ from belt_sim.curves import Curves
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import Options, undisturbed
 from belt_sim.rig import GRAVITY, Belt, Rig
-from belt_sim.virtual_rig.draw import Hidden
-from belt_sim.virtual_rig.make import BASES, campaign_of, checked_seed, truth_of
+from belt_sim.virtual_rig.draw import Hidden, as_asked
+from belt_sim.virtual_rig.fault import Fault, overrides
+from belt_sim.virtual_rig.library import CATALOGUE
+from belt_sim.virtual_rig.make import BASES, campaign_of, checked_base, checked_seed, truth_of
 from belt_sim.virtual_rig.noise import add_noise, draw_errors
 from belt_sim.virtual_rig.observe import BELT_DATA, RIG_DATA, Errors, stated
 from belt_sim.virtual_rig.plan import Noise, Plan
-from belt_sim.virtual_rig.scene_faults import SceneFault, scene_fault
 from belt_sim.virtual_rig.seal import Truth, seal
 from belt_sim.virtual_rig.space_plan import SENSORS, space_plan
 from belt_sim.virtual_rig.stated_error import with_simulator_error
@@ -40,7 +41,7 @@ class SceneRun:
     """One run in the scene, as a worker process takes it."""
 
     case: Case
-    faults: tuple[SceneFault, ...]
+    faults: tuple[Fault, ...]
     options: Options
     travel: float
 
@@ -70,28 +71,36 @@ def make_space_campaign(
     hidden: ids, or dictionaries {"id", parameters in SI}; base: the law that the campaign is meant for, strip
     unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; workers: processes, one a core.
     """
-    if isinstance(hidden, str):
-        raise InputError("hidden", hidden, "", "give a list of effects; random needs engine=line")
-    faults = tuple(scene_fault(spec) for spec in hidden)
-    base = base or ("beam_th2" if any(f.id == "sag_roll" for f in faults) else "strip")
-    if base not in BASES:
-        raise InputError("base", base, "", f"use one of {', '.join(BASES)}")
-    if base == "strip" and any(f.id == "sag_roll" for f in faults):
-        raise InputError("hidden", "sag_roll", "", "is part of base strip already; use base beam_th2")
+    what = _in_scene(hidden)
+    usual = (b for b in reversed(BASES) if not any(b in f.part_of for f in what.faults))
+    base = checked_base(base or next(usual), what.faults)
     plan = plan or space_plan()
     seed = secrets.randbits(63) if seed is None else checked_seed(seed)
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
     errors = draw_errors(plan, sensors, streams[0])
-    curves = measure([SceneRun(c, faults, options, plan.length) for c in true_cases(plan, base, errors)], workers)
+    curves = measure([SceneRun(c, what.faults, options, plan.length) for c in true_cases(plan, base, errors)], workers)
     readings = read(plan, curves)
     for k, (name, place) in enumerate(plan.signals.items()):
         readings[k] = add_noise(readings[k], plan.travel, sensors.sheet(name, place), sensors, streams[1])
     stated_noise, words = with_simulator_error(sensors)
     campaign = campaign_of(plan, stated_noise, readings, title, REFERENCE.format(error=words))
-    what = Hidden(
-        kind="stated" if faults else "nothing", faults=tuple(f.fault for f in faults), sizes=(None,) * len(faults)
-    )
     return campaign, truth_of(seed, base, what, sensors, errors, None, streams[2].bytes(_SALT_BYTES).hex())
+
+
+def _in_scene(hidden: Sequence[str | dict]) -> Hidden:
+    """Faults as asked for; raises InputError for one that has no scene."""
+    if isinstance(hidden, str):
+        raise InputError("hidden", hidden, "", "give a list of effects; random needs engine=line")
+
+    def no_ruler():
+        raise InputError("hidden", "d", "", "give the effect's own parameters with engine=mujoco")
+
+    what = as_asked(hidden, no_ruler)
+    for fault in what.faults:
+        if not overrides(fault, "scene"):
+            those = ", ".join(name for name, cls in CATALOGUE.items() if overrides(cls, "scene"))
+            raise InputError("hidden", fault.id, "", f"has no scene; use one of {those}, or engine=line")
+    return what
 
 
 def true_cases(plan: Plan, base: str, errors: Errors) -> list[Case]:

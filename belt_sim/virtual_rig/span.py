@@ -56,21 +56,39 @@ def element(h, bending, force, torsion, sag_curvature) -> np.ndarray:
     return stiffness
 
 
-def solve_span(length, bending, force, torsion, sag_curvature) -> Span:
-    """Condense a batch of spans onto their ends; all arguments shape (batch,), SI."""
+def solve_span(length, bending, force, torsion, sag_curvature, yields=None) -> Span:
+    """Condense a batch of spans onto their ends; all arguments shape (batch,), SI.
+
+    yields: how the slope and the tilt at the run-off and at the run-up give way to the couples there, a pair of
+    arrays (batch, 2, 2) [rad/(N m)]; None = held.
+    """
     stiffness = element(length / 2**DOUBLINGS, bending, force, torsion, sag_curvature)
     middles = []
     for _ in range(DOUBLINGS):
         stiffness, middle = _double(stiffness)
         middles.append(middle)
-    coupling = stiffness[:, _FREE][:, :, _ENDS]
-    free = -np.linalg.solve(stiffness[:, _FREE][:, :, _FREE], coupling)
-    ends = np.zeros((len(length), 8, 4))
-    ends[:, _ENDS] = np.eye(4)
-    ends[:, _FREE] = free
+    ends = _held(stiffness) if yields is None else _yielding(stiffness, yields)
     moments = stiffness[:, [5, 1]] @ ends / bending[:, None, None]
     nodes = _recover(ends, middles)
     return Span(run_up=moments[:, 0].T, run_off=-moments[:, 1].T, tilt=nodes[:, nodes.shape[1] // 2, 2].T, nodes=nodes)
+
+
+def _held(stiffness: np.ndarray) -> np.ndarray:
+    """All values at both ends, shape (batch, 8, 4), per unit of y and slope there; no tilt."""
+    ends = np.zeros((len(stiffness), 8, 4))
+    ends[:, _ENDS] = np.eye(4)
+    ends[:, _FREE] = -np.linalg.solve(stiffness[:, _FREE][:, :, _FREE], stiffness[:, _FREE][:, :, _ENDS])
+    return ends
+
+
+def _yielding(stiffness: np.ndarray, yields: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """The same where slope and tilt give way to the couples that the span has there."""
+    system, given = np.tile(np.eye(8), (len(stiffness), 1, 1)), np.zeros((8, 4))
+    given[_ENDS] = np.eye(4)
+    for couples, end in zip(([1, 2], [5, 6]), yields, strict=True):
+        system[:, couples] -= end @ stiffness[:, couples]
+    system[:, _FREE] = stiffness[:, _FREE]
+    return np.linalg.solve(system, np.broadcast_to(given, (len(stiffness), 8, 4)))
 
 
 def curvature_along(span: Span, length, sag_curvature) -> np.ndarray:

@@ -7,12 +7,12 @@ run-up and -yaw at the run-off, on the head -yaw and +yaw, whichever way the bel
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from belt_sim.virtual_rig.fault import Fault, overriding
+from belt_sim.virtual_rig.fault import Fault, overrides
 from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.span import Span
 
@@ -21,64 +21,72 @@ STEPS_A_WRAP = 4
 #: The step that carries a yaw step begins this far [m] after the one that ends before it.
 _BEFORE = 1e-7
 _ANGLE = np.array([[0.0], [1.0]])  # picks the angle out of a pair (y, angle)
+_ROWS = ("run_up", "run_off")
 _SHARES = (1.0, 0.5, 0.0)  # of the tension decay; the span's response is a parabola through these
 
 
 @dataclass(frozen=True)
 class Journey:
-    """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head."""
+    """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head.
+
+    spans: the one that runs to the tail and the one that runs to the head pulley.
+    """
 
     line: Line
     nodes: np.ndarray
     state: np.ndarray
     slope: np.ndarray
     tail_yaw: np.ndarray
-    span: Span
+    spans: tuple[Span, Span]
 
-    def at(self, s: np.ndarray) -> np.ndarray:
-        """State at travel s, shape (n, batch) -> (4, n, batch); 0 before travel 0."""
+    def at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
+        """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch); 0 before travel 0."""
         k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
+        rows = np.arange(first, last).reshape(-1, *(1,) * s.ndim)
         lanes = np.arange(s.shape[-1])
         h = self.nodes[k + 1] - self.nodes[k]
-        t = (s - self.nodes[k]) / h
-        ends = [a[j, :, lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
-        return np.where(s < 0, 0.0, np.moveaxis(_blend(t[..., None], h[..., None], *ends), -1, 0))
+        ends = [a[j, rows, lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
+        return np.where(s < 0, 0.0, _blend((s - self.nodes[k]) / h, h, *ends))
 
 
 def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
     """Run a batch of lines over ``reach`` metres of travel."""
-    road = _Road(line, faults, reach)
-    y = np.zeros((4, len(line.stress)))
-    for k in range(len(road.nodes) - 1):
+    nodes, batch = _nodes(line, reach), len(line.stress)
+    past = Journey(
+        line=line,
+        nodes=nodes,
+        state=np.zeros((len(nodes), 4, batch)),
+        slope=np.zeros((len(nodes), 4, batch)),
+        tail_yaw=np.zeros((len(nodes), batch)),
+        spans=(line.span(), line.span(to_tail=False)),
+    )
+    road = _Road(past, faults)
+    y = np.zeros((4, batch))
+    for k in range(len(nodes) - 1):
         y = road.step(k, y)
-    road.store(len(road.nodes) - 1, y, k)
-    return Journey(line, road.nodes, road.state, road.slope, road.tail_yaw, road.span)
+    road.store(len(nodes) - 1, y, k)
+    return past
 
 
 class _Road:
     """The equations of motion with their history so far."""
 
-    def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
-        self.line, self.nodes = line, _nodes(line, reach)
-        faults = [f.prepared(line) for f in faults]
-        self.yaws, self.turns, self.slides = (overriding(faults, hook) for hook in ("yaw", "turn", "slide"))
-        shape = (len(self.nodes), 4, len(line.stress))
-        self.state, self.slope = np.zeros(shape), np.zeros(shape)
-        self.tail_yaw = np.zeros((len(self.nodes), shape[2]))
-        self.lanes = np.arange(shape[2])
-        self.here = (
-            np.zeros(shape[1:])[:2],
-            np.zeros(shape[1:])[:2],
-        )  # what leaves the pulleys at the node at hand
+    def __init__(self, past: Journey, faults: Sequence[Fault]) -> None:
+        self.past, self.line, self.nodes = past, past.line, past.nodes
+        self.yaws, self.turns, self.slides = (
+            [f for f in faults if overrides(f, hook)] for hook in ("yaw", "turn", "slide")
+        )
+        line, nothing = past.line, np.zeros((2, past.state.shape[2]))
+        self.here = nothing, nothing  # what leaves the pulleys at the node at hand
         self.cap = line.friction * line.force * line.width / (2 * line.bending)
         self.capped = bool(np.isfinite(self.cap).any())
-        self.span = line.span()
         self.soft = 1 + line.cover * line.bending
         self.yields = bool(np.any(line.compliance))
         self.decays = bool(np.any(line.decay))
-        self.responses = [self.span]
-        if self.decays:
-            self.responses = [line.span(1 - line.decay * (1 - share)) for share in _SHARES]
+        self.slacker = [
+            [line.span(1 - line.decay * (1 - share), to_tail=to_tail) for share in _SHARES if self.decays]
+            for to_tail in (True, False)
+        ]
 
     def step(self, k: int, y: np.ndarray) -> np.ndarray:
         """One Runge-Kutta step from node k."""
@@ -94,26 +102,27 @@ class _Road:
     def store(self, node: int, y: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Keep state and slope at a node, under the commands of step k."""
         y, slope, yaw = self.rates(self.nodes[node], k, y, self.here)
-        self.state[node], self.slope[node], self.tail_yaw[node] = y, slope, yaw
+        self.past.state[node], self.past.slope[node], self.past.tail_yaw[node] = y, slope, yaw
         return y, slope
 
     def delayed(self, k: int, share: float) -> tuple[np.ndarray, np.ndarray]:
         """What leaves the tail and the head pulley: (y, alpha) one wrapped arc ago, each shape (2, batch)."""
         s = self.nodes[k] + share * (self.nodes[k + 1] - self.nodes[k])
-        tail = self._past(s - self.line.wrap_tail, 0)
-        head = self._past(s - self.line.wrap_head, 2)
+        tail = self.past.at(s - self.line.wrap_tail, 0, 2)
+        head = self.past.at(s - self.line.wrap_head, 2, 4)
         tail[0] += self.line.wrap_shift(s)
         return tail, head
 
     def rates(self, s, k, y, past):
         """State (after slip), its rate of change per metre of travel, and the tail pulley's yaw."""
-        line, response, (tail_off, head_off) = self.line, self._response(s), past
+        line, (tail_off, head_off) = self.line, past
+        to_tail, to_head = self._responses(s)
         beta, beta_head = self._yaws(s, k)
         if self.yields:
-            beta = self._yielding(beta, beta_head, y, past, response)
+            beta = self._yielding(beta, beta_head, y, past, to_tail, to_head)
         off_head, off_tail = head_off + _ANGLE * beta_head, tail_off - _ANGLE * beta
-        kappa_tail, y = self._run_up(response, off_head, y, 0, beta)
-        kappa_head, y = self._run_up(response, off_tail, y, 2, -beta_head)
+        kappa_tail, y = self._run_up(to_tail, off_head, y, 0, beta)
+        kappa_head, y = self._run_up(to_head, off_tail, y, 2, -beta_head)
         kappa = np.stack([kappa_tail, kappa_head])
         turn = sum((f.turn(s, line, y[::2], kappa) for f in self.turns), kappa * self.soft)
         drift = y[1::2]
@@ -137,31 +146,25 @@ class _Road:
         y[i + 1] += (held - kappa) / response.run_up[3]
         return held, y
 
-    def _yielding(self, beta, beta_head, y, past, response):
+    def _yielding(self, beta, beta_head, y, past, to_tail, to_head):
         """What the span moments leave of the yaw on a compliant tail bearing: beta - C (M_up + M_off)."""
         tail_off, head_off = past
-        still = _dot(response.run_up, head_off + _ANGLE * beta_head, y[:2])
-        still = still + _dot(response.run_off, tail_off, y[2:] - _ANGLE * beta_head)
+        still = _dot(to_tail.run_up, head_off + _ANGLE * beta_head, y[:2])
+        still = still + _dot(to_head.run_off, tail_off, y[2:] - _ANGLE * beta_head)
         give = self.line.compliance * self.line.bending
-        return (beta - give * still) / (1 + give * (response.run_up[3] - response.run_off[1]))
+        return (beta - give * still) / (1 + give * (to_tail.run_up[3] - to_head.run_off[1]))
 
-    def _response(self, s: float) -> Span:
+    def _responses(self, s: float) -> tuple[Span, Span]:
+        """Of the span that runs to the tail and the one that runs to the head pulley."""
         if not self.decays:
-            return self.span
+            return self.past.spans
         left = np.exp(-s / self.line.decay_length)
         weights = (left * (2 * left - 1), 4 * left * (1 - left), (1 - left) * (1 - 2 * left))
-        rows = [
-            sum(w * getattr(r, name) for w, r in zip(weights, self.responses, strict=True))
-            for name in ("run_up", "run_off")
+        blended = [
+            replace(tight, **{n: sum(w * getattr(r, n) for w, r in zip(weights, rows, strict=True)) for n in _ROWS})
+            for tight, rows in zip(self.past.spans, self.slacker, strict=True)
         ]
-        return Span(rows[0], rows[1], self.span.tilt, self.span.nodes)
-
-    def _past(self, s: np.ndarray, i: int) -> np.ndarray:
-        k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
-        rows = np.arange(i, i + 2)[:, None]
-        h = self.nodes[k + 1] - self.nodes[k]
-        ends = [a[j, rows, self.lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
-        return np.where(s < 0, 0.0, _blend((s - self.nodes[k]) / h, h, *ends))
+        return blended[0], blended[1]
 
 
 def _dot(row, off, up):

@@ -10,10 +10,10 @@ from belt_sim.analytic.batch import grid, march_many
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.steady import steady_offsets, steady_rate
-from belt_sim.bench.plain import plain_march
-from belt_sim.bench.task import case_of, errors, linear, truth
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates, offsets
+from studies.bench.plain import plain_march
+from studies.bench.task import errors, linear, truth
 
 ROUNDING = 1e-11  # against the largest value of a curve
 LATE = 1e-3  # a march of 500 m against the closed form at 40 N/mm2
@@ -114,7 +114,7 @@ def test_batch_is_the_march_of_each_case():
 
 def test_a_plain_loop_agrees_to_its_first_order():
     """An independent program of a few lines, first order at 20 mm: it is 1-2 % off at 1 m, and 1e-3 in the whole."""
-    case = case_of(10e6, YAW)
+    case = paper_case(10, YAW)
     found = errors(plain_march(linear(case)), truth(case))
     assert 5e-3 < found["at_1_m"] < 3e-2
     assert found["largest"] < 2e-3

@@ -13,7 +13,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnose.describe import describe
 from belt_sim.diagnose.diagnosis import Diagnosis, diagnose
 from belt_sim.diagnose.workbench import Workbench, workbench
-from belt_sim.effects.library import library
+from belt_sim.effects.library import tried
 from belt_sim.si import N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, Plan, grid
@@ -24,8 +24,7 @@ TENSIONS = tuple(t * N_PER_MM2 for t in (7.0, 14.0, 40.0))
 SPREAD = Plan(runs=grid(TENSIONS, TEST_YAWS, repeats=0), **SHAPE)
 #: two tensions at both signs and two repeats: noise levels can be read off
 REPEATED = Plan(runs=grid(TENSIONS[::2], TEST_YAWS, repeats=2), **SHAPE)
-LEFT_OUT = ("shear", "run_up_points", "speed_tension", "sensor_offset", "camber", "edge_guide", "weld")
-CLASSES = tuple(c for i, c in library().items() if i not in LEFT_OUT)
+CLASSES = tuple(tried().values())
 MODEL = analytic_model("beam_th2")
 BOOTSTRAPS = 200
 SEED = 5

@@ -8,7 +8,8 @@ import pytest
 
 from belt_sim.paths import ROOT
 
-FILES = sorted((ROOT / "belt_sim").rglob("*.py"))
+PRODUCT, STUDIES = (sorted((ROOT / part).rglob("*.py")) for part in ("belt_sim", "studies"))
+FILES = [*PRODUCT, *STUDIES]
 LONGEST_FILE, LONGEST_FUNCTION = 300, 40  # lines
 CORE = ("laws", "analytic", "effects")
 SLOW = ("pandas", "matplotlib", "scipy.optimize", "plotly", "rerun", "mujoco", "hydra")
@@ -35,11 +36,22 @@ def test_files_and_functions_are_short(path):
             assert node.end_lineno - begin <= LONGEST_FUNCTION, node.name
 
 
+def that_import(*packages: str) -> set[str]:
+    """Files of FILES that import one of the packages: their parts below belt_sim, or studies/ and their names."""
+    found = [p.relative_to(ROOT) for p in FILES if {m.split(".")[0] for m in imported(p)} & {*packages}]
+    return {p.parts[1] if p.parts[0] == "belt_sim" else str(p) for p in found}
+
+
 def test_only_the_command_line_knows_hydra():
-    knows = {
-        p.relative_to(ROOT / "belt_sim").parts[0] for p in FILES if any(m.startswith("hydra") for m in imported(p))
-    }
-    assert knows <= {"cli.py", "config.py", "commands"}
+    assert that_import("hydra") == {"cli.py", "commands", "studies/application.py"}
+
+
+def test_the_product_does_not_know_its_studies():
+    assert {p.split("/")[0] for p in that_import("studies")} == {"studies"}
+
+
+def test_nobody_reads_arguments_by_other_means_than_hydra():
+    assert that_import("argparse", "click", "typer", "fire") == set()
 
 
 @pytest.mark.parametrize("part", CORE)

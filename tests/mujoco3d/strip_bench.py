@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import mujoco
 import numpy as np
+from paper_cases import paper_case
 
 from belt_sim.case import Case
 from belt_sim.mujoco3d import scene
@@ -12,8 +13,8 @@ from belt_sim.mujoco3d.belt import Mesh
 from belt_sim.mujoco3d.loop import Loop
 from belt_sim.mujoco3d.natural import curved
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.study import paper_case
 from belt_sim.mujoco3d.torsion import Torsion
+from belt_sim.paper import ROPE_EXAMPLE
 
 DX = 0.025  # [m]
 SLACK = 1e-6  # [N/mm2]
@@ -56,7 +57,7 @@ def strip(
 ) -> Strip:
     """A strip [m] laid straight at ``tension`` [N/mm2], its first (and last) station held; drag [N s/m] of a node;
     camber [1/m]: natural curvature in its plane."""
-    case, n = paper_case(2.0, tension, 0.0), round(length / dx) + 1
+    case, n = paper_case(tension, 0.0, ROPE_EXAMPLE), round(length / dx) + 1
     nowhere = np.zeros(n, bool)
     loop = Loop(
         x=np.arange(n) * dx, z=np.zeros(n), on_head=nowhere, on_tail=nowhere, chord=dx, radius_head=0.17,

@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from paper_cases import paper_case
 from strip_bench import strip
 
 from belt_sim.analytic.march import march
@@ -18,8 +19,8 @@ from belt_sim.mujoco3d.membrane import Membrane
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.natural import cells
 from belt_sim.mujoco3d.scene import build
-from belt_sim.mujoco3d.study import paper_case
 from belt_sim.mujoco3d.written import mjcf
+from belt_sim.paper import ROPE_EXAMPLE
 
 AT_REST = 1e-5  # of the deflection: what 15 s leave of its motion
 LENGTHS = 2e-9  # of a chord, where the search for the stress-free shape stops
@@ -32,7 +33,7 @@ KAPPA = 1e-3  # [1/m]: +-19 N/mm2 at the edges, under a tension of 60
 WELD = Weld(angle=1e-3, at=1.0)
 FINE = Options(run_in=0.3, settle=0.5, acceleration=2.0)
 FLEX = SpaceModel(options=FINE)
-CASE = paper_case(2.0, 60.0, 0.0)
+CASE = paper_case(60, 0.0, ROPE_EXAMPLE)
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
 
@@ -135,7 +136,7 @@ def test_opposite_camber_is_the_mirror_image():
 @pytest.mark.long
 def test_uniform_camber_drifts_by_the_sag():
     """At 10 N/mm2 the law says 15.8 um/m, and rope and flat beams nothing: twelve runs of the span decide."""
-    case = paper_case(2.0, 10.0, 0.0)
+    case = paper_case(10, 0.0, ROPE_EXAMPLE)
     curves = SpaceModel().run(case, [Camber(kappa_c=2e-4)], travel=15.0)
     law = march(case, analytic_model("strip"), (Camber(kappa_c=2e-4),), travel=15.0)
     assert late_rates(curves).mean() == pytest.approx(late_rates(law).mean(), rel=SHORT_AND_WIDE)

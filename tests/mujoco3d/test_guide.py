@@ -2,19 +2,20 @@
 
 import numpy as np
 import pytest
+from paper_cases import YAW, paper_case
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.edge_guide import EdgeGuide
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.study import paper_case
+from belt_sim.paper import ROPE_EXAMPLE
 
 NEAR = 0.02  # of y: dx = 25 mm stands for a span longer by dx
 MIRRORED = 0.01  # of y: triangles lean to one side
 FINE = Options(run_in=0.3, settle=0.5, acceleration=2.0)
 GUIDE = EdgeGuide(stiffness=1e6, gap=1e-4, at=0.8)
-CASE = paper_case(2.0, 60.0, -0.042)
+CASE = paper_case(60, -YAW, ROPE_EXAMPLE)
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
 
@@ -30,7 +31,8 @@ def test_a_guide_holds_the_belt_like_an_elastic_stop():
 
 @pytest.mark.long
 def test_guides_saturate_the_belt_and_mirror():
-    right, left = (SpaceModel().run(paper_case(2.0, 60.0, yaw), [GUIDE], travel=12.0) for yaw in (-0.042, 0.042))
+    cases = [paper_case(60, yaw, ROPE_EXAMPLE) for yaw in (-YAW, YAW)]
+    right, left = (SpaceModel().run(case, [GUIDE], travel=12.0) for case in cases)
     law = march(CASE, analytic_model("strip"), (GUIDE,), travel=12.0)
     wanted = np.stack([np.interp(right.travel, law.travel, y) for y in law.y])
     size = np.abs(wanted).max()

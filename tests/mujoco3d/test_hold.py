@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from paper_cases import paper_case
 
 from belt_sim.case import Schedule
 from belt_sim.errors import InputError
@@ -9,14 +10,14 @@ from belt_sim.mujoco3d.loop import laid_loop
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.run import fitted
 from belt_sim.mujoco3d.stage import Clock, YawPlan, yaw_now
-from belt_sim.mujoco3d.study import paper_case
+from belt_sim.paper import TEST_RIG
 
 CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle
 PARABOLA = 1e-3  # slope^2 / 12, and the circle of the stations 0.15 mm outside the pulley
 
 
 def test_laid_belt_has_equal_chords_and_hangs():
-    case = paper_case(11.28, 10.0, 0.0)
+    case = paper_case(10, 0.0, TEST_RIG)
     loop = laid_loop(case, 0.025)
     chords = np.hypot(np.roll(loop.x, -1) - loop.x, np.roll(loop.z, -1) - loop.z)
     assert chords == pytest.approx(loop.chord, abs=CHORDS_EQUAL)
@@ -45,4 +46,4 @@ def test_belt_stands_still_for_a_yaw_step():
 
 def test_too_long_a_step_is_refused_in_one_line():
     with pytest.raises(InputError, match=r"options\.dt = 0\.002 s: give at most"):
-        fitted(Options(dt=2e-3, belt_speed=2.0), paper_case(11.28, 40.0, 0.0), "flex")
+        fitted(Options(dt=2e-3, belt_speed=2.0), paper_case(40, 0.0, TEST_RIG), "flex")

@@ -5,18 +5,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from paper_cases import YAW, paper_case
 
-from belt_sim.commands.simulate_3d import options_from
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.catenary import Catenary
-from belt_sim.mujoco3d.compare_tensionings import Before
 from belt_sim.mujoco3d.hold import TAIL
 from belt_sim.mujoco3d.loop import Hanging, free_length, laid_loop
 from belt_sim.mujoco3d.run import Run, fitted
-from belt_sim.mujoco3d.study import paper_case
 from belt_sim.mujoco3d.tensioning import Apart
 from belt_sim.mujoco3d.touchdown import lift
+from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
+from belt_sim.registry import model_named
+from studies.tensionings import Before
 
 ROUNDING = 1e-9
 LINK = 5e-3  # [m]: the last of 400 points of a span of 2 m lies so far from where it touches
@@ -50,14 +51,14 @@ def test_a_polygon_of_stations_is_as_long_as_the_smooth_belt_and_its_four_ways_o
     way = np.hypot(1.0 + height / radius, np.gradient(height, depth))
     longer = 4.0 * float(np.mean(way) * depth[-1] - depth[-1])
     for centre_distance in (2.0, 2.008, 2.016):
-        case = paper_case(centre_distance, 7.0, 0.0)
+        case = paper_case(7, 0.0, replace(ROPE_EXAMPLE, centre_distance=centre_distance))
         loop = laid_loop(case, 0.025)
         assert loop.chord * len(loop.x) == pytest.approx(Hanging.of(case).length + longer, abs=PHASE)
 
 
 @pytest.mark.parametrize(("belt", "tension", "near"), [("rope", 1.0, SLACK_AT_REST), ("flex", 7.0, AT_REST)])
 def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
-    case = paper_case(2.0, tension, 0.0)
+    case = paper_case(tension, 0.0, ROPE_EXAMPLE)
     options = fitted(Options(tensioning="length", settle=2.0 if tension < 7.0 else 1.0), case, belt)
     run = Run.begin(case, belt, options, (), (), None)
     run._rest()
@@ -66,13 +67,13 @@ def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
 
 
 def test_a_longer_belt_is_slacker():
-    case = paper_case(2.0, 60.0, 0.0)
+    case = paper_case(60, 0.0, ROPE_EXAMPLE)
     slack = replace(case, settings=replace(case.settings, tension=1e6))
     assert free_length(slack) > free_length(case) + 4e-3
 
 
 def test_the_plan_ends_where_the_same_belt_has_the_wanted_tension():
-    case = paper_case(11.28, 7.0, 0.0)
+    case = paper_case(7, 0.0, TEST_RIG)
     tight = laid_loop(case, 0.025)
     plan = Apart.of(case, tight)
     slack = laid_loop(plan.slack, 0.025, len(tight.x))
@@ -87,7 +88,7 @@ def test_the_plan_ends_where_the_same_belt_has_the_wanted_tension():
 @pytest.fixture(scope="module")
 def both():
     """The short rig laid under a force, and tensioned by Koller's procedure, with what was seen on the way."""
-    case, watcher = paper_case(2.0, 60.0, -0.042), Before()
+    case, watcher = paper_case(60, -YAW, ROPE_EXAMPLE), Before()
     options = Options(**COARSE)
     force = simulate(case, travel=0.5, options=options)
     koller = simulate(case, travel=0.5, options=replace(options, tensioning="koller"), observers=(watcher,))
@@ -120,7 +121,7 @@ def test_however_it_was_tensioned_the_belt_runs_alike(both):
 
 
 def test_an_unknown_tensioning_is_refused_in_one_line():
-    assert options_from({"name": "mujoco_rope", "tensioning": "length"}).tensioning == "length"
-    assert options_from({"name": "mujoco_rope", "tensioning": None}).tensioning == "force"
+    assert model_named("mujoco_rope", {"tensioning": "length"}).options.tensioning == "length"
+    assert model_named("mujoco_rope", {"tensioning": None}).options.tensioning == "force"
     with pytest.raises(InputError, match=r"options\.tensioning = glue: choose one of force, length, koller"):
-        options_from({"name": "mujoco_rope", "tensioning": "glue"})
+        model_named("mujoco_rope", {"tensioning": "glue"})

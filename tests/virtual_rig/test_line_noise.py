@@ -5,6 +5,8 @@ import pytest
 
 from belt_sim.virtual_rig import Noise, Plan, Setting, make_campaign
 from belt_sim.virtual_rig.library import fault_of
+from belt_sim.virtual_rig.noise import draw_errors
+from belt_sim.virtual_rig.observe import Errors, stated, true_line
 from belt_sim.virtual_rig.size import fault_of_size, ruler
 
 RUNS = 200
@@ -66,6 +68,29 @@ def test_settings_miss_what_is_stated_and_repeats_differ():
     ratio = first[-1] / again[-1]
     yaw = 7e-4 + np.array(truth.settings["yaw"])
     assert ratio == pytest.approx(yaw[0] / yaw[1], rel=1e-3)
+
+
+def test_a_gain_error_is_one_factor_a_run():
+    runs = tuple(Setting(tension=20e6, yaw=7e-4) for _ in range(RUNS))
+    y = readings(only(gain=0.02), plan=Plan(runs=runs, length=10.0, spacing=1.0))
+    assert np.std(y[:, -1]) / np.mean(y[:, -1]) == pytest.approx(0.02, rel=1.1 * SPREAD)
+    np.testing.assert_allclose(y[:, 5] / y[:, -1], y[0, 5] / y[0, -1], rtol=2e-3)
+
+
+def test_the_wander_is_scaled_too():
+    assert np.std(readings(only(wander_sd=5e-5, scale=1.4))[:, -1]) == pytest.approx(7e-5, rel=SPREAD)
+
+
+def test_machine_and_settings_miss_by_what_is_stated():
+    """Drawn from their uncertainties, and true = stated + error."""
+    rng = np.random.default_rng(0)
+    drawn = [draw_errors(STILL, Noise(), rng) for _ in range(RUNS)]
+    for name, quantity in stated(STILL).items():
+        assert np.std([e.machine[name] for e in drawn]) == pytest.approx(quantity.u, rel=SPREAD)
+    assert np.std(drawn[0].tension_rel) == pytest.approx(Noise().tension_rel, rel=SPREAD)
+    assert np.std(drawn[0].yaw) == pytest.approx(Noise().yaw_u, rel=SPREAD)
+    off = true_line(STILL, "strip", Errors(machine={"width": 1e-3}, tension_rel=0.1, yaw=2e-5))
+    np.testing.assert_allclose([off.width[0], off.stress[0], off.yaw[0]], [0.201, 22e6, 2e-5], rtol=1e-12)
 
 
 def test_the_ruler_knows_white_noise():

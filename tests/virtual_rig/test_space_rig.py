@@ -11,9 +11,9 @@ from belt_sim.mujoco3d.options import Options
 from belt_sim.rig import GRAVITY
 from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.virtual_rig import reveal
+from belt_sim.virtual_rig.library import fault_of
 from belt_sim.virtual_rig.observe import Errors
 from belt_sim.virtual_rig.plan import Setting
-from belt_sim.virtual_rig.scene_faults import SCENE_FAULTS, scene_fault
 from belt_sim.virtual_rig.space import SceneRun, make_space_campaign, measure, run_scene, run_space_rig, true_cases
 from belt_sim.virtual_rig.space_plan import NARROW_BELT, SENSORS, TENSIONS, YAW, space_plan
 
@@ -28,7 +28,7 @@ MIRRORED = (
 def edited(name: str, direction: float = 1.0, **parameters):
     """Scene parts after one fault."""
     plan = replace(TINY, runs=(replace(TINY.runs[0], direction=direction),))
-    fault = scene_fault({"id": name, **parameters})
+    fault = fault_of({"id": name, **parameters})
     case = true_cases(plan, "beam_th2", Errors())[0]
     return fault.scene(SceneParts.undisturbed(case), case)
 
@@ -81,10 +81,6 @@ def test_a_weld_is_a_bend_of_the_belt_in_the_span_that_runs_to_the_tail(directio
 
 def test_camber_bends_the_belt_all_round():
     np.testing.assert_array_equal(edited("camber", kappa_c=1e-4).camber(np.linspace(0.0, 5.0, 7)), np.full(7, 1e-4))
-
-
-def test_every_scene_fault_has_a_case_here():
-    assert len(SCENE_FAULTS) == 11
 
 
 @pytest.mark.parametrize("hidden", [["sensor_gain"], ["nonsense"], [3], [{"id": "taper", "d": 6}], "random"])

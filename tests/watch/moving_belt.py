@@ -1,22 +1,18 @@
 """A made-up belt that moves sideways on two pulleys: frames and curves with known numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from belt_sim.case import Case, Schedule, Settings
+from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.rig import Belt, Rig
+from belt_sim.paper import TEST_RIG, paper_case
 from belt_sim.watch import drawn_curves
-
-YAW = -0.042 * np.pi / 180.0
 
 
 def case(centre_distance: float = 11.28, tension: float = 10e6) -> Case:
     """The paper's rig and belt, yaw step at travel 0."""
-    return Case(
-        rig=Rig(centre_distance=centre_distance, head_radius=0.17, tail_radius=0.17),
-        belt=Belt(width=0.2, thickness=0.3e-3, youngs_modulus=210e9, density=7850.0),
-        settings=Settings(tension=tension, yaw=Schedule.step(YAW)),
-    )
+    return paper_case(tension, rig=replace(TEST_RIG, centre_distance=centre_distance))
 
 
 def curves(travel: float = 60.0, step: float = 0.1, rate: float = -1.2e-4, tilt: float = 8e-3) -> Curves:

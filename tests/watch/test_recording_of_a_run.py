@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from paper_cases import YAW, paper_case
 
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.study import paper_case
+from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.si import MM
 from belt_sim.watch.read_back import read_back
 from belt_sim.watch.rerun import to_file
@@ -25,7 +26,7 @@ MIDDLE = 0.06  # [m] from mid-span: cross-sections that tilt alike, within 1 %
 def run(tmp_path_factory):
     """(what the file says, the curves) of 0.3 m on the short rig."""
     path = tmp_path_factory.mktemp("run") / "belt.rrd"
-    case = paper_case(CENTRE_DISTANCE, 60.0, -0.042)
+    case = paper_case(60, -YAW, ROPE_EXAMPLE)
     curves = simulate(case, travel=TRAVEL, options=SHORT, observers=(to_file(path, every=EVERY),))
     return read_back(path), curves
 

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from moving_belt import YAW, case, curves, frames
+from moving_belt import case, curves, frames
 
 from belt_sim.errors import BeltError
+from belt_sim.paper import YAW
 from belt_sim.si import MM
 from belt_sim.watch.read_back import read_back
 from belt_sim.watch.record import record_curves

@@ -1,0 +1,55 @@
+"""A weld: a kink of the belt over a raised cosine, which starts in the middle of the tail-bound span.
+
+Elastic part by Betti: a kink at x bends the run-up by minus the curvature at x per unit run-up angle; the kink itself
+counts while it runs up, so that one passage, once a belt length, turns the belt by -angle in all. How
+a bent belt tilts between the pulleys the line leaves out.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.virtual_rig.fault import Fault, Size
+
+_POINTS = (np.arange(16) + 0.5) / 16 - 0.5  # quadrature over the bend
+_SHAPE = 1 + np.cos(2 * np.pi * _POINTS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Weld(Fault):
+    id = "weld"
+    sizes = {"angle": Size(unit="rad", typical=2e-4, limit=2e-3)}
+    LENGTH = 0.6  # [m], wide against a step of the march
+    angle: float = 0.0
+
+    def turn(self, s, line, y, kappa):
+        place = line.span_length / 2 + s
+        to_head = place - line.span_length - line.wrap_tail
+        return self.angle * np.stack([self._span(place, line), self._span(to_head, line)])
+
+    def _span(self, place, line):
+        """Curvature at a span's run-up from a unit kink at ``place`` behind its run-off, shape (batch,)."""
+        half, length, bent = self.LENGTH / 2, line.span_length, line.turning
+        place = np.mod(place + half, line.belt_length) - half
+        local = place[:, None] + _POINTS * self.LENGTH
+        inside = (local > 0) & (local < length[:, None])
+        cell = np.clip((local / length[:, None]) * bent.shape[1] - 0.5, 0, bent.shape[1] - 1.001)
+        k, t = cell.astype(int), cell % 1
+        rows = np.arange(len(place))[:, None]
+        felt = (1 - t) * bent[rows, k] + t * bent[rows, k + 1]
+        passing = (length - place) / self.LENGTH
+        bump = np.where(np.abs(passing) < 0.5, (1 + np.cos(2 * np.pi * passing)) / self.LENGTH, 0.0)
+        return bump - (felt * inside) @ _SHAPE / len(_SHAPE)
+
+    def scene(self, parts, case):
+        """Curved by nature over the weld's length, about the middle of the span that runs to the tail pulley."""
+        rig, length = case.rig, self.LENGTH
+        lower = 0.0 if float(case.settings.direction) > 0 else float(rig.span_length + rig.wrap_tail)
+        around, middle = float(rig.belt_length), lower + 0.5 * float(rig.span_length)
+
+        def camber(s):
+            off = (s - middle + 0.5 * around) % around - 0.5 * around
+            bent = self.angle / length * (1 + np.cos(2 * np.pi * off / length))
+            return np.where(np.abs(off) < 0.5 * length, bent, 0.0)
+
+        return parts.with_camber(camber) if self.angle else parts

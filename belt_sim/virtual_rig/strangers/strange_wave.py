@@ -1,0 +1,19 @@
+"""The tail pulley's yaw swings with a wavelength that belongs to no part of the machine."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.virtual_rig.fault import Fault, Size
+
+
+@dataclass(frozen=True, kw_only=True)
+class StrangeWave(Fault):
+    id = "strange_wave"
+    sizes = {"amplitude": Size(unit="rad", typical=1e-4, limit=5e-3)}
+    amplitude: float = 0.0
+    wavelength: float = 7.3
+    phase: float = 0.0
+
+    def yaw(self, s, line):
+        return self.amplitude * np.sin(2 * np.pi * s / self.wavelength + self.phase)

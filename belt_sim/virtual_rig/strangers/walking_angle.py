@@ -1,0 +1,18 @@
+"""The contact angle on the tail pulley takes a random walk of its own in every run."""
+
+from dataclasses import dataclass
+
+from belt_sim.virtual_rig.fault import TAIL, Fault, Size
+from belt_sim.virtual_rig.strangers._courses import chance
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkingAngle(Fault):
+    id = "walking_angle"
+    sizes = {"size": Size(unit="rad/m^0.5", typical=5e-6, limit=1e-3)}
+    positive = True
+    size: float = 0.0
+    seed: int = 0
+
+    def turn(self, s, line, y, kappa):
+        return self.size * chance(self.seed, line.run, s) * TAIL

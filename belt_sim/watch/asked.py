@@ -1,0 +1,22 @@
+"""What ``watch=`` asks for, settled before any long work: Rerun is an extra, which a plain install lacks."""
+
+from importlib.util import find_spec
+
+from belt_sim.errors import InputError
+
+REMEDY = "needs Rerun: pip install 'belt-sim[watch]'"
+
+
+def watch_asked(watch: str | None, *choices: str) -> str | None:
+    """``watch`` if it is null or one of the choices; raises InputError otherwise, or where Rerun is not installed.
+
+    "auto" stands for "rrd" where Rerun is installed; elsewhere it says so and stands for null.
+    """
+    if watch is not None and watch not in choices:
+        raise InputError("watch", watch, "", f"use null, {' or '.join(choices)}")
+    if watch is None or find_spec("rerun"):
+        return "rrd" if watch == "auto" else watch
+    if watch == "auto":
+        print(f"no recording: it {REMEDY}")
+        return None
+    raise InputError("watch", watch, "", REMEDY)

@@ -1,0 +1,48 @@
+"""The two belts that are measured: the short rig over 25 m, the full test rig over 60 m."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.analytic.march import march
+from belt_sim.analytic.model import analytic_model
+from belt_sim.case import Case
+from belt_sim.curves import Curves, late_rates
+from belt_sim.frame import Observer
+from belt_sim.mujoco3d import Options, undisturbed
+from belt_sim.mujoco3d.run import Run, fitted
+from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, paper_case
+from belt_sim.rig import Rig
+from belt_sim.si import N_PER_MM2
+
+
+@dataclass(frozen=True)
+class Task:
+    """rig; tension [N/mm2]; travel [m] of the whole run; limit [s]: what it may cost on one core."""
+
+    rig: Rig
+    tension: float
+    travel: float
+    limit: float
+
+    def case(self) -> Case:
+        """The paper's belt after a yaw step at travel 0."""
+        return paper_case(self.tension * N_PER_MM2, rig=self.rig)
+
+    def laid(self, dt: float = Options().dt, observers: Sequence[Observer] = ()) -> tuple[Run, Options]:
+        """The membrane laid on its pulleys, ready to go, and its resolved options; dt [s]."""
+        case = self.case()
+        options = fitted(Options(dt=dt), case, "flex")
+        return Run.begin(case, "flex", options, observers, undisturbed(case, options), None), options
+
+
+SHORT = Task(rig=ROPE_EXAMPLE, tension=60.0, travel=25.0, limit=30.0)
+FULL = Task(rig=TEST_RIG, tension=40.0, travel=60.0, limit=600.0)
+TASKS = {"short": SHORT, "full": FULL}
+
+
+def off_the_law(task: Task, curves: Curves) -> float:
+    """Largest relative deviation of the late rates of points 1-4 from the strip law's over the same travel."""
+    law = late_rates(march(task.case(), analytic_model("strip"), travel=float(curves.travel[-1])))
+    return float(np.abs(late_rates(curves) / law - 1.0).max())

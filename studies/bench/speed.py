@@ -1,0 +1,76 @@
+"""Ten thousand cases with the batch march, and the same case with a plain loop and with jitcdde."""
+
+import shutil
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from belt_sim import si
+from belt_sim.analytic.batch import grid, march_many
+from belt_sim.paper import paper_case
+from studies.bench.delay import DelayEquation
+from studies.bench.plain import plain_march
+from studies.bench.task import KEEP, TENSIONS, TRAVEL, YAWS, errors, linear, strip, truth
+
+STEP = 0.1  # [m] of the batch march: of second order, its error is below that of first order at 20 mm
+REPEATS = 3  # the best of so many: another program on the machine only ever adds time
+SAMPLE = [(0, 0), (5, 99), (30, 10), (99, 99)]  # (tension, yaw) of the cases whose error is measured
+
+
+def batch_figures() -> dict[str, Any]:
+    """Seconds for all cases after compilation, and the errors of a sample of them."""
+    cases, axes = grid(paper_case(TENSIONS[0], 0.0), tensions=TENSIONS, yaws=YAWS)
+
+    def run():
+        return march_many(cases, strip(), travel=TRAVEL, step=STEP, keep=KEEP, axes=axes, only=("y",)).y
+
+    begun = time.perf_counter()
+    y = run()
+    first = time.perf_counter() - begun
+    seconds = min(_timed(run) for _ in range(REPEATS))
+    found = [errors(y[t * len(YAWS) + k], truth(paper_case(TENSIONS[t], YAWS[k]))) for t, k in SAMPLE]
+    return {
+        "cases": len(y),
+        "first_call_s": first,
+        "seconds": seconds,
+        "per_case_ms": 1e3 * seconds / len(y),
+        "error": _worst(found),
+    }
+
+
+def plain_figures() -> dict[str, Any]:
+    """Milliseconds a case of the plain loop on one core, and its errors on the same sample."""
+    return _one_by_one(lambda case: plain_march(linear(case)), plain_march)
+
+
+def delay_figures() -> dict[str, Any] | None:
+    """The same for jitcdde; None where it or a C compiler is missing."""
+    case = paper_case(7.0 * si.N_PER_MM2, YAWS[0])
+    if not (shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")):
+        return None
+    try:
+        equation = DelayEquation(float(case.rig.wrap_tail), float(case.rig.wrap_head))
+    except ImportError:
+        return None
+    return _one_by_one(lambda case: equation.solve(linear(case)), equation.solve)
+
+
+def _one_by_one(solve: Callable, timed: Callable) -> dict[str, Any]:
+    cases = [paper_case(TENSIONS[t], YAWS[k]) for t, k in SAMPLE]
+    found = [errors(solve(case), truth(case)) for case in cases]
+    ready = [linear(case) for case in cases]
+    each = [min(_timed(partial(timed, c)) for _ in range(REPEATS)) for c in ready]
+    return {"per_case_ms": 1e3 * float(np.mean(each)), "error": _worst(found)}
+
+
+def _worst(found: list[dict[str, float]]) -> dict[str, float]:
+    return {name: max(e[name] for e in found) for name in found[0]}
+
+
+def _timed(run: Callable[[], Any]) -> float:
+    begun = time.perf_counter()
+    run()
+    return time.perf_counter() - begun

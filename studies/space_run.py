@@ -1,0 +1,72 @@
+"""One 3D run and what it cost: python -m studies.space_run name=r40 tension=40 travel=70 model.friction=0.15 ...
+
+Leaves OUT/NAME.csv (the curves, as of belt-sim simulate) and OUT/NAME.json: configuration, resolved options, late
+rates, sags, cost. The tables of docs/three_dimensions.md are made of these files.
+"""
+
+import json
+import resource
+import signal
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from belt_sim.config import case_from
+from belt_sim.curves import Curves, late_rates
+from belt_sim.effects.load import load_effects
+from belt_sim.errors import InputError, RunFailed
+from belt_sim.files import write_text
+from belt_sim.mujoco3d.model import SpaceModel
+from belt_sim.provenance import provenance
+from belt_sim.registry import model_named
+from belt_sim.si import MM, MM_PER_M
+from belt_sim.tables import write_curves
+from studies.application import application
+
+
+def space_run(config: dict[str, Any]) -> None:
+    """Run, write, print the late rates; a run that fails leaves what it had."""
+    signal.signal(signal.SIGALRM, _out_of_time)
+    signal.alarm(int(config["limit"]))
+    case, effects, model = case_from(config), load_effects(config["effects"]), space_model(config["model"])
+    begun, failure = time.process_time(), None
+    try:
+        curves = model.run(case, effects, travel=float(config["travel"]))
+    except RunFailed as error:
+        curves, failure = error.curves, str(error)
+    signal.alarm(0)
+    cpu = time.process_time() - begun
+    report = {"config": config, "options": asdict(model.options), "failure": failure, "cpu_s": cpu, **figures(curves)}
+    path = Path(config["out"]) / f"{config['name']}.json"
+    write_curves(path.with_suffix(".csv"), curves)
+    write_text(path, json.dumps(report | {"provenance": provenance(config)}, indent=2))
+    print(path, "late mm/m", report["late_rates_mm_per_m"], f"cpu {cpu:.0f} s", failure or "")
+
+
+def space_model(group: dict[str, Any]) -> SpaceModel:
+    """The 3D belt of a ``model`` group; raises InputError for another model."""
+    settings = {k: v for k, v in group.items() if k != "name"}
+    model = model_named(group["name"], settings)
+    if not isinstance(model, SpaceModel):
+        raise InputError("model", group["name"], "", "name one in three dimensions, as model=mujoco_flex")
+    return model
+
+
+def figures(curves: Curves) -> dict[str, Any]:
+    """Late rates of points 1-4 (None of a short record), sags, steps and memory."""
+    rates = np.round(late_rates(curves) / MM_PER_M, 4).tolist() if len(curves.travel) > 10 else None
+    steps = float(curves.extra["steps"][-1]) if curves.extra and len(curves.travel) else 0.0
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    sags = (np.asarray(curves.sag) / MM).tolist() if curves.sag is not None else None
+    return {"late_rates_mm_per_m": rates, "sag_mm": sags, "steps": steps, "memory_bytes": memory}
+
+
+def _out_of_time(*_: object) -> None:
+    raise RunFailed("stopped by limit")
+
+
+if __name__ == "__main__":
+    application("space_run", space_run)

@@ -1,0 +1,30 @@
+"""Runs of the study are set beside the strip law that belongs to them."""
+
+import json
+
+import numpy as np
+import pytest
+
+from belt_sim.analytic.march import march
+from belt_sim.analytic.model import analytic_model
+from belt_sim.config import case_from
+from belt_sim.curves import Curves
+from belt_sim.tables import write_curves
+from studies import beside_the_law
+
+
+def test_differences_are_told_and_drawn(configuration, tmp_path, capsys):
+    for tension, friction, more in ((10.0, np.inf, 0.0), (40.0, 0.15, 2e-4)):
+        config = configuration("space_run", "name=made_up", f"tension={tension}")
+        law = march(case_from(config), analytic_model("strip"), travel=4.0)
+        path = tmp_path / f"{tension}.json"
+        path.write_text(json.dumps({"config": config, "options": {"friction": friction}}))
+        write_curves(path.with_suffix(".csv"), Curves(travel=law.travel, y=law.y + more))
+    picture = tmp_path / "beside.png"
+    beside_the_law.beside_the_law({"files": str(tmp_path / "*.json"), "picture": picture})
+    told = capsys.readouterr().out.splitlines()
+    assert told[0].startswith("10 N/mm2, friction inf, 4 m: at most 0.000 mm apart, 0.0 %")
+    assert told[1].startswith("40 N/mm2, friction 0.15, 4 m: at most 0.200 mm apart")
+    assert picture.stat().st_size > 10_000
+    read = beside_the_law.read(tmp_path / "10.0.json")
+    assert read.y == pytest.approx(read.law, abs=1e-9)

@@ -1,0 +1,106 @@
+"""What every fault owes: its file, sizes of real machines, nothing at null, something when typical."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from virtual_bench import YAW, plan_of
+
+import belt_sim
+from belt_sim.scene_parts import SceneParts
+from belt_sim.virtual_rig.fault import overrides
+from belt_sim.virtual_rig.library import CATALOGUE, LOT, STRANGERS
+from belt_sim.virtual_rig.make import BASES
+from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.plan import Plan, Setting
+from belt_sim.virtual_rig.space import true_cases
+
+FAULTS = CATALOGUE | STRANGERS
+SCENE = {name: cls for name, cls in FAULTS.items() if overrides(cls, "scene")}
+#: Slack and fast, either way round, with the yaw applied late.
+PLAN = plan_of(
+    *(Setting(tension=7e6, yaw=YAW, speed=5.0, direction=d, yaw_at=1.0) for d in (1.0, -1.0)), length=40.0, spacing=1.0
+)
+PLAN = Plan(**{**vars(PLAN), "signals": PLAN.signals | {"phi": "upper_mid_span"}})
+
+
+def readings(*faults) -> np.ndarray:
+    """On a flat belt and on one that tilts, shape (bases, signals, n, runs)."""
+    return np.stack([observe(PLAN, true_line(PLAN, base, Errors()), faults) for base in BASES])
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return readings()
+
+
+def typical(cls, **more):
+    """The fault with all its sizes as they typically are."""
+    return cls(**{name: size.typical for name, size in cls.sizes.items()}, **more)
+
+
+def disturbed_parts() -> list[SceneParts]:
+    """Scenes with and without weight, and one in which everything is off already."""
+    cases = [true_cases(PLAN, base, Errors())[0] for base in BASES]
+    off = SceneParts.undisturbed(cases[0]).with_camber(np.cos)
+    shaped = {"taper": 1e-4, "crown": 0.1, "cant": 1e-3, "yaw_offset": 1e-4, "yaw_compliance": 1e-6}
+    for pulley in ("head", "tail"):
+        off = off.with_pulley(pulley, wobble=1e-3, wobble_phase=1.0, **shaped)
+    return [*(SceneParts.undisturbed(case) for case in cases), off]
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_it_is_a_file_of_its_name_and_its_sizes_are_a_machines(name):
+    cls = FAULTS[name]
+    assert cls.__module__.rpartition(".")[2] == name
+    assert cls.sizes
+    null = cls().parameters()
+    for parameter, size in cls.sizes.items():
+        assert null[parameter] == 0.0
+        assert 0 < size.typical <= size.limit
+        assert size.unit
+        assert not size.place or size.place in PLAN.signals.values()
+    assert set(cls.part_of) < set(BASES)
+
+
+def test_the_catalogue_holds_twins_of_effects_and_strangers_have_none():
+    effects = {path.stem for path in (Path(belt_sim.__file__).parent / "effects").glob("*.py")}
+    assert set(CATALOGUE) <= effects
+    assert not set(STRANGERS) & effects
+
+
+def test_places_in_the_lot_are_taken_once():
+    assert len({cls.lot for cls in LOT}) == len(LOT)
+    assert {cls.id for cls in LOT} == {name for name, cls in FAULTS.items() if cls.lot}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_at_null_nothing_changes_bit_for_bit(name, clean):
+    np.testing.assert_array_equal(readings(FAULTS[name]()), clean)
+    case = true_cases(PLAN, "strip", Errors())[0]
+    for parts in disturbed_parts():
+        assert FAULTS[name]().scene(parts, case) == parts
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_at_its_typical_size_it_shows(name, clean):
+    assert (
+        np.abs(readings(typical(FAULTS[name])) - clean)[:, :4].max() > 10e-6
+    )  # [m], half the white noise of one reading
+
+
+@pytest.mark.parametrize("name", SCENE)
+def test_the_scene_is_changed_too_and_twice_is_more(name):
+    """Faults add up, as on the line; of two frictions the smaller holds the belt, and a pulley has one wobble."""
+    case = true_cases(PLAN, "strip", Errors())[0]
+    plain = SceneParts.undisturbed(case)
+    once = typical(SCENE[name]).scene(plain, case)
+    twice = typical(SCENE[name]).scene(once, case)
+    assert felt(once) != felt(plain)
+    assert (felt(twice) != felt(once)) != (name in ("slip", "wobble"))
+
+
+def felt(parts: SceneParts) -> list:
+    """The parts as the belt feels them, the camber by where it bends."""
+    camber = None if parts.camber is None else parts.camber(np.linspace(0.0, 25.0, 501)).tolist()
+    return [parts.head, parts.tail, parts.gravity, parts.friction, camber]
