@@ -7,7 +7,8 @@ import pytest
 from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
-from belt_sim.diagnose.metric import metric_of, nuisance_shapes
+from belt_sim.campaign import Quantity
+from belt_sim.diagnose.metric import metric_of, nuisance_shapes, stiffness_sigma
 from belt_sim.diagnose.noise import LevelFinder, Levels, covariance
 from belt_sim.diagnose.where import cells, validation_uncertainty
 
@@ -107,6 +108,13 @@ def test_a_nuisance_is_what_one_sigma_of_it_does():
     for shape, there in zip((b.shared, b.shapes[0], b.shapes[1]), moved, strict=True):
         wanted = there - plain
         np.testing.assert_allclose(shape, wanted, atol=SECOND_ORDER * np.abs(wanted).max())
+
+
+def test_a_belt_one_per_cent_wider_is_two_per_cent_stiffer_against_its_tension():
+    """K^2 = F/EI = 12 sigma/(E b^2) at the tension that is set, sigma."""
+    campaign = bench().campaign
+    belt = replace(campaign.belt, youngs_modulus=Quantity(value=210e9), width=Quantity(value=0.2, u=0.002))
+    assert stiffness_sigma(replace(campaign, belt=belt)) == pytest.approx(1.01**2 - 1.0, rel=0.01)
 
 
 def test_zero_and_gain_of_a_sensor_move_its_own_readings_in_its_own_run():
