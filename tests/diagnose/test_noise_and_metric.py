@@ -7,15 +7,10 @@ import pytest
 from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
-<<<<<<< HEAD
-from belt_sim.diagnosis.metric import metric_of
-from belt_sim.diagnosis.noise import LevelFinder, Levels
-=======
 from belt_sim.campaign import Quantity
-from belt_sim.diagnose.metric import metric_of, nuisance_shapes, stiffness_sigma
-from belt_sim.diagnose.noise import LevelFinder, Levels, covariance
-from belt_sim.diagnose.where import cells, validation_uncertainty
->>>>>>> mutants
+from belt_sim.diagnosis.metric import metric_of, nuisance_shapes, stiffness_sigma
+from belt_sim.diagnosis.noise import LevelFinder, Levels, covariance
+from belt_sim.diagnosis.where import cells, validation_uncertainty
 
 DRAWS = 600
 SIGMAS = 4.5  # a handful of figures, each beyond this once in 150,000

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from belt_sim.diagnose import select as choosing
-from belt_sim.diagnose.fit import Fit
-from belt_sim.diagnose.heldout import HeldOut, _surprise, held_out
-from belt_sim.diagnose.null import NullGains
-from belt_sim.diagnose.openset import OpenSet, _exponent, _gain, _onset, _required_angle, _wavelength, shape_card
-from belt_sim.diagnose.select import Selection, Trial, select
+from belt_sim.diagnosis import select as choosing
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.heldout import HeldOut, _surprise, held_out
+from belt_sim.diagnosis.null import NullGains
+from belt_sim.diagnosis.openset import OpenSet, _exponent, _gain, _onset, _required_angle, _wavelength, shape_card
+from belt_sim.diagnosis.select import Selection, Trial, select
 
 EXACT = 1e-6  # of a refit with its small ridge
 YAW, LENGTH = 7e-4, 11.28
