@@ -176,7 +176,7 @@ def test_the_shape_of_an_unknown_is_read_off_what_is_left():
     angle = 2e-5
     y = residual(angle * LENGTH * (1.0 - np.exp(-TRAVEL / LENGTH)), sign)
     found = _required_angle(Plain(y), y, sign)
-    np.testing.assert_allclose(found["angle"], 20.0, rtol=1e-3)
+    np.testing.assert_allclose(found.angle, angle, rtol=1e-3)
     assert _exponent(Plain(y).samples, y * slack[:, None, None]) == pytest.approx(-1.5, abs=1e-9)
     late = residual(1e-3 * np.maximum(TRAVEL - 5.0, 0.0), slack)
     assert _onset(Plain(late), late) == pytest.approx(5.0, abs=0.6)
@@ -193,4 +193,4 @@ def test_a_line_in_what_is_left_has_its_wavelength():
 def test_the_parity_of_an_unknown_is_where_most_of_it_lies(odd, even, word):
     y = residual(1e-4 * np.sin(TRAVEL), np.ones(len(RUNS)))
     test = OpenSet(("x",), {}, {"smooth, odd in yaw": odd, "smooth, even in yaw": even}, {})
-    assert shape_card(Plain(y), fitted(shapes()[:1], y), test, None)["parity"] == word
+    assert shape_card(Plain(y), fitted(shapes()[:1], y), test, None).parity == word
