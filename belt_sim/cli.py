@@ -37,7 +37,7 @@ def run(arguments: list[str]) -> int:
     if command == "demo":
         from belt_sim.demo import demo
 
-        return demo() if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
+        return demo(run) if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
     reason = refused(arguments[1:])
     if reason:
         return _complain(reason)

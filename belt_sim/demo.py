@@ -1,16 +1,15 @@
 """belt-sim demo: the main job on a sample -- where the beam model fails, what it lacks, the error after."""
 
 import time
+from collections.abc import Callable
 from pathlib import Path
-
-from belt_sim.cli import run
 
 FOLDER = Path("outputs") / "demo"  # of the current folder
 CASE = ("campaign=slack_belt", "model=beam_th2")
 
 
-def demo() -> int:
-    """Diagnose the sample, then compare with what was found; returns the exit status."""
+def demo(run: Callable[[list[str]], int]) -> int:
+    """Diagnose the sample, then compare with what was found; ``run``: the command line. Returns the exit status."""
     started = time.perf_counter()
     print("A belt at 7 to 40 N/mm2, measured after a yaw step, against the beam model that controllers use.\n")
     folder, again = FOLDER / "diagnosis", FOLDER / "comparison"

@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from belt_sim.campaign.paragraph import paragraph
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.rig import Belt, Rig
 
@@ -135,8 +136,6 @@ class Campaign:
     sha256: str = ""
 
     def __repr__(self) -> str:
-        from belt_sim.campaign.paragraph import paragraph
-
         return paragraph(self)
 
 

@@ -2,15 +2,15 @@
 
 from collections import Counter
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
 from belt_sim import si
-from belt_sim.campaign.nouns import Campaign, Run
 
 
-def paragraph(c: Campaign) -> str:
-    """Runs, repeats and hold-outs, tensions, yaws, signals, travel, steady rates, origin."""
+def paragraph(c: Any) -> str:
+    """Of a Campaign: runs, repeats and hold-outs, tensions, yaws, signals, travel, steady rates, origin."""
     repeats, held = sum(r.repeat_of is not None for r in c.runs), sum(r.use != "fit" for r in c.runs)
     more = ", ".join(f"{n} {what}" for n, what in ((repeats, "repeats"), (held, "held out")) if n)
     said = [
@@ -35,7 +35,7 @@ def _numbers(values: Iterable[float]) -> str:
     return found[0] if len(found) == 1 else f"{', '.join(found[:-1])} and {found[-1]}"
 
 
-def _yaws(runs: Iterable[Run]) -> str:
+def _yaws(runs: Iterable[Any]) -> str:
     """How many runs at which sign of yaw, and the angles."""
     yaws = np.array([r.yaw for r in runs]) / si.DEGREE
     signs = Counter(int(s) for s in np.sign(yaws))
@@ -43,6 +43,6 @@ def _yaws(runs: Iterable[Run]) -> str:
     return f"{counted} (|yaw| {_numbers(abs(yaws))} deg)"
 
 
-def _span(runs: Iterable[Run]) -> str:
+def _span(runs: Iterable[Any]) -> str:
     ends = [r.travel[-1] for r in runs]
     return f"{min(ends):.4g}" if np.ptp(ends) < 0.5 else f"{min(ends):.4g} to {max(ends):.4g}"
