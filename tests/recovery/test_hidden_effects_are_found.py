@@ -72,13 +72,14 @@ def test_the_error_on_held_out_conditions_falls_to_the_noise_floor(name):
 
 def test_a_stranger_is_reported_as_unknown_with_its_shape():
     found = diagnosed("stranger")
-    assert found.verdict in (Verdict.NONE_KNOWN, Verdict.PARTLY)
+    assert found.verdict is Verdict.PARTLY
     card = found.unknown
-    assert card.failed_tests
-    assert card.parity in ("odd", "even", "mixed")
+    assert {"run r01", "run r06"} <= set(card.failed_tests)  # every run has its own gusts
+    assert card.parity == "mixed"  # which do not ask for the yaw
+    assert card.tension_exponent < 1.0  # a slack belt shows them as well as a tight one
     assert card.required_angle.angle.shape == card.required_angle.travel.shape
     assert np.isfinite(card.required_angle.angle).all()
-    assert all(e.stamp == "effective value, model rejected" for e in found.effects)
+    assert {e.stamp for e in found.effects} == {"effective value, model rejected"}
 
 
 def test_a_turned_sensor_ends_in_cannot_say():
