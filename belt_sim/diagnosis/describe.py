@@ -68,7 +68,7 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
             numbers={n: float(getattr(there[name], n)) for n in there[name].parameters},
             parameters=seen[name],
             probability=weights.get(name, 1.0),
-            confusable_with=tuple(r.other for r in d.rivals if r.effect == name),
+            confusable_with=tuple(dict.fromkeys(r.other for r in d.rivals if r.effect == name)),
             rejected=d.verdict.rejects_model,
             source_file=getattr(type(there[name]), "source_file", None),
         )

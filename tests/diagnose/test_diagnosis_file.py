@@ -28,6 +28,7 @@ def test_the_file_follows_its_schema(name):
     check(content)
     for e in content["effects"]:
         assert e["parameters"]
+        assert len(set(e["confusable_with"])) == len(e["confusable_with"])
         for number in e["parameters"].values():
             assert number["u"] > 0
             assert number["interval_95"][0] < number["value"] < number["interval_95"][1]
