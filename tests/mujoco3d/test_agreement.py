@@ -5,7 +5,10 @@ import pytest
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.effects.yaw_compliance import YawCompliance
+from belt_sim.effects.yaw_offset_head import YawOffsetHead
+from belt_sim.effects.yaw_offset_tail import YawOffsetTail
+from belt_sim.mujoco3d import Options, SpaceModel, simulate
 from belt_sim.mujoco3d.options import BONDS
 
 NEAR = 0.03  # of y at points 1 and 3; dx = 25 mm stands for a span longer by dx and a start sampled at dx
@@ -49,3 +52,21 @@ def test_late_rate_of_the_strip(short_rig):
     law = march(short_rig, analytic_model("strip"), travel=25.0)
     for point in range(4):
         assert at(curves, 24.9, point) == pytest.approx(at(law, 24.9, point), rel=NEAR)
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [YawCompliance(c_m=2e-5), YawOffsetTail(beta_0=5e-4), YawOffsetHead(beta_0=5e-4)],
+    ids=["yaw_compliance", "yaw_offset_tail", "yaw_offset_head"],
+)
+def test_what_turns_a_pulley_does_what_the_strip_law_says(short_rig, effect):
+    model = SpaceModel(options=Options(dx=0.04, dt=2e-3, run_in=0.3, settle=0.2, acceleration=3.0))
+    law = analytic_model("strip")
+    seen, expected = (
+        np.array([at(with_it, 0.75, k) - at(without, 0.75, k) for k in range(4)])
+        for with_it, without in (
+            (model.run(short_rig, e, travel=0.8) for e in ((effect,), ())),
+            (march(short_rig, law, e, travel=0.8) for e in ((effect,), ())),
+        )
+    )
+    assert seen == pytest.approx(expected, abs=COARSE * np.abs(expected).max())

@@ -110,6 +110,17 @@ def test_the_pulleys_move_apart_until_the_tension_is_there(both):
     assert np.abs([f.points[:, 1] for f in frames]).max() < STILL
 
 
+def test_the_tail_pulley_is_let_go_when_its_load_is_there_and_not_before():
+    case = paper_case(60, 0.0, ROPE_EXAMPLE)
+    run = Run.begin(case, "flex", fitted(Options(**COARSE, tensioning="koller"), case, "flex"))
+    stage, load = run.stages(1.0)[1], 2.0 * case.tension_force
+    for carried, led in ((0.0, True), (0.99, True), (1.01, False)):
+        run.state.loads[TAIL, 0] = -carried * load
+        drive = next(stage.drives(run.state))
+        assert (drive.slide_speed is not None) is led
+        assert (drive.lead != 0.0) == led
+
+
 def test_however_it_was_tensioned_the_belt_runs_alike(both):
     """Stations lie differently on the pulleys at travel 0, so the curves may stand half a chord apart."""
     force, koller, _ = both
