@@ -169,14 +169,14 @@ def residual(curve, weights):
 
 
 def test_the_shape_of_an_unknown_is_read_off_what_is_left():
-    """A contact angle of 20 urad from 5 m on lifts the belt by theta L (1 - exp(-s/L)), at low tension most."""
+    """A contact angle of 20 urad lifts the belt by theta L (1 - exp(-s/L)); a kink at 5 m begins at 5 m."""
     sign, slack = (
         np.array([f(r) for r in RUNS]) for f in (lambda r: np.sign(r.yaw), lambda r: (r.tension / 7e6) ** -1.5)
     )
     angle = 2e-5
     y = residual(angle * LENGTH * (1.0 - np.exp(-TRAVEL / LENGTH)), sign)
     found = _required_angle(Plain(y), y, sign)
-    np.testing.assert_allclose(found["angle"], 20.0, rtol=1e-3)
+    np.testing.assert_allclose(found.angle, angle, rtol=1e-3)
     assert _exponent(Plain(y).samples, y * slack[:, None, None]) == pytest.approx(-1.5, abs=1e-9)
     late = residual(1e-3 * np.maximum(TRAVEL - 5.0, 0.0), slack)
     assert _onset(Plain(late), late) == pytest.approx(5.0, abs=0.6)
@@ -193,4 +193,4 @@ def test_a_line_in_what_is_left_has_its_wavelength():
 def test_the_parity_of_an_unknown_is_where_most_of_it_lies(odd, even, word):
     y = residual(1e-4 * np.sin(TRAVEL), np.ones(len(RUNS)))
     test = OpenSet(("x",), {}, {"smooth, odd in yaw": odd, "smooth, even in yaw": even}, {})
-    assert shape_card(Plain(y), fitted(shapes()[:1], y), test, None)["parity"] == word
+    assert shape_card(Plain(y), fitted(shapes()[:1], y), test, None).parity == word
