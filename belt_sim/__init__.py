@@ -1,1 +1,53 @@
-"""belt_sim: the lateral movement of steel belts, modelled, measured and compared."""
+"""belt_sim: the lateral movement of steel belts, modelled, measured and compared.
+
+    import belt_sim as bs
+
+``simulate`` a case, ``load_campaign`` and ``compare`` a model with it, ``diagnose`` what the model lacks, ``plot`` and
+``report`` the result. Tensions are in N/mm2 and yaws in degrees where settings are given as keywords, all else in SI.
+
+Importing this package loads nothing and sets nothing; a name is loaded when it is first asked for. Call ``prepare()``
+before anything else for results that are the same to the last bit as those of the command line (see jax_setup).
+"""
+
+import importlib
+from typing import Any
+
+_HOMES = {
+    "Belt": "belt_sim.rig",
+    "BeltError": "belt_sim.errors",
+    "Campaign": "belt_sim.campaign",
+    "Case": "belt_sim.case",
+    "Comparison": "belt_sim.results.comparison",
+    "Curves": "belt_sim.curves",
+    "Diagnosis": "belt_sim.results.diagnosis",
+    "Effect": "belt_sim.effects.base",
+    "InputError": "belt_sim.errors",
+    "Rig": "belt_sim.rig",
+    "Schedule": "belt_sim.case",
+    "Settings": "belt_sim.case",
+    "Simulation": "belt_sim.results.simulation",
+    "Verdict": "belt_sim.results.verdict",
+    "compare": "belt_sim.use_cases.compare",
+    "diagnose": "belt_sim.use_cases.diagnose",
+    "library": "belt_sim.effects.library",
+    "load_campaign": "belt_sim.campaign:read_campaign",
+    "load_diagnosis": "belt_sim.results.read:read_diagnosis",
+    "model_named": "belt_sim.registry",
+    "plot": "belt_sim.use_cases.plot",
+    "prepare": "belt_sim.jax_setup",
+    "report": "belt_sim.use_cases.report",
+    "simulate": "belt_sim.use_cases.simulate",
+}
+__all__ = list(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    """A name of ``__all__``, loaded when it is first asked for (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home, _, there = _HOMES[name].partition(":")
+    return getattr(importlib.import_module(home), there or name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

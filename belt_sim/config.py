@@ -1,4 +1,4 @@
-"""From a Hydra configuration to the nouns: units converted and every number checked, before any long work."""
+"""From a configuration to the nouns: units converted and every number checked, before any long work."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,6 +9,7 @@ import numpy as np
 from belt_sim import si
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.errors import InputError
+from belt_sim.paths import CONF
 from belt_sim.rig import Belt, Rig
 
 MAX_TENSION = 1500.0  # [N/mm2], beyond the strength of belt steel
@@ -50,8 +51,51 @@ def case_from(cfg: Mapping[str, Any]) -> Case:
     return Case(rig=rig, belt=belt, settings=settings)
 
 
-def rig_from(cfg: Mapping[str, Any]) -> Rig:
-    """The machine of a ``rig`` group."""
+def case_asked(**settings: Any) -> Case:
+    """A case from settings as on the command line; what is not given is as in conf/simulate.yaml.
+
+    rig and belt are names (of conf/rig, conf/belt), mappings or objects.
+    """
+    standard = _file("simulate.yaml")
+    common = {k: standard[k] for k in ("tension", "yaw", "yaw_head", "travel", "direction", "speed")}
+    groups = {k: v for entry in standard["defaults"] if isinstance(entry, Mapping) for k, v in entry.items()}
+    known = common | {k: groups[k] for k in ("rig", "belt")}
+    for key, value in settings.items():
+        if key not in known:
+            raise InputError(key, value, "", f"use one of {', '.join(known)}")
+    return case_from(known | settings)
+
+
+def _file(name: str) -> Mapping[str, Any]:
+    """A file of conf."""
+    from omegaconf import OmegaConf  # it reads 2.1e11 as a number, which plain YAML does not
+
+    return OmegaConf.to_container(OmegaConf.load(CONF / name))  # type: ignore[return-value]
+
+
+def _group(kind: str, asked: Any) -> Any:
+    """A group by its name, or as it is."""
+    if not isinstance(asked, str):
+        return asked
+    names = sorted(p.stem for p in (CONF / kind).glob("*.yaml"))
+    if asked not in names:
+        raise InputError(kind, asked, "", f"use one of {', '.join(names)}")
+    return _file(f"{kind}/{asked}.yaml")
+
+
+def model_settings(cfg: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A ``model`` group, with the lengths of an analytic march within their ranges."""
+    flat = {f"model.{k}": v for k, v in cfg.items() if f"model.{k}" in RANGES}
+    for key in flat:
+        ranged(flat, key)
+    return cfg
+
+
+def rig_from(asked: Any) -> Rig:
+    """The machine of a ``rig`` group, its name, or the machine itself."""
+    cfg = _group("rig", asked)
+    if isinstance(cfg, Rig):
+        return cfg
     flat = {f"rig.{k}": v for k, v in cfg.items()}
     centre = ranged(flat, "rig.centre_distance")
     common = ranged(flat, "rig.pulley_radius")
@@ -71,15 +115,21 @@ def rig_from(cfg: Mapping[str, Any]) -> Rig:
     )
 
 
-def belt_from(cfg: Mapping[str, Any]) -> Belt:
-    """The strip of a ``belt`` group."""
+def belt_from(asked: Any) -> Belt:
+    """The strip of a ``belt`` group, its name, or the strip itself."""
+    cfg = _group("belt", asked)
+    if isinstance(cfg, Belt):
+        return cfg
     flat = {f"belt.{k}": v for k, v in cfg.items()}
     names = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
     return Belt(**{n: ranged(flat, f"belt.{n}") for n in names})
 
 
 def schedule_from(spec: Any, name: str) -> Schedule:
-    """Yaw against travel from a number (a step at travel 0) or a list of {at, over, yaw}, in metres and degrees."""
+    """Yaw against travel from a number (a step at travel 0), a list of {at, over, yaw} in metres and degrees, or as it
+    is."""
+    if isinstance(spec, Schedule):
+        return spec
     if not isinstance(spec, Sequence) or isinstance(spec, str):
         return Schedule.step(_angle(name, spec))
     at, over, wanted = [], [], []

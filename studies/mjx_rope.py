@@ -25,11 +25,11 @@ with contextlib.redirect_stdout(io.StringIO()):  # it says which of its optional
 
 from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
-from belt_sim.mujoco3d.loop import laid_loop
+from belt_sim.mujoco3d.machine.pace import SLOWNESS
+from belt_sim.mujoco3d.mesh.loop import laid_loop
 
 STRAIN = 0.04  # [1] of the softened rope; y_1 after 2 m is within 0.2 % of that at 0.01
 STRING_SPEED = 25.0  # spans a second
-SLOWNESS = 35.0  # string speed over belt speed, as of the other belts
 COURANT = 0.6  # of sqrt(m / k); 1 is the limit of stability
 LINK_DAMPING = 0.2  # of a link, over sqrt(k m)
 REST_DRAG = 20.0  # [1/s] while the belt stands

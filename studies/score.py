@@ -17,11 +17,12 @@ from rich.table import Table
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.campaign import read_campaign
-from belt_sim.diagnose.describe import describe
-from belt_sim.diagnose.diagnosis import diagnose
-from belt_sim.effects.library import tried
+from belt_sim.diagnosis.describe import describe
+from belt_sim.diagnosis.examine import examine
 from belt_sim.files import write_json
 from belt_sim.paths import CAMPAIGNS
+from belt_sim.results.written import diagnosis_json
+from belt_sim.use_cases.asked import candidates_of
 from belt_sim.virtual_rig.folder import run_reveal, run_virtual_rig
 from studies.application import application
 
@@ -44,9 +45,10 @@ def score_folder(folder: Path, base: str, name: str, bootstraps: int, seed: int 
     started = time.perf_counter()
     answer: dict[str, Any] = {"verdict": "crash", "effects": []}
     try:
-        model, classes = analytic_model(base), list(tried().values())
-        d = diagnose(read_campaign(folder), model, classes, bootstraps=bootstraps, seed=seed, advise=False)
-        answer = describe(d, seed=seed)
+        model = analytic_model(base)
+        classes = candidates_of(None, model)
+        d = examine(read_campaign(folder), model, classes, bootstraps=bootstraps, seed=seed, advise=False)
+        answer = diagnosis_json(describe(d, seed=seed))
     except Exception as error:  # a crash is an outcome here, and is shown
         answer["sentence"] = f"{type(error).__name__}: {error}"
     truth = run_reveal(folder)

@@ -12,12 +12,14 @@ from belt_sim.analytic.march import march_traced
 from belt_sim.analytic.model import MODELS, AnalyticModel
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
+from belt_sim.effects.library import library
 from belt_sim.paper import TEST_RIG as RIG
 from belt_sim.rig import Rig
 
 YAW = -paper.YAW  # [rad], size of the paper's yaw
 RECORDS, STRIDE, SLOTS, LANES = 100, 20, 128, 8  # one shape for all marches: one compilation a model
 STEPS = RECORDS * STRIDE
+BELT, EFFECTS = paper.PAPER_BELT, library()
 
 
 def paper_case(tension: float, yaw: float = YAW, rig: Rig = RIG, **settings) -> Case:
@@ -43,6 +45,23 @@ def marched(cases: list[Case], model: str, *, travel: float, effects: list[tuple
     pairs += [pairs[0]] * (size - len(pairs))
     curves = _compiled(MODELS[model])(_stacked([_padded(c) for c, _ in pairs]), _stacked([e for _, e in pairs]), travel)
     return [jax.tree.map(lambda x, k=k: np.asarray(x[k]), curves) for k in range(len(cases))]
+
+
+def only(**numbers):
+    """Every effect of the library at null but those named: only(taper={"kappa_t": 1e-5})."""
+    return tuple(replace(cls.null(), **numbers.get(name, {})) for name, cls in EFFECTS.items())
+
+
+def affected(pairs, travel: float) -> list[Curves]:
+    """Marches of (case, {effect: numbers}) pairs under beam_th2, batches of eight lanes: one compilation with all
+    effects in it."""
+    curves = []
+    for start in range(0, len(pairs), LANES):
+        part = pairs[start : start + LANES]
+        part = part + [part[0]] * (LANES - len(part))
+        cases, numbers = zip(*part, strict=True)
+        curves += marched(list(cases), "beam_th2", travel=travel, effects=[only(**n) for n in numbers])
+    return curves[: len(pairs)]
 
 
 def _padded(case: Case) -> Case:

@@ -120,7 +120,7 @@ class SteadyRate:
     u: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Campaign:
     """Everything that a campaign folder states; sha256 of its files, empty when not read from disk."""
 
@@ -133,6 +133,11 @@ class Campaign:
     runs: tuple[Run, ...]
     steady: tuple[SteadyRate, ...] = ()
     sha256: str = ""
+
+    def __repr__(self) -> str:
+        from belt_sim.campaign.paragraph import paragraph
+
+        return paragraph(self)
 
 
 def case_of(campaign: Campaign, run: Run) -> Case:

@@ -11,7 +11,8 @@ from belt_sim.laws.run_up_angle import sag_angle
 @effect
 @dataclass(frozen=True, kw_only=True)
 class RunUpPoints(Effect):
-    """The span meets the pulley psi = q L/(2 F) before its top: yaw beta cos(psi), roll beta sin(psi)."""
+    """The span meets the pulley psi = q L/(2 F) before its top: yaw beta cos(psi), roll beta sin(psi) at the tail and
+    -beta_h sin(psi) at the head pulley, where the span slopes the other way."""
 
     id = "run_up_points"
     law = "drive"
@@ -23,6 +24,6 @@ class RunUpPoints(Effect):
 
     def yaw(self, yaw, state, case):
         psi = self.share * sag_angle(case)
-        roll = jnp.sin(psi) * jnp.stack([yaw.tail, yaw.head])
+        roll = jnp.sin(psi) * jnp.stack([yaw.tail, -yaw.head])
         turned = replace(yaw, tail=yaw.tail * jnp.cos(psi), head=yaw.head * jnp.cos(psi))
         return replace(turned, roll_runup=yaw.roll_runup + roll, roll_runoff=yaw.roll_runoff + roll[::-1])

@@ -1,7 +1,25 @@
-"""The belt in three dimensions: MuJoCo scenes of ropes, grids of bonded particles and flex membranes."""
+"""The belt in three dimensions: MuJoCo scenes of ropes, grids of bonded particles and flex membranes.
 
+mesh: where the nodes are and what ties them; wrap: the belt on a pulley; loads: what else acts on the nodes; machine:
+the scene and its pulleys; run: the stages, one step, what is recorded. state.py is what a step reads and writes,
+options.py how a run is made, mujoco_4.py all that is assumed of MuJoCo.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from belt_sim.mujoco3d.model import SpaceModel, undisturbed
 from belt_sim.mujoco3d.options import BELTS, Options
-from belt_sim.mujoco3d.run import simulate
-from belt_sim.mujoco3d.scene import undisturbed
 
-__all__ = ["BELTS", "Options", "simulate", "undisturbed"]
+if TYPE_CHECKING:
+    from belt_sim.mujoco3d.run.simulate import simulate
+
+__all__ = ["BELTS", "Options", "SpaceModel", "simulate", "undisturbed"]
+
+
+def __getattr__(name: str) -> Any:
+    """``simulate`` brings MuJoCo with it, which takes a while to load."""
+    if name != "simulate":
+        raise AttributeError(name)
+    from belt_sim.mujoco3d.run.simulate import simulate
+
+    return simulate

@@ -1,7 +1,7 @@
 """The belt in three dimensions as a model: which effects it can show, and its runs as the instruments see them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +9,9 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.around_engine import as_indicated
 from belt_sim.effects.base import IN_MARCH, Effect, overrides
-from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.errors import CannotRepresent
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run import simulate
-from belt_sim.mujoco3d.scene import undisturbed
 from belt_sim.scene_parts import SceneParts
 
 _TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
@@ -35,15 +33,8 @@ class SpaceModel:
     @staticmethod
     def of(belt: str, settings: Mapping[str, Any]) -> "SpaceModel":
         """From the numbers of a configuration; raises InputError for one that is no option."""
-        known = {f.name: f for f in fields(Options)}
-        given: dict[str, Any] = {}
-        for key, value in settings.items():
-            if key == "control":
-                continue
-            if key not in known:
-                raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}")
-            given[key] = _converted(f"model.{key}", value, known[key].default)
-        return SpaceModel(belt=belt, options=Options(**given), control=bool(settings.get("control", False)))
+        numbers = {k: v for k, v in settings.items() if k != "control"}
+        return SpaceModel(belt=belt, options=Options.of(numbers), control=bool(settings.get("control", False)))
 
     @property
     def name(self) -> str:
@@ -101,6 +92,8 @@ class SpaceModel:
         scene_path: Path | None = None,
     ) -> Curves:
         """Curves over ``travel`` [m] as indicated; scene_path: where to write the MJCF."""
+        from belt_sim.mujoco3d.run.simulate import simulate  # MuJoCo takes a while to load
+
         self.admit(effects)
 
         def engine(driven: Case, far: float) -> Curves:
@@ -118,13 +111,6 @@ class SpaceModel:
         return as_indicated(engine, case, effects, travel)
 
 
-def _converted(name: str, value: Any, default: Any) -> Any:
-    if isinstance(default, tuple):
-        if not isinstance(value, (list, tuple)):
-            raise InputError(name, value, "", "give a list")
-        return tuple(str(v) for v in value)
-    if isinstance(default, str):
-        return str(value)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(name, value, "", "give a number")
-    return int(value) if isinstance(default, int) else float(value)
+def undisturbed(case: Case, options: Options) -> SceneParts:
+    """The scene of a case without any effect."""
+    return SceneParts.undisturbed(case, options.friction)

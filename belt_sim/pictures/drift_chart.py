@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,22 +9,7 @@ import numpy as np
 
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import AFTER, BEFORE, FAINT, INK
-
-
-@dataclass(frozen=True, kw_only=True)
-class Drift:
-    """``value`` +- ``u`` (one sigma), shape (t,), of one parameter of one model at each ``tension`` [N/mm2].
-
-    stated: what the rig's sheet says, with u_stated; None when it says nothing.
-    """
-
-    parameter: str
-    unit: str
-    tension: np.ndarray
-    value: np.ndarray
-    u: np.ndarray
-    stated: float | None = None
-    u_stated: float = 0.0
+from belt_sim.results.drawings import Drift
 
 
 @style.picture

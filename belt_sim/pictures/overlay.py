@@ -2,34 +2,15 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import AFTER, BEFORE, FAINT, MEASURED
+from belt_sim.results.drawings import Panel
 
 COLUMNS = 3
 DOTS = 100  # measured samples shown in one panel
-
-
-@dataclass(frozen=True, kw_only=True)
-class Panel:
-    """One run and signal: ``travel`` [m], ``measured``, ``base``, ``final`` (the last may be None), ``band``.
-
-    All arrays have shape (n,); values are in ``unit``. ``band`` is the half width about the model, where
-    model and measurement cannot be told apart (k u_val). ``title`` says which run, signal and condition.
-    """
-
-    title: str
-    travel: np.ndarray
-    measured: np.ndarray
-    base: np.ndarray
-    band: np.ndarray
-    final: np.ndarray | None = None
-    unit: str = "mm"
 
 
 @style.picture

@@ -1,26 +1,27 @@
 """How much each candidate effect explains, against what chance explains."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import AFTER, FAINT, INK
+from belt_sim.results.found import Tried
 
 #: The axis is linear up to one threshold and logarithmic beyond.
 LINEAR = 1.0
 
 
 @style.picture
-def ranking_picture(path: str | os.PathLike, ranking: Sequence[Mapping], title: str) -> Path:
+def ranking_picture(path: str | os.PathLike, ranking: Sequence[Tried], title: str) -> Path:
     """A bar an effect: its gain in units of its bootstrap threshold; the line at 1 is chance.
 
-    ranking: entries of diagnosis.json's "ranking", each with id, gain, threshold, best first.
+    ranking: best first; a candidate that the readings cannot show has no threshold and no bar.
     """
-    names = [str(entry["id"]) for entry in ranking]
-    ratio = np.array([max(float(e["gain"]), 0.0) / float(e["threshold"]) for e in ranking])
+    names = [c.id for c in ranking]
+    ratio = np.array([max(c.gain, 0.0) / c.threshold if c.threshold else 0.0 for c in ranking])
     fig, [[ax]] = style.figure(8.0, 0.34 * len(names) + 1.7)
     rows = np.arange(len(names))[::-1]
     ax.barh(rows, ratio, height=0.72, color=[AFTER if r > 1.0 else FAINT for r in ratio])

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from belt_sim.errors import BeltError
+from belt_sim.files import write_with
 from belt_sim.pictures.colours import DIVERGING, FAINT, INK, PAPER
 
 if TYPE_CHECKING:
@@ -74,13 +75,10 @@ def title(fig: "Figure", text: str) -> None:
 
 
 def save(fig: "Figure", path: str | os.PathLike) -> Path:
-    """Write the figure as PNG under a temporary name, then rename it; BeltError when that is not possible."""
+    """Write the figure as PNG in one move; BeltError when that is not possible."""
     path = Path(path)
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        fig.savefig(draft, format="png")
-        os.replace(draft, path)
+        write_with(path, lambda draft: fig.savefig(draft, format="png"))
     except OSError as cause:
         raise BeltError(f"picture {path}: cannot be written ({cause.strerror}); choose another folder") from cause
     return path

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,23 +9,11 @@ import numpy as np
 
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import INK
+from belt_sim.results.drawings import FailureMap
 
 #: |E / u_val| inside of which nothing can be said (ASME V&V 20 with k = 2), and where the colour is full.
 SAYS_NOTHING = 2.0
 FULL = 10.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class FailureMap:
-    """E/u_val of one signal and yaw sign: ``ratio``, shape (tensions, windows), NaN where not measured.
-
-    tension [N/mm2], shape (t,); edges [m] of the travel windows, shape (w + 1,); title: signal and yaw sign.
-    """
-
-    title: str
-    tension: np.ndarray
-    edges: np.ndarray
-    ratio: np.ndarray
 
 
 @style.picture

@@ -112,7 +112,7 @@ class ProgressObserver:
         if self.before is not None and frame.time > self.before[1]:
             speed = f" at {(frame.travel - self.before[0]) / (frame.time - self.before[1]):.2f} m/s"
         self.before = frame.travel, frame.time
-        done = max(frame.travel, 0.0)  # a belt that is being tensioned runs before travel 0
+        done = min(max(frame.travel, 0.0), self.travel)  # a belt that is being tensioned runs before travel 0
         pace = done / max(time.monotonic() - self.began, 1e-9)
         self.shown.update(done, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second")
 

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paper_cases import BELT, RIG, YAW, marched, paper_case, steered
+from paper_cases import BELT, RIG, YAW, affected, marched, only, paper_case, steered
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.steady import steady_rate, taper_gain
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.around_engine import indicate
-from belt_sim.effects.library import library
 from belt_sim.laws.run_up_angle import sag_angle
 from belt_sim.laws.span import beam_second_order, response
 
@@ -19,25 +18,8 @@ MODEL = analytic_model("beam_th2")
 LATE = 2e-3  # a march of some hundred metres against a closed form, at 20 N/mm2 and more
 EARLY = 0.03  # a formula for the very start, read at 0.1-0.2 m
 EXACT = 1e-9  # two marches that must be one
-EFFECTS = library()
 STILL = paper_case(40, 0.0)
 HALF = RIG.span_length + RIG.wrap_tail  # half of the belt [m]
-
-
-def only(**numbers):
-    """Every effect of the library at null but the one named: only(taper={"kappa_t": 1e-5})."""
-    return tuple(replace(cls.null(), **numbers.get(name, {})) for name, cls in EFFECTS.items())
-
-
-def run(pairs, travel):
-    """Marches of (case, {effect: numbers}) pairs, batches of eight lanes: one compilation with all effects in it."""
-    curves = []
-    for start in range(0, len(pairs), 8):
-        part = pairs[start : start + 8]
-        part = part + [part[0]] * (8 - len(part))
-        cases, numbers = zip(*part, strict=True)
-        curves += marched(list(cases), "beam_th2", travel=travel, effects=[only(**n) for n in numbers])
-    return curves[: len(pairs)]
 
 
 def kl(case) -> float:
@@ -51,7 +33,7 @@ def test_taper_moves_the_belt_towards_the_larger_radius(where):
     cases = [
         replace(c, settings=replace(c.settings, direction=d)) for d in (1.0, -1.0) for c in (STILL, paper_case(20, 0.0))
     ]
-    for case, c in zip(cases, run([(c, {"taper": {where: size}}) for c in cases], 400.0), strict=True):
+    for case, c in zip(cases, affected([(c, {"taper": {where: size}}) for c in cases], 400.0), strict=True):
         wanted = size * float(taper_gain(kl(case))) * RIG.span_length**2 / (2 * HALF)
         np.testing.assert_allclose(late_rates(c), wanted, rtol=LATE)
 
@@ -70,7 +52,7 @@ def test_cant_lifts_the_belt_along_the_wrap(where, side):
     for tension in (20, 40):
         for direction in (1.0, -1.0):
             pairs.append((paper_case(tension, 0.0, direction=direction), {"cant": {where: gamma}}))
-    rates = np.array([late_rates(c).mean() for c in run(pairs, 400.0)]).reshape(2, 2)
+    rates = np.array([late_rates(c).mean() for c in affected(pairs, 400.0)]).reshape(2, 2)
     odd, even = (rates[:, 0] - rates[:, 1]) / 2, (rates[:, 0] + rates[:, 1]) / 2
     np.testing.assert_allclose(odd, side * gamma * RIG.tail_radius / HALF, rtol=LATE)
     for (case, _), found in zip(pairs[::2], even, strict=True):
@@ -81,7 +63,7 @@ def test_cant_lifts_the_belt_along_the_wrap(where, side):
 
 def test_yaw_offsets_are_yaws():
     offset = 3e-4
-    tail, head, as_tail, as_head = run(
+    tail, head, as_tail, as_head = affected(
         [
             (paper_case(40), {"yaw_offset_tail": {"beta_0": offset}}),
             (paper_case(40), {"yaw_offset_head": {"beta_0": offset}}),
@@ -97,7 +79,7 @@ def test_yaw_offsets_are_yaws():
 def test_soft_cover_starts_faster_by_its_own_moment():
     """dtheta/ds = -(1 + c EI) kappa: at the start y_1 = (1 + c EI) kappa_0 s^2/2."""
     c = 5e-6
-    soft, hard = run([(paper_case(40), {"soft_cover": {"c": c}}), (paper_case(40), {})], 20.0)
+    soft, hard = affected([(paper_case(40), {"soft_cover": {"c": c}}), (paper_case(40), {})], 20.0)
     assert soft.y[0, 1] / hard.y[0, 1] == pytest.approx(1 + c * BELT.bending_stiffness, rel=EARLY)
     assert steady_rate(paper_case(40), MODEL) == pytest.approx(0.16140e-3, rel=1e-4)
 
@@ -107,7 +89,7 @@ def test_yaw_compliance_gives_way_to_the_entry_moment():
     beta/(1 + 2 C EI k) at first, and nearly at beta when the belt has swung in."""
     c_m, case = 2e-5, paper_case(40)
     k = float(response(beam_second_order(case)).runup[2])
-    soft, stiff = run([(case, {"yaw_compliance": {"c_m": c_m}}), (case, {})], 20.0)
+    soft, stiff = affected([(case, {"yaw_compliance": {"c_m": c_m}}), (case, {})], 20.0)
     stands = YAW / (1 + 2 * c_m * BELT.bending_stiffness * k)
     assert soft.angle[0, 0] == pytest.approx(stands, rel=1e-9)
     assert soft.y[0, 1] / stiff.y[0, 1] == pytest.approx(stands / YAW, rel=EARLY)
@@ -117,7 +99,7 @@ def test_crown_holds_the_belt_where_its_taper_balances_the_yaw():
     """At rest kappa_1 = c y_1 and kappa_3 = 0, no angle against either pulley: y_1 = beta (k_u - k_o)/c."""
     crown, case = 0.05, paper_case(40)
     k = np.asarray(response(beam_second_order(case)).runup)
-    held, loose = run([(case, {"crown": {"c": crown}}), (case, {"crown": {"c": -crown}})], 400.0)
+    held, loose = affected([(case, {"crown": {"c": crown}}), (case, {"crown": {"c": -crown}})], 400.0)
     assert held.y[0, -1] == pytest.approx(YAW * (k[2] - k[1]) / crown, rel=LATE)
     assert abs(loose.y[0, -1]) > 10 * abs(held.y[0, -1])  # a hollow pulley throws the belt off
 
@@ -126,15 +108,15 @@ def test_wobble_repeats_every_turn_and_does_not_drift():
     turns, size = 20, 1e-4
     constant = abs(steady_rate(paper_case(40, size), MODEL))
     pairs = [(STILL, {"wobble": {name: size}}) for name in ("beta_cos", "beta_sin_head")]
-    for c in run(pairs, turns * 2 * np.pi * RIG.tail_radius):
+    for c in affected(pairs, turns * 2 * np.pi * RIG.tail_radius):
         waves = np.abs(np.fft.rfft(np.diff(c.y[0])))
         assert 3 + np.argmax(waves[3:]) == turns  # beside the slow swing of the start
-    for c in run(pairs, 400.0):
+    for c in affected(pairs, 400.0):
         assert np.abs(late_rates(c)).max() < 0.02 * constant
 
 
 def test_tension_errors_are_tensions():
-    gain, bias, fast, as_gain, as_bias, as_fast = run(
+    gain, bias, fast, as_gain, as_bias, as_fast = affected(
         [
             (paper_case(20), {"tension_bias": {"gain": 0.1}}),
             (paper_case(20), {"tension_bias": {"bias": 2e6}}),
@@ -150,14 +132,14 @@ def test_tension_errors_are_tensions():
 
 
 def test_sag_roll_on_a_beam_is_the_strip():
-    with_effect = run([(paper_case(7), {"sag_roll": {"strength": 1.0}})], 50.0)[0]
+    with_effect = affected([(paper_case(7), {"sag_roll": {"strength": 1.0}})], 50.0)[0]
     strip = marched([paper_case(7)], "strip", travel=50.0)[0]
     np.testing.assert_allclose(with_effect.y, strip.y, atol=EXACT * np.abs(strip.y).max())
 
 
 def test_shear_is_small_on_the_test_rig():
     """K^2 falls by 1 + n F/(G A), 8e-5 or less of the rate on a span as long as this."""
-    sheared, plain = run([(paper_case(40), {"shear": {"coefficient": 1.177}}), (paper_case(40), {})], 400.0)
+    sheared, plain = affected([(paper_case(40), {"shear": {"coefficient": 1.177}}), (paper_case(40), {})], 400.0)
     change = late_rates(sheared)[0] / late_rates(plain)[0] - 1
     assert -8e-4 < change < 0
 
@@ -166,7 +148,7 @@ def test_play_is_lost_on_the_way_and_again_on_the_way_back():
     half = 1e-4
     there_and_back = Schedule.step(YAW).then(Schedule.step(-YAW, at=10.0))
     as_left = Schedule.step(YAW - half).then(Schedule.step(-(YAW - 2 * half), at=10.0))
-    slack, plain = run(
+    slack, plain = affected(
         [
             (steered(paper_case(40), there_and_back), {"yaw_backlash": {"half": half}}),
             (steered(paper_case(40), as_left), {}),
@@ -180,14 +162,14 @@ def test_run_up_points_turn_with_the_cosine_of_the_sag_angle():
     case = paper_case(7)
     psi = float(sag_angle(case))
     assert psi == pytest.approx(62e-3, rel=0.01)
-    moved, plain = run([(case, {"run_up_points": {"share": 1.0}}), (case, {})], 50.0)
+    moved, plain = affected([(case, {"run_up_points": {"share": 1.0}}), (case, {})], 50.0)
     np.testing.assert_allclose(moved.y, plain.y * np.cos(psi), atol=EXACT * np.abs(plain.y).max())
 
 
 def test_slip_caps_the_entry_moment():
     """The moment stays within mu F b/2, and belts that hold are left alone."""
     mu = 0.15
-    slips, loaded, holds, sticks = run(
+    slips, loaded, holds, sticks = affected(
         [
             (paper_case(7), {"slip": {"inverse_friction": 1 / mu}}),
             (paper_case(7), {}),

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paper_cases import RIG, paper_case
+from paper_cases import RIG, affected, paper_case
 from scipy.integrate import simpson, solve_bvp
+from scipy.linalg import expm
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
@@ -18,6 +19,8 @@ from belt_sim.laws.span import beam_first_order, beam_second_order, strip
 
 TEXTBOOK = 1e-8  # rounding of beams condensed piece by piece
 FIELDS = 1e-4  # Simpson's rule on 65 places, and scipy's solver at its tolerance
+LOADED = 1e-6  # rounding of matrix exponentials of the whole span
+TILTED = 2e-3  # read between 65 places, and the load makes a kink
 STILL = 1e-9  # [m]: rounding of a march in which nothing moves
 SETTLED = 0.01  # of a weld's movement after 14 rounds of the belt
 STEPS = 0.01  # of y: a stop met within a step of 50 mm
@@ -115,3 +118,49 @@ def test_a_guide_is_right_in_the_usual_steps():
     case = replace(paper_case(60), rig=replace(RIG, centre_distance=2.0))
     coarse, fine = (march(case, analytic_model("strip"), guide, travel=12.0, step=s).y for s in (0.05, 0.00625))
     np.testing.assert_allclose(coarse, fine, atol=STEPS * np.abs(fine).max())
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+@pytest.mark.parametrize("law", [beam_second_order, strip])
+def test_a_side_load_on_a_hanging_span_is_what_its_equations_say(law, share):
+    """Two pieces of the strip's equations by matrix exponentials; EI kappa' jumps by the load, all else is smooth."""
+    span = law(paper_case(10))
+    z, length, at = float(span.sag_curvature), float(span.length), share * float(span.length)
+    k2, twist = float(span.force / span.bending), float(span.bending * z / span.torsion)
+    m = np.zeros((6, 6))  # y, theta, kappa, kappa', phi, phi'
+    m[0, 1] = m[1, 2] = m[2, 3] = m[4, 5] = 1.0
+    m[1, 4], m[3, 2], m[3, 4], m[5, 2] = -z, k2, -k2 * z, twist
+    held, here = [0, 1, 4], np.array([0.0, 0.0, 0.0, 1.0 / float(span.bending), 0.0, 0.0])
+
+    def solved(start, end, load):
+        """State at the run-off, the load and the run-up: start, end = y, theta, phi there."""
+        u = np.zeros(6)
+        u[held] = start
+        free = expm(m * length)
+        right = np.asarray(end) - (free @ u + expm(m * (length - at)) @ here * load)[held]
+        u[[2, 3, 5]] = np.linalg.solve(free[np.ix_(held, [2, 3, 5])], right)
+        middle = expm(m * at) @ u
+        return u, middle, expm(m * (length - at)) @ (middle + here * load)
+
+    found = support(span, share, along(span))
+    still = (0.0, 0.0, 0.0)
+    off, there, up = solved(still, still, 1.0)
+    mid = expm(m * length / 2) @ off
+    if share < 0.5:
+        mid = mid + expm(m * (length / 2 - at)) @ here
+    ends = [(still, (1, 0, 0)), ((0, 1, 0), still), (still, (0, 1, 0)), ((0, 0, 1), still), (still, (0, 0, 1))]
+    np.testing.assert_allclose(found.place, [solved(*e, 0.0)[1][0] for e in ends], rtol=LOADED, atol=LOADED)
+    for mine, theirs in ((found.give, there[0]), (found.runup, up[2]), (found.runoff, off[2])):
+        assert mine == pytest.approx(theirs, rel=LOADED)
+    assert found.tilt == pytest.approx(mid[4], rel=TILTED, abs=1e-12)
+
+
+def test_a_guide_stops_the_span_that_it_stands_beside_where_it_stands():
+    """Near the tail pulley: on the upper span point 1 meets it at once, on the lower one what has left the pulley."""
+    near, case = {"gap": 1e-4, "at": 0.3}, paper_case(40)
+    guides = [{}, {"edge_guide": near | {"stiffness": 1e8}}, {"edge_guide": near | {"stiffness_lower": 1e8}}]
+    free, upper, lower = (c.y for c in affected([(case, g) for g in guides], 20.0))
+    early = free[0] < 3e-4
+    assert upper[0].max() < 4e-4 < 0.1 * free[0].max()  # the span bends between the pulley and the roller
+    np.testing.assert_allclose(lower[0, early], free[0, early], rtol=0.01)
+    assert np.abs(lower[2] - free[2]).max() > 1e-4

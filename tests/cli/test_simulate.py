@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from shipped_schema import check
 
 from belt_sim.config import schedule_from
 from belt_sim.paths import CONF
@@ -18,7 +19,9 @@ COLUMNS = (
 
 def summary(folder) -> dict:
     """summary.json of a run."""
-    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    content = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    check(content)
+    return content
 
 
 def test_summary_and_curves(belt):

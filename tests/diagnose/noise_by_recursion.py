@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from belt_sim.diagnose.workbench import Workbench
+from belt_sim.diagnosis.workbench import Workbench
 
 
 def errors(bench: Workbench, count: int, rng, *, white: float = 1.0, wander: float = 1.0) -> np.ndarray:

@@ -4,17 +4,20 @@ Six runs of 30 m, read every half metre: one compilation of the forward model se
 so that several tests may look at the same one.
 """
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.campaign import Campaign
-from belt_sim.diagnose.describe import describe
-from belt_sim.diagnose.diagnosis import Diagnosis, diagnose
-from belt_sim.diagnose.workbench import Workbench, workbench
-from belt_sim.effects.library import tried
+from belt_sim.diagnosis.describe import describe
+from belt_sim.diagnosis.drawings import drawings_of
+from belt_sim.diagnosis.examine import Findings, examine
+from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.si import N_PER_MM2
+from belt_sim.use_cases.asked import candidates_of
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, Plan, grid
 
@@ -24,8 +27,8 @@ TENSIONS = tuple(t * N_PER_MM2 for t in (7.0, 14.0, 40.0))
 SPREAD = Plan(runs=grid(TENSIONS, TEST_YAWS, repeats=0), **SHAPE)
 #: two tensions at both signs and two repeats: noise levels can be read off
 REPEATED = Plan(runs=grid(TENSIONS[::2], TEST_YAWS, repeats=2), **SHAPE)
-CLASSES = tuple(tried().values())
 MODEL = analytic_model("beam_th2")
+CLASSES = tuple(candidates_of(None, MODEL))
 BOOTSTRAPS = 200
 SEED = 5
 
@@ -43,14 +46,20 @@ def campaign(name: str, seed: int = 1) -> Campaign:
     return _campaign(name, seed)
 
 
+def examined(name: str, seed: int = 1) -> Findings:
+    """What was found under beam_th2 with the whole library, on its workbench."""
+    return _examined(name, seed)
+
+
 def diagnosed(name: str, seed: int = 1) -> Diagnosis:
-    """Its diagnosis under beam_th2 with the whole library."""
+    """The same as a result, without drawings."""
     return _diagnosed(name, seed)
 
 
-def described(name: str, seed: int = 1) -> dict:
-    """The content of diagnosis.json."""
-    return _described(name, seed)
+@cache
+def drawn(name: str) -> Diagnosis:
+    """The same with its drawings."""
+    return replace(diagnosed(name), drawings=drawings_of(examined(name)))
 
 
 @cache
@@ -59,13 +68,13 @@ def _campaign(name: str, seed: int) -> Campaign:
 
 
 @cache
-def _diagnosed(name: str, seed: int) -> Diagnosis:
-    return diagnose(campaign(name, seed), MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED, advise=False)
+def _examined(name: str, seed: int) -> Findings:
+    return examine(campaign(name, seed), MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED, advise=False)
 
 
 @cache
-def _described(name: str, seed: int) -> dict:
-    return describe(diagnosed(name, seed), seed=SEED)
+def _diagnosed(name: str, seed: int) -> Diagnosis:
+    return describe(examined(name, seed), seed=SEED)
 
 
 @cache

@@ -4,10 +4,10 @@ import numpy as np
 from noise_by_recursion import errors
 from small_campaign import repeated_bench
 
-from belt_sim.diagnose.around import around
-from belt_sim.diagnose.null import null_gains
-from belt_sim.diagnose.select import FAMILY_LEVEL
-from belt_sim.diagnose.workbench import Workbench
+from belt_sim.diagnosis.around import around
+from belt_sim.diagnosis.null import null_gains
+from belt_sim.diagnosis.select import FAMILY_LEVEL
+from belt_sim.diagnosis.workbench import Workbench
 
 IDS = ("taper", "yaw_offset_tail", "cant", "sensor_gain", "wobble")
 BOOTSTRAPS, DRAWS = 600, 300

@@ -1,12 +1,17 @@
 """virtual-rig, compare, diagnose, report and reveal from the command line."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
+import pandas as pd
 import pytest
+from shipped_schema import check
 from small_campaign import SPREAD, campaign
 
-from belt_sim.campaign import read_campaign, write_campaign
+from belt_sim.campaign import SteadyRate, read_campaign, write_campaign
 from belt_sim.effects.load import load_effects
+from belt_sim.virtual_rig.make import make_campaign
 
 QUICK = ("model=beam_th2", "bootstraps=100", "pictures=false", "watch=null")
 TRUTH = "schema: belt-effects/1\neffects:\n  - id: sag_roll\n    parameters: {strength: 1.0}\n"
@@ -33,6 +38,8 @@ def test_compare_shows_before_and_after(belt, folder, tmp_path):
     answer = belt("compare", f"campaign={folder}", "model=beam_th2", f"effects={effects}", "pictures=false")
     assert (answer.status, answer.err) == (0, "")
     content = read(answer.folder / "comparison.json")
+    check(content)
+    assert content == read(answer.folder / "summary.json")
     assert content["schema"] == "belt-comparison/1"
     assert content["effects"] == [{"id": "sag_roll", "parameters": {"strength": 1.0}}]
     error = content["error"]["fit"]
@@ -40,7 +47,9 @@ def test_compare_shows_before_and_after(belt, folder, tmp_path):
     assert len(content["per_run"]) == len(SPREAD.runs) * len(SPREAD.signals)
     assert f"{error['before_mm']:.4f} -> {error['after_mm']:.4f}" in answer.out
     assert "no run got worse" in answer.out
-    assert (answer.folder / "per_run.csv").is_file()
+    rows = pd.read_csv(answer.folder / "per_run.csv")
+    assert set(rows["unit"]) == {"mm"}
+    assert rows["before"].tolist() == pytest.approx([r["before"] for r in content["per_run"]])
 
 
 def test_diagnose_twice_then_compare_and_report(belt, folder):
@@ -50,6 +59,8 @@ def test_diagnose_twice_then_compare_and_report(belt, folder):
     again = belt("diagnose", f"campaign={folder}", *QUICK, "effects=[sag_roll]")
     after = read(again.folder / "diagnosis.json")
     assert before["effects"] == after["effects"]  # the same seed, the same answer
+    check(after)
+    check(read(again.folder / "drawings.json"))
     assert (after["verdict"], [e["id"] for e in after["effects"]]) == ("explained", ["sag_roll"])
     assert after["campaign"]["sha256"] == read_campaign(folder).sha256
     assert "explained" in again.out
@@ -57,6 +68,7 @@ def test_diagnose_twice_then_compare_and_report(belt, folder):
     found = again.folder / "effects.yaml"
     (effect,) = load_effects(str(found))
     assert effect.strength == after["effects"][0]["parameters"]["strength"]["value"]
+    assert effect.strength == after["effects"][0]["numbers"]["strength"]
     compared = belt("compare", f"campaign={folder}", "model=beam_th2", f"effects={found}", "pictures=false")
     error = read(compared.folder / "comparison.json")["error"]["fit"]
     assert error["after_mm"] == pytest.approx(after["error"]["fit"]["after_mm"], rel=1e-3)
@@ -67,6 +79,50 @@ def test_diagnose_twice_then_compare_and_report(belt, folder):
     assert (answer.status, answer.err) == (0, "")
     assert "sag_roll" in report.read_text(encoding="utf-8")
     assert (again.folder / "overlay.png").is_file()
+
+
+def test_tilt_is_compared_in_milliradians(belt, tmp_path):
+    """Every number of a tilt signal once stood under the heading mm."""
+    plan = replace(SPREAD, signals={"y1": "point_1", "roll": "upper_mid_span"}, runs=SPREAD.runs[:2])
+    write_campaign(make_campaign(seed=1, plan=plan)[0], tmp_path / "tilted")
+    answer = belt("compare", f"campaign={tmp_path / 'tilted'}", "model=strip", "pictures=false")
+    assert (answer.status, answer.err) == (0, "")
+    content = read(answer.folder / "comparison.json")
+    check(content)
+    assert {(r["signal"], r["unit"]) for r in content["per_run"]} == {("y1", "mm"), ("roll", "mrad")}
+    assert "mrad" in answer.out
+
+
+def test_tilt_alone_is_compared_and_not_diagnosed(belt, tmp_path):
+    """A campaign without a lateral signal once ended in a traceback, when nan was to be written as JSON."""
+    plan = replace(SPREAD, signals={"roll": "upper_mid_span"}, runs=SPREAD.runs[:2])
+    write_campaign(make_campaign(seed=1, plan=plan)[0], tmp_path / "tilt")
+    answer = belt("compare", f"campaign={tmp_path / 'tilt'}", "model=strip", "pictures=false")
+    assert (answer.status, answer.err) == (0, "")
+    content = read(answer.folder / "comparison.json")
+    check(content)
+    assert "error" not in content
+    assert "lateral position of at least one" in one_line(belt("diagnose", f"campaign={tmp_path / 'tilt'}"))
+
+
+def test_steady_rates_alone_are_compared(belt, tmp_path):
+    """A published table: no curves, so that a formula will do; the same table and picture as ever."""
+    whole, nothing = campaign("nothing"), np.empty(0)
+    runs = tuple(replace(r, travel=nothing, time=None, signals={}) for r in whole.runs[:2])
+    rates = [np.array([rate, np.nan, np.nan, np.nan]) for rate in (1.0e-4, -1.2e-4)]
+    steady = tuple(SteadyRate(run=run.name, rates=r, u=1e-5) for run, r in zip(runs, rates, strict=True))
+    write_campaign(replace(whole, runs=runs, steady=steady), tmp_path / "table")
+    answer = belt("compare", f"campaign={tmp_path / 'table'}", "model=ritzinger")
+    assert (answer.status, answer.err) == (0, "")
+    content = read(answer.folder / "comparison.json")
+    check(content)
+    assert [(r["run"], r["point"], r["measured_mm_per_m"]) for r in content["steady"]] == [
+        ("r01", 1, pytest.approx(0.10)),
+        ("r02", 1, pytest.approx(-0.12)),
+    ]
+    assert content["steady"][0]["ratio"] == pytest.approx(abs(content["steady"][0]["modelled_mm_per_m"] - 0.10) / 0.01)
+    assert "per_run" not in content
+    assert (answer.folder / "steady.png").is_file()
 
 
 def test_a_hidden_effect_is_revealed(belt, tmp_path):
@@ -102,7 +158,9 @@ def test_no_such_diagnosis_is_one_line(belt, tmp_path):
         ("bootstraps=10", "at least 100"),
         ("effects=[no_such_effect]", "use one of"),
         ("effects=[]", "at least one candidate"),
-        ("model=ritzinger", "steady rate"),
+        ("model=ritzinger", "model = ritzinger: it gives a steady rate and no curves"),
+        ("model=mujoco_flex", "model = mujoco_flex: too slow to be fitted; use an analytic model"),
+        ("seed=a", "seed = a: give a whole number"),
         ("model=strip effects=[sag_roll]", "built in already"),
         ("bootstrap=1000", "did you mean bootstraps?"),
     ],

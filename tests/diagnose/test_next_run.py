@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from small_campaign import CLASSES, MODEL, TENSIONS, campaign
 
-from belt_sim.diagnose.confusable import Rival
-from belt_sim.diagnose.nextrun import RESOLVED, Outlook, next_runs
-from belt_sim.diagnose.workbench import workbench
+from belt_sim.diagnosis.confusable import Rival
+from belt_sim.diagnosis.nextrun import RESOLVED, Outlook, next_runs
+from belt_sim.diagnosis.workbench import workbench
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, grid
 

@@ -7,12 +7,15 @@ import pytest
 from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
-from belt_sim.diagnose.metric import metric_of
-from belt_sim.diagnose.noise import LevelFinder, Levels
+from belt_sim.campaign import Quantity
+from belt_sim.diagnosis.metric import metric_of, nuisance_shapes, stiffness_sigma
+from belt_sim.diagnosis.noise import LevelFinder, Levels, covariance
+from belt_sim.diagnosis.where import cells, validation_uncertainty
 
 DRAWS = 600
 SIGMAS = 4.5  # a handful of figures, each beyond this once in 150,000
 STEP = np.log(2.5 / 0.4) / 14  # of the grid of factors, in logarithm
+SECOND_ORDER = 0.03  # predictions curve between one sigma and none
 EXACT = 1e-10  # rounding of a product of 732 numbers
 
 
@@ -91,6 +94,61 @@ def test_what_the_model_lacks_does_not_change_the_noise_levels():
     drawn = errors(b, 1, np.random.default_rng(6))[0]
     missing = 5e-3 * np.sin(b.samples.travel)[:, None, :]
     assert b.finder(drawn + missing) == b.finder(drawn)
+
+
+def test_a_nuisance_is_what_one_sigma_of_it_does():
+    """Tension and yaw as they may be set, and stiffness by E and 1/b^2, against predictions that far off."""
+    b, off = bench(), []
+    belt, settings = b.campaign.belt, b.campaign.settings
+    stiffness = np.hypot(belt.youngs_modulus.u / belt.youngs_modulus.value, 2 * belt.width.u / belt.width.value)
+    for size in (stiffness, settings.tension_rel, settings.yaw_u):
+        off.append(b.forward.null())
+        off[-1][len(b.forward.slots) + len(off) - 1] = size
+    plain, *moved = b.forward.values(np.stack([b.forward.null(), *off]))
+    for shape, there in zip((b.shared, b.shapes[0], b.shapes[1]), moved, strict=True):
+        wanted = there - plain
+        np.testing.assert_allclose(shape, wanted, atol=SECOND_ORDER * np.abs(wanted).max())
+
+
+def test_a_belt_one_per_cent_wider_is_two_per_cent_stiffer_against_its_tension():
+    """K^2 = F/EI = 12 sigma/(E b^2) at the tension that is set, sigma."""
+    campaign = bench().campaign
+    belt = replace(campaign.belt, youngs_modulus=Quantity(value=210e9), width=Quantity(value=0.2, u=0.002))
+    assert stiffness_sigma(replace(campaign, belt=belt)) == pytest.approx(1.01**2 - 1.0, rel=0.01)
+
+
+def test_zero_and_gain_of_a_sensor_move_its_own_readings_in_its_own_run():
+    b, rng = bench(), np.random.default_rng(7)
+    signals = tuple(replace(s, zero=1e-4, gain=0.02 + 0.01 * k) for k, s in enumerate(b.samples.signals))
+    values = rng.normal(size=b.samples.y.shape)
+    slopes = np.zeros((3, *values.shape))
+    shapes, _ = nuisance_shapes(b.campaign, replace(b.samples, signals=signals), values, slopes)
+    assert len(shapes) == 2 + 2 * len(signals)
+    for s, signal in enumerate(signals):
+        for row, wanted in zip(shapes[2 + 2 * s : 4 + 2 * s], (signal.zero, signal.gain * values[:, s]), strict=True):
+            np.testing.assert_allclose(row[:, s], np.broadcast_to(wanted, row[:, s].shape), rtol=EXACT)
+            assert not np.delete(row, s, axis=1).any()
+
+
+def test_white_noise_falls_with_the_root_of_what_was_averaged_and_wander_does_not():
+    signal = bench().samples.signals[0]
+    travel = np.array([0.0, signal.wander_length])
+    found = covariance(signal, travel, 4.0, Levels(white=2.0, wander=3.0))
+    wander = (3.0 * signal.wander_sd) ** 2
+    wanted = [[wander + signal.white**2, wander / np.e], [wander / np.e, wander + signal.white**2]]
+    np.testing.assert_allclose(found, wanted, rtol=EXACT)
+
+
+def test_an_error_of_twice_the_uncertainty_is_twice_the_uncertainty():
+    """E is model minus measurement; where nothing has moved yet, white noise, wander and zero error are all."""
+    b = bench()
+    u_val = validation_uncertainty(b)
+    for s, signal in enumerate(b.samples.signals):
+        at_rest = np.sqrt(signal.white**2 + signal.wander_sd**2 + signal.zero**2)
+        np.testing.assert_allclose(u_val[:, s, 0], at_rest, rtol=1e-6)
+    for cell in cells(b, b.samples.y - 2.0 * u_val):
+        assert cell.ratio == pytest.approx(2.0, rel=1e-9)
+        assert cell.signed == pytest.approx(-2.0, rel=1e-9)
 
 
 def test_without_repeats_the_stated_levels_hold():

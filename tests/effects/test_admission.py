@@ -9,7 +9,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "diagnose"))
 from small_campaign import MODEL, campaign
 
-from belt_sim.diagnose import admission
+from belt_sim.diagnosis import admission
 from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.effects.library import library
 from belt_sim.effects.load import load_classes

@@ -12,6 +12,18 @@ PRODUCT, STUDIES = (sorted((ROOT / part).rglob("*.py")) for part in ("belt_sim",
 FILES = [*PRODUCT, *STUDIES]
 LONGEST_FILE, LONGEST_FUNCTION = 300, 40  # lines
 CORE = ("laws", "analytic", "effects")
+OUTER = {
+    "watch",
+    "pictures",
+    "reports",
+    "results",
+    "diagnosis",
+    "use_cases",
+    "campaign",
+    "virtual_rig",
+    "mujoco3d",
+    "cli",
+}
 SLOW = ("pandas", "matplotlib", "scipy.optimize", "plotly", "rerun", "mujoco", "hydra")
 
 
@@ -58,7 +70,24 @@ def test_nobody_reads_arguments_by_other_means_than_hydra():
 def test_the_core_imports_no_observer_and_no_engine(part):
     for path in (ROOT / "belt_sim" / part).glob("*.py"):
         others = {m.split(".")[1] for m in imported(path) if m.startswith("belt_sim.")}
-        assert not others & {"watch", "pictures", "report", "diagnose", "campaign", "virtual_rig", "mujoco3d", "cli"}
+        assert not others & OUTER
+
+
+#: part -> the parts that it may not know, as they use it
+ABOVE = {
+    "results": ("diagnosis", "pictures", "reports", "use_cases", "commands", "watch"),
+    "diagnosis": ("pictures", "reports", "use_cases", "commands"),
+    "pictures": ("diagnosis", "reports", "use_cases", "commands"),
+    "reports": ("diagnosis", "use_cases", "commands"),
+    "use_cases": ("commands", "cli"),
+}
+
+
+@pytest.mark.parametrize("part", ABOVE)
+def test_arrows_point_one_way(part):
+    known = {m.split(".")[1] for p in (ROOT / "belt_sim" / part).glob("*.py") for m in imported(p) if "belt_sim." in m}
+    assert known
+    assert not known & set(ABOVE[part])
 
 
 def test_laws_do_not_know_the_effects():

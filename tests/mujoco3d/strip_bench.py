@@ -8,29 +8,28 @@ import numpy as np
 from paper_cases import paper_case
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d import scene
-from belt_sim.mujoco3d.belt import Mesh
-from belt_sim.mujoco3d.loop import Loop
-from belt_sim.mujoco3d.natural import curved
+from belt_sim.mujoco3d.loads.torsion import Torsion
+from belt_sim.mujoco3d.mesh.belt import Mesh
+from belt_sim.mujoco3d.mesh.loop import Loop
+from belt_sim.mujoco3d.mesh.natural import curved
+from belt_sim.mujoco3d.mujoco_4 import Motion, Solver, Springs, compiled, make_factorised, set_solver
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.torsion import Torsion
 from belt_sim.paper import ROPE_EXAMPLE
 
 DX = 0.025  # [m]
 SLACK = 1e-6  # [N/mm2]
 HELD = 1e10  # [N/m]
-_FIRST_NODE = 1  # dof; 0 is the post, whose equality makes MuJoCo factorise the metric
 
 
 @dataclass
 class Strip:
-    """slides [m], pulls [N], shape (n, across, 3): displacements from the stress-free places, forces on the nodes."""
+    """motion: of the nodes from the stress-free places; pulls [N], shape (n, across, 3): forces on the nodes."""
 
     case: Case
     mesh: Mesh
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    slides: np.ndarray
+    solver: Solver
+    motion: Motion
+    springs: Springs
     pulls: np.ndarray
 
     @property
@@ -39,17 +38,13 @@ class Strip:
 
     def settle(self, steps: int, *, torsion: bool = False) -> np.ndarray:
         """Displacements [m] from the laid places after ``steps``; torsion: with the couples of torsion.py."""
-        view = SimpleNamespace(scene=SimpleNamespace(mesh=self.mesh, base=_FIRST_NODE), slides=self.slides, wraps=())
-        couples, given = Torsion.of(self.case, view, self.data), self.pulls.copy()
-        quiet = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(lambda message: None)
+        loads = np.array([[0.0] * 3, [-2.0 * float(self.case.tension_force), 0.0, 0.0]])
+        state = SimpleNamespace(slides=self.motion.slides, loads=loads, wraps=(), poses=())
+        couples = Torsion.of(self.belt, self.mesh) if torsion else None
         for _ in range(steps):
-            if torsion and couples.tense:
-                couples.apply(view, (), float(self.case.tension_force))
-                self.pulls[:, [0, -1], 2] += given[:, [0, -1], 2]
-            mujoco.mj_step(self.model, self.data)
-        mujoco.set_mju_user_warning(quiet)
-        return self.slides - (self.mesh.laid - self.mesh.rest)
+            forces = self.pulls if couples is None else self.pulls + couples.forces(state, self.springs)
+            self.solver.step(self.motion, self.springs, forces, np.zeros(1))
+        return self.motion.slides - (self.mesh.laid - self.mesh.rest)
 
 
 def strip(
@@ -65,17 +60,15 @@ def strip(
     )  # fmt: skip
     settings = Options(dx=dx, across=across, dt=dt, **options)
     mesh = curved(replace(belt.mesh(case, loop, settings), closed=False), np.full(n - 1, camber))
-    spec = scene._empty(settings, 0.0)
-    body = spec.worldbody.add_body(name="post", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True)
-    body.add_joint(name="post", type=mujoco.mjtJoint.mjJNT_HINGE)
-    spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1="post")
+    spec = mujoco.MjSpec()
+    set_solver(spec, dt, 0.0)
+    post = spec.worldbody.add_body(name="post", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True)
+    post.add_joint(name="post", type=mujoco.mjtJoint.mjJNT_HINGE)
+    make_factorised(spec, "post")
     belt.tie(spec, mesh, case, settings)
-    model = spec.compile()
-    data, shape = mujoco.MjData(model), mesh.rest.shape
-    slides, pulls, spring, stiffness = (
-        a[_FIRST_NODE:].reshape(shape) for a in (data.qpos, data.qfrc_applied, model.qpos_spring, model.jnt_stiffness)
-    )
-    slides[:] = spring[:] = mesh.laid - mesh.rest
-    stiffness[[0, -1] if both_ends else [0]] = HELD
-    model.dof_damping[_FIRST_NODE:] = drag
-    return Strip(case, mesh, model, data, slides, pulls)
+    solver, shape = Solver(compiled(spec), mesh.rest.shape), mesh.rest.shape
+    solver.damp(np.full(shape, drag))
+    slides = mesh.laid - mesh.rest
+    springs = Springs(slides.copy(), np.zeros(shape))
+    springs.stiffness[[0, -1] if both_ends else [0]] = HELD
+    return Strip(case, mesh, solver, solver.still(np.zeros(1), slides), springs, np.zeros(shape))

@@ -13,13 +13,13 @@ from belt_sim.effects.camber import Camber
 from belt_sim.effects.weld import Weld
 from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.camber import Camber as RestLengths
-from belt_sim.mujoco3d.grid import Grid
-from belt_sim.mujoco3d.membrane import Membrane
+from belt_sim.mujoco3d.loads.camber import Camber as RestLengths
+from belt_sim.mujoco3d.machine.scene import build
+from belt_sim.mujoco3d.mesh.grid import Grid
+from belt_sim.mujoco3d.mesh.membrane import Membrane
+from belt_sim.mujoco3d.mesh.natural import cells
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.natural import cells
-from belt_sim.mujoco3d.scene import build
-from belt_sim.mujoco3d.written import mjcf
+from belt_sim.mujoco3d.mujoco_4 import Solver, compiled, mjcf
 from belt_sim.paper import ROPE_EXAMPLE
 
 AT_REST = 1e-5  # of the deflection: what 15 s leave of its motion
@@ -75,8 +75,9 @@ def quietly_loaded(text):
 @pytest.mark.parametrize("effects", [[], [WELD]], ids=["straight", "weld"])
 def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
     options = Options(dx=0.04)
-    spec, scene = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, effects))
-    ran, loaded = scene.model, quietly_loaded(mjcf(spec))
+    spec, _ = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, effects))
+    ran = compiled(spec)
+    loaded = quietly_loaded(mjcf(spec))
     for name in ("body_pos", "body_mass", "key_qpos", "flexedge_length0", "flex_stiffness", "tendon_lengthspring",
                  "tendon_stiffness", "body_inertia", "jnt_axis", "opt"):  # fmt: skip
         if name == "opt":
@@ -89,21 +90,22 @@ def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
 @pytest.mark.parametrize("belt", [Membrane, Grid])
 def test_camber_acts_by_its_share(belt):
     options = Options(dx=0.04, run_in=0.0)
-    _, cambered = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [WELD]))
-    _, straight = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, []))
-    lengths = RestLengths.of(cambered)
-    natural = lengths.lengths.copy()
-    plain = straight.model.flexedge_length0 if belt is Membrane else straight.model.tendon_lengthspring
-    lengths.act(0.0)
-    np.testing.assert_allclose(lengths.lengths, plain, atol=LENGTHS * straight.mesh.chord)
-    lengths.act(1.0)
-    np.testing.assert_array_equal(lengths.lengths, natural)
-    assert RestLengths.of(straight) is None
+    cambered_spec, cambered = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [WELD]))
+    straight_spec, straight = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, []))
+    solver = Solver(compiled(cambered_spec), cambered.mesh.rest.shape)
+    natural, lengths = solver.rest_lengths, RestLengths.of(cambered.mesh, solver)
+    plain = Solver(compiled(straight_spec), straight.mesh.rest.shape).rest_lengths
+    np.testing.assert_allclose(lengths.lengths(0.0), plain, atol=LENGTHS * straight.mesh.chord)
+    np.testing.assert_array_equal(lengths.lengths(1.0), natural)
+    solver.set_rest_lengths(lengths.lengths(0.25))
+    np.testing.assert_allclose(solver.rest_lengths, 0.75 * plain + 0.25 * natural, atol=LENGTHS * straight.mesh.chord)
 
 
 def test_a_rope_has_no_camber():
-    with pytest.raises(CannotRepresent, match="camber"):
-        simulate(CASE, belt="rope", travel=1.0, parts=FLEX.parts(CASE, [WELD]))
+    with pytest.raises(CannotRepresent, match="weld: it acts through the width"):
+        SpaceModel(belt="rope").run(CASE, [WELD], travel=1.0)
+    with pytest.raises(CannotRepresent, match="camber: a rope of particles has no width"):
+        simulate(CASE, belt="rope", travel=1.0, parts=SpaceModel().parts(CASE, [WELD]))
 
 
 def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.coulomb import slide
-from belt_sim.mujoco3d.forces import elastic_forces
-from belt_sim.mujoco3d.run import Run, fitted
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.mujoco3d.wrap.coulomb import slip_increments
 
 LEFT_OVER = 2e-3  # of the largest limit; the solver stops at 1e-3
 ALIKE = 0.01  # of y: half the step; 0.5 ms against 1 ms differ by 0.5 %
@@ -17,33 +17,33 @@ HARDLY = 0.1  # [N], of links that carry 1800 N: the width is laid 0.03 um off
 @pytest.fixture(scope="module")
 def begun(short_rig):
     options = fitted(Options(friction=0.3), short_rig, "flex")
-    return Run.begin(short_rig, "flex", options, (), (), None)
+    return Run.begin(short_rig, "flex", options)
 
 
 @pytest.mark.parametrize("nodes", [1, 2, 7, 40])
-def test_sliding_nodes_are_held_with_their_limit_against_their_way_and_others_with_less(nodes):
+def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_others_with_less(nodes):
     rng = np.random.default_rng(nodes)
     for _ in range(10):
         root = rng.normal(size=(2 * nodes, 2 * nodes))
         stiffness = 1e8 * root @ root.T + 1e4 * np.eye(2 * nodes)
         force, limit = 100.0 * rng.normal(size=(nodes, 2)), 150.0 * rng.uniform(size=nodes)
-        way = slide(force, limit, stiffness, np.zeros((nodes, 2)))
-        after = force + (stiffness @ way.ravel()).reshape(-1, 2)
-        size = np.hypot(*way.T)
+        slip = slip_increments(force, limit, stiffness, np.zeros((nodes, 2)))
+        after = force + (stiffness @ slip.ravel()).reshape(-1, 2)
+        size = np.hypot(*slip.T)
         moves = size > 0.0
         tolerance = LEFT_OVER * limit.max()
-        against = -limit[moves, None] * way[moves] / size[moves, None]
+        against = -limit[moves, None] * slip[moves] / size[moves, None]
         assert after[moves] == pytest.approx(against, abs=tolerance)
         assert np.all(np.hypot(*after[~moves].T) <= limit[~moves] + tolerance)
 
 
 def test_no_node_slides_below_its_limit():
-    assert not slide(np.full((3, 2), 1.0), np.full(3, 1.5), 1e8 * np.eye(6), np.full((3, 2), 1e-9)).any()
+    assert not slip_increments(np.full((3, 2), 1.0), np.full(3, 1.5), 1e8 * np.eye(6), np.full((3, 2), 1e-9)).any()
 
 
 def test_wrap_is_stiff_like_a_strip(begun, short_rig):
     """A wrap shifted sideways as a whole bends nothing in itself; a link stretches like a plate strip."""
-    tangent, count = begun.contact.friction.tangent, 9
+    tangent, count = begun.engine.tangent, 9
     whole = tangent.wrap(0, count)
     assert whole == pytest.approx(whole.T, abs=1e-6 * np.abs(whole).max())
     assert np.linalg.eigvalsh(whole).min() > 0.0
@@ -58,10 +58,10 @@ def test_wrap_is_stiff_like_a_strip(begun, short_rig):
 
 
 def test_laid_belt_pulls_at_its_free_nodes_with_its_weight_only(begun):
-    contact, scene = begun.contact, begun.scene
-    pull = elastic_forces(scene.model, begun.data, scene.base, contact.slides.shape)
+    state, scene = begun.state, begun.scene
+    pull = begun.engine.solver.elastic_forces(state.slides)
     free = np.ones(scene.mesh.stations, bool)
-    for wrap in contact.wraps:
+    for wrap in state.wraps:
         free[np.arange(wrap.first - 2, wrap.last + 3) % scene.mesh.stations] = False
     weight = scene.mesh.mass * scene.parts.gravity
     assert pull[free][..., 2] == pytest.approx(np.broadcast_to(weight, pull[free][..., 2].shape), abs=HARDLY)

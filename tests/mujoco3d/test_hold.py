@@ -1,16 +1,18 @@
 """The laid belt closes and hangs, the run stops for a yaw step."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.case import Schedule
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.loop import laid_loop
+from belt_sim.mujoco3d.mesh.loop import laid_loop
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run import fitted
-from belt_sim.mujoco3d.stage import Clock, YawPlan, yaw_now
-from belt_sim.paper import TEST_RIG
+from belt_sim.mujoco3d.run.engine import command
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 
 CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle
 PARABOLA = 1e-3  # slope^2 / 12, and the circle of the stations 0.15 mm outside the pulley
@@ -29,12 +31,14 @@ def test_laid_belt_has_equal_chords_and_hangs():
 
 
 def test_belt_stands_still_for_a_yaw_step():
-    plan = YawPlan(Schedule.step(1e-3, 0.0))
-    clock = Clock(options=Options(belt_speed=1.0), stops=plan.stops(1.0), end=0.5, travel=-0.3)
-    seen = []
-    while not clock.finished:
-        clock.advance(1e-3)
-        seen.append((clock.travel, clock.speed, yaw_now(plan, clock)))
+    case = paper_case(60, 1e-3, ROPE_EXAMPLE)
+    options = fitted(Options(belt_speed=1.0, run_in=0.3), case, "flex")
+    run = Run.begin(case, "flex", options)
+    seen, state = [], SimpleNamespace(travel=-0.3, speed=0.0, time=0.0)
+    for stage in run.stages(0.5)[1:]:
+        for drive in stage.drives(state):
+            command(state, drive, options.dt)
+            seen.append((state.travel, state.speed, state.yaw[1]))
     travel, speed, yaw = np.array(seen).T
     turning = (yaw > 0.0) & (yaw < 1e-3)
     assert turning.sum() > 200
@@ -42,6 +46,8 @@ def test_belt_stands_still_for_a_yaw_step():
     assert np.all(speed[turning] == 0.0)
     assert np.all(yaw[travel < 0.0] == 0.0)
     assert np.all(yaw[travel > 0.0] == 1e-3)
+    assert travel[-1] >= 0.5
+    assert np.diff(speed).max() <= (options.acceleration + 1e-9) * options.dt
 
 
 def test_too_long_a_step_is_refused_in_one_line():

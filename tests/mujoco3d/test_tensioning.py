@@ -9,12 +9,14 @@ from paper_cases import YAW, paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.catenary import Catenary
-from belt_sim.mujoco3d.hold import TAIL
-from belt_sim.mujoco3d.loop import Hanging, free_length, laid_loop
-from belt_sim.mujoco3d.run import Run, fitted
-from belt_sim.mujoco3d.tensioning import Apart
-from belt_sim.mujoco3d.touchdown import lift
+from belt_sim.mujoco3d.machine.tensioning import Apart
+from belt_sim.mujoco3d.mesh.catenary import Catenary
+from belt_sim.mujoco3d.mesh.loop import Hanging, free_length, laid_loop
+from belt_sim.mujoco3d.mesh.path import lift
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.run.record import Recorder
+from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.mujoco3d.state import TAIL
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 from belt_sim.registry import model_named
 from studies.tensionings import Before
@@ -60,10 +62,10 @@ def test_a_polygon_of_stations_is_as_long_as_the_smooth_belt_and_its_four_ways_o
 def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
     case = paper_case(tension, 0.0, ROPE_EXAMPLE)
     options = fitted(Options(tensioning="length", settle=2.0 if tension < 7.0 else 1.0), case, belt)
-    run = Run.begin(case, belt, options, (), (), None)
-    run._rest()
-    assert run.machine.poses[TAIL].centre[0] == pytest.approx(2.0, abs=ROUNDING)
-    assert -run.contact.loads[TAIL][0] == pytest.approx(2.0 * case.tension_force, rel=near)
+    run = Run.begin(case, belt, options)
+    run.through(run.stages(1.0)[0], Recorder(run.scene, ()))
+    assert run.state.poses[TAIL].centre[0] == pytest.approx(2.0, abs=ROUNDING)
+    assert -run.state.loads[TAIL, 0] == pytest.approx(2.0 * case.tension_force, rel=near)
 
 
 def test_a_longer_belt_is_slacker():

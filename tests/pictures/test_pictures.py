@@ -2,46 +2,93 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
-import made_up
 import numpy as np
 import pytest
+from paper_cases import paper_case
+from small_campaign import drawn
 
 from belt_sim import pictures
-from belt_sim.errors import BeltError
+from belt_sim.errors import BeltError, InputError
+from belt_sim.pictures import Rates
+from belt_sim.results.errors import SteadyError
+from belt_sim.use_cases.plot import drawings_by_kind, plot
+from belt_sim.use_cases.simulate import simulate
 
 PNG = b"\x89PNG\r\n\x1a\n"
 INKED = 0.01  # the least share of pixels that a picture of curves and words darkens
-
-PICTURES = {
-    "curves": lambda p: pictures.curves_picture(p, {"strip": made_up.curves()}, "Strip law at 10 N/mm²"),
-    "compared": lambda p: pictures.curves_picture(
-        p, {"strip": made_up.curves(), "beam Th2": made_up.curves(-2e-4)}, "Two laws at 10 N/mm²"
-    ),
-    "overlay": lambda p: pictures.overlay_picture(p, made_up.panels(), "Before and after sag-roll coupling"),
-    "before_only": lambda p: pictures.overlay_picture(p, made_up.panels(1, final=False), "One run"),
-    "where": lambda p: pictures.where_map_picture(p, made_up.maps(), "Where beam_th2 fails", "Adequate above 23"),
-    "drift": lambda p: pictures.drift_chart_picture(p, made_up.drifts(), "Fitted tension by tension"),
-    "rates": lambda p: pictures.rates_picture(p, made_up.rates()[0], "Late rate of point 1", made_up.rates()[1]),
-    "ranking": lambda p: pictures.ranking_picture(p, made_up.ranking(), "What explains the error"),
-}
+OF_DIAGNOSIS = ("overlay", "headline", "where", "drift", "ranking")
+TENSIONS = (7e6, 10e6, 20e6)
+STEADY = [
+    SteadyError(run=f"r{k}", point=1, tension=t, measured=1e-4, modelled=1.1e-4, u=1e-5, ratio=1.0)
+    for k, t in enumerate(TENSIONS)
+]
 
 
-@pytest.mark.parametrize("name", PICTURES)
-def test_picture_is_written_whole(name, tmp_path):
+@pytest.fixture(scope="module")
+def runs():
+    """The same case by two laws."""
+    return {m: simulate(paper_case(10), model=m, travel=5.0).curves for m in ("strip", "beam_th2")}
+
+
+def inked(path) -> bool:
     from matplotlib.image import imread
 
-    path = PICTURES[name](tmp_path / "deeper" / f"{name}.png")
-    assert path.read_bytes().startswith(PNG)
-    assert [p.name for p in path.parent.iterdir()] == [f"{name}.png"]
     pixels = imread(path)[..., :3]
-    assert np.mean(pixels.min(axis=-1) < 0.8) > INKED
+    return np.mean(pixels.min(axis=-1) < 0.8) > INKED
 
 
-def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
+def whole(path) -> bool:
+    return path.read_bytes().startswith(PNG) and [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("kind", OF_DIAGNOSIS)
+def test_every_picture_of_a_diagnosis_is_written_whole(kind, tmp_path):
+    d = drawn("sag_roll")
+    assert set(drawings_by_kind(d)) == set(OF_DIAGNOSIS)
+    path = tmp_path / "deeper" / "picture.png"
+    plot(d, path, kind=kind)
+    assert whole(path)
+    assert inked(path)
+
+
+@pytest.mark.parametrize("names", [("strip",), ("strip", "beam_th2")])
+def test_curves_of_one_and_of_several_models(names, runs, tmp_path):
+    path = pictures.curves_picture(tmp_path / "curves.png", {n: runs[n] for n in names}, "At 10 N/mm²")
+    assert whole(path)
+    assert inked(path)
+
+
+def test_before_alone(tmp_path):
+    panels = [replace(p, final=None) for p in drawn("sag_roll").drawings.overlays[:1]]
+    assert inked(pictures.overlay_picture(tmp_path / "one.png", panels, "One run"))
+
+
+def test_steady_rates(tmp_path):
+    assert inked(pictures.steady_picture(tmp_path / "steady.png", STEADY, "strip", "Late rates"))
+    tension = np.array(TENSIONS) / 1e6
+    several = {n: Rates(tension=tension, rate=np.array([0.1, r, 0.15])) for n, r in (("rope", 0.2), ("strip", 0.1))}
+    assert inked(pictures.rates_picture(tmp_path / "rates.png", several, "Late rate of point 1"))
+
+
+def test_a_candidate_that_cannot_be_seen_has_no_bar(tmp_path):
+    first, *others = drawn("sag_roll").ranking
+    path = tmp_path / "ranking.png"
+    assert inked(pictures.ranking_picture(path, [first, *(replace(c, threshold=None) for c in others)], "Unseen"))
+
+
+def test_a_picture_that_is_not_there_is_told():
+    with pytest.raises(InputError, match="kind = curves: use one of overlay, where"):
+        plot(drawn("sag_roll"), kind="curves")
+    with pytest.raises(InputError, match="no picture"):
+        plot(simulate(model="ritzinger"))
+
+
+def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, runs):
     (tmp_path / "file").write_text("")
     with pytest.raises(BeltError, match="cannot be written"):
-        PICTURES["curves"](tmp_path / "file" / "x.png")
+        pictures.curves_picture(tmp_path / "file" / "x.png", runs, "Nowhere")
 
 
 def test_importing_the_pictures_does_not_import_matplotlib():

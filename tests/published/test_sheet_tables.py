@@ -8,6 +8,7 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.ritzinger import RitzingerFormula
 from belt_sim.analytic.steady import shelton_factor, sievers_coefficients, steady_rate
 from belt_sim.curves import late_rates
+from belt_sim.laws.span import softening
 
 # late rates [mm per m of travel] at |yaw| = 0.042 degrees
 TENSIONS = [4, 5, 7, 10, 15, 20, 30, 40, 60, 100]
@@ -25,6 +26,7 @@ TRANSIENTS = [
 ]
 LAST_DIGIT = 0.6e-5  # half of the last digit printed, and a little
 MARCH = 5e-3  # what a march may be off, by the sheet
+ROPES = 0.02  # a chord that changes by b beta/2 = 73 um, and tension that follows it beyond the straight line
 SHORT_TRANSIENT = [
     (t, m, r) for m, row in (("beam_th2", TH2), ("strip", STRIP)) for t, r in zip(TENSIONS, row, strict=True) if r
 ]
@@ -81,3 +83,11 @@ def test_ritzinger_lowers_the_rate_at_low_tension():
     assert rates == sorted(rates)
     assert rates[-1] < BOUNDS["beam_th1"]
     assert model.steady_rate(paper_case(20, -YAW)) == pytest.approx(-rates[1] * 1e-3, rel=1e-12)
+
+
+@pytest.mark.parametrize("tension", [7, 20, 40])
+def test_ritzinger_is_three_quarters_of_the_first_order_beam_with_ernsts_modulus(tension):
+    """Two edge ropes of half the section each, b apart, give b^2 E A beta/(4 L (1 + Lambda)), the beam 4 E I beta/L."""
+    case = paper_case(tension)
+    wanted = 0.75 * BOUNDS["beam_th1"] / (1.0 + float(softening(case)))
+    assert abs(RitzingerFormula().steady_rate(case)) * 1e3 == pytest.approx(wanted, rel=ROPES)

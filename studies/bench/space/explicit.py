@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from belt_sim.mujoco3d.run import Run
+from belt_sim.mujoco3d.run.simulate import Run
 from studies.bench.space.task import Task
 
 STEPS = 3000  # of a trial: beyond the limit by 1 % the fastest mode grows by a quarter a step
@@ -32,12 +32,12 @@ def explicit_figures(task: Task) -> dict[str, Any]:
         middle = (low * high) ** 0.5
         low, high = (middle, high) if stable(model, free, middle) else (low, middle)
     each = min(_timed(model, low) for _ in range(REPEATS))
-    per_metre = 1.0 / (low * options.belt_speed)
+    per_metre = 1.0 / (low * options.pace)
     return {
         "dt_s": low,
         "stable_at_dt": stable(model, free, low),
         f"stable_at_{BEYOND:g}_dt": stable(model, free, BEYOND * low),
-        "belt_speed_m_per_s": options.belt_speed,
+        "belt_speed_m_per_s": options.pace,
         "ms_per_step": 1e3 * each,
         "steps_per_m": per_metre,
         "cpu_s_per_m": each * per_metre,
@@ -46,11 +46,11 @@ def explicit_figures(task: Task) -> dict[str, Any]:
 
 def explicit_model(run: Run) -> tuple[mujoco.MjModel, np.ndarray]:
     """The run's model with Euler steps and its landed nodes put in place; which coordinates are free."""
-    model, scene = run.scene.model, run.scene
-    landed = np.zeros((scene.mesh.stations, scene.mesh.across, 3), bool)
-    for wrap in run.contact.wraps:
+    solver = run.engine.solver
+    model, landed = solver.model, np.zeros(solver.shape, bool)
+    for wrap in run.state.wraps:
         landed[wrap.stations] = True
-    placed = np.concatenate([np.ones(scene.base, bool), landed.ravel()])
+    placed = np.concatenate([np.ones(solver.base, bool), landed.ravel()])
     model.jnt_stiffness[:] = 0.0
     model.dof_armature[placed] = _PLACED
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER

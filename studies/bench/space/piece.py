@@ -46,9 +46,9 @@ def measure(task: Task, travel: float, dt: float = Options().dt) -> dict[str, An
     STEADY_SHARE of what was run; late rates only of whole runs.
     """
     begun, marks = time.process_time(), Marks()
-    run, options = task.laid(dt, (marks,))
-    marks.data = run.data
-    curves = run.go(travel)
+    run, options = task.laid(dt)
+    marks.data = run.engine.solver.data
+    curves = run.go(travel, (marks,))
     cpu = time.process_time() - begun
     at, steps, clock, iterations = np.array(marks.rows).T
     late = at >= at[-1] - STEADY_SHARE * travel
@@ -56,7 +56,7 @@ def measure(task: Task, travel: float, dt: float = Options().dt) -> dict[str, An
     figures = {
         "travel_m": travel,
         "dt_s": options.dt,
-        "belt_speed_m_per_s": options.belt_speed,
+        "belt_speed_m_per_s": options.pace,
         "nodes": int(run.scene.mesh.stations * run.scene.mesh.across),
         "steps": float(curves.extra["steps"][-1]) if curves.extra else 0.0,
         "cpu_s": cpu,

@@ -1,6 +1,5 @@
 """The two belts that are measured: the short rig over 25 m, the full test rig over 60 m."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +8,9 @@ from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates
-from belt_sim.frame import Observer
-from belt_sim.mujoco3d import Options, undisturbed
-from belt_sim.mujoco3d.run import Run, fitted
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.run.simulate import Run
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, paper_case
 from belt_sim.rig import Rig
 from belt_sim.si import N_PER_MM2
@@ -30,11 +29,11 @@ class Task:
         """The paper's belt after a yaw step at travel 0."""
         return paper_case(self.tension * N_PER_MM2, rig=self.rig)
 
-    def laid(self, dt: float = Options().dt, observers: Sequence[Observer] = ()) -> tuple[Run, Options]:
+    def laid(self, dt: float = Options().dt) -> tuple[Run, Options]:
         """The membrane laid on its pulleys, ready to go, and its resolved options; dt [s]."""
         case = self.case()
         options = fitted(Options(dt=dt), case, "flex")
-        return Run.begin(case, "flex", options, observers, undisturbed(case, options), None), options
+        return Run.begin(case, "flex", options), options
 
 
 SHORT = Task(rig=ROPE_EXAMPLE, tension=60.0, travel=25.0, limit=30.0)

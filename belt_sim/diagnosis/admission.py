@@ -1,0 +1,133 @@
+"""The admission test of a user's own effect: null limit, declarations, parity, exponent, collinearity."""
+
+from dataclasses import replace
+from functools import partial
+
+import jax
+import numpy as np
+
+from belt_sim.analytic.composition import Composition
+from belt_sim.analytic.march import march
+from belt_sim.campaign import Campaign, case_of
+from belt_sim.case import Case
+from belt_sim.curves import Curves, late_rates
+from belt_sim.diagnosis.around import around
+from belt_sim.diagnosis.workbench import workbench
+from belt_sim.effects.around_engine import indicate
+from belt_sim.effects.base import Effect
+from belt_sim.effects.library import library
+from belt_sim.errors import InputError
+from belt_sim.jax_setup import is_unfused
+from belt_sim.scene_parts import SceneParts
+
+TRAVEL = 40.0  # [m]
+PARITY = 0.05  # share of the contribution that may have the other parity: run-up nonlinearities are smaller
+EXPONENT = 0.2  # late rates follow a power law only in the limit of high tension
+ALIKE = 0.98  # collinearity from which data cannot tell two effects apart
+SHOWN = 3
+HIGH_TENSION = (4e8, 8e8)  # [Pa]
+
+
+def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str]:
+    """Test one effect on a campaign's machine; returns what passed, in words.
+
+    Raises InputError naming the first thing that is wrong.
+    """
+    case = case_of(campaign, campaign.runs[0])
+    _declared(cls)
+    _null(cls, model, case)
+    lines = [f"{cls.id}: null parameters change nothing, bit for bit; units declared"]
+    lines += _parity(cls, model, case)
+    lines += _exponent(cls, model, case)
+    return lines + _collinear(cls, model, campaign)
+
+
+def _declared(cls: type[Effect]) -> None:
+    for name, p in cls.parameters.items():
+        where = f"{cls.id}.parameters.{name}"
+        if not p.unit or not p.meaning:
+            raise InputError(where, p, "", "state its unit ('1' for none) and its meaning")
+        if not p.plausible[0] < p.plausible[1]:
+            raise InputError(f"{where}.plausible", p.plausible, p.unit, "give (low, high)")
+        if not np.isfinite(p.scale) or p.scale == 0:
+            raise InputError(f"{where}.scale", p.scale, p.unit, "give a size that matters on a real machine")
+
+
+def _null(cls: type[Effect], model: Composition, case: Case) -> None:
+    """March, readings and scene must be the same to the last bit (to rounding where JAX fuses, see jax_setup)."""
+    without, null = march(case, model, travel=TRAVEL), cls.null()
+    within = march(case, model, (null,), travel=TRAVEL)
+    read = [indicate(without, case, effects, without.travel) for effects in ((), (null,))]
+    alike = np.array_equal if is_unfused() else partial(np.allclose, rtol=1e-12, atol=1e-18)
+    pairs = [*zip(_leaves(without), _leaves(within), strict=True), *zip(*map(_leaves, read), strict=True)]
+    parts = SceneParts.undisturbed(case)
+    if not all(alike(a, b) for a, b in pairs) or null.scene(parts, case) != parts:
+        raise InputError(f"{cls.id}.null()", "changes the curves", "", "every hook must return its input when null")
+
+
+def _leaves(curves: Curves) -> list:
+    return jax.tree.leaves(curves)
+
+
+def _contribution(cls: type[Effect], model: Composition, case: Case) -> np.ndarray:
+    """What the effect at its scale adds to y at points 1-4 as a sensor reads it, shape (4, n)."""
+    at_scale = cls(**{n: p.scale for n, p in cls.parameters.items()})
+    curves = march(case, model, (at_scale,), travel=TRAVEL)
+    return np.asarray(indicate(curves, case, (at_scale,), curves.travel).y) - march(case, model, travel=TRAVEL).y
+
+
+def _parity(cls: type[Effect], model: Composition, case: Case) -> list[str]:
+    if cls.parity == "mixed":
+        return [f"{cls.id}: parity not declared (mixed)"]
+    if cls.parity not in ("odd", "even"):
+        raise InputError(f"{cls.id}.parity", cls.parity, "", "use odd, even or mixed")
+    mirrored = replace(case.settings, yaw=replace(case.settings.yaw, change=-case.settings.yaw.change))
+    here = _contribution(cls, model, case)
+    there = _contribution(cls, model, replace(case, settings=mirrored))
+    if not np.abs(here).max() > 0:
+        raise InputError(cls.id, "no change", "", "at its scale it moves nothing on this machine; give a larger scale")
+    sign = -1.0 if cls.parity == "odd" else 1.0
+    off = np.linalg.norm(there - sign * here) / np.linalg.norm(np.stack([here, there]))
+    if off > PARITY:
+        raise InputError(f"{cls.id}.parity", cls.parity, "", f"measured: {off:.0%} of it has the other parity")
+    return [f"{cls.id}: {cls.parity} in yaw, as declared ({off:.1%} off)"]
+
+
+def _exponent(cls: type[Effect], model: Composition, case: Case) -> list[str]:
+    if cls.tension_exponent is None:
+        return []
+    sizes = []
+    for tension in HIGH_TENSION:
+        tight = replace(case, settings=replace(case.settings, tension=tension))
+        curves = march(tight, model, travel=TRAVEL)
+        rates = late_rates(replace(curves, y=_contribution(cls, model, tight)))
+        sizes.append(float(np.linalg.norm(rates)))
+    measured = np.log(max(sizes[1], 1e-300) / max(sizes[0], 1e-300)) / np.log(HIGH_TENSION[1] / HIGH_TENSION[0])
+    if abs(measured - cls.tension_exponent) > EXPONENT:
+        raise InputError(f"{cls.id}.tension_exponent", cls.tension_exponent, "", f"measured {measured:.2f}")
+    return [f"{cls.id}: late rate ~ tension^{measured:.2f}, declared {cls.tension_exponent:g}"]
+
+
+def _collinear(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str]:
+    """Largest cosine between this effect's shapes and each library effect's, after the nuisances."""
+    others = [c for c in library().values() if model.refusal(c) is None and c is not cls]
+    bench = workbench(campaign, model, [cls, *others])
+    base = bench.fit([bench.start((), bench.forward.null())])[0]
+    ids = [cls.id, *(c.id for c in others)]
+    near = around(bench, base, ids)
+    bases = {i: _orthonormal(bench.metric.whiten(near.shapes(bench, i))) for i in ids}
+    own = bases.pop(cls.id)
+    if not own.shape[1]:
+        raise InputError(cls.id, "no change", "", "at its scale these readings cannot see it; give a larger scale")
+    cosines = {i: float(np.linalg.norm(b.T @ own, ord=2)) for i, b in bases.items() if b.shape[1]}
+    worst = sorted(cosines, key=lambda i: -cosines[i])[:SHOWN]
+    return [
+        f"{cls.id}: collinearity {cosines[i]:.4f} with {i}" + (": your data cannot tell" if cosines[i] > ALIKE else "")
+        for i in worst
+    ]
+
+
+def _orthonormal(rows: np.ndarray) -> np.ndarray:
+    """Columns (N, k) spanning rows that can be seen at all."""
+    seen = rows[np.linalg.norm(rows, axis=1) > 0.1]
+    return np.linalg.qr(seen.T)[0] if len(seen) else np.empty((rows.shape[1], 0))

@@ -1,0 +1,133 @@
+"""From the workbench to the result: what a diagnosis hands out."""
+
+from typing import Any
+
+import numpy as np
+
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.candidate import estimates
+from belt_sim.diagnosis.confusable import probabilities, selection_frequency
+from belt_sim.diagnosis.examine import Findings
+from belt_sim.diagnosis.heldout import held_out
+from belt_sim.diagnosis.openset import shape_card
+from belt_sim.diagnosis.run_errors import overall_errors, run_errors
+from belt_sim.diagnosis.select import Trial
+from belt_sim.diagnosis.verdict import damage
+from belt_sim.diagnosis.where import where
+from belt_sim.provenance import provenance
+from belt_sim.results.diagnosis import CampaignLabel, Diagnosis
+from belt_sim.results.errors import Change, Errors
+from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NoiseLevels, Tried, Unknown
+from belt_sim.results.verdict import Verdict
+
+
+def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
+    """The findings as a result, without drawings."""
+    bench, found = d.bench, d.found
+    campaign, model = bench.campaign, bench.forward.model.name
+    named = d.verdict != Verdict.CANNOT_SAY
+    levels = bench.levels
+    return Diagnosis(
+        base_model=model,
+        campaign=label(campaign),
+        verdict=d.verdict,
+        sentence=d.verdict.sentence(model, found.chosen.ids if named else (), damage(d.suspicions)),
+        effects=_effects(d) if named else (),
+        ranking=_ranking(d, seed),
+        rounds=tuple(tuple(Tried(**_tried(t)) for t in trials) for trials in found.rounds),
+        error=_errors(d),
+        where=where(bench, found.base.values),
+        confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in d.rivals),
+        next_runs=tuple(d.advice),
+        unknown=_unknown(d),
+        open_set=LeftOver(
+            failed=d.left.failed,
+            gain=d.left.gain,
+            threshold={n: _finite(t) for n, t in d.left.threshold.items()},
+        ),
+        noise=NoiseLevels(white_factor=levels.white, wander_factor=levels.wander, repeats=levels.repeats),
+        suspicions=d.suspicions,
+        per_run=run_errors(found.bench, found.base.values, found.chosen.values),
+        provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
+    )
+
+
+def label(campaign: Campaign) -> CampaignLabel:
+    """Which campaign it was."""
+    return CampaignLabel(title=campaign.title, sha256=campaign.sha256, source=campaign.source.kind)
+
+
+def _effects(d: Findings) -> tuple[FoundEffect, ...]:
+    weights = probabilities(d.found)
+    chosen, forward = d.found.chosen, d.bench.forward
+    seen = estimates(forward, chosen)
+    there = {e.id: e for e in forward.effects_at(chosen.q, chosen.ids)}
+    return tuple(
+        FoundEffect(
+            id=name,
+            numbers={n: float(getattr(there[name], n)) for n in there[name].parameters},
+            parameters=seen[name],
+            probability=weights.get(name, 1.0),
+            confusable_with=tuple(r.other for r in d.rivals if r.effect == name),
+            rejected=d.verdict.rejects_model,
+            source_file=getattr(type(there[name]), "source_file", None),
+        )
+        for name in chosen.ids
+    )
+
+
+def _ranking(d: Findings, seed: int) -> tuple[Candidate, ...]:
+    frequency = selection_frequency(d.found, seed)
+    return tuple(
+        Candidate(
+            **_tried(t),
+            parameters=estimates(d.bench.forward, t.fit)[t.id],
+            plausible=t.plausible,
+            selection_frequency=frequency.get(t.id, 0.0),
+            note=_note(t, d.found.base_held_out.chi2),
+        )
+        for t in d.ranking
+    )
+
+
+def _note(t: Trial, base_chi2: float) -> str:
+    if t.gain <= t.threshold:
+        return "not needed"
+    if not t.plausible:
+        return "implausible value"
+    return "held-out error falls" if t.held_out.chi2 < base_chi2 else "held-out error stays"
+
+
+def _tried(t: Trial) -> dict[str, Any]:
+    return {"id": t.id, "gain": t.gain, "threshold": _finite(t.threshold), "held_out_rms": t.held_out.rms}
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _errors(d: Findings) -> Errors:
+    over_all = overall_errors(d.found.bench, d.found.base.values, d.found.chosen.values)
+    assert over_all is not None  # a diagnosis has a lateral signal
+    before, after = d.found.base_held_out, held_out(d.found.bench, d.found.chosen)
+    return Errors(
+        noise_floor=over_all.noise_floor,
+        fit=over_all.fit,
+        held_out=Change(before=before.rms, after=after.rms),
+        by_condition={
+            name: Change(before=before.by_condition[name], after=after.by_condition[name])
+            for name in after.by_condition
+        },
+    )
+
+
+def _unknown(d: Findings) -> Unknown | None:
+    if not (d.verdict.rejects_model and d.left.failed):
+        return None
+    last = max(d.found.rounds[-1] if d.found.rounds else [], key=lambda t: t.gain, default=None)
+    nearest = None
+    if last is not None:
+        missing = max(d.left.gain.values(), default=0.0)
+        why = f"it takes a chi2 of {last.gain:.0f} of what stands out ({missing:.0f} in the worst test)"
+        nearest = last.id, why
+    return shape_card(d.found.bench, d.found.chosen, d.left, nearest)

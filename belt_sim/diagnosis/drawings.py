@@ -1,0 +1,83 @@
+"""What a comparison or a diagnosis has to draw: overlays, maps, drift charts, in the units people read."""
+
+import numpy as np
+
+from belt_sim.diagnosis.drift_chart import stiffness_drift
+from belt_sim.diagnosis.examine import Findings
+from belt_sim.diagnosis.where import K, cells, validation_uncertainty, window_edges
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.results import words
+from belt_sim.results.drawings import Drawings, FailureMap, Panel
+from belt_sim.results.errors import UNITS
+from belt_sim.results.words import KILO
+
+
+def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> tuple[Panel, ...]:
+    """One panel a run and signal; base and final (R, S, n) are predictions before and after."""
+    band = K * validation_uncertainty(bench)
+    panels = []
+    for r, run in enumerate(bench.samples.runs):
+        for s, signal in enumerate(bench.samples.signals):
+            keep = np.isfinite(bench.samples.y[r, s])
+            if not keep.any():
+                continue
+            title = f"{run.name} {signal.name}, {words.tension(run.tension)} N/mm², {words.yaw(run.yaw)}°"
+            panels.append(
+                Panel(
+                    title=title + ("" if run.use == "fit" else ", held out"),
+                    travel=bench.samples.travel[r][keep],
+                    measured=bench.samples.y[r, s][keep] * KILO,
+                    base=base[r, s][keep] * KILO,
+                    band=band[r, s][keep] * KILO,
+                    final=None if final is None else final[r, s][keep] * KILO,
+                    unit=UNITS[signal.kind],
+                )
+            )
+    return tuple(panels)
+
+
+def maps(bench: Workbench, values: np.ndarray) -> tuple[FailureMap, ...]:
+    """E/u_val over tension and travel windows, one map a signal and yaw sign."""
+    found, edges = cells(bench, values), window_edges(bench)
+    result = []
+    for signal in bench.samples.signals:
+        for sign, name in ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0")):
+            mine = [c for c in found if c.signal == signal.name and c.sign == sign]
+            tensions = sorted({c.tension for c in mine})
+            if not tensions:
+                continue
+            ratio = np.full((len(tensions), len(edges) - 1), np.nan)
+            for c in mine:
+                row, column = tensions.index(c.tension), int(np.argmin(np.abs(edges[:-1] - c.window[0])))
+                if not abs(ratio[row, column]) > c.ratio:  # the worst of repeated runs
+                    ratio[row, column] = c.signed
+            title = f"{signal.name}, {name}"
+            result.append(FailureMap(title=title, tension=np.array(tensions), edges=edges, ratio=ratio))
+    return tuple(result)
+
+
+def drawings_of(d: Findings) -> Drawings:
+    """Everything that a diagnosis draws: base model and final model, and where the base model fails."""
+    base, chosen = d.found.base, d.found.chosen
+    final = (chosen.q, chosen.values) if chosen.ids else None
+    return drawings(d.bench, (base.q, base.values), final, mapped=base.values, final_bench=d.found.bench)
+
+
+def drawings(
+    bench: Workbench,
+    base: tuple[np.ndarray, np.ndarray],
+    final: tuple[np.ndarray, np.ndarray] | None,
+    *,
+    mapped: np.ndarray,
+    final_bench: Workbench | None = None,
+) -> Drawings:
+    """base, final: a point q and its predictions (R, S, n), before and after; mapped: predictions that the maps judge;
+    final_bench: laid out at the final point, where it is another.
+    """
+    before = stiffness_drift(bench, base[0])
+    after = stiffness_drift(final_bench or bench, final[0]) if final else None
+    return Drawings(
+        overlays=overlays(bench, base[1], final[1] if final else None),
+        maps=maps(bench, mapped),
+        drifts=((before, after),) if before is not None else (),
+    )

@@ -1,0 +1,86 @@
+"""A diagnosis from end to end: adequacy, ranking, confusables, next runs, open set."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from belt_sim.analytic.composition import Composition
+from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
+from belt_sim.diagnosis.confusable import Rival, rivals
+from belt_sim.diagnosis.nextrun import next_runs
+from belt_sim.diagnosis.openset import OpenSet, open_set
+from belt_sim.diagnosis.select import MAX_EFFECTS, Selection, Trial, select
+from belt_sim.diagnosis.verdict import verdict
+from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.effects.base import Effect
+from belt_sim.results.found import NextRun
+from belt_sim.results.verdict import Verdict
+
+BOOTSTRAPS = 1000
+
+
+def _long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
+    """Whether a record of the campaign covers the belt revolutions that an effect needs to be recognised."""
+    longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
+    return longest >= cls.min_revolutions * case_of(campaign, campaign.runs[0]).rig.belt_length
+
+
+@dataclass(frozen=True, kw_only=True)
+class Findings:
+    """What was found, with everything that was tried, on the workbench.
+
+    bench: laid out at the base model; found: the selection; left: open-set test after the chosen set; rivals and
+    advice: what the verdict cannot be told apart from, and the runs that would do it.
+    """
+
+    bench: Workbench
+    found: Selection
+    left: OpenSet
+    rivals: list[Rival]
+    advice: list[NextRun]
+    suspicions: tuple[Suspicion, ...]
+    verdict: Verdict
+
+    @property
+    def ranking(self) -> list[Trial]:
+        """Every candidate of the first round, best first."""
+        return sorted(self.found.rounds[0], key=lambda t: -t.score) if self.found.rounds else []
+
+
+def examine(
+    campaign: Campaign,
+    model: Composition,
+    classes: Sequence[type[Effect]],
+    *,
+    bootstraps: int = BOOTSTRAPS,
+    seed: int = 0,
+    advise: bool = True,
+    tell: Callable[[str], None] = lambda text: None,
+    tick: Callable[[int], None] = lambda n: None,
+) -> Findings:
+    """Which of ``classes`` the ``model`` lacks, judged on ``campaign``.
+
+    tell hears what is being done, tick counts bootstrap replicates. Raises InputError when the campaign has no
+    signals, RunFailed when a super-model fits worse than its sub-model.
+    """
+    suspect = suspicions(campaign)
+    tell("laying out the campaign")
+    bench = workbench(campaign, model, [c for c in classes if model.refusal(c) is None and _long_enough(campaign, c)])
+    damaged = any(s.severity == "stop" for s in suspect)  # then nothing is added: only what is there is judged
+    limit = 0 if damaged else MAX_EFFECTS
+    found = select(bench, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
+    tell("testing what is left")
+    left = open_set(found.bench, found.chosen, bootstraps=max(200, bootstraps // 2), seed=seed)
+    pairs = rivals(found)
+    advice: list[NextRun] = []
+    if advise and pairs:
+        tell("looking for the run that would tell them apart")
+        advice = next_runs(found.bench, found.chosen, pairs)
+    return Findings(
+        bench=bench,
+        found=found,
+        left=left,
+        rivals=pairs,
+        advice=advice,
+        suspicions=tuple(suspect),
+        verdict=verdict(found.chosen.ids, left, suspect),
+    )

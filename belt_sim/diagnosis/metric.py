@@ -1,0 +1,113 @@
+"""The scale on which a residual is judged: readings whitened by noise, with nuisances integrated out.
+
+x -> (I + N N^T)^(-1/2) L^(-1) x has unit covariance when nothing is missing: L the Cholesky factor of noise.py, N the
+whitened nuisance shapes in units of their prior sigma (zero, gain, tension and yaw setting of every run; stiffness of
+the belt, shared by all).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.noise import Levels, covariance, whitener
+from belt_sim.diagnosis.samples import Samples
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Whitening of arrays (..., R, S, n) into vectors (..., N)."""
+
+    samples: Samples
+    levels: Levels
+    roots: np.ndarray  # (R, S, n, n); zero rows where nothing was measured
+    local: tuple[tuple[np.ndarray, np.ndarray], ...]  # a run's nuisances: directions (k, S*n), shrinkage (k,)
+    shared: tuple[np.ndarray, float]
+
+    def noise_white(self, x: np.ndarray) -> np.ndarray:
+        """L^-1 x, shape (..., R, S*n): white noise, nuisances still in it."""
+        filled = np.where(np.isfinite(x), x, 0.0)
+        white = np.matmul(self.roots, filled[..., None])[..., 0]
+        return white.reshape(*white.shape[:-2], -1)
+
+    def whiten(self, x: np.ndarray) -> np.ndarray:
+        """Unit-covariance vector (..., N) of readings or shapes (..., R, S, n)."""
+        white = self.noise_white(x)
+        rows = [_shrink(white[..., r, :], *self.local[r]) for r in range(white.shape[-2])]
+        flat = np.concatenate(rows, axis=-1)
+        direction, share = self.shared
+        return flat - share * (flat @ direction)[..., None] * direction
+
+    def matrix_transpose(self, rows: np.ndarray) -> np.ndarray:
+        """A^T rows for the whitening matrix A: rows (k, N) -> (k, R, S, n)."""
+        direction, share = self.shared
+        flat = rows - share * (rows @ direction)[:, None] * direction
+        runs, signals, n, _ = self.roots.shape
+        blocks = flat.reshape(len(rows), runs, signals * n)
+        shrunk = np.stack([_shrink(blocks[:, r], *self.local[r]) for r in range(runs)], axis=1)
+        white = shrunk.reshape(len(rows), runs, signals, n)
+        return np.matmul(self.roots.swapaxes(-1, -2), white[..., None])[..., 0]
+
+    def chi2(self, residual: np.ndarray) -> np.ndarray:
+        """Squared length of whitened residuals (..., R, S, n) -> (...)."""
+        return np.sum(self.whiten(residual) ** 2, axis=-1)
+
+
+def _shrink(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndarray:
+    return x - ((x @ directions.T) * share) @ directions
+
+
+def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tuple[np.ndarray, np.ndarray]:
+    """Shapes in units of one prior sigma: of every run (K, R, S, n), and of the shared stiffness (R, S, n).
+
+    values (R, S, n): predictions; slopes (3, R, S, n): along stiffness, tension, yaw (forward.NUISANCES).
+    """
+    runs, _, n = values.shape
+    shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
+    for s, signal in enumerate(samples.signals):
+        for size, shape in ((signal.zero, np.ones((runs, n))), (signal.gain, values[:, s])):
+            if size > 0:
+                row = np.zeros_like(values)
+                row[:, s] = size * shape
+                shapes.append(row)
+    return np.stack(shapes), stiffness_sigma(campaign) * slopes[0]
+
+
+def stiffness_sigma(campaign: Campaign) -> float:
+    """Relative uncertainty of F/EI beyond the tension's own: E, and the width (1/b^2)."""
+    belt = campaign.belt
+    return float(
+        np.hypot(
+            belt.youngs_modulus.u / belt.youngs_modulus.value,
+            2.0 * belt.width.u / belt.width.value,
+        )
+    )
+
+
+def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.ndarray) -> Metric:
+    """The metric at given noise levels; shapes and shared from ``nuisance_shapes``."""
+    runs, signals, n = samples.y.shape
+    roots = np.zeros((runs, signals, n, n))
+    seen: dict[bytes, np.ndarray] = {}
+    for r in range(runs):
+        for s, signal in enumerate(samples.signals):
+            keep = np.flatnonzero(np.isfinite(samples.y[r, s]))
+            travel = samples.travel[r, keep]
+            key = travel.tobytes() + bytes([s]) + np.float64(samples.per_bin[r]).tobytes()
+            if key not in seen:
+                seen[key] = whitener(covariance(signal, travel, samples.per_bin[r], levels))
+            roots[r, s][np.ix_(keep, keep)] = seen[key]
+    bare = Metric(samples, levels, roots, (), (np.zeros(1), 0.0))
+    white = bare.noise_white(shapes)
+    local = tuple(_shrinkage(white[:, r]) for r in range(runs))
+    column = np.concatenate([_shrink(row, *local[r]) for r, row in enumerate(bare.noise_white(shared))])
+    length2 = float(column @ column)
+    share = 1.0 - 1.0 / np.sqrt(1.0 + length2)
+    unit = column / np.sqrt(length2) if length2 > 0 else column
+    return Metric(samples, levels, roots, local, (unit, share))
+
+
+def _shrinkage(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (k, m) and shares (k,) with (I + N N^T)^(-1/2) = I - sum share d d^T; columns (k, m) = N^T."""
+    _, size, directions = np.linalg.svd(columns, full_matrices=False)
+    return directions, 1.0 - 1.0 / np.sqrt(1.0 + size**2)

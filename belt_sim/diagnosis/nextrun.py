@@ -1,0 +1,133 @@
+"""The next run: which action on the rig would tell two explanations apart best.
+
+Each action is predicted with both explanations; the second is refitted to everything the first would give, in the
+linear range, and what then remains, in units of the noise, is the separation.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from belt_sim.campaign import SignalSheet, case_of
+from belt_sim.diagnosis.confusable import Rival
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import NUISANCES, Forward
+from belt_sim.diagnosis.menu import Action, menu
+from belt_sim.diagnosis.metric import Metric, metric_of, nuisance_shapes
+from belt_sim.diagnosis.samples import Samples, stack_cases
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.results.found import NextRun
+
+RESOLVED = 3.0  # sigma
+
+
+def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) -> list[NextRun]:
+    """The best actions for every pair, best first."""
+    if not pairs:
+        return []
+    outlook = Outlook(bench, chosen)
+    advice = []
+    for pair in pairs:
+        before, after = outlook.separations(chosen, pair.fit)
+        order = np.argsort(-after)[:keep]
+        names = (pair.effect, pair.other)
+        advice += [NextRun(outlook.actions[k].words, names, before, float(after[k])) for k in order]
+    return sorted(advice, key=lambda a: -a.sigma_after)
+
+
+class Outlook:
+    """All actions of the menu, laid out like a campaign of its own."""
+
+    def __init__(self, bench: Workbench, chosen: Fit) -> None:
+        self.bench = bench
+        template = bench.samples.runs[_liveliest(bench, chosen)]
+        self.actions = menu(template)
+        self.samples = _hypothetical(bench, self.actions)
+        self.forward = Forward(self.samples, bench.forward.model, bench.forward.classes)
+        self.metric = self._metric(chosen.q)
+
+    def separations(self, a: Fit, b: Fit) -> tuple[float, np.ndarray]:
+        """sigma without a further run, and with each action (actions,)."""
+        known = a.values - b.values
+        residual, columns = self.bench.metric.whiten(known), b.columns
+        before = _rest(residual, columns)
+        new = self._white(self._predict(a, [])[0] - self._predict(b, [])[0])
+        slopes = self._white(self._predict(b, b.free)[1])
+        after = [
+            _rest(
+                np.concatenate([residual, new[r]]),
+                np.concatenate([columns.reshape(len(b.free), -1), slopes[:, r]], axis=1),
+            )
+            for r in range(len(self.actions))
+        ]
+        return before, np.array(after)
+
+    def _predict(self, fit: Fit, free: list[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Values (R, S, n) and slopes (k, R, S, n) of every action; a belt turned over carries its effects along."""
+        count = max(1, len(free))
+        directions = np.zeros((count, self.forward.size))
+        for k, position in enumerate(free):
+            directions[k, position] = 1.0
+        flip = self._flip()
+        values, slopes = self.forward.lanes(np.repeat(fit.q[None], count, axis=0), directions)
+        over, over_slopes = self.forward.lanes(np.repeat((fit.q * flip)[None], count, axis=0), directions * flip)
+        turned = np.array([a.turned_over for a in self.actions])
+        values[:, turned], slopes[:, turned] = over[:, turned], over_slopes[:, turned]
+        return values[0], slopes[: len(free)]
+
+    def _flip(self) -> np.ndarray:
+        turns = [s.effect.on_belt and not s.effect.parameters[s.name].modifier for s in self.forward.slots]
+        signs = [-1.0 if t else 1.0 for t in turns]
+        return np.array(signs + [1.0] * len(NUISANCES))
+
+    def _white(self, x: np.ndarray) -> np.ndarray:
+        """Whitened action by action: (..., actions, m)."""
+        white = self.metric.whiten(x)
+        return white.reshape(*white.shape[:-1], len(self.actions), -1)
+
+    def _metric(self, q: np.ndarray) -> Metric:
+        directions = np.eye(self.forward.size)[-len(NUISANCES) :]
+        values, slopes = self.forward.lanes(np.repeat(q[None], len(NUISANCES), axis=0), directions)
+        shapes, shared = nuisance_shapes(self.bench.campaign, self.samples, values[0], slopes)
+        return metric_of(self.samples, self.bench.levels, shapes, 0.0 * shared)
+
+
+def _liveliest(bench: Workbench, chosen: Fit) -> int:
+    """The run in which the chosen effects show most: a variation of it promises most."""
+    runs = len(bench.samples.runs)
+    if not len(chosen.free):
+        return 0
+    strength = np.sum(chosen.columns.reshape(len(chosen.free), runs, -1) ** 2, axis=(0, 2))
+    return int(np.argmax(strength))
+
+
+def _hypothetical(bench: Workbench, actions: list[Action]) -> Samples:
+    """Samples of the menu: measured places, and the missing points for the action that adds sensors."""
+    have = {s.at for s in bench.samples.signals}
+    pattern = next((s for s in bench.samples.signals if s.kind == "lateral"), bench.samples.signals[0])
+    extra = [f"point_{k}" for k in (1, 2, 3, 4) if f"point_{k}" not in have]
+    signals: list[SignalSheet] = [*bench.samples.signals]
+    signals += [replace(pattern, name=at, at=at, kind="lateral") for at in extra]
+    travel = np.stack([a.run.travel for a in actions])
+    y = np.zeros((len(actions), len(signals), travel.shape[1]))
+    for r, action in enumerate(actions):
+        if not action.all_points:
+            y[r, len(bench.samples.signals) :] = np.nan
+    return Samples(
+        runs=tuple(a.run for a in actions),
+        signals=tuple(signals),
+        cases=stack_cases([case_of(bench.campaign, a.run) for a in actions]),
+        travel=travel,
+        time=travel / np.array([[a.run.speed] for a in actions]),
+        y=y,
+        yaw_at=np.array([a.run.yaw_at for a in actions]),
+        per_bin=np.ones(len(actions)),
+    )
+
+
+def _rest(residual: np.ndarray, columns: np.ndarray) -> float:
+    """Length of what refitting ``columns`` leaves of ``residual``."""
+    if not columns.size:
+        return float(np.linalg.norm(residual))
+    step = np.linalg.lstsq(columns.T, residual, rcond=1e-9)[0]
+    return float(np.linalg.norm(residual - step @ columns))

@@ -1,0 +1,88 @@
+"""Everything a diagnosis works with: readings, the model with all candidates in reach, noise levels, metric."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from belt_sim.analytic.composition import Composition
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.fit import Fit, fit_sets
+from belt_sim.diagnosis.forward import NUISANCES, Forward
+from belt_sim.diagnosis.metric import Metric, metric_of, nuisance_shapes
+from belt_sim.diagnosis.noise import LevelFinder, Levels
+from belt_sim.diagnosis.samples import Samples, samples_of
+from belt_sim.effects.base import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workbench:
+    """A campaign laid out for a model.
+
+    samples: every run; fitted: the same with hold-out runs blanked; shapes, shared: nuisances at the current point;
+    metric judges the fitted runs, metric_all every run.
+    """
+
+    campaign: Campaign
+    samples: Samples
+    fitted: Samples
+    forward: Forward
+    levels: Levels
+    finder: LevelFinder
+    shapes: np.ndarray
+    shared: np.ndarray
+    metric: Metric
+
+    def metric_at(self, levels: Levels) -> Metric:
+        """The metric with other noise levels."""
+        return metric_of(self.fitted, levels, self.shapes, self.shared)
+
+    def moved_to(self, q: np.ndarray) -> "Workbench":
+        """The workbench with nuisance shapes taken at ``q``."""
+        shapes, shared = _shapes(self.campaign, self.samples, self.forward, q)
+        metric = metric_of(self.fitted, self.levels, shapes, shared)
+        return replace(self, shapes=shapes, shared=shared, metric=metric)
+
+    def start(self, ids: Sequence[str], q: np.ndarray, free: Sequence[int] | None = None) -> Fit:
+        """A fit of the effects ``ids`` to begin at ``q``."""
+        positions = [k for i in ids for k in self.forward.index(i)] if free is None else list(free)
+        return Fit(ids=tuple(ids), free=positions, q=np.array(q))
+
+    def fit(self, starts: Sequence[Fit], y: np.ndarray | None = None) -> list[Fit]:
+        """Joint refits on the fitted runs."""
+        return fit_sets(self.forward, self.metric, starts, y)
+
+    def slopes(self, q: np.ndarray, positions: Sequence[int]) -> np.ndarray:
+        """Derivatives of the predictions at ``q`` along ``positions``, shape (k, R, S, n)."""
+        directions = np.eye(self.forward.size)[list(positions)]
+        return self.forward.lanes(np.repeat(q[None], len(directions), axis=0), directions)[1]
+
+
+def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], q=None) -> Workbench:
+    """Lay out ``campaign`` for ``model`` with ``classes`` as candidates."""
+    samples = samples_of(campaign)
+    forward = Forward(samples, model, classes)
+    q = forward.null() if q is None else q
+    shapes, shared = _shapes(campaign, samples, forward, q)
+    finder = LevelFinder(samples, shapes)
+    levels = finder(samples.y)
+    blank = np.array([run.use != "fit" for run in samples.runs])
+    fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
+    metric = metric_of(fitted, levels, shapes, shared)
+    return Workbench(
+        campaign=campaign,
+        samples=samples,
+        fitted=fitted,
+        forward=forward,
+        levels=levels,
+        finder=finder,
+        shapes=shapes,
+        shared=shared,
+        metric=metric,
+    )
+
+
+def _shapes(campaign: Campaign, samples: Samples, forward: Forward, q: np.ndarray):
+    directions = np.eye(forward.size)[-len(NUISANCES) :]
+    values, slopes = forward.lanes(np.repeat(q[None], len(NUISANCES), axis=0), directions)
+    return nuisance_shapes(campaign, samples, values[0], slopes)

@@ -1,0 +1,183 @@
+"""The stages of a run, in order: rest, tension, march with a stop for every yaw step.
+
+A stage tells the machine what to do, step by step, and looks at the state that comes of it.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from belt_sim.mujoco3d.machine.drive import Drive
+from belt_sim.mujoco3d.machine.pace import accelerated
+from belt_sim.mujoco3d.machine.scene import Scene
+from belt_sim.mujoco3d.machine.tensioning import FRICTION, Apart
+from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
+from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.state import TAIL, State
+
+_REST_DRAG = 15.0  # [1/s], about critical for the lowest sway of a span
+_FRAMES = 40  # while the pulleys move apart
+_NEVER = math.inf
+
+
+class Stage(Protocol):
+    """A part of a run. recorded: it belongs to the run-in and the run; frame [m]: travel between frames if not."""
+
+    @property
+    def recorded(self) -> bool: ...
+
+    @property
+    def frame(self) -> float: ...
+
+    def drives(self, state: State) -> Iterator[Drive]:
+        """One for each of its steps; ``state`` is that after the steps before."""
+
+
+def stages(scene: Scene, load: float, travel: float) -> list[Stage]:
+    """What a run over ``travel`` [m] consists of; load [N]: force that the tail pulley is to carry."""
+    options, parts = scene.options, scene.parts
+    plan, end = YawPlan.of(scene.case.settings), travel + 0.5 * options.sample
+    changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
+    order, done = _tensioned(scene, load), -math.inf
+    for stop in sorted(plan.stops(travel) | ({0.0} if changes else set())):
+        order.append(March(options, parts.friction, plan, done, until=stop))
+        order.append(YawStop(options, parts.friction, plan, done, at=stop))
+        done = stop
+    return [*order, March(options, parts.friction, plan, done, until=_NEVER, end=end)]
+
+
+def _tensioned(scene: Scene, load: float) -> list[Stage]:
+    """The belt laid at its tension rests; the one laid slack gets it by Koller's procedure."""
+    options, friction = scene.options, scene.parts.friction
+    if scene.apart is None:
+        return [Rest(options, friction)]
+    friction = min(friction, FRICTION)
+    fixed, moved = Rest(options, friction, slide_speed=0.0), MoveApart(options, friction, scene.apart, load)
+    return [fixed, moved, Rest(options, friction, forgets=True)]
+
+
+@dataclass
+class Rest:
+    """The spans hang to rest and the tail pulley finds its place; in the first half the belt sticks.
+
+    slide_speed [m/s]: of the tail pulley, None = it follows the forces; forgets: it counts as never having slipped.
+    """
+
+    options: Options
+    friction: float
+    slide_speed: float | None = None
+    forgets: bool = False
+    recorded = False
+    frame = _NEVER
+
+    def drives(self, state: State) -> Iterator[Drive]:
+        steps = math.ceil(self.options.settle / self.options.dt)
+        for k in range(steps):
+            yield Drive(
+                travel=state.travel,
+                slide_speed=self.slide_speed,
+                friction=self.friction if 2 * k > steps else math.inf,
+                drag=(_REST_DRAG, _REST_DRAG),
+            )
+        if self.forgets:
+            state.slip[:] = 0.0
+            for wrap in state.wraps:
+                wrap.slip_increment[:] = 0.0
+
+
+@dataclass
+class MoveApart:
+    """Koller's procedure: the slack belt is driven slowly while the tail pulley moves out, until its load is there.
+
+    Meanwhile the belt slides on the pulleys: if it stuck, the stretch of its wraps would stay what it was when the
+    belt was slack, and stations would leave the pulleys with a jerk. load [N]: of the tail pulley.
+    """
+
+    options: Options
+    friction: float
+    apart: Apart
+    load: float
+    recorded = False
+
+    @property
+    def frame(self) -> float:
+        return self.apart.travel / _FRAMES
+
+    def drives(self, state: State) -> Iterator[Drive]:
+        options, apart = self.options, self.apart
+        until, top = -options.run_in, min(apart.speed, options.pace)
+        start, led = until - apart.travel, True
+        while state.travel < until:
+            place = apart.at(state.travel - start)
+            travel, speed = accelerated(state.travel, state.speed, until, top, options.acceleration, options.dt)
+            led = led and -state.loads[TAIL, 0] < self.load and travel < until
+            slide, lead = (apart.at(travel - start) - place) / options.dt
+            yield Drive(
+                travel=travel,
+                speed=speed,
+                acceleration=(speed - state.speed) / options.dt,
+                slide_speed=slide if led else None,
+                lead=lead if led else 0.0,
+                friction=self.friction,
+                drag=(0.0, options.damping),
+            )
+
+
+@dataclass
+class March:
+    """The belt runs until it stands still at a stop, or for good to ``end`` [m].
+
+    done [m]: travel up to which the yaw steps have been made; until [m]: the stop ahead.
+    """
+
+    options: Options
+    friction: float
+    plan: YawPlan
+    done: float
+    until: float
+    end: float = math.inf
+    recorded = True
+    frame = _NEVER
+
+    def drives(self, state: State) -> Iterator[Drive]:
+        options, arrived = self.options, False
+        while not arrived and state.travel < self.end:
+            travel, speed = accelerated(
+                state.travel, state.speed, self.until, options.pace, options.acceleration, options.dt
+            )
+            arrived = travel == self.until
+            yield Drive(
+                travel=travel,
+                speed=speed,
+                acceleration=(speed - state.speed) / options.dt,
+                yaw=self.plan.angles(travel, self.done),
+                share=float(self.done >= 0.0),
+                friction=self.friction,
+                drag=(0.0, options.damping),
+            )
+
+
+@dataclass
+class YawStop:
+    """The belt stands still for a yaw step, and a while after it; at travel 0 yaw offsets, cants and camber come in."""
+
+    options: Options
+    friction: float
+    plan: YawPlan
+    done: float
+    at: float
+    recorded = True
+    frame = _NEVER
+
+    def drives(self, state: State) -> Iterator[Drive]:
+        options, since = self.options, state.time
+        while (passed := state.time + options.dt - since) < options.yaw_time + 0.5 * options.settle:
+            share = smooth(passed / options.yaw_time)
+            yield Drive(
+                travel=self.at,
+                yaw=self.plan.turning(self.at, self.done, share),
+                share=1.0 if self.done >= 0.0 else share if self.at >= 0.0 else 0.0,
+                friction=self.friction,
+                drag=(0.0, options.damping),
+            )

@@ -1,0 +1,70 @@
+"""Results in the terminal: lines and tables."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table as RichTable
+
+from belt_sim.results.comparison import Comparison, runs_table, steady_table
+from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_table, ranking_table
+from belt_sim.results.simulation import Simulation
+from belt_sim.results.table import Table
+
+MIN_WIDTH = 110
+
+
+def tell_simulation(s: Simulation, folder: Path) -> None:
+    """Late rates, and what to beware of."""
+    print("\n".join([*s.lines(), str(folder)]))
+
+
+def tell_comparison(c: Comparison, folder: Path) -> None:
+    """Error of every run and signal, before and after, and where the model fails."""
+    out = _console()
+    if c.steady:
+        out.print(_rich(steady_table(c)))
+    if c.where is not None:
+        out.print(_rich(runs_table(c)))
+        out.print(c.where.sentence)
+        out.print(c.where.boundary_sentence)
+        for line in c.changes():
+            out.print(line)
+    out.print(str(folder), soft_wrap=True)
+
+
+def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
+    """Verdict, where it fails, effects, ranking, errors, next runs."""
+    out = _console()
+    out.print(f"\n[bold]{d.verdict}[/bold]: {d.sentence}")
+    out.print(d.where.sentence)
+    out.print(d.where.boundary_sentence)
+    for s in d.suspicions:
+        out.print(f"[yellow]{s.kind}[/yellow] {s.sentence}")
+    for e in d.effects:
+        out.print(f"  {e}".replace(e.id, f"[bold]{e.id}[/bold]", 1))
+    out.print(_rich(ranking_table(d.ranking)))
+    out.print(_rich(error_table(d.error)))
+    for pair in d.confusables:
+        out.print(str(pair))
+    for action in d.next_runs[:SHOWN_ACTIONS]:
+        out.print(str(action))
+    if d.unknown is not None:
+        out.print(f"unknown: {d.unknown}")
+    out.print("")
+    for name in ("report.html", "effects.yaml", "diagnosis.json"):
+        out.print(str(folder / name), soft_wrap=True)
+
+
+def _console() -> Console:
+    out = Console(highlight=False)
+    out.width = max(out.width, MIN_WIDTH)
+    return out
+
+
+def _rich(table: Table) -> RichTable:
+    shown = RichTable(title=table.title, title_justify="left")
+    for name in table.columns:
+        shown.add_column(name, justify="left" if name in table.left else "right")
+    for k, row in enumerate(table.rows):
+        shown.add_row(*row, style="red" if k in table.marked else None)
+    return shown

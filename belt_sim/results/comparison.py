@@ -1,0 +1,120 @@
+"""A comparison: one model, with or without effects, against a campaign."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from belt_sim.effects.base import Effect
+from belt_sim.results import words
+from belt_sim.results.diagnosis import CampaignLabel
+from belt_sim.results.drawings import Drawings
+from belt_sim.results.errors import Errors, RunError, SteadyError, Where, error_grid
+from belt_sim.results.shown import Shown
+from belt_sim.results.table import Table
+from belt_sim.results.tabular import frame
+
+STEADY_K = 2.0  # a steady rate is off when it lies further than so many u from the stated one
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Comparison(Shown):
+    """Error of every run and signal of ``base_model``, before and after ``effects``, and where the model fails.
+
+    where: None when the campaign states steady rates only; steady: those rates, point by point; error: None without a
+    lateral signal.
+    """
+
+    base_model: str
+    campaign: CampaignLabel
+    effects: tuple[Effect, ...]
+    error: Errors | None
+    where: Where | None
+    per_run: tuple[RunError, ...]
+    steady: tuple[SteadyError, ...]
+    provenance: Mapping[str, Any]
+    drawings: Drawings = field(default_factory=Drawings)
+
+    @property
+    def final_model(self) -> str:
+        """The base model with its effects."""
+        return " + ".join([self.base_model, *(e.id for e in self.effects)])
+
+    def lines(self) -> Sequence[str]:
+        """Where the model fails; with effects, how the error changed and what got worse."""
+        said = [f"{self.final_model} against {self.campaign.title}"]
+        if self.where is not None:
+            said += [self.where.sentence, self.where.boundary_sentence, *self.changes()]
+        return said
+
+    def changes(self) -> list[str]:
+        """What the effects changed; nothing when there are none."""
+        if not self.effects:
+            return []
+        said, names = [], ", ".join(e.id for e in self.effects)
+        if self.error is not None:
+            for name, row in self.error.rows().items():
+                said.append(f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}")
+            said.append(f"noise floor {words.column(self.error.noise_floor)} mm")
+        worse = [f"{r.run} {r.signal}" for r in self.per_run if r.worse]
+        return [*said, f"got worse: {', '.join(worse)}" if worse else "no run got worse"]
+
+    def tables(self) -> Sequence[Table]:
+        """Run by run, and the steady rates."""
+        tables = [runs_table(self)] if self.per_run else []
+        return [*tables, steady_table(self)] if self.steady else tables
+
+    def to_pandas(self) -> Any:
+        """A row a run and signal in SI; of a campaign of steady rates, a row a run and point."""
+        return frame([vars(r) for r in self.steady] if not self.per_run else [_flat(r) for r in self.per_run])
+
+    def to_xarray(self) -> Any:
+        """rms before and after of every run and signal, in SI."""
+        return error_grid(self.per_run)
+
+
+def _flat(row: RunError) -> dict[str, Any]:
+    nested = {n: getattr(row, n) for n in ("measured", "modelled")}
+    features = {f"{n}_{k}": v for n, features in nested.items() for k, v in vars(features).items()}
+    return {k: v for k, v in vars(row).items() if k not in nested} | features
+
+
+def runs_table(c: Comparison) -> Table:
+    """Error of every run and signal, and the late rates that people compare."""
+    columns = (
+        "run",
+        "signal",
+        "N/mm2",
+        "yaw deg",
+        "use",
+        "unit",
+        "rms",
+        "with effects",
+        "floor",
+        "late rate",
+        "measured",
+    )
+    rows = []
+    for r in c.per_run:
+        after = words.column(r.after) if c.effects else "-"
+        errors = (words.column(r.before), after, words.column(r.floor))
+        rates = [words.column(f.late_rate, sign=True) for f in (r.modelled, r.measured)]
+        rows.append((r.run, r.signal, words.tension(r.tension), words.yaw(r.yaw), r.use, r.unit, *errors, *rates))
+    marked = [k for k, r in enumerate(c.per_run) if r.worse]
+    return Table(f"{c.base_model} against {c.campaign.title}", columns, rows, marked=marked)
+
+
+def steady_table(c: Comparison) -> Table:
+    """Measured and modelled late rates of steady.csv; marked where the model is off."""
+    columns = ("run", "point", "N/mm2", "measured", "u", "modelled", "|E|/u")
+    rows = [
+        (
+            r.run,
+            str(r.point),
+            words.tension(r.tension),
+            *(words.column(v) for v in (r.measured, r.u, r.modelled)),
+            words.fixed(r.ratio, 1),
+        )
+        for r in c.steady
+    ]
+    marked = [k for k, r in enumerate(c.steady) if r.ratio > STEADY_K]
+    return Table(f"steady rates in mm per m, {c.final_model}", columns, rows, marked=marked)

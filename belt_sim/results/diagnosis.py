@@ -1,0 +1,109 @@
+"""A diagnosis: what the model lacks, how sure that is, and what to measure next."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from belt_sim.campaign.suspect import Suspicion
+from belt_sim.results import words
+from belt_sim.results.drawings import Drawings
+from belt_sim.results.errors import Errors, RunError, Where, error_grid
+from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NextRun, NoiseLevels, Tried, Unknown
+from belt_sim.results.shown import Shown
+from belt_sim.results.table import Table
+from belt_sim.results.tabular import frame
+from belt_sim.results.verdict import Verdict
+
+SHOWN_ACTIONS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignLabel:
+    """Which campaign: title, SHA-256 of its files (empty when not read from disk), measured, digitised or synthetic."""
+
+    title: str
+    sha256: str
+    source: str
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Diagnosis(Shown):
+    """What was found, with everything that was tried.
+
+    sentence: the verdict as people say it; ranking: every candidate of the first round, best first; rounds: every
+    candidate of every round; open_set: tests of what is left; per_run: base model and final model, run by run;
+    admitted: what the admission test said of effects of one's own; drawings: what a report draws.
+    """
+
+    base_model: str
+    campaign: CampaignLabel
+    verdict: Verdict
+    sentence: str
+    effects: tuple[FoundEffect, ...]
+    ranking: tuple[Candidate, ...]
+    rounds: tuple[tuple[Tried, ...], ...]
+    error: Errors
+    where: Where
+    confusables: tuple[Confusable, ...]
+    next_runs: tuple[NextRun, ...]
+    unknown: Unknown | None
+    open_set: LeftOver
+    noise: NoiseLevels
+    suspicions: tuple[Suspicion, ...]
+    per_run: tuple[RunError, ...]
+    provenance: Mapping[str, Any]
+    admitted: tuple[str, ...] = ()
+    drawings: Drawings = field(default_factory=Drawings)
+
+    @property
+    def final_model(self) -> str:
+        """The base model with what was found."""
+        return " + ".join([self.base_model, *(e.id for e in self.effects)])
+
+    def lines(self) -> Sequence[str]:
+        """The verdict, where the base model fails, the effects, and how the error fell."""
+        said = [f"{self.verdict}: {self.sentence}", self.where.sentence, *map(str, self.effects)]
+        if self.error.held_out is not None:
+            before, after = words.thousandths(self.error.held_out.before), words.thousandths(self.error.held_out.after)
+            floor = words.thousandths(self.error.noise_floor)
+            said.append(f"error on held-out conditions {before} -> {after} mm, noise floor {floor} mm")
+        return [*said, *(str(n) for n in self.next_runs[:1])]
+
+    def tables(self) -> Sequence[Table]:
+        """Candidates and errors."""
+        return [ranking_table(self.ranking), error_table(self.error)]
+
+    def to_pandas(self) -> Any:
+        """The candidates, best first: gain, threshold, held-out rms [m], and their notes."""
+        names = ("id", "gain", "threshold", "held_out_rms", "plausible", "selection_frequency", "note")
+        return frame([{n: getattr(c, n) for n in names} for c in self.ranking])
+
+    def to_xarray(self) -> Any:
+        """rms before and after of every run and signal, in SI."""
+        return error_grid(self.per_run)
+
+
+def ranking_table(ranking: Sequence[Candidate]) -> Table:
+    """Every candidate, a line each."""
+    columns = ("effect", "chi2 gain", "threshold", "held-out rms mm", "plausible", "note")
+    rows = [
+        (
+            c.id,
+            words.fixed(c.gain, 1),
+            words.fixed(c.threshold, 1),
+            words.column(c.held_out_rms),
+            "yes" if c.plausible else "no",
+            c.note,
+        )
+        for c in ranking
+    ]
+    return Table("candidates", columns, rows, left=("effect", "note"))
+
+
+def error_table(error: Errors) -> Table:
+    """The fall of the error, over all and by held-out condition."""
+    changes = error.rows() | {f"without {name}": row for name, row in error.by_condition.items()}
+    rows = [(name, words.column(row.before), words.column(row.after)) for name, row in changes.items()]
+    return Table(
+        f"error (noise floor {words.fixed(1e3 * error.noise_floor, 3)} mm)", ("rms in mm", "before", "after"), rows
+    )

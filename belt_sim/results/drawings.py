@@ -1,0 +1,63 @@
+"""What pictures and reports draw of a comparison, in the units people read."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, kw_only=True)
+class Panel:
+    """One run and signal: ``travel`` [m], ``measured``, ``base``, ``final`` (the last may be None), ``band``.
+
+    All arrays have shape (n,); values are in ``unit`` ("mm" or "mrad"). ``band`` is the half width about the model,
+    where model and measurement cannot be told apart (k u_val). ``title`` says which run, signal and condition.
+    """
+
+    title: str
+    travel: np.ndarray
+    measured: np.ndarray
+    base: np.ndarray
+    band: np.ndarray
+    final: np.ndarray | None = None
+    unit: str = "mm"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FailureMap:
+    """E/u_val of one signal and yaw sign: ``ratio``, shape (tensions, windows), NaN where not measured.
+
+    tension [N/mm2], shape (t,); edges [m] of the travel windows, shape (w + 1,); title: signal and yaw sign.
+    """
+
+    title: str
+    tension: np.ndarray
+    edges: np.ndarray
+    ratio: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drift:
+    """``value`` +- ``u`` (one sigma), shape (t,), of one parameter of one model at each ``tension`` [N/mm2].
+
+    stated: what the rig's sheet says, with u_stated; None when it says nothing.
+    """
+
+    parameter: str
+    unit: str
+    tension: np.ndarray
+    value: np.ndarray
+    u: np.ndarray
+    stated: float | None = None
+    u_stated: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawings:
+    """overlays: one Panel a run and signal; maps: E/u_val by signal and yaw sign; drifts: (before, after) each.
+
+    Any of them may be empty.
+    """
+
+    overlays: tuple[Panel, ...] = ()
+    maps: tuple[FailureMap, ...] = ()
+    drifts: tuple[tuple[Drift, Drift | None], ...] = ()

@@ -1,0 +1,164 @@
+"""What a diagnosis finds: effects with their numbers, what else was tried, and what cannot be told apart."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from belt_sim.results import words
+
+COVERAGE_95 = 1.96
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted parameter in SI: value, u (one sigma), unit, and whether a real machine could have it."""
+
+    value: float
+    u: float
+    unit: str
+    plausible: bool
+
+    @property
+    def interval_95(self) -> tuple[float, float]:
+        """Where the true value lies in 95 of 100 campaigns."""
+        return self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
+
+    def __str__(self) -> str:
+        return words.with_u(self.value, self.u, self.unit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundEffect:
+    """An effect that the model lacks; numbers: every parameter in SI; parameters: those that the readings can see.
+
+    probability: its weight against what could stand in its place; source_file: of an effect of one's own; rejected:
+    even with it the model fails, so that its numbers are effective values.
+    """
+
+    id: str
+    numbers: Mapping[str, float]
+    parameters: Mapping[str, Estimate]
+    probability: float
+    confusable_with: tuple[str, ...] = ()
+    rejected: bool = False
+    source_file: str | None = None
+
+    @property
+    def stamp(self) -> str:
+        """What has to stand beside the numbers of a rejected model."""
+        return "effective value, model rejected" if self.rejected else ""
+
+    def as_setting(self) -> dict[str, Any]:
+        """The effect as an entry of an effects.yaml."""
+        return {"id": self.source_file or self.id, "parameters": dict(self.numbers)}
+
+    def __str__(self) -> str:
+        alike = f"; confusable with {', '.join(self.confusable_with)}" if self.confusable_with else ""
+        stamp = f" ({self.stamp})" if self.stamp else ""
+        numbers = ", ".join(f"{n} = {e}" for n, e in self.parameters.items())
+        return f"{self.id}: {numbers}; probability {words.fixed(self.probability, 2)}{alike}{stamp}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tried:
+    """One candidate of one round: chi2 gain, the threshold that chance beats in 5 % of campaigns (None: the readings
+    cannot show it), and the rms [m] on held-out conditions.
+    """
+
+    id: str
+    gain: float
+    threshold: float | None
+    held_out_rms: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate(Tried):
+    """A candidate of the first round; selection_frequency: how often it would come first if all was measured again."""
+
+    parameters: Mapping[str, Estimate]
+    plausible: bool
+    selection_frequency: float
+    note: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Confusable:
+    """``other`` in the place of ``effect`` fits almost as well: sigma apart."""
+
+    effect: str
+    other: str
+    sigma: float
+
+    def __str__(self) -> str:
+        return f"{self.effect} cannot be told apart from {self.other} ({words.fixed(self.sigma, 1)} sigma)"
+
+
+@dataclass(frozen=True)
+class NextRun:
+    """One action on the rig, the pair that it separates, and the separation before and after in sigma."""
+
+    action: str
+    separates: tuple[str, str]
+    sigma_before: float
+    sigma_after: float
+
+    def __str__(self) -> str:
+        change = f"{words.fixed(self.sigma_before, 1)} -> {words.fixed(self.sigma_after, 1)} sigma"
+        return f"next run: {self.action} tells {' from '.join(self.separates)}: {change}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RequiredAngle:
+    """The contact angle [rad] that the run-up law would need, against travel [m]; both (n,)."""
+
+    travel: np.ndarray
+    angle: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unknown:
+    """The shape card of an unknown effect: parity in yaw, exponent of tension, onset and wavelength [m], the required
+    contact angle, the nearest known effect and why it fails; None where the residual does not show it.
+    """
+
+    failed_tests: tuple[str, ...]
+    parity: str
+    tension_exponent: float | None
+    onset: float | None
+    wavelength: float | None
+    required_angle: RequiredAngle | None
+    nearest: str | None
+    why: str | None
+
+    def __str__(self) -> str:
+        parts = [f"parity {self.parity}"]
+        parts += [f"tension exponent {self.tension_exponent:.1f}"] if self.tension_exponent is not None else []
+        parts += [f"onset {self.onset:.1f} m"] if self.onset is not None else []
+        parts += [f"wavelength {self.wavelength:.2f} m"] if self.wavelength is not None else []
+        parts += [f"nearest {self.nearest}: {self.why}"] if self.nearest else []
+        return "; ".join(parts)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOver:
+    """The tests of what the best set leaves: names of those that failed, chi2 gain and threshold of each."""
+
+    failed: tuple[str, ...]
+    gain: Mapping[str, float]
+    threshold: Mapping[str, float | None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseLevels:
+    """Factors on the stated white noise and wander, and how many repeats they were read off (0: as stated)."""
+
+    white_factor: float
+    wander_factor: float
+    repeats: int
+
+    @property
+    def source(self) -> str:
+        """Where the levels come from."""
+        return "repeated runs" if self.repeats else "as stated in the campaign"

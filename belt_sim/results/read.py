@@ -1,0 +1,176 @@
+"""A diagnosis read back from its folder: diagnosis.json and drawings.json."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from belt_sim import si
+from belt_sim.campaign.suspect import Suspicion
+from belt_sim.errors import InputError
+from belt_sim.results.diagnosis import CampaignLabel, Diagnosis
+from belt_sim.results.drawings import Drawings, Drift, FailureMap, Panel
+from belt_sim.results.errors import UNITS, Change, Errors, Features, RunError, Where, Worst
+from belt_sim.results.found import (
+    Candidate,
+    Confusable,
+    Estimate,
+    FoundEffect,
+    LeftOver,
+    NextRun,
+    NoiseLevels,
+    RequiredAngle,
+    Tried,
+    Unknown,
+)
+from belt_sim.results.verdict import Verdict
+from belt_sim.results.words import KILO
+from belt_sim.results.written import MICRO, RUNS
+
+KINDS = {unit: kind for kind, unit in UNITS.items()}
+
+
+def read_diagnosis(folder: Path) -> Diagnosis:
+    """The diagnosis of a run folder; raises InputError when it holds none, or one of another version."""
+    try:
+        content = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+        drawn = json.loads((folder / "drawings.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        remedy = "give the run folder of a diagnosis (it holds diagnosis.json and drawings.json)"
+        raise InputError("diagnosis", str(folder), "", remedy) from error
+    try:
+        if content["runs_schema"] != RUNS:
+            raise KeyError("runs_schema")
+        return _diagnosis(content, _drawings(drawn))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        remedy = f"written by another version of belt-sim or damaged ({error}); run belt-sim diagnose again"
+        raise InputError("diagnosis", str(folder / "diagnosis.json"), "", remedy) from error
+
+
+def _diagnosis(c: dict[str, Any], drawings: Drawings) -> Diagnosis:
+    return Diagnosis(
+        base_model=c["base_model"],
+        campaign=CampaignLabel(**c["campaign"]),
+        verdict=Verdict(c["verdict"]),
+        sentence=c["sentence"],
+        effects=tuple(_found(e) for e in c["effects"]),
+        ranking=tuple(_candidate(r) for r in c["ranking"]),
+        rounds=tuple(tuple(Tried(**_tried(t)) for t in trials) for trials in c["rounds"]),
+        error=_errors(c["error"]),
+        where=_where(c["where"]),
+        confusables=tuple(Confusable(effect=p["a"], other=p["b"], sigma=p["sigma"]) for p in c["confusables"]),
+        next_runs=tuple(NextRun(**n | {"separates": tuple(n["separates"])}) for n in c["next_runs"]),
+        unknown=None if c["unknown"] is None else _unknown(c["unknown"]),
+        open_set=LeftOver(**c["open_set"] | {"failed": tuple(c["open_set"]["failed"])}),
+        noise=NoiseLevels(**{k: v for k, v in c["noise"].items() if k != "source"}),
+        suspicions=tuple(Suspicion(**s) for s in c["suspicions"]),
+        per_run=tuple(_run(r) for r in c["per_run"]),
+        provenance=c["provenance"],
+        admitted=tuple(c.get("admitted", ())),
+        drawings=drawings,
+    )
+
+
+def _found(e: dict[str, Any]) -> FoundEffect:
+    return FoundEffect(
+        id=e["id"],
+        numbers=e["numbers"],
+        parameters=_estimates(e["parameters"]),
+        probability=e["probability"],
+        confusable_with=tuple(e["confusable_with"]),
+        rejected="stamp" in e,
+        source_file=e.get("source_file"),
+    )
+
+
+def _estimates(parameters: dict[str, Any]) -> dict[str, Estimate]:
+    names = ("value", "u", "unit", "plausible")
+    return {n: Estimate(*(p[k] for k in names)) for n, p in parameters.items()}
+
+
+def _tried(t: dict[str, Any]) -> dict[str, Any]:
+    return {k: t[k] for k in ("id", "gain", "threshold")} | {"held_out_rms": t["held_out_rms_mm"] * si.MM}
+
+
+def _candidate(r: dict[str, Any]) -> Candidate:
+    more = {k: r[k] for k in ("plausible", "selection_frequency", "note")}
+    return Candidate(**_tried(r), parameters=_estimates(r["parameters"]), **more)
+
+
+def _errors(e: dict[str, Any]) -> Errors:
+    return Errors(
+        noise_floor=e["noise_floor_mm"] * si.MM,
+        fit=_change(e.get("fit")),
+        held_out=_change(e.get("held_out")),
+        by_condition={n: _pair(p) for n, p in e.get("held_out_by_condition", {}).items()},
+    )
+
+
+def _change(pair: dict[str, float] | None) -> Change | None:
+    return None if pair is None else _pair(pair)
+
+
+def _pair(pair: dict[str, float]) -> Change:
+    return Change(before=pair["before_mm"] * si.MM, after=pair["after_mm"] * si.MM)
+
+
+def _where(w: dict[str, Any]) -> Where:
+    worst, at = w["worst"], w["boundary_n_per_mm2"]
+    place = {k: worst[k] for k in ("run", "signal", "ratio")}
+    return Where(
+        worst=Worst(**place, travel=tuple(worst["travel_m"])),
+        sentence=w["sentence"],
+        boundary=None if at is None else at * si.N_PER_MM2,
+        boundary_sentence=w["boundary_sentence"],
+    )
+
+
+def _unknown(u: dict[str, Any]) -> Unknown:
+    angle = u["required_contact_angle_urad"]
+    return Unknown(
+        failed_tests=tuple(u["failed_tests"]),
+        onset=u["onset_m"],
+        wavelength=u["wavelength_m"],
+        required_angle=None
+        if angle is None
+        else RequiredAngle(travel=np.array(angle["travel_m"]), angle=np.array(angle["angle"]) / MICRO),
+        **{k: u[k] for k in ("parity", "tension_exponent", "nearest", "why")},
+    )
+
+
+def _run(r: dict[str, Any]) -> RunError:
+    as_written: dict[str, Any] = {k: r[k] for k in ("run", "signal", "use", "worse")}
+    return RunError(
+        **as_written,
+        kind=KINDS[r["unit"]],
+        tension=r["tension_n_per_mm2"] * si.N_PER_MM2,
+        yaw=r["yaw_deg"] * si.DEGREE,
+        **{k: r[k] / KILO for k in ("before", "after", "floor")},
+        measured=_features(r["measured"], r["unit"]),
+        modelled=_features(r["modelled"], r["unit"]),
+    )
+
+
+def _features(f: dict[str, Any], unit: str) -> Features:
+    rate, overshoot = f[f"late_rate_{unit}_per_m"], f[f"overshoot_{unit}"]
+    return Features(
+        late_rate=None if rate is None else rate / KILO,
+        first_move=f[f"travel_to_first_0.1{unit}_m"],
+        overshoot=None if overshoot is None else overshoot / KILO,
+    )
+
+
+def _drawings(content: dict[str, Any]) -> Drawings:
+    def drift(row: dict[str, Any] | None) -> Drift | None:
+        return None if row is None else Drift(**_arrays(row))
+
+    return Drawings(
+        overlays=tuple(Panel(**_arrays(p)) for p in content["overlays"]),
+        maps=tuple(FailureMap(**_arrays(m)) for m in content["maps"]),
+        drifts=tuple((Drift(**_arrays(a)), drift(b)) for a, b in content["drifts"]),
+    )
+
+
+def _arrays(row: dict[str, Any]) -> dict[str, Any]:
+    return {k: np.array(v, dtype=float) if isinstance(v, list) else v for k, v in row.items()}

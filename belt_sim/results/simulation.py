@@ -1,0 +1,113 @@
+"""A simulation: one case, one model, its curves."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.curves import Curves, late_rates, offsets
+from belt_sim.effects.base import Effect
+from belt_sim.errors import CannotRepresent
+from belt_sim.results import words
+from belt_sim.results.shown import Shown
+from belt_sim.results.table import Table
+from belt_sim.results.tabular import dataset, frame
+from belt_sim.tables import curves_columns
+
+POINTS = (1, 2, 3, 4)
+SPANS = ("upper", "lower")
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Simulation(Shown):
+    """Curves of ``case`` by ``model`` with ``effects`` over ``travel`` [m]; None of a model that gives rates only.
+
+    steady_rate: late dy/ds in closed form [m/m], None where there is none; details: what else the engine says of
+    its run (numerical settings, scene file).
+    """
+
+    case: Case
+    model: str
+    effects: tuple[Effect, ...]
+    travel: float
+    curves: Curves | None
+    steady_rate: float | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Late slopes dy/ds of points 1-4 [m/m], shape (4,)."""
+        return np.full(4, self.steady_rate) if self.curves is None else late_rates(self.curves)
+
+    @property
+    def offsets(self) -> tuple[float, float] | None:
+        """Lateral offset across the spans at the end [m]: upper y1 - y4, lower y3 - y2."""
+        return None if self.curves is None else offsets(self.curves)
+
+    @property
+    def sag(self) -> float | None:
+        """Sag of the upper span [m]."""
+        return None if self.curves is None or self.curves.sag is None else float(np.asarray(self.curves.sag)[0])
+
+    @property
+    def slackest_edge(self) -> float | None:
+        """Least tension of a belt edge [Pa]; below 0 the edge is slack."""
+        if self.curves is None or self.curves.edge_stress is None:
+            return None
+        return float(np.asarray(self.curves.edge_stress).min())
+
+    @property
+    def title(self) -> str:
+        """Model, effects and tension."""
+        return f"{' + '.join([self.model, *(e.id for e in self.effects)])}, {self._tension} N/mm2"
+
+    @property
+    def _tension(self) -> str:
+        return words.tension(float(self.case.settings.tension))
+
+    @property
+    def note(self) -> str:
+        """What a model without curves says of itself; empty for the others."""
+        if self.curves is not None:
+            return ""
+        return f"{self.model} is a formula for the steady rate: it gives no curves and no offsets"
+
+    def lines(self) -> Sequence[str]:
+        """Late rates, and a warning when an edge goes slack."""
+        rates = "  ".join(f"{k}: {words.column(r, sign=True)}" for k, r in zip(POINTS, self.rates, strict=True))
+        said = [f"{self.title}: late rates in mm per m at points {rates}"]
+        slack = self.slackest_edge
+        if slack is not None and slack < 0:
+            stress = words.fixed(slack / 1e6, 1)
+            said.append(f"a belt edge goes slack ({stress} N/mm2): linear models overrate its bending there")
+        return [*said, self.note] if self.note else said
+
+    def tables(self) -> Sequence[Table]:
+        """Rates and last positions, a point a row."""
+        last = [None] * 4 if self.curves is None else np.asarray(self.curves.y)[:, -1]
+        rows = [
+            (str(k), words.column(r, sign=True), words.column(y, sign=True))
+            for k, r, y in zip(POINTS, self.rates, last, strict=True)
+        ]
+        return [Table("", ("point", "late rate [mm per m]", f"y at {self.travel:g} m [mm]"), rows)]
+
+    def to_pandas(self) -> Any:
+        """The curves as in curves.csv: travel in m, y in mm, angles in mrad."""
+        return frame(curves_columns(self._drawn()))
+
+    def to_xarray(self) -> Any:
+        """The curves over travel, point and span, in SI."""
+        curves = self._drawn()
+        wanted = {"y": ("point", "m"), "angle": ("point", "rad"), "moment": ("span", "N m")}
+        wanted |= {"edge_stress": ("span", "Pa"), "tilt": ("span", "rad")}
+        there = {n: w for n, w in wanted.items() if getattr(curves, n) is not None}
+        variables = {n: ((dim, "travel"), np.asarray(getattr(curves, n))) for n, (dim, _) in there.items()}
+        coords = {"travel": np.asarray(curves.travel), "point": list(POINTS), "span": list(SPANS)}
+        return dataset(variables, coords, {"travel": "m"} | {n: unit for n, (_, unit) in there.items()})
+
+    def _drawn(self) -> Curves:
+        if self.curves is None:
+            raise CannotRepresent(self.note)
+        return self.curves

@@ -1,0 +1,85 @@
+"""Models, effects and candidates as people ask for them: by name, by mapping, or as objects."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from belt_sim.analytic.model import AnalyticModel
+from belt_sim.analytic.ritzinger import RitzingerFormula
+from belt_sim.effects.base import Effect
+from belt_sim.effects.library import tried
+from belt_sim.effects.load import load_classes, load_effects
+from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.model import Model, SteadyModel
+from belt_sim.registry import model_named
+from belt_sim.results.found import FoundEffect
+
+
+def model_of(asked: Any) -> Model | SteadyModel:
+    """A model by name, by mapping {name: strip, step: 0.05}, or as it is."""
+    if isinstance(asked, Mapping):
+        return model_named(str(asked["name"]), {k: v for k, v in asked.items() if k != "name"})
+    return model_named(asked) if isinstance(asked, str) else asked
+
+
+def fitted_model(asked: Any) -> AnalyticModel:
+    """A model that can be fitted to curves; raises CannotRepresent for the others."""
+    model = analytic(asked)
+    if isinstance(model, RitzingerFormula):
+        raise CannotRepresent(f"model = {model.name}: it gives a steady rate and no curves; use e.g. model=beam_th2")
+    return model
+
+
+def analytic(asked: Any) -> AnalyticModel | RitzingerFormula:
+    """A model in closed form; raises CannotRepresent for the others."""
+    model = model_of(asked)
+    if not isinstance(model, AnalyticModel | RitzingerFormula):
+        raise CannotRepresent(f"model = {model.name}: too slow to be fitted; use an analytic model, e.g. model=strip")
+    return model
+
+
+def effects_of(asked: Any) -> tuple[Effect, ...]:
+    """Effects with numbers.
+
+    asked: None, an effects.yaml, or a list of ids, .py files, mappings {id: taper, kappa_t: 2e-5}, Effect objects and
+    the effects that a diagnosis found.
+    """
+    made = [asked] if isinstance(asked, Effect | FoundEffect) else asked
+    if not isinstance(made, Sequence) or isinstance(made, str):
+        return load_effects(made)
+    if not any(isinstance(e, Effect) for e in made):
+        return load_effects([_setting(e) for e in made])
+    found = tuple(e if isinstance(e, Effect) else load_effects([_setting(e)])[0] for e in made)
+    for twice in {e.id for e in found if sum(o.id == e.id for o in found) > 1}:
+        raise InputError("effects", twice, "", "name each effect once")
+    return found
+
+
+def _setting(asked: Any) -> Any:
+    return asked.as_setting() if isinstance(asked, FoundEffect) else asked
+
+
+def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | None = None) -> list[type[Effect]]:
+    """Effect classes to try, all of which the model can honour.
+
+    asked: a list of ids, .py files and Effect classes, all of which must be possible; or None for the library without
+    ``leave_out`` (None: without what is tried only when it is named). Raises InputError, CannotRepresent.
+    """
+    if asked is None:
+        return [c for c in tried(leave_out).values() if model.refusal(c) is None]
+    entries = asked if isinstance(asked, Sequence) and not isinstance(asked, str) else [asked]
+    classes: dict[str, type[Effect]] = {}
+    for entry in entries:
+        is_class = isinstance(entry, type) and issubclass(entry, Effect)
+        classes |= {entry.id: entry} if is_class else load_classes([entry])
+    if not classes:
+        raise InputError("effects", "[]", "", "name at least one candidate, or null for the library")
+    refuse(model, list(classes.values()))
+    return list(classes.values())
+
+
+def refuse(model: Model | SteadyModel, effects: Sequence[Effect | type[Effect]], remedy: str = "") -> None:
+    """Raise CannotRepresent for the first effect that the model cannot represent."""
+    for e in effects:
+        reason = model.refusal(e)
+        if reason:
+            raise CannotRepresent(f"effects = {e.id}: {reason}{remedy}")

@@ -1,0 +1,74 @@
+"""Diagnose: which physical effect a model lacks, judged on a campaign."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from belt_sim.analytic.model import AnalyticModel
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.admission import admit
+from belt_sim.diagnosis.describe import describe
+from belt_sim.diagnosis.drawings import drawings_of
+from belt_sim.diagnosis.examine import BOOTSTRAPS, examine
+from belt_sim.effects.base import Effect
+from belt_sim.errors import InputError
+from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.use_cases.asked import candidates_of, fitted_model
+
+MIN_BOOTSTRAPS = 100
+
+
+def diagnose(
+    campaign: Campaign,
+    model: Any = "strip",
+    effects: Any = None,
+    *,
+    bootstraps: int = BOOTSTRAPS,
+    seed: int = 0,
+    leave_out: Sequence[str] | None = None,
+    progress: Callable[[int, str], None] = lambda replicates, stage: None,
+    tell: Callable[[str], None] = lambda line: None,
+    config: Any = None,
+) -> Diagnosis:
+    """Which of the candidates ``effects`` (None: the library) the analytic ``model`` lacks.
+
+    effects: ids, .py files of your own (tested before any long work; ``tell`` hears what the test says) or Effect
+    classes; leave_out: ids of the library not to be tried; progress(replicates, stage): told of every stage, and of
+    bootstrap replicates as they are done; config: what asked for it, for the provenance. Raises InputError,
+    CannotRepresent, RunFailed.
+    """
+    whole("seed", seed, 0)
+    whole("bootstraps", bootstraps, MIN_BOOTSTRAPS)
+    if not any(s.kind == "lateral" for s in campaign.signals):
+        raise InputError(
+            "signals", "no point", "", "a diagnosis needs the lateral position of at least one of points 1-4"
+        )
+    chosen = fitted_model(model)
+    classes = candidates_of(effects, chosen, leave_out)
+    admitted = admission(classes, chosen, campaign)
+    for line in admitted:
+        tell(line)
+    findings = examine(
+        campaign,
+        chosen,
+        classes,
+        bootstraps=bootstraps,
+        seed=seed,
+        tell=lambda stage: progress(0, stage),
+        tick=lambda replicates: progress(replicates, ""),
+    )
+    found = describe(findings, seed=seed, config=config)
+    return replace(found, admitted=admitted, drawings=drawings_of(findings))
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """``value`` if it is a whole number of at least ``least``; raises InputError otherwise."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise InputError(name, value, "", f"give a whole number of at least {least}")
+    return value
+
+
+def admission(classes: Sequence[type[Effect]], model: AnalyticModel, campaign: Campaign) -> tuple[str, ...]:
+    """What the admission test says of effects of one's own; raises InputError naming the first thing that is wrong."""
+    own = [c for c in classes if getattr(c, "source_file", None)]
+    return tuple(line for cls in own for line in admit(cls, model, campaign))

@@ -1,0 +1,96 @@
+"""What results leave in the folder of a run."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from belt_sim.campaign import Campaign
+from belt_sim.errors import RunFailed
+from belt_sim.files import write_json, write_text, write_with
+from belt_sim.results.comparison import Comparison
+from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.simulation import Simulation
+from belt_sim.results.written import comparison_json, diagnosis_json, drawings_json, run_json, summary_json
+from belt_sim.tables import write_curves
+
+#: picture of a diagnosis -> its file
+_OF_DIAGNOSIS = {
+    "overlay": "overlay.png",
+    "headline": "headline.png",
+    "where": "where.png",
+    "ranking": "ranking.png",
+    "drift": "drift_1.png",
+}
+
+
+def leave_simulation(folder: Path, s: Simulation, *, pictures: bool, provenance: Mapping[str, Any]) -> None:
+    """summary.json, curves.csv and a picture."""
+    if s.curves is not None:
+        write_curves(folder / "curves.csv", s.curves)
+    if pictures:
+        draw(folder, s, {"curves": "curves.png"})
+    write_json(folder / "summary.json", summary_json(s, provenance))
+
+
+@contextmanager
+def partial_curves_kept(folder: Path) -> Iterator[None]:
+    """A run that diverges leaves what it had as curves_partial.csv."""
+    try:
+        yield
+    except RunFailed as failure:
+        if failure.curves is not None and len(failure.curves.travel):
+            write_curves(folder / "curves_partial.csv", failure.curves)
+        raise
+
+
+def leave_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
+    """comparison.json (and the same as summary.json, which sweeps look for), per_run.csv and pictures."""
+    from belt_sim.results.tabular import frame
+
+    content = comparison_json(c)
+    if c.per_run:
+        rows = [{k: v for k, v in run_json(r).items() if not isinstance(v, dict)} for r in c.per_run]
+        write_with(folder / "per_run.csv", lambda path: frame(rows).to_csv(path, index=False))
+    if pictures:
+        draw(folder, c, {kind: f"{kind}.png" for kind in ("overlay", "where", "drift", "steady")})
+    write_json(folder / "comparison.json", content)
+    write_json(folder / "summary.json", content)
+
+
+def leave_diagnosis(folder: Path, d: Diagnosis, *, pictures: bool) -> None:
+    """diagnosis.json, drawings.json, report.html, effects.yaml and pictures."""
+    from belt_sim.effects.load import save_effects
+    from belt_sim.reports.page import write_report
+    from belt_sim.use_cases.asked import effects_of
+
+    write_json(folder / "drawings.json", drawings_json(d.drawings))
+    spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
+    write_text(folder / "effects.yaml", save_effects(effects_of(d.effects), spread))
+    write_report(folder / "report.html", d)
+    if pictures:
+        draw_diagnosis(folder, d)
+    write_json(folder / "diagnosis.json", diagnosis_json(d))
+
+
+def leave_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
+    """comparison.rrd: what was measured, the base model and the final model."""
+    from belt_sim.diagnosis.recording import record_campaign
+    from belt_sim.use_cases.asked import effects_of, fitted_model
+
+    record_campaign(folder / "comparison.rrd", campaign, fitted_model(d.base_model), effects_of(d.effects))
+
+
+def draw_diagnosis(folder: Path, d: Diagnosis) -> None:
+    """The still pictures of a diagnosis."""
+    draw(folder, d, _OF_DIAGNOSIS)
+
+
+def draw(folder: Path, result: Simulation | Comparison | Diagnosis, files: Mapping[str, str]) -> None:
+    """Every picture of ``files`` (kind -> file name) that the result has."""
+    from belt_sim.use_cases.plot import drawings_by_kind
+
+    there = drawings_by_kind(result)
+    for kind, name in files.items():
+        if kind in there:
+            there[kind](folder / name)

@@ -1,0 +1,103 @@
+"""Plot: a simulation, a comparison or a diagnosis as a picture."""
+
+import os
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from belt_sim import pictures
+from belt_sim.errors import InputError
+from belt_sim.files import write_with
+from belt_sim.results.comparison import Comparison
+from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.simulation import Simulation
+
+Draw = Callable[[Path], Path]
+
+
+@dataclass(frozen=True, repr=False)
+class Picture:
+    """A picture as PNG, which a notebook shows."""
+
+    png: bytes
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the picture to ``path`` (.png)."""
+        return write_with(Path(path), lambda draft: draft.write_bytes(self.png))
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+    def __repr__(self) -> str:
+        return f"a picture, {len(self.png) / 1024:.0f} KiB of PNG"
+
+
+def plot(
+    result: Simulation | Comparison | Diagnosis, path: str | os.PathLike[str] | None = None, *, kind: str | None = None
+) -> Picture:
+    """A picture of ``result``, written to ``path`` if one is given.
+
+    kind: "curves" of a simulation; "overlay" (the default), "where", "drift" or "steady" of a comparison; "overlay",
+    "headline", "where", "drift" or "ranking" of a diagnosis.
+    """
+    there = drawings_by_kind(result)
+    wanted = kind or next(iter(there), "")
+    if wanted not in there:
+        raise InputError("kind", wanted, "", f"use one of {', '.join(there) or 'none: this result has no picture'}")
+    with tempfile.TemporaryDirectory() as scratch:
+        picture = Picture(there[wanted](Path(scratch) / "picture.png").read_bytes())
+    if path is not None:
+        picture.save(path)
+    return picture
+
+
+def drawings_by_kind(result: Simulation | Comparison | Diagnosis) -> dict[str, Draw]:
+    """What can be drawn of a result, the most telling picture first; each is drawn when called with a path."""
+    if isinstance(result, Simulation):
+        if result.curves is None:
+            return {}
+        return {
+            "curves": lambda p: pictures.curves_picture(
+                p, {result.model: result.curves}, result.title.replace("mm2", "mm²")
+            )
+        }
+    return _of_comparison(result) if isinstance(result, Comparison) else _of_diagnosis(result)
+
+
+def _of_comparison(c: Comparison) -> dict[str, Draw]:
+    title = c.campaign.title
+    there: dict[str, Draw] = _overlay(c, title) if c.drawings.overlays else {}
+    if c.where is not None and c.drawings.maps:
+        there |= _maps(c, title, c.where.sentence)
+    if c.steady:
+        there["steady"] = lambda p: pictures.steady_picture(p, c.steady, c.final_model, title)
+    return there
+
+
+def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
+    title, panels = d.campaign.title, d.drawings.overlays
+    there = _overlay(d, title) | _maps(d, title, d.where.sentence)
+    first = [p for p in panels if p.title.startswith(f"{d.where.worst.run} ")][:2]
+    said = d.sentence.split(";")[0]
+    there["headline"] = lambda p: pictures.overlay_picture(p, first, said, names=_names(d))
+    if d.ranking:
+        there["ranking"] = lambda p: pictures.ranking_picture(p, d.ranking, title)
+    return there
+
+
+def _names(result: Comparison | Diagnosis) -> dict[str, str]:
+    return {"base": result.base_model, "final": "with " + ", ".join(e.id for e in result.effects)}
+
+
+def _overlay(result: Any, title: str) -> dict[str, Draw]:
+    return {"overlay": lambda p: pictures.overlay_picture(p, result.drawings.overlays, title, names=_names(result))}
+
+
+def _maps(result: Any, title: str, sentence: str) -> dict[str, Draw]:
+    drawn = result.drawings
+    there: dict[str, Draw] = {"where": lambda p: pictures.where_map_picture(p, drawn.maps, title, sentence)}
+    if drawn.drifts:
+        there["drift"] = lambda p: pictures.drift_chart_picture(p, drawn.drifts, title)
+    return there

@@ -1,0 +1,57 @@
+"""Simulate: one case, one model, with or without effects."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from belt_sim.analytic.model import AnalyticModel
+from belt_sim.case import Case
+from belt_sim.config import case_asked
+from belt_sim.effects.base import Effect
+from belt_sim.errors import InputError
+from belt_sim.frame import Observer
+from belt_sim.model import Model, SteadyModel
+from belt_sim.results.simulation import Simulation
+from belt_sim.use_cases.asked import effects_of, model_of, refuse
+
+
+def simulate(
+    case: Case | None = None,
+    *,
+    model: Any = "strip",
+    effects: Any = None,
+    travel: float = 60.0,
+    observers: Sequence[Observer] = (),
+    scene_path: Path | None = None,
+    **settings: Any,
+) -> Simulation:
+    """Run ``case`` (in SI), or the case that ``settings`` describe, for ``travel`` [m].
+
+    settings: as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
+    [degrees, or a list of {at, over, yaw}], speed [m/s], direction. model: a name, {name: ..., further settings} or a
+    Model; effects: ids, mappings, .py files or objects. scene_path: where a 3D model writes its scene (MJCF).
+    """
+    if case is not None and settings:
+        name, value = next(iter(settings.items()))
+        raise InputError(name, value, "", "give either a case or its settings")
+    case = case_asked(travel=travel, **settings) if case is None else case
+    chosen, acting = model_of(model), effects_of(effects)
+    common: dict[str, Any] = {"case": case, "model": chosen.name, "effects": acting, "travel": float(travel)}
+    steady = chosen.steady_rate(case) if isinstance(chosen, SteadyModel) and not acting else None
+    if not isinstance(chosen, Model):
+        refuse(chosen, acting, "; leave it out or use model=beam_th2 or strip")
+        return Simulation(**common, curves=None, steady_rate=steady)
+    if isinstance(chosen, AnalyticModel):
+        curves = chosen.run(case, acting, travel=travel, observers=observers)
+        return Simulation(**common, curves=curves, steady_rate=steady)
+    return _in_space(chosen, acting, common, observers, scene_path)
+
+
+def _in_space(
+    model: Any, effects: Sequence[Effect], common: dict[str, Any], observers: Sequence[Observer], scene: Path | None
+) -> Simulation:
+    """A run in three dimensions, with its numerical settings."""
+    curves = model.run(common["case"], effects, travel=common["travel"], observers=observers, scene_path=scene)
+    details = {"options": asdict(model.options)} | ({"scene": scene.name} if scene else {})
+    return Simulation(**common, curves=curves, details=details)

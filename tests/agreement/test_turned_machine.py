@@ -1,0 +1,80 @@
+"""A machine turned round is the same machine: every effect, in the place where the turn puts it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from paper_cases import RIG, YAW, affected, paper_case
+
+from belt_sim.case import Schedule
+
+EXACT = 1e-9  # of the largest value: marches that must be one
+TENSION, HEAD_YAW = 10, 0.6 * YAW
+TO_POINT_3 = 2 * RIG.span_length + RIG.wrap_tail
+HALF = RIG.span_length + RIG.wrap_tail  # from point 4 to point 2 along the belt
+BOTH_ENDS = {
+    "taper": {"kappa_t": 1e-5, "kappa_t_head": -4e-6},
+    "crown": {"c": 5e-3, "c_head": 2e-3},
+    "wobble": {"beta_cos": 1e-4, "beta_sin_head": 7e-5, "radius_error": 3e-3},
+    "edge_guide": {"stiffness": 1e5, "stiffness_lower": 3e4, "gap": 2e-4, "at": 4.0},
+    "weld": {"angle": 3e-4, "at": 3.0, "length": 0.6},
+    "camber": {"kappa_c": 2e-5},
+    "slip": {"inverse_friction": 1 / 0.15},
+    "soft_cover": {"c": 5e-6},
+}
+SPANS = {
+    "hanging": {"sag_roll": {"strength": 1.0}, "run_up_points": {"share": 1.0}},
+    "flat": {"lift_off": {"strength": 1.0}},  # hanging spans lift off unlike, the upper from below and the lower above
+}
+
+TILTS = {"hanging": 1.0, "flat": -1.0}  # a turned tilt changes sign, and so does what then hangs upwards
+
+
+def changed(effects, **numbers):
+    return effects | {name: effects.get(name, {}) | new for name, new in numbers.items()}
+
+
+@pytest.fixture(scope="module", params=SPANS)
+def turned(request):
+    """The same belt run forward; reversed, with what the turn about its long axis exchanges; and with its pulleys
+    exchanged."""
+    forward = paper_case(TENSION, yaw_head=Schedule.step(HEAD_YAW))
+    backward = replace(forward, settings=replace(forward.settings, direction=-1.0))
+    exchanged = paper_case(TENSION, -HEAD_YAW, yaw_head=Schedule.step(-YAW))
+    both = BOTH_ENDS | SPANS[request.param]
+    own = changed(both, yaw_compliance={"c_m": 2e-6}, yaw_offset_tail={"beta_0": 5e-5})
+    upside_down = changed(own, edge_guide={"stiffness": 3e4, "stiffness_lower": 1e5}, weld={"at": TO_POINT_3 - 3.0})
+    other_way = changed(
+        both,
+        taper={"kappa_t": -4e-6, "kappa_t_head": 1e-5},
+        crown={"c": 2e-3, "c_head": 5e-3},
+        wobble={"beta_cos": 0.0, "beta_sin_head": 0.0, "radius_error": 0.0}
+        | {"beta_cos_head": -1e-4, "beta_sin": -7e-5, "radius_error_head": 3e-3},
+        edge_guide={"stiffness": 3e4, "stiffness_lower": 1e5, "at": RIG.span_length - 4.0},
+        weld={"at": 3.0 + HALF},
+    )
+    pairs = [(forward, own), (backward, upside_down), (forward, both), (exchanged, other_way)]
+    return request.param, affected(pairs, 20.0)
+
+
+def alike(found, wanted):
+    np.testing.assert_allclose(found, wanted, atol=EXACT * np.abs(wanted).max())
+
+
+def test_a_reversed_machine_is_the_forward_one_upside_down(turned):
+    """Turned about its long axis: upper and lower, points 1-2 and 3-4 change places, and so do a weld's place and
+    the rollers; a yaw, a taper and a bend of the belt change sign together with y."""
+    spans, (forward, backward, *_) = turned
+    alike(backward.y, forward.y[[1, 0, 3, 2]])
+    alike(backward.angle, forward.angle[[1, 0, 3, 2]])
+    for name in ("moment", "edge_stress"):
+        alike(getattr(backward, name), getattr(forward, name)[::-1])
+    alike(backward.tilt, TILTS[spans] * forward.tilt[::-1])
+
+
+def test_with_its_pulleys_exchanged_the_machine_is_turned_about_their_axes(turned):
+    """Head and tail, upper and lower change places; y stays, and a yaw about +z becomes one about -z."""
+    spans, (*_, forward, exchanged) = turned
+    alike(exchanged.y, forward.y[[2, 3, 0, 1]])
+    alike(exchanged.moment, forward.moment[::-1])
+    alike(exchanged.tilt, TILTS[spans] * forward.tilt[::-1])

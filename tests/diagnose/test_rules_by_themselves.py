@@ -1,0 +1,196 @@
+"""Rules of the diagnosis on made-up numbers whose answer is known: held-out errors, choosing, chance, what is left."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from belt_sim.diagnosis import select as choosing
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.heldout import HeldOut, _surprise, held_out
+from belt_sim.diagnosis.null import NullGains
+from belt_sim.diagnosis.openset import OpenSet, _exponent, _gain, _onset, _required_angle, _wavelength, shape_card
+from belt_sim.diagnosis.select import Selection, Trial, select
+
+EXACT = 1e-6  # of a refit with its small ridge
+YAW, LENGTH = 7e-4, 11.28
+TRAVEL = np.linspace(0.0, 30.0, 121)
+SIGNALS = (SimpleNamespace(kind="lateral", at="point_1", white=1e-5, wander_sd=1e-5),)
+RUNS = tuple(
+    SimpleNamespace(tension=t, yaw=yaw, use="fit") for t in (7e6, 14e6, 40e6) for yaw in (YAW, -YAW)
+)  # fmt: skip
+
+
+class Plain:
+    """A bench whose readings are white and of unit variance already: six runs of one signal."""
+
+    def __init__(self, y):
+        rig = SimpleNamespace(span_length=LENGTH)
+        self.samples = SimpleNamespace(
+            runs=RUNS, signals=SIGNALS, y=y, travel=np.tile(TRAVEL, (len(RUNS), 1)), cases=SimpleNamespace(rig=rig)
+        )
+        self.metric = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))
+        self.forward = SimpleNamespace(
+            classes=(SimpleNamespace(id="a"), SimpleNamespace(id="b")),
+            index=lambda name: {"a": [0], "b": [1]}[name],
+            null=lambda: np.zeros(2),
+        )
+
+    def start(self, ids, q):
+        return Fit(ids=tuple(ids), free=[i for name in ids for i in self.forward.index(name)], q=np.array(q))
+
+    def fit(self, starts):
+        return [replace(f, chi2=100.0) for f in starts]
+
+    def moved_to(self, q):
+        return self
+
+
+def fitted(slopes, y):
+    """A fit at q = 0 of parameters with these slopes (k, R, S, n)."""
+    whole = slopes.reshape(len(slopes), -1)
+    return Fit(
+        ids=("a", "b")[: len(slopes)], free=list(range(len(slopes))), q=np.zeros(2), chi2=float(np.sum(y**2)),
+        columns=whole, slopes=slopes, residual=y.ravel(), values=np.zeros_like(y),
+    )  # fmt: skip
+
+
+def shapes():
+    return np.random.default_rng(1).normal(size=(2, len(RUNS), 1, len(TRAVEL)))
+
+
+def test_what_the_other_runs_know_is_predicted_where_it_was_left_out():
+    truth = np.array([3.0, -2.0])
+    y = np.einsum("k,krsn->rsn", truth, shapes())
+    found = held_out(Plain(y), fitted(shapes(), y))
+    assert found.rms < EXACT * np.std(y)
+    assert set(found.by_condition) == {"7 N/mm2", "14 N/mm2", "40 N/mm2", "yaw +", "yaw -"}
+    learned = 2 * (3 * np.log(3 / 2) + 2 * np.log(2))  # two numbers, known from two thirds and from half of the runs
+    assert found.chi2 == pytest.approx(learned, rel=0.05)
+
+
+def test_a_condition_is_not_predicted_from_itself():
+    """One tension that contradicts the others is off by the whole difference, and its own runs do not help it."""
+    rows = shapes()[:1]
+    y = 2.0 * rows[0].copy()
+    y[:2] *= -1.0  # at 7 N/mm2
+    found = held_out(Plain(y), fitted(rows, y))
+    assert found.by_condition["7 N/mm2"] == pytest.approx(4.0 * np.sqrt(np.mean(rows[0, :2] ** 2)), rel=EXACT)
+
+
+def test_surprise_is_the_density_of_a_normal_law():
+    rng = np.random.default_rng(2)
+    here, rest, left = rng.normal(size=(2, 1, 5)), rng.normal(size=(2, 1, 7)), rng.normal(size=5)
+    known = np.linalg.inv(rest[:, 0] @ rest[:, 0].T)
+    covariance = np.eye(5) + here[:, 0].T @ known @ here[:, 0]
+    wanted = -2.0 * multivariate_normal(cov=covariance).logpdf(left) - 5 * np.log(2 * np.pi)
+    assert _surprise(left, here, rest) == pytest.approx(wanted, rel=1e-4)
+
+
+def trial(name="a", gain=20.0, threshold=9.0, plausible=True, chi2=50.0, fit=None):
+    return Trial(name, fit, gain, threshold, plausible, HeldOut(chi2, 0.0, {}))
+
+
+def test_a_candidate_passes_above_its_threshold_if_a_machine_could_have_it():
+    assert trial().passes
+    assert not trial(gain=8.0).passes
+    assert not trial(plausible=False).passes
+    assert trial().score == 11.0
+    assert trial(threshold=np.inf).score == -np.inf
+
+
+@pytest.mark.parametrize(
+    ("trials", "taken"),
+    [
+        ([trial()], ("a",)),
+        ([trial(chi2=200.0)], ()),  # held-out conditions are predicted worse
+        ([trial(gain=8.0)], ()),
+        ([trial(plausible=False)], ()),
+        ([trial("b", gain=30.0, threshold=25.0), trial()], ("a",)),  # more above chance, though less in all
+    ],
+)
+def test_an_effect_is_taken_when_it_beats_chance_and_predicts(monkeypatch, trials, taken):
+    bench = Plain(np.zeros((len(RUNS), 1, len(TRAVEL))))
+    trials = [replace(t, fit=bench.start((t.id,), np.zeros(2))) for t in trials]
+    monkeypatch.setattr(choosing, "_round", lambda bench, current, *a: ([] if current.ids else trials, None))
+    monkeypatch.setattr(choosing, "held_out", lambda bench, fit: HeldOut(100.0, 0.0, {}))
+    monkeypatch.setattr(choosing, "_swapped", lambda bench, current, found, tell: current)
+    assert select(bench, bootstraps=100, seed=0).chosen.ids == taken
+
+
+@pytest.mark.parametrize(("gain", "left"), [(5.0, ("b",)), (20.0, ("a", "b"))])
+def test_what_later_effects_made_superfluous_is_dropped(gain, left):
+    bench = Plain(np.zeros((len(RUNS), 1, len(TRAVEL))))
+    current = bench.start(("a", "b"), np.ones(2))
+    found = Selection(bench, current, current, HeldOut(0.0, 0.0, {}), HeldOut(0.0, 0.0, {}))
+    found.swaps = {"a": [trial("a", gain=gain)], "b": [trial("b")]}
+    kept = choosing._pruned(bench, current, found)
+    assert kept.ids == left
+    assert kept.q[1] == 1.0
+    assert kept.q[0] == (1.0 if "a" in left else 0.0)
+
+
+def test_thresholds_are_passed_by_chance_as_often_as_stated():
+    rng = np.random.default_rng(3)
+    inflated = {"one": 1.5 * rng.chisquare(1, 20000), "five": 1.5 * rng.chisquare(5, 20000)}
+    null = NullGains(inflated, {"one": 1, "five": 5})
+    critical = null.critical(["one", "five"], 0.05)
+    above = np.any([inflated[n] > null.threshold(n, critical) for n in inflated], axis=0)
+    assert np.mean(above) == pytest.approx(0.05, abs=0.005)
+    for name in inflated:
+        assert null.log_p(name, null.threshold(name, critical)) == pytest.approx(critical, rel=1e-9)
+        assert null.log_p(name, 2.0 * null.threshold(name, critical)) < critical
+
+
+def test_u_is_the_scatter_of_refits_to_white_noise():
+    rng = np.random.default_rng(4)
+    columns = rng.normal(size=(2, 30)) * [[1.0], [5.0]]
+    noise = rng.normal(size=(4000, 30))
+    refits = np.linalg.lstsq(columns.T, noise.T, rcond=None)[0]
+    said = Fit(ids=("a",), free=[0, 1], q=np.zeros(2), columns=columns).covariance
+    spread = np.sqrt(np.diag(said))
+    np.testing.assert_allclose(np.cov(refits) / np.outer(spread, spread), said / np.outer(spread, spread), atol=0.08)
+
+
+def test_what_the_fitted_effects_could_take_is_not_left_over():
+    y = np.random.default_rng(5).normal(size=(len(RUNS), 1, len(TRAVEL)))
+    fit, other = fitted(shapes()[:1], y), shapes()[1:]
+    both = np.linalg.lstsq(shapes().reshape(2, -1).T, y.ravel(), rcond=None)[1][0]
+    alone = np.linalg.lstsq(fit.columns.T, y.ravel(), rcond=None)[1][0]
+    rest = replace(fit, residual=y.ravel() - fit.columns.T @ np.linalg.lstsq(fit.columns.T, y.ravel(), rcond=None)[0])
+    assert _gain(Plain(y), rest, np.concatenate([other, fit.slopes + other])) == pytest.approx(alone - both, rel=EXACT)
+
+
+def residual(curve, weights):
+    """Readings (R, S, n) that follow one curve with a weight for every run."""
+    return np.asarray(weights)[:, None, None] * curve[None, None]
+
+
+def test_the_shape_of_an_unknown_is_read_off_what_is_left():
+    """A contact angle of 20 urad from 5 m on lifts the belt by theta L (1 - exp(-s/L)), at low tension most."""
+    sign, slack = (
+        np.array([f(r) for r in RUNS]) for f in (lambda r: np.sign(r.yaw), lambda r: (r.tension / 7e6) ** -1.5)
+    )
+    angle = 2e-5
+    y = residual(angle * LENGTH * (1.0 - np.exp(-TRAVEL / LENGTH)), sign)
+    found = _required_angle(Plain(y), y, sign)
+    np.testing.assert_allclose(found.angle, angle, rtol=1e-3)
+    assert _exponent(Plain(y).samples, y * slack[:, None, None]) == pytest.approx(-1.5, abs=1e-9)
+    late = residual(1e-3 * np.maximum(TRAVEL - 5.0, 0.0), slack)
+    assert _onset(Plain(late), late) == pytest.approx(5.0, abs=0.6)
+
+
+def test_a_line_in_what_is_left_has_its_wavelength():
+    y = residual(1e-4 * np.sin(2 * np.pi * TRAVEL / 2.5), np.ones(len(RUNS)))
+    assert _wavelength(Plain(y).samples, y) == pytest.approx(2.5, rel=0.05)
+    noise = np.random.default_rng(6).normal(size=y.shape)
+    assert _wavelength(Plain(y).samples, noise) is None
+
+
+@pytest.mark.parametrize(("odd", "even", "word"), [(90.0, 10.0, "odd"), (10.0, 90.0, "even"), (50.0, 50.0, "mixed")])
+def test_the_parity_of_an_unknown_is_where_most_of_it_lies(odd, even, word):
+    y = residual(1e-4 * np.sin(TRAVEL), np.ones(len(RUNS)))
+    test = OpenSet(("x",), {}, {"smooth, odd in yaw": odd, "smooth, even in yaw": even}, {})
+    assert shape_card(Plain(y), fitted(shapes()[:1], y), test, None).parity == word

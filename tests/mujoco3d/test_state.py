@@ -1,0 +1,87 @@
+"""A state is all that a run goes on from, its loads add up, and one place holds the nodes."""
+
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from itertools import chain, islice
+
+import numpy as np
+import pytest
+
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.options import BONDS
+from belt_sim.mujoco3d.run.engine import command
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.scene_parts import EdgeGuide, SceneParts
+
+AS_WELL = 1e-12  # [m]: MuJoCo's warm start is not part of the state
+STEPS = 300
+QUICK = Options(dx=0.04, dt=2e-3, run_in=0.2, settle=0.02, acceleration=3.0)
+
+
+def begun(case, belt, options, **parts):
+    options = fitted(options, case, belt)
+    return Run.begin(case, belt, options, replace(SceneParts.undisturbed(case, options.friction), **parts))
+
+
+@pytest.mark.parametrize(
+    ("belt", "changed"),
+    [("flex", {"friction": 0.15}), ("flex", {"tensioning": "koller"}), ("grid", {"bonds": BONDS[:2]}), ("rope", {})],
+    ids=["slipping", "koller", "limp grid", "rope"],
+)
+def test_a_run_goes_on_from_its_state_alone(short_rig, belt, changed):
+    """In the middle of a march another engine, fresh from the scene, takes the state over and makes the same steps."""
+    one, other = (begun(short_rig, belt, replace(QUICK, **changed)) for _ in range(2))
+    drives = chain.from_iterable(stage.drives(one.state) for stage in one.stages(0.5))
+    for k, drive in enumerate(islice(drives, STEPS + 20)):
+        if k == STEPS:
+            other.state = deepcopy(one.state)
+        for run in (one, other)[: 1 + (k >= STEPS)]:
+            command(run.state, drive, run.scene.options.dt)
+            run.engine.step(run.state, drive)
+    np.testing.assert_allclose(other.state.slides, one.state.slides, rtol=0.0, atol=AS_WELL)
+    np.testing.assert_allclose(other.state.slip, one.state.slip, rtol=0.0, atol=AS_WELL)
+    assert other.state.wraps[0].first == one.state.wraps[0].first
+
+
+@dataclass
+class Push:
+    """A load that is the same everywhere."""
+
+    force: float
+
+    def forces(self, state, springs):
+        return np.full_like(state.slides, self.force)
+
+
+def first_step(run, monkeypatch):
+    """What MuJoCo is given in the first step: springs, forces on the nodes."""
+    given = {}
+
+    def step(motion, springs, forces, joint_forces):
+        given.update(springs=springs, forces=forces)
+
+    monkeypatch.setattr(run.engine.solver, "step", step)
+    run.engine.step(run.state, next(iter(run.stages(0.1)[0].drives(run.state))))
+    return given["springs"], given["forces"]
+
+
+def test_loads_add_up(short_rig, monkeypatch):
+    run = begun(short_rig, "flex", QUICK)
+    run.engine = replace(run.engine, loads=(Push(2.0), Push(0.5)))
+    _, forces = first_step(run, monkeypatch)
+    np.testing.assert_array_equal(forces, 2.5)
+
+
+def test_pulleys_and_guides_hold_what_is_theirs_and_nothing_else_is_held(short_rig, monkeypatch):
+    guide = EdgeGuide(span="upper", x=1.0, gap=-1e-3, side=1.0, stiffness=1e6)
+    run = begun(short_rig, "flex", QUICK, edge_guides=(guide,))
+    springs, _ = first_step(run, monkeypatch)
+    on = np.zeros(run.scene.mesh.stations, bool)
+    for wrap in run.state.wraps:
+        on[wrap.stations] = True
+    assert np.all(springs.stiffness[on] == run.scene.options.hold_stiffness)
+    pressed = np.flatnonzero(springs.stiffness[~on].any(axis=(1, 2)))
+    assert 1 <= len(pressed) <= 2
+    assert np.all(springs.stiffness[~on][:, :, [0, 2]] == 0.0)
+    assert np.all(springs.rest[~on][pressed, :, 1] < run.state.slides[~on][pressed, :, 1])

@@ -1,0 +1,210 @@
+"""The report is one whole page that fetches nothing and does without what a diagnosis does not bring."""
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_campaign import diagnosed, drawn
+
+from belt_sim.campaign import Suspicion
+from belt_sim.errors import BeltError
+from belt_sim.reports import page as report_page
+from belt_sim.reports.page import bars, render, worst, write_report
+from belt_sim.results.drawings import Drawings
+from belt_sim.results.found import Confusable, NextRun, Tried
+from belt_sim.results.verdict import Verdict
+from belt_sim.results.words import thousandths
+
+FETCHING = {"src", "href", "action", "data", "poster", "srcset", "background"}
+SCRIPTS = 3  # the data, plotly.js once, and our own
+GAP = 7  # a sample that is missing
+RUN = NextRun("opposite yaw at 10 N/mm²", ("yaw_offset_tail", "sensor_gain"), 0.1, 5.9)
+PAIR = Confusable(effect="yaw_offset_tail", other="sensor_gain", sigma=0.1)
+
+
+class Page(HTMLParser):
+    """Gathers what a browser would look at."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.references: list[str] = []
+        self.open: list[str] = []
+        self.scripts: list[str] = []
+        self.policy = ""
+        self.text = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in ("meta", "br", "link"):
+            self.open.append(tag)
+        if tag == "script":
+            self.scripts.append("")
+        self.references += [value or "" for name, value in attrs if name in FETCHING]
+        if dict(attrs).get("http-equiv") == "Content-Security-Policy":
+            self.policy = dict(attrs)["content"]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] == "script":
+            self.scripts[-1] += data
+        elif self.open and self.open[-1] != "style":
+            self.text += data
+
+
+@pytest.fixture(scope="module")
+def explained():
+    """The slack belt, with a hard title, a run that got worse, a gap in a record, a pair and a next run."""
+    d = drawn("sag_roll")
+    first, *others = d.per_run
+    panel, *panels = d.drawings.overlays
+    gone = np.where(np.arange(len(panel.travel)) == GAP, np.nan, panel.measured)
+    drawings = replace(d.drawings, overlays=(replace(panel, measured=gone), *panels))
+    return replace(
+        d,
+        campaign=replace(d.campaign, title="Slack belt <sample>"),
+        per_run=(replace(first, worse=True), *others),
+        drawings=drawings,
+        confusables=(PAIR,),
+        next_runs=(RUN,),
+    )
+
+
+@pytest.fixture(scope="module")
+def text(explained):
+    return render(explained)
+
+
+@pytest.fixture(scope="module")
+def page(text):
+    return Page(text)
+
+
+def test_nothing_is_fetched(page):
+    assert page.references
+    assert all(reference.startswith("#") for reference in page.references)
+    assert "default-src 'none'" in page.policy
+    style = (Path(report_page.__file__).parent / "report.css").read_text()
+    assert not re.search(r"url\(|@import", style)
+
+
+def test_the_page_is_well_formed_and_brings_plotly_once(page):
+    assert page.open == []
+    assert len(page.scripts) == SCRIPTS
+    assert [len(s) > 1_000_000 for s in page.scripts] == [False, True, False]
+
+
+def test_every_link_has_its_section(page, text):
+    for reference in page.references:
+        assert f'id="{reference[1:]}"' in text
+
+
+def test_what_was_found_stands_in_sentences(page, explained):
+    assert explained.sentence in page.text
+    assert explained.where.sentence in page.text
+    assert str(explained.effects[0].parameters["strength"]) in page.text
+    assert thousandths(explained.error.held_out.before) in page.text
+    first = explained.per_run[0]
+    assert f"Worse than before: {first.run} {first.signal}" in page.text
+    assert "opposite yaw at 10 N/mm²" in page.text
+
+
+def test_what_users_write_is_escaped(page):
+    assert "Slack belt <sample>" in page.text  # as text, not as a tag
+
+
+def test_what_looks_wrong_and_what_was_admitted_are_told(explained):
+    seen = Suspicion(run="r01", signal="y1", kind="wrong_sign", sentence="y1 of r01 is turned round", severity="look")
+    text = Page(render(replace(explained, suspicions=(seen,), admitted=("wind: units declared",)))).text
+    assert "wrong sign: y1 of r01 is turned round" in text
+    assert "wind: units declared" in text
+
+
+def test_a_tilt_is_told_in_milliradians(explained):
+    first, *others = explained.per_run
+    tilted = replace(explained, per_run=(replace(first, kind="tilt", before=2e-3, after=3e-3), *others))
+    assert f"{first.run} {first.signal} (2.00 → 3.00 mrad)" in Page(render(tilted)).text
+
+
+def test_figures_carry_the_data_and_no_nan(page, explained):
+    plots = json.loads(page.scripts[0], parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+    drawings = explained.drawings
+    assert len(plots["overlays"]) == len(drawings.overlays) == len(explained.per_run)
+    panel = drawings.overlays[0]
+    traces = {t["name"]: t for t in plots["overlays"][0]["data"] if t.get("name") and t.get("yaxis", "y") == "y"}
+    np.testing.assert_allclose(traces["beam_th2"]["y"], panel.base, rtol=1e-5)
+    np.testing.assert_allclose(traces["beam_th2 + sag_roll"]["y"], panel.final, rtol=1e-5, atol=1e-9)
+    assert traces["measured"]["y"][GAP] is None  # a gap in the measurement stays a gap
+    maps = [t for t in plots["where"]["data"] if t["type"] == "heatmap"]
+    np.testing.assert_allclose(maps[0]["z"], drawings.maps[0].ratio, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "left_out", ["effects", "ranking", "confusables", "next_runs", "per_run", "rounds", "suspicions", "admitted"]
+)
+def test_any_list_may_be_empty(explained, left_out):
+    assert Page(render(replace(explained, **{left_out: ()}))).open == []
+
+
+def test_without_drawings_there_are_no_empty_plots(explained):
+    bare = render(replace(explained, drawings=Drawings()))
+    assert not re.search(r'<div id="(where|drift|overlay)"', bare)
+    assert Page(bare).open == []
+
+
+def test_an_adequate_model_has_no_effects_to_show():
+    page = Page(render(drawn("nothing")))
+    assert "Nothing is missing from model beam_th2" in page.text
+    assert "What is missing" not in page.text
+    assert "No cell got worse" in page.text
+
+
+def test_unknown_shows_its_card_and_names_the_nearest():
+    d = drawn("stranger")
+    page = Page(render(d))
+    assert "What the unknown looks like" in page.text
+    assert d.unknown.nearest in page.text
+    assert d.unknown.why in page.text
+
+
+def test_values_of_a_rejected_model_are_stamped(explained):
+    stamped = replace(explained, verdict=Verdict.PARTLY, effects=(replace(explained.effects[0], rejected=True),))
+    assert "effective value, model rejected" in Page(render(stamped)).text
+    assert "effective value, model rejected" not in Page(render(explained)).text
+
+
+def test_the_worst_run_is_shown_first(explained):
+    panels = explained.drawings.overlays
+    assert worst(panels) == int(np.argmax([np.nanmean(np.abs(p.base - p.measured) / p.band) for p in panels]))
+    assert worst(panels) != 0 or worst(panels[::-1]) != 0
+    assert worst([]) == 0
+
+
+def tried(gain: float, threshold: float | None = 9.1) -> Tried:
+    return Tried(id="taper", gain=gain, threshold=threshold, held_out_rms=0.0)
+
+
+def test_bars_show_chance_and_gain_on_one_scale():
+    ranking = diagnosed("sag_roll").ranking
+    shown = bars(ranking)
+    assert shown[0]["length"] == 100.0
+    assert [b["beyond_chance"] for b in shown] == [bool(c.threshold) and c.gain > c.threshold for c in ranking]
+    assert not all(b["beyond_chance"] for b in shown)
+    at_chance = bars([tried(9.1), tried(900.0)])[0]
+    assert at_chance["length"] == at_chance["chance"]
+    assert bars([tried(5.0, None)])[0]["length"] == 0.0
+    assert bars([]) == []
+
+
+def test_the_file_is_whole_or_not_there(tmp_path, explained):
+    path = write_report(tmp_path / "out" / "report.html", explained)
+    assert path.read_text(encoding="utf-8").rstrip().endswith("</html>")
+    assert [p.name for p in path.parent.iterdir()] == ["report.html"]
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BeltError, match="cannot be written"):
+        write_report(tmp_path / "file" / "report.html", explained)
