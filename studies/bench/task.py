@@ -9,6 +9,7 @@ from belt_sim.analytic.march import march
 from belt_sim.analytic.model import AnalyticModel as Model
 from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case
+from belt_sim.jax_setup import in_float64
 from belt_sim.laws.span import response
 
 TRAVEL = 100.0  # [m]
@@ -35,6 +36,7 @@ def strip() -> Model:
     return analytic_model("strip")
 
 
+@in_float64
 def linear(case: Case) -> Linear:
     """What a plain program needs to know of a case."""
     ky, ko, ku = (float(x) for x in response(strip().span(case)).runup[:3])
