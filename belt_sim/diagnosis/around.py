@@ -14,9 +14,9 @@ STRONG = 0.2  # whitened size above which a parameter's derivative at null can b
 
 @dataclass(frozen=True)
 class Around:
-    """slopes: position in q -> shape (R, S, n) per unit; where the derivative at null vanishes while a plausible size
-    moves the readings, the secant to that size stands in its place, and weak (effect id -> pairs of position and
-    value) says from where a search may start.
+    """slopes: position in the parameter vector -> shape (R, S, n) per unit; where the derivative at null vanishes while
+    a plausible size moves the readings, the secant to that size stands in its place, and weak (effect id -> pairs of
+    position and value) says from where a search may start.
     """
 
     fit: Fit
@@ -34,7 +34,7 @@ class Around:
         return Fit(
             ids=(*fit.ids, name),
             free=[*fit.free, *bench.forward.index(name)],
-            q=fit.q,
+            vector=fit.vector,
             chi2=fit.chi2,
             columns=np.concatenate([fit.columns.reshape(-1, white.shape[1]), white]),
             slopes=np.concatenate([fit.slopes.reshape(-1, *shapes.shape[1:]), shapes]),
@@ -48,17 +48,17 @@ def around(bench: Workbench, fit: Fit, ids: Sequence[str]) -> Around:
     positions = [k for i in ids for k in bench.forward.index(i)]
     if not positions:
         return Around(fit, {}, {})
-    rows = bench.slopes(fit.q, positions)
+    rows = bench.slopes(fit.vector, positions)
     slopes = dict(zip(positions, rows, strict=True))
     size = np.linalg.norm(bench.metric.whiten(rows), axis=1)
     faint = [k for k, length in zip(positions, size, strict=True) if length < STRONG]
     if not faint:
         return Around(fit, slopes, {})
     tried = [(k, size) for k in faint for size in SIZES]
-    q = np.repeat(fit.q[None], len(tried), axis=0)
+    vector = np.repeat(fit.vector[None], len(tried), axis=0)
     for row, (k, size) in enumerate(tried):
-        q[row, k] = size
-    moved = bench.forward.values(q) - fit.values
+        vector[row, k] = size
+    moved = bench.forward.values(vector) - fit.values
     strong = np.linalg.norm(bench.metric.whiten(moved), axis=1) > STRONG
     starts = [(pair, m) for pair, m, s in zip(tried, moved, strong, strict=True) if s]
     secants = {k: m for (k, _), m in reversed(starts)}  # the smallest size that shows

@@ -16,7 +16,7 @@ def estimates(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
         if np.linalg.norm(fit.columns[k]) < 1e-6:
             continue
         declared = slot.effect.parameters[slot.name]
-        value, u = float(fit.q[position] * slot.scale), float(spread[k] * slot.scale)
+        value, u = float(fit.vector[position] * slot.scale), float(spread[k] * slot.scale)
         low, high = declared.plausible
         near = (low - 2 * u <= value <= high + 2 * u) or abs(value - declared.null) <= 2 * u
         found[slot.effect.id][slot.name] = Estimate(value, u, declared.unit, bool(near))

@@ -61,7 +61,7 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
     weights = probabilities(d.found)
     chosen, forward = d.found.chosen, d.bench.forward
     seen = estimates(forward, chosen)
-    there = {e.id: e for e in forward.effects_at(chosen.q, chosen.ids)}
+    there = {e.id: e for e in forward.effects_at(chosen.vector, chosen.ids)}
     return tuple(
         FoundEffect(
             id=name,

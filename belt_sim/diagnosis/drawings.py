@@ -59,8 +59,8 @@ def maps(bench: Workbench, values: np.ndarray) -> tuple[FailureMap, ...]:
 def drawings_of(d: Findings) -> Drawings:
     """Everything that a diagnosis draws: base model and final model, and where the base model fails."""
     base, chosen = d.found.base, d.found.chosen
-    final = (chosen.q, chosen.values) if chosen.ids else None
-    return drawings(d.bench, (base.q, base.values), final, mapped=base.values, final_bench=d.found.bench)
+    final = (chosen.vector, chosen.values) if chosen.ids else None
+    return drawings(d.bench, (base.vector, base.values), final, mapped=base.values, final_bench=d.found.bench)
 
 
 def drawings(
@@ -71,8 +71,8 @@ def drawings(
     mapped: np.ndarray,
     final_bench: Workbench | None = None,
 ) -> Drawings:
-    """base, final: a point q and its predictions (R, S, n), before and after; mapped: predictions that the maps judge;
-    final_bench: laid out at the final point, where it is another.
+    """base, final: a parameter vector and its predictions (R, S, n), before and after; mapped: predictions that the
+    maps judge; final_bench: laid out at the final point, where it is another.
     """
     before = stiffness_drift(bench, base[0])
     after = stiffness_drift(final_bench or bench, final[0]) if final else None

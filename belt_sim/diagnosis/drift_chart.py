@@ -14,7 +14,7 @@ GPA = 1e9
 LIMIT = 3.0  # a model that asks for more than three times the stated value, or less than a third, is shown there
 
 
-def stiffness_drift(bench: Workbench, q: np.ndarray, name: str = "Young's modulus") -> Drift | None:
+def stiffness_drift(bench: Workbench, vector: np.ndarray, name: str = "Young's modulus") -> Drift | None:
     """Young's modulus [GPa] that each tension asks for by itself; None with fewer than two tensions.
 
     Only F/EI enters a beam: a wrong tension, width or thickness shows here as well.
@@ -29,8 +29,8 @@ def stiffness_drift(bench: Workbench, q: np.ndarray, name: str = "Young's modulu
     for t in tensions:
         y = np.where((stress == t)[:, None, None], bench.fitted.y, np.nan)
         metric = metric_of(replace(bench.fitted, y=y), bench.levels, bench.shapes, 0.0 * bench.shared)
-        fit = fit_sets(bench.forward, metric, [bench.start((), q, free=[position])])[0]
-        factor = np.clip(1.0 + fit.q[position], 1.0 / LIMIT, LIMIT)
+        fit = fit_sets(bench.forward, metric, [bench.start((), vector, free=[position])])[0]
+        factor = np.clip(1.0 + fit.vector[position], 1.0 / LIMIT, LIMIT)
         value.append(factor * stated.value / GPA)
         beyond = factor in (1.0 / LIMIT, LIMIT)  # no interval is drawn about a value off the chart
         u.append(0.0 if beyond else min(np.sqrt(fit.covariance[0, 0]), 0.5 * factor) * stated.value / GPA)

@@ -17,14 +17,14 @@ FAINT = 1e-3  # a parameter that moves no reading by this many sigma at its scal
 class Fit:
     """A set of effects fitted jointly.
 
-    ids; free: positions in q that were fitted; q: the best point; chi2: of the whitened residual;
+    ids; free: positions in vector that were fitted; vector: the best point; chi2: of the whitened residual;
     columns (k, N): whitened derivatives along free; slopes (k, R, S, n): the same as predicted; residual (N,):
     whitened; values (R, S, n): predictions.
     """
 
     ids: tuple[str, ...]
     free: list[int]
-    q: np.ndarray
+    vector: np.ndarray
     chi2: float = np.inf
     columns: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
     slopes: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
@@ -42,10 +42,10 @@ class Fit:
 def fit_sets(forward: Forward, metric: Metric, starts: Sequence[Fit], y: np.ndarray | None = None) -> list[Fit]:
     """Refine every start; all sets advance together, so that a round costs one batch of predictions."""
     target = metric.samples.y if y is None else y
-    fits = [replace(f, q=np.array(f.q)) for f in starts]
+    fits = [replace(f, vector=np.array(f.vector)) for f in starts]
     fresh = [f for f in fits if not np.isfinite(f.chi2)]
     if fresh:
-        _advance(forward, metric, fresh, [f.q for f in fresh], target)
+        _advance(forward, metric, fresh, [f.vector for f in fresh], target)
     for _ in range(MAX_ROUNDS):
         active = [f for f in fits if not f.done]
         if not active:
@@ -83,7 +83,7 @@ def _judge(fit: Fit, proposal, metric, values, slopes, target) -> None:
         fit.done = fit.damping > 1e6 or not np.isfinite(fit.chi2)
         return
     gained = fit.chi2 - chi2
-    fit.q, fit.chi2, fit.residual, fit.values, fit.slopes = proposal, chi2, residual, values, slopes
+    fit.vector, fit.chi2, fit.residual, fit.values, fit.slopes = proposal, chi2, residual, values, slopes
     fit.columns = metric.whiten(slopes) if len(fit.free) else np.empty((0, len(residual)))
     fit.damping = max(fit.damping / 6.0, 1e-9)
     fit.done = not fit.free or gained < TOLERANCE + 1e-3 * max(chi2 - len(residual), 0.0)
@@ -96,6 +96,6 @@ def _proposal(fit: Fit) -> np.ndarray:
     diagonal = np.where(diagonal > FAINT**2, diagonal, np.inf)
     system = normal + np.diag(fit.damping * np.where(np.isfinite(diagonal), diagonal, 1.0) + 1e-12)
     step = np.linalg.lstsq(system, fit.columns @ fit.residual, rcond=1e-10)[0]
-    q = fit.q.copy()
-    q[fit.free] += np.where(np.isfinite(diagonal), step, 0.0)
-    return q
+    vector = fit.vector.copy()
+    vector[fit.free] += np.where(np.isfinite(diagonal), step, 0.0)
+    return vector

@@ -1,6 +1,6 @@
 """The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
 
-A point q is [effect parameters in units of their scale | stiffness | tension | yaw], the last three
+A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw], the last three
 relative, relative and in radians, the same for every run (a run's own setting error is small and enters linearly,
 through the derivative). Values and directional derivatives are computed for many points at once.
 """
@@ -31,7 +31,7 @@ NUISANCES = ("stiffness", "tension", "yaw")
 
 @dataclass(frozen=True)
 class Slot:
-    """One parameter of one effect in q."""
+    """One parameter of one effect in the parameter vector."""
 
     effect: type[Effect]
     name: str
@@ -58,7 +58,7 @@ class Forward:
         self._lanes = _compiled(model, plan, self.slots, travel, places)
 
     def index(self, effect_id: str) -> list[int]:
-        """Positions in q of an effect's parameters."""
+        """Positions in the parameter vector of an effect's parameters."""
         return [k for k, s in enumerate(self.slots) if s.effect.id == effect_id]
 
     def modifiers(self, effect_id: str) -> int:
@@ -69,28 +69,28 @@ class Forward:
         """q (size,) with nothing wrong."""
         return np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
 
-    def values(self, q: np.ndarray, samples: Samples | None = None) -> np.ndarray:
-        """Predictions (C, R, S, n) at points q (C, size)."""
-        return self.lanes(q, np.zeros_like(q), samples)[0]
+    def values(self, vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
+        """Predictions (C, R, S, n) at parameter vectors (C, size)."""
+        return self.lanes(vector, np.zeros_like(vector), samples)[0]
 
-    def lanes(self, q: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
-        """Predictions and their derivatives, both (C, R, S, n), at q (C, size) along directions (C, size)."""
+    def lanes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
+        """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
         data = _data(samples or self.samples)
 
         def batch(start: int):
-            part, along = q[start : start + LANES], directions[start : start + LANES]
+            part, along = vector[start : start + LANES], directions[start : start + LANES]
             values, slopes = self._lanes(_pad(part), _pad(along), data)
             return np.asarray(values)[: len(part)], np.asarray(slopes)[: len(part)]
 
         first = batch(0)  # compiles, once, before there are several threads
         with ThreadPoolExecutor(WORKERS) as pool:
-            pieces = [first, *pool.map(batch, range(LANES, len(q), LANES))]
+            pieces = [first, *pool.map(batch, range(LANES, len(vector), LANES))]
         return tuple(np.concatenate(x) for x in zip(*pieces, strict=True))
 
-    def effects_at(self, q: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
-        """The effects ``ids`` with the numbers of q."""
+    def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
+        """The effects ``ids`` with the numbers of a parameter vector."""
         numbers: dict[str, dict[str, float]] = {c.id: {} for c in self.classes}
-        for slot, value in zip(self.slots, q, strict=False):
+        for slot, value in zip(self.slots, vector, strict=False):
             numbers[slot.effect.id][slot.name] = float(value) * slot.scale
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
 
@@ -102,8 +102,8 @@ def _compiled(model: Composition, plan, slots, span: float, places):
     axes = (None, Case(rig=None, belt=None, settings=0), 0, 0, 0)  # type: ignore[arg-type]
     runs = jax.vmap(one, in_axes=axes)
 
-    def lane(q, direction, data):
-        return jax.jvp(lambda p: runs(p, *data), (q,), (direction,))
+    def lane(vector, direction, data):
+        return jax.jvp(lambda p: runs(p, *data), (vector,), (direction,))
 
     return compiled(jax.vmap(lane, in_axes=(0, 0, None)))
 
@@ -123,13 +123,13 @@ def _place(at: str) -> tuple[str, int]:
     return (places | {"upper_mid_span": ("tilt", 0), "lower_mid_span": ("tilt", 1)})[at]
 
 
-def _one_run(q, case: Case, travel, time, yaw_at, *, model, plan, slots, span, places):
-    """Readings (S, n) of one run at a point q."""
+def _one_run(vector, case: Case, travel, time, yaw_at, *, model, plan, slots, span, places):
+    """Readings (S, n) of one run at a parameter vector."""
     numbers: dict[type[Effect], dict] = {}
     for k, slot in enumerate(slots):
-        numbers.setdefault(slot.effect, {})[slot.name] = q[k] * slot.scale
+        numbers.setdefault(slot.effect, {})[slot.name] = vector[k] * slot.scale
     effects = tuple(cls(**values) for cls, values in numbers.items())
-    case = _as_set(case, q[len(slots) :])
+    case = _as_set(case, vector[len(slots) :])
     curves = march_traced(case, effects, span, model=model, plan=plan)
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
     shown = indicate(curves, case, effects, stated, jnp.append(time, yaw_at / case.settings.speed))

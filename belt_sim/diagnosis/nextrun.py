@@ -44,7 +44,7 @@ class Outlook:
         self.actions = menu(template)
         self.samples = _hypothetical(bench, self.actions)
         self.forward = Forward(self.samples, bench.forward.model, bench.forward.classes)
-        self.metric = self._metric(chosen.q)
+        self.metric = self._metric(chosen.vector)
 
     def separations(self, a: Fit, b: Fit) -> tuple[float, np.ndarray]:
         """sigma without a further run, and with each action (actions,)."""
@@ -69,8 +69,8 @@ class Outlook:
         for k, position in enumerate(free):
             directions[k, position] = 1.0
         flip = self._flip()
-        values, slopes = self.forward.lanes(np.repeat(fit.q[None], count, axis=0), directions)
-        over, over_slopes = self.forward.lanes(np.repeat((fit.q * flip)[None], count, axis=0), directions * flip)
+        values, slopes = self.forward.lanes(np.repeat(fit.vector[None], count, axis=0), directions)
+        over, over_slopes = self.forward.lanes(np.repeat((fit.vector * flip)[None], count, axis=0), directions * flip)
         turned = np.array([a.turned_over for a in self.actions])
         values[:, turned], slopes[:, turned] = over[:, turned], over_slopes[:, turned]
         return values[0], slopes[: len(free)]
@@ -85,9 +85,9 @@ class Outlook:
         white = self.metric.whiten(x)
         return white.reshape(*white.shape[:-1], len(self.actions), -1)
 
-    def _metric(self, q: np.ndarray) -> Metric:
+    def _metric(self, vector: np.ndarray) -> Metric:
         directions = np.eye(self.forward.size)[-len(NUISANCES) :]
-        values, slopes = self.forward.lanes(np.repeat(q[None], len(NUISANCES), axis=0), directions)
+        values, slopes = self.forward.lanes(np.repeat(vector[None], len(NUISANCES), axis=0), directions)
         shapes, shared = nuisance_shapes(self.bench.campaign, self.samples, values[0], slopes)
         return metric_of(self.samples, self.bench.levels, shapes, 0.0 * shared)
 

@@ -79,8 +79,8 @@ def select(
         if not better:
             break
         larger = max(better, key=lambda t: t.score).fit
-        moved = bench.moved_to(larger.q)
-        larger = moved.fit([moved.start(larger.ids, larger.q)])[0]
+        moved = bench.moved_to(larger.vector)
+        larger = moved.fit([moved.start(larger.ids, larger.vector)])[0]
         larger = _pruned(moved, _swapped(moved, larger, found, tell), found)
         if frozenset(larger.ids) in seen:  # what came in went out again
             break
@@ -124,9 +124,9 @@ def best_of(bench: Workbench, near: Around, ids) -> dict[str, Fit]:
         starts.append(near.with_effect(bench, name))  # from null, so that no super-model ends above its sub-model
         owners.append(name)
         for position, value in near.weak.get(name, ()):
-            q = near.fit.q.copy()
-            q[position] = value
-            starts.append(bench.start((*near.fit.ids, name), q))
+            vector = near.fit.vector.copy()
+            vector[position] = value
+            starts.append(bench.start((*near.fit.ids, name), vector))
             owners.append(name)
     best: dict[str, Fit] = {}
     for name, fit in zip(owners, bench.fit(starts), strict=True):
@@ -143,9 +143,9 @@ def _swapped(bench: Workbench, current: Fit, found: Selection, tell) -> Fit:
         for name in current.ids:
             rest = tuple(i for i in current.ids if i != name)
             others = [c.id for c in bench.forward.classes if c.id not in current.ids]
-            q = current.q.copy()
-            q[bench.forward.index(name)] = bench.forward.null()[bench.forward.index(name)]
-            without = bench.fit([bench.start(rest, q)])[0]
+            vector = current.vector.copy()
+            vector[bench.forward.index(name)] = bench.forward.null()[bench.forward.index(name)]
+            without = bench.fit([bench.start(rest, vector)])[0]
             if without.chi2 < current.chi2:  # the larger set stopped in a worse valley: go on from the better one
                 best = best_of(bench, around(bench, without, [name]), [name])[name]
                 break
@@ -171,8 +171,8 @@ def _pruned(bench: Workbench, current: Fit, found: Selection) -> Fit:
     for name, trials in found.swaps.items():
         own = next((t for t in trials if t.id == name), None)
         if len(current.ids) > 1 and own is not None and own.gain < own.threshold:
-            q = current.q.copy()
-            q[bench.forward.index(name)] = bench.forward.null()[bench.forward.index(name)]
+            vector = current.vector.copy()
+            vector[bench.forward.index(name)] = bench.forward.null()[bench.forward.index(name)]
             found.swaps = {}
-            return bench.fit([bench.start([i for i in current.ids if i != name], q)])[0]
+            return bench.fit([bench.start([i for i in current.ids if i != name], vector)])[0]
     return current

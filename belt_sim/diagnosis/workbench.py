@@ -37,33 +37,33 @@ class Workbench:
         """The metric with other noise levels."""
         return metric_of(self.fitted, levels, self.shapes, self.shared)
 
-    def moved_to(self, q: np.ndarray) -> "Workbench":
-        """The workbench with nuisance shapes taken at ``q``."""
-        shapes, shared = _shapes(self.campaign, self.samples, self.forward, q)
+    def moved_to(self, vector: np.ndarray) -> "Workbench":
+        """The workbench with nuisance shapes taken at ``vector``."""
+        shapes, shared = _shapes(self.campaign, self.samples, self.forward, vector)
         metric = metric_of(self.fitted, self.levels, shapes, shared)
         return replace(self, shapes=shapes, shared=shared, metric=metric)
 
-    def start(self, ids: Sequence[str], q: np.ndarray, free: Sequence[int] | None = None) -> Fit:
-        """A fit of the effects ``ids`` to begin at ``q``."""
+    def start(self, ids: Sequence[str], vector: np.ndarray, free: Sequence[int] | None = None) -> Fit:
+        """A fit of the effects ``ids`` to begin at ``vector``."""
         positions = [k for i in ids for k in self.forward.index(i)] if free is None else list(free)
-        return Fit(ids=tuple(ids), free=positions, q=np.array(q))
+        return Fit(ids=tuple(ids), free=positions, vector=np.array(vector))
 
     def fit(self, starts: Sequence[Fit], y: np.ndarray | None = None) -> list[Fit]:
         """Joint refits on the fitted runs."""
         return fit_sets(self.forward, self.metric, starts, y)
 
-    def slopes(self, q: np.ndarray, positions: Sequence[int]) -> np.ndarray:
-        """Derivatives of the predictions at ``q`` along ``positions``, shape (k, R, S, n)."""
+    def slopes(self, vector: np.ndarray, positions: Sequence[int]) -> np.ndarray:
+        """Derivatives of the predictions at ``vector`` along ``positions``, shape (k, R, S, n)."""
         directions = np.eye(self.forward.size)[list(positions)]
-        return self.forward.lanes(np.repeat(q[None], len(directions), axis=0), directions)[1]
+        return self.forward.lanes(np.repeat(vector[None], len(directions), axis=0), directions)[1]
 
 
-def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], q=None) -> Workbench:
+def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], vector=None) -> Workbench:
     """Lay out ``campaign`` for ``model`` with ``classes`` as candidates."""
     samples = samples_of(campaign)
     forward = Forward(samples, model, classes)
-    q = forward.null() if q is None else q
-    shapes, shared = _shapes(campaign, samples, forward, q)
+    vector = forward.null() if vector is None else vector
+    shapes, shared = _shapes(campaign, samples, forward, vector)
     finder = LevelFinder(samples, shapes)
     levels = finder(samples.y)
     blank = np.array([run.use != "fit" for run in samples.runs])
@@ -82,7 +82,7 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
     )
 
 
-def _shapes(campaign: Campaign, samples: Samples, forward: Forward, q: np.ndarray):
+def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.ndarray):
     directions = np.eye(forward.size)[-len(NUISANCES) :]
-    values, slopes = forward.lanes(np.repeat(q[None], len(NUISANCES), axis=0), directions)
+    values, slopes = forward.lanes(np.repeat(vector[None], len(NUISANCES), axis=0), directions)
     return nuisance_shapes(campaign, samples, values[0], slopes)

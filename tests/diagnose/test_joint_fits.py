@@ -58,7 +58,7 @@ def test_an_effect_that_enters_linearly_is_fitted_in_one_step():
     fit = b.fit([b.start(("yaw_offset_tail",), b.forward.null())], y)[0]
     assert fit.chi2 < LINEAR
     (position,) = fit.free
-    assert fit.q[position] == pytest.approx(3.0, rel=1e-4)
+    assert fit.vector[position] == pytest.approx(3.0, rel=1e-4)
 
 
 @pytest.mark.long
@@ -68,7 +68,7 @@ def test_the_interval_is_the_scatter_of_the_estimate():
     levels, base = b.levels, b.forward.values(b.forward.null()[None])[0]
     starts = b.start(("yaw_offset_tail",), b.forward.null())
     found = [b.fit([starts], base + e)[0] for e in errors(b, 40, rng, white=levels.white, wander=levels.wander)]
-    pulls = [f.q[f.free[0]] / np.sqrt(f.covariance[0, 0]) for f in found]
+    pulls = [f.vector[f.free[0]] / np.sqrt(f.covariance[0, 0]) for f in found]
     assert 0.65 < np.std(pulls) < 1.4  # 40 draws: +- 11 %, three of which are allowed
     assert abs(np.mean(pulls)) < 3 / np.sqrt(40)
 

@@ -128,8 +128,8 @@ def test_what_later_effects_made_superfluous_is_dropped(gain, left):
     found.swaps = {"a": [trial("a", gain=gain)], "b": [trial("b")]}
     kept = choosing._pruned(bench, current, found)
     assert kept.ids == left
-    assert kept.q[1] == 1.0
-    assert kept.q[0] == (1.0 if "a" in left else 0.0)
+    assert kept.vector[1] == 1.0
+    assert kept.vector[0] == (1.0 if "a" in left else 0.0)
 
 
 def test_thresholds_are_passed_by_chance_as_often_as_stated():
