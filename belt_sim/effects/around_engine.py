@@ -26,15 +26,15 @@ def as_indicated(
 ) -> Curves:
     """Curves of ``engine(case as driven, travel)`` as encoder and sensors show them, up to ``travel`` [m].
 
-    The engine is run as far as the belt goes while the encoder counts that much.
+    The engine is run as far as the belt goes while the encoder counts that much; its records are spread over what the
+    encoder shows, so that without an encoder's error they are read where they are.
     """
     driven = as_driven(case, effects)
     if not uses(effects, "encoder") + uses(effects, "sensor"):
         return engine(driven, travel)
     far = max(travel, float(true_travel(effects, case, travel)))
     curves = engine(driven, far)
-    records = max(1, round((len(curves.travel) - 1) * travel / far))
-    return as_numpy(indicate(curves, case, effects, np.linspace(0.0, travel, records + 1)))
+    return as_numpy(indicate(curves, case, effects, np.asarray(curves.travel) * (travel / far)))
 
 
 def as_driven(case: Case, effects: Sequence[Effect]) -> Case:

@@ -133,6 +133,8 @@ def effect(cls):
     names = {f.name for f in fields(cls)}
     if names != set(cls.parameters):
         raise InputError(f"{cls.__name__}.parameters", sorted(names ^ set(cls.parameters)), "", "declare each once")
+    if hidden := names & {*HOOKS, "influence"}:
+        raise InputError(f"{cls.__name__}.parameters", sorted(hidden), "", "hooks have these names; choose others")
     return pytree(cls)
 
 

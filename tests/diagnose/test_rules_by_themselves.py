@@ -38,21 +38,21 @@ class Plain:
             null=lambda: np.zeros(2),
         )
 
-    def start(self, ids, q):
-        return Fit(ids=tuple(ids), free=[i for name in ids for i in self.forward.index(name)], q=np.array(q))
+    def start(self, ids, vector):
+        return Fit(ids=tuple(ids), free=[i for name in ids for i in self.forward.index(name)], vector=np.array(vector))
 
     def fit(self, starts):
         return [replace(f, chi2=100.0) for f in starts]
 
-    def moved_to(self, q):
+    def moved_to(self, vector):
         return self
 
 
 def fitted(slopes, y):
-    """A fit at q = 0 of parameters with these slopes (k, R, S, n)."""
+    """A fit at the parameter vector 0 of parameters with these slopes (k, R, S, n)."""
     whole = slopes.reshape(len(slopes), -1)
     return Fit(
-        ids=("a", "b")[: len(slopes)], free=list(range(len(slopes))), q=np.zeros(2), chi2=float(np.sum(y**2)),
+        ids=("a", "b")[: len(slopes)], free=list(range(len(slopes))), vector=np.zeros(2), chi2=float(np.sum(y**2)),
         columns=whole, slopes=slopes, residual=y.ravel(), values=np.zeros_like(y),
     )  # fmt: skip
 
@@ -149,7 +149,7 @@ def test_u_is_the_scatter_of_refits_to_white_noise():
     columns = rng.normal(size=(2, 30)) * [[1.0], [5.0]]
     noise = rng.normal(size=(4000, 30))
     refits = np.linalg.lstsq(columns.T, noise.T, rcond=None)[0]
-    said = Fit(ids=("a",), free=[0, 1], q=np.zeros(2), columns=columns).covariance
+    said = Fit(ids=("a",), free=[0, 1], vector=np.zeros(2), columns=columns).covariance
     spread = np.sqrt(np.diag(said))
     np.testing.assert_allclose(np.cov(refits) / np.outer(spread, spread), said / np.outer(spread, spread), atol=0.08)
 

@@ -76,6 +76,10 @@ def test_ones_own_effect_stands_beside_the_library():
         (OWN.format(id="taper"), "the library has an effect of this id"),
         (OWN.format(id="mine").replace('"run-up"', '"running"'), "use one of"),
         (OWN.format(id="mine").replace('"a":', '"b":'), "declare each once"),
+        (
+            OWN.format(id="mine").replace('"a":', '"runup":').replace("a: float", "runup: float"),
+            "hooks have these names",
+        ),
     ],
 )
 def test_a_file_that_cannot_be_used_is_one_line(tmp_path, text, says):

@@ -37,16 +37,15 @@ def shown_and_true(short_rig):
 
 def test_the_record_ends_where_the_encoder_says(shown_and_true):
     shown, true = shown_and_true
-    assert shown.travel[[0, -1]] == pytest.approx([0.0, TRAVEL])
+    np.testing.assert_allclose(shown.travel, SLOW * true.travel, atol=1e-9)
     assert true.travel[-1] > TRAVEL
 
 
 @pytest.mark.parametrize(("point", "gain"), [(0, 1.5), (1, 1.0), (2, 1.0), (3, 1.0)])
 def test_it_is_the_tighter_belt_further_on_and_one_sensor_shows_more(shown_and_true, point, gain):
     shown, true = shown_and_true
-    inside = shown.travel / SLOW <= true.travel[-1]
     wanted = gain * CubicSpline(true.travel, true.y[point])(shown.travel / SLOW)
-    np.testing.assert_allclose(shown.y[point, inside], wanted[inside], atol=READ * np.abs(true.y).max())
+    np.testing.assert_allclose(shown.y[point], wanted, atol=READ * np.abs(true.y).max())
     assert np.abs(true.y[0]).max() > 2e-5
 
 
@@ -55,7 +54,7 @@ def test_what_a_3d_run_tells_beside_the_curves_is_stretched_alike(shown_and_true
     assert set(shown.extra) == set(true.extra)
     for name in ("tension", "steps"):
         assert shown.extra[name].shape == shown.travel.shape
-    inside = (shown.travel > 0.04) & (shown.travel / SLOW <= true.travel[-1])  # the yaw takes 600 steps at travel 0
+    inside = shown.travel > 0.04  # the yaw takes 600 steps at travel 0
     steps = np.interp(shown.travel / SLOW, true.travel, true.extra["steps"])
     np.testing.assert_allclose(shown.extra["steps"][inside], steps[inside], rtol=0.01)
     assert shown.extra["tension"].mean() == pytest.approx(1.1 * 60e6 * 6e-5, rel=0.03)
