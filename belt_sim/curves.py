@@ -35,9 +35,13 @@ class Curves:
 
 
 def late_rates(curves: Curves, share: float = LATE_SHARE) -> np.ndarray:
-    """Late slopes dy/ds of points 1-4 [m/m]: least-squares lines through the last ``share`` of the travel."""
+    """Late slopes dy/ds of points 1-4 [m/m]: least-squares lines through the last ``share`` of the travel.
+
+    They go through the last two records at least.
+    """
     travel = np.asarray(curves.travel)
     late = travel >= travel[-1] - share * (travel[-1] - travel[0])
+    late[-2:] = True
     s = travel[late] - travel[late].mean()
     y = np.asarray(curves.y)[:, late]
     return np.asarray((y - y.mean(axis=1, keepdims=True)) @ s / (s @ s))

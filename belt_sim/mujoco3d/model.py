@@ -77,7 +77,7 @@ class SpaceModel:
 
     def parts(self, case: Case, effects: Sequence[Effect]) -> SceneParts:
         """The scene of a case as the effects change it."""
-        parts = undisturbed(case, self.options)
+        parts = SceneParts.undisturbed(case, self.options.friction)
         for effect in effects:
             parts = effect.scene(parts, case)
         return parts
@@ -109,8 +109,3 @@ class SpaceModel:
             )
 
         return as_indicated(engine, case, effects, travel)
-
-
-def undisturbed(case: Case, options: Options) -> SceneParts:
-    """The scene of a case without any effect."""
-    return SceneParts.undisturbed(case, options.friction)

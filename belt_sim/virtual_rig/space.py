@@ -14,8 +14,9 @@ from belt_sim.campaign import Campaign, write_campaign
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d import Options, undisturbed
+from belt_sim.mujoco3d import Options
 from belt_sim.rig import GRAVITY, Belt, Rig
+from belt_sim.scene_parts import SceneParts
 from belt_sim.virtual_rig.draw import Hidden, as_asked
 from belt_sim.virtual_rig.fault import Fault, overrides
 from belt_sim.virtual_rig.library import CATALOGUE
@@ -159,7 +160,7 @@ def run_scene(run: SceneRun) -> Curves:
     from belt_sim.mujoco3d import simulate
 
     options = replace(run.options, belt_speed=float(run.case.settings.speed))
-    parts = undisturbed(run.case, options)
+    parts = SceneParts.undisturbed(run.case, options.friction)
     for fault in run.faults:
         parts = fault.scene(parts, run.case)
     return simulate(run.case, belt="flex", travel=run.travel + 2 * options.sample, options=options, parts=parts)

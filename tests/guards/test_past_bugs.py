@@ -6,6 +6,7 @@ from paper_cases import paper_case
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
+from belt_sim.curves import Curves, late_rates
 from belt_sim.effects.library import library
 from belt_sim.errors import InputError
 
@@ -54,3 +55,9 @@ def test_lengths_must_be_positive(name, value):
 def test_effects_that_leave_no_tension_are_refused():
     with pytest.raises(InputError, match="effects leave none"):
         march(paper_case(2), BEAM, (EFFECTS["tension_bias"](bias=-3e6),), travel=5.0)
+
+
+def test_a_record_of_two_samples_has_a_slope():
+    """A run over 0.1 m left one record in the last fifth, and NaN in summary.json."""
+    short = Curves(travel=np.array([0.0, 0.1]), y=np.array([[0.0, 0.1]] * 4))
+    np.testing.assert_allclose(late_rates(short), 1.0)

@@ -8,7 +8,8 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.yaw_compliance import YawCompliance
 from belt_sim.effects.yaw_offset_head import YawOffsetHead
 from belt_sim.effects.yaw_offset_tail import YawOffsetTail
-from belt_sim.mujoco3d import Options, SpaceModel, simulate
+from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import BONDS
 
 NEAR = 0.03  # of y at points 1 and 3; dx = 25 mm stands for a span longer by dx and a start sampled at dx
