@@ -2,15 +2,19 @@
 
 import numpy as np
 import pytest
-from strip_bench import strip
+from strip_bench import DX, strip
 
+from belt_sim.mujoco3d.mesh.couple_test import stiffening
 from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.mesh.membrane import Membrane
 
 STIFFNESS = 0.01  # the calibrations hold to 0.5 % for 2 to 5 nodes across
 SHORT = 0.03  # of a strip 12 stations long, whose clamped end is a station
 SHEAR_FACTOR = 1.2  # rectangle
-BELTS = [(Membrane, 2), (Membrane, 3), (Membrane, 5), (Grid, 2), (Grid, 3), (Grid, 5)]
+BELTS = [(Grid, 2, DX), (Grid, 3, DX), (Grid, 5, DX)]
+BELTS += [(Membrane, across, dx) for across in (2, 3, 5) for dx in (0.05, DX, 0.0125, 0.05 / 6)]
+#: EI of the membrane over the strip's at a width that fits at 25 mm alone, in couple tests of the belt itself
+COUPLES = {0.05: 0.947, 0.025: 0.997, 0.0125: 1.023, 0.05 / 6: 1.029}
 SQUARE = ("longitudinal", "transverse")
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
@@ -30,12 +34,26 @@ def shear(belt, length):
     return SHEAR_FACTOR * length / (belt.shear_modulus * belt.area)
 
 
-@pytest.mark.parametrize(("belt", "across"), BELTS)
-def test_bends_in_its_plane_like_the_strip(belt, across):
-    bench = strip(belt(), 2.0, across=across)
+@pytest.mark.parametrize(("belt", "across", "dx"), BELTS)
+def test_bends_in_its_plane_like_the_strip(belt, across, dx):
+    bench = strip(belt(), 2.0, across=across, dx=dx, drag=0.05 * dx / DX)
     tip_force(bench, (0.0, 1.0, 0.0))
     deflection = bench.settle(1500)[-1, :, 1].mean()
     assert deflection == pytest.approx(bending(bench.belt, 2.0) + shear(bench.belt, 2.0), rel=STIFFNESS)
+
+
+@pytest.mark.parametrize("dx", COUPLES)
+def test_two_cells_tell_what_couples_on_the_whole_belt_told(dx):
+    at_25_mm = 0.112  # [m], of a strip of 0.2 m
+    assert (at_25_mm / 0.2) ** 2 * stiffening(dx / at_25_mm, 2, 0.3) == pytest.approx(COUPLES[dx], abs=6e-4)
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.3])
+def test_many_lines_bend_like_the_strip(poisson_ratio):
+    """Constant strains over n elements: 1 + 2/n^2 at nu = 0 on slender cells, and the strip in the limit."""
+    errors = [stiffening(0.02, across, poisson_ratio) - 1.0 for across in (11, 21)]
+    assert errors[1] < 0.006
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)  # second order
 
 
 @pytest.mark.parametrize("across", [2, 3])

@@ -75,6 +75,11 @@ def lines(width: float, across: int) -> tuple[np.ndarray, np.ndarray]:
     return width * (0.5 - np.arange(across) / (across - 1)), share
 
 
+def rest_chord(case: Case, loop: Loop) -> float:
+    """Stress-free distance of neighbouring stations [m]."""
+    return loop.chord / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
+
+
 def lay(case: Case, loop: Loop, width: float, across: int) -> Mesh:
     """Nodes of a belt of model width ``width`` [m]; the stress-free loop is the laid one shrunk by the strain."""
     y, share = lines(width, across)

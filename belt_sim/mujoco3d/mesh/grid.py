@@ -7,7 +7,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.mesh.belt import Mesh, add_nodes, lay, lines
+from belt_sim.mujoco3d.mesh.belt import Mesh, add_nodes, lay, lines, rest_chord
 from belt_sim.mujoco3d.mesh.chain import bond
 from belt_sim.mujoco3d.mesh.lattice import calibrate
 from belt_sim.mujoco3d.mesh.loop import Loop
@@ -21,7 +21,7 @@ class Grid:
         m = options.across
         if m < 2:
             raise InputError("options.across", m, "nodes", "a grid needs 2 or more")
-        chord = _chord(case, loop)
+        chord = rest_chord(case, loop)
         lattice = calibrate(case.belt, chord, m, options.bonds)
         mesh = lay(case, loop, lattice.width, m)
         y, share = lines(lattice.width, m)
@@ -48,8 +48,3 @@ class Grid:
                 if lattice.diagonal and not last:
                     bond(spec, mesh, (i, j), (on, j + 1), diagonal)
                     bond(spec, mesh, (i, j + 1), (on, j), diagonal)
-
-
-def _chord(case: Case, loop: Loop) -> float:
-    """Stress-free distance of neighbouring stations [m]."""
-    return loop.chord / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
