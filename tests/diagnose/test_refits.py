@@ -16,7 +16,7 @@ UNIT = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))
 
 
 class Saturating:
-    """One reading that follows atan(q): beyond 1.39 an undamped Gauss-Newton step goes further off on the other side."""
+    """One reading that follows atan(q): beyond 1.39 an undamped Gauss-Newton step lands further off."""
 
     size = 1
 
