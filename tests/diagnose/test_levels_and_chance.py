@@ -39,6 +39,15 @@ def test_where_readings_say_nothing_the_data_sheet_is_all_that_is_known(drawn):
     assert np.std(wander) == pytest.approx(LEVEL_SPREAD, rel=NORMAL)
 
 
+def test_without_repeats_levels_are_drawn_from_the_data_sheet():
+    """One sigma either way, and none further off than the grid of levels goes."""
+    drawn = np.log(linear_bench(SPREAD).finder.draw(np.zeros((6, 1, 40)), DRAWS, np.random.default_rng(7)))
+    assert np.quantile(drawn, [0.25, 0.5, 0.75]) == pytest.approx(
+        LEVEL_SPREAD * np.array([-0.6745, 0, 0.6745]), abs=0.02
+    )
+    assert np.abs(drawn).max() < np.log(2.5)
+
+
 def test_readings_narrow_a_level_by_their_number(drawn):
     """The logarithm of a level is known from m differences to 1/sqrt(2 m)."""
     width = 1.0 / np.sqrt(2.0 * 39 + LEVEL_SPREAD**-2)

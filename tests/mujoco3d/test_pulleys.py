@@ -1,10 +1,11 @@
-"""The pulleys as rigid bodies: spun by the belt, pulled by their load, turned by a moment; the belt is not simulated."""
+"""The pulleys as rigid bodies: spun by the belt, pulled by their load, turned by a moment; no belt is simulated."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from belt_sim.mujoco3d.loads.pull import loads_on_pulleys
 from belt_sim.mujoco3d.machine.drive import Drive
 from belt_sim.mujoco3d.machine.pulleys import Pulleys
 from belt_sim.mujoco3d.machine.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
@@ -126,6 +127,18 @@ def test_a_pulley_gives_way_in_the_sense_of_the_moment_on_itself(which):
     np.testing.assert_allclose(state.joints[[HEAD_YAW, TAIL_YAW]], state.yaw + given, atol=1e-9)
     for pose, turned in zip(state.poses, state.yaw + given, strict=True):
         np.testing.assert_allclose(pose.axes @ [0.0, 1.0, 0.0], [-np.sin(turned), np.cos(turned), 0.0], atol=1e-9)
+
+
+def test_the_belt_loads_a_pulley_by_its_pull_and_its_moments_about_axis_and_z():
+    """A tight edge at +y, drawn towards -x, turns the pulley about +z; drawn so at its top it spins it backwards."""
+    at, pull = np.zeros((2, 4, 2, 3))
+    at[1] = [[APART, 0.06, 0.12], [APART, -0.06, 0.12]]
+    pull[1] = [[-300.0, 7.0, 5.0], [-100.0, 7.0, 5.0]]
+    pull[3] = 1e6  # lies on neither
+    mesh = SimpleNamespace(at=lambda slides, k: slides[k])
+    wraps = SimpleNamespace(stations=np.array([0])), SimpleNamespace(stations=np.array([1]))
+    loads = loads_on_pulleys(mesh, at, pull, wraps, still().poses)
+    np.testing.assert_allclose(loads, [[0.0] * 3, [-400.0, -0.12 * 400.0, 0.06 * 200.0]], atol=1e-12)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
