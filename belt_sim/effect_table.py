@@ -19,11 +19,13 @@ def cell(model: Model | SteadyModel, effect: type[Effect]) -> str:
 
 
 def table() -> str:
-    """A Markdown table: an effect a row, its law, a column a model."""
+    """A Markdown table: an effect a row, its law, a column a model; below it, what is tried only when named."""
     models = [model_named(name) for name in COLUMNS.values()]
     rows = [["effect", "law", *COLUMNS], ["---"] * (len(COLUMNS) + 2)]
     rows += [[name, effect.law, *(cell(m, effect) for m in models)] for name, effect in library().items()]
-    return "\n".join("| " + " | ".join(row) + " |" for row in rows) + "\n"
+    named = ", ".join(name for name, effect in library().items() if effect.only_when_named)
+    lines = ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join([*lines, "", f"`diagnose` tries these only when they are named: {named}."]) + "\n"
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import math
 
 from belt_sim.campaign import BeltSheet, Machine, Quantity
+from belt_sim.mujoco3d.machine.pace import accurate
 from belt_sim.si import N_PER_MM2
 from belt_sim.virtual_rig.plan import Noise, Plan, Setting, grid
 
@@ -23,7 +24,6 @@ NARROW_BELT = BeltSheet(
 TENSIONS = (10.0 * N_PER_MM2, 20.0 * N_PER_MM2, 40.0 * N_PER_MM2, 60.0 * N_PER_MM2)
 YAW = 2.5e-4  # [rad]
 TRAVEL, SPACING = 12.0, 0.1  # [m]
-_FASTEST, _SLOWNESS = 2.0, 35.0  # [m/s]; share of the string speed at which the spans stay at rest
 
 #: What the sensors do. They are no better than this on purpose: noise much below what the simulator itself is off by
 #: (stated_error.py) would let a diagnosis see the mesh. The signals are tenths of a millimetre.
@@ -41,4 +41,4 @@ def space_plan() -> Plan:
 def _paced(run: Setting) -> Setting:
     """The run at the speed at which the belt really runs in the scene."""
     string_speed = math.sqrt(run.tension / NARROW_BELT.density.value)
-    return Setting(**{**vars(run), "speed": round(min(_FASTEST, string_speed / _SLOWNESS), 2)})
+    return Setting(**{**vars(run), "speed": round(accurate(string_speed), 2)})

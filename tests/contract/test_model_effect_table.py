@@ -48,7 +48,7 @@ def test_expected_cells():
     assert cell(models["beam_th2"], effects["sag_roll"]) == CAN
     assert cell(model_named("mujoco_flex"), effects["sag_roll"]) == "built in"
     assert all(cell(model_named("ritzinger"), e) != CAN for e in effects.values())
-    assert len(table().splitlines()) == len(effects) + 2
+    assert len(table().splitlines()) == len(effects) + 2 + 2
 
 
 def test_unknown_model_names_the_known_ones():

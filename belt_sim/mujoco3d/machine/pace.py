@@ -6,11 +6,17 @@ from belt_sim.case import Case
 
 #: String speed over belt speed. Landings shake the spans; at a 35th of it sag and tension stay within 1 %.
 SLOWNESS = 35.0
+_FASTEST = 2.0  # [m/s]
 
 
 def string_speed(case: Case) -> float:
     """Speed of waves along a span, sqrt(sigma / rho) [m/s]."""
     return math.sqrt(float(case.settings.tension) / float(case.belt.density))
+
+
+def accurate(waves: float) -> float:
+    """The fastest belt speed [m/s] at which inertia does not matter, for a string speed ``waves`` [m/s]."""
+    return min(_FASTEST, waves / SLOWNESS)
 
 
 def accelerated(

@@ -4,10 +4,9 @@ from dataclasses import replace
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.machine.pace import SLOWNESS, string_speed
+from belt_sim.mujoco3d.machine.pace import accurate, string_speed
 from belt_sim.mujoco3d.options import AS_THE_CASE, Options, is_limp
 
-_FASTEST = 2.0  # [m/s]
 _SHAKEN = 20.0  # string speed over belt speed; y after 1 m is still that at a 35th within 3 % (7 N/mm2, a = 2 m)
 _COURANT = 0.5
 _LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a limp span
@@ -35,9 +34,8 @@ def fitted(options: Options, case: Case, belt: str) -> Options:
 def _pace(options: Options, case: Case) -> float:
     """Belt speed [m/s]; raises InputError for one at which landings shake the belt too much."""
     waves = string_speed(case)
-    accurate = min(_FASTEST, waves / SLOWNESS)
     if options.belt_speed is None:
-        return accurate
+        return accurate(waves)
     as_the_case = options.belt_speed == AS_THE_CASE
     name = "settings.speed" if as_the_case else "options.belt_speed"
     pace = float(case.settings.speed if as_the_case else options.belt_speed)
@@ -45,6 +43,6 @@ def _pace(options: Options, case: Case) -> float:
         raise InputError(
             name, f"{pace:.3g}", "m/s",
             f"give at most {waves / _SHAKEN:.2f}, above which landings shake a belt of this tension, or leave "
-            f"options.belt_speed out for {accurate:.2f} m/s",
+            f"options.belt_speed out for {accurate(waves):.2f} m/s",
         )  # fmt: skip
     return pace

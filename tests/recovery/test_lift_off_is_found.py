@@ -1,0 +1,29 @@
+"""The bending layer, hidden by finite elements whose ends give way, is found by the closed form under the strip."""
+
+from small_campaign import BOOTSTRAPS, SEED, SPREAD
+
+from belt_sim.analytic.model import analytic_model
+from belt_sim.diagnosis.describe import describe
+from belt_sim.diagnosis.examine import examine
+from belt_sim.results.verdict import Verdict
+from belt_sim.use_cases.asked import candidates_of
+from belt_sim.virtual_rig.make import make_campaign
+
+WITHIN = 3.0  # u
+NAMED = ["lift_off", "soft_cover", "tension_bias", "crown"]  # those most like it
+
+
+def test_lift_off_is_found_with_its_size():
+    strip = analytic_model("strip")
+    campaign = make_campaign(
+        hidden=[{"id": "lift_off", "strength": 1.0}], base="strip", seed=5, plan=SPREAD, title="layer"
+    )[0]
+    found = describe(
+        examine(campaign, strip, candidates_of(NAMED, strip), bootstraps=BOOTSTRAPS, seed=SEED, advise=False),
+        seed=SEED,
+    )
+    assert found.verdict is Verdict.EXPLAINED
+    assert [e.id for e in found.effects] == ["lift_off"]
+    strength = found.effects[0].parameters["strength"]
+    assert abs(strength.value - 1.0) < WITHIN * strength.u
+    assert strength.u < 0.2
