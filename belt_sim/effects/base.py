@@ -2,9 +2,9 @@
 
 A new effect is one file: subclass ``Effect``, decorate with ``@effect``, give ``id``, ``law``, ``reference`` and
 ``parameters``, and override the hook of its law. Every hook returns its first argument changed; with null
-parameters it must return it unchanged, bit for bit. An effect with a geometry may also have
-``edit_scene(self, parts, case)``, which changes the pulleys, the gravity or the friction of a 3D scene
-(``belt_sim.scene_parts.SceneParts``); the 3D models refuse an effect of the span, run-up or wrap law without it.
+parameters it must return it unchanged, bit for bit. The hook ``scene`` is the geometric half of an effect: it gives
+the parts of a 3D scene (``belt_sim.scene_parts``) with its own change; the 3D models refuse an effect that acts between
+drive and sensor without it.
 """
 
 from collections.abc import Sequence

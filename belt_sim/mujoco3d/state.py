@@ -114,7 +114,7 @@ class State(Motion):
     cants and camber acts; slip [m], shape (2,): how far the belt has slid sideways, mean over the wrap;
     waits: the pulley on which the belt did not slide in the last step, because both take turns (-1 = neither);
     led, kink_slope: of a limp belt (wrap/release.py), stations at the run-offs when they were last put on their lines,
-    and dy/ds of those beside them on the pulleys, shape (2, m);
+    and slope of y there counted against the travel, shape (2, m);
     time [s]; travel [m], speed [m/s]: of the belt.
     """
 

@@ -1,0 +1,111 @@
+"""Noise levels that repeats leave possible, and what chance draws from them, against normal laws written down."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
+
+from belt_sim.diagnosis.noise import LEVEL_SPREAD
+from belt_sim.diagnosis.null import NoiseSource, null_gains
+from belt_sim.diagnosis.openset import open_set
+
+DRAWS = 4000
+SIGMAS = 4.5
+NORMAL = 0.1  # of a width: the law of a logarithm is not quite normal, and the grid ends at 2.6 sigma
+
+
+def scattered(factor=1.0, runs=REPEATS, count=40):
+    """Repeats that differ exactly as much as white noise of ``factor`` times the stated size would on the average."""
+    rng = np.random.default_rng(8)
+    difference = rng.standard_normal(count)
+    difference -= difference.mean()
+    difference *= factor * WHITE.white * np.sqrt(2.0 * (count - 1) / np.sum(difference**2))
+    return np.stack([difference, 0.0 * difference])[:, None]
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    """Logarithms (DRAWS, 2) of factors on white noise and on a wander of which the readings say nothing."""
+    y = scattered()
+    bench = linear_bench(REPEATS, y=y)
+    return np.log(bench.finder.draw(y, DRAWS, np.random.default_rng(1)))
+
+
+def test_where_readings_say_nothing_the_data_sheet_is_all_that_is_known(drawn):
+    wander = drawn[:, 1]
+    assert np.mean(wander) == pytest.approx(0.0, abs=SIGMAS * LEVEL_SPREAD / np.sqrt(DRAWS))
+    assert np.std(wander) == pytest.approx(LEVEL_SPREAD, rel=NORMAL)
+
+
+def test_without_repeats_levels_are_drawn_from_the_data_sheet():
+    """One sigma either way, and none further off than the grid of levels goes."""
+    drawn = np.log(linear_bench(SPREAD).finder.draw(np.zeros((6, 1, 40)), DRAWS, np.random.default_rng(7)))
+    assert np.quantile(drawn, [0.25, 0.5, 0.75]) == pytest.approx(
+        LEVEL_SPREAD * np.array([-0.6745, 0, 0.6745]), abs=0.02
+    )
+    assert np.abs(drawn).max() < np.log(2.5)
+
+
+def test_readings_narrow_a_level_by_their_number(drawn):
+    """The logarithm of a level is known from m differences to 1/sqrt(2 m)."""
+    width = 1.0 / np.sqrt(2.0 * 39 + LEVEL_SPREAD**-2)
+    assert np.mean(drawn[:, 0]) == pytest.approx(0.0, abs=0.3 * width)
+    assert np.std(drawn[:, 0]) == pytest.approx(width, rel=NORMAL)
+
+
+@pytest.mark.parametrize("count", [14, 40])
+def test_the_level_taken_lies_between_readings_and_data_sheet(count):
+    """Nearer to what was read the more there are: m (1 - r^2/f^2) + log f / 0.35^2 = 0."""
+    y = scattered(1.8, count=count)
+    f = linear_bench(REPEATS, y=y, count=count).finder(y).white
+    fine = np.linspace(1.0, 1.8, 8001)
+    balance = (count - 1) * (1.0 - (1.8 / fine) ** 2) + np.log(fine) / LEVEL_SPREAD**2
+    assert np.log(f) == pytest.approx(np.log(fine[np.argmin(np.abs(balance))]), abs=0.05)  # half a step of the grid
+
+
+def test_chance_draws_each_noise_at_its_own_level():
+    """White noise shows between neighbours however near; wander in what a whole run keeps."""
+    signal = replace(WHITE, wander_sd=2e-5, wander_length=20 * SPACING)
+    bench = linear_bench(REPEATS, signal, per_bin=4.0)
+    finder = SimpleNamespace(draw=lambda y, count, rng: np.tile([3.0, 0.5], (count, 1)))
+    errors = NoiseSource(replace(bench, finder=finder), np.random.default_rng(2)).draw(DRAWS)[0]
+    white, wander = (3.0 * signal.white) ** 2 / 4.0, (0.5 * signal.wander_sd) ** 2
+    for apart in (1, 20):
+        jumps = errors[..., apart:] - errors[..., :-apart]
+        wanted = 2.0 * white + 2.0 * wander * (1.0 - np.exp(-apart / 20))
+        assert np.mean(jumps**2) == pytest.approx(wanted, rel=0.03)
+    assert np.mean(errors**2) == pytest.approx(white + wander, rel=0.03)
+
+
+def test_what_is_fitted_already_gains_nothing_more():
+    """A candidate of two parameters, one of which the current model has: the other's gain is chi2 of one degree."""
+    rng = np.random.default_rng(3)
+    current, new = 1e-4 * rng.normal(size=(2, 1, len(SPREAD), 1, 40))
+    bench = linear_bench(SPREAD)
+    shapes = {"same": 2.0 * current, "more": np.concatenate([current, new + 0.5 * current])}
+    exact = replace(bench, finder=SimpleNamespace(draw=lambda y, count, rng: np.ones((count, 2))))
+    null = null_gains(exact, shapes, current, 0.0 * current[0], count=2000, seed=4)
+    assert null.dof == {"same": 0, "more": 1}
+    assert not null.gains["same"].any()
+    assert np.mean(null.gains["more"]) == pytest.approx(1.0, abs=SIGMAS * np.sqrt(2.0 / 2000))
+    assert np.var(null.gains["more"]) == pytest.approx(2.0, rel=0.4)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "named"),
+    [({"odd": 0.0}, None), ({"odd": 3.0}, "smooth, odd in yaw"), ({"even": 3.0}, "smooth, even in yaw")],
+)
+def test_what_no_effect_explains_is_left_over_and_readings_that_are_met_leave_nothing(sizes, named):
+    """A slow bow of three sigma in every run, of one sign or of the yaw's sign."""
+    ((parity, size),) = sizes.items()
+    bow = size * WHITE.white * np.cos(np.linspace(0.0, np.pi, 40))
+    signs = np.array([np.sign(r.yaw) if parity == "odd" else 1.0 for r in SPREAD])
+    bench = linear_bench(SPREAD, y=signs[:, None, None] * bow)
+    fit = bench.fit([bench.start((), bench.forward.null())])[0]
+    test = open_set(bench, fit, bootstraps=200, seed=6)
+    assert (named in test.failed) if named else not test.failed
+    if named:
+        assert max(test.gain, key=lambda n: test.gain[n] if n.startswith("smooth") else 0.0) == named
+    assert all((n in test.failed) == (test.gain[n] > test.threshold[n]) for n in test.gain)

@@ -1,0 +1,64 @@
+"""Refits reach the valley they began in, and the effect that explains more takes the place of the one that does not."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from linear_bench import SPREAD, WHITE, linear_bench
+
+from belt_sim.diagnosis.fit import Fit, fit_sets
+from belt_sim.diagnosis.heldout import held_out
+from belt_sim.diagnosis.null import NullGains
+from belt_sim.diagnosis.select import Selection, _swapped
+
+SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
+UNIT = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))
+
+
+class Saturating:
+    """One reading that follows atan(q): beyond 1.39 an undamped Gauss-Newton step lands further off."""
+
+    size = 1
+
+    def lanes(self, points, along):
+        q = points[:, :, None, None]
+        return SHARP * np.arctan(q), SHARP * along[:, :, None, None] / (1.0 + q**2)
+
+
+@pytest.mark.parametrize("start", [-3.0, -1.0, 0.3, 1.6, 3.0])
+def test_a_refit_goes_down_and_never_up(start):
+    begun = Fit(ids=("a",), free=[0], vector=np.array([start]))
+    fit = fit_sets(Saturating(), UNIT, [begun], np.zeros((1, 1, 1)))[0]
+    assert fit.chi2 < 0.03
+    assert fit.vector[0] == pytest.approx(0.0, abs=2e-3)
+    assert fit.chi2 == pytest.approx(float(fit.residual @ fit.residual), rel=1e-12)
+    assert fit.residual[0] == pytest.approx(-SHARP * np.arctan(fit.vector[0]), abs=1e-9)
+
+
+def test_a_refit_of_a_sum_of_shapes_is_least_squares():
+    rng = np.random.default_rng(1)
+    shapes = {i: 1e-5 * rng.normal(size=(len(SPREAD), 1, 40)) for i in "abc"}
+    y = 1e-5 * rng.normal(size=(len(SPREAD), 1, 40)) + 3.0 * shapes["a"] - 2.0 * shapes["c"]
+    bench = linear_bench(SPREAD, y=y, shapes=shapes)
+    fit = bench.fit([bench.start(("a", "c"), np.array([0.0, 0.7, 0.0]))])[0]
+    known = np.stack([shapes["a"].ravel(), shapes["c"].ravel()], axis=1)
+    wanted = np.linalg.lstsq(known, (y - 0.7 * shapes["b"]).ravel(), rcond=None)[0]
+    np.testing.assert_allclose(fit.vector, [wanted[0], 0.7, wanted[1]], atol=1e-3)
+
+
+@pytest.mark.parametrize("began", ["a", "b"])
+def test_the_effect_that_explains_more_stays_or_comes_in(began):
+    """The readings follow b; a is half of it and half something else."""
+    rng = np.random.default_rng(2)
+    b, other = rng.normal(size=(2, len(SPREAD), 1, 40))
+    bench = linear_bench(SPREAD, y=5.0 * WHITE.white * b, shapes={"a": WHITE.white * (b + other), "b": WHITE.white * b})
+    base, alone = bench.fit([bench.start((), np.zeros(2)), bench.start((began,), np.zeros(2))])
+    by_chance = np.random.default_rng(3).chisquare(1, 500)
+    found = Selection(bench, base, base, held_out(bench, base), held_out(bench, base))
+    found.null = NullGains({"a": by_chance, "b": by_chance}, {"a": 1, "b": 1})
+    said = []
+    fit = _swapped(bench, alone, found, said.append)
+    assert fit.ids == ("b",)
+    np.testing.assert_allclose(fit.vector, [0.0, 5.0], atol=1e-3)
+    assert said == (["b explains more than a"] if began == "a" else [])
+    assert [t.id for t in found.swaps["b"]] == ["b", "a"]

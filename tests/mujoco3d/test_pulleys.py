@@ -1,0 +1,151 @@
+"""The pulleys as rigid bodies: spun by the belt, pulled by their load, turned by a moment; no belt is simulated."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from belt_sim.mujoco3d.loads.pull import loads_on_pulleys
+from belt_sim.mujoco3d.machine.drive import Drive
+from belt_sim.mujoco3d.machine.pulleys import Pulleys
+from belt_sim.mujoco3d.machine.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
+from belt_sim.mujoco3d.state import HEAD, TAIL, Pose
+from belt_sim.scene_parts import PulleySurface, SceneParts
+
+APART, SPEED, STEP = 2.0, 0.5, 1e-3  # [m], [m/s], [s]
+COMPLIANCE = {HEAD: 1e-4, TAIL: 3e-4}  # [rad/(N m)]
+PARTS = SceneParts(
+    head=PulleySurface(radius=0.25, yaw_compliance=COMPLIANCE[HEAD]),
+    tail=PulleySurface(radius=0.12, yaw_compliance=COMPLIANCE[TAIL]),
+    gravity=9.81,
+)
+STICKS = {"friction": np.inf, "drag": (0.0, 0.0)}
+
+
+def machine(sign=1.0, **changed):
+    scene = SimpleNamespace(parts=PARTS, case=SimpleNamespace(rig=SimpleNamespace(centre_distance=APART)))
+    numbers = {"load": 0.0, "slide_mass": 20.0, "spin_inertia": 0.3, "slide_drag": 400.0, "spin_drag": 6.0}
+    return Pulleys(**{"scene": scene, "sign": sign, "fixed": False} | numbers | changed)
+
+
+def still():
+    poses = tuple(Pose(np.array([x, 0.0, 0.0]), np.eye(3), 0.0) for x in (0.0, APART))
+    joints, rates = np.zeros((2, STATION_JOINTS))
+    return SimpleNamespace(
+        poses=poses, joints=joints, joint_rates=rates, loads=np.zeros((2, 3)), yaw=np.zeros(2), given_way=np.zeros(2),
+        share=1.0,
+    )  # fmt: skip
+
+
+def go(pulleys, state, drives, dt=STEP):
+    """Steps in which the joints follow their forces, as MuJoCo has them do; the forces of the last one."""
+    for drive in drives:
+        forces = pulleys.advance(state, drive, dt)
+        state.joint_rates[TAIL_SLIDE] += dt * forces[TAIL_SLIDE] / pulleys.slide_mass
+        state.joint_rates[TAIL_SPIN] += dt * forces[TAIL_SPIN] / pulleys.spin_inertia
+        state.joints += dt * state.joint_rates
+        foretold = state.poses[TAIL].spin, state.poses[TAIL].centre[0]
+        pulleys.read(state)
+        assert (state.poses[TAIL].spin, state.poses[TAIL].centre[0]) == pytest.approx(foretold, abs=1e-12)
+    return forces
+
+
+def steady(count, **more):
+    return [Drive(travel=SPEED * STEP * (k + 1), speed=SPEED, **STICKS | more) for k in range(count)]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("begins", [0.0, 2.0])
+def test_a_tail_pulley_that_spins_unlike_the_belt_is_brought_to_the_belts_speed(sign, begins):
+    pulleys, state = machine(sign, spin_drag=0.6), still()
+    rim = sign * SPEED / PARTS.tail.radius
+    state.joint_rates[TAIL_SPIN] = begins * rim
+    go(pulleys, state, steady(100))
+    ahead = state.joint_rates[TAIL_SPIN] / rim - 1.0
+    assert ahead == pytest.approx((begins - 1.0) * np.exp(-0.1 * pulleys.spin_drag / pulleys.spin_inertia), rel=1e-3)
+    assert state.joint_rates[HEAD_SPIN] == pytest.approx(sign * SPEED / PARTS.head.radius)
+    assert state.poses[HEAD].spin == pytest.approx(sign * 0.1 * SPEED / PARTS.head.radius)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_tail_pulley_speeds_up_with_the_belt_without_the_belts_help(sign):
+    pulleys, state, faster = machine(sign), still(), 3.0
+    times = STEP * np.arange(1, 101)
+    go(
+        pulleys,
+        state,
+        [Drive(travel=0.5 * faster * t**2, speed=faster * t, acceleration=faster, **STICKS) for t in times],
+    )
+    assert state.joint_rates[TAIL_SPIN] == pytest.approx(sign * faster * 0.1 / PARTS.tail.radius, rel=1e-9)
+
+
+def test_the_belts_moment_about_the_axis_turns_the_tail_pulley():
+    pulleys, state = machine(spin_drag=0.0), still()
+    state.loads[:] = [[9.0, 9.0, 0.0], [0.0, 0.6, 0.0]]
+    go(pulleys, state, steady(100, lead=0.3))
+    assert state.joint_rates[TAIL_SPIN] == pytest.approx(0.6 / pulleys.spin_inertia * 0.1)
+
+
+def test_a_rim_that_leads_runs_faster_than_the_belt_by_so_much():
+    pulleys, state = machine(), still()
+    go(pulleys, state, steady(1000, lead=0.1))
+    assert state.joint_rates[TAIL_SPIN] * PARTS.tail.radius == pytest.approx(SPEED + 0.1, rel=1e-6)
+
+
+def test_the_load_draws_the_tail_away_from_the_head_and_the_belt_holds_it():
+    pulleys, state = machine(load=800.0), still()
+    state.loads[TAIL, 0], state.loads[HEAD, 0] = -800.0, 800.0
+    go(pulleys, state, steady(10))
+    assert state.poses[TAIL].centre[0] == APART
+    state.loads[TAIL, 0] = -600.0
+    go(pulleys, state, steady(2000))
+    assert state.joint_rates[TAIL_SLIDE] == pytest.approx(200.0 / pulleys.slide_drag, rel=1e-6)
+    assert state.poses[TAIL].centre[0] > APART + 0.5
+    assert state.poses[HEAD].centre[0] == 0.0
+
+
+def test_a_slide_that_is_moved_or_fixed_heeds_no_force():
+    for pulleys, slide_speed, moves in (
+        (machine(load=800.0), 0.02, 0.002),
+        (machine(load=800.0, fixed=True), None, 0.0),
+    ):
+        state = still()
+        go(pulleys, state, steady(100, slide_speed=slide_speed))
+        assert state.poses[TAIL].centre[0] == pytest.approx(APART + moves)
+
+
+@pytest.mark.parametrize("which", [HEAD, TAIL])
+def test_a_pulley_gives_way_in_the_sense_of_the_moment_on_itself(which):
+    """A moment about +z turns +y towards -x; about the other axes it does nothing, and the other pulley stands."""
+    pulleys, state = machine(), still()
+    state.loads[which] = [0.0, 0.0, 2.0]
+    state.yaw[:] = 1e-3, 2e-3
+    go(pulleys, state, steady(500))
+    given = np.zeros(2)
+    given[which] = 2.0 * COMPLIANCE[which]
+    np.testing.assert_allclose(state.given_way, given, atol=1e-9)
+    np.testing.assert_allclose(state.joints[[HEAD_YAW, TAIL_YAW]], state.yaw + given, atol=1e-9)
+    for pose, turned in zip(state.poses, state.yaw + given, strict=True):
+        np.testing.assert_allclose(pose.axes @ [0.0, 1.0, 0.0], [-np.sin(turned), np.cos(turned), 0.0], atol=1e-9)
+
+
+def test_the_belt_loads_a_pulley_by_its_pull_and_its_moments_about_axis_and_z():
+    """A tight edge at +y, drawn towards -x, turns the pulley about +z; drawn so at its top it spins it backwards."""
+    at, pull = np.zeros((2, 4, 2, 3))
+    at[1] = [[APART, 0.06, 0.12], [APART, -0.06, 0.12]]
+    pull[1] = [[-300.0, 7.0, 5.0], [-100.0, 7.0, 5.0]]
+    pull[3] = 1e6  # lies on neither
+    mesh = SimpleNamespace(at=lambda slides, k: slides[k])
+    wraps = SimpleNamespace(stations=np.array([0])), SimpleNamespace(stations=np.array([1]))
+    loads = loads_on_pulleys(mesh, at, pull, wraps, still().poses)
+    np.testing.assert_allclose(loads, [[0.0] * 3, [-400.0, -0.12 * 400.0, 0.06 * 200.0]], atol=1e-12)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_laid_pulleys_have_turned_by_nothing_when_travel_0_is_reached(sign):
+    pulleys = machine(sign)
+    pulleys.scene.early, pulleys.scene.loop = 0.6, SimpleNamespace(centre_distance=1.9)
+    for pose, surface, x in zip(pulleys.laid(), (PARTS.head, PARTS.tail), (0.0, 1.9), strict=True):
+        assert pose.spin + sign * 0.6 / surface.radius == pytest.approx(0.0, abs=1e-12)
+        assert pose.centre.tolist() == [x, 0.0, 0.0]
+    assert pulleys.joints(pulleys.laid())[TAIL_SLIDE] == pytest.approx(1.9 - APART)
