@@ -44,7 +44,7 @@ class EdgeProfile(Effect):
         rig, direction = case.rig, case.settings.direction
         at_1, at_2 = rig.span_length, rig.span_length + rig.wrap_tail
         along = jnp.stack([at_1, at_2, at_2 + rig.span_length, 0.0 * at_1])  # points 1-4 along the belt from 4
-        phase = 2 * jnp.pi * (reading.true_travel[None] - direction * along[:, None]) / rig.belt_length
+        phase = 2 * jnp.pi * (reading.seen[None] - direction * along[:, None]) / rig.belt_length
         shape = 0.0
         for k in range(1, HARMONICS + 1):
             cos, sin = getattr(self, f"cos{k}"), getattr(self, f"sin{k}")
