@@ -7,7 +7,6 @@ import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
 
-
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
 
 

@@ -91,7 +91,7 @@ def test_a_tilted_machine_is_a_level_one_with_canted_ends(tension):
 
 def test_a_belt_on_a_tilted_machine_climbs_as_tabled_end_moments_say():
     """Clamped beam under tension and even load: end moments q'/K^2 (u coth u - 1), u = KL/2; they vanish when the belt
-    climbs by w = q'/F (u coth u - 1) L^2/(f1 (L + pi R)), f1 of Sievers; a rope's q' L/(2 F (1 + pi R/L)) if tight."""
+    climbs by w = q'/F (u coth u - 1) L^2/(f1 (L + pi R)), f1 of Sievers, whatever the direction of travel."""
     lean, pairs, wanted = 1e-2, [], []
     for tension, direction in ((20, 1.0), (40, -1.0), (3000, 1.0)):
         case = paper_case(tension, 0.0, direction=direction)
@@ -101,7 +101,6 @@ def test_a_belt_on_a_tilted_machine_climbs_as_tabled_end_moments_say():
         share = lean * float(case.weight_per_length) / force
         wanted.append(share * ends * length**2 / float(sievers_coefficients(kl)[0]) / float(HALF))
         pairs.append((case, {"machine_tilt": {"angle": lean}}))
-    assert wanted[-1] == pytest.approx(share * length**2 / 2 / float(HALF), rel=0.1)
     for w, c in zip(wanted, affected(pairs, 400.0), strict=True):
         np.testing.assert_allclose(late_rates(c), w, rtol=LATE)
 
