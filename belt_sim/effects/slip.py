@@ -41,7 +41,7 @@ class Slip(Effect):
         return alpha - turned / (2.0 * state.bending)
 
     def _turned(self, schedule, held, zone, state):
-        """Moment times length [N m2] over which it turns the belt, if a change of yaw ended since the instant before."""
+        """Moment times length [N m2] over which it turns the belt, if a change of yaw has just ended."""
         end = schedule.at + schedule.over
         ended = (schedule.change != 0.0) & (end > state.since) & (end <= state.travel)
         slides = jnp.maximum(zone[:, None] - schedule.over, 0.0)

@@ -202,8 +202,8 @@ def test_edge_profile_passes_the_points_in_the_order_of_travel():
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_what_grows_with_time_is_followed_by_the_tail_pulley(direction):
-    """tau = infinity: a ramp of the yaw; a steered pulley that creeps to an end after some tau stands there for good."""
-    rate, end, speed = 4e-6, 2e-4, 0.5
+    """tau = infinity: a ramp of the yaw; a pulley that has crept to its end stands there for good. 20 m take 40 s."""
+    rate, end = 4e-6, 2e-4
     still = paper_case(40, 0.0, direction=direction)
     ramp = steered(still, Schedule.ramp(rate * 40.0, at=0.0, over=20.0))
     linear, ramped, crept, stands = affected(
@@ -215,7 +215,6 @@ def test_what_grows_with_time_is_followed_by_the_tail_pulley(direction):
         ],
         20.0,
     )
-    assert 40.0 == pytest.approx(20.0 / speed)
     np.testing.assert_allclose(linear.y, ramped.y, atol=2e-3 * np.abs(ramped.y).max())
     np.testing.assert_allclose(crept.y, stands.y, atol=5e-3 * np.abs(stands.y).max())
 
@@ -254,7 +253,7 @@ def test_deflected_pulleys_are_hollow_in_proportion_to_the_pull():
 
 
 def test_a_film_slows_a_tight_belt_as_a_rope_says():
-    """A share f of the contact angle followed: w = f (beta - (y_1 - y_4)/L), so w = beta/(2 (1/f + pi R/L)) of a rope."""
+    """A share f of the contact angle: w = f (beta - (y_1 - y_4)/L), so w = beta/(2 (1/f + pi R/L)) of a rope."""
     case, loss, onset = paper_case(3000, speed=0.7), 0.5, 0.3
     f = 1 - loss * (0.7 - onset)
     lost, kept, below = affected(

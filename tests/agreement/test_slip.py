@@ -1,4 +1,4 @@
-"""Slip at a change of yaw against the least energy of a wrapped belt that friction holds, and when it must not happen."""
+"""Slip at a change of yaw against the least energy of a belt that friction holds, and when it must not happen."""
 
 from dataclasses import replace
 
