@@ -55,7 +55,7 @@ def any_arguments():
     now = State(
         travel=jnp.asarray(3.3), direction=jnp.asarray(1.0), bending=4.2e4, **{n: jnp.asarray(pair()) for n in names}
     )
-    now = replace(now, moment=1e6 * now.moment)
+    now = replace(now, moment=1e6 * now.moment, since=jnp.asarray(-1.0))  # the yaw has just been changed
     yaw = Yaw(
         tail=jnp.asarray(YAW), head=jnp.asarray(2e-4), roll_runup=jnp.asarray(pair()), roll_runoff=jnp.asarray(pair())
     )
