@@ -69,6 +69,8 @@ class Effect:
     last: ClassVar[bool] = False
     #: True for what acts through the roll of a span that hangs, and does nothing to a beam
     hanging: ClassVar[bool] = False
+    #: True for what adds to the lateral readings in proportion to its parameters and does nothing else: ``columns``
+    linear: ClassVar[bool] = False
     parameters: ClassVar[dict[str, Parameter]] = {}
 
     def settings(self, settings: Settings, case: Case) -> Settings:
@@ -122,6 +124,12 @@ class Effect:
     def sensor(self, reading: Reading, case: Case) -> Reading:
         """Sensor law: what is indicated."""
         return reading
+
+    @classmethod
+    def columns(cls, seen, case: Case):
+        """Of a ``linear`` effect: what a unit of each parameter adds to y at points 1-4, shape (parameters, 4, n), while
+        the sensors show the belt at travels ``seen`` [m], shape (n,)."""
+        raise NotImplementedError(cls.id)
 
     @classmethod
     def null(cls) -> "Effect":
