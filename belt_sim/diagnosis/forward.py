@@ -5,7 +5,7 @@ relative, relative and in radians, the same for every run (a run's own setting e
 through the derivative). Values and directional derivatives are computed for many points at once.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -17,6 +17,7 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.case import Case, Schedule
+from belt_sim.diagnosis import linear_readings
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
@@ -48,9 +49,18 @@ class Slot:
 class Forward:
     """Predictions of ``model`` with every effect of ``classes`` within reach, all null to begin with."""
 
-    def __init__(self, samples: Samples, model: Composition, classes: Sequence[type[Effect]]) -> None:
+    def __init__(
+        self,
+        samples: Samples,
+        model: Composition,
+        classes: Sequence[type[Effect]],
+        terms: Mapping[str, int] | None = None,
+    ) -> None:
+        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved."""
         self.samples, self.model, self.classes = samples, model, tuple(classes)
-        self.slots = tuple(Slot(c, name) for c in self.classes for name in c.parameters)
+        self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
+        self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
+        self.linear = np.array([s.effect.linear for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
         travel = float(np.ceil(samples.end * REACH + 0.5))
         plan = plan_steps(samples.cases, travel=travel, step=STEP, keep=STEP)
@@ -75,6 +85,21 @@ class Forward:
 
     def lanes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
+        read = np.any(directions[:, self.linear], axis=1) & ~np.any(directions[:, ~self.linear], axis=1)
+        if not read.any():
+            return self._marched(vector, directions, samples)
+        points, of = np.unique(vector[read], axis=0, return_inverse=True)
+        still = np.zeros_like(points)
+        values, slopes = self._marched(
+            np.concatenate([vector[~read], points]), np.concatenate([directions[~read], still]), samples
+        )
+        order = np.empty(len(vector), dtype=int)
+        order[~read], order[read] = np.arange(np.sum(~read)), np.sum(~read) + of.reshape(-1)
+        values, slopes = values[order], slopes[order]
+        slopes[read] = linear_readings.slopes(self, vector[read], directions[read], samples or self.samples)
+        return values, slopes
+
+    def _marched(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
         data = _data(samples or self.samples)
 
         def batch(start: int):

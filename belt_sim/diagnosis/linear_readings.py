@@ -1,8 +1,8 @@
 """Effects that only add to the readings, linearly: derivatives without a march, and as many of them as the data show.
 
-An effect that declares itself ``linear`` (a free edge profile: eighty numbers) is fitted like any other, but its columns
-come from travel and places alone, and only those parameters stand in the parameter vector that the record resolves.
-Parameters must be declared in the order in which they are to be taken, in pairs (cosine, sine).
+An effect that declares itself ``linear`` (a free edge profile: eighty numbers) is fitted like any other, but its
+columns come from travel and places alone, and only those harmonics stand in the parameter vector that show. It must
+declare its parameters in the order in which they are to be taken, in pairs (cosine, sine).
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,6 +11,7 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.interpolate import BSpline
 
 from belt_sim.case import Case
 from belt_sim.diagnosis.samples import Samples
@@ -21,6 +22,7 @@ from belt_sim.laws.sensor import Reading
 
 SAMPLES_A_WAVE = 3.0  # below this a harmonic is not resolved
 FEWEST = 3  # harmonics that are always asked for
+SMOOTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
 
 
 def resolved(cls: type[Effect], samples: Samples) -> int:
@@ -30,12 +32,40 @@ def resolved(cls: type[Effect], samples: Samples) -> int:
     return int(np.clip(length / (SAMPLES_A_WAVE * spacing), FEWEST, len(cls.parameters) // 2))
 
 
-def that_show(white: np.ndarray, residual: np.ndarray) -> int:
-    """How many harmonics a whitened residual (N,) calls for, by Schwarz's criterion; white (2 H, N): their columns."""
-    gains = np.cumsum(np.square(np.linalg.qr(white.T)[0].T @ residual))[1::2]
+def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual: np.ndarray) -> int:
+    """How many harmonics a residual (R, S, n) calls for, by Schwarz's criterion, beside all that moves slowly.
+
+    roots (R, S, n, n): whitening of each record; shapes (2 H, R, S, n): of the harmonics.
+    """
+    length = float(np.max(samples.cases.rig.belt_length))
+    white, left = [], []
+    for r, travel in enumerate(samples.travel):
+        slow = _slow(travel, length / SMOOTH)
+        for root, shape, y in zip(roots[r], shapes[:, r].swapaxes(0, 1), residual[r], strict=True):
+            known = np.isfinite(y)
+            own = np.linalg.qr(root[:, known] @ slow[known])[0]
+            rows = np.column_stack([root @ shape.T, root[:, known] @ y[known]])
+            rows = rows - own @ (own.T @ rows)
+            white.append(rows[:, :-1])
+            left.append(rows[:, -1])
+    columns, residual = np.concatenate(white), np.concatenate(left)
+    gains = np.cumsum(np.square(np.linalg.qr(columns)[0].T @ residual))[1::2]
     harmonics = np.arange(1, len(gains) + 1)
-    score = gains - 2 * harmonics * np.log(len(residual))
+    score = gains - 2 * harmonics * np.log(np.isfinite(samples.y).sum())
     return int(min(max(FEWEST, harmonics[np.argmax(score)]), len(gains)))
+
+
+def _slow(travel: np.ndarray, spacing: float) -> np.ndarray:
+    """Cubic splines (n, k) with knots every ``spacing`` [m]."""
+    low, high = float(np.min(travel)), float(np.max(travel))
+    inner = np.linspace(low, high, max(2, round((high - low) / spacing) + 1))
+    knots = np.concatenate([[low] * 3, inner, [high] * 3])
+    return BSpline.design_matrix(travel, knots, 3).toarray()
+
+
+def terms(classes: Sequence[type[Effect]], samples: Samples) -> dict[str, int]:
+    """Harmonics of every linear effect that the samples resolve."""
+    return {c.id: resolved(c, samples) for c in classes if c.linear}
 
 
 def fitted(cls: type[Effect], terms: Mapping[str, int]) -> list[str]:
@@ -80,3 +110,28 @@ def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.
         return reading.y
 
     return np.asarray(jax.vmap(read)(own) - read(jnp.zeros_like(own[0])))
+
+
+def slopes(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples) -> np.ndarray:
+    """Derivatives (C, R, S, n) of the readings at parameter vectors (C, size) along directions (C, size) that touch
+    nothing but linear effects; forward: a ``Forward``."""
+    found = np.zeros((len(vector), *samples.y.shape))
+    points, of = np.unique(vector, axis=0, return_inverse=True)
+    for k, point in enumerate(points):
+        acting = forward.effects_at(point, [c.id for c in forward.classes])
+        rows = np.flatnonzero(of.reshape(-1) == k)
+        for cls in (c for c in forward.classes if c.linear):
+            own = forward.index(cls.id)
+            sizes = directions[np.ix_(rows, own)] * [forward.slots[j].scale for j in own]
+            found[rows] += np.tensordot(sizes, columns(samples, cls, acting)[: len(own)], axes=1)
+    return found
+
+
+def as_they_show(forward, samples: Samples, roots: np.ndarray, values: np.ndarray) -> dict[str, int]:
+    """Harmonics of every linear effect that the readings call for beside predictions ``values`` (R, S, n)."""
+    acting = forward.effects_at(forward.null(), [c.id for c in forward.classes])
+    return {
+        c.id: that_show(samples, roots, columns(samples, c, acting)[: len(forward.index(c.id))], samples.y - values)
+        for c in forward.classes
+        if c.linear
+    }

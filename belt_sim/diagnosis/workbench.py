@@ -9,6 +9,7 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fit import Fit, fit_sets
 from belt_sim.diagnosis.forward import NUISANCES, Forward
+from belt_sim.diagnosis.linear_readings import as_they_show
 from belt_sim.diagnosis.metric import Metric, metric_of, nuisance_shapes
 from belt_sim.diagnosis.noise import LevelFinder, Levels
 from belt_sim.diagnosis.samples import Samples, samples_of
@@ -58,17 +59,20 @@ class Workbench:
         return self.forward.lanes(np.repeat(vector[None], len(directions), axis=0), directions)[1]
 
 
-def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], vector=None) -> Workbench:
+def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> Workbench:
     """Lay out ``campaign`` for ``model`` with ``classes`` as candidates."""
     samples = samples_of(campaign)
     forward = Forward(samples, model, classes)
-    vector = forward.null() if vector is None else vector
+    vector = forward.null()
     shapes, shared = _shapes(campaign, samples, forward, vector)
     finder = LevelFinder(samples, shapes)
     levels = finder(samples.y)
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
     metric = metric_of(fitted, levels, shapes, shared)
+    terms = as_they_show(forward, fitted, metric.roots, forward.values(vector[None])[0])
+    if terms != forward.terms:
+        forward = Forward(samples, model, classes, terms)
     return Workbench(
         campaign=campaign,
         samples=samples,

@@ -67,6 +67,8 @@ class Effect:
     only_when_named: ClassVar[bool] = False
     #: True for what answers to the belt's moment, and so must be asked after all else that turns a pulley
     last: ClassVar[bool] = False
+    #: True for what makes every step of a march dearer than most others together: a fit computes it only where needed
+    heavy: ClassVar[bool] = False
     #: True for what acts through the roll of a span that hangs, and does nothing to a beam
     hanging: ClassVar[bool] = False
     #: True for what adds to the lateral readings in proportion to its parameters and does nothing else: ``columns``
@@ -127,8 +129,8 @@ class Effect:
 
     @classmethod
     def columns(cls, seen, case: Case):
-        """Of a ``linear`` effect: what a unit of each parameter adds to y at points 1-4, shape (parameters, 4, n), while
-        the sensors show the belt at travels ``seen`` [m], shape (n,)."""
+        """Of a ``linear`` effect: what a unit of each parameter adds to y at points 1-4, shape (parameters, 4, n),
+        while the sensors show the belt at travels ``seen`` [m], shape (n,)."""
         raise NotImplementedError(cls.id)
 
     @classmethod

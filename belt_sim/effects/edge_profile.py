@@ -43,6 +43,7 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
     law = "sensor"
     reference = "physics sheet, section 7; spectrum as measured on a laboratory conveyor, 1.9 mm peak to peak"
     parity = "even"
+    heavy = True
     tension_exponent = 0.0
     on_belt = True
     linear = True
@@ -51,7 +52,7 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
 
     def sensor(self, reading, case):
         phase = _phase(reading.seen, case)
-        cos, first, second = jnp.cos(phase), 0.0, 0.0
+        cos, first, second = jnp.cos(phase), jnp.zeros(()), jnp.zeros(())
         for k in range(HARMONICS, 0, -1):  # Clenshaw's sums, of the cosines and of the sines
             size = jnp.stack([getattr(self, f"cos{k}"), getattr(self, f"sin{k}")])[:, None, None]
             first, second = size + 2.0 * cos * first - second, first

@@ -41,6 +41,7 @@ class Weld(Effect):
     law = "span"
     reference = "physics sheet, section 7; Benson 2002 (JDSMC 124(1) 25) for splices"
     parity = "even"
+    heavy = True
     on_belt = True
     min_revolutions = 2.0
     parameters = {
