@@ -23,19 +23,34 @@ FLOOR = 1e-9  # [m or rad], so that a signal stated as perfect still has a covar
 
 @dataclass(frozen=True, kw_only=True)
 class Levels:
-    """Factors on the stated white noise and wander; how many repeats they came from (0: as stated)."""
+    """Factors on the stated white noise, wander and wander length, one for all signals or one each; how many repeats
+    they came from (0: as stated).
+    """
 
-    white: float = 1.0
-    wander: float = 1.0
+    white: float | tuple[float, ...] = 1.0
+    wander: float | tuple[float, ...] = 1.0
+    length: float | tuple[float, ...] = 1.0
     repeats: int = 0
 
+    def of(self, s: int) -> tuple[float, float, float]:
+        """(white, wander, length) of signal ``s``."""
+        white, wander, length = (
+            x[s] if isinstance(x, tuple) else x for x in (self.white, self.wander, self.length)
+        )
+        return float(white), float(wander), float(length)
 
-def covariance(signal: SignalSheet, travel: np.ndarray, per_bin: float, levels: Levels) -> np.ndarray:
-    """Covariance (n, n) of one run's samples of one signal, without what a run shares."""
+
+def covariance(signal: SignalSheet, travel: np.ndarray, per_bin: float, levels: Levels, s: int = 0) -> np.ndarray:
+    """Covariance (n, n) of one run's samples of one signal, the ``s``-th, without what a run shares."""
+    white, wander, length = levels.of(s)
+    noise = (white * max(signal.white, FLOOR)) ** 2 / per_bin
+    return wander**2 * _wander(signal, travel, length) + noise * np.eye(len(travel))
+
+
+def _wander(signal: SignalSheet, travel: np.ndarray, length: float) -> np.ndarray:
+    """Covariance (n, n) of the wander as stated, of ``length`` times the stated length."""
     apart = np.abs(travel[:, None] - travel[None, :])
-    wander = (levels.wander * signal.wander_sd) ** 2 * np.exp(-apart / max(signal.wander_length, 1e-6))
-    white = (levels.white * max(signal.white, FLOOR)) ** 2 / per_bin
-    return wander + white * np.eye(len(travel))
+    return signal.wander_sd**2 * np.exp(-apart / (length * max(signal.wander_length, 1e-6)))
 
 
 def whitener(cov: np.ndarray) -> np.ndarray:
@@ -44,16 +59,21 @@ def whitener(cov: np.ndarray) -> np.ndarray:
     return solve_triangular(lower, np.eye(len(cov)), lower=True)
 
 
-@lru_cache(maxsize=64)
-def _wander_root(signal: SignalSheet, travel: bytes) -> np.ndarray:
-    positions = np.frombuffer(travel)
-    values, vectors = np.linalg.eigh(covariance(signal, positions, np.inf, Levels()))
-    return vectors * np.sqrt(np.maximum(values, 0.0))
+@lru_cache(maxsize=256)
+def _wander_modes(signal: SignalSheet, travel: bytes, length: float) -> tuple[np.ndarray, np.ndarray]:
+    values, vectors = np.linalg.eigh(_wander(signal, np.frombuffer(travel), length))
+    return np.maximum(values, 0.0), vectors
+
+
+def wander_modes(signal: SignalSheet, travel: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Variances (n,) and modes (n, n), as columns, of a signal's wander of ``length`` times the stated length."""
+    return _wander_modes(signal, np.ascontiguousarray(travel).tobytes(), length)
 
 
 def wander_root(signal: SignalSheet, travel: np.ndarray) -> np.ndarray:
     """A matrix (n, n) that turns unit white noise into the stated wander of a signal."""
-    return _wander_root(signal, np.ascontiguousarray(travel).tobytes())
+    values, vectors = wander_modes(signal, travel, 1.0)
+    return vectors * np.sqrt(values)
 
 
 def repeated_pairs(samples: Samples) -> list[tuple[int, int]]:
@@ -83,17 +103,21 @@ class LevelFinder:
 
     def __call__(self, y: np.ndarray) -> Levels:
         """Most likely levels for readings y (R, S, n), with the prior that the data sheet is about right."""
+        return self.many(y[None])[0]
+
+    def many(self, y: np.ndarray) -> list[Levels]:
+        """The same for many sets of readings (B, R, S, n)."""
         if not self._blocks:
-            return Levels()
-        cost = self._cost(y)
-        i, j = np.unravel_index(int(np.argmin(cost)), cost.shape)
-        return Levels(white=float(FACTORS[i]), wander=float(FACTORS[j]), repeats=len(self.pairs))
+            return [Levels()] * len(y)
+        best = np.argmin(self._cost(y).reshape(len(y), -1), axis=1)
+        grid = [(float(a), float(b)) for a in FACTORS for b in FACTORS]
+        return [Levels(white=grid[k][0], wander=grid[k][1], repeats=len(self.pairs)) for k in best]
 
     def draw(self, y: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Factors (count, 2) on white noise and wander that the readings leave possible, by their probability."""
         if not self._blocks:
             return np.exp(LEVEL_SPREAD * rng.standard_normal((count, 2)).clip(-1.2, 1.2))
-        cost = self._cost(y)
+        cost = self._cost(y[None])[0]
         weight = np.exp(-0.5 * (cost - cost.min())).ravel()
         cells = rng.choice(weight.size, size=count, p=weight / weight.sum())
         step = np.log(FACTORS[1] / FACTORS[0])
@@ -101,6 +125,7 @@ class LevelFinder:
         return FACTORS[np.stack(np.unravel_index(cells, cost.shape), axis=1)] * within
 
     def _cost(self, y: np.ndarray) -> np.ndarray:
+        """-2 log probability (B, white factors, wander factors)."""
         prior = np.log(FACTORS) ** 2 / LEVEL_SPREAD**2
         return prior[:, None] + prior[None, :] + sum(block.cost(y) for block in self._blocks)
 
@@ -117,12 +142,13 @@ class _Block:
     wander: np.ndarray
 
     def cost(self, y: np.ndarray) -> np.ndarray:
-        """-2 log likelihood on the grid (white factor, wander factor)."""
+        """-2 log likelihood on the grid (B, white factor, wander factor)."""
         a, b = self.pair
-        d = self.onto @ (y[a, self.signal] - y[b, self.signal])[self.keep]
+        d = (y[:, a, self.signal] - y[:, b, self.signal])[:, self.keep] @ self.onto.T
         f2 = FACTORS**2
         variance = f2[:, None, None] * self.white + f2[None, :, None] * self.wander
-        return np.sum(d**2 / variance + np.log(variance), axis=-1)
+        found = d**2 @ (1.0 / variance).reshape(-1, len(self.white)).T
+        return found.reshape(-1, len(f2), len(f2)) + np.sum(np.log(variance), axis=-1)
 
 
 def _blocks(samples: Samples, shapes: np.ndarray, pair: tuple[int, int]) -> list[_Block]:
@@ -137,9 +163,7 @@ def _blocks(samples: Samples, shapes: np.ndarray, pair: tuple[int, int]) -> list
         known = np.concatenate([np.ones((1, keep.sum())), shapes[:, a, s][:, keep]]).T
         rest = np.linalg.svd(known, full_matrices=True)
         free = rest[0][:, np.sum(rest[1] > 1e-12 * rest[1][0]) :]
-        unit = Levels()
-        wander = covariance(signal, travel, np.inf, unit)
-        values, vectors = np.linalg.eigh(free.T @ wander @ free)
+        values, vectors = np.linalg.eigh(free.T @ _wander(signal, travel, 1.0) @ free)
         white = max(signal.white, FLOOR) ** 2 * (1 / samples.per_bin[a] + 1 / samples.per_bin[b])
         onto = (free @ vectors).T
         blocks.append(_Block(pair, s, keep, onto, np.full(len(values), white), 2 * np.maximum(values, 0.0)))

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from belt_sim.diagnosis.noise import Levels, wander_root
+from belt_sim.diagnosis.noise import wander_root
+from belt_sim.diagnosis.projection import Projection
 from belt_sim.diagnosis.workbench import Workbench
 
 BATCH = 250
-FAINT = 1e-2  # a shape this small, in sigma, cannot be seen in these readings
+_CURRENT = ""  # family of what is fitted already
 
 
 @dataclass(frozen=True)
@@ -64,29 +65,21 @@ def null_gains(
     of what is fitted already; base (R, S, n): predictions; count: replicates; tick(n) is told of progress.
     """
     rng = np.random.default_rng(seed)
-    names = list(shapes)
-    gains: dict[str, list[np.ndarray]] = {n: [] for n in names}
-    cache: dict[tuple[float, float], list[np.ndarray]] = {}
+    families = {_CURRENT: current.reshape(-1, *base.shape), **shapes}
+    projection = Projection(bench.fitted, bench.shapes, bench.shared, families)
     noise = NoiseSource(bench, rng)
-    dof: dict[str, int] = {}
+    gains: dict[str, list[np.ndarray]] = {n: [] for n in shapes}
+    dof = dict.fromkeys(shapes, 0)
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
-        errors, found = noise.draw(size)
-        if bench.levels.repeats:
-            found = [bench.finder(base + e) for e in errors]
-        rows = {n: np.empty(size) for n in names}
-        flat = np.where(np.isfinite(bench.fitted.y), errors, 0.0).reshape(size, -1)
-        for key in {(lv.white, lv.wander) for lv in found}:
-            members = np.array([k for k, lv in enumerate(found) if (lv.white, lv.wander) == key])
-            if key not in cache:
-                cache[key] = _projectors(bench, key, shapes, current)
-            for name, projector in zip(names, cache[key], strict=True):
-                free = bench.forward.modifiers(name) if len(projector) else 0
-                dof[name] = max(dof.get(name, 0), len(projector) + free)
-                by_chance = rng.chisquare(free, len(members)) if free else 0.0
-                rows[name][members] = np.sum((flat[members] @ projector.T) ** 2, axis=1) + by_chance
-        for n in names:
-            gains[n].append(rows[n])
+        errors = noise.draw(size)
+        levels = bench.finder.many(base + errors) if bench.levels.repeats else [bench.levels] * size
+        left = projection.sums(errors, levels).beside(_CURRENT)
+        for name in shapes:
+            taken, rank = left.gains(name)
+            free = bench.forward.modifiers(name) if rank.any() else 0
+            dof[name] = max(dof[name], int(rank.max()) + free)
+            gains[name].append(taken + (rng.chisquare(free, size) if free else 0.0))
         tick(size)
     return NullGains({n: np.concatenate(g) for n, g in gains.items()}, dof)
 
@@ -104,8 +97,8 @@ class NoiseSource:
                 self.white[r, s] = signal.white / np.sqrt(per_bin)
                 self.wander[r, s] = wander_root(signal, travel)
 
-    def draw(self, count: int) -> tuple[np.ndarray, list[Levels]]:
-        """Errors at levels that the readings leave possible, and the levels that the pipeline believes in."""
+    def draw(self, count: int) -> np.ndarray:
+        """Errors at levels that the readings leave possible."""
         bench, rng = self.bench, self.rng
         shape = (count, *bench.samples.y.shape)
         errors = np.zeros(shape)
@@ -116,33 +109,4 @@ class NoiseSource:
             errors[:, r, s] = off[:, :1] * white + off[:, 1:] * wander
         runs = rng.standard_normal((count, *bench.shapes.shape[:2]))
         errors += np.einsum("ckr,krsn->crsn", runs, bench.shapes)
-        errors += rng.standard_normal(count)[:, None, None, None] * bench.shared
-        return errors, [bench.levels] * count
-
-
-def _projectors(bench: Workbench, key: tuple[float, float], shapes, current) -> list[np.ndarray]:
-    """Rows (k, R*S*n) whose squared products with raw errors sum to a candidate's gain."""
-    metric = bench.metric
-    if key != (bench.levels.white, bench.levels.wander):
-        metric = bench.metric_at(Levels(white=key[0], wander=key[1], repeats=bench.levels.repeats))
-    inside = _basis(metric.whiten(current)) if len(current) else np.empty((0, 1))
-    rows = []
-    for columns in shapes.values():
-        white = metric.whiten(columns)
-        if len(inside):
-            white = white - (white @ inside.T) @ inside
-        rows.append(metric.matrix_transpose(_basis(white)).reshape(-1, bench.samples.y.size))
-    return rows
-
-
-def _basis(rows: np.ndarray) -> np.ndarray:
-    """Orthonormal rows spanning ``rows``, without directions too faint to matter."""
-    if not len(rows):
-        return rows
-    size = np.linalg.norm(rows, axis=1, keepdims=True)
-    seen = size[:, 0] > FAINT
-    scaled = rows[seen] / size[seen]
-    if not len(scaled):
-        return scaled
-    _, strength, directions = np.linalg.svd(scaled, full_matrices=False)
-    return directions[strength > 1e-6 * strength[0]]
+        return errors + rng.standard_normal(count)[:, None, None, None] * bench.shared

@@ -70,7 +70,7 @@ def test_chance_draws_each_noise_at_its_own_level():
     signal = replace(WHITE, wander_sd=2e-5, wander_length=20 * SPACING)
     bench = linear_bench(REPEATS, signal, per_bin=4.0)
     finder = SimpleNamespace(draw=lambda y, count, rng: np.tile([3.0, 0.5], (count, 1)))
-    errors = NoiseSource(replace(bench, finder=finder), np.random.default_rng(2)).draw(DRAWS)[0]
+    errors = NoiseSource(replace(bench, finder=finder), np.random.default_rng(2)).draw(DRAWS)
     white, wander = (3.0 * signal.white) ** 2 / 4.0, (0.5 * signal.wander_sd) ** 2
     for apart in (1, 20):
         jumps = errors[..., apart:] - errors[..., :-apart]
