@@ -34,9 +34,7 @@ class Levels:
 
     def of(self, s: int) -> tuple[float, float, float]:
         """(white, wander, length) of signal ``s``."""
-        white, wander, length = (
-            x[s] if isinstance(x, tuple) else x for x in (self.white, self.wander, self.length)
-        )
+        white, wander, length = (x[s] if isinstance(x, tuple) else x for x in (self.white, self.wander, self.length))
         return float(white), float(wander), float(length)
 
 

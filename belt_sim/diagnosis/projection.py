@@ -115,11 +115,8 @@ class Projection:
 
     def _raw_gram(self, r: int, unique) -> np.ndarray:
         """Products (U, k, k) of the columns of a run at every level, nuisances still in."""
-        total = 0.0
-        for s in range(len(self.modes)):
-            parts = {key[s]: self._product(r, s, key[s]) for key in unique}
-            total = total + np.stack([parts[key[s]] for key in unique])
-        return np.asarray(total)
+        parts = [[self._product(r, s, key[s]) for key in unique] for s in range(len(self.modes))]
+        return np.sum(parts, axis=0)
 
     def _product(self, r: int, s: int, level) -> np.ndarray:
         """Products of the columns of a run and signal; only the ratio of both noises has to be worked out anew."""
