@@ -23,7 +23,7 @@ from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import compiled
 
-STEP = 0.1  # [m] of the march; wobble, the fastest effect, is then right to a few per mille
+STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
 ROOM = 5.0  # [m] that predicted travel is rounded up to, so that campaigns of much the same length share compiled code
 COLUMNS = 32  # samples of a run are filled up to a multiple of this, for the same reason
@@ -63,10 +63,6 @@ class Forward:
         self._heavy = {c: self.index(c.id) for c in self.classes if c.heavy}
         self._travel = float(ROOM * np.ceil((samples.end * REACH + 0.5) / ROOM))
         self._plan = plan_steps(samples.cases, travel=self._travel, step=step, keep=step)
-
-    def with_step(self, step: float) -> "Forward":
-        """The same with another step of the march [m]."""
-        return Forward(self.samples, self.model, self.classes, step)
 
     def index(self, effect_id: str) -> list[int]:
         """Positions in the parameter vector of an effect's parameters."""

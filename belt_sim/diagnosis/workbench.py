@@ -9,6 +9,7 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fit import Fit, fit_sets
 from belt_sim.diagnosis.forward import NUISANCES, Forward
+from belt_sim.diagnosis.march_error import MarchError, march_error
 from belt_sim.diagnosis.metric import Metric, metric_of, nuisance_shapes
 from belt_sim.diagnosis.noise import LevelFinder, Levels
 from belt_sim.diagnosis.samples import Samples, samples_of
@@ -20,7 +21,7 @@ class Workbench:
     """A campaign laid out for a model.
 
     samples: every run; fitted: the same with hold-out runs blanked; shapes, shared: nuisances at the current point;
-    metric judges the fitted runs, metric_all every run.
+    metric judges the fitted runs; march: the step of the march and the error that it leaves.
     """
 
     campaign: Campaign
@@ -32,6 +33,7 @@ class Workbench:
     shapes: np.ndarray
     shared: np.ndarray
     metric: Metric
+    march: MarchError | None = None
 
     def metric_at(self, levels: Levels) -> Metric:
         """The metric with other noise levels."""
@@ -61,7 +63,8 @@ class Workbench:
 def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], vector=None) -> Workbench:
     """Lay out ``campaign`` for ``model`` with ``classes`` as candidates."""
     samples = samples_of(campaign)
-    forward = Forward(samples, model, classes)
+    march = march_error(samples, model, _noise_only(samples))
+    forward = Forward(samples, model, classes, march.step)
     vector = forward.null() if vector is None else vector
     shapes, shared = _shapes(campaign, samples, forward, vector)
     finder = LevelFinder(samples, shapes)
@@ -79,7 +82,14 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
         shapes=shapes,
         shared=shared,
         metric=metric,
+        march=march,
     )
+
+
+def _noise_only(samples: Samples):
+    """Whitening by the stated noise, every setting taken as exact."""
+    still = np.zeros_like(samples.y)
+    return metric_of(samples, Levels(), still[None], still).whiten
 
 
 def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.ndarray):
