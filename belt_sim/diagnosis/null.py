@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from belt_sim.diagnosis.noise import wander_root
 from belt_sim.diagnosis.projection import Projection
 from belt_sim.diagnosis.workbench import Workbench
 
@@ -67,14 +66,13 @@ def null_gains(
     rng = np.random.default_rng(seed)
     families = {_CURRENT: current.reshape(-1, *base.shape), **shapes}
     projection = Projection(bench.fitted, bench.shapes, bench.shared, families)
-    noise = NoiseSource(bench, rng)
+    noise = NoiseSource(bench, bench.samples.y - base, rng)
     gains: dict[str, list[np.ndarray]] = {n: [] for n in shapes}
     dof = dict.fromkeys(shapes, 0)
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
         errors = noise.draw(size)
-        levels = bench.finder.many(base + errors) if bench.levels.repeats else [bench.levels] * size
-        left = projection.sums(errors, levels).beside(_CURRENT)
+        left = projection.sums(errors, bench.finder.many(errors)).beside(_CURRENT)
         for name in shapes:
             taken, rank = left.gains(name)
             free = bench.forward.modifiers(name) if rank.any() else 0
@@ -87,26 +85,32 @@ def null_gains(
 class NoiseSource:
     """Draws of everything that may differ when nothing is missing, as readings (count, R, S, n)."""
 
-    def __init__(self, bench: Workbench, rng: np.random.Generator) -> None:
-        self.bench, self.rng = bench, rng
-        self.white, self.wander = {}, {}
-        for r in range(len(bench.samples.runs)):
-            for s, signal in enumerate(bench.samples.signals):
-                travel = bench.samples.travel[r]
-                per_bin = bench.samples.per_bin[r]
-                self.white[r, s] = signal.white / np.sqrt(per_bin)
-                self.wander[r, s] = wander_root(signal, travel)
+    def __init__(self, bench: Workbench, errors: np.ndarray, rng: np.random.Generator) -> None:
+        """errors (R, S, n): what the current model leaves of the readings."""
+        self.bench, self.errors, self.rng = bench, errors, rng
 
     def draw(self, count: int) -> np.ndarray:
         """Errors at levels that the readings leave possible."""
         bench, rng = self.bench, self.rng
-        shape = (count, *bench.samples.y.shape)
-        errors = np.zeros(shape)
-        off = bench.finder.draw(bench.samples.y, count, rng)
-        for (r, s), root in self.wander.items():
-            wander = rng.standard_normal((count, root.shape[1])) @ root.T
-            white = self.white[r, s] * rng.standard_normal((count, shape[-1]))
-            errors[:, r, s] = off[:, :1] * white + off[:, 1:] * wander
+        samples = bench.samples
+        levels = bench.finder.draw(self.errors, count, rng)
+        white = np.array([s.white for s in samples.signals]) / np.sqrt(samples.per_bin)[:, None]
+        errors = white[..., None] * rng.standard_normal((count, *samples.y.shape))
+        errors *= levels[:, None, :, 0, None]
+        errors += self._wander(levels[..., 1], levels[..., 2])
         runs = rng.standard_normal((count, *bench.shapes.shape[:2]))
         errors += np.einsum("ckr,krsn->crsn", runs, bench.shapes)
         return errors + rng.standard_normal(count)[:, None, None, None] * bench.shared
+
+    def _wander(self, size: np.ndarray, length: np.ndarray) -> np.ndarray:
+        """Wander (count, R, S, n) at factors (count, S) on its size and length, by recursion along the travel."""
+        samples = self.bench.samples
+        stated = np.array([max(s.wander_length, 1e-6) for s in samples.signals])
+        steps = np.diff(samples.travel, axis=1)[None, :, None] / (length * stated)[:, None, :, None]
+        keep = np.exp(-np.abs(steps))
+        fresh = np.sqrt(1.0 - keep**2)
+        found = self.rng.standard_normal((len(size), *samples.y.shape))
+        for k in range(keep.shape[-1]):
+            found[..., k + 1] = keep[..., k] * found[..., k] + fresh[..., k] * found[..., k + 1]
+        sd = size * np.array([s.wander_sd for s in samples.signals])
+        return sd[:, None, :, None] * found
