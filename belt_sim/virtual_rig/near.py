@@ -18,11 +18,15 @@ _BEAM = 6  # best sets of one size that are tried with one more effect
 
 @dataclass(frozen=True)
 class Near:
-    """Single effects that come close, and what the best single one and the best three leave over [noise units]."""
+    """Single effects that come close, and what the best single one and the best three leave over [noise units].
+
+    largest: the largest change of any reading [m or rad].
+    """
 
     lookalikes: list[str]
     single: float
     triple: float
+    largest: float
 
 
 class Library:
@@ -39,7 +43,8 @@ class Library:
 
     def near(self, faults: Sequence[Fault]) -> Near:
         """The distance of the faults' joint change."""
-        target = self.rule.reduced(np.sum(self.rule.changes(list(faults)), axis=0))
+        change = np.sum(self.rule.changes(list(faults)), axis=0)
+        target = self.rule.reduced(change)
         inside = self.axes.T @ target
         beyond = max(float(target @ target - inside @ inside), 0.0)
         kept: list[tuple[float, tuple[str, ...]]] = [(float("inf"), ())]
@@ -52,7 +57,7 @@ class Library:
             singles = singles or {names[0]: left for left, names in kept}
         allowed = min(_ALIKE, _ALIKE_SHARE * float(np.linalg.norm(target)))
         alike = sorted(n for n, left in singles.items() if left < allowed)
-        return Near(lookalikes=alike, single=best[0], triple=best[2])
+        return Near(lookalikes=alike, single=best[0], triple=best[2], largest=float(np.abs(change).max()))
 
     def _left(self, names: tuple[str, ...], inside: np.ndarray, beyond: float) -> float:
         basis = np.concatenate([self.blocks[n] for n in names], axis=1)
