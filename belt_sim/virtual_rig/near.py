@@ -70,14 +70,19 @@ def raw_tangents(plan: Plan, base: str) -> dict[str, list[np.ndarray]]:
     """Library effect -> changes of the readings, (signals, n, runs), by each of its parameters in each shape."""
     line, clean, _ = moved_by_one(plan, base)
     directions = _directions(plan, base)
-    edges = [f for f in directions if overrides(f, "edge")]
-    marched = [f for f in directions if not overrides(f, "edge")]
     columns: dict[str, list[np.ndarray]] = {}
-    for fault, change in zip(marched, changes(plan, line, clean, marched), strict=True):
-        columns.setdefault(fault.id, []).append(change)
-    for fault in edges:
+    for fault in (f for f in directions if overrides(f, "edge")):
         columns.setdefault(fault.id, []).append(_edge(plan, line, clean, fault))
-    return {name: found for name, found in columns.items() if any(np.any(c) for c in found)}
+    marched = [f for f in directions if not overrides(f, "edge")]
+    for hook in ("loads", "turn", ""):  # each lane pays for the hooks of all faults that march with it
+        together = [f for f in marched if _first_hook(f) == hook]
+        for fault, change in zip(together, changes(plan, line, clean, together), strict=True):
+            columns.setdefault(fault.id, []).append(change)
+    return {name: columns[name] for name in sorted(columns) if any(np.any(c) for c in columns[name])}
+
+
+def _first_hook(fault: Fault) -> str:
+    return next((hook for hook in ("loads", "turn") if overrides(fault, hook)), "")
 
 
 def _edge(plan: Plan, line, clean: np.ndarray, fault: Fault) -> np.ndarray:
