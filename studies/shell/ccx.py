@@ -32,7 +32,7 @@ def installed() -> bool:
 def run(folder: Path, name: str, deck: str, limit: float = 1800.0) -> list[Printed]:
     """What CalculiX prints for ``deck``, on one core; files NAME.* stay in ``folder``.
 
-    A run that breaks off, or takes more than ``limit`` seconds, gives what it had printed; none at all raises RunFailed.
+    A run that breaks off, or takes more than ``limit`` seconds, gives what it had printed; if none, RunFailed.
     """
     if not installed():
         raise RunFailed(MISSING)

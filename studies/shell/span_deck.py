@@ -26,7 +26,7 @@ _CONTROLS = "*CONTROLS,PARAMETERS=FIELD\n{0:g},1e-5\n*CONTROLS,PARAMETERS=TIME I
 class Mesh:
     """Element sizes: finest at the ends and coarsest in the middle [m], number across; tolerance of the residual."""
 
-    finest: float = 0.004
+    finest: float = 0.003
     coarsest: float = 0.08
     across: int = 4
     tolerance: float = 2e-4
@@ -34,7 +34,7 @@ class Mesh:
 
 @dataclass(frozen=True)
 class SpanDeck:
-    """A deck with what is needed to read its answer: first and last free row, dummies {name: node}, number of states."""
+    """A deck with what is needed to read its answer: first and last free row, dummies {name: node}."""
 
     text: str
     belt: Strip
@@ -53,7 +53,7 @@ def span_deck(case: Case, couples: Sequence[float], ends: str = "hinged", mesh: 
     lines += [f"{n},0.,0.,{k + 1}." for k, n in enumerate(dummies.values())]
     lines += ["*ELEMENT,TYPE=S8R,ELSET=BELT", *(elements := belt.elements())]
     lines += [*node_set("OUT", belt.lines_along()), *steel(case.belt, "BELT")]
-    lines += _springs(dummies, len(elements)) + ["*EQUATION"]
+    lines += [*_springs(dummies, len(elements)), "*EQUATION"]
     for name, row, rows in (("A", first, range(first + 1)), ("B", last, range(last, len(belt.x)))):
         pair = dummies[f"{name}1"], dummies[f"{name}2"], dummies["ONE"]
         lines += _ends(case, ends, belt, pair, row, rows)
