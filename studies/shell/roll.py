@@ -18,6 +18,7 @@ from scipy.integrate import solve_ivp
 from belt_sim.analytic.steady import sievers_coefficients
 from belt_sim.case import Case
 from belt_sim.config import case_from
+from belt_sim.laws.span import torsional_stiffness
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, INK, RED
 from studies.application import application
@@ -56,16 +57,24 @@ def smooth(arc: np.ndarray, y: np.ndarray, window: float, at: np.ndarray) -> Lai
     return Laid(at, *np.array(rows).T)
 
 
-def curvature(case: Case, arc: Any, y: Any, alpha: Any) -> Any:
-    """kappa [1/m] of the free part where it comes to lie at ``arc``: beam under tension, with shear at first order."""
+def curvature(case: Case, arc: Any, y: Any, alpha: Any, *, lifts: bool = True) -> Any:
+    """kappa [1/m] of the free part where it comes to lie at ``arc``: beam under tension, with shear at first order.
+
+    ``lifts``: the bending layer lets the free part begin at alpha + (l^3/8R^2) M/T (docs/lift_off.md).
+    """
     belt, yaw = case.belt, float(case.settings.yaw.last())
     free = case.rig.span_length * (1 + case.settings.tension / belt.youngs_modulus) - arc
     f1, f2, f3 = sievers_coefficients(np.sqrt(case.tension_force / belt.bending_stiffness) * free)
     chord = (-yaw * free - y) / free
     soft = 12 * belt.bending_stiffness / (free**2 * belt.shear_modulus * belt.area * SHEAR_FACTOR)
-    stiff = 6 * chord - 4 * alpha + 2 * yaw
-    sheared = (6 * chord - (4 + soft) * alpha + (2 - soft) * yaw) / (1 + soft)
-    return (f1 * chord - f2 * alpha + f3 * yaw + sheared - stiff) / free
+    per_chord, per_alpha, per_end = (
+        f1 + 6 / (1 + soft) - 6,
+        f2 + (4 + soft) / (1 + soft) - 4,
+        f3 + (2 - soft) / (1 + soft) - 2,
+    )
+    stuck = (per_chord * chord - per_alpha * alpha + per_end * yaw) / free
+    lean = layer(case) ** 3 / (8 * case.rig.tail_radius**2) * belt.bending_stiffness / torsional_stiffness(case)
+    return stuck / (1 + lean * per_alpha / free) if lifts else stuck
 
 
 def turned_by_slip(case: Case, friction: float) -> float:
@@ -119,9 +128,8 @@ def roll_study(config: dict[str, Any]) -> None:
                 f"{yaw:g}", *(f"{c:.2f}" for c in (*cells, kappa[k] * 1e3)), f"{line.curvature[k] / kappa[k]:.3f}"
             )
         lines[yaw] = (arc, y, marched(case, roll, arc[after]), arc[after])
-        print(
-            f"yaw {yaw:g} deg: slips on {1e3 * turned_by_slip(case, roll.friction):.1f} mm, rolled to {arc[-1] * 1e3:.0f} mm"
-        )
+        slips = 1e3 * turned_by_slip(case, roll.friction)
+        print(f"yaw {yaw:g} deg: slips on {slips:.1f} mm, rolled to {arc[-1] * 1e3:.0f} mm")
     Console(width=120).print(table)
     if config["picture"]:
         print(picture(config["picture"], lines))
