@@ -11,7 +11,7 @@ from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.heldout import held_out
 from belt_sim.diagnosis.openset import shape_card
 from belt_sim.diagnosis.run_errors import overall_errors, run_errors
-from belt_sim.diagnosis.select import Trial
+from belt_sim.diagnosis.refits import Trial
 from belt_sim.diagnosis.verdict import damage
 from belt_sim.diagnosis.where import where
 from belt_sim.provenance import provenance

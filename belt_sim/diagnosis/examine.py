@@ -8,7 +8,9 @@ from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.diagnosis.confusable import Rival, rivals
 from belt_sim.diagnosis.nextrun import next_runs
 from belt_sim.diagnosis.openset import OpenSet, open_set
-from belt_sim.diagnosis.select import MAX_EFFECTS, Selection, Trial, select
+from belt_sim.diagnosis.decide import MAX_EFFECTS
+from belt_sim.diagnosis.refits import Trial
+from belt_sim.diagnosis.select import Selection, select
 from belt_sim.diagnosis.verdict import verdict
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
