@@ -13,7 +13,7 @@ FAINT = 1e-6  # a parameter that moves no reading by this many sigma is not in t
 
 
 def estimates(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
-    """Effect id -> parameter -> Estimate, for every parameter that the readings say more of than its plausible range."""
+    """Effect id -> parameter -> Estimate, where the readings say more of a number than its plausible range does."""
     spread = np.sqrt(np.diag(fit.covariance)) if fit.free else np.empty(0)
     found: dict[str, dict[str, Estimate]] = {i: {} for i in fit.ids}
     for k, position in enumerate(fit.free):

@@ -66,9 +66,7 @@ class Decision(Generic[E]):
     rounds: tuple[Sequence[Beside], ...]
 
 
-def decide(
-    evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None] = lambda text: None
-) -> Decision[E]:
+def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None] = lambda text: None) -> Decision[E]:
     """Which effects are missing."""
     current: Ids = ()
     seen: list[Ids] = [current]

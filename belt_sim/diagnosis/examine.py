@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.diagnosis.confusable import Rival, rivals
-from belt_sim.diagnosis.nextrun import next_runs
-from belt_sim.diagnosis.openset import OpenSet, open_set
 from belt_sim.diagnosis.decide import MAX_EFFECTS
+from belt_sim.diagnosis.nextrun import next_runs
+from belt_sim.diagnosis.openset import OpenSet
 from belt_sim.diagnosis.refits import Trial
 from belt_sim.diagnosis.select import Selection, select
-from belt_sim.diagnosis.verdict import verdict
+from belt_sim.diagnosis.verdict import Judgement, judged, verdict
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.results.found import NextRun
@@ -30,17 +30,22 @@ def _long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
 class Findings:
     """What was found, with everything that was tried, on the workbench.
 
-    bench: laid out at the base model; found: the selection; left: open-set test after the chosen set; rivals and
-    advice: what the verdict cannot be told apart from, and the runs that would do it.
+    bench: laid out at the base model; found: the selection; judgement: what of it stands; rivals and advice: what the
+    verdict cannot be told apart from, and the runs that would do it.
     """
 
     bench: Workbench
     found: Selection
-    left: OpenSet
+    judgement: Judgement
     rivals: list[Rival]
     advice: list[NextRun]
     suspicions: tuple[Suspicion, ...]
     verdict: Verdict
+
+    @property
+    def left(self) -> OpenSet:
+        """The tests of what the named effects leave."""
+        return self.judgement.left
 
     @property
     def ranking(self) -> list[Trial]:
@@ -71,8 +76,9 @@ def examine(
     limit = 0 if damaged else MAX_EFFECTS
     found = select(bench, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
     tell("testing what is left")
-    left = open_set(found.bench, found.chosen, bootstraps=max(200, bootstraps // 2), seed=seed)
-    pairs = rivals(found)
+    judgement = judged(found, bootstraps=max(200, bootstraps // 2), seed=seed)
+    named = judgement.named.ids
+    pairs = [pair for pair in rivals(found) if pair.effect in named]
     advice: list[NextRun] = []
     if advise and pairs:
         tell("looking for the run that would tell them apart")
@@ -80,9 +86,9 @@ def examine(
     return Findings(
         bench=bench,
         found=found,
-        left=left,
+        judgement=judgement,
         rivals=pairs,
         advice=advice,
         suspicions=tuple(suspect),
-        verdict=verdict(found.chosen.ids, left, suspect),
+        verdict=verdict(judgement, suspect),
     )

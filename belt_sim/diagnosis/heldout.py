@@ -88,7 +88,9 @@ def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
     blocks = fit.residual.reshape(runs, -1)
     if not fit.free:
         left = blocks[out].ravel()
-        return Condition(float(left @ left), (bench.samples.y[out] - fit.values[out])[there], np.empty((0, there.sum())))
+        return Condition(
+            float(left @ left), (bench.samples.y[out] - fit.values[out])[there], np.empty((0, there.sum()))
+        )
     columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
     here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
     sigma = prior_sigma(bench.forward, fit.free)

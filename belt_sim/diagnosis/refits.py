@@ -95,9 +95,7 @@ class Refits:
     def moved(self, ids: Ids) -> Self:
         """Refits with nuisances taken at the fit of a set."""
         starts = self.starts | {key: f.vector for key, f in self.fits.items()}
-        return replace(
-            self, bench=self.bench.moved_to(self.fit(ids).vector), starts=starts, fits={}, tried={}, held={}
-        )
+        return replace(self, bench=self.bench.moved_to(self.fit(ids).vector), starts=starts, fits={}, tried={}, held={})
 
     def trials(self, ids: Ids) -> list[Trial]:
         """Every other candidate beside ``ids``."""

@@ -17,8 +17,11 @@ FAMILY_LEVEL = 0.025  # false alarms of all candidates together; the open-set te
 
 @dataclass
 class Selection:
-    """The chosen fit, the base fit, every round's trials, and what could stand in the place of each chosen effect."""
+    """The chosen fit on its workbench, the base fit on its own, every round's trials, and what could stand in the place
+    of each chosen effect; chance, null, critical: what both were judged by.
+    """
 
+    base_bench: Workbench
     bench: Workbench
     base: Fit
     chosen: Fit
@@ -54,6 +57,7 @@ def select(
     swaps = {n: sorted(last.trials(tuple(i for i in ids if i != n)), key=lambda t: -t.score) for n in ids}
     held = held_out(bench, base)
     return Selection(
-        bench=last.bench, base=base, chosen=chosen, base_held_out=held, held_out=held_out(last.bench, chosen),
+        base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
+        held_out=held_out(last.bench, chosen),
         chance=first.chance, null=null, critical=critical, rounds=[list(r) for r in decision.rounds], swaps=swaps,
     )  # fmt: skip
