@@ -11,6 +11,7 @@ from belt_sim.diagnosis.nextrun import next_runs
 from belt_sim.diagnosis.openset import OpenSet
 from belt_sim.diagnosis.refits import Trial
 from belt_sim.diagnosis.select import Selection, select
+from belt_sim.diagnosis.setting_up import offsets
 from belt_sim.diagnosis.verdict import Judgement, judged, verdict
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
@@ -69,12 +70,13 @@ def examine(
     tell hears what is being done, tick counts bootstrap replicates. Raises InputError when the campaign has no
     signals, RunFailed when a super-model fits worse than its sub-model.
     """
-    suspect = suspicions(campaign)
     tell("laying out the campaign")
     bench = workbench(campaign, model, [c for c in classes if model.refusal(c) is None and _long_enough(campaign, c)])
+    base = bench.fit([bench.start((), bench.forward.null())])[0]
+    suspect = suspicions(campaign) or offsets(bench, base.values)
     damaged = any(s.severity == "stop" for s in suspect)  # then nothing is added: only what is there is judged
     limit = 0 if damaged else MAX_EFFECTS
-    found = select(bench, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
+    found = select(bench, base, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
     tell("testing what is left")
     judgement = judged(found, bootstraps=max(200, bootstraps // 2), seed=seed)
     named = judgement.named.ids

@@ -36,6 +36,7 @@ class Selection:
 
 def select(
     bench: Workbench,
+    base: Fit,
     *,
     bootstraps: int,
     seed: int,
@@ -43,8 +44,10 @@ def select(
     tell: Callable[[str], None] = lambda text: None,
     tick: Callable[[int], None] = lambda n: None,
 ) -> Selection:
-    """Choose up to ``limit`` effects; ``tell`` hears what is being done, ``tick`` counts bootstrap replicates."""
-    base = bench.fit([bench.start((), bench.forward.null())])[0]
+    """Choose up to ``limit`` effects where the ``base`` fit lacks them.
+
+    tell hears what is being done, tick counts bootstrap replicates.
+    """
     names = [c.id for c in bench.forward.classes]
     near = around(bench, base, names)
     shapes = {n: near.shapes(bench, n) for n in names}
