@@ -1,8 +1,8 @@
 """The open set: is anything left that no effect of the library explains?
 
 What the best set leaves is tested for structure (structures.py) and for waves of any length (waves.py). Every test is
-one of a family, and the smallest p of all is held against that of residuals made by chance: noise and nuisances drawn,
-levels estimated again, the chosen effects refitted.
+one of a family, and the smallest p of all is held against that of residuals made by chance: noise (at levels that the
+readings leave possible, judged at those believed in) and nuisances drawn, the chosen effects refitted.
 """
 
 from dataclasses import dataclass, field, replace
@@ -17,7 +17,6 @@ from belt_sim.diagnosis.workbench import Workbench
 
 LEVEL = 0.015  # the candidates spend the rest of the 4 % of false alarms
 FAINT = 1e-6  # of the largest direction of a family; what is smaller is not in these readings
-MOST_LEVELS = 24  # noise levels at which replicates are whitened anew
 
 
 @dataclass(frozen=True)
@@ -65,26 +64,8 @@ def open_set(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> OpenS
 
 def replicas(bench: Workbench, inside: np.ndarray, count: int, seed: int) -> np.ndarray:
     """Whitened residuals (count, N) by chance alone, relieved of what directions ``inside`` (k, N) would take."""
-    errors, levels = NoiseSource(bench, np.random.default_rng(seed)).draw(count)
-    errors = np.where(np.isfinite(bench.fitted.y), errors, 0.0)
-    if bench.levels.repeats:
-        levels = _few([bench.finder(e) for e in errors])
-    found = np.empty((count, bench.metric.whiten(errors[:1]).shape[1]))
-    for key in set(levels):
-        members = np.array([lv == key for lv in levels])
-        metric = bench.metric if key == bench.levels else bench.metric_at(key)
-        found[members] = metric.whiten(errors[members])
-    return apart(found, inside)
-
-
-def _few(levels: list) -> list:
-    """The same levels, rare ones replaced by the nearest of the most frequent."""
-    kinds = sorted(set(levels), key=lambda lv: -levels.count(lv))[:MOST_LEVELS]
-
-    def far(a, b):
-        return abs(np.log(a.white / b.white)) + abs(np.log(a.wander / b.wander))
-
-    return [lv if lv in kinds else min(kinds, key=lambda k: far(k, lv)) for lv in levels]
+    errors, _ = NoiseSource(bench, np.random.default_rng(seed)).draw(count)
+    return apart(bench.metric.whiten(np.where(np.isfinite(bench.fitted.y), errors, 0.0)), inside)
 
 
 def basis(rows: np.ndarray) -> np.ndarray:
