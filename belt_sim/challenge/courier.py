@@ -3,11 +3,13 @@
 import hashlib
 import json
 import shutil
+import tempfile
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +28,8 @@ CRASH = "crash"
 class Task:
     """One campaign to be answered: its seed, where results go, and how it is drawn and answered.
 
-    advised: in every so manieth campaign advice for a next run is followed (0: never); others: whether baselines answer too.
+    advised: advice for a next run is followed in every campaign of this number (0: never); others: whether plain
+    methods answer too.
     """
 
     seed: int
@@ -51,7 +54,8 @@ class Task:
 def carry(task: Task) -> None:
     """Draw, seal, answer, reveal; leaves results/SEED.json whatever happens on the way."""
     spent: dict[str, float] = {}
-    scratch = task.out / "scratch" / str(task.seed)
+    mine = Path(tempfile.mkdtemp(prefix="belt_challenge_"))  # a killed run's process may be at the same campaign still
+    scratch = mine / "campaign"
     try:
         with _timed(spent, "draw"):
             sealed, base = drawn(task, scratch)
@@ -63,7 +67,7 @@ def carry(task: Task) -> None:
     except Exception as error:  # the generator's, or this package's own: an outcome too, and shown
         keep(task, answer=crashed(error), truth=None, seconds=spent)
     finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        shutil.rmtree(mine, ignore_errors=True)
 
 
 def drawn(task: Task, scratch: Path) -> tuple[str, str]:
@@ -72,7 +76,6 @@ def drawn(task: Task, scratch: Path) -> tuple[str, str]:
     Returns the hash of the truth, and the model that the campaign is to be diagnosed with.
     """
     campaign, truth = source(task.source)(task.seed)
-    shutil.rmtree(scratch, ignore_errors=True)
     place = task.file("sealed")
     place.mkdir(parents=True, exist_ok=True)
     if (place / HASH).exists():
@@ -117,7 +120,28 @@ def crashed(error: BaseException | str) -> dict[str, Any]:
 
 def _more(task: Task, scratch: Path, truth: Truth, answer: dict[str, Any], spent: dict[str, float]) -> dict[str, Any]:
     """What is learnt after the answer is frozen: how others answer, and whether the advised run tells."""
-    return {}
+    from belt_sim.challenge.advice import followed
+    from belt_sim.challenge.baselines import others
+
+    more: dict[str, Any] = {}
+    if answer["verdict"] == CRASH:
+        return more
+    if task.others:
+        with _timed(spent, "others"):
+            more["others"] = _tried(lambda: others(scratch, truth.base, answer))
+    if task.advised and task.seed % task.advised == 0:
+        with _timed(spent, "advice"):
+            again = partial(followed, ablation=task.ablation, bootstraps=task.bootstraps)
+            more["advice"] = _tried(lambda: again(scratch, truth, answer))
+    return more
+
+
+def _tried(what: Callable[[], Any]) -> Any:
+    """What a function returns, or a crash: it must not cost the answer that is kept already."""
+    try:
+        return what()
+    except Exception as error:
+        return {CRASH: crashed(error)["sentence"]}
 
 
 @contextmanager

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from belt_sim.challenge.reasons import reason
+
 SURE = 0.9  # probability from which a name is said with confidence
 NAMING = ("explained", "partly")
 #: an error is reducible where the held-out error exceeds the noise floor by this factor
@@ -48,6 +50,7 @@ class Facts:
     p: float | None = None
     seconds: float | None = None
     sentence: str = ""
+    why: str = ""
 
     @property
     def size(self) -> float | None:
@@ -108,7 +111,8 @@ def facts_of(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None)
         sentence=answer.get("sentence", ""),
     )
     more = {"outcome": outcome_of(found), "covered": covered(truth, answer)} | discovery(truth, answer)
-    return Facts(**vars(found) | more)
+    scored = Facts(**vars(found) | more)
+    return Facts(**vars(scored) | {"why": "" if scored.right else reason(scored, answer)})
 
 
 def kind_of(truth: Mapping[str, Any]) -> str:
@@ -173,7 +177,7 @@ def caught(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> bool:
 
 
 def covered(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> list[bool]:
-    """For each true parameter that is not zero, whether the interval of the effect of its name holds it.
+    """For each true parameter, whether the interval of the effect of its name holds it.
 
     Only where exactly the hidden effects are named and nothing is left: elsewhere values are effective ones.
     """
@@ -184,7 +188,7 @@ def covered(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> list[bool]:
     for effect in truth["effects"]:
         for name, true in effect["parameters"].items():
             estimate = found[effect["id"]].get(name)
-            if estimate is not None and true:
+            if estimate is not None:
                 low, high = estimate["interval_95"]
                 inside.append(bool(low <= true <= high))
     return inside

@@ -13,6 +13,7 @@ from typing import Any
 TASKS_A_PROCESS = 40
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NPROC")
 _LOOK_EVERY = 1.0  # [s]
+BEGUN, DONE = "begun", "done"
 
 
 class _Worker:
@@ -26,11 +27,22 @@ class _Worker:
             self.process.start()
         there.close()
         self.task: Any = None
-        self.began, self.done = 0.0, 0
+        self.began, self.done = float("inf"), 0  # the time of a task begins when the process says so
 
     def give(self, task: Any) -> None:
-        self.task, self.began = task, time.monotonic()
+        self.task, self.began = task, float("inf")
         self.pipe.send(task)
+
+    def finished(self) -> bool:
+        """Whether the process said that it finished; a pipe that broke says nothing."""
+        try:
+            while self.pipe.poll():
+                if self.pipe.recv() == DONE:
+                    return True
+                self.began = time.monotonic()
+        except (EOFError, OSError):
+            return False
+        return False
 
     def trouble(self, limit: float) -> str:
         """What is wrong with a process that has not said that it finished; empty while it works."""
@@ -59,7 +71,7 @@ def share(
     limit: seconds that one task may take; until: time.monotonic() after which no new task is begun. ``work`` must be
     a function of a module, and keep its own results.
     """
-    waiting, busy, idle = list(reversed(tasks)), [], []
+    waiting, busy, idle = list(reversed(tasks)), list[_Worker](), list[_Worker]()
     try:
         while busy or (waiting and time.monotonic() < until):
             while waiting and len(busy) < workers and time.monotonic() < until:
@@ -68,9 +80,9 @@ def share(
                 busy.append(worker)
             wait([w.pipe for w in busy], timeout=_LOOK_EVERY)
             for worker in list(busy):
-                told = worker.pipe.poll() and _told(worker.pipe)
-                trouble = "" if told else worker.trouble(limit)
-                if not told and not trouble:
+                finished = worker.finished()
+                trouble = "" if finished else worker.trouble(limit)
+                if not finished and not trouble:
                     continue
                 busy.remove(worker)
                 worker.done += 1
@@ -84,17 +96,8 @@ def share(
             worker.end()
 
 
-def _told(pipe: Connection) -> bool:
-    """Whether the process said that it finished; a pipe that broke says nothing."""
-    try:
-        pipe.recv()
-    except (EOFError, OSError):
-        return False
-    return True
-
-
 def _serve(pipe: Connection, work: Callable[[Any], None]) -> None:
-    """The life of a process: a task, a word that it is done, until nobody listens."""
+    """The life of a process: a task, a word that it is begun and done, until nobody listens."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
     from belt_sim.jax_setup import prepare
 
@@ -102,8 +105,9 @@ def _serve(pipe: Connection, work: Callable[[Any], None]) -> None:
     while True:
         try:
             task = pipe.recv()
+            pipe.send(BEGUN)
             work(task)
-            pipe.send(True)
+            pipe.send(DONE)
         except (EOFError, OSError):
             return
 

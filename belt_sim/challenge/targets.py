@@ -62,7 +62,9 @@ def _naming(rows: Sequence[Facts]) -> list[Target]:
     visible = of_kind(rows, "library", "two", least=6 * 0.8)
     named = [f for f in visible if f.verdict in NAMING]
     sizes = [len(f.answer_set) / max(1, len(f.hidden)) for f in named]
-    found = [Target(name="false alarm when nothing is hidden", found=_share(nothing, lambda f: not f.right), at_most=0.05)]
+    found = [
+        Target(name="false alarm when nothing is hidden", found=_share(nothing, lambda f: not f.right), at_most=0.05)
+    ]
     for size, wanted in ((6, 0.90), (12, 0.98), (24, 0.99)):
         mine = [f for f in library if size_class(f.size) == size]
         found.append(Target(name=f"right effect first, d = {size}", found=_share(mine, _right), at_least=wanted))
@@ -115,10 +117,10 @@ def _numbers(rows: Sequence[Facts]) -> list[Target]:
             at_least=0.90,
             note=mean,
         ),
-        Target(name="next-run advice resolves the pair", found=_share(advised, lambda f: bool(f.advice)), at_least=0.90),
         Target(
-            name="answered without a crash", found=_share(rows, lambda f: f.outcome != "crash"), at_least=1.0
+            name="next-run advice resolves the pair", found=_share(advised, lambda f: bool(f.advice)), at_least=0.90
         ),
+        Target(name="answered without a crash", found=_share(rows, lambda f: f.outcome != "crash"), at_least=1.0),
     ]
 
 
