@@ -10,7 +10,7 @@ from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.line import Line, line_of
 from belt_sim.virtual_rig.plan import Plan
 from belt_sim.virtual_rig.readings import position
-from belt_sim.virtual_rig.travel import march
+from belt_sim.virtual_rig.travel import Journey, march
 
 RIG_DATA = ("centre_distance", "head_radius", "tail_radius")
 BELT_DATA = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
@@ -60,11 +60,20 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     just_before = np.broadcast_to(line.yaw_at - _BEFORE, (1, len(line.stress)))
     readings = []
     for place in plan.signals.values():
-        value = position(journey, place, travelled) - position(journey, place, just_before)
+        value = _seen(journey, faults, place, travelled) - _seen(journey, faults, place, just_before)
         for fault in faults:
             value = fault.read(value, place, travelled, line)
         readings.append(value)
     return np.stack(readings)
+
+
+def _seen(journey: Journey, faults: Sequence[Fault], place: str, s: np.ndarray) -> np.ndarray:
+    """What a perfect sensor sees at travel s: the belt's edge where it is, or was when the sensor looked."""
+    if not place.startswith("point_"):
+        return position(journey, place, s)
+    for fault in faults:
+        s = fault.seen_at(s, journey.line)
+    return sum((f.edge(place, s, journey.line) for f in faults), position(journey, place, s))
 
 
 def varied(line: Line, count: int) -> Line:
