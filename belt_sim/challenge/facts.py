@@ -1,9 +1,10 @@
 """What one campaign tells about the diagnosis: the truth beside the answer, as facts that can be counted."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from belt_sim.challenge.laws import law_right, place_right
 from belt_sim.challenge.reasons import reason
 
 SURE = 0.9  # probability from which a name is said with confidence
@@ -93,12 +94,12 @@ def facts_of(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None)
     found = Facts(
         **known,
         kind=kind_of(truth),
-        plan=str(truth.get("plan") or ""),
+        plan=" ".join(str(truth.get("plan") or "").split()[:1]),
         base=truth["base"],
         hidden=[e["id"] for e in truth["effects"]],
         d=[_rounded(e.get("d")) for e in truth["effects"]],
         lookalikes=list(truth["lookalikes"]),
-        distance=_rounded(_distance(truth)),
+        distance=_rounded(truth["distance"]),
         dirt=(truth["dirty"] or {}).get("kind"),
         verdict=answer["verdict"],
         named={e["id"]: round(e["probability"], 4) for e in effects},
@@ -213,19 +214,7 @@ def discovery(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, 
     told = {"discovered": said.get("sentence", "yes")}
     if not truth.get("place"):
         return told
-    place = _among(truth["place"], said.get("place"), said.get("not_told_apart_places", ()))
-    law = _among(truth.get("variable"), said.get("variable"), ()) and _among(truth.get("form"), said.get("form"), ())
-    return told | {"place": place, "law": law}
-
-
-def _among(true: Any, said: Any, class_: Sequence[Any]) -> bool:
-    return true is not None and (true == said or true in class_)
-
-
-def _distance(truth: Mapping[str, Any]) -> float | None:
-    """What the best three library effects leave over where that was measured, otherwise the best one."""
-    far = truth.get("distance_triple")
-    return truth["distance"] if far is None else far
+    return told | {"place": place_right(truth, said), "law": law_right(truth, said)}
 
 
 def _p_value(answer: Mapping[str, Any]) -> float | None:

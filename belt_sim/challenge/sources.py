@@ -5,19 +5,18 @@ from collections.abc import Callable
 
 from belt_sim.campaign import Campaign
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import Truth
+from belt_sim.virtual_rig import Truth, random_campaign, random_nothing_campaign, random_stranger_campaign
+from belt_sim.virtual_rig.lot_space import random_space_campaign
 
 Draw = Callable[[int], tuple[Campaign, Truth]]
 
 
-def _mix(seed: int) -> tuple[Campaign, Truth]:
-    """What is hidden, the machine, the plan and the noise, all by lot."""
-    from belt_sim.virtual_rig import make_campaign
-
-    return make_campaign(hidden="random", seed=seed)
-
-
-SOURCES: dict[str, Draw] = {"mix": _mix}
+SOURCES: dict[str, Draw] = {
+    "mix": random_campaign,
+    "strangers": random_stranger_campaign,
+    "nothing": random_nothing_campaign,
+    "space": random_space_campaign,
+}
 
 
 def source(name: str) -> Draw:

@@ -21,7 +21,7 @@ def measured_further(campaign: Campaign, truth: Truth, run: Run, signals: Sequen
     campaign has so far; truth: what stands behind the campaign.
     """
     rng = np.random.default_rng([seed, len(campaign.runs)])
-    noise = Noise(scale=float(truth.noise.get("scale", 1.0)), heavy_tails=bool(truth.noise.get("heavy_tails")))
+    noise = Noise(**truth.noise)
     plan = Plan(
         runs=(_setting(run),),
         length=float(run.travel[-1]),

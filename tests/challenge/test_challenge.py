@@ -141,3 +141,14 @@ def test_a_further_run_is_of_the_same_line(tmp_path):
     assert (fresh.tension, fresh.yaw) == pytest.approx((same.tension, same.yaw))
     assert set(fresh.signals) == {"y1", "y2", "y3", "y4"}
     assert abs(fresh.signals["y1"] - same.signals["y1"]).max() < 1.5e-3 < abs(same.signals["y1"]).max()
+
+
+def test_the_diagnosis_itself_answers(tmp_path):
+    """One effect, large, on a small plan: named, beside what plain methods say."""
+    own = Task(seed=1, out=tmp_path, source="small_challenge:draw", bootstraps=100)
+    (result,) = run_challenge(own, 1, workers=1)
+    found = facts_of(result)
+    assert (found.outcome, list(found.named)) == ("right", ["cant"])
+    assert set(result["others"]) == {"iid_bic", "sparse", "sysid", "bic", "no_gate"}
+    assert len(result["others"]["iid_bic"]["effects"]) > 1  # wander, taken for independent noise, names more
+    assert result["seconds"]["answer"] > 0

@@ -7,6 +7,7 @@ from small_challenge import answer_of
 from belt_sim.challenge.baselines import Table, by_rounds, iid_bic, said, sparse
 from belt_sim.challenge.drawn import reliability
 from belt_sim.challenge.facts import Facts, facts_of
+from belt_sim.challenge.laws import place_said
 from belt_sim.challenge.publish import publish, read_published
 from belt_sim.challenge.targets import confidently_wrong, targets
 from belt_sim.challenge.wilson import Share
@@ -116,20 +117,31 @@ def test_the_reducible_error_is_what_exceeds_the_floor():
     assert facts(hidden, answer_of("taper") | error(0.105, 0.1)).removed is None
 
 
-def test_the_distance_after_the_best_three_goes_before_that_after_one():
-    far = facts(truth("outside", "creep", distance=20.0, distance_triple=9.0), answer_of(verdict="none_known"))
-    assert far.distance == pytest.approx(9.0)
-
-
 def test_a_discovered_law_is_right_in_its_place_and_in_its_law_or_not():
-    hidden = truth("outside", "creep", distance=20.0, place="yaw", variable="time", form="exponential")
-    law = {"sentence": "yaw creeps", "place": "yaw", "variable": "time", "form": "exponential"}
+    unknown = {"place": "yaw_tail", "variable": "time_since_step", "form": "exponential", "also": [["yaw", "power"]]}
+    hidden = truth("outside", "creep", distance=20.0, **unknown)
+    law = {"sentence": "yaw creeps", "place": "yaw_tail", "variable": "beta", "shape": "x", "course": "rise"}
     known = answer_of(verdict="none_known")
     found = facts(hidden, known | {"discovery": law})
     assert (found.discovered, found.place, found.law) == ("yaw creeps", True, True)
-    other = facts(hidden, known | {"discovery": law | {"place": "sensor", "form": "power"}})
+    other = facts(hidden, known | {"discovery": law | {"place": "sensor_all", "course": "always"}})
     assert (other.place, other.law) == (False, False)
+    assert facts(hidden, known | {"discovery": law | {"shape": "x^3", "course": "always"}}).law
     assert facts(truth("nothing"), known | {"discovery": law}).discovered
+
+
+@pytest.mark.parametrize(
+    ("said", "true"),
+    [
+        ("turn_both", "runup_both"),
+        ("yaw_head", "yaw_head"),
+        ("twist_tail", "wrap"),
+        ("sensor_y1", "sensor"),
+        ("tension",) * 2,
+    ],
+)
+def test_places_of_the_finder_in_the_words_of_the_generator(said, true):
+    assert place_said(said) == true
 
 
 def test_every_kind_of_campaign_moves_its_own_row():
