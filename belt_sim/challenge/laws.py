@@ -1,6 +1,7 @@
 """The words of a discovered law beside those in which the generator describes what it hid.
 
-Neither was written with the other in sight; a law is right when it has one of the generator's pairs of variable and form.
+Neither was written with the other in sight; a law is right when one of its pairs of variable and form is the
+generator's.
 """
 
 from collections.abc import Mapping
