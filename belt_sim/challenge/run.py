@@ -31,10 +31,7 @@ def run_challenge(
     """
     from belt_sim.challenge.pool import share
 
-    there = results(first.out)
-    _same_settings(first, there)
-    known = {r["seed"] for r in there}
-    tasks = [replace(first, seed=s) for s in range(first.seed, first.seed + count) if s not in known]
+    tasks = remaining(first, count)
     until = time.monotonic() + 60.0 * minutes if minutes is not None else float("inf")
     for task, trouble in share(tasks, carry, workers or cores(), limit=patience, until=until):
         if trouble:
@@ -43,6 +40,14 @@ def run_challenge(
             keep(task, answer=crashed(trouble), truth=truth, seconds={})
         tell(_read(task.file("results")))
     return results(first.out)
+
+
+def remaining(first: Task, count: int) -> list[Task]:
+    """What is not there yet; raises InputError when the folder holds results of other settings."""
+    there = results(first.out)
+    _same_settings(first, there)
+    known = {r["seed"] for r in there}
+    return [replace(first, seed=s) for s in range(first.seed, first.seed + count) if s not in known]
 
 
 def results(folder: Path) -> list[dict[str, Any]]:

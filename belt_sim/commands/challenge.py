@@ -10,14 +10,15 @@ def run(cfg: Any) -> None:
     from belt_sim.challenge.asked import asked
     from belt_sim.challenge.facts import facts_of
     from belt_sim.challenge.publish import publish
-    from belt_sim.challenge.run import results, run_challenge
+    from belt_sim.challenge.run import remaining, results, run_challenge
     from belt_sim.challenge.told import tell_targets, told
     from belt_sim.watch.progress import progress
 
     config, folder = plain(cfg), run_folder()
     first, how = asked(config, folder)
-    if config["count"]:
-        with progress(config["count"], "challenge") as done:
+    todo = len(remaining(first, config["count"]))
+    if todo:
+        with progress(todo, "challenge") as done:
 
             def tell(result: dict[str, Any]) -> None:
                 print(told(facts_of(result)), flush=True)

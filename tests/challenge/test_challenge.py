@@ -18,8 +18,10 @@ from belt_sim.challenge.targets import targets
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.paths import ROOT
-from belt_sim.virtual_rig import reveal
+from belt_sim.virtual_rig import lot_space, reveal
+from belt_sim.virtual_rig.make import checked_base
 from belt_sim.virtual_rig.seal import HASH
+from belt_sim.virtual_rig.space import _in_scene
 
 COUNT = len(HIDDEN)
 DEADLINE = 120.0  # [s]
@@ -152,3 +154,16 @@ def test_the_diagnosis_itself_answers(tmp_path):
     assert set(result["others"]) == {"iid_bic", "sparse", "sysid", "bic", "no_gate"}
     assert len(result["others"]["iid_bic"]["effects"]) > 1  # wander, taken for independent noise, names more
     assert result["seconds"]["answer"] > 0
+
+
+def test_what_the_3d_belt_hides_is_what_its_scene_can_show(monkeypatch):
+    asked = []
+    monkeypatch.setattr(lot_space, "make_space_campaign", lambda **how: asked.append(how))
+    for seed in range(60):
+        lot_space.random_space_campaign(seed)
+    for how in asked:
+        checked_base(how["base"], _in_scene(how["hidden"]).faults)
+        assert how["workers"] == 1  # processes of a challenge have no children
+    hidden = [e["id"] for how in asked for e in how["hidden"]]
+    assert {"camber", "slip", "taper", "crown"} <= set(hidden)
+    assert 0.15 < [how["hidden"] for how in asked].count([]) / len(asked) < 0.45
