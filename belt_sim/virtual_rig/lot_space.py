@@ -19,7 +19,7 @@ def random_space_campaign(seed: int) -> tuple[Campaign, Truth]:
     rng = np.random.default_rng([checked_seed(seed), 3])
     hidden: list[str | dict] = []
     if rng.random() >= NOTHING:
-        classes = [cls for cls in LOT if overrides(cls, "scene") and _BASE not in cls.idle_on]
+        classes = [cls for cls in LOT if overrides(cls, "scene") and _BASE not in (*cls.idle_on, *cls.part_of)]
         cls = classes[int(rng.integers(len(classes)))]
         name, size = next(iter(cls.sizes.items()))
         value = min(size.typical * float(np.exp(rng.uniform(*np.log(_SIZES)))), size.limit)
