@@ -4,6 +4,7 @@ Colours are names of the page's style (--ink, --before ...), which the page look
 them.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ INK, BEFORE, AFTER, FAINT = "--ink", "--before", "--after", "--faint"
 FONT = {"family": "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": INK}
 AXIS = {"gridcolor": "--line", "zerolinecolor": FAINT, "linecolor": FAINT, "automargin": True}
 CLEAR = "rgba(0,0,0,0)"
+CYCLE = tuple(f"--c{k}" for k in range(1, 7))  # tensions, in order
 #: from far below zero to far above it, with what says nothing in the middle
 DIVERGING = ((0.0, "--far-below"), (0.25, "--below"), (0.5, "--middle"), (0.75, "--above"), (1.0, "--far-above"))
 
@@ -165,3 +167,45 @@ def _stated(one: Drift) -> list[dict]:
     band = {"type": "rect", "y0": low, "y1": high, "fillcolor": FAINT, "opacity": 0.3, "line": {"width": 0}}
     line = {"type": "line", "y0": one.stated, "y1": one.stated, "line": {"color": INK, "width": 1}}
     return [{**where_, **band}, {**where_, **line}]
+
+
+def course(courses: Sequence[Any], unit: str) -> dict[str, Any]:
+    """An unknown u against travel, a line and a band of ±2 sigma a group of runs (``results.discovery``)."""
+    data = []
+    for one, colour in _coloured(courses):
+        x, u, sd = numbers(one.travel), np.asarray(one.u, float), np.asarray(one.sd, float)
+        low, high = _band(x, u - 2 * sd, u + 2 * sd, "y")
+        data += [low, {**high, "name": one.label, "opacity": 0.5}]
+        data.append(_line(x, u, one.label, colour, "y"))
+    return {"data": data, "layout": _unknown("belt travel [m]", unit)}
+
+
+def law(against: Sequence[Any], curve: Any, found: Any, unit: str) -> dict[str, Any]:
+    """An unknown u against the variable of its law, points by tension, and the law as a line."""
+    data = []
+    for one, colour in _coloured(against):
+        dots = {"mode": "markers", "marker": {"color": colour, "size": 5, "opacity": 0.7}}
+        label = f"{one.tension / 1e6:g} N/mm²"
+        data.append({"type": "scatter", "x": numbers(one.x), "y": numbers(one.u), "name": label, **dots})
+    if curve is not None:
+        data.append(_line(numbers(curve.x), curve.u, "law", INK, "y"))
+    variable = f"{found.variable} [{found.variable_unit}]" if found is not None else ""
+    return {"data": data, "layout": _unknown(variable, unit)}
+
+
+def _coloured(rows: Sequence[Any]) -> list[tuple[Any, str]]:
+    """Rows with colours that mean their tensions."""
+    tensions = sorted({float(one.tension) for one in rows})
+    return [(one, CYCLE[tensions.index(float(one.tension)) % len(CYCLE)]) for one in rows]
+
+
+def _unknown(variable: str, unit: str) -> dict[str, Any]:
+    legend = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0}
+    return _layout(
+        340,
+        showlegend=True,
+        legend=legend,
+        margin={"l": 54, "r": 8, "t": 40, "b": 44},
+        xaxis={**AXIS, "title": {"text": variable}},
+        yaxis={**AXIS, "tickformat": "~s", "title": {"text": f"u [{unit}]" if unit not in ("", "1") else "u"}},
+    )

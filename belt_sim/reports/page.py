@@ -4,6 +4,7 @@ import importlib.util
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from belt_sim.results.found import Tried
 from belt_sim.results.written import DIAGNOSIS
 
 HERE = Path(__file__).parent
+SHOWN_PLACES = 6
 
 
 def write_report(path: str | os.PathLike, diagnosis: Diagnosis) -> Path:
@@ -49,6 +51,8 @@ def render(diagnosis: Diagnosis) -> str:
         plots=_plots(diagnosis),
         bars=bars(diagnosis.ranking),
         falls=falls(diagnosis.error),
+        discovery=discovered(diagnosis),
+        weights=weights(discovered(diagnosis)),
         final=bool(diagnosis.effects),
         headline=headline(diagnosis),
         full=f"{FULL:g}",
@@ -66,7 +70,29 @@ def _plots(d: Diagnosis) -> dict:
         "first": worst(drawn.overlays),
         "where": [figures.where(one) for one in drawn.maps],
         "drift": [figures.drift(*pair) for pair in drawn.drifts],
+        "law": discovered_plots(discovered(d)),
     }
+
+
+def discovered(d: Diagnosis) -> Any:
+    """What was discovered; None where nothing was, or nobody looked."""
+    found = getattr(d, "discovery", None)
+    return found if found is not None and found.found else None
+
+
+def discovered_plots(found: Any) -> list[dict]:
+    """The unknown against travel, and against the variable of its law."""
+    if found is None:
+        return []
+    plots = [figures.course(found.courses, found.unit)] if found.courses else []
+    return [*plots, figures.law(found.against, found.curve, found.law, found.unit)] if found.against else plots
+
+
+def weights(found: Any) -> list[dict]:
+    """Places of an unknown, best first: lengths [%] of their gains in log evidence."""
+    best = found.places[:SHOWN_PLACES] if found is not None else ()
+    full = max([1e-9, *(p.gain for p in best)])
+    return [{"words": p.words, "gain": p.gain, "length": round(100.0 * max(p.gain, 0.0) / full, 1)} for p in best]
 
 
 def headline(d: Diagnosis) -> str:

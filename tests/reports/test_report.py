@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from small_campaign import diagnosed, drawn
 from belt_sim.campaign import Suspicion
 from belt_sim.errors import BeltError
 from belt_sim.reports import page as report_page
-from belt_sim.reports.page import bars, falls, render, worst, write_report
+from belt_sim.reports.page import bars, falls, render, weights, worst, write_report
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Change, Errors
 from belt_sim.results.found import Confusable, NextRun, Tried
@@ -255,3 +256,40 @@ def test_the_file_is_whole_or_not_there(tmp_path, explained):
     (tmp_path / "file").write_text("")
     with pytest.raises(BeltError, match="cannot be written"):
         write_report(tmp_path / "file" / "report.html", explained)
+
+
+def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
+    s, x = np.linspace(0.0, 30.0, 7), np.linspace(-7e-4, 7e-4, 5)
+    courses = [
+        SimpleNamespace(label=f"{t} N/mm²", tension=t * 1e6, travel=s, u=1e-5 * s, sd=2e-6 + 0 * s) for t in (7, 40)
+    ]
+    law = SimpleNamespace(variable="β", variable_unit="rad")
+    found = SimpleNamespace(
+        found=True,
+        sentence="The yaw of the tail pulley lacks 0.24 β (1 − exp(−s/14.6 m)).",
+        places=[
+            SimpleNamespace(words=w, gain=g) for w, g in (("yaw of the tail pulley", 80.0), ("reading of y1", 20.0))
+        ],
+        unit="rad",
+        courses=courses,
+        against=[SimpleNamespace(tension=7e6, x=x, u=0.2 * x)],
+        curve=SimpleNamespace(tension=7e6, x=x, u=0.24 * x),
+        law=law,
+        rivals=[SimpleNamespace(formula="κ|κ|", place="turn of the belt")],
+        limits=["one speed only"],
+        error=replace(explained.error),
+        effect_file="text",
+    )
+    told = SimpleNamespace(**vars(explained), discovery=found, final_model=explained.final_model)
+    text = render(told)
+    page = Page(text)
+    for said in (found.sentence, "yaw of the tail pulley", "κ|κ|", "one speed only", "found_effect.py"):
+        assert said in page.text
+    assert [row["length"] for row in weights(found)] == [100.0, 25.0]
+    first, second = json.loads(page.scripts[0])["law"]
+    lines = [t for t in first["data"] if t["mode"] == "lines" and "color" in t["line"]]
+    np.testing.assert_allclose(lines[0]["y"], 1e-5 * s, atol=1e-12)
+    assert lines[0]["line"]["color"] != lines[1]["line"]["color"]
+    np.testing.assert_allclose(second["data"][-1]["y"], 0.24 * x, rtol=1e-5)
+    nothing = SimpleNamespace(**{**vars(told), "discovery": SimpleNamespace(found=False)})
+    assert "What was discovered" not in render(nothing)
