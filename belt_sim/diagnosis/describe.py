@@ -45,7 +45,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
             gain=d.left.gain,
             threshold={n: _finite(t) for n, t in d.left.threshold.items()},
         ),
-        noise=NoiseLevels(white_factor=levels.white, wander_factor=levels.wander, repeats=levels.repeats),
+        noise=NoiseLevels(white_factor=_mean(levels.white), wander_factor=_mean(levels.wander), repeats=levels.repeats),
         suspicions=d.suspicions,
         per_run=run_errors(found.bench, found.base.values, found.chosen.values),
         provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
@@ -131,3 +131,8 @@ def _unknown(d: Findings) -> Unknown | None:
         why = f"it takes a chi2 of {last.gain:.0f} of what stands out ({missing:.0f} in the worst test)"
         nearest = last.id, why
     return shape_card(d.found.bench, d.found.chosen, d.left, nearest)
+
+
+def _mean(factors: float | tuple[float, ...]) -> float:
+    """One factor for all signals."""
+    return float(np.exp(np.mean(np.log(factors))))

@@ -66,6 +66,8 @@ class Effect:
     only_when_named: ClassVar[bool] = False
     #: True for what answers to the belt's moment, and so must be asked after all else that turns a pulley
     last: ClassVar[bool] = False
+    #: True for what makes every step of a march dearer than most others together: a fit computes it only where needed
+    heavy: ClassVar[bool] = False
     parameters: ClassVar[dict[str, Parameter]] = {}
 
     def settings(self, settings: Settings, case: Case) -> Settings:

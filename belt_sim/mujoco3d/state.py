@@ -33,7 +33,9 @@ class Wrap:
     shape (n, m), valid for held stations only; lifted [m], shape (n,): how much higher than the path of touchdown.py a
     station has been caught; tangent [rad], shape (2,): where the belt meets the pulley, at ``first`` and at ``last``,
     from the top towards +x and not turning; slip_increment [m], shape (n, m, 2): how far the nodes slid in the last
-    step, along the axis, along the turn; followed [rad]: spin of the pulley that the anchors were last put on.
+    step, along the axis, along the turn; followed [rad]: spin of the pulley that the anchors were last put on;
+    layer [m], shape (2, m, 2): how far outwards and into the pulley the bending layer displaces the lines of nodes
+    where the belt meets the pulley, at ``first`` and at ``last`` (wrap/layer.py); the anchors are those without it.
     """
 
     surface: PulleySurface
@@ -47,13 +49,15 @@ class Wrap:
     tangent: np.ndarray
     slip_increment: np.ndarray
     followed: float
+    layer: np.ndarray
     stations: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
     @staticmethod
     def empty(surface: PulleySurface, extra_radius: float, n: int, m: int, spin: float = 0.0) -> "Wrap":
         """extra_radius [m]: how much wider the circle of the stations is than the pulley; spin [rad]: of the pulley."""
         r, y, angle = np.zeros((3, n, m))
-        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros(n), np.zeros(2), np.zeros((n, m, 2)), spin)
+        slip, layer = np.zeros((n, m, 2)), np.zeros((2, m, 2))
+        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros(n), np.zeros(2), slip, spin, layer)
 
     def renumber(self) -> None:
         """Recompute ``stations`` after first or last changed."""

@@ -1,5 +1,6 @@
 """Pictures of curves and of what a diagnosis found: one idea a file, physical units on every axis."""
 
+from belt_sim.pictures.bode import bode_picture
 from belt_sim.pictures.curves import curves_picture
 from belt_sim.pictures.drift_chart import drift_chart_picture
 from belt_sim.pictures.overlay import overlay_picture
@@ -10,6 +11,7 @@ from belt_sim.pictures.where import where_map_picture
 
 __all__ = [
     "Rates",
+    "bode_picture",
     "curves_picture",
     "drift_chart_picture",
     "overlay_picture",
