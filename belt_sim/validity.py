@@ -89,6 +89,15 @@ def _slack_edge(x: _Loaded) -> Limit:
     return Limit("slack_edge", load, "an edge goes slack after the yaw, and a linear span overrates its moment")
 
 
+def _second_order(x: _Loaded) -> Limit:
+    """A moment takes torsional stiffness away, (T - M^2/F) phi'' = ...: the moment falls by some 0.25 M^2/(F T)."""
+    moment = x.entry * x.yaw
+    share = moment**2 / (x.case.tension_force * torsional_stiffness(x.case))
+    return Limit(
+        "second_order", float(0.25 * share / WRONG), "the slack edge sags more: a linear span overrates its moment"
+    )
+
+
 def _slip(x: _Loaded) -> Limit:
     """The belt slips on z = 4 R M/(mu F b) of its pulley and turns by M z/2 EI, so that y gains z/s; at s = L/4."""
     case = x.case
@@ -157,6 +166,7 @@ def _flat_belt(x: _Loaded) -> Limit:
 _WAYS: tuple[tuple[Callable[[_Loaded], Limit], str], ...] = (
     (_flat_belt, "sag_roll"),
     (_slack_edge, ""),
+    (_second_order, ""),
     (_twist, ""),
     (_bending_layer, "lift_off"),
     (_slip, "slip"),
