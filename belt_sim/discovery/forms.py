@@ -4,6 +4,7 @@ Each formula is Python that holds for NumPy and JAX alike; the same text goes in
 """
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,7 @@ WORDS = {
 }
 PARTS = 12  # of the record, for onsets
 RISES = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # of the record
-BENDS = (0.1, 0.25, 0.5, 0.75)  # of the largest size of a variable
+KNEES = (0.1, 0.25, 0.5, 0.75)  # of the largest size of a variable
 SHORTEST = 3.0  # cells in a wave, and samples
 
 
@@ -55,14 +56,14 @@ class Form:
 
     variable: str
     shape: str = "x"
-    bend: float | None = None
+    knee: float | None = None
     course: str = "always"
     at: float | None = None
 
     @property
     def numbers(self) -> int:
         """How many shape numbers it has."""
-        return (self.bend is not None) + (self.at is not None)
+        return (self.knee is not None) + (self.at is not None)
 
     @property
     def family(self) -> tuple[str, str, str]:
@@ -76,12 +77,13 @@ class Form:
     def values(self, states: States, part: int | None, signal: str | None) -> np.ndarray:
         """The form along every run, (R, J); part: the pulley, signal: the sensor."""
         x = variable(states, self.variable, part, signal)
-        shaped = formula(SHAPES[self.shape])(x=x, p=self.bend, xp=np)
+        shaped = formula(SHAPES[self.shape])(x=x, p=self.knee, xp=np)
         waving = self.course.startswith("wave")
         s = states.since if self.variable == "beta" and not waving else np.broadcast_to(states.s, x.shape)
         return shaped * formula(COURSES[self.course])(s=s, p=self.at, xp=np)
 
 
+@cache
 def formula(text: str) -> Any:
     """A function of named arguments that evaluates ``text``."""
     code = compile(text, "law", "eval")
@@ -120,7 +122,7 @@ def dictionary(states: States, kind: str) -> list[Form]:
 def waves(states: States, names: tuple[str, ...]) -> list[Form]:
     """Waves from once in the record to the shortest that the grid carries, evenly spaced in wavenumber."""
     end, cell = float(states.s[-1]), float(states.s[1] - states.s[0])
-    count = np.arange(1.0, end / (SHORTEST * cell), 0.5)
+    count = np.arange(1.0, end / (SHORTEST * cell), 0.75)
     return [Form(n, course="wave", at=end / c) for n in names for c in count]
 
 
@@ -129,5 +131,5 @@ def _of_state(states: States, names, courses, *, shapes: bool) -> list[Form]:
     for n in names if shapes else ():
         largest = float(np.abs(getattr(states, n)).max())
         found += [Form(n, shape=s) for s in ("x|x|", "x^2", "x^3")]
-        found += [Form(n, shape=s, bend=b * largest) for s in SHAPED for b in BENDS]
+        found += [Form(n, shape=s, knee=b * largest) for s in SHAPED for b in KNEES]
     return found
