@@ -163,12 +163,16 @@ def _so_far_out(library: Library, fault: Fault, wanted: float) -> tuple[Fault, N
     """The fault scaled to a distance from the library, or as far as its limits and ``_MOST`` go."""
     fault, size = fault_of_size(library.rule, fault, wanted)
     near = library.near([fault])
-    for _ in range(3):
-        factor = min(wanted / max(near.triple, 1e-3), room(fault), _MOST / max(size, 1e-3))
-        if abs(factor - 1) < 0.05:
+    power = 1.0  # with which the distance grows with the size
+    for _ in range(4):
+        if near.triple * _MOST < _REACHED * wanted * size:
+            break  # it is too much like the library
+        factor = min((wanted / near.triple) ** (1 / power), room(fault), _MOST / size)
+        if abs(factor - 1) < 0.03:
             break
-        fault = scaled(fault, factor)
+        before, fault = near.triple, scaled(fault, factor)
         near, size = library.near([fault]), float(library.rule.sizes([fault])[0])
+        power = float(np.clip(np.log(max(near.triple, 1e-9) / before) / np.log(factor), 0.7, 4.0))
     return fault, near
 
 
