@@ -109,8 +109,6 @@ def _reachable(forward: Forward, vector: np.ndarray) -> np.ndarray:
     along = np.eye(len(forward.slots), forward.size)
     sized = along[~forward.linear[: len(along)]]
     starts, still = np.repeat(vector[None], len(along), axis=0), 0.0 * sized
-    values, slopes = forward.lanes(
-        np.concatenate([starts, vector + sized]), np.concatenate([along, still])
-    )
+    values, slopes = forward.lanes(np.concatenate([starts, vector + sized]), np.concatenate([along, still]))
     secants = values[len(along) :] - values[0] if len(along) else slopes
     return np.concatenate([slopes[: len(along)], secants[np.isfinite(secants).all(axis=(1, 2, 3))]])

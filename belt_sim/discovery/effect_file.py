@@ -131,11 +131,18 @@ def _declared(n: Number) -> str:
 def _input(term: Term, tag: str, tension: float, head: bool) -> str:
     """A method that gives the term's input of its variable x and of travel s."""
     form = term.form
-    shape = SHAPES[form.shape].replace("xp.", "jnp.").replace("p *", f"self.knee{tag} *").replace("/ p", f"/ self.knee{tag}")
+    shape = (
+        SHAPES[form.shape]
+        .replace("xp.", "jnp.")
+        .replace("p *", f"self.knee{tag} *")
+        .replace("/ p", f"/ self.knee{tag}")
+    )
     shape = shape.replace("-p, p", f"-self.knee{tag}, self.knee{tag}")
 
     def course(name):
-        return COURSES[name].replace("xp.", "jnp.").replace("- p)", f"- self.at{tag})").replace("/ p", f"/ self.at{tag}")
+        return (
+            COURSES[name].replace("xp.", "jnp.").replace("- p)", f"- self.at{tag})").replace("/ p", f"/ self.at{tag}")
+        )
 
     if form.course == "wave":
         along = f"(self.cos{tag} * {course('wave')} + self.sin{tag} * {course(chr(119) + 'ave' + chr(39))})"

@@ -49,7 +49,9 @@ def kept_row(at: str, direction: float) -> int:
     """Row of Responses.curves that a signal at a place shows."""
     if at in ("upper_mid_span", "lower_mid_span"):
         return TILT + (0 if (at == "upper_mid_span") == (direction > 0) else 1)
-    order = ("point_1", "point_3", "point_2", "point_4") if direction > 0 else ("point_2", "point_4", "point_1", "point_3")
+    order = (
+        ("point_1", "point_3", "point_2", "point_4") if direction > 0 else ("point_2", "point_4", "point_1", "point_3")
+    )
     return Y + order.index(at)
 
 

@@ -58,7 +58,9 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
             free.append(position)
     ids = (*[c.id for c in chosen], file.cls.id)
     moved = bench.moved_to(vector)
-    base = moved.fit([moved.start([c.id for c in chosen], _without(forward, file, vector), free=_of(chosen, forward, free))])[0]
+    base = moved.fit(
+        [moved.start([c.id for c in chosen], _without(forward, file, vector), free=_of(chosen, forward, free))]
+    )[0]
     fit = moved.fit([Fit(ids=ids, free=free, vector=vector)])[0]
     return Refit(scored, file, moved, fit, base.chi2 - fit.chi2)
 

@@ -40,7 +40,7 @@ class States:
 def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course: Course | None = None) -> States:
     """States of the model, moved by what an unknown input does to them when there is a ``course`` of it."""
     runs, grid = bench.samples.runs, answers.grid
-    rows = np.stack([[np.interp(grid, answers.fine, row) for row in kept[:MOMENT + 2]] for kept in answers.curves])
+    rows = np.stack([[np.interp(grid, answers.fine, row) for row in kept[: MOMENT + 2]] for kept in answers.curves])
     if course is not None:
         rows = rows + _moved(answers, squeeze, course)
     y, spacing = rows[:, :4], grid[1] - grid[0]
