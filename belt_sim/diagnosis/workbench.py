@@ -75,7 +75,7 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
     metric = metric_of(fitted, levels, shapes, shared)
-    terms = as_they_show(forward, fitted, metric.roots, forward.values(vector[None])[0])
+    terms = as_they_show(forward, fitted, metric.roots, values)
     if terms != forward.terms:
         forward = Forward(samples, model, classes, march.step, terms)
     return Workbench(
