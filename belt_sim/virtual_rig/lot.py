@@ -33,7 +33,7 @@ def random_campaign(
         noise = true_noise(chosen, stated, streams[1])
         rule_of = partial(ruler, chosen, noise, base)
         what = by_lot(chosen, rule_of, base, streams[0], kind=kind, blind=blind)
-        if kind != "outside" or what.distance >= REACHED * OUTSIDE[0]:
+        if kind != "outside" or (what.distance or 0.0) >= REACHED * OUTSIDE[0]:
             break  # a plan that measures little tells no stranger from the library
     return measured_campaign(chosen, noise, base, what, seed, streams, TITLE, f"{name} {number}")
 
