@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.select import Selection, Trial
+from belt_sim.diagnosis.refits import Trial
+from belt_sim.diagnosis.select import Selection
 
 REPEATS = 2000  # imagined repetitions of the campaign
 RIVAL = 9.2  # a rival set within this score (likelihood ratio 100) cannot be excluded

@@ -8,11 +8,10 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.candidate import estimates
 from belt_sim.diagnosis.confusable import probabilities, selection_frequency
 from belt_sim.diagnosis.examine import Findings
-from belt_sim.diagnosis.heldout import held_out
-from belt_sim.diagnosis.openset import shape_card
+from belt_sim.diagnosis.refits import Trial
 from belt_sim.diagnosis.run_errors import overall_errors, run_errors
-from belt_sim.diagnosis.select import Trial
-from belt_sim.diagnosis.verdict import damage
+from belt_sim.diagnosis.shape_card import shape_card
+from belt_sim.diagnosis.verdict import damage, nearest_words
 from belt_sim.diagnosis.where import where
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import CampaignLabel, Diagnosis
@@ -31,7 +30,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         base_model=model,
         campaign=label(campaign),
         verdict=d.verdict,
-        sentence=d.verdict.sentence(model, found.chosen.ids if named else (), damage(d.suspicions)),
+        sentence=d.verdict.sentence(model, d.judgement.named.ids if named else (), damage(d.suspicions)),
         effects=_effects(d) if named else (),
         ranking=_ranking(d, seed),
         rounds=tuple(tuple(Tried(**_tried(t)) for t in trials) for trials in found.rounds),
@@ -45,9 +44,9 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
             gain=d.left.gain,
             threshold={n: _finite(t) for n, t in d.left.threshold.items()},
         ),
-        noise=NoiseLevels(white_factor=levels.white, wander_factor=levels.wander, repeats=levels.repeats),
+        noise=NoiseLevels(white_factor=_mean(levels.white), wander_factor=_mean(levels.wander), repeats=levels.repeats),
         suspicions=d.suspicions,
-        per_run=run_errors(found.bench, found.base.values, found.chosen.values),
+        per_run=run_errors(found.bench, found.base.values, d.judgement.named.values),
         provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
     )
 
@@ -59,7 +58,7 @@ def label(campaign: Campaign) -> CampaignLabel:
 
 def _effects(d: Findings) -> tuple[FoundEffect, ...]:
     weights = probabilities(d.found)
-    chosen, forward = d.found.chosen, d.bench.forward
+    chosen, forward = d.judgement.named, d.bench.forward
     seen = estimates(forward, chosen)
     there = {e.id: e for e in forward.effects_at(chosen.vector, chosen.ids)}
     return tuple(
@@ -107,9 +106,9 @@ def _finite(value: float) -> float | None:
 
 
 def _errors(d: Findings) -> Errors:
-    over_all = overall_errors(d.found.bench, d.found.base.values, d.found.chosen.values)
+    over_all = overall_errors(d.found.bench, d.found.base.values, d.judgement.named.values)
     assert over_all is not None  # a diagnosis has a lateral signal
-    before, after = d.found.base_held_out, held_out(d.found.bench, d.found.chosen)
+    before, after = d.found.base_held_out, d.judgement.named_held_out
     return Errors(
         noise_floor=over_all.noise_floor,
         fit=over_all.fit,
@@ -124,10 +123,18 @@ def _errors(d: Findings) -> Errors:
 def _unknown(d: Findings) -> Unknown | None:
     if not (d.verdict.rejects_model and d.left.failed):
         return None
-    last = max(d.found.rounds[-1] if d.found.rounds else [], key=lambda t: t.gain, default=None)
-    nearest = None
-    if last is not None:
-        missing = max(d.left.gain.values(), default=0.0)
-        why = f"it takes a chi2 of {last.gain:.0f} of what stands out ({missing:.0f} in the worst test)"
-        nearest = last.id, why
-    return shape_card(d.found.bench, d.found.chosen, d.left, nearest)
+    return shape_card(d.found.bench, d.judgement.named, d.left, nearest_words(d.judgement) or _closest(d))
+
+
+def _closest(d: Findings) -> tuple[str, str] | None:
+    """The candidate that takes most of what stands out, though not enough to be chosen."""
+    best = max(d.found.rounds[0] if d.found.rounds else [], key=lambda t: t.gain, default=None)
+    if best is None:
+        return None
+    worst = max(d.left.gain.values(), default=0.0)
+    return best.id, f"it takes a chi2 of {best.gain:.0f} of what stands out ({worst:.0f} in the worst test)"
+
+
+def _mean(factors: float | tuple[float, ...]) -> float:
+    """One factor for all signals."""
+    return float(np.exp(np.mean(np.log(factors))))

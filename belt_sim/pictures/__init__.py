@@ -1,5 +1,6 @@
 """Pictures of curves and of what a diagnosis found: one idea a file, physical units on every axis."""
 
+from belt_sim.pictures.bode import bode_picture
 from belt_sim.pictures.curves import curves_picture
 from belt_sim.pictures.drift_chart import drift_chart_picture
 from belt_sim.pictures.overlay import overlay_picture
@@ -11,6 +12,7 @@ from belt_sim.pictures.where import where_map_picture
 
 __all__ = [
     "Rates",
+    "bode_picture",
     "confusion_picture",
     "curves_picture",
     "drift_chart_picture",

@@ -24,6 +24,7 @@ _BELOW = (0.3, 1.0)
 _EDGE = (0.2, 1.0)  # share of the measured profile
 _REACHED = 0.8  # share of the wanted size that an effect must reach within its limits
 _MOST = 400.0  # noise units: a stranger that needs more to stand out from the library is drawn again
+_FAR = 0.05  # [m]: what moves a belt further is no fault that is measured, but one that is seen
 _ATTEMPTS = 12
 _NOISE_OFF, _HEAVY = 0.4, 0.10
 
@@ -143,32 +144,35 @@ def _stranger(plan: Plan, library: Library, blind: bool | None, rng) -> Hidden:
     best: tuple[float, Fault, Near] | None = None
     for _ in range(_ATTEMPTS):
         fault, near = _so_far_out(library, shaped(str(rng.choice(sorted(names))), plan, rng), wanted)
+        if near.largest > _FAR:
+            continue
         if best is None or near.triple > best[0]:
             best = near.triple, fault, near
         if near.triple >= _REACHED * wanted:
-            best = near.triple, fault, near
             break
-    assert best is not None
+    if best is None:
+        raise InputError("outside", names, "", "every stranger lets the belt run away under this plan; use another")
     _, fault, near = best
     size = float(library.rule.sizes([fault])[0])
-    if rng.random() < EDGE_BESIDE["outside"]:
-        edge = _real_edge(plan, rng)
-        faults, sizes = (fault, edge), (size, float(library.rule.sizes([edge])[0]))
-    else:
-        faults, sizes = (fault,), (size,)
-    return Hidden(kind="outside", faults=faults, sizes=sizes, lookalikes=near.lookalikes, distance=near.triple)
+    edge = [_real_edge(plan, rng)] if rng.random() < EDGE_BESIDE["outside"] else []
+    sizes = (size, *(float(d) for d in (library.rule.sizes(edge) if edge else ())))
+    return Hidden(kind="outside", faults=(fault, *edge), sizes=sizes, lookalikes=near.lookalikes, distance=near.triple)
 
 
 def _so_far_out(library: Library, fault: Fault, wanted: float) -> tuple[Fault, Near]:
     """The fault scaled to a distance from the library, or as far as its limits and ``_MOST`` go."""
     fault, size = fault_of_size(library.rule, fault, wanted)
     near = library.near([fault])
-    for _ in range(3):
-        factor = min(wanted / max(near.triple, 1e-3), room(fault), _MOST / max(size, 1e-3))
-        if abs(factor - 1) < 0.05:
+    power = 1.0  # with which the distance grows with the size
+    for _ in range(4):
+        if near.triple * _MOST < _REACHED * wanted * size:
+            break  # it is too much like the library
+        factor = min((wanted / near.triple) ** (1 / power), room(fault), _MOST / size)
+        if abs(factor - 1) < 0.03:
             break
-        fault = scaled(fault, factor)
+        before, fault = near.triple, scaled(fault, factor)
         near, size = library.near([fault]), float(library.rule.sizes([fault])[0])
+        power = float(np.clip(np.log(max(near.triple, 1e-9) / before) / np.log(factor), 0.7, 4.0))
     return fault, near
 
 

@@ -18,11 +18,15 @@ _BEAM = 6  # best sets of one size that are tried with one more effect
 
 @dataclass(frozen=True)
 class Near:
-    """Single effects that come close, and what the best single one and the best three leave over [noise units]."""
+    """Single effects that come close, and what the best single one and the best three leave over [noise units].
+
+    largest: the largest change of any reading [m or rad].
+    """
 
     lookalikes: list[str]
     single: float
     triple: float
+    largest: float
 
 
 class Library:
@@ -39,7 +43,8 @@ class Library:
 
     def near(self, faults: Sequence[Fault]) -> Near:
         """The distance of the faults' joint change."""
-        target = self.rule.reduced(np.sum(self.rule.changes(list(faults)), axis=0))
+        change = np.sum(self.rule.changes(list(faults)), axis=0)
+        target = self.rule.reduced(change)
         inside = self.axes.T @ target
         beyond = max(float(target @ target - inside @ inside), 0.0)
         kept: list[tuple[float, tuple[str, ...]]] = [(float("inf"), ())]
@@ -52,7 +57,7 @@ class Library:
             singles = singles or {names[0]: left for left, names in kept}
         allowed = min(_ALIKE, _ALIKE_SHARE * float(np.linalg.norm(target)))
         alike = sorted(n for n, left in singles.items() if left < allowed)
-        return Near(lookalikes=alike, single=best[0], triple=best[2])
+        return Near(lookalikes=alike, single=best[0], triple=best[2], largest=float(np.abs(change).max()))
 
     def _left(self, names: tuple[str, ...], inside: np.ndarray, beyond: float) -> float:
         basis = np.concatenate([self.blocks[n] for n in names], axis=1)
@@ -65,14 +70,19 @@ def raw_tangents(plan: Plan, base: str) -> dict[str, list[np.ndarray]]:
     """Library effect -> changes of the readings, (signals, n, runs), by each of its parameters in each shape."""
     line, clean, _ = moved_by_one(plan, base)
     directions = _directions(plan, base)
-    edges = [f for f in directions if overrides(f, "edge")]
-    marched = [f for f in directions if not overrides(f, "edge")]
     columns: dict[str, list[np.ndarray]] = {}
-    for fault, change in zip(marched, changes(plan, line, clean, marched), strict=True):
-        columns.setdefault(fault.id, []).append(change)
-    for fault in edges:
+    for fault in (f for f in directions if overrides(f, "edge")):
         columns.setdefault(fault.id, []).append(_edge(plan, line, clean, fault))
-    return {name: found for name, found in columns.items() if any(np.any(c) for c in found)}
+    marched = [f for f in directions if not overrides(f, "edge")]
+    for hook in ("loads", "turn", ""):  # each lane pays for the hooks of all faults that march with it
+        together = [f for f in marched if _first_hook(f) == hook]
+        for fault, change in zip(together, changes(plan, line, clean, together), strict=True):
+            columns.setdefault(fault.id, []).append(change)
+    return {name: columns[name] for name in sorted(columns) if any(np.any(c) for c in columns[name])}
+
+
+def _first_hook(fault: Fault) -> str:
+    return next((hook for hook in ("loads", "turn") if overrides(fault, hook)), "")
 
 
 def _edge(plan: Plan, line, clean: np.ndarray, fault: Fault) -> np.ndarray:

@@ -36,16 +36,18 @@ def _lateral(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
 
 def _tilt(journey: Journey, s: np.ndarray, to_tail: bool) -> np.ndarray:
     """phi at the middle of the span that runs to the tail (or to the head) pulley, from its ends and its loads."""
-    here, (tail_off, head_off) = journey.at(s), journey.leaving(s)
+    line, here, (tail_off, head_off) = journey.line, journey.at(s), journey.leaving(s)
     beta, beta_head = (_between(journey, rows, s) for rows in (journey.tail_yaw, journey.head_yaw))
     if to_tail:
         off, up, turn_off, turn_up = head_off, here[:2], beta_head, beta
     else:
         off, up, turn_off, turn_up = tail_off, here[2:], -beta, -beta_head
     row = journey.spans[0 if to_tail else 1].tilt
-    tilt = row[0] * off[0] + row[1] * (off[1] + turn_off) + row[2] * up[0] + row[3] * (up[1] + turn_up)
+    off, up = np.stack([off[0], off[1] + turn_off]), np.stack([up[0], up[1] + turn_up])
+    tilt = row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
     for prop in journey.props:
-        tilt = tilt + np.where(prop.to_tail == to_tail, prop.load.tilt * _between(journey, prop.acted, s), 0.0)
+        acts = prop.acts(s, line, off, up, _between(journey, prop.kept, s))[0] * (s > 0)
+        tilt = tilt + np.where(prop.to_tail == to_tail, prop.load.tilt * acts, 0.0)
     return tilt
 
 

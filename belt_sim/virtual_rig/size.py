@@ -137,11 +137,12 @@ def fault_of_size(rule: Ruler, fault: Fault, wanted: float) -> tuple[Fault, floa
         share = (wanted - low[1]) / max(high[1] - low[1], 1e-12)
         trials = low[0] + (high[0] - low[0]) * np.clip([0.8 * share, share, 0.2 + 0.8 * share], 0.0, 1.0)
         seen = np.maximum.accumulate(rule.sizes([scaled(fault, s) for s in trials]))
+        close = int(np.argmin(np.abs(seen - wanted)))
+        if abs(seen[close] - wanted) < _CLOSE * wanted:
+            return scaled(fault, float(trials[close])), float(seen[close])
         points = sorted([low, *zip(trials, seen, strict=True), high])
         above = next(i for i, p in enumerate(points) if p[1] >= wanted)
         low, high = points[max(above - 1, 0)], points[above]
-        if high[1] - low[1] < _CLOSE * wanted:
-            break
     share = (wanted - low[1]) / max(high[1] - low[1], 1e-12)
     return scaled(fault, float(low[0] + np.clip(share, 0.0, 1.0) * (high[0] - low[0]))), wanted
 

@@ -34,7 +34,7 @@ class Journey:
     """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head.
 
     tail_yaw, head_yaw: (n, batch) as they really are; spans: the one that runs to the tail and the one that runs to
-    the head pulley; props: the loads on them, with how much of each acted, (n, batch).
+    the head pulley; props: the loads on them.
     """
 
     line: Line
@@ -70,13 +70,17 @@ class Journey:
 
 @dataclass
 class Prop:
-    """A load of a fault: on the span that runs to the tail (lane by lane), what it remembers, what acted (n, batch)."""
+    """A load of a fault: on the span that runs to the tail (lane by lane)?, what it remembers, now and (n, batch)."""
 
     fault: Fault
     load: Load
     to_tail: np.ndarray
-    acted: np.ndarray
+    now: np.ndarray
     kept: np.ndarray
+
+    def acts(self, s, line: Line, off, up, kept):
+        """How much of the load acts at travel s, and what it remembers then; off, up: (y, theta) at its span's ends."""
+        return self.fault.push(s, line, self.load, _dot(self.load.row, off, up), kept)
 
 
 def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
@@ -92,7 +96,7 @@ def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
         spans=(line.span(), line.span(to_tail=False)),
         faults=tuple(f for f in faults if overrides(f, "creep")),
         props=[
-            Prop(f, load, (line.direction > 0) == load.upper, np.zeros((len(nodes), batch)), np.zeros(batch))
+            Prop(f, load, (line.direction > 0) == load.upper, np.zeros(batch), np.zeros((len(nodes), batch)))
             for f in faults
             for load in f.loads(line)
         ],
@@ -164,7 +168,6 @@ class _Road:
 
     def bent(self, s, k, y, past, node=None):
         """Curvature where the belt runs up, shape (2, batch), and the true yaws of the tail and head pulley."""
-        tail_off, head_off = past
         to_tail, to_head = self._responses(s)
         beta, beta_head = self._yaws(s, k)
         if self.yields:
@@ -198,17 +201,17 @@ class _Road:
 
     def _pushed(self, s, ends, node):
         """Curvature that the loads add at the run-ups and at the run-offs of the two spans, each shape (2, batch)."""
-        up, off = np.zeros((2, 2, len(self.line.stress)))
+        added_up, added_off = np.zeros((2, 2, len(self.line.stress)))
         for prop in self.past.props:
             load, to_tail = prop.load, prop.to_tail
-            tail, head = (_dot(load.row, *e) for e in ends)
-            acts, kept = prop.fault.push(s, self.line, load, np.where(to_tail, tail, head), prop.kept)
+            off, up = (np.where(to_tail, *both) for both in zip(*ends, strict=True))
+            acts, kept = prop.acts(s, self.line, off, up, prop.now)
             chosen = np.stack([to_tail, ~to_tail])
-            up += chosen * (load.run_up * acts)
-            off += chosen * (load.run_off * acts)
+            added_up += chosen * (load.run_up * acts)
+            added_off += chosen * (load.run_off * acts)
             if node is not None:
-                prop.acted[node], prop.kept = acts, kept
-        return up, off
+                prop.now = prop.kept[node] = kept
+        return added_up, added_off
 
     def _yielding(self, beta, beta_head, y, past, to_tail, to_head, pushed):
         """What the span moments leave of the yaw on a compliant tail bearing: beta - C (M_up + M_off)."""

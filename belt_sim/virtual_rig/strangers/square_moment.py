@@ -17,4 +17,4 @@ class SquareMoment(Stranger):
     c: float = 0.0
 
     def turn(self, s, line, y, kappa):
-        return self.c * kappa * np.abs(kappa)
+        return kappa * np.maximum(self.c * np.abs(kappa), -0.95)

@@ -1,0 +1,65 @@
+"""May a larger set of effects stand beside a smaller one: its held-out errors may not rise, beyond what noise does.
+
+With d the difference of two predictions and e the errors of the larger set when that is right, the mean square of the
+larger set's errors exceeds that of the smaller one's by -(|d|^2 + 2 d.e) / m. Draws of e (noise, nuisances, and what
+refitted numbers are off by) say how large that gets by chance.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.diagnosis.heldout import HeldOut, conditions, lateral_readings
+from belt_sim.diagnosis.null import NoiseSource
+from belt_sim.diagnosis.workbench import Workbench
+
+DRAWS = 200
+LEVEL = 0.975  # a rise that chance exceeds less often than 1 - LEVEL is no chance
+FLOOR_LEVEL = 0.998  # of the errors that readings show in their worst condition when nothing is missing
+
+
+@dataclass(frozen=True)
+class Chance:
+    """draws: condition -> lateral errors (B, m) [m] that instruments and settings alone make; seed of what is added."""
+
+    draws: dict[str, np.ndarray]
+    seed: int = 0
+
+    def worse(self, larger: HeldOut, smaller: HeldOut) -> tuple[str, ...]:
+        """Names of the conditions that ``larger`` predicts worse than ``smaller``; "density" for their whole."""
+        tested = [n for n in larger.conditions if n not in larger.untestable]
+        surprise = sum(larger.conditions[n].surprise - smaller.conditions[n].surprise for n in tested)
+        found = ["density"] if tested and surprise >= 0.0 else []
+        return tuple(found + [n for n in tested if self._rises(n, larger, smaller)])
+
+    def _rises(self, name: str, larger: HeldOut, smaller: HeldOut) -> bool:
+        new, old = larger.conditions[name], smaller.conditions[name]
+        rise = float(np.sum(new.errors**2) - np.sum(old.errors**2))
+        if not rise > 0.0:
+            return not np.isfinite(rise)
+        apart = old.errors - new.errors
+        draws = self.draws[name]
+        numbers = np.random.default_rng(self.seed).standard_normal((len(draws), len(new.moved)))
+        along = draws @ apart + numbers @ (new.moved @ apart)
+        return rise > float(np.quantile(-(apart @ apart + 2.0 * along), LEVEL))
+
+    def beyond_floor(self, fit: HeldOut) -> dict[str, float]:
+        """Condition -> its held-out rms over the floor, where that is more than instruments and settings make."""
+        size = {n: np.mean(e**2, axis=1) for n, e in self.draws.items() if e.shape[1]}
+        floor = {n: float(np.mean(s)) for n, s in size.items()}
+        limit = float(np.quantile(np.max([s / floor[n] for n, s in size.items()], axis=0), FLOOR_LEVEL))
+        found = {}
+        for name, c in fit.conditions.items():
+            if name in floor and c.testable:
+                allowed = floor[name] + float(np.mean(np.sum(c.moved**2, axis=0)))
+                if not c.rms**2 <= limit * allowed:
+                    found[name] = c.rms / np.sqrt(allowed)
+        return found
+
+
+def chance_of(bench: Workbench, seed: int) -> Chance:
+    """Draws of everything that may differ when nothing is missing, by held-out condition."""
+    errors, _ = NoiseSource(bench, np.random.default_rng(seed)).draw(DRAWS)
+    return Chance(
+        {n: errors[:, out][:, lateral_readings(bench, out)] for n, out in conditions(bench).items()}, seed + 1
+    )
