@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS
 from belt_sim.discovery.ground import Ground
-from belt_sim.discovery.responses import TILT, Y, Responses, tension_answers
+from belt_sim.discovery.responses import TILT, Responses, Y, tension_answers
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import in_float64
