@@ -37,16 +37,16 @@ class Written:
     cls: type[Effect] = field(repr=False)
 
 
-def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int], head: bool) -> Written:
+def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int], final: bool = False) -> Written:
     """The effect of a law with these sizes; tension: its unit [Pa]; said: for the docstring; points: signal -> row of
-    its reading; head: whether the commanded yaw is that of the head pulley.
+    its reading; final: the sizes are the parameters' defaults, so that the file alone brings the law with it.
     """
     numbers, bodies, hooks, left = [], [], {}, list(sizes)
     for k, term in enumerate(law.terms):
         tag = "" if k == 0 else f"_{k + 1}"
         own = _numbers(term, tag, left)
         numbers += own
-        bodies.append(_input(term, tag, tension, head))
+        bodies.append(_input(term, tag, tension))
         hooks.setdefault(_hook(term), []).append((k, term))
     text = _TEMPLATE.format(
         said=said,
@@ -54,7 +54,7 @@ def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int
         law=_law(law),
         parity=parity(law),
         parameters="".join(_declared(n) for n in numbers),
-        fields="".join(f"    {n.name}: float = {n.value if n.modifier else 0.0!r}\n" for n in numbers),
+        fields="".join(f"    {n.name}: float = {n.value if n.modifier or final else 0.0!r}\n" for n in numbers),
         inputs="\n".join(bodies),
         hooks="\n".join(_HOOKS[hook](terms, points) for hook, terms in hooks.items()),
     )
@@ -128,7 +128,7 @@ def _declared(n: Number) -> str:
     )
 
 
-def _input(term: Term, tag: str, tension: float, head: bool) -> str:
+def _input(term: Term, tag: str, tension: float) -> str:
     """A method that gives the term's input of its variable x and of travel s."""
     form = term.form
     shape = SHAPES[form.shape].replace("xp.", "jnp.").replace("p *", f"self.knee{tag} *").replace("/ p", f"/ self.knee{tag}")

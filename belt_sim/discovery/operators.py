@@ -22,7 +22,7 @@ class Operators:
 
     rows: dict[str, np.ndarray]
     grid: np.ndarray
-    true: np.ndarray  # (R, n) true travel of every sample
+    true: np.ndarray  # (R, n + 1) true travel of every sample, and where sensors read zero
 
     def columns(self, channel: str, inputs: np.ndarray) -> np.ndarray:
         """Whitened columns (F, R, m) of inputs (F, R, J) at a channel."""
@@ -38,11 +38,16 @@ def operators(bench: Workbench, ground: Ground, answers: Responses, effects: Seq
     samples = bench.samples
     shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
     true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
-    rows = {name: _channel(bench, ground, answers, true, k) for k, name in enumerate(CHANNELS)}
-    for s, signal in enumerate(samples.signals):
-        if signal.kind == "lateral":
-            rows[signal.name] = _sensor(bench, ground, answers, true, s)
-    return Operators(rows=rows, grid=answers.grid, true=true[:, :-1])
+    names = [*CHANNELS, *(s.name for s in samples.signals if s.kind == "lateral")]
+    rows = {n: ground.white(shapes(bench, answers, true, n)).astype(np.float32) for n in names}
+    return Operators(rows=rows, grid=answers.grid, true=true)
+
+
+def shapes(bench: Workbench, answers: Responses, true: np.ndarray, channel: str) -> np.ndarray:
+    """What an input of height 1 in each cell of a channel or sensor adds to the readings, (J, R, S, n)."""
+    if channel in CHANNELS:
+        return _channel(bench, answers, true, CHANNELS.index(channel))
+    return _sensor(bench, answers, true, [s.name for s in bench.samples.signals].index(channel))
 
 
 def kept_row(at: str, direction: float) -> int:
@@ -53,27 +58,27 @@ def kept_row(at: str, direction: float) -> int:
     return Y + order.index(at)
 
 
-def _channel(bench: Workbench, ground: Ground, answers: Responses, true: np.ndarray, channel: int) -> np.ndarray:
+def _channel(bench: Workbench, answers: Responses, true: np.ndarray, channel: int) -> np.ndarray:
     samples = bench.samples
     runs, signals, n = samples.y.shape
-    shapes = np.zeros((len(answers.grid), runs, signals, n))
+    found = np.zeros((len(answers.grid), runs, signals, n))
     for r, run in enumerate(samples.runs):
         for s, signal in enumerate(samples.signals):
             row = answers.pulses[r, channel, kept_row(signal.at, run.direction)]
             read = answers.at(row, true[r])
-            shapes[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
-    return ground.white(shapes).astype(np.float32)
+            found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
+    return found
 
 
-def _sensor(bench: Workbench, ground: Ground, answers: Responses, true: np.ndarray, signal: int) -> np.ndarray:
+def _sensor(bench: Workbench, answers: Responses, true: np.ndarray, signal: int) -> np.ndarray:
     samples = bench.samples
     runs, signals, n = samples.y.shape
     grid = answers.grid
-    shapes = np.zeros((len(grid), runs, signals, n))
+    found = np.zeros((len(grid), runs, signals, n))
     for r in range(runs):
         hats = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
-        shapes[:, r, signal] = (hats[:-1] - hats[-1]).T
-    return ground.white(shapes).astype(np.float32)
+        found[:, r, signal] = (hats[:-1] - hats[-1]).T
+    return found
 
 
 def tension_turn(bench: Workbench, answers: Responses) -> np.ndarray:

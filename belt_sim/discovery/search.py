@@ -16,7 +16,7 @@ from belt_sim.discovery.survey import Law, Survey, Term
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)
 FIRSTS, SECONDS, REFINED = 12, 12, 24
 HIDDEN = 2e-3  # share of a column that must be left beside what is chosen
-TERM, NUMBER, WAVE, EXPONENT, APART = 10.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2
+TERM, NUMBER, WAVE, EXPONENT, APART = 26.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2
 
 
 @dataclass(frozen=True)
