@@ -1,6 +1,12 @@
 """Pictures of curves and of what a diagnosis found: one idea a file, physical units on every axis."""
 
 from belt_sim.pictures.curves import curves_picture
+from belt_sim.pictures.discovery import (
+    evidence_picture,
+    falling_error_picture,
+    law_picture,
+    unknown_picture,
+)
 from belt_sim.pictures.drift_chart import drift_chart_picture
 from belt_sim.pictures.overlay import overlay_picture
 from belt_sim.pictures.ranking import ranking_picture
@@ -12,9 +18,13 @@ __all__ = [
     "Rates",
     "curves_picture",
     "drift_chart_picture",
+    "evidence_picture",
+    "falling_error_picture",
+    "law_picture",
     "overlay_picture",
     "ranking_picture",
     "rates_picture",
     "steady_picture",
+    "unknown_picture",
     "where_map_picture",
 ]
