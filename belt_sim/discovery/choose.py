@@ -46,9 +46,8 @@ def choose(survey: Survey, course: Course) -> Choice:
 def explained(survey: Survey, course: Course) -> float:
     """chi2 that the mean of a course explains."""
     g, u = survey.ground, course.inputs(survey.ops.grid)
-    felt = [
-        (u * survey.states.squeeze[:, part] if course.place.name == TENSION else u)[None] for _, part in course.place.parts
-    ]
+    squeezed = course.place.name == TENSION
+    felt = [(u * survey.states.squeeze[:, k] if squeezed else u)[None] for _, k in course.place.parts]
     column = place_columns(survey.ops, course.place, felt)[0].astype(float)
     return g.left() - g.left(g.residual - column)
 

@@ -1,5 +1,7 @@
 """From the search to the result: what a discovery hands out."""
 
+import textwrap
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,8 @@ from belt_sim.diagnosis.run_errors import overall_errors
 from belt_sim.discovery.discover import FEWEST, Discovered
 from belt_sim.discovery.effect_file import parity
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.forms import COURSES, SHAPES, UNITS, formula as evaluated, variable
+from belt_sim.discovery.forms import COURSES, SHAPES, UNITS, variable
+from belt_sim.discovery.forms import formula as evaluated
 from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.words import CALLED, formula, looks_like, sentence
 from belt_sim.provenance import provenance
@@ -153,11 +156,15 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
     part, u = term.place.parts[0][1], course.inputs(s.ops.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]
     by_travel = term.form.variable in ("one", "beta")
-    x = np.broadcast_to(s.states.s, u.shape) if by_travel else variable(s.states, term.form.variable, part, term.place.parts[0][0])
+    x = np.broadcast_to(s.states.s, u.shape)
+    if not by_travel:
+        x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
     if term.form.variable == "beta":
         slack = slack * s.states.beta
     elif not by_travel and term.form.course != "always":
-        slack = slack * evaluated(COURSES[term.form.course])(s=s.states.s[None], p=numbers.get("at", (None,))[0], xp=np)
+        slack = slack * evaluated(COURSES[term.form.course])(
+            s=s.states.s[None], p=numbers.get("at", (None,))[0], q=numbers.get("wide", (None,))[0], xp=np
+        )
     told = np.abs(slack) > 0.2 * np.abs(slack).max()
     reduced = np.where(told, u / np.where(told, slack, 1.0), np.nan)
     points = []
@@ -180,7 +187,9 @@ def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
         phase = 2.0 * np.pi * line / at
         return numbers["cos"][0] * np.cos(phase) + numbers["sin"][0] * np.sin(phase)
     if by_travel:
-        return numbers["size"][0] * evaluated(COURSES[form.course])(s=line, p=at, xp=np)
+        return numbers["size"][0] * evaluated(COURSES[form.course])(
+            s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np
+        )
     knee = numbers.get("knee", (form.knee,))[0]
     return numbers["size"][0] * evaluated(SHAPES[form.shape])(x=line, p=knee, xp=np)
 
@@ -195,29 +204,33 @@ def _errors(found: Discovered) -> Errors:
         noise_floor=over_all.noise_floor,
         fit=over_all.fit,
         held_out=Change(before=before.rms, after=after.rms),
-        by_condition={n: Change(before=before.by_condition[n], after=after.by_condition[n]) for n in after.by_condition},
+        by_condition={
+            n: Change(before=before.by_condition[n], after=after.by_condition[n]) for n in after.by_condition
+        },
     )
 
 
 def _file(found: Discovered, said: str) -> str:
     """The text of found_effect.py with the numbers of the closed loop."""
     assert found.refit is not None
+    assert found.choice is not None
     r, campaign = found.refit, found.survey.bench.campaign
     numbers = r.estimates()
-    law = r.scored.law
     sizes = [numbers[n.name][0] for n in r.written.numbers if not n.modifier]
-    text = (
-        f"{said}\n\n    Discovered in: {campaign.title} ({len(campaign.runs)} runs, SHA-256 {campaign.sha256[:12] or 'not read from disk'}), "
-        f"beside {', '.join(found.survey.fit.ids) or 'the base model alone'}; by chance with p = {found.gate.p:.1g}; "
-        f"first again in {found.choice.frequency:.0%} of repetitions.\n    "  # type: ignore[union-attr]
-    )
-    return effect_file(found.survey, type(r.scored)(_with(law, numbers), r.gain, r.gain), sizes, text, final=True).text
+    data = f"{campaign.title} ({len(campaign.runs)} runs"
+    data += f", SHA-256 {campaign.sha256[:12]})" if campaign.sha256 else ")"
+    beside = ", ".join(found.survey.fit.ids) or f"the {found.survey.bench.forward.model.name} model alone"
+    sure = f"by chance with p = {found.gate.p:.1g}; first again in {found.choice.frequency:.0%} of repetitions"
+    text = "\n\n    ".join(_wrapped(t) for t in (said, f"Discovered in: {data}, beside {beside}; {sure}.")) + "\n    "
+    return effect_file(found.survey, replace(r.scored, law=_with(r.scored.law, numbers)), sizes, text, final=True).text
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, 110, subsequent_indent="    ")
 
 
 def _with(law, numbers):
     """The law with the numbers of the closed loop."""
-    from dataclasses import replace
-
     terms = []
     for k, t in enumerate(law.terms):
         tag = "" if k == 0 else f"_{k + 1}"
@@ -225,8 +238,7 @@ def _with(law, numbers):
             t.form,
             knee=numbers[f"knee{tag}"][0] if t.form.knee is not None else None,
             at=numbers[f"at{tag}"][0] if t.form.at is not None else None,
+            wide=numbers[f"wide{tag}"][0] if t.form.wide is not None else None,
         )
         terms.append(replace(t, form=form, exponent=numbers[f"exponent{tag}"][0]))
     return type(law)(tuple(terms))
-
-

@@ -9,7 +9,7 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.choose import Choice, choose
 from belt_sim.discovery.evidence import Course, prior_modes
-from belt_sim.discovery.gate import DRAWS, LEVEL, Gate, tested
+from belt_sim.discovery.gate import DRAWS, LEVEL, Gate, judged
 from belt_sim.discovery.refit import Refit, refit
 from belt_sim.discovery.survey import Survey, survey_of
 
@@ -60,7 +60,7 @@ def discover(
     """
     tell("testing what is left against generic laws")
     survey = survey_of(bench, fit)
-    gate, _ = tested(survey, draws=draws, seed=seed, level=level)
+    gate, _ = judged(survey, draws=draws, seed=seed, level=level)
     courses = tuple(survey.courses())
     if not (gate.failed or failed) or len(bench.samples.runs) < FEWEST:
         return Discovered(survey=survey, gate=gate, courses=courses)
@@ -95,7 +95,5 @@ def course_columns(survey: Survey, course: Course, modes: int) -> np.ndarray:
     """The strongest modes of a course's prior as shapes (k, R, S, n) of the readings."""
     grid = survey.ops.grid
     rows = prior_modes(course, modes)
-    inputs = [
-        weights[:, None] * np.interp(grid, course.knots, row)[None] for weights in course.weights for row in rows
-    ]
+    inputs = [weights[:, None] * np.interp(grid, course.knots, row)[None] for weights in course.weights for row in rows]
     return survey.readings(course.place, np.stack(inputs))

@@ -69,7 +69,7 @@ def basis_of(ground: Ground, ops: Operators, place: Place, tension: np.ndarray) 
 
 
 def yaw_of(runs: Sequence[Run]) -> np.ndarray:
-    """Commanded yaw of every run over the largest, (R,): the tail pulley's, or the head's where only that was turned."""
+    """Commanded yaw of every run over the largest, (R,): the tail pulley's, or the head's if only that was turned."""
     yaw = np.array([r.yaw for r in runs])
     yaw = yaw if np.any(yaw) else np.array([r.yaw_head for r in runs])
     return yaw / max(float(np.abs(yaw).max()), 1e-12)

@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS
 from belt_sim.discovery.ground import Ground
-from belt_sim.discovery.responses import TILT, Y, Responses, tension_answers
+from belt_sim.discovery.responses import TILT, Responses, Y, tension_answers
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import in_float64
@@ -18,7 +18,7 @@ NEVER = 1e-6  # a row this small, in sigma per unit of a place's usual size, is 
 
 @dataclass(frozen=True, kw_only=True)
 class Operators:
-    """rows: channel -> (J, R, m), whitened answers to an input of height 1 in each cell; sensors likewise, by signal."""
+    """rows: channel, or signal of a sensor -> (J, R, m), whitened answers to an input of height 1 in each cell."""
 
     rows: dict[str, np.ndarray]
     grid: np.ndarray
@@ -54,8 +54,8 @@ def kept_row(at: str, direction: float) -> int:
     """Row of Responses.curves that a signal at a place shows."""
     if at in ("upper_mid_span", "lower_mid_span"):
         return TILT + (0 if (at == "upper_mid_span") == (direction > 0) else 1)
-    order = ("point_1", "point_3", "point_2", "point_4") if direction > 0 else ("point_2", "point_4", "point_1", "point_3")
-    return Y + order.index(at)
+    points = (1, 3, 2, 4) if direction > 0 else (2, 4, 1, 3)
+    return Y + points.index(int(at[-1]))
 
 
 def _channel(bench: Workbench, answers: Responses, true: np.ndarray, channel: int) -> np.ndarray:

@@ -65,4 +65,3 @@ def effect_file(survey: Survey, scored: Scored, sizes, said: str, *, final: bool
     signals = survey.bench.samples.signals
     points = {s.name: int(s.at[-1]) - 1 for s in signals if s.kind == "lateral"}
     return written(scored.law, sizes, survey.tension, said=said, points=points, final=final)
-

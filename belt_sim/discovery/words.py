@@ -37,7 +37,7 @@ def _term(t: Term, tag: str, numbers) -> str:
         return f"{words.number(fallback)} {unit}".strip()
 
     knee = number("knee", form.knee, UNITS[form.variable] if form.variable != "one" else "")
-    at = number("at", form.at, "m")
+    at, wide = number("at", form.at, "m"), number("wide", form.wide, "m")
     shape = {
         "x": x,
         "x|x|": f"{x}|{x}|",
@@ -50,16 +50,18 @@ def _term(t: Term, tag: str, numbers) -> str:
         "always": "",
         "travel": "s",
         "root": "√s",
-        "rise": f"(1 − exp(−s/{at}))",
-        "fade": f"exp(−s/{at})",
+        "rise": f"(1 − exp(−s/({at})))",
+        "fade": f"exp(−s/({at}))",
         "after": f"after {at}",
+        "during": f"from {at} on for {wide}",
         "wave": f"a wave of {at}",
     }[form.course]
     parts = [p for p in (shape, course) if p] or ["a constant"]
     size = ""
     if numbers and f"size{tag}" in numbers:
         value, u, _ = numbers[f"size{tag}"]
-        size = f"({words.with_u(value, u)}) {size_unit(t)} × ".replace(" 1 ×", " ×")
+        unit = size_unit(t)
+        size = f"({words.with_u(value, u)}) {'' if unit == '1' else unit + ' '}× "
     elif numbers and f"cos{tag}" in numbers:
         (c, u, _), (s, v, _) = numbers[f"cos{tag}"], numbers[f"sin{tag}"]
         size = f"({words.with_u(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0))}) {t.place.unit} × "

@@ -85,7 +85,7 @@ def falling_error_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     """rms error before and after, on the fitted runs and on every condition when it is held out."""
     assert d.error is not None
     rows = {"fitted runs": d.error.fit, "held out, all": d.error.held_out}
-    rows |= {f"held out: {n}": c for n, c in d.error.by_condition.items()}
+    rows |= {f"held out: {n}".replace("mm2", "mm²"): c for n, c in d.error.by_condition.items()}
     there = {n: c for n, c in rows.items() if c is not None}
     fig, [[ax]] = style.figure(8.0, 0.5 * len(there) + 1.8)
     at = np.arange(len(there))[::-1]
