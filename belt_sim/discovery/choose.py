@@ -17,12 +17,15 @@ AGAIN = 400  # imagined repetitions of the campaign
 
 @dataclass(frozen=True)
 class Choice:
-    """best: the law with the best score; rivals: those within chance of it; frequency: how often it or a rival of its
-    own kind comes first when all is measured again; possible: chi2 that a free course explains."""
+    """best: the law with the best score; simple: the best of one term; rivals: those within chance of the best.
+
+    frequency: how often it comes first when all is measured again; possible: chi2 that a free course explains.
+    """
 
     best: Scored
     rivals: tuple[Scored, ...]
     frequency: float
+    simple: Scored
     possible: float
 
 
@@ -40,7 +43,7 @@ def choose(survey: Survey, course: Course) -> Choice:
         for s in distinct(everything[1:], len(everything))
         if s.score > best.score - close and s.law.says != best.law.says and len(s.law.terms) <= len(best.law.terms)
     )
-    return Choice(best, rivals, _frequency(survey, [best, *rivals]), explained(survey, course))
+    return Choice(best, rivals, _frequency(survey, [best, *rivals]), fine[0], explained(survey, course))
 
 
 def explained(survey: Survey, course: Course) -> float:

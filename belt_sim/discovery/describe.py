@@ -162,9 +162,7 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
     if term.form.variable == "beta":
         slack = slack * s.states.beta
     elif not by_travel and term.form.course != "always":
-        slack = slack * evaluated(COURSES[term.form.course])(
-            s=s.states.s[None], p=numbers.get("at", (None,))[0], q=numbers.get("wide", (None,))[0], xp=np
-        )
+        slack = slack * _course_of(term.form.course, numbers, s.states.s[None])
     told = np.abs(slack) > 0.2 * np.abs(slack).max()
     reduced = np.where(told, u / np.where(told, slack, 1.0), np.nan)
     points = []
@@ -176,6 +174,11 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
         points.append(Against(tension=float(tension), x=px[keep], u=pu[keep]))
     line = np.linspace(float(np.min(x)), float(np.max(x)), KEPT)
     return tuple(points), Against(tension=0.0, x=line, u=_drawn(found, line, by_travel))
+
+
+def _course_of(course: str, numbers, s: np.ndarray) -> np.ndarray:
+    at, wide = (numbers.get(n, (None,))[0] for n in ("at", "wide"))
+    return evaluated(COURSES[course])(s=s, p=at, q=wide, xp=np)
 
 
 def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:

@@ -11,11 +11,13 @@ from belt_sim.discovery.choose import Choice, choose
 from belt_sim.discovery.evidence import Course, prior_modes
 from belt_sim.discovery.gate import DRAWS, LEVEL, Gate, judged
 from belt_sim.discovery.refit import Refit, refit
+from belt_sim.discovery.search import Scored, cost
 from belt_sim.discovery.survey import Survey, survey_of
 
 FEWEST = 3  # runs, below which no law is guessed
 DESCRIBED = 0.7  # of what a free course explains; a law that explains less does not describe it
 TRIES = 2  # laws put into closed loop
+DOUBTFUL = 0.6  # frequency, below which a rival is tried in closed loop too
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,14 +73,16 @@ def discover(
     if choice.best.gain < max(enough, gate.threshold):
         return Discovered(survey=informed, gate=gate, courses=courses, choice=choice)
     closed = [refit(informed, s) for s in _tried(choice)]
-    best = max(closed, key=lambda r: r.gain)
+    best = max(closed, key=lambda r: r.gain - cost(r.scored.law))
     kept = best if best.gain >= enough else None
     return Discovered(survey=informed, gate=gate, courses=courses, choice=choice, refit=kept)
 
 
-def _tried(choice: Choice) -> list:
-    """The best law, and a rival that explains almost as much."""
-    return [choice.best, *choice.rivals][: TRIES if choice.rivals and choice.frequency < 0.6 else 1]
+def _tried(choice: Choice) -> list[Scored]:
+    """What is put into closed loop: the best law, and the best of one term if that has two; otherwise a close rival."""
+    if len(choice.best.law.terms) > 1:
+        return [choice.best, choice.simple]
+    return [choice.best, *choice.rivals][: TRIES if choice.frequency < DOUBTFUL else 1]
 
 
 def unknown_columns(found: Discovered, modes: int = 12) -> np.ndarray:
