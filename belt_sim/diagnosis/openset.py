@@ -45,20 +45,29 @@ def open_set(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> OpenS
     gains = {n: np.sum((both @ rows.T) ** 2, axis=1) for n, rows in families.items() if len(rows)}
     dof = {n: len(families[n]) for n in gains}
     waves, wave_dof = wave_gains(bench, both)
-    lengths = wavelengths(bench)
-    single = {(n, k): g[:, k] for n, g in waves.items() for k in range(g.shape[1])}
-    null = NullGains({n: g[1:] for n, g in (gains | single).items()}, dof | {key: wave_dof[key[0]] for key in single})
-    critical = null.critical(list(null.gains), LEVEL)
-    log_p = {n: null.log_p(n, g[0]) for n, g in (gains | single).items()}
-    strongest = {n: min((key for key in single if key[0] == n), key=lambda key: log_p[key]) for n in waves}
-    names = {n: n for n in gains} | strongest
-    failed = sorted((n for n, key in names.items() if log_p[key] < critical), key=lambda n: log_p[names[n]])
+    names = {n: [n] for n in gains}
+    for n, along in waves.items():
+        names[n] = [f"{n} {k}" for k in range(along.shape[1])]
+        gains |= dict(zip(names[n], along.T, strict=True))
+        dof |= dict.fromkeys(names[n], wave_dof[n])
+    return _worst_of_each(names, gains, dof, [float(x) for x in wavelengths(bench)])
+
+
+def _worst_of_each(
+    names: dict[str, list[str]], gains: dict[str, np.ndarray], dof: dict[str, int], lengths: list[float]
+) -> OpenSet:
+    """The most significant of each family's tests; gains: of the readings first, then of every replicate."""
+    null = NullGains({n: g[1:] for n, g in gains.items()}, dof)
+    critical = null.critical(list(gains), LEVEL)
+    log_p = {n: null.log_p(n, float(g[0])) for n, g in gains.items()}
+    worst = {n: min(tests, key=lambda t: log_p[t]) for n, tests in names.items() if tests}
+    failed = sorted((n for n, t in worst.items() if log_p[t] < critical), key=lambda n: log_p[worst[n]])
     return OpenSet(
         failed=tuple(failed),
-        log_p={n: log_p[key] for n, key in names.items()},
-        gain={n: float((gains | single)[key][0]) for n, key in names.items()},
-        threshold={n: null.threshold(key, critical) for n, key in names.items()},
-        wavelength={n: float(lengths[key[1]]) for n, key in strongest.items()},
+        log_p={n: log_p[t] for n, t in worst.items()},
+        gain={n: float(gains[t][0]) for n, t in worst.items()},
+        threshold={n: null.threshold(t, critical) for n, t in worst.items()},
+        wavelength={n: lengths[names[n].index(t)] for n, t in worst.items() if t != n},
     )
 
 

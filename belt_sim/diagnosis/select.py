@@ -1,6 +1,6 @@
 """Which effects are missing: thresholds from chance, then one decision (decide.py) on joint refits (refits.py)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from belt_sim.diagnosis.around import around
@@ -18,7 +18,8 @@ FAMILY_LEVEL = 0.025  # false alarms of all candidates together; the open-set te
 @dataclass
 class Selection:
     """The chosen fit on its workbench, the base fit on its own, every round's trials, and what could stand in the place
-    of each chosen effect; chance, null, critical: what both were judged by.
+    of each chosen effect; chance, null, critical: what both were judged by; gain: chi2 of the chosen fit over the base,
+    on one metric.
     """
 
     base_bench: Workbench
@@ -30,8 +31,13 @@ class Selection:
     chance: Chance
     null: NullGains
     critical: float
-    rounds: list[list[Trial]] = field(default_factory=list)
+    rounds: Sequence[Sequence[Trial]] = ()
     swaps: dict[str, list[Trial]] = field(default_factory=dict)
+    gain: float = 0.0
+
+    def threshold(self, name: str) -> float:
+        """The gain of one effect that chance beats as seldom as agreed."""
+        return self.null.threshold(name, self.critical)
 
 
 def select(
@@ -62,5 +68,6 @@ def select(
     return Selection(
         base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
         held_out=held_out(last.bench, chosen),
-        chance=first.chance, null=null, critical=critical, rounds=[list(r) for r in decision.rounds], swaps=swaps,
+        chance=first.chance, null=null, critical=critical, rounds=decision.rounds, swaps=swaps,
+        gain=last.gains([ids])[0],
     )  # fmt: skip
