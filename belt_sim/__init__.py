@@ -30,6 +30,7 @@ _HOMES = {
     "compare": "belt_sim.use_cases.compare",
     "diagnose": "belt_sim.use_cases.diagnose",
     "library": "belt_sim.effects.library",
+    "linearise": "belt_sim.use_cases.linearise",
     "load_campaign": "belt_sim.campaign:read_campaign",
     "load_diagnosis": "belt_sim.results.read:read_diagnosis",
     "model_named": "belt_sim.registry",

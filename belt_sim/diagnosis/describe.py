@@ -45,7 +45,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
             gain=d.left.gain,
             threshold={n: _finite(t) for n, t in d.left.threshold.items()},
         ),
-        noise=NoiseLevels(white_factor=levels.white, wander_factor=levels.wander, repeats=levels.repeats),
+        noise=NoiseLevels(white_factor=_mean(levels.white), wander_factor=_mean(levels.wander), repeats=levels.repeats),
         suspicions=d.suspicions,
         per_run=run_errors(found.bench, found.base.values, d.judgement.named.values),
         provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
@@ -152,3 +152,8 @@ def _closest(d: Findings) -> tuple[str, str] | None:
         return None
     worst = max(d.left.gain.values(), default=0.0)
     return best.id, f"it takes a chi2 of {best.gain:.0f} of what stands out ({worst:.0f} in the worst test)"
+
+
+def _mean(factors: float | tuple[float, ...]) -> float:
+    """One factor for all signals."""
+    return float(np.exp(np.mean(np.log(factors))))

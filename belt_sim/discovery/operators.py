@@ -1,0 +1,95 @@
+"""Operators: what an input at a place does to the whitened readings, cell by cell."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.discovery.channels import CHANNELS
+from belt_sim.discovery.ground import Ground
+from belt_sim.discovery.responses import TILT, Y, Responses, tension_answers
+from belt_sim.effects.around_engine import true_travel
+from belt_sim.effects.base import Effect
+from belt_sim.jax_setup import in_float64
+
+NEVER = 1e-6  # a row this small, in sigma per unit of a place's usual size, is not there
+
+
+@dataclass(frozen=True, kw_only=True)
+class Operators:
+    """rows: channel -> (J, R, m), whitened answers to an input of height 1 in each cell; sensors likewise, by signal."""
+
+    rows: dict[str, np.ndarray]
+    grid: np.ndarray
+    true: np.ndarray  # (R, n) true travel of every sample
+
+    def columns(self, channel: str, inputs: np.ndarray) -> np.ndarray:
+        """Whitened columns (F, R, m) of inputs (F, R, J) at a channel."""
+        op = self.rows[channel]
+        out = np.empty((len(inputs), op.shape[1], op.shape[2]), dtype=op.dtype)
+        for r in range(op.shape[1]):
+            out[:, r] = inputs[:, r].astype(op.dtype) @ op[:, r]
+        return out
+
+
+def operators(bench: Workbench, ground: Ground, answers: Responses, effects: Sequence[Effect]) -> Operators:
+    """Operators of all channels of the march and of every lateral sensor."""
+    samples = bench.samples
+    shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
+    true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
+    rows = {name: _channel(bench, ground, answers, true, k) for k, name in enumerate(CHANNELS)}
+    for s, signal in enumerate(samples.signals):
+        if signal.kind == "lateral":
+            rows[signal.name] = _sensor(bench, ground, answers, true, s)
+    return Operators(rows=rows, grid=answers.grid, true=true[:, :-1])
+
+
+def kept_row(at: str, direction: float) -> int:
+    """Row of Responses.curves that a signal at a place shows."""
+    if at in ("upper_mid_span", "lower_mid_span"):
+        return TILT + (0 if (at == "upper_mid_span") == (direction > 0) else 1)
+    order = (
+        ("point_1", "point_3", "point_2", "point_4") if direction > 0 else ("point_2", "point_4", "point_1", "point_3")
+    )
+    return Y + order.index(at)
+
+
+def _channel(bench: Workbench, ground: Ground, answers: Responses, true: np.ndarray, channel: int) -> np.ndarray:
+    samples = bench.samples
+    runs, signals, n = samples.y.shape
+    shapes = np.zeros((len(answers.grid), runs, signals, n))
+    for r, run in enumerate(samples.runs):
+        for s, signal in enumerate(samples.signals):
+            row = answers.pulses[r, channel, kept_row(signal.at, run.direction)]
+            read = answers.at(row, true[r])
+            shapes[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
+    return ground.white(shapes).astype(np.float32)
+
+
+def _sensor(bench: Workbench, ground: Ground, answers: Responses, true: np.ndarray, signal: int) -> np.ndarray:
+    samples = bench.samples
+    runs, signals, n = samples.y.shape
+    grid = answers.grid
+    shapes = np.zeros((len(grid), runs, signals, n))
+    for r in range(runs):
+        hats = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
+        shapes[:, r, signal] = (hats[:-1] - hats[-1]).T
+    return ground.white(shapes).astype(np.float32)
+
+
+def tension_turn(bench: Workbench, answers: Responses) -> np.ndarray:
+    """What a relative change of tension adds to kappa at the run-ups (tail, head), (R, 2, J) [1/m]."""
+    per = tension_answers(bench)
+    curves = np.stack([_on(answers, answers.curves[:, k]) for k in range(8)], axis=1)
+    y, angle = curves[:, :4], curves[:, 4:8]
+    found = []
+    for up, off in ((0, 3), (1, 2)):
+        ends = np.stack([y[:, up] - y[:, off], angle[:, off], angle[:, up]], axis=1)
+        found.append(np.einsum("rk,rkj->rj", per[:, :3], ends))
+    return np.stack(found, axis=1)
+
+
+def _on(answers: Responses, rows: np.ndarray) -> np.ndarray:
+    """Rows (R, n) of the records at the grid (R, J)."""
+    return np.stack([np.interp(answers.grid, answers.fine, row) for row in rows])
