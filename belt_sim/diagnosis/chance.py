@@ -57,9 +57,12 @@ class Chance:
         return found
 
 
-def chance_of(bench: Workbench, seed: int) -> Chance:
-    """Draws of everything that may differ when nothing is missing, by held-out condition."""
-    errors, _ = NoiseSource(bench, np.random.default_rng(seed)).draw(DRAWS)
+def chance_of(bench: Workbench, left: np.ndarray, seed: int) -> Chance:
+    """Draws of everything that may differ when nothing is missing, by held-out condition.
+
+    left (R, S, n): what the model leaves of the readings.
+    """
+    errors = NoiseSource(bench, left, np.random.default_rng(seed)).draw(DRAWS)
     return Chance({n: errors[:, out][:, lateral_readings(bench, out)] for n, out in conditions(bench).items()})
 
 

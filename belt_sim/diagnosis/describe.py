@@ -48,7 +48,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         noise=NoiseLevels(white_factor=_mean(levels.white), wander_factor=_mean(levels.wander), repeats=levels.repeats),
         suspicions=d.suspicions,
         per_run=run_errors(found.bench, found.base.values, d.judgement.named.values),
-        provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
+        provenance=provenance(config) | _by(d, seed),
     )
 
 
@@ -58,6 +58,16 @@ def _sentence(d: Findings) -> str:
         return other_model(model, use.model)
     named = d.judgement.named.ids if d.verdict != Verdict.CANNOT_SAY else ()
     return d.verdict.sentence(model, named, damage(d.suspicions))
+
+
+def _by(d: Findings, seed: int) -> dict[str, Any]:
+    """What the verdict was calibrated by."""
+    rehearsal = d.found.rehearsal
+    return {
+        "seed": seed,
+        "data_sha256": d.bench.campaign.sha256,
+        "rehearsal": {"replicates": rehearsal.count, "named": rehearsal.named, "unknown": rehearsal.unknown},
+    }
 
 
 def label(campaign: Campaign) -> CampaignLabel:

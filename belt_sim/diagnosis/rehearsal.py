@@ -12,6 +12,7 @@ from belt_sim.diagnosis.around import Around
 from belt_sim.diagnosis.decide import decide
 from belt_sim.diagnosis.heldout import conditions
 from belt_sim.diagnosis.null import NoiseSource, NullGains
+from belt_sim.diagnosis.openset import OpenTests
 from belt_sim.diagnosis.projected import Projected, Range
 from belt_sim.diagnosis.workbench import Workbench
 
@@ -20,21 +21,24 @@ BATCH = 250
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """named: false sets that the search alone would have found in ``count`` replicates."""
+    """In ``count`` replicates, how often a set was named, and how often none was but the open set failed."""
 
     named: int
+    unknown: int
     count: int
 
     @property
     def rate(self) -> float:
-        """Share of replicates in which something was found."""
-        return self.named / max(self.count, 1)
+        """Share of replicates that raised a false alarm."""
+        return (self.named + self.unknown) / max(self.count, 1)
 
 
-def rehearse(bench: Workbench, near: Around, null: NullGains, critical: float, *, count: int, seed: int) -> Rehearsal:
+def rehearse(
+    bench: Workbench, near: Around, null: NullGains, critical: float, tests: OpenTests, *, count: int, seed: int
+) -> Rehearsal:
     """Decide ``count`` replicates about the fit that ``near`` is around, with thresholds at log p ``critical``."""
     products = _Products(bench, near)
-    moments, raw = products.draw(count, np.random.default_rng(seed))
+    moments, raw, fails = products.draw(count, tests, np.random.default_rng(seed))
     names = list(products.places)
     shared = Range(
         forward=bench.forward,
@@ -51,8 +55,10 @@ def rehearse(bench: Workbench, near: Around, null: NullGains, critical: float, *
         rows = products.places[name]
         inverse = np.linalg.pinv(shared.whole[np.ix_(rows, rows)], rcond=1e-10, hermitian=True)
         hopeful |= np.einsum("bk,kl,bl->b", total[:, rows], inverse, total[:, rows]) > shared.thresholds[name]
-    found = [bool(decide(Projected(shared, moments[b], raw[b])).ids) for b in np.flatnonzero(hopeful)]
-    return Rehearsal(sum(found), count)
+    named = np.zeros(count, dtype=bool)
+    for b in np.flatnonzero(hopeful):
+        named[b] = bool(decide(Projected(shared, moments[b], raw[b])).ids)
+    return Rehearsal(int(named.sum()), int((fails & ~named).sum()), count)
 
 
 class _Products:
@@ -70,19 +76,22 @@ class _Products:
         self.gram = np.einsum("krm,lrm->rkl", self.white, self.white)
         self.raw = np.einsum("krm,lrm->rkl", self.lateral, self.lateral)
         self.out = conditions(bench)
+        self.left = bench.samples.y - near.fit.values
 
-    def draw(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        """moments and raw_moments (count, R, K) of readings by chance."""
-        noise, moments, raw = NoiseSource(self.bench, rng), [], []
+    def draw(self, count: int, tests: OpenTests, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """moments and raw_moments (count, R, K) of readings by chance; which of these fail the open set (count,)."""
+        noise, moments, raw, fails = NoiseSource(self.bench, self.left, rng), [], [], []
         runs = len(self.bench.samples.runs)
         for start in range(0, count, BATCH):
-            errors, _ = noise.draw(min(BATCH, count - start))
+            errors = noise.draw(min(BATCH, count - start))
             errors = np.where(np.isfinite(self.bench.fitted.y), errors, 0.0)
-            white = self.bench.metric.whiten(errors).reshape(len(errors), runs, -1)
+            white = self.bench.metric.whiten(errors)
+            fails.append(tests.fails(white))
+            white = white.reshape(len(errors), runs, -1)
             moments.append(np.matmul(white.swapaxes(0, 1), self.white.transpose(1, 2, 0)).swapaxes(0, 1))
             bare = self._centred(errors)
             raw.append(np.matmul(bare.swapaxes(0, 1), self.lateral.transpose(1, 2, 0)).swapaxes(0, 1))
-        return np.concatenate(moments), np.concatenate(raw)
+        return np.concatenate(moments), np.concatenate(raw), np.concatenate(fails)
 
     def _centred(self, x: np.ndarray) -> np.ndarray:
         """Lateral readings (B, R, m) of x (B, R, S, n) about the mean of each record."""

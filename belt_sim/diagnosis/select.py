@@ -9,9 +9,12 @@ from belt_sim.diagnosis.decide import MAX_EFFECTS, decide
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.null import NullGains, null_gains
+from belt_sim.diagnosis.openset import OpenSet, open_tests
 from belt_sim.diagnosis.refits import Refits, Trial
+from belt_sim.diagnosis.rehearsal import Rehearsal, rehearse
 from belt_sim.diagnosis.workbench import Workbench
 
+REHEARSED = 2  # times as many replicates as the thresholds come from
 FAMILY_LEVEL = 0.025  # false alarms of all candidates together; the open-set test spends the rest of 4 %
 
 
@@ -31,6 +34,8 @@ class Selection:
     chance: Chance
     null: NullGains
     critical: float
+    base_left: OpenSet
+    rehearsal: Rehearsal
     rounds: Sequence[Sequence[Trial]] = ()
     swaps: dict[str, list[Trial]] = field(default_factory=dict)
     gain: float = 0.0
@@ -59,7 +64,12 @@ def select(
     shapes = {n: near.shapes(bench, n) for n in names}
     null = null_gains(bench, shapes, base.slopes, base.values, count=bootstraps, seed=seed, tick=tick)
     critical = null.critical(names, FAMILY_LEVEL)
-    first = Refits(bench, null, critical, chance_of(bench, seed + 1), fits={frozenset(): base})
+    tests = open_tests(bench, base, bootstraps=max(200, bootstraps // 2), seed=seed)
+    tell("rehearsing on campaigns in which nothing is missing")
+    rehearsal = rehearse(bench, near, null, critical, tests, count=REHEARSED * bootstraps, seed=seed + 2)
+    first = Refits(
+        bench, null, critical, chance_of(bench, bench.samples.y - base.values, seed + 1), fits={frozenset(): base}
+    )
     decision = decide(first, limit=limit, tell=tell)
     ids, last = decision.ids, decision.evidence
     chosen = last.fit(ids)
@@ -69,5 +79,6 @@ def select(
         base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
         held_out=held_out(last.bench, chosen),
         chance=first.chance, null=null, critical=critical, rounds=decision.rounds, swaps=swaps,
+        base_left=tests.look(base.residual), rehearsal=rehearsal,
         gain=last.gains([ids])[0],
     )  # fmt: skip

@@ -43,8 +43,7 @@ class Judgement:
 def judged(found: Selection, *, bootstraps: int, seed: int) -> Judgement:
     """Test what the chosen set leaves; where that fails, keep only what is needed beside the unknown."""
     bench, chosen = found.bench, found.chosen
-    first = open_set(found.base_bench, found.base, bootstraps=bootstraps, seed=seed)
-    first = first.and_failed(beyond_floor(found, found.base_held_out))
+    first = found.base_left.and_failed(beyond_floor(found, found.base_held_out))
     if not chosen.ids:
         use = _better_model(found) if first.failed else None
         return Judgement(found.base, found.base_held_out, first, first, use_model=use)
