@@ -92,7 +92,7 @@ class Projected:
         """Whether a real machine could have all numbers of a set."""
         rows, numbers, u = self._solve(ids)
         slots = [self.range.forward.slots[p] for p in self.range.positions[rows]]
-        return is_possible(slots, numbers + np.array([s.null / s.scale for s in slots]), u)
+        return is_possible(slots, numbers + self.range.forward.null()[self.range.positions[rows]], u)
 
     def worse(self, larger: Ids, smaller: Ids) -> tuple[str, ...]:
         """What of the held-out error is larger with the larger set."""
