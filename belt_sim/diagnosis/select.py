@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 from belt_sim.diagnosis.around import around
 from belt_sim.diagnosis.chance import Chance, chance_of
@@ -78,7 +79,7 @@ def select(
     return Selection(
         base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
         held_out=held_out(last.bench, chosen),
-        chance=first.chance, null=null, critical=critical, rounds=decision.rounds, swaps=swaps,
+        chance=first.chance, null=null, critical=critical, rounds=cast(Sequence[Sequence[Trial]], decision.rounds), swaps=swaps,
         base_left=tests.look(base.residual), rehearsal=rehearsal,
         gain=last.gains([ids])[0],
     )  # fmt: skip
