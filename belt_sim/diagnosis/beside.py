@@ -1,8 +1,9 @@
 """Which effects of a set stay when the rest of the residual is modelled as something unknown.
 
-The unknown enters as free columns: what a discovery found its input to be, or else every shape of the families in
-which the open-set test saw something. An effect stays when it is needed beside them: its gain over the set without it
-beats its threshold, and its numbers are plausible. Everything is linear about the fit of the whole set.
+The unknown enters as free columns: what a discovery found its input to be, or else a smooth curve of its own in every
+run and signal, with the waves in which the open-set test saw something. An effect stays when it is needed beside them:
+its gain over the set without it beats its threshold, and its numbers are plausible. Everything is linear about the fit
+of the whole set.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,9 +20,9 @@ from belt_sim.diagnosis.workbench import Workbench
 
 
 def unknown_columns(bench: Workbench, test: OpenSet) -> np.ndarray:
-    """Shapes (k, R, S, n) of everything in which the test saw structure."""
+    """Shapes (k, R, S, n) of an unknown that may be anything smooth, and of waves and orders that the test saw."""
     known = structures(bench)
-    rows = [known[n] for n in test.failed if n in known]
+    rows = [shapes for n, shapes in known.items() if n.startswith("run ") or n in test.failed]
     rows += [wave_shapes(bench, n, test.wavelength[n]) for n in test.failed if n in test.wavelength]
     return np.concatenate(rows) if rows else np.empty((0, *bench.samples.y.shape))
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.forward import Forward, Slot
 from belt_sim.results.found import COVERAGE_95, Estimate
 
 DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
@@ -15,33 +15,38 @@ FAINT = 1e-6  # a parameter that moves no reading by this many sigma is not in t
 def estimates(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
     """Effect id -> parameter -> Estimate, where the readings say more of a number than its plausible range does."""
     spread = np.sqrt(np.diag(fit.covariance)) if fit.free else np.empty(0)
-    found: dict[str, dict[str, Estimate]] = {i: {} for i in fit.ids}
-    for k, position in enumerate(fit.free):
-        slot = forward.slots[position]
-        if np.linalg.norm(fit.columns[k]) < FAINT:
-            continue
+    seen = [k for k in range(len(fit.free)) if np.linalg.norm(fit.columns[k]) >= FAINT]
+    slots = [forward.slots[fit.free[k]] for k in seen]
+    return {i: {} for i in fit.ids} | _found(slots, fit.vector[np.array(fit.free, dtype=int)[seen]], spread[seen])
+
+
+def _found(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> dict[str, dict[str, Estimate]]:
+    """Effect id -> parameter -> Estimate of numbers and their sigmas in units of their scales."""
+    found: dict[str, dict[str, Estimate]] = {}
+    for slot, x, dx in zip(slots, values, spread, strict=True):
         declared = slot.effect.parameters[slot.name]
-        value, u = float(fit.vector[position] * slot.scale), float(spread[k] * slot.scale)
-        if not _is_found(value, u, declared.plausible):
-            continue
-        low, high = declared.plausible
+        value, u, (low, high) = float(x * slot.scale), float(dx * slot.scale), declared.plausible
+        of_effect = found.setdefault(slot.effect.id, {})
+        if value - COVERAGE_95 * u <= low and value + COVERAGE_95 * u >= high:
+            continue  # the readings exclude nothing of what a machine could have
         there = low <= value <= high or abs(value - declared.null) <= 2.0 * u
-        found[slot.effect.id][slot.name] = Estimate(value, u, declared.unit, bool(there))
+        of_effect[slot.name] = Estimate(value, u, declared.unit, bool(there))
     return found
-
-
-def _is_found(value: float, u: float, plausible: tuple[float, float]) -> bool:
-    """Whether the readings exclude anything at all of what a machine could have."""
-    low, high = plausible
-    return value - COVERAGE_95 * u > low or value + COVERAGE_95 * u < high
 
 
 def is_plausible(forward: Forward, fit: Fit) -> bool:
     """True when every effect has a number that was found, all found could be met on a real machine, none diverged."""
-    if has_diverged(fit):
-        return False
-    seen = estimates(forward, fit)
-    return all(params and all(e.plausible for e in params.values()) for params in seen.values())
+    return not has_diverged(fit) and _all_met(estimates(forward, fit))
+
+
+def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> bool:
+    """The same of numbers (k,) and their sigmas (k,) in units of their scales."""
+    seen = spread > 0.0
+    return _all_met(_found([s for s, there in zip(slots, seen, strict=True) if there], values[seen], spread[seen]))
+
+
+def _all_met(found: dict[str, dict[str, Estimate]]) -> bool:
+    return all(params and all(e.plausible for e in params.values()) for params in found.values())
 
 
 def has_diverged(fit: Fit) -> bool:

@@ -2,7 +2,8 @@
 
 With d the difference of two predictions and e the errors of the larger set when that is right, the mean square of the
 larger set's errors exceeds that of the smaller one's by -(|d|^2 + 2 d.e) / m. Draws of e (noise, nuisances, and what
-refitted numbers are off by) say how large that gets by chance.
+refitted numbers are off by) say how large that gets by chance. Every record is taken about its own mean: where it
+begins is the instrument's.
 """
 
 from dataclasses import dataclass
@@ -14,16 +15,15 @@ from belt_sim.diagnosis.null import NoiseSource
 from belt_sim.diagnosis.workbench import Workbench
 
 DRAWS = 200
-LEVEL = 0.975  # a rise that chance exceeds less often than 1 - LEVEL is no chance
+SIGMAS = 3.3  # a rise by more is no chance, for any of a dozen conditions
 FLOOR_LEVEL = 0.998  # of the errors that readings show in their worst condition when nothing is missing
 
 
 @dataclass(frozen=True)
 class Chance:
-    """draws: condition -> lateral errors (B, m) [m] that instruments and settings alone make; seed of what is added."""
+    """draws: condition -> lateral errors (B, m) [m] that instruments and settings alone make."""
 
     draws: dict[str, np.ndarray]
-    seed: int = 0
 
     def worse(self, larger: HeldOut, smaller: HeldOut) -> tuple[str, ...]:
         """Names of the conditions that ``larger`` predicts worse than ``smaller``; "density" for their whole."""
@@ -34,14 +34,14 @@ class Chance:
 
     def _rises(self, name: str, larger: HeldOut, smaller: HeldOut) -> bool:
         new, old = larger.conditions[name], smaller.conditions[name]
-        rise = float(np.sum(new.errors**2) - np.sum(old.errors**2))
+        after, before = (_centred(c.errors[None], c.record)[0] for c in (new, old))
+        rise = float(after @ after - before @ before)
         if not rise > 0.0:
             return not np.isfinite(rise)
-        apart = old.errors - new.errors
-        draws = self.draws[name]
-        numbers = np.random.default_rng(self.seed).standard_normal((len(draws), len(new.moved)))
-        along = draws @ apart + numbers @ (new.moved @ apart)
-        return rise > float(np.quantile(-(apart @ apart + 2.0 * along), LEVEL))
+        apart = before - after
+        by_noise, by_numbers = self.draws[name] @ apart, new.moved @ apart
+        spread = 2.0 * np.sqrt(np.mean(by_noise**2) + by_numbers @ by_numbers)
+        return bool(rise > SIGMAS * spread - apart @ apart)
 
     def beyond_floor(self, fit: HeldOut) -> dict[str, float]:
         """Condition -> its held-out rms over the floor, where that is more than instruments and settings make."""
@@ -57,9 +57,17 @@ class Chance:
         return found
 
 
-def chance_of(bench: Workbench, seed: int) -> Chance:
-    """Draws of everything that may differ when nothing is missing, by held-out condition."""
-    errors, _ = NoiseSource(bench, np.random.default_rng(seed)).draw(DRAWS)
-    return Chance(
-        {n: errors[:, out][:, lateral_readings(bench, out)] for n, out in conditions(bench).items()}, seed + 1
-    )
+def chance_of(bench: Workbench, left: np.ndarray, seed: int) -> Chance:
+    """Draws of everything that may differ when nothing is missing, by held-out condition.
+
+    left (R, S, n): what the model leaves of the readings.
+    """
+    errors = NoiseSource(bench, left, np.random.default_rng(seed)).draw(DRAWS)
+    return Chance({n: errors[:, out][:, lateral_readings(bench, out)] for n, out in conditions(bench).items()})
+
+
+def _centred(rows: np.ndarray, record: np.ndarray) -> np.ndarray:
+    """Rows (B, m) about the mean of each record."""
+    count = np.maximum(np.bincount(record), 1)
+    means = np.stack([np.bincount(record, weights=row) for row in rows]) / count
+    return rows - means[:, record]

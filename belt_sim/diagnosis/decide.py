@@ -21,7 +21,9 @@ Ids = tuple[str, ...]
 class Beside(Protocol):
     """One candidate beside a set: its gain over that set, what chance would give, whether its numbers are plausible."""
 
-    id: str
+    @property
+    def id(self) -> str:
+        """Of the candidate."""
 
     @property
     def passes(self) -> bool:

@@ -8,6 +8,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.candidate import estimates
 from belt_sim.diagnosis.confusable import probabilities, selection_frequency
 from belt_sim.diagnosis.examine import Findings
+from belt_sim.diagnosis.ladder import Rung
 from belt_sim.diagnosis.refits import Trial
 from belt_sim.diagnosis.run_errors import overall_errors, run_errors
 from belt_sim.diagnosis.shape_card import shape_card
@@ -17,7 +18,7 @@ from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import CampaignLabel, Diagnosis
 from belt_sim.results.errors import Change, Errors
 from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NoiseLevels, Tried, Unknown
-from belt_sim.results.verdict import Verdict
+from belt_sim.results.verdict import Verdict, other_model
 
 
 def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
@@ -30,7 +31,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         base_model=model,
         campaign=label(campaign),
         verdict=d.verdict,
-        sentence=d.verdict.sentence(model, d.judgement.named.ids if named else (), damage(d.suspicions)),
+        sentence=_sentence(d),
         effects=_effects(d) if named else (),
         ranking=_ranking(d, seed),
         rounds=tuple(tuple(Tried(**_tried(t)) for t in trials) for trials in found.rounds),
@@ -47,8 +48,26 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         noise=NoiseLevels(white_factor=_mean(levels.white), wander_factor=_mean(levels.wander), repeats=levels.repeats),
         suspicions=d.suspicions,
         per_run=run_errors(found.bench, found.base.values, d.judgement.named.values),
-        provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
+        provenance=provenance(config) | _by(d, seed),
     )
+
+
+def _sentence(d: Findings) -> str:
+    model, use = d.bench.forward.model.name, d.judgement.use_model
+    if d.verdict == Verdict.NONE_KNOWN and use is not None:
+        return other_model(model, use.model)
+    named = d.judgement.named.ids if d.verdict != Verdict.CANNOT_SAY else ()
+    return d.verdict.sentence(model, named, damage(d.suspicions))
+
+
+def _by(d: Findings, seed: int) -> dict[str, Any]:
+    """What the verdict was calibrated by."""
+    rehearsal = d.found.rehearsal
+    return {
+        "seed": seed,
+        "data_sha256": d.bench.campaign.sha256,
+        "rehearsal": {"replicates": rehearsal.count, "named": rehearsal.named, "unknown": rehearsal.unknown},
+    }
 
 
 def label(campaign: Campaign) -> CampaignLabel:
@@ -57,7 +76,7 @@ def label(campaign: Campaign) -> CampaignLabel:
 
 
 def _effects(d: Findings) -> tuple[FoundEffect, ...]:
-    weights = probabilities(d.found)
+    weights = probabilities(d.found, d.judgement.base_left)
     chosen, forward = d.judgement.named, d.bench.forward
     seen = estimates(forward, chosen)
     there = {e.id: e for e in forward.effects_at(chosen.vector, chosen.ids)}
@@ -66,7 +85,7 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
             id=name,
             numbers={n: float(getattr(there[name], n)) for n in there[name].parameters},
             parameters=seen[name],
-            probability=weights.get(name, 1.0),
+            probability=weights[name],
             confusable_with=tuple(dict.fromkeys(r.other for r in d.rivals if r.effect == name)),
             rejected=d.verdict.rejects_model,
             source_file=getattr(type(there[name]), "source_file", None),
@@ -77,7 +96,9 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
 
 def _ranking(d: Findings, seed: int) -> tuple[Candidate, ...]:
     frequency = selection_frequency(d.found, seed)
-    return tuple(
+    use = d.judgement.use_model
+    first = () if use is None else (_model_candidate(use),)
+    return first + tuple(
         Candidate(
             **_tried(t),
             parameters=estimates(d.bench.forward, t.fit)[t.id],
@@ -87,6 +108,14 @@ def _ranking(d: Findings, seed: int) -> tuple[Candidate, ...]:
         )
         for t in d.ranking
     )
+
+
+def _model_candidate(use: Rung) -> Candidate:
+    """Another base model, as the first of the candidates."""
+    return Candidate(
+        id=f"model={use.model}", gain=use.gain, threshold=0.0, held_out_rms=use.rms, parameters={}, plausible=True,
+        selection_frequency=1.0, note=f"use model={use.model} first",
+    )  # fmt: skip
 
 
 def _note(t: Trial, base_chi2: float) -> str:

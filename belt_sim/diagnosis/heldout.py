@@ -20,12 +20,14 @@ VISIBLE = 2.0  # sigma by which a number has to move left-out readings before an
 @dataclass(frozen=True)
 class Condition:
     """One condition left out: -2 log of the density that the rest predicted for it (surprise), errors (m,) [m] of its
-    lateral readings, what one sigma of each refitted number moves there (k, m), and whether the rest knows the numbers.
+    lateral readings, what one sigma of each refitted number moves there (k, m), which record (run and signal) each
+    reading is of (m,), and whether the rest knows the numbers.
     """
 
     surprise: float
     errors: np.ndarray
     moved: np.ndarray
+    record: np.ndarray
     testable: bool = True
 
     @property
@@ -85,12 +87,12 @@ def lateral_readings(bench: Workbench, out: np.ndarray) -> np.ndarray:
 
 def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
     runs, there = len(bench.samples.runs), lateral_readings(bench, out)
+    record = np.broadcast_to(np.arange(there[..., 0].size).reshape(there.shape[:2])[..., None], there.shape)[there]
     blocks = fit.residual.reshape(runs, -1)
     if not fit.free:
         left = blocks[out].ravel()
-        return Condition(
-            float(left @ left), (bench.samples.y[out] - fit.values[out])[there], np.empty((0, there.sum()))
-        )
+        errors = (bench.samples.y[out] - fit.values[out])[there]
+        return Condition(float(left @ left), errors, np.empty((0, len(errors))), record)
     columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
     here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
     sigma = prior_sigma(bench.forward, fit.free)
@@ -102,6 +104,7 @@ def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
         surprise=_surprise(left, here, rest, sigma),
         errors=(bench.samples.y[out] - predicted)[there],
         moved=root @ fit.slopes[:, out][:, there],
+        record=record,
         testable=_is_known(here, root, sigma, away),
     )
 

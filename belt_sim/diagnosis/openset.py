@@ -36,36 +36,74 @@ class OpenSet:
         return replace(self, failed=(*self.failed, *tests))
 
 
+@dataclass(frozen=True)
+class OpenTests:
+    """All tests of what a fit leaves, with what chance gives them.
+
+    inside (k, N): directions that the fit takes; families: test -> orthonormal rows; null, critical: by chance.
+    """
+
+    bench: Workbench
+    inside: np.ndarray
+    families: dict[str, np.ndarray]
+    null: NullGains
+    critical: float
+
+    def fails(self, residuals: np.ndarray) -> np.ndarray:
+        """Which of whitened residuals (B, N) fail at least one test, (B,)."""
+        gains, _, _ = _gains(self.bench, self.families, apart(residuals, self.inside))
+        return np.any([g > self.null.threshold(n, self.critical) for n, g in gains.items()], axis=0)
+
+    def look(self, residual: np.ndarray) -> OpenSet:
+        """The tests of one whitened residual (N,): the most significant of each family."""
+        gains, _, names = _gains(self.bench, self.families, apart(residual[None], self.inside))
+        log_p = {n: self.null.log_p(n, float(g[0])) for n, g in gains.items()}
+        worst = {n: min(tests, key=lambda t: log_p[t]) for n, tests in names.items() if tests}
+        failed = [n for n, t in worst.items() if log_p[t] < self.critical]
+        lengths = [float(x) for x in wavelengths(self.bench)]
+        return OpenSet(
+            failed=tuple(sorted(failed, key=lambda n: log_p[worst[n]])),
+            log_p={n: log_p[t] for n, t in worst.items()},
+            gain={n: float(gains[t][0]) for n, t in worst.items()},
+            threshold={n: self.null.threshold(t, self.critical) for n, t in worst.items()},
+            wavelength={n: lengths[names[n].index(t)] for n, t in worst.items() if t != n},
+        )
+
+
+def open_tests(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> OpenTests:
+    """The tests of what ``fit`` leaves, calibrated on ``bootstraps`` replicates by chance."""
+    inside = basis(fit.columns)
+    families = {n: basis(apart(bench.metric.whiten(rows), inside)) for n, rows in structures(bench).items()}
+    families = {n: rows for n, rows in families.items() if len(rows)}
+    gains, dof, _ = _gains(
+        bench, families, apart(replicas(bench, bench.samples.y - fit.values, bootstraps, seed + 77), inside)
+    )
+    null = NullGains(gains, dof)
+    return OpenTests(bench, inside, families, null, null.critical(list(gains), LEVEL))
+
+
 def open_set(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> OpenSet:
     """Test the residual of ``fit``."""
-    inside = basis(fit.columns)
-    chance = replicas(bench, inside, bootstraps, seed + 77)
-    both = np.concatenate([apart(fit.residual[None], inside), chance])
-    families = {n: basis(apart(bench.metric.whiten(rows), inside)) for n, rows in structures(bench).items()}
-    gains = {n: np.sum((both @ rows.T) ** 2, axis=1) for n, rows in families.items() if len(rows)}
-    dof = {n: len(families[n]) for n in gains}
-    waves, wave_dof = wave_gains(bench, both)
-    lengths = wavelengths(bench)
-    single = {(n, k): g[:, k] for n, g in waves.items() for k in range(g.shape[1])}
-    null = NullGains({n: g[1:] for n, g in (gains | single).items()}, dof | {key: wave_dof[key[0]] for key in single})
-    critical = null.critical(list(null.gains), LEVEL)
-    log_p = {n: null.log_p(n, g[0]) for n, g in (gains | single).items()}
-    strongest = {n: min((key for key in single if key[0] == n), key=lambda key: log_p[key]) for n in waves}
-    names = {n: n for n in gains} | strongest
-    failed = sorted((n for n, key in names.items() if log_p[key] < critical), key=lambda n: log_p[names[n]])
-    return OpenSet(
-        failed=tuple(failed),
-        log_p={n: log_p[key] for n, key in names.items()},
-        gain={n: float((gains | single)[key][0]) for n, key in names.items()},
-        threshold={n: null.threshold(key, critical) for n, key in names.items()},
-        wavelength={n: float(lengths[key[1]]) for n, key in strongest.items()},
-    )
+    return open_tests(bench, fit, bootstraps=bootstraps, seed=seed).look(fit.residual)
 
 
-def replicas(bench: Workbench, inside: np.ndarray, count: int, seed: int) -> np.ndarray:
-    """Whitened residuals (count, N) by chance alone, relieved of what directions ``inside`` (k, N) would take."""
-    errors, _ = NoiseSource(bench, np.random.default_rng(seed)).draw(count)
-    return apart(bench.metric.whiten(np.where(np.isfinite(bench.fitted.y), errors, 0.0)), inside)
+def _gains(bench: Workbench, families: dict[str, np.ndarray], rows: np.ndarray):
+    """Test -> gains (B,) of whitened rows (B, N) and degrees of freedom; family -> its tests."""
+    gains = {n: np.sum((rows @ own.T) ** 2, axis=1) for n, own in families.items()}
+    dof = {n: len(own) for n, own in families.items()}
+    names = {n: [n] for n in gains}
+    waves, wave_dof = wave_gains(bench, rows)
+    for n, along in waves.items():
+        names[n] = [f"{n} {k}" for k in range(along.shape[1])]
+        gains |= dict(zip(names[n], along.T, strict=True))
+        dof |= dict.fromkeys(names[n], wave_dof[n])
+    return gains, dof, names
+
+
+def replicas(bench: Workbench, left: np.ndarray, count: int, seed: int) -> np.ndarray:
+    """Whitened residuals (count, N) by chance alone; left (R, S, n): what the model leaves of the readings."""
+    errors = NoiseSource(bench, left, np.random.default_rng(seed)).draw(count)
+    return bench.metric.whiten(np.where(np.isfinite(bench.fitted.y), errors, 0.0))
 
 
 def basis(rows: np.ndarray) -> np.ndarray:

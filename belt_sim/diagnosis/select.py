@@ -1,7 +1,8 @@
 """Which effects are missing: thresholds from chance, then one decision (decide.py) on joint refits (refits.py)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 from belt_sim.diagnosis.around import around
 from belt_sim.diagnosis.chance import Chance, chance_of
@@ -9,16 +10,20 @@ from belt_sim.diagnosis.decide import MAX_EFFECTS, decide
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.null import NullGains, null_gains
+from belt_sim.diagnosis.openset import OpenSet, open_tests
 from belt_sim.diagnosis.refits import Refits, Trial
+from belt_sim.diagnosis.rehearsal import Rehearsal, rehearse
 from belt_sim.diagnosis.workbench import Workbench
 
+REHEARSED = 2  # times as many replicates as the thresholds come from
 FAMILY_LEVEL = 0.025  # false alarms of all candidates together; the open-set test spends the rest of 4 %
 
 
 @dataclass
 class Selection:
     """The chosen fit on its workbench, the base fit on its own, every round's trials, and what could stand in the place
-    of each chosen effect; chance, null, critical: what both were judged by.
+    of each chosen effect; chance, null, critical: what both were judged by; gain: chi2 of the chosen fit over the base,
+    on one metric.
     """
 
     base_bench: Workbench
@@ -30,8 +35,15 @@ class Selection:
     chance: Chance
     null: NullGains
     critical: float
-    rounds: list[list[Trial]] = field(default_factory=list)
+    base_left: OpenSet
+    rehearsal: Rehearsal
+    rounds: Sequence[Sequence[Trial]] = ()
     swaps: dict[str, list[Trial]] = field(default_factory=dict)
+    gain: float = 0.0
+
+    def threshold(self, name: str) -> float:
+        """The gain of one effect that chance beats as seldom as agreed."""
+        return self.null.threshold(name, self.critical)
 
 
 def select(
@@ -53,7 +65,12 @@ def select(
     shapes = {n: near.shapes(bench, n) for n in names}
     null = null_gains(bench, shapes, base.slopes, base.values, count=bootstraps, seed=seed, tick=tick)
     critical = null.critical(names, FAMILY_LEVEL)
-    first = Refits(bench, null, critical, chance_of(bench, seed + 1), fits={frozenset(): base})
+    tests = open_tests(bench, base, bootstraps=max(200, bootstraps // 2), seed=seed)
+    tell("rehearsing on campaigns in which nothing is missing")
+    rehearsal = rehearse(bench, near, null, critical, tests, count=REHEARSED * bootstraps, seed=seed + 2)
+    first = Refits(
+        bench, null, critical, chance_of(bench, bench.samples.y - base.values, seed + 1), fits={frozenset(): base}
+    )
     decision = decide(first, limit=limit, tell=tell)
     ids, last = decision.ids, decision.evidence
     chosen = last.fit(ids)
@@ -62,5 +79,7 @@ def select(
     return Selection(
         base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
         held_out=held_out(last.bench, chosen),
-        chance=first.chance, null=null, critical=critical, rounds=[list(r) for r in decision.rounds], swaps=swaps,
+        chance=first.chance, null=null, critical=critical, rounds=cast(Sequence[Sequence[Trial]], decision.rounds), swaps=swaps,
+        base_left=tests.look(base.residual), rehearsal=rehearsal,
+        gain=last.gains([ids])[0],
     )  # fmt: skip

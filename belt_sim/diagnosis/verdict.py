@@ -7,6 +7,7 @@ from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.beside import members_that_stay, unknown_columns
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import HeldOut, held_out
+from belt_sim.diagnosis.ladder import Rung, better_model, ladder
 from belt_sim.diagnosis.openset import OpenSet, open_set
 from belt_sim.diagnosis.select import Selection
 from belt_sim.results.verdict import Verdict
@@ -20,14 +21,17 @@ class Judgement:
     """What stands after the tests.
 
     named: the fit of the effects that are found, the base fit when none is; left: the tests of what the named leave;
-    nearest: the set that explains most but not all, with the tests that it fails.
+    base_left: the same of the base model; nearest: the set that explains most but not all, and the tests that it fails;
+    use_model: another base model that explains more.
     """
 
     named: Fit
     named_held_out: HeldOut
     left: OpenSet
+    base_left: OpenSet
     nearest: Fit | None = None
     fails: tuple[str, ...] = ()
+    use_model: Rung | None = None
 
     @property
     def why(self) -> str:
@@ -39,20 +43,28 @@ class Judgement:
 def judged(found: Selection, *, bootstraps: int, seed: int) -> Judgement:
     """Test what the chosen set leaves; where that fails, keep only what is needed beside the unknown."""
     bench, chosen = found.bench, found.chosen
+    first = found.base_left.and_failed(beyond_floor(found, found.base_held_out))
+    if not chosen.ids:
+        use = _better_model(found) if first.failed else None
+        return Judgement(found.base, found.base_held_out, first, first, use_model=use)
     left = open_set(bench, chosen, bootstraps=bootstraps, seed=seed)
-    beyond = beyond_floor(found, found.held_out)
-    if not chosen.ids or not (left.failed or beyond):
-        return Judgement(chosen, found.held_out, left.and_failed(beyond))
-    fails = (*left.failed, *beyond)
+    left = left.and_failed(beyond_floor(found, found.held_out))
+    use = _better_model(found)
+    if use is None and not left.failed:
+        return Judgement(chosen, found.held_out, left, first)
     stays = None
-    if left.failed:
-        columns = unknown_columns(bench, left)
-        stays = members_that_stay(bench, chosen, columns, lambda n: found.null.threshold(n, found.critical))
+    if use is None:
+        stays = members_that_stay(bench, chosen, unknown_columns(bench, left), found.threshold)
     if stays is not None:
-        return Judgement(stays, held_out(bench, stays), left.and_failed(beyond), chosen, fails)
-    without = open_set(found.base_bench, found.base, bootstraps=bootstraps, seed=seed)
-    without = without.and_failed(beyond_floor(found, found.base_held_out) or beyond)
-    return Judgement(found.base, found.base_held_out, without, chosen, fails)
+        return Judgement(stays, held_out(bench, stays), left, first, chosen, left.failed)
+    failed = first if first.failed else first.and_failed(left.failed)
+    return Judgement(found.base, found.base_held_out, failed, first, chosen, left.failed, use)
+
+
+def _better_model(found: Selection) -> Rung | None:
+    value = found.gain - sum(found.threshold(i) for i in found.chosen.ids)
+    rungs = ladder(found.base_bench, found.base.chi2)
+    return better_model(rungs, found.base_bench.forward.model, found.chosen.ids, value)
 
 
 def beyond_floor(found: Selection, error: HeldOut) -> tuple[str, ...]:
@@ -65,14 +77,17 @@ def verdict(judgement: Judgement, suspicions: Sequence[Suspicion]) -> Verdict:
     """The verdict, given what stands and what looks wrong in the data."""
     if any(s.severity == "stop" for s in suspicions):
         return Verdict.CANNOT_SAY
-    failed = bool(judgement.left.failed)
+    failed = bool(judgement.left.failed) or judgement.use_model is not None
     if not judgement.named.ids:
         return Verdict.NONE_KNOWN if failed else Verdict.ADEQUATE
     return Verdict.PARTLY if failed else Verdict.EXPLAINED
 
 
 def nearest_words(judgement: Judgement) -> tuple[str, str] | None:
-    """The nearest known set, and why it fails."""
+    """What comes nearest, and why it is not the answer."""
+    if judgement.use_model is not None:
+        words = f"this model explains a chi2 of {judgement.use_model.gain:.0f} more with nothing added"
+        return f"model={judgement.use_model.model}", words
     return (listed(judgement.nearest.ids), judgement.why) if judgement.nearest is not None else None
 
 
