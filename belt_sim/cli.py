@@ -17,6 +17,7 @@ COMMANDS = {
     "virtual-rig": "make a campaign with a hidden effect",
     "reveal": "what was hidden in such a campaign",
     "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
+    "challenge": "how often the diagnosis is right, on sealed campaigns",
     "report": "write the report of a diagnosis again",
     "demo": "a diagnosis of a campaign that ships, into outputs/demo",
 }

@@ -67,11 +67,7 @@ class Pulse(Effect):
         return replace(yaw, tail=yaw.tail + tail, head=yaw.head + head)
 
     def runup(self, runup, state, case):
-        return replace(
-            runup, turn=runup.turn + self._at(state, "turn"), drift=runup.drift + self._at(state, "drift")
-        )
+        return replace(runup, turn=runup.turn + self._at(state, "turn"), drift=runup.drift + self._at(state, "drift"))
 
     def wrap(self, runoff, state, case):
-        return replace(
-            runoff, y=runoff.y + self._at(state, "shift"), alpha=runoff.alpha + self._at(state, "twist")
-        )
+        return replace(runoff, y=runoff.y + self._at(state, "shift"), alpha=runoff.alpha + self._at(state, "twist"))

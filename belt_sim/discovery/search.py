@@ -15,8 +15,9 @@ from belt_sim.discovery.survey import Law, Survey, Term
 
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)
 FIRSTS, SECONDS, REFINED = 12, 12, 24
+STEP_OF_GRID = 1.8  # ratio to the next knee or length of the grid
 HIDDEN = 2e-3  # share of a column that must be left beside what is chosen
-TERM, NUMBER, WAVE, EXPONENT, APART = 10.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2
+TERM, NUMBER, WAVE, EXPONENT, APART = 26.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2
 
 
 @dataclass(frozen=True)
@@ -30,14 +31,15 @@ class Scored:
 
 @dataclass(frozen=True)
 class Products:
-    """Products of a place's columns, run by run: with vectors (F, R, q), with themselves (F, R), and, of waves, with
-    their other halves; the halves follow in the second rows.
+    """Products of a place's columns, run by run: with vectors (R, F, q), with themselves (F, R); waves (w,): which
+    forms are waves, and the same products of their other halves (R, w, q), (w, R), and of both halves (w, R).
     """
 
     place: Place
     forms: list[Form]
     with_vectors: np.ndarray
     own: np.ndarray
+    waves: np.ndarray
     sine_vectors: np.ndarray
     sine: np.ndarray
     cross: np.ndarray
@@ -77,40 +79,50 @@ def products(survey: Survey, place: Place, vectors: np.ndarray, forms: list[Form
     forms = dictionary(survey.states, place.kind) if forms is None else forms
     vectors32 = vectors.astype(np.float32)
     rows = survey.rows(place, forms)
-    waving = [k for k, f in enumerate(forms) if f.course == "wave"]
-    halves = survey.rows(place, [forms[k].sine() for k in waving]) if waving else rows[:0]
-    onto = _dot(rows, vectors32)
-    sine_vectors, sine, cross = np.zeros_like(onto), np.zeros(onto.shape[:2]), np.zeros(onto.shape[:2])
-    sine_vectors[waving] = _dot(halves, vectors32)
-    sine[waving] = np.einsum("frm,frm->fr", halves, halves)
-    cross[waving] = np.einsum("frm,frm->fr", halves, rows[waving])
-    return Products(place, forms, onto, np.einsum("frm,frm->fr", rows, rows), sine_vectors, sine, cross)
+    waving = np.array([k for k, f in enumerate(forms) if f.course == "wave"], dtype=int)
+    halves = survey.rows(place, [forms[k].sine() for k in waving]) if len(waving) else rows[:0]
+    return Products(
+        place,
+        forms,
+        _dot(rows, vectors32),
+        np.einsum("frm,frm->fr", rows, rows),
+        waving,
+        _dot(halves, vectors32),
+        np.einsum("frm,frm->fr", halves, halves),
+        np.einsum("frm,frm->fr", halves, rows[waving]),
+    )
 
 
 def _dot(rows: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    return np.matmul(rows.swapaxes(0, 1), vectors.transpose(1, 2, 0)).swapaxes(0, 1).astype(float)
+    return np.matmul(rows.swapaxes(0, 1), vectors.transpose(1, 2, 0))  # (R, F, q)
 
 
-def gains(p: Products, weight: np.ndarray, beside: list[int], inverse: np.ndarray, shared_residual: np.ndarray):
-    """chi2 gains (F,) with run weights (R,); vector 0 is the residual, ``beside`` are the vectors taken out."""
+def gains(p: Products, weight: np.ndarray, targets: int, beside: list[int], inverse, along) -> np.ndarray:
+    """chi2 gains (F, targets) with run weights (R,).
+
+    Vectors 0..targets-1 are what is explained, ``beside`` those taken out; inverse: of their Gram matrix and prior;
+    along (c, targets): their products with the targets.
+    """
+    taken = inverse @ along
+
     def projected(vectors):
-        onto = np.einsum("r,frq->fq", weight, vectors)
-        return onto[:, 0] - onto[:, beside] @ inverse @ shared_residual, onto[:, beside]
+        onto = (weight.astype(vectors.dtype) @ vectors.reshape(len(weight), -1)).reshape(vectors.shape[1:])
+        return onto[:, :targets] - onto[:, beside] @ taken, onto[:, beside]
 
     pull, onto = projected(p.with_vectors)
     whole = p.own @ weight**2
-    left = whole - np.einsum("fc,cd,fd->f", onto, inverse, onto)
+    left = whole - np.einsum("fc,fc->f", onto @ inverse, onto)
     seen = left > HIDDEN * whole + 1e-30
-    gain = np.where(seen, pull**2 / np.where(seen, left, 1.0), 0.0)
-    k = np.flatnonzero([f.course == "wave" for f in p.forms])
+    gain = pull**2 * np.where(seen, 1.0 / np.where(seen, left, 1.0), 0.0)[:, None]
+    k = p.waves
     if len(k):
-        pull2, onto2 = projected(p.sine_vectors[k])
-        left2 = p.sine[k] @ weight**2 - np.einsum("fc,cd,fd->f", onto2, inverse, onto2)
-        both = p.cross[k] @ weight**2 - np.einsum("fc,cd,fd->f", onto[k], inverse, onto2)
-        det = left[k] * left2 - both**2
-        fine = det > 1e-6 * np.maximum(left[k] * left2, 1e-30)
-        top = left2 * pull[k] ** 2 + left[k] * pull2**2 - 2.0 * both * pull[k] * pull2
-        gain[k] = np.where(fine, top / np.where(fine, det, 1.0), gain[k])
+        pull1, (pull2, onto2) = pull[k], projected(p.sine_vectors)
+        left1, left2 = left[k], p.sine @ weight**2 - np.einsum("fc,fc->f", onto2 @ inverse, onto2)
+        both = p.cross @ weight**2 - np.einsum("fc,fc->f", onto[k] @ inverse, onto2)
+        det = left1 * left2 - both**2
+        fine = (det > 1e-6 * np.maximum(left1 * left2, 1e-30)) & (left2 > 0.0)
+        top = left2[:, None] * pull1**2 + left1[:, None] * pull2**2 - 2.0 * both[:, None] * pull1 * pull2
+        gain[k] = np.where(fine[:, None], top / np.where(fine, det, 1.0)[:, None], gain[k])
     return gain
 
 
@@ -123,7 +135,7 @@ def singles(survey: Survey, exponents=None) -> list[Scored]:
     for place in survey.places:
         p = products(survey, place, vectors)
         for n in exponents_of(survey) if exponents is None else exponents:
-            gain = gains(p, survey.weight(n), beside, g.inverse, g.shared_residual)
+            gain = gains(p, survey.weight(n), 1, beside, g.inverse, g.shared_residual[:, None])[:, 0]
             found += [_scored(Law((Term(place, f, n),)), x) for f, x in zip(p.forms, gain, strict=True)]
     return sorted(found, key=lambda s: -s.score)
 
@@ -171,7 +183,7 @@ def pairs(survey: Survey, firsts: list[Scored]) -> list[Scored]:
         more: list[Scored] = []
         for p in tables:
             for n in exponents_of(survey):
-                gain = gains(p, survey.weight(n), beside, inverse, along)
+                gain = gains(p, survey.weight(n), 1, beside, inverse, along[:, None])[:, 0]
                 for k in np.argsort(-gain)[:SECONDS]:
                     law = Law((*first.law.terms, Term(p.place, p.forms[k], n)))
                     more.append(_scored(law, first.gain + gain[k]))
@@ -180,26 +192,30 @@ def pairs(survey: Survey, firsts: list[Scored]) -> list[Scored]:
 
 
 def refined(survey: Survey, scored: Scored) -> Scored:
-    """The law with its shape numbers and exponents at their best, one after the other."""
+    """The law with its shape numbers at their best, one after the other."""
     law, gain = scored.law, gain_of(survey, scored.law)
     for k, term in enumerate(law.terms):
-        for number, grid in (("bend", 1.6), ("at", 1.5)):
+        for number in ("knee", "at", "wide"):
             value = getattr(term.form, number)
             if value is None:
                 continue
-            factor = _neighbour(survey, term.form) if number == "at" else grid
-
-            def put(x, k=k, number=number):
-                t = law.terms[k]
-                form = replace(t.form, **{number: float(np.exp(x))})
-                return Law((*law.terms[:k], replace(t, form=form), *law.terms[k + 1 :]))
-
-            low, high = np.log(value / factor), np.log(value * factor)
-            best = minimize_scalar(lambda x: -gain_of(survey, put(x)), bounds=(low, high), method="bounded",
-                                   options={"maxiter": 14, "xatol": 1e-3})  # fmt: skip
+            off = np.log(_neighbour(survey, term.form) if number == "at" else STEP_OF_GRID)
+            best = minimize_scalar(
+                lambda x, at=(law, k, number): -gain_of(survey, _put(*at, float(np.exp(x)))),
+                bounds=(np.log(value) - off, np.log(value) + off),
+                method="bounded",
+                options={"maxiter": 14, "xatol": 1e-3},
+            )
             if -best.fun > gain:
-                law, gain = put(best.x), float(-best.fun)
+                law, gain = _put(law, k, number, float(np.exp(best.x))), float(-best.fun)
     return _scored(law, gain)
+
+
+def _put(law: Law, k: int, number: str, value: float) -> Law:
+    """The law with a number of its k-th term changed."""
+    term = law.terms[k]
+    changed: dict = {number: value}
+    return Law((*law.terms[:k], replace(term, form=replace(term.form, **changed)), *law.terms[k + 1 :]))
 
 
 def _neighbour(survey: Survey, form: Form) -> float:
@@ -207,6 +223,6 @@ def _neighbour(survey: Survey, form: Form) -> float:
     end = float(survey.states.s[-1])
     if form.course == "wave":
         return 1.0 + 0.5 * float(form.at or 1.0) / end
-    if form.course == "after":
+    if form.course in ("after", "during"):
         return 1.0 + end / 12.0 / float(form.at or 1.0)
     return 2.0

@@ -118,7 +118,9 @@ class State(Motion):
     cants and camber acts; slip [m], shape (2,): how far the belt has slid sideways, mean over the wrap;
     waits: the pulley on which the belt did not slide in the last step, because both take turns (-1 = neither);
     led, kink_slope: of a limp belt (wrap/release.py), stations at the run-offs when they were last put on their lines,
-    and slope of y there counted against the travel, shape (2, m);
+    and slope of y there counted against the travel, shape (2, m); met, turned, aside: of a limp belt at its run-ups,
+    outermost stations and yaw [rad] of the last step, and how much further than the span the pulley has taken the
+    station [m], shape (2,);
     time [s]; travel [m], speed [m/s]: of the belt.
     """
 
@@ -130,6 +132,9 @@ class State(Motion):
     slip: np.ndarray
     led: list[int]
     kink_slope: np.ndarray
+    met: list[int]
+    turned: np.ndarray
+    aside: np.ndarray
     travel: float
     share: float = 0.0
     waits: int = -1

@@ -20,7 +20,7 @@ from belt_sim.mujoco3d.mujoco_4 import Solver, Springs
 from belt_sim.mujoco3d.state import State
 from belt_sim.mujoco3d.wrap.contact import follow, laid_wraps, settle
 from belt_sim.mujoco3d.wrap.layer import Layer, displaced
-from belt_sim.mujoco3d.wrap.release import lead_off, run_off
+from belt_sim.mujoco3d.wrap.release import lead_off, lead_on, run_off
 from belt_sim.mujoco3d.wrap.tangent import Tangent
 
 
@@ -84,6 +84,9 @@ class Engine:
             slip=np.zeros(2),
             led=[run_off(wrap, int(self.pulleys.sign)) for wrap in wraps],
             kink_slope=np.zeros((2, mesh.across)),
+            met=[run_off(wrap, -int(self.pulleys.sign)) for wrap in wraps],
+            turned=np.zeros(2),
+            aside=np.zeros(2),
             travel=-scene.early,
         )
 
@@ -120,6 +123,7 @@ class Engine:
                 springs.rest[wrap.stations] += displaced(wrap, pose, mesh)
             springs.stiffness[wrap.stations] = self.scene.options.hold_stiffness
         if self.limp:
+            lead_on(mesh, state, springs, int(self.pulleys.sign))
             lead_off(mesh, state, springs, int(self.pulleys.sign))
         self.guides.press(state, springs)
         return springs

@@ -8,6 +8,7 @@ lengths, counted from their mean over the width, with sigma and psi those of its
 instant. How much the belt tilts there, which span does and what comes of it is left to the scene.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,7 +70,8 @@ class Layer:
         strain = (np.linalg.norm(links, axis=2) / mesh.lengths[stations[:-1]]).mean(axis=0) - 1.0
         stress = self.modulus * np.maximum(strain, _SLACKEST * max(strain.mean(), 1e-12))
         along = links.sum(axis=0)
-        steeper = np.array([end * tangent_angle(pose, line) for line in along])
+        meets = wrap.tangent[(end + 1) // 2]
+        steeper = np.array([end * math.remainder(tangent_angle(pose, line) - meets, math.tau) for line in along])
         layer = np.sqrt(self.plate / (stress * self.thickness))
         out = layer**2 / (2.0 * radius)
         drawn = layer**3 / (12.0 * radius**2) - out.mean() * (steeper - steeper.mean())
