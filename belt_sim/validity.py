@@ -19,6 +19,7 @@ from belt_sim.laws.span import beam_second_order, strip
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
 FRICTION = 0.15  # steel on a smooth pulley, the least that is usual; a case does not say it
 SLIP_WAY = 0.1  # share of a quarter span on which slip may act
+NEXT = 0.25  # share of either second-order term that is kept where both cancel
 STRENGTH = 450e6  # [Pa], bending fatigue of usual belt steels
 _answers = compiled(held_answers)
 _fields = compiled(along)
@@ -84,7 +85,8 @@ def _beyond_linear(case: Case) -> float:
     """Change of the entry moment over the square of the yaw [1/rad^2]: 4 (stretch - relief) / (M_entry yaw).
 
     Energies of fourth order, with the linear fields put in: twist stretches the edges, E h b^5/1440 int phi'^4; and in
-    F w'' = q + (M phi)'' the moment lets the tilted span sag on, int (M phi)'^2 / 2F.
+    F w'' = q + (M phi)'' the moment lets the tilted span sag on, int (M phi)'^2 / 2F. Where both are alike, the next
+    order is left: a quarter of the larger is kept.
     """
     span, belt = strip(case), case.belt
     fields = _fields(span)
@@ -94,7 +96,7 @@ def _beyond_linear(case: Case) -> float:
     twist, tilt = twist - tilt[-1] / x[-1], tilt - tilt[-1] * x / x[-1]
     stretch = belt.youngs_modulus * belt.thickness * belt.width**5 / 1440.0 * np.trapezoid(twist**4, x)
     relief = np.trapezoid(np.gradient(moment * tilt, x) ** 2, x) / (2.0 * float(span.force))
-    return float(4.0 * (stretch - relief) / moment[-1])
+    return float(4.0 * max(abs(stretch - relief), NEXT * max(stretch, relief)) / moment[-1])
 
 
 def _integral(values: np.ndarray, x: np.ndarray) -> np.ndarray:

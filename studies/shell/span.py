@@ -104,6 +104,7 @@ def span_study(config: dict[str, Any]) -> None:
             cells = [f"{v:.1f}" if k < 2 else f"{v:.3f}" for k in range(3) for v in (shell[k], law[k])]
             apart = " ".join(f"{100 * (s / w - 1):+.2f}" for s, w in zip(shell, law, strict=True))
             table.add_row(f"{tension:g}", ends, *cells, apart, f"{time.perf_counter() - begun:.0f}")
+            print(f"{tension:g} N/mm2, {ends}: {apart}", flush=True)  # a row may take minutes
     console = Console(width=150)
     console.print(table)
 
