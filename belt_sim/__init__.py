@@ -32,6 +32,7 @@ _HOMES = {
     "diagnose": "belt_sim.use_cases.diagnose",
     "discover": "belt_sim.use_cases.discover",
     "library": "belt_sim.effects.library",
+    "linearise": "belt_sim.use_cases.linearise",
     "load_campaign": "belt_sim.campaign:read_campaign",
     "load_diagnosis": "belt_sim.results.read:read_diagnosis",
     "model_named": "belt_sim.registry",

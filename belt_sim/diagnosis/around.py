@@ -51,7 +51,7 @@ def around(bench: Workbench, fit: Fit, ids: Sequence[str]) -> Around:
     rows = bench.slopes(fit.vector, positions)
     slopes = dict(zip(positions, rows, strict=True))
     size = np.linalg.norm(bench.metric.whiten(rows), axis=1)
-    faint = [k for k, length in zip(positions, size, strict=True) if length < STRONG]
+    faint = [k for k, length in zip(positions, size, strict=True) if length < STRONG and not bench.forward.linear[k]]
     if not faint:
         return Around(fit, slopes, {})
     tried = [(k, size) for k in faint for size in SIZES]

@@ -1,4 +1,8 @@
-"""Joint refits: effect parameters against whitened readings, many sets of effects at once (Levenberg-Marquardt)."""
+"""Joint refits: effect parameters against whitened readings, many sets of effects at once (Levenberg-Marquardt).
+
+A step costs one prediction a set. Derivatives are taken anew only where chi2 came out otherwise than the old ones had
+it; in the linear range a refit is one projection and one prediction that confirms it.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -8,8 +12,9 @@ import numpy as np
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.metric import Metric
 
-MAX_ROUNDS = 12
+MAX_ROUNDS = 24
 TOLERANCE = 0.02  # in chi2; thresholds are about 10
+DAMPED = 1e-3  # the least damping, in units of the information, after a step that failed
 FAINT = 1e-3  # a parameter that moves no reading by this many sigma at its scale is not there
 
 
@@ -19,7 +24,7 @@ class Fit:
 
     ids; free: positions in vector that were fitted; vector: the best point; chi2: of the whitened residual;
     columns (k, N): whitened derivatives along free; slopes (k, R, S, n): the same as predicted; residual (N,):
-    whitened; values (R, S, n): predictions.
+    whitened; values (R, S, n): predictions; stale: the derivatives no longer hold; settled: nothing more is gained.
     """
 
     ids: tuple[str, ...]
@@ -30,8 +35,14 @@ class Fit:
     slopes: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
     residual: np.ndarray = field(default_factory=lambda: np.empty(0))
     values: np.ndarray = field(default_factory=lambda: np.empty(0))
-    damping: float = 1e-3
-    done: bool = False
+    damping: float = 1e-6
+    stale: bool = False
+    settled: bool = False
+
+    @property
+    def done(self) -> bool:
+        """Whether this is the best point, with derivatives that hold there."""
+        return self.settled and not self.stale
 
     @property
     def covariance(self) -> np.ndarray:
@@ -42,51 +53,74 @@ class Fit:
 def fit_sets(forward: Forward, metric: Metric, starts: Sequence[Fit], y: np.ndarray | None = None) -> list[Fit]:
     """Refine every start; all sets advance together, so that a round costs one batch of predictions."""
     target = metric.samples.y if y is None else y
-    fits = [replace(f, vector=np.array(f.vector)) for f in starts]
-    fresh = [f for f in fits if not np.isfinite(f.chi2)]
-    if fresh:
-        _advance(forward, metric, fresh, [f.vector for f in fresh], target)
+    fits = [replace(f, vector=np.array(f.vector), stale=f.stale or not np.isfinite(f.chi2)) for f in starts]
     for _ in range(MAX_ROUNDS):
         active = [f for f in fits if not f.done]
         if not active:
             break
-        _advance(forward, metric, active, [_proposal(f) for f in active], target)
+        _advance(forward, metric, active, target)
     return fits
 
 
-def _advance(forward, metric, fits, proposals, target) -> None:
-    """Evaluate proposals and keep those that are better."""
-    counts = [max(1, len(f.free)) for f in fits]
-    points = np.concatenate([np.repeat(p[None], c, axis=0) for p, c in zip(proposals, counts, strict=True)])
-    along = np.concatenate([_directions(f, forward.size) for f in fits])
-    values, slopes = forward.lanes(points, along)
+def _advance(forward, metric, fits: list[Fit], target) -> None:
+    """One prediction for every fit whose derivatives hold, new derivatives for the others."""
+    points = [f.vector if f.stale else _proposal(f) for f in fits]
+    along = [_directions(f, forward.size) for f in fits]
+    at = np.concatenate([np.repeat(p[None], len(d), axis=0) for p, d in zip(points, along, strict=True)])
+    values, slopes = forward.lanes(at, np.concatenate(along))
     start = 0
-    for fit, proposal, count in zip(fits, proposals, counts, strict=True):
-        rows = slice(start, start + count)
-        start += count
-        _judge(fit, proposal, metric, values[rows][0], slopes[rows][: len(fit.free)], target)
+    for fit, point, rows in zip(fits, points, along, strict=True):
+        here = slice(start, start + len(rows))
+        start += len(rows)
+        if fit.stale:
+            _take(fit, metric, values[here][0], slopes[here][: len(fit.free)], target)
+        else:
+            _judge(fit, point, metric, values[here][0], target)
 
 
 def _directions(fit: Fit, size: int) -> np.ndarray:
-    rows = np.zeros((max(1, len(fit.free)), size))
-    for k, position in enumerate(fit.free):
-        rows[k, position] = 1.0
-    return rows
+    """Along every free parameter where derivatives are due, otherwise one row of zeros."""
+    if not (fit.stale and fit.free):
+        return np.zeros((1, size))
+    return np.eye(size)[fit.free]
 
 
-def _judge(fit: Fit, proposal, metric, values, slopes, target) -> None:
-    """Take a proposal if it lowers chi2; otherwise damp more."""
+def _take(fit: Fit, metric, values, slopes, target) -> None:
+    """Derivatives at the point where the fit stands; at its start the residual too."""
+    fit.stale = False
+    if not np.isfinite(fit.chi2):
+        if not np.isfinite(values).all():  # whitening takes nan for a reading that is missing
+            fit.settled = True
+            return
+        fit.residual, fit.values = metric.whiten(target - values), values
+        fit.chi2 = float(fit.residual @ fit.residual)
+    fit.slopes = slopes
+    fit.columns = metric.whiten(slopes) if fit.free else np.empty((0, len(fit.residual)))
+    fit.settled = fit.settled or not fit.free
+
+
+def _judge(fit: Fit, proposal, metric, values, target) -> None:
+    """Take a proposal if it lowers chi2; otherwise damp more, with derivatives that hold where the fit stands."""
     residual = metric.whiten(target - values)
     chi2 = float(residual @ residual)
     if not np.isfinite(values).all() or chi2 > fit.chi2:  # whitening takes nan for a reading that is missing
-        fit.damping *= 8.0
-        fit.done = fit.damping > 1e6 or not np.isfinite(fit.chi2)
+        fit.damping = max(8.0 * fit.damping, DAMPED)
+        fit.settled = fit.damping > 1e6
         return
-    gained = fit.chi2 - chi2
-    fit.vector, fit.chi2, fit.residual, fit.values, fit.slopes = proposal, chi2, residual, values, slopes
-    fit.columns = metric.whiten(slopes) if len(fit.free) else np.empty((0, len(residual)))
+    foreseen = fit.residual - (proposal - fit.vector)[fit.free] @ fit.columns
+    gained, amiss = fit.chi2 - chi2, abs(chi2 - float(foreseen @ foreseen))
+    fit.vector, fit.chi2, fit.residual, fit.values = proposal, chi2, residual, values
     fit.damping = max(fit.damping / 6.0, 1e-9)
-    fit.done = not fit.free or gained < TOLERANCE + 1e-3 * max(chi2 - len(residual), 0.0)
+    fit.stale = amiss > TOLERANCE
+    fit.settled = gained < TOLERANCE + 1e-3 * max(chi2 - len(residual), 0.0)
+    if not (fit.stale or fit.settled):
+        fit.settled = _to_gain(fit) < TOLERANCE
+
+
+def _to_gain(fit: Fit) -> float:
+    """chi2 that an undamped step would still take away in the linear range."""
+    along = fit.columns @ fit.residual
+    return float(along @ np.linalg.lstsq(fit.columns @ fit.columns.T, along, rcond=1e-10)[0])
 
 
 def _proposal(fit: Fit) -> np.ndarray:

@@ -2,11 +2,13 @@
 
 A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw], the last three
 relative, relative and in radians, the same for every run (a run's own setting error is small and enters linearly,
-through the derivative). Values and directional derivatives are computed for many points at once.
+through the derivative). Many points are computed at once; derivatives are differences of neighbouring points, which
+share the point they start from. Heavy effects are compiled in only where they are not null.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
@@ -17,16 +19,22 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.case import Case, Schedule
+from belt_sim.diagnosis import linear_readings
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import compiled
 
-STEP = 0.1  # [m] of the march; wobble, the fastest effect, is then right to a few per mille
+STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
-LANES = 16  # points a batch; larger requests are cut, smaller ones padded, so that one shape is compiled
+ROOM = 5.0  # [m] that predicted travel is rounded up to, so that campaigns of much the same length share compiled code
+COLUMNS = 32  # samples of a run are filled up to a multiple of this, for the same reason
+LANES = 8  # points a batch; larger requests are cut, smaller ones padded, so that one shape is compiled
 WORKERS = 2  # batches at once: a march is one long loop, which uses one core
 NUISANCES = ("stiffness", "tension", "yaw")
+DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
+DIFFERENCES = (1e-5, 1e-5, 1e-8)  # the same of stiffness, tension, yaw [rad]
+PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
 
 
 @dataclass(frozen=True)
@@ -48,14 +56,46 @@ class Slot:
 class Forward:
     """Predictions of ``model`` with every effect of ``classes`` within reach, all null to begin with."""
 
-    def __init__(self, samples: Samples, model: Composition, classes: Sequence[type[Effect]]) -> None:
-        self.samples, self.model, self.classes = samples, model, tuple(classes)
-        self.slots = tuple(Slot(c, name) for c in self.classes for name in c.parameters)
+    def __init__(
+        self,
+        samples: Samples,
+        model: Composition,
+        classes: Sequence[type[Effect]],
+        step: float = STEP,
+        terms: Mapping[str, int] | None = None,
+    ) -> None:
+        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved."""
+        self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
+        self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
+        self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
+        self.linear = np.array([s.effect.linear for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
-        travel = float(np.ceil(samples.end * REACH + 0.5))
-        plan = plan_steps(samples.cases, travel=travel, step=STEP, keep=STEP)
-        places = tuple(_place(s.at) for s in samples.signals)
-        self._lanes = _compiled(model, plan, self.slots, travel, places)
+        self._heavy = {c: self.index(c.id) for c in self.classes if c.heavy}
+        self._travel = float(ROOM * np.ceil((samples.end * REACH + 0.5) / ROOM))
+        self._plan = plan_steps(samples.cases, travel=self._travel, step=step, keep=step)
+        self.tension, self.yaw = np.zeros((2, len(samples.runs)))
+        self.offset: np.ndarray | float = 0.0
+
+    def set_to(self, tension: np.ndarray, yaw: np.ndarray) -> "Forward":
+        """The same with every run (R,) set off by these [relative, rad]."""
+        settings = self.samples.cases.settings
+        change = np.array(settings.yaw.change)
+        change[:, -1] += yaw - self.yaw
+        settings = replace(
+            settings,
+            tension=settings.tension * (1.0 + tension) / (1.0 + self.tension),
+            yaw=replace(settings.yaw, change=change),
+        )
+        found = copy(self)
+        found.samples = replace(self.samples, cases=replace(self.samples.cases, settings=settings))
+        found.tension, found.yaw, found.offset = tension, yaw, 0.0
+        return found
+
+    def less(self, offset: np.ndarray) -> "Forward":
+        """The same with ``offset`` (R, S, n) taken off all predictions of its own runs."""
+        found = copy(self)
+        found.offset = offset
+        return found
 
     def index(self, effect_id: str) -> list[int]:
         """Positions in the parameter vector of an effect's parameters."""
@@ -71,21 +111,55 @@ class Forward:
 
     def values(self, vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size)."""
-        return self.lanes(vector, np.zeros_like(vector), samples)[0]
+        samples = samples or self.samples
+        active = self._active(vector)
+        found = np.empty((len(vector), *samples.y.shape))
+        for key in {tuple(row) for row in active}:
+            rows = np.flatnonzero((active == key).all(axis=1))
+            found[rows] = self._marched(vector[rows], key, samples)
+        return found - self.offset if samples is self.samples else found
 
     def lanes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
-        data = _data(samples or self.samples)
+        points, of = np.unique(vector, axis=0, return_inverse=True)
+        of = of.reshape(-1)
+        read = np.any(directions[:, self.linear], axis=1) & ~np.any(directions[:, ~self.linear], axis=1)
+        moving = np.flatnonzero(np.any(directions, axis=1) & ~read)
+        along = directions[moving]
+        least = np.array([DIFFERENCE] * len(self.slots) + list(DIFFERENCES))
+        step = np.min(least / np.maximum(np.abs(along), 1e-30), axis=1, initial=np.inf)
+        found = self.values(np.concatenate([points, vector[moving] + step[:, None] * along]), samples)
+        values = found[of]
+        slopes = np.zeros_like(values)
+        slopes[moving] = (found[len(points) :] - values[moving]) / step[:, None, None, None]
+        if read.any():
+            slopes[read] = linear_readings.slopes(self, vector[read], directions[read], samples or self.samples)
+        return values, slopes
 
-        def batch(start: int):
-            part, along = vector[start : start + LANES], directions[start : start + LANES]
-            values, slopes = self._lanes(_pad(part), _pad(along), data)
-            return np.asarray(values)[: len(part)], np.asarray(slopes)[: len(part)]
+    def _active(self, vector: np.ndarray) -> np.ndarray:
+        """Which of the heavy effects (C, heavy) are not null."""
+        null = self.null()
+        columns = [np.any(vector[:, k] != null[k], axis=1) for k in self._heavy.values()]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(vector), 0), dtype=bool)
+
+    def _marched(self, vector: np.ndarray, active: tuple, samples: Samples) -> np.ndarray:
+        """Predictions (C, R, S, n) with the heavy effects that are ``active`` and all others."""
+        without = {c for c, on in zip(self._heavy, active, strict=True) if not on}
+        kept = [k for k, s in enumerate(self.slots) if s.effect not in without]
+        slots = tuple(self.slots[k] for k in kept)
+        march = _compiled(self.model, self._plan, slots, self._travel)
+        vector = vector[:, [*kept, *range(len(self.slots), self.size)]]
+        data = _data(samples)
+        runs, _, n = samples.y.shape
+        places = [PLACES.index(s.at) for s in samples.signals]
+
+        def batch(start: int) -> np.ndarray:
+            part = vector[start : start + LANES]
+            return np.asarray(march(_pad(part), data))[: len(part), :runs, places, :n]
 
         first = batch(0)  # compiles, once, before there are several threads
         with ThreadPoolExecutor(WORKERS) as pool:
-            pieces = [first, *pool.map(batch, range(LANES, len(vector), LANES))]
-        return tuple(np.concatenate(x) for x in zip(*pieces, strict=True))
+            return np.concatenate([first, *pool.map(batch, range(LANES, len(vector), LANES))])
 
     def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
         """The effects ``ids`` with the numbers of a parameter vector."""
@@ -96,20 +170,28 @@ class Forward:
 
 
 @cache
-def _compiled(model: Composition, plan, slots, span: float, places):
-    """Values and directional derivatives for a batch of points; one compilation for all campaigns of one shape."""
-    one = partial(_one_run, model=model, plan=plan, slots=slots, span=span, places=places)
+def _compiled(model: Composition, plan, slots, span: float):
+    """Predictions at a batch of points; one compilation for all campaigns of one shape."""
+    one = partial(_one_run, model=model, plan=plan, slots=slots, span=span)
     axes = (None, Case(rig=None, belt=None, settings=0), 0, 0, 0)  # type: ignore[arg-type]
     runs = jax.vmap(one, in_axes=axes)
-
-    def lane(vector, direction, data):
-        return jax.jvp(lambda p: runs(p, *data), (vector,), (direction,))
-
-    return compiled(jax.vmap(lane, in_axes=(0, 0, None)))
+    return compiled(jax.vmap(lambda vector, data: runs(vector, *data), in_axes=(0, None)))
 
 
 def _data(samples: Samples):
-    return samples.cases, samples.travel, samples.time, samples.yaw_at
+    """Cases, travel, time and where yaw was applied, filled up to a shape that many campaigns share."""
+    runs, _, n = samples.y.shape
+    rows = np.minimum(np.arange(_bucket(runs)), runs - 1)
+    columns = np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
+    settings = jax.tree.map(lambda x: x[rows], samples.cases.settings)
+    cases = replace(samples.cases, settings=settings)
+    return cases, samples.travel[rows][:, columns], samples.time[rows][:, columns], samples.yaw_at[rows]
+
+
+def _bucket(runs: int) -> int:
+    """A number of runs that many campaigns share."""
+    size = 1 if runs <= 4 else 2 if runs <= 12 else 4
+    return -(-runs // size) * size
 
 
 def _pad(rows: np.ndarray) -> np.ndarray:
@@ -117,14 +199,8 @@ def _pad(rows: np.ndarray) -> np.ndarray:
     return np.concatenate([rows, np.repeat(rows[:1], missing, axis=0)]) if missing else rows
 
 
-def _place(at: str) -> tuple[str, int]:
-    """("y", row) or ("tilt", row) of a signal's place."""
-    places = {f"point_{k}": ("y", k - 1) for k in (1, 2, 3, 4)}
-    return (places | {"upper_mid_span": ("tilt", 0), "lower_mid_span": ("tilt", 1)})[at]
-
-
-def _one_run(vector, case: Case, travel, time, yaw_at, *, model, plan, slots, span, places):
-    """Readings (S, n) of one run at a parameter vector."""
+def _one_run(vector, case: Case, travel, time, yaw_at, *, model, plan, slots, span):
+    """Readings (6, n) of one run at every place."""
     numbers: dict[type[Effect], dict] = {}
     for k, slot in enumerate(slots):
         numbers.setdefault(slot.effect, {})[slot.name] = vector[k] * slot.scale
@@ -133,8 +209,7 @@ def _one_run(vector, case: Case, travel, time, yaw_at, *, model, plan, slots, sp
     curves = march_traced(case, effects, span, model=model, plan=plan)
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
     shown = indicate(curves, case, effects, stated, jnp.append(time, yaw_at / case.settings.speed))
-    rows = {"y": shown.y[:, :-1] - shown.y[:, -1:], "tilt": shown.tilt[:, :-1]}
-    return jnp.stack([rows[kind][row] for kind, row in places])
+    return jnp.concatenate([shown.y[:, :-1] - shown.y[:, -1:], shown.tilt[:, :-1]])
 
 
 def _as_set(case: Case, nuisance) -> Case:

@@ -95,7 +95,7 @@ def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.n
             travel = samples.travel[r, keep]
             key = travel.tobytes() + bytes([s]) + np.float64(samples.per_bin[r]).tobytes()
             if key not in seen:
-                seen[key] = whitener(covariance(signal, travel, samples.per_bin[r], levels))
+                seen[key] = whitener(covariance(signal, travel, samples.per_bin[r], levels, s))
             roots[r, s][np.ix_(keep, keep)] = seen[key]
     bare = Metric(samples, levels, roots, (), (np.zeros(1), 0.0))
     white = bare.noise_white(shapes)

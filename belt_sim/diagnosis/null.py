@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from belt_sim.diagnosis.noise import Levels, wander_root
+from belt_sim.diagnosis.projection import Projection
 from belt_sim.diagnosis.workbench import Workbench
 
 BATCH = 250
-FAINT = 1e-2  # a shape this small, in sigma, cannot be seen in these readings
+_CURRENT = ""  # family of what is fitted already
 
 
 @dataclass(frozen=True)
@@ -64,29 +64,20 @@ def null_gains(
     of what is fitted already; base (R, S, n): predictions; count: replicates; tick(n) is told of progress.
     """
     rng = np.random.default_rng(seed)
-    names = list(shapes)
-    gains: dict[str, list[np.ndarray]] = {n: [] for n in names}
-    cache: dict[tuple[float, float], list[np.ndarray]] = {}
-    noise = NoiseSource(bench, rng)
-    dof: dict[str, int] = {}
+    families = {_CURRENT: current.reshape(-1, *base.shape), **shapes}
+    projection = Projection(bench.fitted, bench.shapes, bench.shared, families)
+    noise = NoiseSource(bench, bench.samples.y - base, rng)
+    gains: dict[str, list[np.ndarray]] = {n: [] for n in shapes}
+    dof = dict.fromkeys(shapes, 0)
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
-        errors, found = noise.draw(size)
-        if bench.levels.repeats:
-            found = [bench.finder(base + e) for e in errors]
-        rows = {n: np.empty(size) for n in names}
-        flat = np.where(np.isfinite(bench.fitted.y), errors, 0.0).reshape(size, -1)
-        for key in {(lv.white, lv.wander) for lv in found}:
-            members = np.array([k for k, lv in enumerate(found) if (lv.white, lv.wander) == key])
-            if key not in cache:
-                cache[key] = _projectors(bench, key, shapes, current)
-            for name, projector in zip(names, cache[key], strict=True):
-                free = bench.forward.modifiers(name) if len(projector) else 0
-                dof[name] = max(dof.get(name, 0), len(projector) + free)
-                by_chance = rng.chisquare(free, len(members)) if free else 0.0
-                rows[name][members] = np.sum((flat[members] @ projector.T) ** 2, axis=1) + by_chance
-        for n in names:
-            gains[n].append(rows[n])
+        errors = noise.draw(size)
+        left = projection.sums(errors, bench.finder.many(errors)).beside(_CURRENT)
+        for name in shapes:
+            taken, rank = left.gains(name)
+            free = bench.forward.modifiers(name) if rank.any() else 0
+            dof[name] = max(dof[name], int(rank.max()) + free)
+            gains[name].append(taken + (rng.chisquare(free, size) if free else 0.0))
         tick(size)
     return NullGains({n: np.concatenate(g) for n, g in gains.items()}, dof)
 
@@ -94,55 +85,32 @@ def null_gains(
 class NoiseSource:
     """Draws of everything that may differ when nothing is missing, as readings (count, R, S, n)."""
 
-    def __init__(self, bench: Workbench, rng: np.random.Generator) -> None:
-        self.bench, self.rng = bench, rng
-        self.white, self.wander = {}, {}
-        for r in range(len(bench.samples.runs)):
-            for s, signal in enumerate(bench.samples.signals):
-                travel = bench.samples.travel[r]
-                per_bin = bench.samples.per_bin[r]
-                self.white[r, s] = signal.white / np.sqrt(per_bin)
-                self.wander[r, s] = wander_root(signal, travel)
+    def __init__(self, bench: Workbench, errors: np.ndarray, rng: np.random.Generator) -> None:
+        """errors (R, S, n): what the current model leaves of the readings."""
+        self.bench, self.errors, self.rng = bench, errors, rng
 
-    def draw(self, count: int) -> tuple[np.ndarray, list[Levels]]:
-        """Errors at levels that the readings leave possible, and the levels that the pipeline believes in."""
+    def draw(self, count: int) -> np.ndarray:
+        """Errors at levels that the readings leave possible."""
         bench, rng = self.bench, self.rng
-        shape = (count, *bench.samples.y.shape)
-        errors = np.zeros(shape)
-        off = bench.finder.draw(bench.samples.y, count, rng)
-        for (r, s), root in self.wander.items():
-            wander = rng.standard_normal((count, root.shape[1])) @ root.T
-            white = self.white[r, s] * rng.standard_normal((count, shape[-1]))
-            errors[:, r, s] = off[:, :1] * white + off[:, 1:] * wander
+        samples = bench.samples
+        levels = bench.finder.draw(self.errors, count, rng)
+        white = np.array([s.white for s in samples.signals]) / np.sqrt(samples.per_bin)[:, None]
+        errors = white[..., None] * rng.standard_normal((count, *samples.y.shape))
+        errors *= levels[:, None, :, 0, None]
+        errors += self._wander(levels[..., 1], levels[..., 2])
         runs = rng.standard_normal((count, *bench.shapes.shape[:2]))
         errors += np.einsum("ckr,krsn->crsn", runs, bench.shapes)
-        errors += rng.standard_normal(count)[:, None, None, None] * bench.shared
-        return errors, [bench.levels] * count
+        return errors + rng.standard_normal(count)[:, None, None, None] * bench.shared
 
-
-def _projectors(bench: Workbench, key: tuple[float, float], shapes, current) -> list[np.ndarray]:
-    """Rows (k, R*S*n) whose squared products with raw errors sum to a candidate's gain."""
-    metric = bench.metric
-    if key != (bench.levels.white, bench.levels.wander):
-        metric = bench.metric_at(Levels(white=key[0], wander=key[1], repeats=bench.levels.repeats))
-    inside = _basis(metric.whiten(current)) if len(current) else np.empty((0, 1))
-    rows = []
-    for columns in shapes.values():
-        white = metric.whiten(columns)
-        if len(inside):
-            white = white - (white @ inside.T) @ inside
-        rows.append(metric.matrix_transpose(_basis(white)).reshape(-1, bench.samples.y.size))
-    return rows
-
-
-def _basis(rows: np.ndarray) -> np.ndarray:
-    """Orthonormal rows spanning ``rows``, without directions too faint to matter."""
-    if not len(rows):
-        return rows
-    size = np.linalg.norm(rows, axis=1, keepdims=True)
-    seen = size[:, 0] > FAINT
-    scaled = rows[seen] / size[seen]
-    if not len(scaled):
-        return scaled
-    _, strength, directions = np.linalg.svd(scaled, full_matrices=False)
-    return directions[strength > 1e-6 * strength[0]]
+    def _wander(self, size: np.ndarray, length: np.ndarray) -> np.ndarray:
+        """Wander (count, R, S, n) at factors (count, S) on its size and length, by recursion along the travel."""
+        samples = self.bench.samples
+        stated = np.array([max(s.wander_length, 1e-6) for s in samples.signals])
+        steps = np.diff(samples.travel, axis=1)[None, :, None] / (length * stated)[:, None, :, None]
+        keep = np.exp(-np.abs(steps))
+        fresh = np.sqrt(1.0 - keep**2)
+        found = self.rng.standard_normal((len(size), *samples.y.shape))
+        for k in range(keep.shape[-1]):
+            found[..., k + 1] = keep[..., k] * found[..., k] + fresh[..., k] * found[..., k + 1]
+        sd = size * np.array([s.wander_sd for s in samples.signals])
+        return sd[:, None, :, None] * found

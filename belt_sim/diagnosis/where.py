@@ -1,8 +1,8 @@
 """Where a model fails: error over validation uncertainty, by tension, yaw sign, travel window and signal.
 
-ASME V&V 20: E = model - measurement; u_val from noise, zero, gain, settings and stiffness; |E| <= k u_val means that
-the comparison cannot say more. k = 2 for one cell; a statement about many cells takes the k that all of them together
-exceed by chance in one comparison of twenty.
+ASME V&V 20: E = model - measurement; u_val from noise, zero, gain, settings, stiffness and the march's step; |E| <= k
+u_val means that the comparison cannot say more. k = 2 for one cell; a statement about many cells takes the k that all
+of them together exceed by chance in one comparison of twenty.
 """
 
 from collections.abc import Mapping
@@ -48,8 +48,9 @@ def validation_uncertainty(bench: Workbench) -> np.ndarray:
     samples, levels = bench.samples, bench.levels
     white = np.array([s.white for s in samples.signals])[None, :] / np.sqrt(samples.per_bin)[:, None]
     wander = np.array([s.wander_sd for s in samples.signals])[None, :]
-    noise = (levels.white * white) ** 2 + (levels.wander * wander) ** 2
-    return np.sqrt(noise[..., None] + np.sum(bench.shapes**2, axis=0) + bench.shared**2)
+    noise = (np.asarray(levels.white) * white) ** 2 + (np.asarray(levels.wander) * wander) ** 2
+    march = 0.0 if bench.march is None else bench.march.error**2
+    return np.sqrt(noise[..., None] + np.sum(bench.shapes**2, axis=0) + bench.shared**2 + march)
 
 
 def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:

@@ -9,9 +9,13 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fit import Fit, fit_sets
 from belt_sim.diagnosis.forward import NUISANCES, Forward
+from belt_sim.diagnosis.levels import LevelFinder
+from belt_sim.diagnosis.linear_readings import as_they_show
+from belt_sim.diagnosis.march_error import MarchError, march_error
 from belt_sim.diagnosis.metric import Metric, metric_of, nuisance_shapes
-from belt_sim.diagnosis.noise import LevelFinder, Levels
+from belt_sim.diagnosis.noise import Levels
 from belt_sim.diagnosis.samples import Samples, samples_of
+from belt_sim.diagnosis.settings import settled
 from belt_sim.effects.base import Effect
 
 
@@ -20,7 +24,7 @@ class Workbench:
     """A campaign laid out for a model.
 
     samples: every run; fitted: the same with hold-out runs blanked; shapes, shared: nuisances at the current point;
-    metric judges the fitted runs, metric_all every run.
+    metric judges the fitted runs; march: the step of the march and the error that it leaves.
     """
 
     campaign: Campaign
@@ -32,16 +36,24 @@ class Workbench:
     shapes: np.ndarray
     shared: np.ndarray
     metric: Metric
+    march: MarchError | None = None
 
     def metric_at(self, levels: Levels) -> Metric:
         """The metric with other noise levels."""
         return metric_of(self.fitted, levels, self.shapes, self.shared)
 
     def moved_to(self, vector: np.ndarray) -> "Workbench":
-        """The workbench with nuisance shapes taken at ``vector``."""
-        shapes, shared = _shapes(self.campaign, self.samples, self.forward, vector)
-        metric = metric_of(self.fitted, self.levels, shapes, shared)
-        return replace(self, shapes=shapes, shared=shared, metric=metric)
+        """The workbench with noise levels and nuisance shapes taken at ``vector``, and every run's settings near it."""
+        shapes, shared, values = _shapes(self.campaign, self.samples, self.forward, vector)
+        levels = self.finder(self.samples.y - values)
+        metric = metric_of(self.fitted, levels, shapes, shared)
+        moved = replace(self, shapes=shapes, shared=shared, levels=levels, metric=metric)
+        forward = settled(self.campaign, self.fitted, self.forward, metric, shapes, vector)
+        if forward is self.forward:
+            return moved
+        shapes, shared, _ = _shapes(self.campaign, self.samples, forward, vector)
+        metric = metric_of(self.fitted, levels, shapes, shared)
+        return replace(moved, forward=forward, shapes=shapes, shared=shared, metric=metric)
 
     def start(self, ids: Sequence[str], vector: np.ndarray, free: Sequence[int] | None = None) -> Fit:
         """A fit of the effects ``ids`` to begin at ``vector``."""
@@ -58,17 +70,21 @@ class Workbench:
         return self.forward.lanes(np.repeat(vector[None], len(directions), axis=0), directions)[1]
 
 
-def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], vector=None) -> Workbench:
+def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> Workbench:
     """Lay out ``campaign`` for ``model`` with ``classes`` as candidates."""
     samples = samples_of(campaign)
-    forward = Forward(samples, model, classes)
-    vector = forward.null() if vector is None else vector
-    shapes, shared = _shapes(campaign, samples, forward, vector)
-    finder = LevelFinder(samples, shapes)
-    levels = finder(samples.y)
+    march = march_error(samples, model, _noise_only(samples))
+    forward = Forward(samples, model, classes, march.step)
+    vector = forward.null()
+    shapes, shared, values = _shapes(campaign, samples, forward, vector)
+    finder = LevelFinder(samples, shapes, np.concatenate([shared[None], _reachable(forward, vector)]))
+    levels = finder(samples.y - values)
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
     metric = metric_of(fitted, levels, shapes, shared)
+    terms = as_they_show(forward, fitted, metric.roots, values)
+    if terms != forward.terms:
+        forward = Forward(samples, model, classes, march.step, terms)
     return Workbench(
         campaign=campaign,
         samples=samples,
@@ -79,10 +95,28 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
         shapes=shapes,
         shared=shared,
         metric=metric,
-    )
+        march=march,
+    ).moved_to(vector)
+
+
+def _noise_only(samples: Samples):
+    """Whitening by the stated noise, every setting taken as exact."""
+    still = np.zeros_like(samples.y)
+    return metric_of(samples, Levels(), still[None], still).whiten
 
 
 def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.ndarray):
     directions = np.eye(forward.size)[-len(NUISANCES) :]
     values, slopes = forward.lanes(np.repeat(vector[None], len(NUISANCES), axis=0), directions)
-    return nuisance_shapes(campaign, samples, values[0], slopes)
+    slopes[1] /= 1.0 + forward.tension[:, None, None]
+    return *nuisance_shapes(campaign, samples, values[0], slopes), values[0]
+
+
+def _reachable(forward: Forward, vector: np.ndarray) -> np.ndarray:
+    """What candidates could do to the readings (k, R, S, n): derivatives, and what a plausible size of each does."""
+    along = np.eye(len(forward.slots), forward.size)
+    sized = along[~forward.linear[: len(along)]]
+    starts, still = np.repeat(vector[None], len(along), axis=0), 0.0 * sized
+    values, slopes = forward.lanes(np.concatenate([starts, vector + sized]), np.concatenate([along, still]))
+    secants = values[len(along) :] - values[0] if len(along) else slopes
+    return np.concatenate([slopes[: len(along)], secants[np.isfinite(secants).all(axis=(1, 2, 3))]])

@@ -26,7 +26,7 @@ LAWS = ("span", "run-up", "wrap", "drive", "sensor")
 BEFORE_ENGINE = ("settings",)
 IN_MARCH = ("span", "hold", "bend", "yaw", "runup", "slide", "wrap")
 IN_SCENE = ("scene",)
-AFTER_ENGINE = ("encoder", "sensor")
+AFTER_ENGINE = ("encoder", "seen", "sensor")
 HOOKS = (*BEFORE_ENGINE, *IN_MARCH, *IN_SCENE, *AFTER_ENGINE)
 
 
@@ -35,7 +35,7 @@ class Parameter:
     """One number of an effect: SI unit, meaning, plausible range (low, high) of a real machine, null value.
 
     scale: a size that matters on a real machine, to start a search from; modifier: True for a number that moves
-    nothing by itself and only shapes what the others do.
+    nothing by itself and only shapes what the others do; grid: values at which such a number is profiled.
     """
 
     unit: str
@@ -44,6 +44,7 @@ class Parameter:
     scale: float
     null: float = 0.0
     modifier: bool = False
+    grid: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,6 +67,12 @@ class Effect:
     only_when_named: ClassVar[bool] = False
     #: True for what answers to the belt's moment, and so must be asked after all else that turns a pulley
     last: ClassVar[bool] = False
+    #: True for what makes every step of a march dearer than most others together: a fit computes it only where needed
+    heavy: ClassVar[bool] = False
+    #: True for what acts through the roll of a span that hangs, and does nothing to a beam
+    hanging: ClassVar[bool] = False
+    #: True for what adds to the lateral readings in proportion to its parameters and does nothing else: ``columns``
+    linear: ClassVar[bool] = False
     parameters: ClassVar[dict[str, Parameter]] = {}
 
     def settings(self, settings: Settings, case: Case) -> Settings:
@@ -112,9 +119,19 @@ class Effect:
         """Sensor law: true belt travel [m] when the encoder says ``travel`` [m]."""
         return travel
 
+    def seen(self, travel, case: Case):
+        """Sensor law: belt travel [m] that the lateral sensors show while the belt is at ``travel`` [m]."""
+        return travel
+
     def sensor(self, reading: Reading, case: Case) -> Reading:
         """Sensor law: what is indicated."""
         return reading
+
+    @classmethod
+    def columns(cls, seen, case: Case):
+        """Of a ``linear`` effect: what a unit of each parameter adds to y at points 1-4, shape (parameters, 4, n),
+        while the sensors show the belt at travels ``seen`` [m], shape (n,)."""
+        raise NotImplementedError(cls.id)
 
     @classmethod
     def null(cls) -> "Effect":

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 
 from belt_sim.campaign import SignalSheet
+from belt_sim.diagnosis.levels import LevelFinder
 from belt_sim.diagnosis.metric import metric_of
-from belt_sim.diagnosis.noise import LevelFinder, Levels
+from belt_sim.diagnosis.noise import Levels
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.effects.base import Parameter

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.noise import LEVEL_SPREAD
+from belt_sim.diagnosis.levels import LEVEL_SPREAD, TOGETHER
 from belt_sim.diagnosis.null import NoiseSource, null_gains
 from belt_sim.diagnosis.openset import open_set
 
@@ -27,21 +27,24 @@ def scattered(factor=1.0, runs=REPEATS, count=40):
 
 @pytest.fixture(scope="module")
 def drawn():
-    """Logarithms (DRAWS, 2) of factors on white noise and on a wander of which the readings say nothing."""
+    """Logarithms (DRAWS, 3) of factors on white noise and on a wander of which the readings say nothing."""
     y = scattered()
     bench = linear_bench(REPEATS, y=y)
-    return np.log(bench.finder.draw(y, DRAWS, np.random.default_rng(1)))
+    return np.log(bench.finder.draw(y, DRAWS, np.random.default_rng(1)))[:, 0]
 
 
-def test_where_readings_say_nothing_the_data_sheet_is_all_that_is_known(drawn):
+def test_where_readings_say_nothing_the_data_sheet_and_the_other_noise_are_all_that_is_known(drawn):
+    """The white noise is as stated; what both levels have in common is then known no better than that allows."""
     wander = drawn[:, 1]
-    assert np.mean(wander) == pytest.approx(0.0, abs=SIGMAS * LEVEL_SPREAD / np.sqrt(DRAWS))
-    assert np.std(wander) == pytest.approx(LEVEL_SPREAD, rel=NORMAL)
+    common = 1.0 / (TOGETHER**-2 + LEVEL_SPREAD**-2)
+    width = np.sqrt(common + LEVEL_SPREAD**2)
+    assert np.mean(wander) == pytest.approx(0.0, abs=SIGMAS * width / np.sqrt(DRAWS))
+    assert np.std(wander) == pytest.approx(width, rel=NORMAL)
 
 
 def test_without_repeats_levels_are_drawn_from_the_data_sheet():
     """One sigma either way, and none further off than the grid of levels goes."""
-    drawn = np.log(linear_bench(SPREAD).finder.draw(np.zeros((6, 1, 40)), DRAWS, np.random.default_rng(7)))
+    drawn = np.log(linear_bench(SPREAD).finder.draw(np.zeros((6, 1, 40)), DRAWS, np.random.default_rng(7)))[:, 0, :2]
     assert np.quantile(drawn, [0.25, 0.5, 0.75]) == pytest.approx(
         LEVEL_SPREAD * np.array([-0.6745, 0, 0.6745]), abs=0.02
     )
@@ -57,11 +60,11 @@ def test_readings_narrow_a_level_by_their_number(drawn):
 
 @pytest.mark.parametrize("count", [14, 40])
 def test_the_level_taken_lies_between_readings_and_data_sheet(count):
-    """Nearer to what was read the more there are: m (1 - r^2/f^2) + log f / 0.35^2 = 0."""
+    """Nearer to what was read the more there are: m (1 - r^2/f^2) + log f / (0.35^2 + 0.6^2) = 0."""
     y = scattered(1.8, count=count)
     f = linear_bench(REPEATS, y=y, count=count).finder(y).white
     fine = np.linspace(1.0, 1.8, 8001)
-    balance = (count - 1) * (1.0 - (1.8 / fine) ** 2) + np.log(fine) / LEVEL_SPREAD**2
+    balance = (count - 1) * (1.0 - (1.8 / fine) ** 2) + np.log(fine) / (LEVEL_SPREAD**2 + TOGETHER**2)
     assert np.log(f) == pytest.approx(np.log(fine[np.argmin(np.abs(balance))]), abs=0.05)  # half a step of the grid
 
 
@@ -69,8 +72,8 @@ def test_chance_draws_each_noise_at_its_own_level():
     """White noise shows between neighbours however near; wander in what a whole run keeps."""
     signal = replace(WHITE, wander_sd=2e-5, wander_length=20 * SPACING)
     bench = linear_bench(REPEATS, signal, per_bin=4.0)
-    finder = SimpleNamespace(draw=lambda y, count, rng: np.tile([3.0, 0.5], (count, 1)))
-    errors = NoiseSource(replace(bench, finder=finder), np.random.default_rng(2)).draw(DRAWS)[0]
+    finder = SimpleNamespace(draw=lambda y, count, rng: np.tile([3.0, 0.5, 1.0], (count, 1, 1)))
+    errors = NoiseSource(replace(bench, finder=finder), bench.samples.y, np.random.default_rng(2)).draw(DRAWS)
     white, wander = (3.0 * signal.white) ** 2 / 4.0, (0.5 * signal.wander_sd) ** 2
     for apart in (1, 20):
         jumps = errors[..., apart:] - errors[..., :-apart]
@@ -85,7 +88,9 @@ def test_what_is_fitted_already_gains_nothing_more():
     current, new = 1e-4 * rng.normal(size=(2, 1, len(SPREAD), 1, 40))
     bench = linear_bench(SPREAD)
     shapes = {"same": 2.0 * current, "more": np.concatenate([current, new + 0.5 * current])}
-    exact = replace(bench, finder=SimpleNamespace(draw=lambda y, count, rng: np.ones((count, 2))))
+    exact = replace(
+        bench, finder=SimpleNamespace(draw=lambda e, count, rng: np.ones((count, 1, 3)), many=bench.finder.many)
+    )
     null = null_gains(exact, shapes, current, 0.0 * current[0], count=2000, seed=4)
     assert null.dof == {"same": 0, "more": 1}
     assert not null.gains["same"].any()

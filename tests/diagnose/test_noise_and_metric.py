@@ -8,13 +8,14 @@ from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
 from belt_sim.campaign import Quantity
+from belt_sim.diagnosis.levels import LevelFinder
 from belt_sim.diagnosis.metric import metric_of, nuisance_shapes, stiffness_sigma
-from belt_sim.diagnosis.noise import LevelFinder, Levels, covariance
+from belt_sim.diagnosis.noise import Levels, covariance
 from belt_sim.diagnosis.where import cells, validation_uncertainty
 
 DRAWS = 600
 SIGMAS = 4.5  # a handful of figures, each beyond this once in 150,000
-STEP = np.log(2.5 / 0.4) / 14  # of the grid of factors, in logarithm
+STEP = np.log(2.5 / 0.4) / 14  # what the prior may pull, in logarithm
 SECOND_ORDER = 0.03  # predictions curve between one sigma and none
 EXACT = 1e-10  # rounding of a product of 732 numbers
 
@@ -83,7 +84,7 @@ def test_repeats_tell_both_noise_levels(white, wander):
     finder = LevelFinder(b.samples, b.shapes)
     found = [finder(e) for e in errors(b, 15, np.random.default_rng(5), white=white, wander=wander)]
     assert {f.repeats for f in found} == {2}
-    # the prior (0.35 in logarithm) pulls each by less than one step of the grid
+    # the prior (0.35 in logarithm) pulls each by less than that
     assert np.mean(np.log([f.white for f in found])) == pytest.approx(np.log(white), abs=STEP)
     assert np.mean(np.log([f.wander for f in found])) == pytest.approx(np.log(wander), abs=STEP)
 
@@ -141,7 +142,7 @@ def test_white_noise_falls_with_the_root_of_what_was_averaged_and_wander_does_no
 
 def test_an_error_of_twice_the_uncertainty_is_twice_the_uncertainty():
     """E is model minus measurement; where nothing has moved yet, white noise, wander and zero error are all."""
-    b = bench()
+    b = replace(bench(), levels=Levels())
     u_val = validation_uncertainty(b)
     for s, signal in enumerate(b.samples.signals):
         at_rest = np.sqrt(signal.white**2 + signal.wander_sd**2 + signal.zero**2)
@@ -151,6 +152,8 @@ def test_an_error_of_twice_the_uncertainty_is_twice_the_uncertainty():
         assert cell.signed == pytest.approx(-2.0, rel=1e-9)
 
 
-def test_without_repeats_the_stated_levels_hold():
+def test_without_repeats_and_with_nothing_known_of_the_candidates_the_stated_levels_hold():
     b = bench()
-    assert b.finder(b.samples.y) == Levels() == LevelFinder(b.samples, b.shapes)(b.samples.y)
+    found = LevelFinder(b.samples, b.shapes)(b.samples.y)
+    assert [found.of(s) for s in range(len(b.samples.signals))] == [(1.0, 1.0, 1.0)] * len(b.samples.signals)
+    assert "as stated" in found.sentence
