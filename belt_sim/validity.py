@@ -13,13 +13,15 @@ from belt_sim.analytic.spans import held_answers
 from belt_sim.case import Case, Schedule
 from belt_sim.effects.lift_off import LiftOff
 from belt_sim.jax_setup import compiled
-from belt_sim.laws.span import beam_second_order, softening, strip, torsional_stiffness
+from belt_sim.laws.inside import along
+from belt_sim.laws.span import beam_second_order, strip
 
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
 FRICTION = 0.15  # steel on a smooth pulley, the least that is usual; a case does not say it
 SLIP_WAY = 0.1  # share of a quarter span on which slip may act
 STRENGTH = 450e6  # [Pa], bending fatigue of usual belt steels
 _answers = compiled(held_answers)
+_fields = compiled(along)
 
 
 @dataclass(frozen=True)
@@ -33,13 +35,14 @@ class Limit:
 
 @dataclass(frozen=True)
 class _Loaded:
-    """A case with what its spans do: yaw [rad], the largest step or angle; per radian of yaw: entry moment [N m], tilt
-    of mid-span; change of the entry moment in a flat span, and of the carried moment by the bending layer [1]."""
+    """A case with what its spans do: yaw [rad], the largest step or angle; entry: moment per radian of yaw [N m];
+    square: its change over the square of the yaw [1/rad^2]; flat: its change in a flat span, and layer: that of the
+    carried moment by the bending layer [1]."""
 
     case: Case
     yaw: float
     entry: float
-    tilt: float
+    square: float
     flat: float
     layer: float
 
@@ -71,10 +74,32 @@ def _loaded(case: Case) -> _Loaded:
         case=case,
         yaw=max(_largest(case.settings.yaw), _largest(case.settings.yaw_head)),
         entry=abs(float(span.bending * np.asarray(plain.runup)[0, 2])),
-        tilt=abs(float(np.asarray(plain.mid_tilt)[0, 2])),
+        square=_beyond_linear(case),
         flat=abs(float(np.asarray(flat.runup)[0, 2] / np.asarray(plain.runup)[0, 2]) - 1.0),
         layer=abs(float(changed / carried) - 1.0),
     )
+
+
+def _beyond_linear(case: Case) -> float:
+    """Change of the entry moment over the square of the yaw [1/rad^2]: 4 (stretch - relief) / (M_entry yaw).
+
+    Energies of fourth order, with the linear fields put in: twist stretches the edges, E h b^5/1440 int phi'^4; and in
+    F w'' = q + (M phi)'' the moment lets the tilted span sag on, int (M phi)'^2 / 2F.
+    """
+    span, belt = strip(case), case.belt
+    fields = _fields(span)
+    x, moment = np.asarray(fields.x), float(span.bending) * np.asarray(fields.per_runup)
+    twist = _integral(moment * float(span.sag_curvature / span.torsion), x)
+    tilt = _integral(twist, x)
+    twist, tilt = twist - tilt[-1] / x[-1], tilt - tilt[-1] * x / x[-1]
+    stretch = belt.youngs_modulus * belt.thickness * belt.width**5 / 1440.0 * np.trapezoid(twist**4, x)
+    relief = np.trapezoid(np.gradient(moment * tilt, x) ** 2, x) / (2.0 * float(span.force))
+    return float(4.0 * (stretch - relief) / moment[-1])
+
+
+def _integral(values: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Running integral from the first place."""
+    return np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2.0 * np.diff(x))])
 
 
 def _largest(schedule: Schedule) -> float:
@@ -90,12 +115,9 @@ def _slack_edge(x: _Loaded) -> Limit:
 
 
 def _second_order(x: _Loaded) -> Limit:
-    """A moment takes torsional stiffness away, (T - M^2/F) phi'' = ...: the moment falls by some 0.25 M^2/(F T)."""
-    moment = x.entry * x.yaw
-    share = moment**2 / (x.case.tension_force * torsional_stiffness(x.case))
-    return Limit(
-        "second_order", float(0.25 * share / WRONG), "the slack edge sags more: a linear span overrates its moment"
-    )
+    """Moments change with the square of the yaw, by ``_beyond_linear``."""
+    words = "the turn is so large that the linear span is wrong: the slack edge sags more, twist stretches both"
+    return Limit("second_order", float(abs(x.square) * x.yaw**2 / WRONG), words)
 
 
 def _slip(x: _Loaded) -> Limit:
@@ -139,17 +161,6 @@ def _thick_belt(x: _Loaded) -> Limit:
     return Limit("thick_belt", float(stress / STRENGTH), "belt steel tires or yields when bent over such a pulley")
 
 
-def _twist(x: _Loaded) -> Limit:
-    """Twist stretches the edges: torque T phi' + E h b^5 phi'^3/360, phi' <= 4 tilt/L; felt as sag couples to roll."""
-    case, belt = x.case, x.case.belt
-    twist = 4.0 * x.tilt * x.yaw / case.rig.span_length
-    share = belt.youngs_modulus * belt.thickness * belt.width**5 / 360.0 * twist**2 / torsional_stiffness(case)
-    coupled = softening(case) / (1.0 + softening(case))
-    return Limit(
-        "large_tilt", float(share * coupled / WRONG), "the spans tilt so far that their twist stretches the edges"
-    )
-
-
 def _bending_layer(x: _Loaded) -> Limit:
     """The layer beside the pulleys changes the moment that the lower span carries over, and y_3 with it."""
     return Limit(
@@ -167,7 +178,6 @@ _WAYS: tuple[tuple[Callable[[_Loaded], Limit], str], ...] = (
     (_flat_belt, "sag_roll"),
     (_slack_edge, ""),
     (_second_order, ""),
-    (_twist, ""),
     (_bending_layer, "lift_off"),
     (_slip, "slip"),
     (_shear, "shear"),

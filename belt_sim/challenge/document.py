@@ -14,6 +14,7 @@ from belt_sim.challenge.wilson import Share, share_of
 from belt_sim.files import write_text
 
 OWN = "diagnosis"
+LEVELS = (0.01, 0.05, 0.1, 0.25, 0.5)
 PICTURES = {"confusion": "challenge_confusion.png", "reliability": "challenge_reliability.png"}
 _INTRO = """# How often the diagnosis is right
 
@@ -116,7 +117,16 @@ def _pictures(top: Path, rows: Sequence[Facts]) -> str:
         lines.append(f"![What was answered against what was hidden](images/{PICTURES['confusion']})\n")
     if draw_reliability(top / "images" / PICTURES["reliability"], rows):
         lines.append(f"![Probability said against share truly hidden](images/{PICTURES['reliability']})\n")
-    return "## What is taken for what, and what probabilities are worth\n\n" + "\n".join(lines) if lines else ""
+    lines += [_by_chance(rows)]
+    return "## What is taken for what, and what probabilities are worth\n\n" + "\n".join(lines)
+
+
+def _by_chance(rows: Sequence[Facts]) -> str:
+    """How often a p is small when nothing is hidden: as often as it says."""
+    said = [f.p for f in of_kind(rows, "nothing") if f.p is not None]
+    head = ("p of what is left, nothing hidden", *(f"<= {p}" for p in LEVELS))
+    counted = (f"{len(said)} campaigns", *(_counted(share_of([p <= level for p in said])) for level in LEVELS))
+    return _table(head, [counted]) if said else ""
 
 
 def _ablations(published: Sequence[Published], own: Sequence[Facts]) -> str:

@@ -23,7 +23,8 @@ class Facts:
     aliases: effect -> what the answer says it cannot be told from; outcome: see ``outcome_of``; covered: for each true
     parameter of a rightly named effect, whether it lies in its 95 % interval; removed: share of the reducible held-out
     error; advice: whether the advised run told the pair apart (None: not followed); place, law: whether a discovered
-    law has the right place, variable and form (None: nothing to compare); p: of the open-set test.
+    law has the right place, variable and form (None: nothing to compare); p: of what is left, by
+    chance; why: what went wrong, empty when nothing did.
     """
 
     seed: int
@@ -106,7 +107,7 @@ def facts_of(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None)
         aliases={e["id"]: list(e["confusable_with"]) for e in effects if e["confusable_with"]},
         suspected=sorted({s["kind"] for s in answer.get("suspicions", [])}),
         caught=caught(truth, answer),
-        removed=removed(answer.get("error")),
+        removed=removed(_error(answer)),
         advice=(result.get("advice") or {}).get("resolved") if own else None,
         p=_p_value(answer),
         sentence=answer.get("sentence", ""),
@@ -206,19 +207,25 @@ def removed(error: Mapping[str, Any] | None) -> float | None:
     return round(min(1.0, (before - after) / (before - floor)), 4)
 
 
+def _error(answer: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """The error with everything that was found: effects, or else the discovered law."""
+    said = answer.get("discovery") or {}
+    return said["error"] if said.get("found") and said.get("error") else answer.get("error")
+
+
 def discovery(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, Any]:
     """The law that the answer says it discovered, and whether place, and variable and form, are the true ones."""
     said = answer.get("discovery")
-    if not said:
+    if not said or not said.get("found"):
         return {}
-    told = {"discovered": said.get("sentence", "yes")}
+    told = {"discovered": said["sentence"]}
     if not truth.get("place"):
         return told
     return told | {"place": place_right(truth, said), "law": law_right(truth, said)}
 
 
 def _p_value(answer: Mapping[str, Any]) -> float | None:
-    return (answer.get("open_set") or {}).get("p")
+    return (answer.get("discovery") or {}).get("p")
 
 
 def _rounded(value: float | None) -> float | None:

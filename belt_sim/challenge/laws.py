@@ -1,74 +1,81 @@
 """The words of a discovered law beside those in which the generator describes what it hid.
 
 Neither was written with the other in sight; a law is right when one of its pairs of variable and form is the
-generator's.
+generator's. What the answer says it cannot tell from its law counts as said.
 """
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
-#: how the finder begins a place's name -> how the generator does
-_PLACES = {"yaw": "yaw", "turn": "runup", "drift": "runup", "shift": "wrap", "twist": "wrap", "sensor": "sensor"}
-_VARIABLES = {"beta": "yaw", "y": "y", "shown": "y", "rate": "y", "alpha": "contact_angle", "kappa": "curvature"}
-_SHAPES = {
-    "x": "linear",
-    "x|x|": "power",
-    "x^2": "power",
-    "x^3": "power",
-    "saturated": "saturating",
-    "beyond": "threshold",
+#: what the finder calls a place -> what the generator does; {} is tail, head or both
+_PLACES = {
+    "yaw of": "yaw_{}",
+    "turn of the belt": "runup_{}",
+    "sideways drift": "runup_{}",
+    "sideways shift": "wrap",
+    "twist over": "wrap",
+    "tension of": "tension",
+    "readings of all": "sensor_all",
+    "reading of": "sensor",
 }
-#: course in travel -> forms that it may be called
-_COURSES = {
-    "travel": ("linear",),
-    "root": ("power", "saturating", "exponential"),
-    "rise": ("exponential", "saturating"),
-    "fade": ("exponential",),
-    "after": ("threshold", "saturating"),
-    "wave": ("periodic",),
-}
-_ALONG = ("travel", "time_since_step")
+_NAMES = {"yaw": "yaw_{}", "turn": "runup_{}", "drift": "runup_{}", "shift": "wrap", "twist": "wrap"}
+#: sign in a formula -> variable of the generator, the first that is there
+_VARIABLES = (("β", "yaw"), ("κ", "curvature"), ("α", "contact_angle"), ("dy/dt", "y"), ("y", "y"))
+#: mark of a shape in a formula -> form
+_SHAPES = (("saturating", "saturating"), ("beyond", "threshold"), ("|", "power"), ("²", "power"), ("³", "power"))
+#: mark of a course along the travel -> forms that it may be called, the first that is there
+_COURSES = (
+    ("a wave of", ("periodic",)),
+    ("(1 − exp(", ("exponential", "saturating")),
+    ("exp(", ("exponential",)),
+    ("after ", ("threshold", "saturating")),
+    ("√s", ("power", "saturating", "exponential")),
+)
+_TRAVEL = re.compile(r"(^|[ )])s$")
 _WAVES = ("wave", "belt_phase", "pulley_phase", "travel")
+_ALONG = ("travel", "time_since_step")
 
 
-def place_right(truth: Mapping[str, Any], law: Mapping[str, Any]) -> bool:
-    """Whether the place is that of the generator; one sensor of many is a sensor."""
-    said = {law["place"], *law.get("places_alike", ())}
-    return bool({place_said(name) for name in said} & {truth["place"], *_same(truth["place"])})
+def place_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
+    """Whether a discovery has the generator's place, as its own or among what it cannot tell from it."""
+    laws = [said["law"], *said.get("rivals", ())] if said.get("law") else said.get("places", [])[:1]
+    places = {name for one in laws for text in one["place"].split(" and ") for name in (place_said(text),)}
+    true = {truth["place"]}
+    if truth["place"].startswith("sensor_") and truth["place"] != "sensor_all":
+        true.add("sensor")  # the generator counts sensors, the finder calls them by their names
+    return bool(places & true)
 
 
-def _same(place: str) -> tuple[str, ...]:
-    """Other names of a place: the generator counts sensors, the finder names them."""
-    return ("sensor",) if place.startswith("sensor_") and place != "sensor_all" else ()
+def place_said(text: str) -> str:
+    """A place of the finder, in words or by its short name, in the generator's words."""
+    where = next((p for p in ("tail", "head", "both") if p in text), "tail")
+    for begin, name in _PLACES.items():
+        if text.startswith(begin):
+            return name.format(where)
+    kind, _, which = text.partition("_")
+    if kind == "sensor":
+        return "sensor_all" if which == "all" else "sensor"
+    return _NAMES.get(kind, text).format(where)
 
 
-def place_said(name: str) -> str:
-    """A place of the finder in the generator's words."""
-    kind, _, where = name.partition("_")
-    if kind not in _PLACES:
-        return name
-    if kind in ("shift", "twist"):
-        return "wrap"
-    if kind == "sensor" and where != "all":
-        return "sensor"
-    return f"{_PLACES[kind]}_{where}"
-
-
-def law_right(truth: Mapping[str, Any], law: Mapping[str, Any]) -> bool:
-    """Whether one of the pairs (variable, form) that the law can be called by is one of the generator's."""
+def law_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
+    """Whether one of the pairs (variable, form) that the law or its rivals can be called by is the generator's."""
+    if not said.get("law"):
+        return False
     true = {(truth["variable"], truth["form"]), *(tuple(pair) for pair in truth.get("also", ()))}
-    said = [law, *law.get("laws_alike", ())]
-    return bool({pair for one in said for pair in pairs(one)} & true)
+    formulas = [law["formula"] for law in (said["law"], *said.get("rivals", ()))]
+    return any(pairs(term) & true for formula in formulas for term in formula.split(" and "))
 
 
-def pairs(law: Mapping[str, Any]) -> set[tuple[str, str]]:
-    """(variable, form) of a law {variable, shape, course} in the generator's words."""
-    variable, course = law["variable"], law.get("course", "always").rstrip("'")
-    forms = _COURSES.get(course, ())
-    along = _WAVES if course == "wave" else _ALONG
-    found = {(v, f) for v in along for f in forms}
-    if variable in _VARIABLES:
-        found |= {(_VARIABLES[variable], f) for f in (_SHAPES.get(law.get("shape", "x"), ""), *forms) if f}
-    elif not forms:
-        found.add(("travel", "constant"))
-    return found
+def pairs(term: str) -> set[tuple[str, str]]:
+    """(variable, form) that one term of a formula can be called by: size × shape of a variable, course × tension^n."""
+    body = term.partition(" × tension^")[0].rpartition(" × ")[2]
+    variable = next((name for sign, name in _VARIABLES if sign in body), "")
+    course = next((forms for mark, forms in _COURSES if mark in body), ("linear",) if _TRAVEL.search(body) else ())
+    along = _WAVES if course == ("periodic",) else _ALONG
+    found = {(v, form) for v in along for form in course}
+    if variable:
+        shape = next((form for mark, form in _SHAPES if mark in body), "linear")
+        return found | {(variable, form) for form in (shape, *course)}
+    return found or {("travel", "constant")}

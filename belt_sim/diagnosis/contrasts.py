@@ -15,7 +15,7 @@ from belt_sim.diagnosis.samples import Samples
 LEAST = 12  # readings of a contrast
 BINS = 64  # of a run, at most
 WINDOW = 8  # samples, within which what is fast is looked for beside a parabola
-KNOWN = 1e-3  # of the largest: a weaker sum of known columns, each of unit length, is left in
+KNOWN = 1.0  # length, in units of the stated noise, of sums of known columns that are given up
 SHARE = 3  # at most one direction of so many is given up to known columns
 _FAST = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW), 3), mode="complete")[0][:, 3:]
 
@@ -55,9 +55,7 @@ class Contrast:
         size = self.per_bin / max(self.sheet.white, FLOOR) ** 2
         kernel = size * wander_kernel(self.sheet, self.travel, length)
         q = self.bin_size
-        whole = len(kernel) // q * q
-        blocks = kernel[:whole, :whole].reshape(whole // q, q, whole // q, q)
-        slow = np.linalg.eigh(self.free.T @ (q * blocks.mean(axis=(1, 3))) @ self.free)
+        slow = np.linalg.eigh(self.free.T @ (q * _averaged(kernel, q)) @ self.free)
         spacing = float(np.median(np.diff(self.travel)))
         near = size * wander_kernel(self.sheet, spacing * np.arange(WINDOW), length)
         fast = np.linalg.eigh(_FAST.T @ near @ _FAST)
@@ -83,23 +81,27 @@ class Modes:
 def contrast(
     samples: Samples, columns: np.ndarray, runs: Sequence[int], weights: Sequence[float], s: int
 ) -> Contrast | None:
-    """The contrast of signal ``s`` over ``runs``, beside a constant and ``columns`` (k, R, S, n) as they are in the
-    first of the runs; None where there is too little of it.
+    """The contrast of signal ``s`` over ``runs``, all set alike, beside a constant and ``columns`` (k, R, S, n), in
+    sizes that may occur; None where there is too little of it.
     """
     keep = np.flatnonzero(np.isfinite(samples.y[list(runs), s]).all(axis=0))
     if len(keep) < LEAST:
         return None
     q = _bin_size(len(keep))
-    known = np.concatenate([np.ones((1, len(keep))), columns[:, runs[0], s][:, keep]])
+    per_bin = float(1.0 / np.sum(np.square(weights) / samples.per_bin[list(runs)]))
+    sheet, travel = samples.signals[s], samples.travel[runs[0], keep]
+    noise = _averaged(wander_kernel(sheet, travel, 1.0), q)
+    noise += np.eye(len(noise)) * max(sheet.white, FLOOR) ** 2 / (per_bin * q)
+    known = np.einsum("r,krn->kn", np.abs(weights), columns[:, list(runs), s][..., keep])
     return Contrast(
         runs=tuple(runs),
         weights=tuple(weights),
         signal=s,
-        sheet=samples.signals[s],
+        sheet=sheet,
         keep=keep,
-        travel=samples.travel[runs[0], keep],
-        per_bin=float(1.0 / np.sum(np.square(weights) / samples.per_bin[list(runs)])),
-        free=_beside(_binned(known, q)),
+        travel=travel,
+        per_bin=per_bin,
+        free=_beside(_binned(known, q), noise),
     )
 
 
@@ -113,13 +115,22 @@ def _binned(rows: np.ndarray, q: int) -> np.ndarray:
     return rows[:, :whole].reshape(len(rows), -1, q).mean(axis=2)
 
 
-def _beside(rows: np.ndarray) -> np.ndarray:
-    """Orthonormal directions (b, m) beside rows (k, b), of which the first is given up in any case."""
-    first = rows[:1] / np.linalg.norm(rows[0])
-    rest = rows[1:] - (rows[1:] @ first.T) @ first
-    size = np.linalg.norm(rest, axis=1)
-    rest = rest[size > 0] / size[size > 0, None]
-    values, vectors = np.linalg.eigh(rest.T @ rest)
-    strong = vectors[:, np.sqrt(np.maximum(values, 0.0)) > KNOWN * np.sqrt(max(values[-1], 1e-300))]
-    strong = strong[:, -(rows.shape[1] // SHARE) :]
-    return np.linalg.qr(np.concatenate([first.T, strong], axis=1), mode="complete")[0][:, 1 + strong.shape[1] :]
+def _averaged(kernel: np.ndarray, q: int) -> np.ndarray:
+    """Covariance of the means of every ``q`` samples."""
+    whole = len(kernel) // q * q
+    return kernel[:whole, :whole].reshape(whole // q, q, whole // q, q).mean(axis=(1, 3))
+
+
+def _beside(rows: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Orthonormal directions (b, m) beside a constant and all that rows (k, b) can do to a noise of covariance (b, b)
+    that could be seen.
+    """
+    lower = np.linalg.cholesky(noise)
+    first = np.ones((rows.shape[1], 1))
+    seen = np.linalg.solve(lower, np.concatenate([first, rows.T], axis=1))
+    start = seen[:, :1] / np.linalg.norm(seen[:, 0])
+    rest = seen[:, 1:] - start @ (start.T @ seen[:, 1:])
+    values, vectors = np.linalg.eigh(rest @ rest.T)
+    strong = vectors[:, values > KNOWN**2][:, -(rows.shape[1] // SHARE) :]
+    known = np.concatenate([first, lower @ strong], axis=1)
+    return np.linalg.qr(known / np.linalg.norm(known, axis=0), mode="complete")[0][:, known.shape[1] :]

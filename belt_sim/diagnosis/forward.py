@@ -8,6 +8,7 @@ share the point they start from. Heavy effects are compiled in only where they a
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
@@ -72,6 +73,29 @@ class Forward:
         self._heavy = {c: self.index(c.id) for c in self.classes if c.heavy}
         self._travel = float(ROOM * np.ceil((samples.end * REACH + 0.5) / ROOM))
         self._plan = plan_steps(samples.cases, travel=self._travel, step=step, keep=step)
+        self.tension, self.yaw = np.zeros((2, len(samples.runs)))
+        self.offset: np.ndarray | float = 0.0
+
+    def set_to(self, tension: np.ndarray, yaw: np.ndarray) -> "Forward":
+        """The same with every run (R,) set off by these [relative, rad]."""
+        settings = self.samples.cases.settings
+        change = np.array(settings.yaw.change)
+        change[:, -1] += yaw - self.yaw
+        settings = replace(
+            settings,
+            tension=settings.tension * (1.0 + tension) / (1.0 + self.tension),
+            yaw=replace(settings.yaw, change=change),
+        )
+        found = copy(self)
+        found.samples = replace(self.samples, cases=replace(self.samples.cases, settings=settings))
+        found.tension, found.yaw, found.offset = tension, yaw, 0.0
+        return found
+
+    def less(self, offset: np.ndarray) -> "Forward":
+        """The same with ``offset`` (R, S, n) taken off all predictions of its own runs."""
+        found = copy(self)
+        found.offset = offset
+        return found
 
     def index(self, effect_id: str) -> list[int]:
         """Positions in the parameter vector of an effect's parameters."""
@@ -93,7 +117,7 @@ class Forward:
         for key in {tuple(row) for row in active}:
             rows = np.flatnonzero((active == key).all(axis=1))
             found[rows] = self._marched(vector[rows], key, samples)
-        return found
+        return found - self.offset if samples is self.samples else found
 
     def lanes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""

@@ -2,7 +2,7 @@
 
 What is known beforehand is the data sheet. What is read off are contrasts in which no model appears: differences of
 repeated runs. Without repeats it is what single runs leave beside everything that settings, sensors and all candidates
-could do to them; that part may hold a stranger as well as noise, and is trusted only where it agrees with the sheet.
+could do to them; that may hold a stranger as well as noise, and is trusted only where it agrees with the sheet.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,8 @@ from belt_sim.diagnosis.samples import Samples
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
 LEVEL_SPREAD = 0.35
 FACTORS = np.exp(np.linspace(np.log(0.2), np.log(5.0), 35))
-LENGTH_SPREAD = 0.7  # the same of the wander length, which few data sheets give at all
+TOGETHER = 0.6  # the same of both levels together, where something was read off
+LENGTH_SPREAD = 0.8  # the same of the wander length, which few data sheets give at all
 LENGTH_STEP = 1.5  # from one length of the grid to the next
 LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
 UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats may be a stranger's
@@ -35,17 +36,14 @@ class LevelFinder:
         self.groups = repeated_groups(samples)
         contrasts = [c for group in self.groups for c in _differences(samples, shapes, group)]
         self.repeats = len({c.runs for c in contrasts})
-        if not contrasts and columns is not None:
-            runs, signals = range(len(samples.runs)), range(len(samples.signals))
-            beside = np.concatenate([shapes, columns])
-            single = [contrast(samples, beside, (r,), (1.0,), s) for r in runs for s in signals]
-            contrasts = [c for c in single if c is not None]
+        if columns is not None and not contrasts:
+            contrasts = _single_runs(samples, np.concatenate([shapes, columns]))
         self.signals = [
             _SignalLevels(signal, [c for c in contrasts if c.signal == s]) for s, signal in enumerate(samples.signals)
         ]
 
     def __call__(self, errors: np.ndarray) -> Levels:
-        """Most likely levels for what a model leaves of the readings (R, S, n)."""
+        """Levels to be expected after what a model leaves of the readings (R, S, n)."""
         return self.many(errors[None])[0]
 
     def many(self, errors: np.ndarray) -> list[Levels]:
@@ -77,9 +75,11 @@ class _SignalLevels:
     def __init__(self, signal: SignalSheet, contrasts: list[Contrast]) -> None:
         self.contrasts = contrasts
         self.lengths = _lengths(signal)
-        f2, prior = FACTORS**2, np.log(FACTORS) ** 2 / LEVEL_SPREAD**2
+        f2, logs = FACTORS**2, np.log(FACTORS)
+        both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
+        prior = both[0, 0] * (logs[:, None] ** 2 + logs**2) + 2.0 * both[0, 1] * logs[:, None] * logs
         by_length = np.log(self.lengths) ** 2 / LENGTH_SPREAD**2
-        self.prior = by_length[:, None, None] + prior[:, None] + prior[None, :]
+        self.prior = by_length[:, None, None] + prior
         self.modes, self.places, self.weights = [], [], []
         for k, length in enumerate(self.lengths):
             modes = [c.modes(length) for c in contrasts]
@@ -104,13 +104,15 @@ class _SignalLevels:
         return cost
 
     def best(self, errors: np.ndarray) -> list[tuple[float, float, float]]:
-        """(white, wander, length) of greatest probability for each of the readings."""
+        """(white, wander, length) on the grid nearest to what is to be expected, for each of the readings."""
         if not self.contrasts:
             return [(1.0, 1.0, 1.0)] * len(errors)
-        cells = np.argmin(self.cost(errors).reshape(len(errors), -1), axis=1)
-        k, i, j = np.unravel_index(cells, self.prior.shape)
-        rows = zip(FACTORS[i], FACTORS[j], self.lengths[k], strict=True)
-        return [(float(a), float(b), float(c)) for a, b, c in rows]
+        cost = self.cost(errors)
+        weight = np.exp(-0.5 * (cost - cost.min(axis=(1, 2, 3), keepdims=True)))
+        weight /= weight.sum(axis=(1, 2, 3), keepdims=True)
+        length = _nearest(self.lengths, weight.sum(axis=(2, 3)))
+        white, wander = (_nearest(FACTORS, weight.sum(axis=axes)) for axes in ((1, 3), (1, 2)))
+        return [(float(a), float(b), float(c)) for a, b, c in zip(white, wander, length, strict=True)]
 
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Levels (count, 3) by their probability, spread over the cells of the grid."""
@@ -123,6 +125,12 @@ class _SignalLevels:
         steps = np.log([FACTORS[1] / FACTORS[0]] * 2 + [LENGTH_STEP])
         within = np.exp(steps * (rng.random((count, 3)) - 0.5))
         return np.stack([FACTORS[i], FACTORS[j], self.lengths[k]], axis=1) * within
+
+
+def _nearest(grid: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Values of the grid (B,) nearest to the mean logarithm at probabilities ``weight`` (B, grid)."""
+    mean = weight @ np.log(grid)
+    return grid[np.argmin(np.abs(np.log(grid) - mean[:, None]), axis=1)]
 
 
 def _lengths(signal: SignalSheet) -> np.ndarray:
@@ -171,3 +179,13 @@ def _differences(samples: Samples, shapes: np.ndarray, group: tuple[int, ...]) -
         made = [contrast(samples, shapes, runs, tuple(weights), s) for s in range(len(samples.signals))]
         found += [c for c in made if c is not None]
     return found
+
+
+def _single_runs(samples: Samples, columns: np.ndarray) -> list[Contrast]:
+    """Every run and signal, beside what columns (k, R, S, n) could do to it."""
+    made = [
+        contrast(samples, columns, (r,), (1.0,), s)
+        for r in range(len(samples.runs))
+        for s in range(len(samples.signals))
+    ]
+    return [c for c in made if c is not None]

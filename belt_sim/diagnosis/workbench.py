@@ -15,6 +15,7 @@ from belt_sim.diagnosis.march_error import MarchError, march_error
 from belt_sim.diagnosis.metric import Metric, metric_of, nuisance_shapes
 from belt_sim.diagnosis.noise import Levels
 from belt_sim.diagnosis.samples import Samples, samples_of
+from belt_sim.diagnosis.settings import settled
 from belt_sim.effects.base import Effect
 
 
@@ -42,11 +43,17 @@ class Workbench:
         return metric_of(self.fitted, levels, self.shapes, self.shared)
 
     def moved_to(self, vector: np.ndarray) -> "Workbench":
-        """The workbench with noise levels and nuisance shapes taken at ``vector``."""
+        """The workbench with noise levels and nuisance shapes taken at ``vector``, and every run's settings near it."""
         shapes, shared, values = _shapes(self.campaign, self.samples, self.forward, vector)
         levels = self.finder(self.samples.y - values)
         metric = metric_of(self.fitted, levels, shapes, shared)
-        return replace(self, shapes=shapes, shared=shared, levels=levels, metric=metric)
+        moved = replace(self, shapes=shapes, shared=shared, levels=levels, metric=metric)
+        forward = settled(self.campaign, self.fitted, self.forward, metric, shapes, vector)
+        if forward is self.forward:
+            return moved
+        shapes, shared, _ = _shapes(self.campaign, self.samples, forward, vector)
+        metric = metric_of(self.fitted, levels, shapes, shared)
+        return replace(moved, forward=forward, shapes=shapes, shared=shared, metric=metric)
 
     def start(self, ids: Sequence[str], vector: np.ndarray, free: Sequence[int] | None = None) -> Fit:
         """A fit of the effects ``ids`` to begin at ``vector``."""
@@ -75,7 +82,7 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
     metric = metric_of(fitted, levels, shapes, shared)
-    terms = as_they_show(forward, fitted, metric.roots, forward.values(vector[None])[0])
+    terms = as_they_show(forward, fitted, metric.roots, values)
     if terms != forward.terms:
         forward = Forward(samples, model, classes, march.step, terms)
     return Workbench(
@@ -89,7 +96,7 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
         shared=shared,
         metric=metric,
         march=march,
-    )
+    ).moved_to(vector)
 
 
 def _noise_only(samples: Samples):
@@ -101,6 +108,7 @@ def _noise_only(samples: Samples):
 def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.ndarray):
     directions = np.eye(forward.size)[-len(NUISANCES) :]
     values, slopes = forward.lanes(np.repeat(vector[None], len(NUISANCES), axis=0), directions)
+    slopes[1] /= 1.0 + forward.tension[:, None, None]
     return *nuisance_shapes(campaign, samples, values[0], slopes), values[0]
 
 

@@ -1,9 +1,11 @@
 """A found law as an ordinary effect file, which compare and diagnose accept and an engineer renames."""
 
+import re
 import sys
 import types
 from dataclasses import dataclass, field
 
+from belt_sim.discovery.effect_text import BEND, TEMPLATE
 from belt_sim.discovery.forms import COURSES, SHAPES
 from belt_sim.discovery.places import TENSION
 from belt_sim.discovery.survey import Law, Term
@@ -11,9 +13,20 @@ from belt_sim.effects.base import Effect
 from belt_sim.effects.library import effects_in
 
 ID = "found_effect"
+SINE = "wave'"
 ODD = ("x", "x|x|", "x^3", "saturated", "beyond")
 _UNITS = {"one": "", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
 _POWER = {"x|x|": 2, "x^2": 2, "x^3": 3}
+_TIDY = {
+    "1/m/(m)": "1/m^2",
+    "1/m/(m)^2": "1/m^3",
+    "1/m/(m)^3": "1/m^4",
+    "m/(m)^2": "1/m",
+    "m/(m)^3": "1/m^2",
+    "m/(m/s)": "s",
+    "rad/m": "rad/m",
+    "1/m/(rad)": "1/(m rad)",
+}
 _LAW_OF = {"yaw": "drive", "turn": "run-up", "drift": "run-up", "shift": "wrap", "twist": "wrap", TENSION: "span"}
 
 
@@ -37,24 +50,24 @@ class Written:
     cls: type[Effect] = field(repr=False)
 
 
-def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int], head: bool) -> Written:
+def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int], final: bool = False) -> Written:
     """The effect of a law with these sizes; tension: its unit [Pa]; said: for the docstring; points: signal -> row of
-    its reading; head: whether the commanded yaw is that of the head pulley.
+    its reading; final: the sizes are the parameters' defaults, so that the file alone brings the law with it.
     """
     numbers, bodies, hooks, left = [], [], {}, list(sizes)
     for k, term in enumerate(law.terms):
         tag = "" if k == 0 else f"_{k + 1}"
         own = _numbers(term, tag, left)
         numbers += own
-        bodies.append(_input(term, tag, tension, head))
+        bodies.append(_input(term, tag, tension))
         hooks.setdefault(_hook(term), []).append((k, term))
-    text = _TEMPLATE.format(
+    text = TEMPLATE.format(
         said=said,
         id=ID,
         law=_law(law),
         parity=parity(law),
         parameters="".join(_declared(n) for n in numbers),
-        fields="".join(f"    {n.name}: float = {n.value if n.modifier else 0.0!r}\n" for n in numbers),
+        fields="".join(f"    {n.name}: float = {n.value if n.modifier or final else 0.0!r}\n" for n in numbers),
         inputs="\n".join(bodies),
         hooks="\n".join(_HOOKS[hook](terms, points) for hook, terms in hooks.items()),
     )
@@ -101,16 +114,20 @@ def _numbers(term: Term, tag: str, sizes: list) -> list[Number]:
     if form.at is not None:
         meaning = "wavelength" if form.course == "wave" else "travel of its course"
         found.append(Number(f"at{tag}", "m", meaning, form.at, True))
+    if form.wide is not None:
+        found.append(Number(f"wide{tag}", "m", "how long it lasts", form.wide, True))
     return [*found, Number(f"exponent{tag}", "1", "of the tension", term.exponent, True)]
 
 
 def size_unit(term: Term) -> str:
     """Unit of a term's size."""
-    variable = _UNITS[term.form.variable]
+    variable, place = _UNITS[term.form.variable], term.place.unit
     power = _POWER.get(term.form.shape, 1)
-    course = {"travel": " / m", "root": " / m^0.5"}.get(term.form.course, "")
-    over = f" / ({variable})^{power}" if variable and power > 1 else f" / ({variable})" if variable else ""
-    return f"{term.place.unit}{over}{course}" if term.place.unit != "1" or not (over or course) else f"1{over}{course}"
+    course = {"travel": "/m", "root": "/m^0.5"}.get(term.form.course, "")
+    if variable == place and power == 1:
+        return f"1{course}"
+    over = "" if not variable else f"/({variable})^{power}" if power > 1 else f"/({variable})"
+    return _TIDY.get(place + over + course, place + over + course)
 
 
 def _declared(n: Number) -> str:
@@ -128,24 +145,16 @@ def _declared(n: Number) -> str:
     )
 
 
-def _input(term: Term, tag: str, tension: float, head: bool) -> str:
+def _input(term: Term, tag: str, tension: float) -> str:
     """A method that gives the term's input of its variable x and of travel s."""
     form = term.form
-    shape = (
-        SHAPES[form.shape]
-        .replace("xp.", "jnp.")
-        .replace("p *", f"self.knee{tag} *")
-        .replace("/ p", f"/ self.knee{tag}")
-    )
-    shape = shape.replace("-p, p", f"-self.knee{tag}, self.knee{tag}")
+    shape = _put(SHAPES[form.shape], f"self.knee{tag}")
 
     def course(name):
-        return (
-            COURSES[name].replace("xp.", "jnp.").replace("- p)", f"- self.at{tag})").replace("/ p", f"/ self.at{tag}")
-        )
+        return _put(COURSES[name], f"self.at{tag}", f"self.wide{tag}")
 
     if form.course == "wave":
-        along = f"(self.cos{tag} * {course('wave')} + self.sin{tag} * {course(chr(119) + 'ave' + chr(39))})"
+        along = f"(self.cos{tag} * {course('wave')} + self.sin{tag} * {course(SINE)})"
     else:
         along = f"self.size{tag} * ({course(form.course)})"
     return (
@@ -153,6 +162,11 @@ def _input(term: Term, tag: str, tension: float, head: bool) -> str:
         f"        slack = (case.settings.tension / {tension!r}) ** self.exponent{tag}\n"
         f"        return {along} * ({shape}) * slack\n"
     )
+
+
+def _put(text: str, number: str, second: str = "") -> str:
+    """A formula of the dictionary with the names of its numbers, for JAX."""
+    return re.sub(r"\bq\b", second, re.sub(r"\bp\b", number, text)).replace("xp.", "jnp.")
 
 
 def _x(term: Term, pulley: int | None) -> str:
@@ -192,14 +206,15 @@ def _at_pulleys(name: str, fields: dict[str, str]):
             f"        {name} = replace({name}, {fields[t.place.kind]}={name}.{fields[t.place.kind]} + add)\n"
             for t, p, call in _calls(terms)
         )
-        return f"    def {'wrap' if name == 'runoff' else name}(self, {name}, state, case):\n{lines}        return {name}\n"
+        called = "wrap" if name == "runoff" else name
+        return f"    def {called}(self, {name}, state, case):\n{lines}        return {name}\n"
 
     return hook
 
 
 def _bend(terms, points) -> str:
     calls = " + ".join(f"self._input{'' if k == 0 else f'_{k + 1}'}(1.0, boundary.travel, case)" for k, _ in terms)
-    return _BEND.format(calls=calls)
+    return BEND.format(calls=calls)
 
 
 def _sensor(terms, points) -> str:
@@ -222,66 +237,3 @@ _HOOKS = {
     "bend": _bend,
     "sensor": _sensor,
 }
-
-_BEND = '''    def influence(self, span, case):
-        """What a relative change of tension adds to the span's curvatures, per unit of its boundary values."""
-
-        def tightened(share):
-            torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0
-            sag = span.sag_curvature / (1.0 + share)
-            force = span.force * (1.0 + share)
-            answer = response(replace(span, force=force, torsion=torsion, sag_curvature=sag))
-            return jnp.stack([answer.runup, answer.runoff])
-
-        return jax.jvp(tightened, (0.0,), (1.0,))[1]
-
-    def bend(self, bend, boundary, known, case):
-        share = {calls}
-        added = share * (known @ boundary.ends)
-        return replace(bend, runup=bend.runup + added[0], runoff=bend.runoff + added[1])
-'''
-
-_TEMPLATE = '''"""A law found in data, not yet understood: rename it once you know what it is."""
-
-from dataclasses import dataclass, replace
-
-import jax
-import jax.numpy as jnp
-
-from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.drive import angle_at
-from belt_sim.laws.span import response
-
-
-def _commanded(case, travel):
-    """The yaw as commanded [rad]."""
-    return angle_at(case.settings.yaw, travel) + angle_at(case.settings.yaw_head, travel)
-
-
-def _since(case, travel):
-    """Travel since the yaw was set [m]."""
-    return jnp.maximum(travel - case.settings.yaw.at[0], 0.0)
-
-
-def _rate(reading, row, case, reach=0.25):
-    """dy/dt of a reading [m/s]."""
-    order = jnp.argsort(reading.true_travel)
-    s, y = reading.true_travel[order], reading.y[row][order]
-    low, high = (jnp.clip(reading.true_travel + h, s[0], s[-1]) for h in (-reach, reach))
-    return (jnp.interp(high, s, y) - jnp.interp(low, s, y)) / (high - low) * case.settings.speed
-
-
-@effect
-@dataclass(frozen=True, kw_only=True)
-class Found(Effect):
-    """{said}"""
-
-    id = "{id}"
-    law = "{law}"
-    reference = "discovered in data; see the docstring"
-    parity = "{parity}"
-    parameters = {{
-{parameters}    }}
-{fields}
-{inputs}
-{hooks}'''

@@ -69,7 +69,7 @@ def basis_of(ground: Ground, ops: Operators, place: Place, tension: np.ndarray) 
 
 
 def yaw_of(runs: Sequence[Run]) -> np.ndarray:
-    """Commanded yaw of every run over the largest, (R,): the tail pulley's, or the head's where only that was turned."""
+    """Commanded yaw of every run over the largest, (R,): the tail pulley's, or the head's if only that was turned."""
     yaw = np.array([r.yaw for r in runs])
     yaw = yaw if np.any(yaw) else np.array([r.yaw_head for r in runs])
     return yaw / max(float(np.abs(yaw).max()), 1e-12)
@@ -134,3 +134,9 @@ def _scan(ground: Ground, root, information, pull, shared, squares):
     mean = (back @ (shrink * (b - c @ common))[..., None])[..., 0]
     sd = np.sqrt(np.einsum("gik,gk->gi", back**2, shrink))
     return float(best), float(np.sqrt(square)), mean, sd
+
+
+def prior_modes(course: Course, count: int) -> np.ndarray:
+    """The strongest modes (count, K) of a course's prior, in units of one sigma."""
+    values, vectors = np.linalg.eigh(_matern(course.knots, course.length))
+    return course.height * np.sqrt(values[-count:][::-1])[:, None] * vectors[:, -count:].T[::-1]

@@ -28,11 +28,12 @@ COURSES = {
     "rise": "1.0 - xp.exp(-s / p)",
     "fade": "xp.exp(-s / p)",
     "after": "1.0 / (1.0 + xp.exp(-(s - p) / 0.3))",
+    "during": "1.0 / (1.0 + xp.exp(-(s - p) / 0.3)) - 1.0 / (1.0 + xp.exp(-(s - p - q) / 0.3))",
     "wave": "xp.cos(2.0 * xp.pi * s / p)",
     "wave'": "xp.sin(2.0 * xp.pi * s / p)",
 }
 SHAPED = ("saturated", "beyond")  # shapes that have a number
-TIMED = ("rise", "fade", "after", "wave")  # courses that have one
+TIMED = ("rise", "fade", "after", "during", "wave")  # courses that have one; "during" has a second, how long
 STEADY = ("always", "travel", "root")
 UNITS = {"one": "1", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
 WORDS = {
@@ -44,6 +45,7 @@ WORDS = {
     "shown": "the place y that it sees",
     "rate": "the speed dy/dt that it sees",
 }
+WIDE = (0.05, 0.1, 0.2)  # of the record, how long something lasts
 PARTS = 12  # of the record, for onsets
 RISES = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # of the record
 KNEES = (0.1, 0.25, 0.5, 0.75)  # of the largest size of a variable
@@ -52,18 +54,19 @@ SHORTEST = 3.0  # cells in a wave, and samples
 
 @dataclass(frozen=True)
 class Form:
-    """variable; shape and its number (None: has none); course and its number [m]."""
+    """variable; shape and its number (None: has none); course and its numbers [m]."""
 
     variable: str
     shape: str = "x"
     knee: float | None = None
     course: str = "always"
     at: float | None = None
+    wide: float | None = None
 
     @property
     def numbers(self) -> int:
         """How many shape numbers it has."""
-        return (self.knee is not None) + (self.at is not None)
+        return sum(n is not None for n in (self.knee, self.at, self.wide))
 
     @property
     def family(self) -> tuple[str, str, str]:
@@ -80,7 +83,7 @@ class Form:
         shaped = formula(SHAPES[self.shape])(x=x, p=self.knee, xp=np)
         waving = self.course.startswith("wave")
         s = states.since if self.variable == "beta" and not waving else np.broadcast_to(states.s, x.shape)
-        return shaped * formula(COURSES[self.course])(s=s, p=self.at, xp=np)
+        return shaped * formula(COURSES[self.course])(s=s, p=self.at, q=self.wide, xp=np)
 
 
 @cache
@@ -107,16 +110,25 @@ def dictionary(states: States, kind: str) -> list[Form]:
     timed = [("rise", end * r) for r in RISES] + [("after", end * k / PARTS) for k in range(1, PARTS - 1)]
     courses = [(c, None) for c in STEADY] + timed
     if kind == "tension":
-        return [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",))
-    forms = [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",))
+        return [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
+    forms = [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
     if kind == "sensor":
         return forms + _of_state(states, ("shown", "rate"), [("always", None), ("travel", None)], shapes=True)
     if np.any(states.beta):
-        forms += [Form("beta", course=c, at=a) for c, a in courses] + waves(states, ("beta",))
+        forms += [Form("beta", course=c, at=a) for c, a in courses]
+        forms += waves(states, ("beta",)) + windows(states, ("beta",))
         if len(np.unique(np.abs(states.beta).max(axis=1))) > 1:
             forms += [Form("beta", shape=s) for s in ("x|x|", "x^2", "x^3")]
+    forms += windows(states, ("alpha", "kappa"))
     fading = [("fade", end * r) for r in RISES[:4]]
     return forms + _of_state(states, ("y", "alpha", "kappa"), courses + fading, shapes=True)
+
+
+def windows(states: States, names: tuple[str, ...]) -> list[Form]:
+    """What acts for a while only."""
+    end = float(states.s[-1])
+    starts = [(w, at) for w in WIDE for at in np.arange(0.05, 0.97 - w, max(w, 0.1) / 1.5)]
+    return [Form(n, course="during", at=float(end * at), wide=end * w) for n in names for w, at in starts]
 
 
 def waves(states: States, names: tuple[str, ...]) -> list[Form]:

@@ -50,10 +50,10 @@ class Chance:
 
 def gate(bench: Workbench, fit: Fit, *, draws: int = DRAWS, seed: int = 0, level: float = LEVEL) -> Gate:
     """Test what ``fit`` leaves against the dictionary of generic laws."""
-    return tested(survey_of(bench, fit), draws=draws, seed=seed, level=level)[0]
+    return judged(survey_of(bench, fit), draws=draws, seed=seed, level=level)[0]
 
 
-def tested(survey: Survey, *, draws: int = DRAWS, seed: int = 0, level: float = LEVEL) -> tuple[Gate, Chance]:
+def judged(survey: Survey, *, draws: int = DRAWS, seed: int = 0, level: float = LEVEL) -> tuple[Gate, Chance]:
     """The gate of a survey, and what chance does."""
     chance = by_chance(survey, draws=draws, seed=seed)
     found = singles(survey)

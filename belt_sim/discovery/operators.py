@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS
 from belt_sim.discovery.ground import Ground
-from belt_sim.discovery.responses import TILT, Y, Responses, tension_answers
+from belt_sim.discovery.responses import TILT, Responses, Y, tension_answers
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import in_float64
@@ -18,11 +18,11 @@ NEVER = 1e-6  # a row this small, in sigma per unit of a place's usual size, is 
 
 @dataclass(frozen=True, kw_only=True)
 class Operators:
-    """rows: channel -> (J, R, m), whitened answers to an input of height 1 in each cell; sensors likewise, by signal."""
+    """rows: channel, or signal of a sensor -> (J, R, m), whitened answers to an input of height 1 in each cell."""
 
     rows: dict[str, np.ndarray]
     grid: np.ndarray
-    true: np.ndarray  # (R, n) true travel of every sample
+    true: np.ndarray  # (R, n + 1) true travel of every sample, and where sensors read zero
 
     def columns(self, channel: str, inputs: np.ndarray) -> np.ndarray:
         """Whitened columns (F, R, m) of inputs (F, R, J) at a channel."""
@@ -38,44 +38,47 @@ def operators(bench: Workbench, ground: Ground, answers: Responses, effects: Seq
     samples = bench.samples
     shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
     true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
-    rows = {name: _channel(bench, ground, answers, true, k) for k, name in enumerate(CHANNELS)}
-    for s, signal in enumerate(samples.signals):
-        if signal.kind == "lateral":
-            rows[signal.name] = _sensor(bench, ground, answers, true, s)
-    return Operators(rows=rows, grid=answers.grid, true=true[:, :-1])
+    names = [*CHANNELS, *(s.name for s in samples.signals if s.kind == "lateral")]
+    rows = {n: ground.white(shapes(bench, answers, true, n)).astype(np.float32) for n in names}
+    return Operators(rows=rows, grid=answers.grid, true=true)
+
+
+def shapes(bench: Workbench, answers: Responses, true: np.ndarray, channel: str) -> np.ndarray:
+    """What an input of height 1 in each cell of a channel or sensor adds to the readings, (J, R, S, n)."""
+    if channel in CHANNELS:
+        return _channel(bench, answers, true, CHANNELS.index(channel))
+    return _sensor(bench, answers, true, [s.name for s in bench.samples.signals].index(channel))
 
 
 def kept_row(at: str, direction: float) -> int:
     """Row of Responses.curves that a signal at a place shows."""
     if at in ("upper_mid_span", "lower_mid_span"):
         return TILT + (0 if (at == "upper_mid_span") == (direction > 0) else 1)
-    order = (
-        ("point_1", "point_3", "point_2", "point_4") if direction > 0 else ("point_2", "point_4", "point_1", "point_3")
-    )
-    return Y + order.index(at)
+    points = (1, 3, 2, 4) if direction > 0 else (2, 4, 1, 3)
+    return Y + points.index(int(at[-1]))
 
 
-def _channel(bench: Workbench, ground: Ground, answers: Responses, true: np.ndarray, channel: int) -> np.ndarray:
+def _channel(bench: Workbench, answers: Responses, true: np.ndarray, channel: int) -> np.ndarray:
     samples = bench.samples
     runs, signals, n = samples.y.shape
-    shapes = np.zeros((len(answers.grid), runs, signals, n))
+    found = np.zeros((len(answers.grid), runs, signals, n))
     for r, run in enumerate(samples.runs):
         for s, signal in enumerate(samples.signals):
             row = answers.pulses[r, channel, kept_row(signal.at, run.direction)]
             read = answers.at(row, true[r])
-            shapes[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
-    return ground.white(shapes).astype(np.float32)
+            found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
+    return found
 
 
-def _sensor(bench: Workbench, ground: Ground, answers: Responses, true: np.ndarray, signal: int) -> np.ndarray:
+def _sensor(bench: Workbench, answers: Responses, true: np.ndarray, signal: int) -> np.ndarray:
     samples = bench.samples
     runs, signals, n = samples.y.shape
     grid = answers.grid
-    shapes = np.zeros((len(grid), runs, signals, n))
+    found = np.zeros((len(grid), runs, signals, n))
     for r in range(runs):
         hats = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
-        shapes[:, r, signal] = (hats[:-1] - hats[-1]).T
-    return ground.white(shapes).astype(np.float32)
+        found[:, r, signal] = (hats[:-1] - hats[-1]).T
+    return found
 
 
 def tension_turn(bench: Workbench, answers: Responses) -> np.ndarray:

@@ -10,8 +10,6 @@ from belt_sim.discovery.effect_file import Written, written
 from belt_sim.discovery.search import Scored, fitted
 from belt_sim.discovery.survey import Survey
 
-NULL = 1e-9
-
 
 @dataclass(frozen=True)
 class Refit:
@@ -58,28 +56,12 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
             free.append(position)
     ids = (*[c.id for c in chosen], file.cls.id)
     moved = bench.moved_to(vector)
-    base = moved.fit(
-        [moved.start([c.id for c in chosen], _without(forward, file, vector), free=_of(chosen, forward, free))]
-    )[0]
     fit = moved.fit([Fit(ids=ids, free=free, vector=vector)])[0]
-    return Refit(scored, file, moved, fit, base.chi2 - fit.chi2)
+    return Refit(scored, file, moved, fit, survey.fit.chi2 - fit.chi2)
 
 
-def effect_file(survey: Survey, scored: Scored, sizes, said: str) -> Written:
-    """The effect file of a law with these sizes."""
-    runs, signals = survey.bench.samples.runs, survey.bench.samples.signals
+def effect_file(survey: Survey, scored: Scored, sizes, said: str, *, final: bool = False) -> Written:
+    """The effect file of a law with these sizes; final: they are the defaults of its parameters."""
+    signals = survey.bench.samples.signals
     points = {s.name: int(s.at[-1]) - 1 for s in signals if s.kind == "lateral"}
-    head = not any(r.yaw for r in runs)
-    return written(scored.law, sizes, survey.tension, said=said, points=points, head=head)
-
-
-def _without(forward, file: Written, vector: np.ndarray) -> np.ndarray:
-    """The parameter vector with the found effect at null."""
-    found, index = vector.copy(), forward.index(file.cls.id)
-    found[index] = forward.null()[index]
-    return found
-
-
-def _of(chosen, forward, free) -> list[int]:
-    inside = {k for c in chosen for k in forward.index(c.id)}
-    return [k for k in free if k in inside]
+    return written(scored.law, sizes, survey.tension, said=said, points=points, final=final)

@@ -15,8 +15,9 @@ from belt_sim.discovery.survey import Law, Survey, Term
 
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)
 FIRSTS, SECONDS, REFINED = 12, 12, 24
+STEP_OF_GRID = 1.8  # ratio to the next knee or length of the grid
 HIDDEN = 2e-3  # share of a column that must be left beside what is chosen
-TERM, NUMBER, WAVE, EXPONENT, APART = 10.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2
+TERM, NUMBER, WAVE, EXPONENT, APART = 26.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,8 @@ class Scored:
 
 @dataclass(frozen=True)
 class Products:
-    """Products of a place's columns, run by run: with vectors (R, F, q), with themselves (F, R); waves (w,): which forms
-    are waves, and the same products of their other halves (R, w, q), (w, R), and of both halves (w, R).
+    """Products of a place's columns, run by run: with vectors (R, F, q), with themselves (F, R); waves (w,): which
+    forms are waves, and the same products of their other halves (R, w, q), (w, R), and of both halves (w, R).
     """
 
     place: Place
@@ -191,26 +192,30 @@ def pairs(survey: Survey, firsts: list[Scored]) -> list[Scored]:
 
 
 def refined(survey: Survey, scored: Scored) -> Scored:
-    """The law with its shape numbers and exponents at their best, one after the other."""
+    """The law with its shape numbers at their best, one after the other."""
     law, gain = scored.law, gain_of(survey, scored.law)
     for k, term in enumerate(law.terms):
-        for number, grid in (("knee", 1.6), ("at", 1.5)):
+        for number in ("knee", "at", "wide"):
             value = getattr(term.form, number)
             if value is None:
                 continue
-            factor = _neighbour(survey, term.form) if number == "at" else grid
-
-            def put(x, k=k, number=number):
-                t = law.terms[k]
-                form = replace(t.form, **{number: float(np.exp(x))})
-                return Law((*law.terms[:k], replace(t, form=form), *law.terms[k + 1 :]))
-
-            low, high = np.log(value / factor), np.log(value * factor)
-            best = minimize_scalar(lambda x: -gain_of(survey, put(x)), bounds=(low, high), method="bounded",
-                                   options={"maxiter": 14, "xatol": 1e-3})  # fmt: skip
+            off = np.log(_neighbour(survey, term.form) if number == "at" else STEP_OF_GRID)
+            best = minimize_scalar(
+                lambda x, at=(law, k, number): -gain_of(survey, _put(*at, float(np.exp(x)))),
+                bounds=(np.log(value) - off, np.log(value) + off),
+                method="bounded",
+                options={"maxiter": 14, "xatol": 1e-3},
+            )
             if -best.fun > gain:
-                law, gain = put(best.x), float(-best.fun)
+                law, gain = _put(law, k, number, float(np.exp(best.x))), float(-best.fun)
     return _scored(law, gain)
+
+
+def _put(law: Law, k: int, number: str, value: float) -> Law:
+    """The law with a number of its k-th term changed."""
+    term = law.terms[k]
+    changed: dict = {number: value}
+    return Law((*law.terms[:k], replace(term, form=replace(term.form, **changed)), *law.terms[k + 1 :]))
 
 
 def _neighbour(survey: Survey, form: Form) -> float:
@@ -218,6 +223,6 @@ def _neighbour(survey: Survey, form: Form) -> float:
     end = float(survey.states.s[-1])
     if form.course == "wave":
         return 1.0 + 0.5 * float(form.at or 1.0) / end
-    if form.course == "after":
+    if form.course in ("after", "during"):
         return 1.0 + end / 12.0 / float(form.at or 1.0)
     return 2.0

@@ -18,9 +18,11 @@ READ = (0, 1, 2, 3, MOMENT, MOMENT + 1)
 
 @dataclass(frozen=True, kw_only=True)
 class States:
-    """Along every run, on the grid s (J,) [m]; per pulley shape (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt
-    runs up; beta (R, J) [rad]: commanded yaw; since (R, J): travel since it was set; per signal (R, S, J): shown [m] and
-    rate [m/s]; tension, speed (R,); squeeze (R, 2, J): what a relative change of tension adds to kappa.
+    """Along every run, on the grid s (J,) [m].
+
+    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw;
+    since (R, J): travel since it was set; per signal (R, S, J): shown [m] and rate [m/s]; tension, speed (R,); squeeze
+    (R, 2, J): what a relative change of tension adds to kappa.
     """
 
     s: np.ndarray

@@ -9,7 +9,7 @@ from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.evidence import Course, basis_of, courses
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.ground import Ground, ground_of
-from belt_sim.discovery.operators import Operators, operators, tension_turn
+from belt_sim.discovery.operators import Operators, operators, shapes, tension_turn
 from belt_sim.discovery.places import TENSION, Place, place_columns, places_of
 from belt_sim.discovery.responses import Responses, responses
 from belt_sim.discovery.states import States, states_of
@@ -65,6 +65,15 @@ class Survey:
             one = np.stack([f.values(self.states, part, channel) for f in forms])
             inputs.append(one * self.states.squeeze[None, :, part] if place.name == TENSION else one)
         return place_columns(self.ops, place, inputs)
+
+    def readings(self, place: Place, inputs: np.ndarray) -> np.ndarray:
+        """What inputs (k, R, J) at a place add to the readings, (k, R, S, n)."""
+        found = 0.0
+        for channel, part in place.parts:
+            felt = inputs * self.states.squeeze[None, :, part] if place.name == TENSION else inputs
+            cells = shapes(self.bench, self.answers, self.ops.true, channel)
+            found = found + np.einsum("krj,jrsn->krsn", felt, cells, optimize=True)
+        return np.asarray(found)
 
     def columns(self, law: Law) -> np.ndarray:
         """Whitened columns (k, R, m) of a law's terms; a wave has two."""

@@ -17,6 +17,10 @@ class Slip(Effect):
     (k = dkappa/dtheta_u), a few per cent less on a long span and a third less on a short one. z ends with the wrap. A
     change over ``over`` metres lands belt bent already, and turns it by M (z - over)/2EI or not at all. Then the belt
     lands as bent as its span and sticks. Given as 1/mu, so that 0 is perfect sticking.
+
+    Beside the 3D belt on the test rig, what slip adds to y_1 in the first 3 m is right within 10 % at 20 and 40 N/mm2
+    and mu 0.15, within 25 % at 10, and up to 60 % too small at 0.3 (some 10 um). What sliding adds later, 1 to 2 % of
+    y, and the turning back of a short belt are not in it.
     """
 
     id = "slip"

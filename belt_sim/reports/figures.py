@@ -195,17 +195,18 @@ def law(against: Sequence[Any], curve: Any, found: Any, unit: str) -> dict[str, 
 
 def _coloured(rows: Sequence[Any]) -> list[tuple[Any, str]]:
     """Rows with colours that mean their tensions."""
-    tensions = sorted({float(one.tension) for one in rows})
+    tensions = tensions_of(rows)
     return [(one, CYCLE[tensions.index(float(one.tension)) % len(CYCLE)]) for one in rows]
 
 
+def tensions_of(rows: Sequence[Any]) -> list[float]:
+    """Tensions [Pa] of some rows, in the order of their colours."""
+    return sorted({float(one.tension) for one in rows})
+
+
 def _unknown(variable: str, unit: str) -> dict[str, Any]:
-    legend = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0}
     return _layout(
-        340,
-        showlegend=True,
-        legend=legend,
-        margin={"l": 54, "r": 8, "t": 40, "b": 44},
+        320,
         xaxis={**AXIS, "title": {"text": variable}},
         yaxis={**AXIS, "tickformat": "~s", "title": {"text": f"u [{unit}]" if unit not in ("", "1") else "u"}},
     )

@@ -53,6 +53,7 @@ def render(diagnosis: Diagnosis) -> str:
         falls=falls(diagnosis.error),
         discovery=discovered(diagnosis),
         weights=weights(discovered(diagnosis)),
+        tensions=tensions(discovered(diagnosis)),
         final=bool(diagnosis.effects),
         headline=headline(diagnosis),
         full=f"{FULL:g}",
@@ -86,6 +87,12 @@ def discovered_plots(found: Any) -> list[dict]:
         return []
     plots = [figures.course(found.courses, found.unit)] if found.courses else []
     return [*plots, figures.law(found.against, found.curve, found.law, found.unit)] if found.against else plots
+
+
+def tensions(found: Any) -> list[dict]:
+    """The tensions of an unknown's course, with the number of their colour."""
+    there = figures.tensions_of(found.courses or found.against) if found is not None else []
+    return [{"words": f"{t / 1e6:g} N/mm²", "colour": k % len(figures.CYCLE) + 1} for k, t in enumerate(there)]
 
 
 def weights(found: Any) -> list[dict]:

@@ -11,7 +11,7 @@ from belt_sim.case import Case
 from belt_sim.validity import Limit, exceeded
 
 #: limits that a belt in three dimensions does not have: it moves, shears, turns far and hangs as it is
-_NOT_IN_SPACE = ("flat_belt", "large_tilt", "second_order", "shear", "deep_sag", "fast_belt")
+_NOT_IN_SPACE = ("flat_belt", "second_order", "shear", "deep_sag", "fast_belt")
 
 
 def beyond(case: Case, model: Any, effects: Sequence[str] = ()) -> tuple[Limit, ...]:

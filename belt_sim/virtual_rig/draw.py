@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig.dirty import DIRT, NEEDS_TWO
 from belt_sim.virtual_rig.fault import Fault
-from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT, LOT, fault_class, fault_of
+from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT, LOT, STRANGERS, fault_class, fault_of
 from belt_sim.virtual_rig.near import Library, Near, seen_sizes
 from belt_sim.virtual_rig.plan import Noise, Plan
 from belt_sim.virtual_rig.size import Ruler, fault_of_size, room, scaled
@@ -22,10 +22,10 @@ EDGE_BESIDE = {"two": 0.3, "outside": 0.1}
 _TWO_SIZES = SIZES[1:]
 _BELOW = (0.3, 1.0)
 _EDGE = (0.2, 1.0)  # share of the measured profile
-_REACHED = 0.8  # share of the wanted size that an effect must reach within its limits
+REACHED = 0.8  # share of the wanted size that an effect must reach within its limits
 _MOST = 400.0  # noise units: a stranger that needs more to stand out from the library is drawn again
 _FAR = 0.05  # [m]: what moves a belt further is no fault that is measured, but one that is seen
-_ATTEMPTS = 12
+_ATTEMPTS = 8
 _NOISE_OFF, _HEAVY = 0.4, 0.10
 
 
@@ -127,7 +127,7 @@ def _of_library(kind, names, wanted, plan: Plan, library: Library, rng) -> Hidde
                 found = float(rule.sizes([fault])[0])
             else:
                 fault, found = fault_of_size(rule, fault, size)
-            if found >= _REACHED * size:
+            if found >= REACHED * size:
                 break
         faults.append(fault)
         sizes.append(found)
@@ -140,6 +140,8 @@ def _of_library(kind, names, wanted, plan: Plan, library: Library, rng) -> Hidde
 def _stranger(plan: Plan, library: Library, blind: bool | None, rng) -> Hidden:
     """An effect outside the library, scaled until its best three effects leave a drawn distance over."""
     names = {None: BLIND + DEVELOPMENT, True: BLIND, False: DEVELOPMENT}[blind]
+    seen = {f"sensor_y{place[-1]}" for place in plan.signals.values()}
+    names = tuple(n for n in names if not STRANGERS[n].place.startswith("sensor_y") or STRANGERS[n].place in seen)
     wanted = float(np.exp(rng.uniform(*np.log(OUTSIDE))))
     best: tuple[float, Fault, Near] | None = None
     for _ in range(_ATTEMPTS):
@@ -148,7 +150,7 @@ def _stranger(plan: Plan, library: Library, blind: bool | None, rng) -> Hidden:
             continue
         if best is None or near.triple > best[0]:
             best = near.triple, fault, near
-        if near.triple >= _REACHED * wanted:
+        if near.triple >= REACHED * wanted:
             break
     if best is None:
         raise InputError("outside", names, "", "every stranger lets the belt run away under this plan; use another")
@@ -165,7 +167,7 @@ def _so_far_out(library: Library, fault: Fault, wanted: float) -> tuple[Fault, N
     near = library.near([fault])
     power = 1.0  # with which the distance grows with the size
     for _ in range(4):
-        if near.triple * _MOST < _REACHED * wanted * size:
+        if near.triple * _MOST <= REACHED * wanted * size:
             break  # it is too much like the library
         factor = min((wanted / near.triple) ** (1 / power), room(fault), _MOST / size)
         if abs(factor - 1) < 0.03:

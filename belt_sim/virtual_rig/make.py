@@ -110,6 +110,7 @@ def campaign_of(plan: Plan, noise: Noise, readings: np.ndarray, title: str, refe
 
 def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt: str, plan: str = "") -> Truth:
     """What is sealed beside a campaign."""
+    told = ("scale", "heavy_tails") + (() if noise.true_length is None else ("true_length", "smooth"))
     unknown = next((f for f in what.faults if isinstance(f, Stranger)), Stranger())
     effects = [
         {"id": fault.id, "parameters": fault.parameters(), "d": size}
@@ -122,7 +123,7 @@ def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt:
         effects=effects,
         lookalikes=what.lookalikes,
         distance=what.distance,
-        noise={n: getattr(noise, n) for n in ("scale", "heavy_tails", "true_length", "smooth")},
+        noise={n: getattr(noise, n) for n in told},
         machine=dict(errors.machine),
         settings={
             "tension_rel": np.asarray(errors.tension_rel).tolist(),

@@ -25,9 +25,9 @@ class Truth:
     nothing, library, two, outside, below_noise or dirty; effects: [{"id", "parameters", "d"}], d the size in
     noise units (None when not measured); lookalikes: other single effects of the library that reproduce the
     same change up to 3 noise units (and half its size); distance: what the best single effect leaves over, or the
-    best three when something outside the library is hidden; noise: true scale and tails, length (None: as stated) and
-    smoothness of the wander; machine, settings: true minus stated; dirty: what was done to the data; plan: its kind
-    and number; place, variable, form, also: what the unknown is, in the words of ``words.py``.
+    best three when something outside the library is hidden; noise: true scale and tails, and length and smoothness
+    of a wander that is not as stated; machine, settings: true minus stated; dirty: what was done to the data; plan:
+    its kind and number; place, variable, form, also: what the unknown is, in the words of ``words.py``.
     """
 
     seed: int

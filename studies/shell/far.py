@@ -21,7 +21,7 @@ from studies.shell import ccx
 from studies.shell.span import by_law, by_shell
 from studies.shell.span_deck import Mesh
 
-LIMITS = ("slack_edge", "second_order", "large_tilt")
+LIMITS = ("slack_edge", "second_order")
 
 
 def far_study(config: dict[str, Any]) -> None:

@@ -61,7 +61,7 @@ class Strip:
         return [self.node(i, j) for i in range(len(self.x)) for j in across if j in self.row(i)]
 
 
-def strip(corners: Sequence[float], width: float, across: int, *, quadratic: bool) -> Strip:
+def strip(corners: Sequence[float] | np.ndarray, width: float, across: int, *, quadratic: bool) -> Strip:
     """Strip with element edges at ``corners`` along and ``across`` elements over ``width``."""
     ends = np.asarray(corners, float)
     if not quadratic:

@@ -1,9 +1,9 @@
 """The run-up law by shell elements: ``python -m studies.shell.roll``, a belt that rolls onto a yawed pulley.
 
-Contact and friction lay the belt; its line on the pulley, y(s) and its direction alpha(s) against the pulley, is read
-off. The run-up law says dy/ds = alpha, dalpha/ds = kappa, the curvature that the free part has where it comes to lie.
-Compared twice: alpha and dalpha/ds of the laid line with kappa of the beam that the measured y and alpha belong to, and
-y with the law marched from the yaw on. The free part begins where contact begins, l before the tangent point.
+Contact and friction lay the belt. The run-up law says that it keeps, lying, the in-plane curvature kappa which the free
+part has where it comes to lie, dalpha/ds = kappa, and goes where it points, dy/ds = alpha. Read off the shell alone:
+the curvature of the belt that lies, right behind the front, over that of the free part led on to the front. Beside it:
+the beam of the measured y and angle, and the angle that the free part is ahead by, which the bending layer claims.
 """
 
 from dataclasses import dataclass
@@ -13,48 +13,63 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-from scipy.integrate import solve_ivp
 
 from belt_sim.analytic.steady import sievers_coefficients
 from belt_sim.case import Case
 from belt_sim.config import case_from
 from belt_sim.laws.span import torsional_stiffness
-from belt_sim.pictures import style
-from belt_sim.pictures.colours import BLUE, INK, RED
 from studies.application import application
 from studies.shell import ccx
-from studies.shell.roll_deck import Roll, RollDeck, roll_deck
+from studies.shell.mesh import Strip
+from studies.shell.roll_deck import Roll, roll_deck
 from studies.shell.span_deck import layer
 
 SHEAR_FACTOR = 5 / 6
+BEHIND, AHEAD = 0.03, 0.04  # [m]: where the curvature of the belt that lies, and of the free part, is read
+BEFORE_ROLLING = 3.0  # steps of the deck, a second each
 UM, URAD = 1e-6, 1e-6
 
 
 @dataclass(frozen=True)
-class Laid:
-    """The line that a belt took on its pulley: arc [m] from the clamped end, y [m], alpha [rad], curvature [1/m]."""
+class Front:
+    """Where the belt just comes to lie, of one moment. arc [m]; y [m]; angle [rad] of the belt that lies there.
 
-    arc: np.ndarray
-    y: np.ndarray
-    alpha: np.ndarray
-    curvature: np.ndarray
+    laid, free: in-plane curvature [1/m] of the belt behind the front, and of the free part, led on to the front by a
+    cubic; jump [rad]: by how much the free part is led on to another angle; tilt [rad] of the free part's beginning;
+    drift [rad]: slope of the line that it lies on, less the angle of its cross-sections, in the middle of what is read.
+    """
+
+    arc: float
+    y: float
+    angle: float
+    laid: float
+    free: float
+    jump: float
+    tilt: float
+    drift: float
 
 
-def laid_line(deck: RollDeck, shape: dict[int, np.ndarray], radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Arc [m] and y [m] of the centre line's nodes, also of those that still hang."""
-    belt = deck.belt
-    place = np.array([[belt.x[i], 0.0, 0.0] + shape[belt.node(i, belt.middle)] for i in range(len(belt.x))])
-    return np.arctan2(place[:, 0], place[:, 2] + radius) * radius, place[:, 1]
-
-
-def smooth(arc: np.ndarray, y: np.ndarray, window: float, at: np.ndarray) -> Laid:
-    """Value, slope and curvature of the parabola that fits y best within ``window`` [m] round each place."""
+def front(case: Case, roll: Roll, belt: Strip, turned: float, shape: dict[int, np.ndarray]) -> Front:
+    """Read off the turns of the belt's cross-sections when the pull has ``turned`` [rad]."""
+    radius, arc = case.rig.tail_radius, turned * case.rig.tail_radius - layer(case)
     rows = []
-    for s in at:
-        near = np.abs(arc - s) <= window / 2
-        c = np.polyfit(arc[near] - s, y[near], 2)
-        rows.append((c[2], c[1], 2 * c[0]))
-    return Laid(at, *np.array(rows).T)
+    for i in range(2, len(belt.x)):
+        one, middle, other = (
+            np.array([belt.x[i], belt.y[j], 0.0]) + shape[belt.node(i, j)] for j in (0, belt.middle, -1)
+        )
+        around = min(np.arctan2(middle[0], middle[2] + radius), turned)
+        along, out = (np.cos(around), 0.0, -np.sin(around)), (np.sin(around), 0.0, np.cos(around))
+        across = other - one
+        rows.append((belt.x[i], middle[1], -across @ along / across[1], across @ out / across[1]))
+    x, y, angle, tilt = np.array(rows).T
+    behind, ahead = (x < arc - roll.row / 2) & (x > arc - BEHIND), (x > arc + AHEAD) & (x < 0.9 * x[-1])
+    laid = np.polyfit(x[behind] - arc, angle[behind], 1)
+    free = np.polyfit(x[ahead] - arc, angle[ahead], 3)
+    there = float(np.interp(arc, x, angle))
+    start = float(np.interp(arc + AHEAD, x, tilt))
+    slope = np.polyfit(x[behind] - arc, y[behind], 2) @ (2 * x[behind].mean() - 2 * arc, 1.0, 0.0)
+    drift = float(slope - angle[behind].mean())
+    return Front(arc, float(np.interp(arc, x, y)), there, laid[0], free[2], free[3] - there, start, drift)
 
 
 def curvature(case: Case, arc: Any, y: Any, alpha: Any, *, lifts: bool = True) -> Any:
@@ -73,8 +88,7 @@ def curvature(case: Case, arc: Any, y: Any, alpha: Any, *, lifts: bool = True) -
         f3 + (2 - soft) / (1 + soft) - 2,
     )
     stuck = (per_chord * chord - per_alpha * alpha + per_end * yaw) / free
-    lean = layer(case) ** 3 / (8 * case.rig.tail_radius**2) * belt.bending_stiffness / torsional_stiffness(case)
-    return stuck / (1 + lean * per_alpha / free) if lifts else stuck
+    return stuck / (1 + lean(case, 1.0) * per_alpha / free) if lifts else stuck
 
 
 def turned_by_slip(case: Case, friction: float) -> float:
@@ -83,68 +97,43 @@ def turned_by_slip(case: Case, friction: float) -> float:
     return 4 * case.rig.tail_radius * moment / (friction * case.tension_force * case.belt.width)
 
 
-def marched(case: Case, roll: Roll, arc: np.ndarray) -> np.ndarray:
-    """y [m] of the run-up law at ``arc``, begun where contact ends at the yaw, turned once by slip M z / 2 EI."""
-    begin = roll.laid - layer(case)
-    turned = float(curvature(case, begin, 0.0, 0.0)) * turned_by_slip(case, roll.friction) / 2
-
-    def law(s: float, state: np.ndarray) -> list[float]:
-        return [state[1], float(curvature(case, s, state[0], state[1]))]
-
-    found = solve_ivp(law, (begin, float(arc[-1])), [0.0, turned], rtol=1e-9, atol=1e-15, dense_output=True)
-    return found.sol(arc)[0]
-
-
-def rolled(case: Case, roll: Roll, folder: Path, limit: float) -> tuple[np.ndarray, np.ndarray]:
-    """Arc and y of the centre line when it has rolled as far as CalculiX came."""
-    deck = roll_deck(case, roll)
+def fronts(case: Case, roll: Roll, folder: Path, limit: float) -> list[Front]:
+    """The front at every moment that CalculiX printed, once all that is read behind it came to lie after the yaw."""
+    deck, radius = roll_deck(case, roll), case.rig.tail_radius
     yaw = float(case.settings.yaw.last())
-    name = f"roll_{'plus' if yaw > 0 else 'minus'}_{roll.friction:g}_{roll.row * 1e3:g}_{roll.across}"
-    printed = [p for p in ccx.run(folder, name, deck.text, limit) if p.quantity == "displacements"]
-    share = min(printed[-1].time - 3.0, 1.0)
-    arc, y = laid_line(deck, printed[-1].values, case.rig.tail_radius)
-    far = roll.laid + share * roll.rolled - layer(case) - roll.row
-    return arc[arc <= far], y[arc <= far]
+    name = f"roll_{'plus' if yaw > 0 else 'minus'}_{radius:g}_{roll.increment * 1e3:g}"
+    found = []
+    for p in ccx.run(folder, name, deck.text, limit):
+        rolled = min(p.time - BEFORE_ROLLING, 1.0) * roll.rolled
+        if p.quantity == "displacements" and rolled >= BEHIND:
+            found.append(front(case, roll, deck.belt, (roll.laid + rolled) / radius, p.values))
+    return found
+
+
+def lean(case: Case, kappa: float) -> float:
+    """(l^3/8R^2) M/T [rad]: what the bending layer adds to the angle of the free part where it begins."""
+    stiffness = case.belt.bending_stiffness / torsional_stiffness(case)
+    return float(layer(case) ** 3 / (8 * case.rig.tail_radius**2) * stiffness * kappa)
 
 
 def roll_study(config: dict[str, Any]) -> None:
-    """The table, and the picture."""
+    """The table."""
     if not ccx.installed():
         print(f"skipped: {ccx.MISSING}")
         return
     roll = Roll(**config["roll"])
-    table = Table("yaw deg", "s mm", "y um", "law um", "alpha urad", "dalpha/ds 1/km", "kappa 1/km", "ratio")
-    lines = {}
+    columns = ("yaw deg", "front mm", "y um", "angle urad", "laid 1/km", "free 1/km", "laid / free", "beam 1/km")
+    table = Table(*columns, "slope - angle urad", "tilt mrad", "jump urad", "lean urad")
     for yaw in config["yaws"]:
         case = case_from(config | {"yaw": yaw})
-        arc, y = rolled(case, roll, Path(config["out"]), config["limit"])
-        after = arc >= roll.laid - layer(case) + config["window"] / 2
-        at = np.arange(arc[after][0], arc[-1] - config["window"] / 2, config["window"])
-        line = smooth(arc, y, config["window"], at)
-        law, kappa = marched(case, roll, at), curvature(case, at, line.y, line.alpha)
-        for k, s in enumerate(at):
-            cells = (s * 1e3, line.y[k] / UM, law[k] / UM, line.alpha[k] / URAD, line.curvature[k] * 1e3)
-            table.add_row(
-                f"{yaw:g}", *(f"{c:.2f}" for c in (*cells, kappa[k] * 1e3)), f"{line.curvature[k] / kappa[k]:.3f}"
-            )
-        lines[yaw] = (arc, y, marched(case, roll, arc[after]), arc[after])
-        slips = 1e3 * turned_by_slip(case, roll.friction)
-        print(f"yaw {yaw:g} deg: slips on {slips:.1f} mm, rolled to {arc[-1] * 1e3:.0f} mm")
-    Console(width=120).print(table)
-    if config["picture"]:
-        print(picture(config["picture"], lines))
-
-
-@style.picture
-def picture(path: str | Path, lines: dict[float, tuple[np.ndarray, ...]]) -> Path:
-    """The laid line of shell elements over the run-up law."""
-    fig, [[ax]] = style.figure(7.5, 4.2)
-    for colour, (yaw, (arc, y, law, after)) in zip((BLUE, RED), lines.items(), strict=False):
-        ax.plot(after * 1e3, law / UM, color=colour, alpha=0.3, linewidth=6.0, label=f"run-up law, yaw {yaw:g} deg")
-        ax.plot(arc * 1e3, y / UM, "o", color=INK, markersize=2.5, label=f"shell, yaw {yaw:g} deg")
-    ax.set(xlabel="arc of the pulley on which the belt came to lie [mm]", ylabel="lateral place of the belt [um]")
-    ax.legend()
-    return style.save(fig, path)
+        print(f"yaw {yaw:g} deg: slips on {1e3 * turned_by_slip(case, roll.friction):.1f} mm")
+        for f in fronts(case, roll, Path(config["out"]), config["limit"]):
+            beam = float(curvature(case, f.arc, f.y, f.angle))
+            cells = [f.arc * 1e3, f.y / UM, f.angle / URAD, f.laid * 1e3, f.free * 1e3]
+            numbers = [f"{c:.2f}" for c in cells] + [f"{f.laid / f.free:.3f}", f"{beam * 1e3:.2f}"]
+            layered = [f.drift / URAD, f.tilt * 1e3, f.jump / URAD, lean(case, f.free) / URAD]
+            table.add_row(f"{yaw:g}", *numbers, *(f"{c:.2f}" for c in layered))
+    Console(width=150).print(table)
 
 
 if __name__ == "__main__":

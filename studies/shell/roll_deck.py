@@ -16,7 +16,8 @@ from belt_sim.case import Case
 from studies.shell.mesh import Strip, equation, node_set, steel, strip
 
 SLOPES = 201  # entries of a table in time
-PULLEY_FACET = 0.006  # [rad]; its middle stands 0.8 um inside a circle of 0.17 m
+PULLEY_FACET = 0.001  # [m]; its middle stands 0.7 um inside a circle of 0.17 m
+PULLEY_MARGIN = 0.03  # [m] of arc at either end
 PULLEY_DEPTH = 0.02  # [m]
 _CONTROLS = "*CONTROLS,PARAMETERS=FIELD\n2e-3,1e-3\n*CONTROLS,PARAMETERS=TIME INCREMENTATION\n12,14,9,60,40,4,,12"
 
@@ -30,12 +31,12 @@ class Roll:
     """
 
     laid: float = 0.06
-    rolled: float = 0.2
-    friction: float = 30.0
+    rolled: float = 0.05
+    friction: float = 20.0
     row: float = 0.004
     coarsest: float = 0.04
     across: int = 4
-    increment: float = 0.006
+    increment: float = 0.0015
     normal: float = 1e11
     tangential: float = 1e13
 
@@ -83,8 +84,8 @@ def _belt(case: Case, roll: Roll) -> Strip:
 
 def _pulley(inner: float, roll: Roll, width: float, radius: float, first: int, elements: int) -> list[str]:
     """A rigid polygon of mean radius ``inner``, which the belt's lower face touches."""
-    most = (roll.laid + roll.rolled) / radius + 0.2
-    turn = np.linspace(-0.05, most, round((most + 0.05) / PULLEY_FACET) + 1)
+    least, most = -PULLEY_MARGIN / radius, (roll.laid + roll.rolled + PULLEY_MARGIN) / radius
+    turn = np.linspace(least, most, round((most - least) * radius / PULLEY_FACET) + 1)
     outer = inner * (1 + ((turn[1] - turn[0]) / 2) ** 2 / 6)
     lines, node = ["*NODE,NSET=PULLEY"], first
     for t in turn:

@@ -7,7 +7,7 @@ from small_challenge import answer_of
 from belt_sim.challenge.baselines import Table, by_rounds, iid_bic, said, sparse
 from belt_sim.challenge.drawn import reliability
 from belt_sim.challenge.facts import Facts, facts_of
-from belt_sim.challenge.laws import place_said
+from belt_sim.challenge.laws import pairs, place_said
 from belt_sim.challenge.publish import publish, read_published
 from belt_sim.challenge.targets import confidently_wrong, targets
 from belt_sim.challenge.wilson import Share
@@ -117,31 +117,58 @@ def test_the_reducible_error_is_what_exceeds_the_floor():
     assert facts(hidden, answer_of("taper") | error(0.105, 0.1)).removed is None
 
 
+def discovery(formula: str, place: str, *rivals: str, found: bool = True):
+    """As diagnosis.json has it."""
+    law = {"formula": formula, "place": place}
+    alike = [{"formula": r, "place": place} for r in rivals]
+    return {"discovery": {"found": found, "sentence": "it creeps", "p": 0.001, "law": law, "rivals": alike}}
+
+
 def test_a_discovered_law_is_right_in_its_place_and_in_its_law_or_not():
     unknown = {"place": "yaw_tail", "variable": "time_since_step", "form": "exponential", "also": [["yaw", "power"]]}
-    hidden = truth("outside", "creep", distance=20.0, **unknown)
-    law = {"sentence": "yaw creeps", "place": "yaw_tail", "variable": "beta", "shape": "x", "course": "rise"}
-    known = answer_of(verdict="none_known")
-    found = facts(hidden, known | {"discovery": law})
-    assert (found.discovered, found.place, found.law) == ("yaw creeps", True, True)
-    other = facts(hidden, known | {"discovery": law | {"place": "sensor_all", "course": "always"}})
+    hidden, known = truth("outside", "creep", distance=20.0, **unknown), answer_of(verdict="none_known")
+    creep, head = "(0.240 ± 0.010) × β (1 − exp(−s/14.6 ± 1.2 m))", "yaw of the head pulley"
+    found = facts(hidden, known | discovery(creep, "yaw of the tail pulley"))
+    assert (found.discovered, found.place, found.law, found.p) == ("it creeps", True, True, 0.001)
+    other = facts(hidden, known | discovery("(1.0 ± 0.1)·10⁻³ rad × κ|κ|", head))
     assert (other.place, other.law) == (False, False)
-    assert facts(hidden, known | {"discovery": law | {"shape": "x^3", "course": "always"}}).law
-    assert facts(truth("nothing"), known | {"discovery": law}).discovered
+    assert facts(hidden, known | discovery("(2.0 ± 0.1) × κ|κ|", head, "β|β|")).law  # in the class that is stated
+    assert facts(truth("nothing"), known | discovery(creep, head)).discovered
+    assert not facts(truth("nothing"), known | discovery(creep, head, found=False)).discovered
 
 
 @pytest.mark.parametrize(
     ("said", "true"),
     [
-        ("turn_both", "runup_both"),
-        ("yaw_head", "yaw_head"),
-        ("twist_tail", "wrap"),
-        ("sensor_y1", "sensor"),
-        ("tension",) * 2,
+        ("turn of the belt where it runs up both pulleys alike", "runup_both"),
+        ("turn_tail", "runup_tail"),
+        ("yaw of the head pulley", "yaw_head"),
+        ("twist over the wrap of the tail pulley", "wrap"),
+        ("reading of y1", "sensor"),
+        ("readings of all sensors alike", "sensor_all"),
+        ("sensor_y4", "sensor"),
+        ("tension of the belt", "tension"),
     ],
 )
 def test_places_of_the_finder_in_the_words_of_the_generator(said, true):
     assert place_said(said) == true
+
+
+@pytest.mark.parametrize(
+    ("term", "pair", "other"),
+    [
+        ("(1.2 ± 0.1)·10⁻⁶ rad/m × s", ("travel", "linear"), ("travel", "constant")),
+        ("(1.2 ± 0.1)·10⁻⁶ rad × a constant", ("travel", "constant"), ("travel", "linear")),
+        ("(1.2 ± 0.1)·10⁻⁶ 1/m² × y²", ("y", "power"), ("y", "linear")),
+        ("(1.2 ± 0.1) × κ, saturating at 0.1 1/m × tension^-1", ("curvature", "saturating"), ("curvature", "power")),
+        ("(1.2 ± 0.1) × the part of κ beyond ±0.1 1/m", ("curvature", "threshold"), ("curvature", "linear")),
+        ("(1.2 ± 0.1) × α after 20 m", ("travel", "threshold"), ("travel", "linear")),
+        ("(1.2 ± 0.1) rad × a wave of 6.4 m", ("belt_phase", "periodic"), ("travel", "linear")),
+    ],
+)
+def test_terms_of_a_formula_in_the_words_of_the_generator(term, pair, other):
+    assert pair in pairs(term)
+    assert other not in pairs(term)
 
 
 def test_every_kind_of_campaign_moves_its_own_row():

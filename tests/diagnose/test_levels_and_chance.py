@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.levels import LEVEL_SPREAD
+from belt_sim.diagnosis.levels import LEVEL_SPREAD, TOGETHER
 from belt_sim.diagnosis.null import NoiseSource, null_gains
 from belt_sim.diagnosis.openset import open_set
 
@@ -33,10 +33,13 @@ def drawn():
     return np.log(bench.finder.draw(y, DRAWS, np.random.default_rng(1)))[:, 0]
 
 
-def test_where_readings_say_nothing_the_data_sheet_is_all_that_is_known(drawn):
+def test_where_readings_say_nothing_the_data_sheet_and_the_other_noise_are_all_that_is_known(drawn):
+    """The white noise is as stated; what both levels have in common is then known no better than that allows."""
     wander = drawn[:, 1]
-    assert np.mean(wander) == pytest.approx(0.0, abs=SIGMAS * LEVEL_SPREAD / np.sqrt(DRAWS))
-    assert np.std(wander) == pytest.approx(LEVEL_SPREAD, rel=NORMAL)
+    common = 1.0 / (TOGETHER**-2 + LEVEL_SPREAD**-2)
+    width = np.sqrt(common + LEVEL_SPREAD**2)
+    assert np.mean(wander) == pytest.approx(0.0, abs=SIGMAS * width / np.sqrt(DRAWS))
+    assert np.std(wander) == pytest.approx(width, rel=NORMAL)
 
 
 def test_without_repeats_levels_are_drawn_from_the_data_sheet():
@@ -57,11 +60,11 @@ def test_readings_narrow_a_level_by_their_number(drawn):
 
 @pytest.mark.parametrize("count", [14, 40])
 def test_the_level_taken_lies_between_readings_and_data_sheet(count):
-    """Nearer to what was read the more there are: m (1 - r^2/f^2) + log f / 0.35^2 = 0."""
+    """Nearer to what was read the more there are: m (1 - r^2/f^2) + log f / (0.35^2 + 0.6^2) = 0."""
     y = scattered(1.8, count=count)
     f = linear_bench(REPEATS, y=y, count=count).finder(y).white
     fine = np.linspace(1.0, 1.8, 8001)
-    balance = (count - 1) * (1.0 - (1.8 / fine) ** 2) + np.log(fine) / LEVEL_SPREAD**2
+    balance = (count - 1) * (1.0 - (1.8 / fine) ** 2) + np.log(fine) / (LEVEL_SPREAD**2 + TOGETHER**2)
     assert np.log(f) == pytest.approx(np.log(fine[np.argmin(np.abs(balance))]), abs=0.05)  # half a step of the grid
 
 

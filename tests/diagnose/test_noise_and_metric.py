@@ -8,14 +8,14 @@ from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
 from belt_sim.campaign import Quantity
-from belt_sim.diagnosis.levels import FACTORS, LevelFinder
+from belt_sim.diagnosis.levels import LevelFinder
 from belt_sim.diagnosis.metric import metric_of, nuisance_shapes, stiffness_sigma
 from belt_sim.diagnosis.noise import Levels, covariance
 from belt_sim.diagnosis.where import cells, validation_uncertainty
 
 DRAWS = 600
 SIGMAS = 4.5  # a handful of figures, each beyond this once in 150,000
-STEP = 1.0 * np.log(FACTORS[1] / FACTORS[0])  # of the grid of factors, in logarithm
+STEP = np.log(2.5 / 0.4) / 14  # what the prior may pull, in logarithm
 SECOND_ORDER = 0.03  # predictions curve between one sigma and none
 EXACT = 1e-10  # rounding of a product of 732 numbers
 
@@ -84,7 +84,7 @@ def test_repeats_tell_both_noise_levels(white, wander):
     finder = LevelFinder(b.samples, b.shapes)
     found = [finder(e) for e in errors(b, 15, np.random.default_rng(5), white=white, wander=wander)]
     assert {f.repeats for f in found} == {2}
-    # the prior (0.35 in logarithm) pulls each by less than one step of the grid
+    # the prior (0.35 in logarithm) pulls each by less than that
     assert np.mean(np.log([f.white for f in found])) == pytest.approx(np.log(white), abs=STEP)
     assert np.mean(np.log([f.wander for f in found])) == pytest.approx(np.log(wander), abs=STEP)
 

@@ -8,6 +8,7 @@ from virtual_bench import YAW, plan_of
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
+from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.library import library
 from belt_sim.paper import paper_case
 from belt_sim.virtual_rig.library import fault_of
@@ -71,7 +72,9 @@ def routes(name, here, there, base, tension, direction):
     case = paper_case(tension, YAW, direction=direction)
     cls = library()[name]
     null = {n: p.null for n, p in cls.parameters.items()}
-    curves = march(case, analytic_model(base), [cls(**(null | (there or here)))], travel=TRAVEL)
+    effects = (cls(**(null | (there or here))),)
+    curves = march(case, analytic_model(base), effects, travel=TRAVEL)
+    curves = indicate(curves, case, effects, curves.travel)
     return truth, np.concatenate([curves.y, curves.tilt])
 
 

@@ -1,0 +1,47 @@
+"""Runs set off by more than the linear range allows still leave nothing to explain."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_campaign import bench
+
+from belt_sim.diagnosis.settings import FURTHEST, settled
+
+OFF = 2.0  # sigma
+TENSION, YAW = 0.06, 3e-5  # one sigma of a careless setting
+
+
+@pytest.fixture(scope="module")
+def careless():
+    """Readings of runs that were all set two sigma off, without any noise, under a sheet that allows for it."""
+    b = bench()
+    settings = replace(b.campaign.settings, tension_rel=TENSION, yaw_u=YAW)
+    campaign = replace(b.campaign, settings=settings)
+    signs = np.array([1.0, -1.0] * (len(b.samples.runs) // 2))
+    forward = b.forward.set_to(OFF * TENSION * signs, OFF * YAW * signs[::-1])
+    y = forward.values(b.forward.null()[None])[0]
+    samples = replace(b.samples, y=y)
+    return replace(b, campaign=campaign, samples=samples, fitted=samples, forward=b.forward.set_to(*np.zeros((2, 6))))
+
+
+def left(b) -> float:
+    """chi2 of the base model."""
+    return b.fit([b.start((), b.forward.null())])[0].chi2
+
+
+def test_what_is_left_of_careless_settings_is_their_prior(careless):
+    """Two sigma in both settings of six runs cost chi2 of 48 by the prior, and the linear range claims more or less."""
+    exact = OFF**2 * 2 * len(careless.samples.runs)
+    moved = careless.moved_to(careless.forward.null())
+    assert moved.forward is not careless.forward
+    assert left(moved) < exact
+    plain = replace(moved, forward=careless.forward)
+    again = moved.moved_to(moved.forward.null())
+    assert abs(left(again) - left(moved)) < 0.05 * abs(left(plain) - left(moved))
+
+
+def test_settings_stay_within_what_may_occur(careless):
+    far = replace(careless, fitted=replace(careless.fitted, y=careless.fitted.y + 0.01))
+    forward = settled(far.campaign, far.fitted, far.forward, far.metric, far.shapes, far.forward.null())
+    assert np.abs(forward.tension).max() <= FURTHEST * TENSION * (1 + 1e-12)
