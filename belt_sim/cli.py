@@ -16,6 +16,8 @@ COMMANDS = {
     "diagnose": "which physical effect the model lacks",
     "virtual-rig": "make a campaign with a hidden effect",
     "reveal": "what was hidden in such a campaign",
+    "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
+    "challenge": "how often the diagnosis is right, on sealed campaigns",
     "report": "write the report of a diagnosis again",
     "demo": "a diagnosis of a campaign that ships, into outputs/demo",
 }

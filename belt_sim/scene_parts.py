@@ -76,7 +76,8 @@ class SceneParts:
 
     head, tail: PulleySurface; gravity [m/s2]; friction [1], inf = sticking; camber(s) [1/m]: natural in-plane
     curvature of the belt (y'' > 0) against the position s [m] along it at travel 0, counted from point 4 in the order
-    of the points 4, 1, 2, 3 (None = straight); edge_guides: rollers beside the spans.
+    of the points 4, 1, 2, 3 (None = straight); edge_guides: rollers beside the spans; lift_off: share of the bending
+    layer with which the belt leaves its pulleys (0 = like a thread, 1 = like a plate).
     """
 
     head: PulleySurface
@@ -85,6 +86,7 @@ class SceneParts:
     friction: float = math.inf
     camber: Camber | None = None
     edge_guides: tuple[EdgeGuide, ...] = ()
+    lift_off: float = 0.0
 
     @staticmethod
     def undisturbed(case: Case, friction: float = math.inf) -> "SceneParts":

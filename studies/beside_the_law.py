@@ -1,7 +1,8 @@
 """3D runs beside the strip law: python -m studies.beside_the_law 'files=outputs/study/r*.json' picture=FILE.png
 
-Prints how far each run of studies.space_run, sticking or slipping, is at most from the law, of points 1-4 over the
-whole travel, and draws points 1 and 3 of all, a panel a tension.
+Prints how far each run of studies.space_run, sticking or slipping, is at most from the law with the effects of the run,
+of points 1-4 over the whole travel, all relative to the largest y and each relative to itself; with
+'windows=[[20,60],[100,200]]' the slopes over these metres of travel too. Draws points 1 and 3, a panel a tension.
 """
 
 import json
@@ -13,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.config import case_from
+from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, INK, RED
-from belt_sim.si import MM
+from belt_sim.si import MM, MM_PER_M
 from studies.application import application
 
 _POINTS = ((0, BLUE), (2, RED))
@@ -27,10 +28,13 @@ _POINTS = ((0, BLUE), (2, RED))
 
 @dataclass(frozen=True)
 class Beside:
-    """One run. tension [N/mm2]; friction [1]; travel [m], shape (n,); y, law [m], shape (4, n): 3D and strip law."""
+    """One run. tension [N/mm2]; friction [1]; stations [m]: their distance; effects: their ids; travel [m], shape (n,);
+    y, law [m], shape (4, n): 3D and strip law."""
 
     tension: float
     friction: float
+    stations: float
+    effects: tuple[str, ...]
     travel: np.ndarray
     y: np.ndarray
     law: np.ndarray
@@ -41,9 +45,31 @@ def read(path: Path) -> Beside:
     content = json.loads(path.read_text(encoding="utf-8"))
     table = np.genfromtxt(path.with_suffix(".csv"), delimiter=",", names=True)
     travel, y = table["travel_m"], np.array([table[f"y{k}_mm"] for k in (1, 2, 3, 4)]) * MM
-    law = march(case_from(content["config"]), analytic_model("strip"), travel=float(travel[-1]))
+    config, options, effects = content["config"], content["options"], load_effects(content["config"]["effects"])
+    law = analytic_model("strip").run(case_from(config), effects, travel=float(travel[-1]))
     expected = np.array([np.interp(travel, law.travel, point) for point in law.y])
-    return Beside(float(content["config"]["tension"]), float(content["options"]["friction"]), travel, y, expected)
+    stations, friction = float(options["dx"]), float(options["friction"])
+    return Beside(float(config["tension"]), friction, stations, tuple(e.id for e in effects), travel, y, expected)
+
+
+def told(run: Beside, windows: Sequence[tuple[float, float]]) -> list[str]:
+    """What is said of a run; windows [m]: travels over which slopes are compared."""
+    apart, largest = np.abs(run.y - run.law), np.abs(run.law)
+    own = ", ".join(f"{100 * share:.1f}" for share in apart.max(axis=1) / largest.max(axis=1))
+    what = "".join(f", {e}" for e in run.effects)
+    lines = [
+        f"{run.tension:g} N/mm2, friction {run.friction:g}, {run.travel[-1]:.0f} m, stations {run.stations / MM:g} mm"
+        f"{what}: at most {apart.max() / MM:.3f} mm apart, {100 * apart.max() / largest.max():.1f} % of the largest y "
+        f"(points 1-4 of their own {own} %)"
+    ]
+    for begin, end in windows:
+        inside = (run.travel >= begin) & (run.travel <= end)
+        if run.travel[-1] < end - 1.0:
+            continue
+        slopes = [np.polyfit(run.travel[inside], y[:, inside].T, 1)[0] for y in (run.y, run.law)]
+        seen, expected = (" ".join(f"{s / MM_PER_M:+.4f}" for s in these) for these in slopes)
+        lines.append(f"    {begin:g}-{end:g} m, points 1-4: {seen} mm/m, strip law {expected}")
+    return lines
 
 
 def beside_the_law(config: dict[str, Any]) -> None:
@@ -53,11 +79,7 @@ def beside_the_law(config: dict[str, Any]) -> None:
         raise InputError("files", config["files"], "", "no such file; make some with python -m studies.space_run")
     runs = sorted((read(Path(f)) for f in found), key=lambda r: (r.tension, -r.friction))
     for r in runs:
-        apart, largest = np.abs(r.y - r.law).max(), np.abs(r.law).max()
-        print(
-            f"{r.tension:g} N/mm2, friction {r.friction:g}, {r.travel[-1]:.0f} m: at most {apart / MM:.3f} mm apart, "
-            f"{100 * apart / largest:.1f} % of the largest y"
-        )
+        print("\n".join(told(r, config["windows"])))
     if config["picture"]:
         print(picture(config["picture"], runs))
 

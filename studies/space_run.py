@@ -1,7 +1,8 @@
 """One 3D run and what it cost: python -m studies.space_run name=r40 tension=40 travel=70 model.friction=0.15 ...
 
 Leaves OUT/NAME.csv (the curves, as of belt-sim simulate) and OUT/NAME.json: configuration, resolved options, late
-rates, sags, cost. The tables of docs/three_dimensions.md are made of these files.
+rates, sags, cost. The tables of docs/three_dimensions.md are made of these files. Says every tenth of the way how far
+it is; asked to stop (SIGTERM, Ctrl-C, ``limit``) it leaves what it has.
 """
 
 import json
@@ -24,17 +25,19 @@ from belt_sim.provenance import provenance
 from belt_sim.registry import model_named
 from belt_sim.si import MM, MM_PER_M
 from belt_sim.tables import write_curves
+from belt_sim.watch.progress import ProgressObserver
 from studies.application import application
 
 
 def space_run(config: dict[str, Any]) -> None:
     """Run, write, print the late rates; a run that fails leaves what it had."""
-    signal.signal(signal.SIGALRM, _out_of_time)
+    for number in (signal.SIGALRM, signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, _stopped)
     signal.alarm(int(config["limit"]))
     case, effects, model = case_from(config), load_effects(config["effects"]), space_model(config["model"])
     begun, failure = time.process_time(), None
     try:
-        curves = model.run(case, effects, travel=float(config["travel"]))
+        curves = model.run(case, effects, travel=float(config["travel"]), observers=(ProgressObserver(config["name"]),))
     except RunFailed as error:
         curves, failure = error.curves, str(error)
     signal.alarm(0)
@@ -64,8 +67,8 @@ def figures(curves: Curves) -> dict[str, Any]:
     return {"late_rates_mm_per_m": rates, "sag_mm": sags, "steps": steps, "memory_bytes": memory}
 
 
-def _out_of_time(*_: object) -> None:
-    raise RunFailed("stopped by limit")
+def _stopped(number: int, _: object) -> None:
+    raise RunFailed(f"stopped by {signal.Signals(number).name}")
 
 
 if __name__ == "__main__":

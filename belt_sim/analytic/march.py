@@ -26,6 +26,7 @@ from belt_sim.si import N_PER_MM2
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]
+BEFORE = -1.0  # [m]: the instant before the start
 
 
 def march(
@@ -122,13 +123,12 @@ def _stepper(spans, spacing):
             yaw, push = _forced(effects, commanded, case, now, then)
             y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
             yaw_end = _yaw_now(effects, case, s0 + spacing, then)
-            then = spans.state(s0 + spacing, y, alpha, off1, yaw_end)
+            then = spans.state(s0 + spacing, now.travel, y, alpha, off1, yaw_end)
             return spans.slid(then, off1, yaw_end), yaw_end
 
         guess = (replace(now, travel=s0 + spacing), commanded)
         then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
-        row = jnp.stack([then.y[0], then.alpha[0], then.y[1], then.alpha[1]])
-        ring = ring.at[(k + 1) % ring.shape[0]].set(row)
+        ring = ring.at[(k + 1) % ring.shape[0]].set(_landed(then))
         return ring, then, off1, yaw_end
 
     return advance
@@ -208,10 +208,15 @@ def _start(spans, slots):
     zero = jnp.zeros(2)
     off = wrap.RunOff(y=zero, alpha=zero)
     yaw = _yaw(spans.case, drive.angle_at, 0.0)
-    blank = spans.state(jnp.zeros(()), zero, zero, off, yaw)
+    blank = spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw)
     yaw = _yaw_now(spans.effects, spans.case, 0.0, blank)
-    now = spans.slid(spans.state(jnp.zeros(()), zero, zero, off, yaw), off, yaw)
-    return jnp.zeros((slots, 4)), now, off, yaw
+    now = spans.slid(spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw), off, yaw)
+    return jnp.zeros((slots, 4)).at[0].set(_landed(now)), now, off, yaw
+
+
+def _landed(now):
+    """What the wrap's history keeps of an instant, shape (4,)."""
+    return jnp.stack([now.y[0], now.alpha[0], now.y[1], now.alpha[1]])
 
 
 def _observe(carry, spans):

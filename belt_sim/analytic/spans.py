@@ -37,8 +37,8 @@ class Spans:
         known = tuple(e.influence(span, case) for e in benders)
         return Spans(case, tuple(effects), span, held_answers(case, effects, span), benders, known)
 
-    def state(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> State:
-        """Everything that effects may ask of this instant."""
+    def state(self, travel, since, y, alpha, off: RunOff, yaw: Yaw) -> State:
+        """Everything that effects may ask of this instant; since: travel [m] of the one before."""
         span, case, answer = self.span, self.case, self.answer
         boundary = self.boundary_values(travel, y, alpha, off, yaw)
         bend = self.bend(boundary)
@@ -47,6 +47,7 @@ class Spans:
             bent, bent_off = 0.0 * bent, 0.0 * bent_off
         return State(
             travel=travel,
+            since=since + jnp.zeros(()),
             y=y,
             alpha=alpha,
             kappa=bent + bend.natural_runup,
@@ -64,7 +65,7 @@ class Spans:
         """The instant after the belt has turned on the pulleys, where effects let it."""
         for e in uses(self.effects, "slide"):
             alpha = e.slide(state.alpha, state, self.case)
-            state = self.state(state.travel, state.y, alpha, off, yaw)
+            state = self.state(state.travel, state.since, state.y, alpha, off, yaw)
         return state
 
     def boundary_values(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> BoundaryValues:

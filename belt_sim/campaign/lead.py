@@ -22,6 +22,8 @@ SPANS = 1.2
 #: Lead over beta L/2: below -REVERSED it is turned round; outside LOW..HIGH the yaw is of another magnitude.
 #: Linear belts give 0.5 to 1.7; an offset of a pulley as large as the yaw itself 0 to 3.
 REVERSED, LOW, HIGH = 0.45, 0.12, 6.0
+#: Leads of all runs within this ratio speak of one factor.
+ALIKE = 3.0
 #: The other yaw sign then has a lead above this, when an offset of a pulley is the reason.
 OFFSET = 1.8
 #: What is judged must stand this many sigmas out of zero, wander and white noise.
@@ -56,7 +58,8 @@ class Lead:
         return math.copysign(1.0, self.tail.run.yaw)
 
 
-def _span(campaign: Campaign) -> float:
+def span_of(campaign: Campaign) -> float:
+    """Length of a span [m]."""
     machine = campaign.machine
     return math.sqrt(machine.centre_distance.value**2 - (machine.tail_radius.value - machine.head_radius.value) ** 2)
 
@@ -79,7 +82,7 @@ def _lead(tail: Record, head: Record, span: float) -> Lead | None:
 
 def lead_of_the_tail(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Exchanged columns, turned signs and slipped yaw units, from the lead of the tail over the head."""
-    span = _span(campaign)
+    span = span_of(campaign)
     of_run: dict[str, dict[str, Record]] = defaultdict(dict)
     for record in records:
         of_run[record.run.name].setdefault(record.sheet.at, record)
@@ -93,6 +96,9 @@ def lead_of_the_tail(campaign: Campaign, records: list[Record]) -> list[Suspicio
 
 
 def _judge(leads: list[Lead]) -> list[Suspicion]:
+    everywhere = _yaw_in_another_unit(leads)
+    if everywhere:
+        return [everywhere]
     usual = float(np.median([abs(lead.tail.run.yaw) for lead in leads])) if leads else 0.0
     found = []
     odd = [lead for lead in leads if _is_odd(lead, usual)]
@@ -109,6 +115,19 @@ def _judge(leads: list[Lead]) -> list[Suspicion]:
         sentence = f"in every run: {first.sentence}"
         return [replace(first, run=None, sentence=sentence)]
     return found
+
+
+def _yaw_in_another_unit(leads: list[Lead]) -> Suspicion | None:
+    """The same factor between lead and yaw in every run, far from what any belt gives: no effect does that."""
+    factors = np.array([lead.lead for lead in leads])
+    if len(factors) < 2 or factors.min() <= 0.0 or factors.max() > ALIKE * factors.min():
+        return None
+    if not (factors.min() > HIGH or factors.max() < LOW):
+        return None
+    sentence = f"in every run {leads[0].tail.sheet.name} and {leads[0].head.sheet.name} differ by about"
+    sentence += f" {float(np.median(factors)):.2g} times what the stated yaw gives: the yaw (or the readings) is in"
+    sentence += " another unit (rad or mrad written as yaw_deg?)"
+    return Suspicion(run=None, signal=None, kind="unit_slip", sentence=sentence)
 
 
 def _is_odd(lead: Lead, usual: float) -> bool:
@@ -135,22 +154,30 @@ def _fits_sisters(lead: Lead, leads: list[Lead]) -> bool:
 def _turned_column(leads: list[Lead]) -> list[Suspicion]:
     """Tail and head that drift apart in the end, in nearly all runs: one column has the wrong sign."""
     slopes = [slopes for lead in leads if (slopes := _late_slopes(lead)) is not None]
-    apart = [(tail, head) for tail, head in slopes if tail * head < 0.0]
+    apart = [(tail, head) for tail, head in slopes if abs(tail + head) < 0.5 * abs(tail - head)]
     if len(slopes) < 3 or len(apart) < MOST * len(slopes):
         return []
-    against_yaw = sum(tail < 0.0 for tail, _ in apart) > len(apart) / 2
+    against = sum(tail < 0.0 for tail, _ in apart)
+    if max(against, len(apart) - against) < MOST * len(apart):
+        return []  # what does not follow the yaw is no sign of a column
+    against_yaw = against > len(apart) / 2
     name = (leads[0].tail if against_yaw else leads[0].head).sheet.name
     sentence = "drifts away from the other points to the end, in nearly all runs: the sign of this column is turned"
-    return [Suspicion(run=None, signal=name, kind="wrong_sign", sentence=sentence, severity="look")]
+    both = {lead.side for lead in leads} == {1.0, -1.0}
+    severity: Severity = "stop" if both and len(apart) == len(leads) else "look"
+    return [Suspicion(run=None, signal=name, kind="wrong_sign", sentence=sentence, severity=severity)]
 
 
 def _late_slopes(lead: Lead) -> tuple[float, float] | None:
-    """Slopes over the yaw of tail and head in the last LATE of a record; None where that is too short."""
+    """Slopes over the yaw of tail and head in the last LATE of a record; None where that says nothing."""
     end = min(lead.tail.travel[-1], lead.head.travel[-1])
     if end < SETTLED * lead.span:
         return None
     s = np.linspace((1.0 - LATE) * end, end, _GRID)
     values = [np.polyfit(s, np.interp(s, r.travel, r.readings), 1)[0] for r in (lead.tail, lead.head)]
+    clear = CLEAR * max(lead.tail.drift_error, lead.head.drift_error) / (LATE * end)
+    if min(map(abs, values)) < clear:
+        return None
     return values[0] / lead.tail.run.yaw, values[1] / lead.head.run.yaw
 
 

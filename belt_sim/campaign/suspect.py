@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-SuspicionKind = Literal["unit_slip", "clipped", "swapped", "wrong_sign", "dropout"]
+SuspicionKind = Literal[
+    "unit_slip", "clipped", "swapped", "wrong_sign", "dropout", "shifted", "zero", "same_place", "guided"
+]
 Severity = Literal["stop", "look"]
 
 

@@ -5,8 +5,11 @@ signs that were turned round. Every check is one of magnitude, of repetition, or
 share.
 """
 
+from belt_sim.campaign.guided import closed_loop
 from belt_sim.campaign.lead import lead_of_the_tail
 from belt_sim.campaign.nouns import Campaign
+from belt_sim.campaign.offsets import shifted_runs
+from belt_sim.campaign.places import one_place
 from belt_sim.campaign.record import Record, records
 from belt_sim.campaign.record_checks import broken_record, gaps, noise_out_of_scale
 from belt_sim.campaign.sister_checks import against_sisters, exchanged_across_a_wrap, travel_out_of_scale
@@ -29,10 +32,15 @@ def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     found += noise_out_of_scale(sound)
     slips = [s for s in found if s.kind == "unit_slip"]
     sound = [r for r in sound if not any(_touches(slip, r) for slip in slips)]
-    found += lead_of_the_tail(campaign, sound)
+    shifts = shifted_runs(campaign, sound)
+    sound = [r for r in sound if not any(_touches(shift, r) for shift in shifts)]
+    found += shifts + lead_of_the_tail(campaign, sound)
     turned = [s for s in found if s.kind in ("swapped", "wrong_sign", "unit_slip")]
     found += [s for s in against_sisters(sound) if not any(_covers(t, s) for t in turned)]
     found += exchanged_across_a_wrap(campaign, sound)
+    found += one_place(campaign, sound)
+    if not any(s.severity == "stop" for s in found):
+        found += closed_loop(campaign, sound)
     return tuple(sorted(found, key=lambda s: s.severity != "stop"))
 
 

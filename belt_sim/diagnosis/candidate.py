@@ -1,28 +1,67 @@
-"""One set of effects as a candidate explanation, and how good it is."""
+"""One set of effects as a candidate explanation: its numbers, and whether a real machine could have them."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.forward import Forward
-from belt_sim.results.found import Estimate
+from belt_sim.diagnosis.forward import Forward, Slot
+from belt_sim.results.found import COVERAGE_95, Estimate
+
+DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
+FAINT = 1e-6  # a parameter that moves no reading by this many sigma is not in the readings
 
 
 def estimates(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
-    """Effect id -> parameter -> Estimate, for every parameter that the readings can see."""
+    """Effect id -> parameter -> Estimate, where the readings say more of a number than its plausible range does."""
     spread = np.sqrt(np.diag(fit.covariance)) if fit.free else np.empty(0)
-    found: dict[str, dict[str, Estimate]] = {i: {} for i in fit.ids}
-    for k, position in enumerate(fit.free):
-        slot = forward.slots[position]
-        if np.linalg.norm(fit.columns[k]) < 1e-6:
-            continue
+    seen = [k for k in range(len(fit.free)) if np.linalg.norm(fit.columns[k]) >= FAINT]
+    slots = [forward.slots[fit.free[k]] for k in seen]
+    return {i: {} for i in fit.ids} | _found(slots, fit.vector[np.array(fit.free, dtype=int)[seen]], spread[seen])
+
+
+def _found(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> dict[str, dict[str, Estimate]]:
+    """Effect id -> parameter -> Estimate of numbers and their sigmas in units of their scales."""
+    found: dict[str, dict[str, Estimate]] = {}
+    for slot, x, dx in zip(slots, values, spread, strict=True):
         declared = slot.effect.parameters[slot.name]
-        value, u = float(fit.vector[position] * slot.scale), float(spread[k] * slot.scale)
-        low, high = declared.plausible
-        near = (low - 2 * u <= value <= high + 2 * u) or abs(value - declared.null) <= 2 * u
-        found[slot.effect.id][slot.name] = Estimate(value, u, declared.unit, bool(near))
+        value, u, (low, high) = float(x * slot.scale), float(dx * slot.scale), declared.plausible
+        of_effect = found.setdefault(slot.effect.id, {})
+        if value - COVERAGE_95 * u <= low and value + COVERAGE_95 * u >= high:
+            continue  # the readings exclude nothing of what a machine could have
+        there = low <= value <= high or abs(value - declared.null) <= 2.0 * u
+        of_effect[slot.name] = Estimate(value, u, declared.unit, bool(there))
     return found
 
 
 def is_plausible(forward: Forward, fit: Fit) -> bool:
-    """True when every parameter that matters could be met on a real machine."""
-    return all(e.plausible for params in estimates(forward, fit).values() for e in params.values())
+    """True when every effect has a number that was found, all found could be met on a real machine, none diverged."""
+    return not has_diverged(fit) and _all_met(estimates(forward, fit))
+
+
+def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> bool:
+    """The same of numbers (k,) and their sigmas (k,) in units of their scales."""
+    seen = spread > 0.0
+    return _all_met(_found([s for s, there in zip(slots, seen, strict=True) if there], values[seen], spread[seen]))
+
+
+def _all_met(found: dict[str, dict[str, Estimate]]) -> bool:
+    return all(params and all(e.plausible for e in params.values()) for params in found.values())
+
+
+def has_diverged(fit: Fit) -> bool:
+    """True where a fit has left the range of numbers: what it says is no finding."""
+    numbers = [fit.vector[fit.free], fit.values, np.array([fit.chi2])]
+    return bool(any(not np.isfinite(x).all() for x in numbers) or np.any(np.abs(fit.vector[fit.free]) > DIVERGED))
+
+
+def prior_sigma(forward: Forward, free: Sequence[int]) -> np.ndarray:
+    """What is known of parameters before any reading: one sigma (k,) about null in units of their scales, from what a
+    real machine could have.
+    """
+    reach = []
+    for position in free:
+        slot = forward.slots[position]
+        declared = slot.effect.parameters[slot.name]
+        reach.append(max(abs(bound - declared.null) for bound in declared.plausible) / slot.scale)
+    return np.array(reach)

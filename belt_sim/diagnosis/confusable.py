@@ -5,9 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.select import Selection, Trial
+from belt_sim.diagnosis.openset import OpenSet
+from belt_sim.diagnosis.refits import Trial
+from belt_sim.diagnosis.select import Selection
 
 REPEATS = 2000  # imagined repetitions of the campaign
+UNSEEN = 0.01  # probability kept for what neither library nor tests have thought of
 RIVAL = 9.2  # a rival set within this score (likelihood ratio 100) cannot be excluded
 
 
@@ -46,13 +49,21 @@ def _additions(selection: Selection) -> list[Rival]:
     ]
 
 
-def probabilities(selection: Selection) -> dict[str, float]:
-    """Weight of every chosen effect against those that could stand in its place."""
+def probabilities(selection: Selection, unknown: OpenSet) -> dict[str, float]:
+    """Weight of every chosen effect against those that could stand in its place, and against none of them.
+
+    unknown: the tests of what the base model leaves; a family of free shapes that takes more of it beyond chance than
+    the chosen set does speaks for something that is not in the library.
+    """
+    free = max((unknown.gain[n] - unknown.threshold[n] for n in unknown.gain), default=-np.inf)
+    rest = selection.gain - sum(selection.threshold(i) for i in selection.chosen.ids)
     found = {}
     for name, trials in selection.swaps.items():
-        scores = np.array([t.score for t in trials if t.plausible or t.id == name])
         own = _own(trials, name).score
-        found[name] = float(1.0 / np.sum(np.exp(np.clip((scores - own) / 2.0, -700, 50))))
+        scores = [t.score for t in trials if t.plausible or t.id == name]
+        none = max(-own, free - rest)  # not there at all, or unknown
+        weights = np.exp(np.clip((np.array([*scores, own + none]) - own) / 2.0, -700, 50))
+        found[name] = float((1.0 - UNSEEN) / np.sum(weights))
     return found
 
 

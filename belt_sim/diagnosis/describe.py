@@ -8,17 +8,17 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.candidate import estimates
 from belt_sim.diagnosis.confusable import probabilities, selection_frequency
 from belt_sim.diagnosis.examine import Findings
-from belt_sim.diagnosis.heldout import held_out
-from belt_sim.diagnosis.openset import shape_card
+from belt_sim.diagnosis.ladder import Rung
+from belt_sim.diagnosis.refits import Trial
 from belt_sim.diagnosis.run_errors import overall_errors, run_errors
-from belt_sim.diagnosis.select import Trial
-from belt_sim.diagnosis.verdict import damage
+from belt_sim.diagnosis.shape_card import shape_card
+from belt_sim.diagnosis.verdict import damage, nearest_words
 from belt_sim.diagnosis.where import where
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import CampaignLabel, Diagnosis
 from belt_sim.results.errors import Change, Errors
 from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NoiseLevels, Tried, Unknown
-from belt_sim.results.verdict import Verdict
+from belt_sim.results.verdict import Verdict, other_model
 
 
 def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
@@ -31,7 +31,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         base_model=model,
         campaign=label(campaign),
         verdict=d.verdict,
-        sentence=d.verdict.sentence(model, found.chosen.ids if named else (), damage(d.suspicions)),
+        sentence=_sentence(d),
         effects=_effects(d) if named else (),
         ranking=_ranking(d, seed),
         rounds=tuple(tuple(Tried(**_tried(t)) for t in trials) for trials in found.rounds),
@@ -47,9 +47,27 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         ),
         noise=NoiseLevels(white_factor=_mean(levels.white), wander_factor=_mean(levels.wander), repeats=levels.repeats),
         suspicions=d.suspicions,
-        per_run=run_errors(found.bench, found.base.values, found.chosen.values),
-        provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
+        per_run=run_errors(found.bench, found.base.values, d.judgement.named.values),
+        provenance=provenance(config) | _by(d, seed),
     )
+
+
+def _sentence(d: Findings) -> str:
+    model, use = d.bench.forward.model.name, d.judgement.use_model
+    if d.verdict == Verdict.NONE_KNOWN and use is not None:
+        return other_model(model, use.model)
+    named = d.judgement.named.ids if d.verdict != Verdict.CANNOT_SAY else ()
+    return d.verdict.sentence(model, named, damage(d.suspicions))
+
+
+def _by(d: Findings, seed: int) -> dict[str, Any]:
+    """What the verdict was calibrated by."""
+    rehearsal = d.found.rehearsal
+    return {
+        "seed": seed,
+        "data_sha256": d.bench.campaign.sha256,
+        "rehearsal": {"replicates": rehearsal.count, "named": rehearsal.named, "unknown": rehearsal.unknown},
+    }
 
 
 def label(campaign: Campaign) -> CampaignLabel:
@@ -58,8 +76,8 @@ def label(campaign: Campaign) -> CampaignLabel:
 
 
 def _effects(d: Findings) -> tuple[FoundEffect, ...]:
-    weights = probabilities(d.found)
-    chosen, forward = d.found.chosen, d.bench.forward
+    weights = probabilities(d.found, d.judgement.base_left)
+    chosen, forward = d.judgement.named, d.bench.forward
     seen = estimates(forward, chosen)
     there = {e.id: e for e in forward.effects_at(chosen.vector, chosen.ids)}
     return tuple(
@@ -67,7 +85,7 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
             id=name,
             numbers={n: float(getattr(there[name], n)) for n in there[name].parameters},
             parameters=seen[name],
-            probability=weights.get(name, 1.0),
+            probability=weights[name],
             confusable_with=tuple(dict.fromkeys(r.other for r in d.rivals if r.effect == name)),
             rejected=d.verdict.rejects_model,
             source_file=getattr(type(there[name]), "source_file", None),
@@ -78,7 +96,9 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
 
 def _ranking(d: Findings, seed: int) -> tuple[Candidate, ...]:
     frequency = selection_frequency(d.found, seed)
-    return tuple(
+    use = d.judgement.use_model
+    first = () if use is None else (_model_candidate(use),)
+    return first + tuple(
         Candidate(
             **_tried(t),
             parameters=estimates(d.bench.forward, t.fit)[t.id],
@@ -88,6 +108,14 @@ def _ranking(d: Findings, seed: int) -> tuple[Candidate, ...]:
         )
         for t in d.ranking
     )
+
+
+def _model_candidate(use: Rung) -> Candidate:
+    """Another base model, as the first of the candidates."""
+    return Candidate(
+        id=f"model={use.model}", gain=use.gain, threshold=0.0, held_out_rms=use.rms, parameters={}, plausible=True,
+        selection_frequency=1.0, note=f"use model={use.model} first",
+    )  # fmt: skip
 
 
 def _note(t: Trial, base_chi2: float) -> str:
@@ -107,9 +135,9 @@ def _finite(value: float) -> float | None:
 
 
 def _errors(d: Findings) -> Errors:
-    over_all = overall_errors(d.found.bench, d.found.base.values, d.found.chosen.values)
+    over_all = overall_errors(d.found.bench, d.found.base.values, d.judgement.named.values)
     assert over_all is not None  # a diagnosis has a lateral signal
-    before, after = d.found.base_held_out, held_out(d.found.bench, d.found.chosen)
+    before, after = d.found.base_held_out, d.judgement.named_held_out
     return Errors(
         noise_floor=over_all.noise_floor,
         fit=over_all.fit,
@@ -124,13 +152,16 @@ def _errors(d: Findings) -> Errors:
 def _unknown(d: Findings) -> Unknown | None:
     if not (d.verdict.rejects_model and d.left.failed):
         return None
-    last = max(d.found.rounds[-1] if d.found.rounds else [], key=lambda t: t.gain, default=None)
-    nearest = None
-    if last is not None:
-        missing = max(d.left.gain.values(), default=0.0)
-        why = f"it takes a chi2 of {last.gain:.0f} of what stands out ({missing:.0f} in the worst test)"
-        nearest = last.id, why
-    return shape_card(d.found.bench, d.found.chosen, d.left, nearest)
+    return shape_card(d.found.bench, d.judgement.named, d.left, nearest_words(d.judgement) or _closest(d))
+
+
+def _closest(d: Findings) -> tuple[str, str] | None:
+    """The candidate that takes most of what stands out, though not enough to be chosen."""
+    best = max(d.found.rounds[0] if d.found.rounds else [], key=lambda t: t.gain, default=None)
+    if best is None:
+        return None
+    worst = max(d.left.gain.values(), default=0.0)
+    return best.id, f"it takes a chi2 of {best.gain:.0f} of what stands out ({worst:.0f} in the worst test)"
 
 
 def _mean(factors: float | tuple[float, ...]) -> float:

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.diagnosis.confusable import Rival, rivals
+from belt_sim.diagnosis.decide import MAX_EFFECTS
 from belt_sim.diagnosis.nextrun import next_runs
-from belt_sim.diagnosis.openset import OpenSet, open_set
-from belt_sim.diagnosis.select import MAX_EFFECTS, Selection, Trial, select
-from belt_sim.diagnosis.verdict import verdict
+from belt_sim.diagnosis.openset import OpenSet
+from belt_sim.diagnosis.refits import Trial
+from belt_sim.diagnosis.select import Selection, select
+from belt_sim.diagnosis.setting_up import offsets
+from belt_sim.diagnosis.verdict import Judgement, judged, verdict
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.results.found import NextRun
@@ -28,17 +31,22 @@ def _long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
 class Findings:
     """What was found, with everything that was tried, on the workbench.
 
-    bench: laid out at the base model; found: the selection; left: open-set test after the chosen set; rivals and
-    advice: what the verdict cannot be told apart from, and the runs that would do it.
+    bench: laid out at the base model; found: the selection; judgement: what of it stands; rivals and advice: what the
+    verdict cannot be told apart from, and the runs that would do it.
     """
 
     bench: Workbench
     found: Selection
-    left: OpenSet
+    judgement: Judgement
     rivals: list[Rival]
     advice: list[NextRun]
     suspicions: tuple[Suspicion, ...]
     verdict: Verdict
+
+    @property
+    def left(self) -> OpenSet:
+        """The tests of what the named effects leave."""
+        return self.judgement.left
 
     @property
     def ranking(self) -> list[Trial]:
@@ -62,15 +70,17 @@ def examine(
     tell hears what is being done, tick counts bootstrap replicates. Raises InputError when the campaign has no
     signals, RunFailed when a super-model fits worse than its sub-model.
     """
-    suspect = suspicions(campaign)
     tell("laying out the campaign")
     bench = workbench(campaign, model, [c for c in classes if model.refusal(c) is None and _long_enough(campaign, c)])
+    base = bench.fit([bench.start((), bench.forward.null())])[0]
+    suspect = suspicions(campaign) or offsets(bench, base.values)
     damaged = any(s.severity == "stop" for s in suspect)  # then nothing is added: only what is there is judged
     limit = 0 if damaged else MAX_EFFECTS
-    found = select(bench, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
+    found = select(bench, base, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
     tell("testing what is left")
-    left = open_set(found.bench, found.chosen, bootstraps=max(200, bootstraps // 2), seed=seed)
-    pairs = rivals(found)
+    judgement = judged(found, bootstraps=max(200, bootstraps // 2), seed=seed)
+    named = judgement.named.ids
+    pairs = [pair for pair in rivals(found) if pair.effect in named]
     advice: list[NextRun] = []
     if advise and pairs:
         tell("looking for the run that would tell them apart")
@@ -78,9 +88,9 @@ def examine(
     return Findings(
         bench=bench,
         found=found,
-        left=left,
+        judgement=judgement,
         rivals=pairs,
         advice=advice,
         suspicions=tuple(suspect),
-        verdict=verdict(found.chosen.ids, left, suspect),
+        verdict=verdict(judgement, suspect),
     )

@@ -6,7 +6,7 @@ through the derivative). Many points are computed at once; derivatives are diffe
 share the point they start from. Heavy effects are compiled in only where they are not null.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
@@ -19,6 +19,7 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.case import Case, Schedule
+from belt_sim.diagnosis import linear_readings
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
@@ -56,10 +57,18 @@ class Forward:
     """Predictions of ``model`` with every effect of ``classes`` within reach, all null to begin with."""
 
     def __init__(
-        self, samples: Samples, model: Composition, classes: Sequence[type[Effect]], step: float = STEP
+        self,
+        samples: Samples,
+        model: Composition,
+        classes: Sequence[type[Effect]],
+        step: float = STEP,
+        terms: Mapping[str, int] | None = None,
     ) -> None:
+        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
-        self.slots = tuple(Slot(c, name) for c in self.classes for name in c.parameters)
+        self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
+        self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
+        self.linear = np.array([s.effect.linear for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
         self._heavy = {c: self.index(c.id) for c in self.classes if c.heavy}
         self._travel = float(ROOM * np.ceil((samples.end * REACH + 0.5) / ROOM))
@@ -121,7 +130,8 @@ class Forward:
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
         points, of = np.unique(vector, axis=0, return_inverse=True)
         of = of.reshape(-1)
-        moving = np.flatnonzero(np.any(directions, axis=1))
+        read = np.any(directions[:, self.linear], axis=1) & ~np.any(directions[:, ~self.linear], axis=1)
+        moving = np.flatnonzero(np.any(directions, axis=1) & ~read)
         along = directions[moving]
         least = np.array([DIFFERENCE] * len(self.slots) + list(DIFFERENCES))
         step = np.min(least / np.maximum(np.abs(along), 1e-30), axis=1, initial=np.inf)
@@ -129,6 +139,8 @@ class Forward:
         values = found[of]
         slopes = np.zeros_like(values)
         slopes[moving] = (found[len(points) :] - values[moving]) / step[:, None, None, None]
+        if read.any():
+            slopes[read] = linear_readings.slopes(self, vector[read], directions[read], samples or self.samples)
         return values, slopes
 
     def _active(self, vector: np.ndarray) -> np.ndarray:

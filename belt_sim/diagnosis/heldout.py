@@ -1,27 +1,60 @@
 """Held-out error: whole conditions (a tension, a sign of yaw) are left out, the rest is refitted, they are predicted.
 
-Refits are one Gauss-Newton step from the joint fit, which is exact for effects that enter linearly.
+Refits are one Gauss-Newton step from the joint fit, which is exact for effects that enter linearly. Before any reading
+a parameter is known as well as a real machine allows (candidate.prior_sigma): what only the left-out runs show falls
+back to null, and the condition counts as one that hold-out cannot test.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from belt_sim.diagnosis.candidate import prior_sigma
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 
-RIDGE = 1e-6  # of the information, so that an effect seen in the left-out runs alone stays at its joint value
+KNOWN = 0.5  # a number is known without the left-out runs when its u is below this share of what it was before any
+VISIBLE = 2.0  # sigma by which a number has to move left-out readings before anybody asks who knows it
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition left out: -2 log of the density that the rest predicted for it (surprise), errors (m,) [m] of its
+    lateral readings, what one sigma of each refitted number moves there (k, m), which record (run and signal) each
+    reading is of (m,), and whether the rest knows the numbers.
+    """
+
+    surprise: float
+    errors: np.ndarray
+    moved: np.ndarray
+    record: np.ndarray
+    testable: bool = True
+
+    @property
+    def rms(self) -> float:
+        """Of the errors [m]."""
+        return float(np.sqrt(np.mean(self.errors**2))) if self.errors.size else float("nan")
 
 
 @dataclass(frozen=True)
 class HeldOut:
     """chi2: -2 log of the density that the refits predicted for the left-out readings, up to a constant (without
-    free parameters the squared length of the whitened error); rms [m]: of the lateral signals.
+    free parameters the squared length of the whitened error); rms [m]: of the lateral signals; conditions by name.
     """
 
     chi2: float
     rms: float
-    by_condition: dict[str, float]
+    conditions: dict[str, Condition] = field(default_factory=dict)
+
+    @property
+    def by_condition(self) -> dict[str, float]:
+        """rms [m] of every condition."""
+        return {name: c.rms for name, c in self.conditions.items()}
+
+    @property
+    def untestable(self) -> tuple[str, ...]:
+        """Conditions that alone show one of the fitted numbers, so that leaving them out tests nothing."""
+        return tuple(name for name, c in self.conditions.items() if not c.testable)
 
 
 def conditions(bench: Workbench) -> dict[str, np.ndarray]:
@@ -40,44 +73,68 @@ def conditions(bench: Workbench) -> dict[str, np.ndarray]:
 
 def held_out(bench: Workbench, fit: Fit) -> HeldOut:
     """Prediction error of ``fit`` on each condition when that condition is left out."""
-    runs = len(bench.samples.runs)
-    blocks = fit.residual.reshape(runs, -1)
-    columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
+    found = {name: _left_out(bench, fit, out) for name, out in conditions(bench).items()}
+    errors = np.concatenate([c.errors for c in found.values()])
+    rms = float(np.sqrt(np.sum(errors**2) / max(errors.size, 1)))
+    return HeldOut(sum(c.surprise for c in found.values()), rms, found)
+
+
+def lateral_readings(bench: Workbench, out: np.ndarray) -> np.ndarray:
+    """Which readings (r, S, n) of the runs ``out`` (R,) are of lateral signals and there."""
     lateral = np.array([s.kind == "lateral" for s in bench.samples.signals])
-    chi2, squares, count, by = 0.0, 0.0, 0, {}
-    for name, out in conditions(bench).items():
-        step = (
-            _refit(np.concatenate(list(columns[:, ~out].swapaxes(0, 1)), axis=-1), blocks[~out].ravel())
-            if fit.free
-            else np.empty(0)
-        )
-        left = blocks[out] - np.einsum("k,krm->rm", step, columns[:, out])
-        chi2 += _surprise(left.ravel(), columns[:, out], columns[:, ~out])
-        predicted = fit.values[out] + np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
-        errors = (bench.samples.y[out] - predicted)[:, lateral]
-        errors = errors[np.isfinite(errors)]
-        by[name] = float(np.sqrt(np.mean(errors**2))) if errors.size else float("nan")
-        squares, count = squares + float(np.sum(errors**2)), count + errors.size
-    return HeldOut(chi2, float(np.sqrt(squares / max(count, 1))), by)
+    return np.isfinite(bench.samples.y[out]) & lateral[None, :, None]
 
 
-def _surprise(left: np.ndarray, columns: np.ndarray, rest: np.ndarray) -> float:
-    """-2 log predictive density of whitened errors ``left`` (m,) when parameters with shapes ``columns`` (k, runs,
-    samples) are known only from ``rest`` (the same of the other runs): r^T (I + J^T C J)^-1 r + log det(I + J^T C J).
+def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
+    runs, there = len(bench.samples.runs), lateral_readings(bench, out)
+    record = np.broadcast_to(np.arange(there[..., 0].size).reshape(there.shape[:2])[..., None], there.shape)[there]
+    blocks = fit.residual.reshape(runs, -1)
+    if not fit.free:
+        left = blocks[out].ravel()
+        errors = (bench.samples.y[out] - fit.values[out])[there]
+        return Condition(float(left @ left), errors, np.empty((0, len(errors))), record)
+    columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
+    here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
+    sigma = prior_sigma(bench.forward, fit.free)
+    away = fit.vector[fit.free] - bench.forward.null()[fit.free]
+    step, root = _refit(rest, blocks[~out].ravel(), sigma, away)
+    left = blocks[out].ravel() - step @ here
+    predicted = fit.values[out] + np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
+    return Condition(
+        surprise=_surprise(left, here, rest, sigma),
+        errors=(bench.samples.y[out] - predicted)[there],
+        moved=root @ fit.slopes[:, out][:, there],
+        record=record,
+        testable=_is_known(here, root, sigma, away),
+    )
+
+
+def _refit(columns: np.ndarray, residual: np.ndarray, sigma: np.ndarray, away: np.ndarray):
+    """The step (k,) from a joint fit ``away`` from null to that of some runs with the prior, and a root (k, k) of its
+    covariance: rows are what one sigma of independent combinations adds to the numbers.
     """
-    if not len(columns):
-        return float(left @ left)
-    columns, inside = columns.reshape(len(columns), -1), rest.reshape(len(rest), -1)
-    information = inside @ inside.T
-    scale = 1.0 / np.sqrt(np.diag(information) + np.sum(columns**2, axis=1) + 1e-12)
-    information = information * np.outer(scale, scale) + RIDGE * np.eye(len(scale))
-    seen = columns * scale[:, None]
+    scale = 1.0 / np.sqrt(np.sum(columns**2, axis=1) + sigma**-2.0)
+    information = (columns @ columns.T + np.diag(sigma**-2.0)) * np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(information)
+    root = (vectors / np.sqrt(np.maximum(values, 1e-12))).T * scale
+    return root.T @ (root @ (columns @ residual - away / sigma**2)), root
+
+
+def _surprise(left: np.ndarray, here: np.ndarray, rest: np.ndarray, sigma: np.ndarray) -> float:
+    """-2 log predictive density of whitened errors ``left`` (m,) when parameters with shapes ``here`` (k, m) are known
+    from ``rest`` (k, m') and a prior of ``sigma`` (k,): r^T (I + J^T C J)^-1 r + log det(I + J^T C J).
+    """
+    information = rest @ rest.T + np.diag(sigma**-2.0)
+    scale = 1.0 / np.sqrt(np.diag(information) + np.sum(here**2, axis=1))
+    information = information * np.outer(scale, scale)
+    seen = here * scale[:, None]
     total = information + seen @ seen.T
     along = seen @ left
     explained = along @ np.linalg.solve(total, along)
     return float(left @ left - explained + np.linalg.slogdet(total)[1] - np.linalg.slogdet(information)[1])
 
 
-def _refit(columns: np.ndarray, residual: np.ndarray) -> np.ndarray:
-    normal = columns @ columns.T
-    return np.linalg.lstsq(normal + RIDGE * np.diag(np.diag(normal) + 1e-9), columns @ residual, rcond=1e-10)[0]
+def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.ndarray) -> bool:
+    """Whether the other runs know every number that moves the left-out readings ``here`` (k, m) from null."""
+    matters = np.abs(away) * np.linalg.norm(here, axis=1) > VISIBLE
+    return not np.any(matters & (np.linalg.norm(root, axis=0) > KNOWN * sigma))

@@ -43,7 +43,8 @@ class Outlook:
         template = bench.samples.runs[_liveliest(bench, chosen)]
         self.actions = menu(template)
         self.samples = _hypothetical(bench, self.actions)
-        self.forward = Forward(self.samples, bench.forward.model, bench.forward.classes, bench.forward.step)
+        forward = bench.forward
+        self.forward = Forward(self.samples, forward.model, forward.classes, forward.step, forward.terms)
         self.metric = self._metric(chosen.vector)
 
     def separations(self, a: Fit, b: Fit) -> tuple[float, np.ndarray]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from belt_sim.diagnosis.alternatives import Alternatives
 from belt_sim.diagnosis.projection import Projection
 from belt_sim.diagnosis.workbench import Workbench
 
@@ -50,7 +51,7 @@ class NullGains:
 
 def null_gains(
     bench: Workbench,
-    shapes: Mapping[str, np.ndarray | tuple[np.ndarray, ...]],
+    shapes: Mapping[str, np.ndarray | Alternatives],
     current: np.ndarray,
     base: np.ndarray,
     *,
@@ -60,14 +61,13 @@ def null_gains(
 ) -> NullGains:
     """Bootstrap the gains of candidates on top of the current model.
 
-    shapes: name -> predicted shapes (k, R, S, n) of each candidate in its linear range, or a tuple of alternatives of
-    which the best counts; current (c, R, S, n): shapes
+    shapes: name -> predicted shapes (k, R, S, n) of each candidate in its linear range, or
+    alternatives of which the best counts; current (c, R, S, n): shapes
     of what is fitted already; base (R, S, n): predictions; count: replicates; tick(n) is told of progress.
     """
     rng = np.random.default_rng(seed)
-    alternatives = {n: s if isinstance(s, tuple) else (s,) for n, s in shapes.items()}
-    families = {(_CURRENT, 0): current.reshape(-1, *base.shape)}
-    families |= {(n, k): rows for n, every in alternatives.items() for k, rows in enumerate(every)}
+    families = {_CURRENT: current.reshape(-1, *base.shape)}
+    families |= {n: s.columns if isinstance(s, Alternatives) else s for n, s in shapes.items()}
     projection = Projection(bench.fitted, bench.shapes, bench.shared, families)
     noise = NoiseSource(bench, bench.samples.y - base, rng)
     gains: dict[str, list[np.ndarray]] = {n: [] for n in shapes}
@@ -75,10 +75,10 @@ def null_gains(
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
         errors = noise.draw(size)
-        left = projection.sums(errors, bench.finder.many(errors)).beside((_CURRENT, 0))
-        for name, every in alternatives.items():
-            each = [left.gains((name, k)) for k in range(len(every))]
-            taken, rank = (np.max(x, axis=0) for x in zip(*each, strict=True))
+        left = projection.sums(errors, bench.finder.many(errors)).beside(_CURRENT)
+        for name, shape in shapes.items():
+            choices = shape.choices if isinstance(shape, Alternatives) else (None,)
+            taken, rank = (np.max(x, axis=0) for x in zip(*(left.gains(name, c) for c in choices), strict=True))
             free = bench.forward.modifiers(name) if rank.any() else 0
             dof[name] = max(dof[name], int(rank.max()) + free)
             gains[name].append(taken + (rng.chisquare(free, size) if free else 0.0))

@@ -5,10 +5,9 @@ are turned into them once; for given noise levels only sums of products are form
 zero and gain of each run, stiffness shared by all) are integrated out of these sums (Woodbury's identity).
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -30,9 +29,9 @@ class Sums:
     gram: np.ndarray
     of: np.ndarray
     moments: np.ndarray
-    families: Mapping[Any, np.ndarray]
+    families: Mapping[str, np.ndarray]
 
-    def beside(self, name: Hashable) -> "Sums":
+    def beside(self, name: str) -> "Sums":
         """The same with the columns of one family fitted to everything (rows and products become those of what is
         left)."""
         c = self.families[name]
@@ -43,9 +42,11 @@ class Sums:
         moments = self.moments - np.einsum("bc,bcp->bp", self.moments[:, c], onto[self.of])
         return Sums(gram, self.of, moments, self.families)
 
-    def gains(self, name: Hashable) -> tuple[np.ndarray, np.ndarray]:
-        """chi2 (B,) that fitting a family takes away, and how many of its columns can be told apart (U,)."""
-        c = self.families[name]
+    def gains(self, name: str, choice: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """chi2 (B,) that fitting a family, or a choice of its columns, takes away, and how many of them can be told
+        apart (U,).
+        """
+        c = self.families[name] if choice is None else self.families[name][choice]
         if not len(c):
             return np.zeros(len(self.moments)), np.zeros(len(self.gram), dtype=int)
         inverse, rank = _inverse(self.gram[:, c[:, None], c])
@@ -67,7 +68,7 @@ class Projection:
     """Named families of columns against readings of one campaign, at any noise levels."""
 
     def __init__(
-        self, samples: Samples, shapes: np.ndarray, shared: np.ndarray, families: Mapping[Any, np.ndarray]
+        self, samples: Samples, shapes: np.ndarray, shared: np.ndarray, families: Mapping[str, np.ndarray]
     ) -> None:
         """shapes (K, R, S, n): nuisances of every run; shared (R, S, n): the one of all; families: (k, R, S, n)."""
         self.samples = samples

@@ -10,6 +10,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fit import Fit, fit_sets
 from belt_sim.diagnosis.forward import NUISANCES, Forward
 from belt_sim.diagnosis.levels import LevelFinder
+from belt_sim.diagnosis.linear_readings import as_they_show
 from belt_sim.diagnosis.march_error import MarchError, march_error
 from belt_sim.diagnosis.metric import Metric, metric_of, nuisance_shapes
 from belt_sim.diagnosis.noise import Levels
@@ -69,18 +70,21 @@ class Workbench:
         return self.forward.lanes(np.repeat(vector[None], len(directions), axis=0), directions)[1]
 
 
-def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], vector=None) -> Workbench:
+def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> Workbench:
     """Lay out ``campaign`` for ``model`` with ``classes`` as candidates."""
     samples = samples_of(campaign)
     march = march_error(samples, model, _noise_only(samples))
     forward = Forward(samples, model, classes, march.step)
-    vector = forward.null() if vector is None else vector
+    vector = forward.null()
     shapes, shared, values = _shapes(campaign, samples, forward, vector)
     finder = LevelFinder(samples, shapes, np.concatenate([shared[None], _reachable(forward, vector)]))
     levels = finder(samples.y - values)
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
     metric = metric_of(fitted, levels, shapes, shared)
+    terms = as_they_show(forward, fitted, metric.roots, values)
+    if terms != forward.terms:
+        forward = Forward(samples, model, classes, march.step, terms)
     return Workbench(
         campaign=campaign,
         samples=samples,
@@ -92,7 +96,7 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
         shared=shared,
         metric=metric,
         march=march,
-    ).moved_to(vector)
+    ).moved_to(forward.null())
 
 
 def _noise_only(samples: Samples):
@@ -110,8 +114,9 @@ def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.n
 
 def _reachable(forward: Forward, vector: np.ndarray) -> np.ndarray:
     """What candidates could do to the readings (k, R, S, n): derivatives, and what a plausible size of each does."""
-    count = len(forward.slots)
-    points, along = np.repeat(vector[None], count, axis=0), np.eye(count, forward.size)
-    values, slopes = forward.lanes(np.concatenate([points, points + along]), np.concatenate([along, 0.0 * along]))
-    secants = values[count:] - values[:count]
-    return np.concatenate([slopes[:count], secants[np.isfinite(secants).all(axis=(1, 2, 3))]])
+    along = np.eye(len(forward.slots), forward.size)
+    sized = along[~forward.linear[: len(along)]]
+    starts, still = np.repeat(vector[None], len(along), axis=0), 0.0 * sized
+    values, slopes = forward.lanes(np.concatenate([starts, vector + sized]), np.concatenate([along, still]))
+    secants = values[len(along) :] - values[0] if len(along) else slopes
+    return np.concatenate([slopes[: len(along)], secants[np.isfinite(secants).all(axis=(1, 2, 3))]])

@@ -12,12 +12,12 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.effects.base import Effect, uses
+from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.jax_setup import in_float64
 from belt_sim.laws.sensor import Reading
 
 #: arrays of Curves that are looked up at the travel that the encoder shows
-_ROWS = ("y", "angle", "moment", "edge_stress", "tilt")
+_ROWS = ("angle", "moment", "edge_stress", "tilt")
 
 
 @in_float64
@@ -30,7 +30,7 @@ def as_indicated(
     encoder shows, so that without an encoder's error they are read where they are.
     """
     driven = as_driven(case, effects)
-    if not uses(effects, "encoder") + uses(effects, "sensor"):
+    if not any(uses(effects, hook) for hook in AFTER_ENGINE):
         return engine(driven, travel)
     far = max(travel, float(true_travel(effects, case, travel)))
     curves = engine(driven, far)
@@ -59,11 +59,15 @@ def indicate(curves: Curves, case: Case, effects: Sequence[Effect], shown, time=
     """
     shown = jnp.asarray(shown)
     true = true_travel(effects, case, shown)
+    seen = true
+    for e in uses(effects, "seen"):
+        seen = e.seen(seen, case)
     rows = {n: _at(curves.travel, getattr(curves, n), true) for n in _ROWS if getattr(curves, n) is not None}
+    rows["y"] = _at(curves.travel, curves.y, seen)
     extra = {n: _at(curves.travel, jnp.asarray(row)[None], true)[0] for n, row in (curves.extra or {}).items()}
     reading = Reading(
         travel=shown,
-        true_travel=true,
+        seen=seen,
         time=true / case.settings.speed if time is None else time,
         y=rows["y"],
         tilt=rows.get("tilt", jnp.zeros((2, len(shown)))),

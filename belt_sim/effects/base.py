@@ -26,7 +26,7 @@ LAWS = ("span", "run-up", "wrap", "drive", "sensor")
 BEFORE_ENGINE = ("settings",)
 IN_MARCH = ("span", "hold", "bend", "yaw", "runup", "slide", "wrap")
 IN_SCENE = ("scene",)
-AFTER_ENGINE = ("encoder", "sensor")
+AFTER_ENGINE = ("encoder", "seen", "sensor")
 HOOKS = (*BEFORE_ENGINE, *IN_MARCH, *IN_SCENE, *AFTER_ENGINE)
 
 
@@ -70,6 +70,10 @@ class Effect:
     last: ClassVar[bool] = False
     #: True for what makes every step of a march dearer than most others together: a fit computes it only where needed
     heavy: ClassVar[bool] = False
+    #: True for what acts through the roll of a span that hangs, and does nothing to a beam
+    hanging: ClassVar[bool] = False
+    #: True for what adds to the lateral readings in proportion to its parameters and does nothing else: ``columns``
+    linear: ClassVar[bool] = False
     parameters: ClassVar[dict[str, Parameter]] = {}
 
     def settings(self, settings: Settings, case: Case) -> Settings:
@@ -116,9 +120,19 @@ class Effect:
         """Sensor law: true belt travel [m] when the encoder says ``travel`` [m]."""
         return travel
 
+    def seen(self, travel, case: Case):
+        """Sensor law: belt travel [m] that the lateral sensors show while the belt is at ``travel`` [m]."""
+        return travel
+
     def sensor(self, reading: Reading, case: Case) -> Reading:
         """Sensor law: what is indicated."""
         return reading
+
+    @classmethod
+    def columns(cls, seen, case: Case):
+        """Of a ``linear`` effect: what a unit of each parameter adds to y at points 1-4, shape (parameters, 4, n),
+        while the sensors show the belt at travels ``seen`` [m], shape (n,)."""
+        raise NotImplementedError(cls.id)
 
     @classmethod
     def null(cls) -> "Effect":

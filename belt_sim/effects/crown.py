@@ -27,4 +27,5 @@ class Crown(Effect):
         return replace(runup, turn=runup.turn - jnp.stack([self.c, self.c_head]) * state.y)
 
     def scene(self, parts, case):
-        return parts.with_pulley("tail", crown=self.c).with_pulley("head", crown=self.c_head)
+        tail, head = parts.tail.crown + self.c, parts.head.crown + self.c_head
+        return parts.with_pulley("tail", crown=tail).with_pulley("head", crown=head)

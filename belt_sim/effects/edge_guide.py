@@ -24,15 +24,25 @@ class EdgeGuide(Effect):
     law = "span"
     reference = "physics sheet, section 7; clamped beam with an elastic stop, any textbook"
     parity = "odd"
-    only_when_named = True
+    heavy = True
     parameters = {
         "stiffness": Parameter(unit="N/m", meaning="rollers of the upper span", plausible=(1e3, 1e8), scale=1e5),
         "stiffness_lower": Parameter(unit="N/m", meaning="rollers of the lower span", plausible=(1e3, 1e8), scale=1e5),
         "gap": Parameter(
-            unit="m", meaning="play between edge and roller", plausible=(0.0, 0.02), scale=1e-3, modifier=True
+            unit="m",
+            meaning="play between edge and roller",
+            plausible=(0.0, 0.02),
+            scale=1e-3,
+            modifier=True,
+            grid=(0.0, 3e-4, 1e-3, 2e-3, 4e-3, 8e-3),
         ),
         "at": Parameter(
-            unit="m", meaning="distance from the tail pulley's axis", plausible=(0.25, 50.0), scale=1.0, modifier=True
+            unit="m",
+            meaning="distance from the tail pulley's axis",
+            plausible=(0.25, 50.0),
+            scale=1.0,
+            modifier=True,
+            grid=(0.25, 0.5, 1.0, 2.0, 4.0, 8.0),
         ),
     }
     stiffness: float = 0.0

@@ -54,3 +54,6 @@ class LiftOff(Effect):
             twist_runoff=answer.twist_runoff + more[:, 3],
             mid_tilt=answer.mid_tilt + jnp.einsum("sd,sde->se", answer.mid_tilt, added),
         )
+
+    def scene(self, parts, case):
+        return replace(parts, lift_off=parts.lift_off + self.strength)

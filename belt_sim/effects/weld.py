@@ -41,12 +41,19 @@ class Weld(Effect):
     law = "span"
     reference = "physics sheet, section 7; Benson 2002 (JDSMC 124(1) 25) for splices"
     parity = "even"
-    only_when_named = True
+    heavy = True
     on_belt = True
     min_revolutions = 2.0
     parameters = {
         "angle": Parameter(unit="rad", meaning="kink of the belt", plausible=(-2e-3, 2e-3), scale=2e-4),
-        "at": Parameter(unit="m", meaning="place at travel 0", plausible=(0.0, 300.0), scale=2.0, modifier=True),
+        "at": Parameter(
+            unit="m",
+            meaning="place at travel 0",
+            plausible=(0.0, 300.0),
+            scale=2.0,
+            modifier=True,
+            grid=tuple(2.6 * k for k in range(9)),  # a belt of 24 m; a shorter one is covered more than once
+        ),
         "length": Parameter(
             unit="m", meaning="length of the bend", plausible=(0.2, 2.0), scale=0.6, null=0.6, modifier=True
         ),

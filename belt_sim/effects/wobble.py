@@ -7,6 +7,8 @@ import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
 
+_RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
+
 
 def _part(meaning):
     return Parameter(unit="rad", meaning=meaning, plausible=(-2e-3, 2e-3), scale=1e-4)
@@ -14,7 +16,7 @@ def _part(meaning):
 
 def _radius(pulley):
     meaning = f"relative error of the stated radius of the {pulley} pulley"
-    return Parameter(unit="1", meaning=meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True)
+    return Parameter(unit="1", meaning=meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True, grid=_RADII)
 
 
 @effect

@@ -22,4 +22,4 @@ class YawOffsetTail(Effect):
         return replace(yaw, tail=yaw.tail + self.beta_0)
 
     def scene(self, parts, case):
-        return parts.with_pulley("tail", yaw_offset=self.beta_0)
+        return parts.with_pulley("tail", yaw_offset=parts.tail.yaw_offset + self.beta_0)

@@ -48,17 +48,20 @@ class BoundaryValues:
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class Along:
-    """Fields at equally spaced places x from run-off to run-up, shape (n,).
+    """Fields at equally spaced places x from run-off to run-up, shape (n,), or (3, n): per unit of angle at the run-up,
+    at the run-off, and of rolling couple at mid-span.
 
-    per_runup, per_runoff: curvature per unit of angle at the run-up and the run-off [1/m]; per_couple: curvature
-    [1/(N m2)] and side: lateral place [1/N] per unit of rolling couple at mid-span.
+    per_runup, per_runoff: curvature per unit of those angles [1/m]; per_couple: curvature per unit of that couple
+    [1/(N m2)]; place, slope, roll (3, n): y, y' and phi per unit of each.
     """
 
     x: jnp.ndarray
     per_runup: jnp.ndarray
     per_runoff: jnp.ndarray
     per_couple: jnp.ndarray
-    side: jnp.ndarray
+    place: jnp.ndarray
+    slope: jnp.ndarray
+    roll: jnp.ndarray
 
 
 @pytree
@@ -85,7 +88,7 @@ def no_bend() -> Bend:
 
 def along(span: Span) -> Along:
     """The fields of a span, by halving what ``condensed`` gives of half of it."""
-    kl2, g, roll, _ = _numbers(span)
+    kl2, g, roll, _ = numbers(span)
     (p, q), (r, s) = condensed(kl2, g, 0.5)
     meet = inverse(s - p)
     zero, turned = jnp.zeros(3), jnp.eye(3)[:, 1]  # of u = (y/L, theta, phi/roll)
@@ -103,7 +106,9 @@ def along(span: Span) -> Along:
         per_runup=bent[:, 0],
         per_runoff=bent[:, 1],
         per_couple=bent[:, 2],
-        side=values[:, 0, 2] * span.length,
+        place=values[:, 0].T * span.length,
+        slope=values[:, 1].T,
+        roll=values[:, 2].T * roll,
     )
 
 
@@ -118,7 +123,7 @@ def support(span: Span, share, fields: Along) -> Support:
 
     The pieces to either side meet with equal y, theta, phi; EI kappa' jumps by the load.
     """
-    kl2, g, roll, scale = _numbers(span)
+    kl2, g, roll, scale = numbers(span)
     (_, q0), (r0, s0) = condensed(kl2, g, share)
     (p1, q1), (r1, _) = condensed(kl2, g, 1.0 - share)
     meet = inverse(s0 - p1)
@@ -130,11 +135,11 @@ def support(span: Span, share, fields: Along) -> Support:
         give=pushed[0] * span.length,
         runup=(r1 @ pushed)[0] / span.length,
         runoff=(q0 @ pushed)[0] / span.length,
-        tilt=jnp.interp(share * span.length, fields.x, fields.side),
+        tilt=jnp.interp(share * span.length, fields.x, fields.place[2]),
     )
 
 
-def _numbers(span: Span):
+def numbers(span: Span):
     """(K L)^2, g, roll and scale of ``condensed``."""
     kl2 = span.force * span.length**2 / span.bending
     roll = jnp.sqrt(span.bending / span.torsion)

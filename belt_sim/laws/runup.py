@@ -51,7 +51,8 @@ class Yaw:
 class State:
     """What the belt does at one travel; arrays of shape (2,): the span up the tail pulley, the span up the head.
 
-    travel [m]; y, alpha: at the run-ups [m, rad]; kappa, kappa_runoff: curvature at either end [1/m];
+    travel, since [m]: here, and at the instant before (below 0 at the start); y, alpha: at the run-ups [m, rad];
+    kappa, kappa_runoff: curvature at either end [1/m];
     moment, moment_runoff [N m] = EI times the elastic part of kappa; added: the part of kappa that does not come from
     the span's ends [1/m]; stiffness: d kappa / d theta_u of the span [1/m]; bending: its EI
     [N m2]; turned: yaw of the tail and the head pulley [rad] at which all this holds;
@@ -59,6 +60,7 @@ class State:
     """
 
     travel: jnp.ndarray
+    since: jnp.ndarray
     y: jnp.ndarray
     alpha: jnp.ndarray
     kappa: jnp.ndarray

@@ -12,12 +12,12 @@ from belt_sim.pytree import pytree
 class Reading:
     """Readings on one run: travel as the encoder counts it, at which the true curves are looked up.
 
-    travel [m] (n,): encoder travel of every sample; true_travel [m] (n,): belt travel at that sample;
+    travel [m] (n,): encoder travel of every sample; seen [m] (n,): belt travel that the lateral sensors show there;
     time [s] (n,); y [m] (4, n) at points 1-4 and tilt [rad] (2, n) at mid-span, upper and lower, as indicated.
     """
 
     travel: jnp.ndarray
-    true_travel: jnp.ndarray
+    seen: jnp.ndarray
     time: jnp.ndarray
     y: jnp.ndarray
     tilt: jnp.ndarray

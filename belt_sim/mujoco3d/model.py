@@ -16,7 +16,7 @@ from belt_sim.scene_parts import SceneParts
 
 _TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
 #: hooks of effects that act through the belt's width, which a rope does not have
-_THROUGH_WIDTH = ("span", "runup", "slide")
+_THROUGH_WIDTH = ("span", "hold", "runup", "slide")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,7 +33,9 @@ class Wrap:
     shape (n, m), valid for held stations only; lifted [m], shape (n,): how much higher than the path of touchdown.py a
     station has been caught; tangent [rad], shape (2,): where the belt meets the pulley, at ``first`` and at ``last``,
     from the top towards +x and not turning; slip_increment [m], shape (n, m, 2): how far the nodes slid in the last
-    step, along the axis, along the turn; followed [rad]: spin of the pulley that the anchors were last put on.
+    step, along the axis, along the turn; followed [rad]: spin of the pulley that the anchors were last put on;
+    layer [m], shape (2, m, 2): how far outwards and into the pulley the bending layer displaces the lines of nodes
+    where the belt meets the pulley, at ``first`` and at ``last`` (wrap/layer.py); the anchors are those without it.
     """
 
     surface: PulleySurface
@@ -47,13 +49,15 @@ class Wrap:
     tangent: np.ndarray
     slip_increment: np.ndarray
     followed: float
+    layer: np.ndarray
     stations: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
     @staticmethod
     def empty(surface: PulleySurface, extra_radius: float, n: int, m: int, spin: float = 0.0) -> "Wrap":
         """extra_radius [m]: how much wider the circle of the stations is than the pulley; spin [rad]: of the pulley."""
         r, y, angle = np.zeros((3, n, m))
-        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros(n), np.zeros(2), np.zeros((n, m, 2)), spin)
+        slip, layer = np.zeros((n, m, 2)), np.zeros((2, m, 2))
+        return Wrap(surface, extra_radius, 0, -1, r, y, angle, np.zeros(n), np.zeros(2), slip, spin, layer)
 
     def renumber(self) -> None:
         """Recompute ``stations`` after first or last changed."""
@@ -114,7 +118,9 @@ class State(Motion):
     cants and camber acts; slip [m], shape (2,): how far the belt has slid sideways, mean over the wrap;
     waits: the pulley on which the belt did not slide in the last step, because both take turns (-1 = neither);
     led, kink_slope: of a limp belt (wrap/release.py), stations at the run-offs when they were last put on their lines,
-    and slope of y there counted against the travel, shape (2, m);
+    and slope of y there counted against the travel, shape (2, m); met, turned, aside: of a limp belt at its run-ups,
+    outermost stations and yaw [rad] of the last step, and how much further than the span the pulley has taken the
+    station [m], shape (2,);
     time [s]; travel [m], speed [m/s]: of the belt.
     """
 
@@ -126,6 +132,9 @@ class State(Motion):
     slip: np.ndarray
     led: list[int]
     kink_slope: np.ndarray
+    met: list[int]
+    turned: np.ndarray
+    aside: np.ndarray
     travel: float
     share: float = 0.0
     waits: int = -1

@@ -1,18 +1,25 @@
-"""The interactive figures of the report, as plain plotly data and layout."""
+"""The interactive figures of the report, as plain plotly data and layout.
+
+Colours are names of the page's style (--ink, --before ...), which the page looks up: light or dark as the reader has
+them.
+"""
 
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from belt_sim.pictures.colours import AFTER, BEFORE, DIVERGING, FAINT, INK
 from belt_sim.pictures.where import FULL, SAYS_NOTHING
 from belt_sim.results.drawings import Drift, FailureMap, Panel
 
 DIGITS = 6  # significant digits kept in the file
+INK, BEFORE, AFTER, FAINT = "--ink", "--before", "--after", "--faint"
 FONT = {"family": "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": INK}
-AXIS = {"gridcolor": "#e4e7eb", "zerolinecolor": "#9aa5b1", "linecolor": "#9aa5b1", "automargin": True}
-GREY = "#f1f3f5"
+AXIS = {"gridcolor": "--line", "zerolinecolor": FAINT, "linecolor": FAINT, "automargin": True}
+CLEAR = "rgba(0,0,0,0)"
+CYCLE = tuple(f"--c{k}" for k in range(1, 7))  # tensions, in order
+#: from far below zero to far above it, with what says nothing in the middle
+DIVERGING = ((0.0, "--far-below"), (0.25, "--below"), (0.5, "--middle"), (0.75, "--above"), (1.0, "--far-above"))
 
 
 def numbers(values) -> list:
@@ -25,9 +32,8 @@ def numbers(values) -> list:
 
 def _layout(height: int, **more) -> dict[str, Any]:
     """What all figures share."""
-    plain = {"paper_bgcolor": "white", "plot_bgcolor": "white", "font": FONT, "height": height}
-    legend = {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0}
-    return {**plain, "margin": {"l": 60, "r": 16, "t": 34, "b": 48}, "legend": legend, **more}
+    plain = {"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "font": FONT, "height": height, "showlegend": False}
+    return {**plain, "margin": {"l": 54, "r": 8, "t": 12, "b": 44}, **more}
 
 
 def overlay(panel: Panel, base: str, final: str) -> dict[str, Any]:
@@ -38,26 +44,25 @@ def overlay(panel: Panel, base: str, final: str) -> dict[str, Any]:
         *_band(travel, centre - band, centre + band, "y"),
         _line(travel, panel.base, base, BEFORE, "y", dash="dash"),
         _dots(travel, panel.measured),
-        *_band(travel, -band, band, "y2", legend=False),
-        _line(travel, panel.base - panel.measured, base, BEFORE, "y2", legend=False),
+        *_band(travel, -band, band, "y2"),
+        _line(travel, panel.base - panel.measured, base, BEFORE, "y2"),
     ]
     if panel.final is not None:
         data.append(_line(travel, panel.final, final, AFTER, "y"))
-        data.append(_line(travel, panel.final - panel.measured, final, AFTER, "y2", legend=False))
+        data.append(_line(travel, panel.final - panel.measured, final, AFTER, "y2"))
     layout = _layout(
-        560,
+        480,
         xaxis={**AXIS, "anchor": "y2", "title": {"text": "belt travel [m]"}},
-        yaxis={**AXIS, "domain": [0.42, 1.0], "title": {"text": f"{panel.title} [{unit}]"}},
+        yaxis={**AXIS, "domain": [0.42, 1.0], "title": {"text": f"reading [{unit}]"}},
         yaxis2={**AXIS, "domain": [0.0, 0.34], "title": {"text": f"model − measured [{unit}]"}},
         hovermode="x unified",
     )
     return {"data": data, "layout": layout}
 
 
-def _line(x: list, y, name: str, colour: str, axis: str, *, dash: str = "solid", legend: bool = True) -> dict:
+def _line(x: list, y, name: str, colour: str, axis: str, *, dash: str = "solid") -> dict:
     look = {"color": colour, "width": 2, "dash": dash}
-    common = {"mode": "lines", "name": name, "line": look, "yaxis": axis, "showlegend": legend}
-    return {"type": "scatter", "x": x, "y": numbers(y), **common}
+    return {"type": "scatter", "x": x, "y": numbers(y), "mode": "lines", "name": name, "line": look, "yaxis": axis}
 
 
 def _dots(x: list, y) -> dict:
@@ -72,7 +77,7 @@ def _dots(x: list, y) -> dict:
     }
 
 
-def _band(x: list, low, high, axis: str, legend: bool = True) -> list[dict]:
+def _band(x: list, low, high, axis: str) -> list[dict]:
     """The region in which model and measurement cannot be told apart."""
     hidden = {
         "mode": "lines",
@@ -82,11 +87,8 @@ def _band(x: list, low, high, axis: str, legend: bool = True) -> list[dict]:
         "type": "scatter",
         "x": x,
     }
-    fill = {"fill": "tonexty", "fillcolor": "rgba(154,165,177,0.30)", "name": "cannot say"}
-    return [
-        {**hidden, "y": numbers(low), "showlegend": False},
-        {**hidden, "y": numbers(high), "showlegend": legend, **fill},
-    ]
+    fill = {"fill": "tonexty", "fillcolor": "--band", "name": "cannot say"}
+    return [{**hidden, "y": numbers(low)}, {**hidden, "y": numbers(high), **fill}]
 
 
 def colour_scale() -> list[list]:
@@ -98,34 +100,21 @@ def colour_scale() -> list[list]:
     return [[p, c] for p, c in sorted(scale)]
 
 
-def where(maps: Sequence[FailureMap]) -> dict[str, Any]:
-    """Heat maps of E/u_val, two in a row, one colour axis."""
-    columns = min(2, len(maps))
-    rows = -(-len(maps) // columns)
-    high = 70 + 34 * max(len(m.tension) for m in maps)
-    layout = _layout(rows * high + 60, annotations=[], margin={"l": 70, "r": 16, "t": 30, "b": 48})
-    ticks = [-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL]
-    bar = {"title": {"text": "E / u_val"}, "tickvals": ticks, "thickness": 14, "outlinewidth": 0}
-    layout["coloraxis"] = {"colorscale": colour_scale(), "cmin": -FULL, "cmax": FULL, "colorbar": bar}
-    data = []
-    for k, one in enumerate(maps):
-        row, column = divmod(k, columns)
-        data.append(_heat(one, k))
-        gap_x, gap_y = 0.10 / max(columns - 1, 1), 0.34 / rows
-        x0, y1 = column * (1 + gap_x) / columns, 1 - row * (1 + gap_y) / rows
-        x1 = x0 + (1 + gap_x) / columns - gap_x if columns > 1 else 1.0
-        y0 = y1 - ((1 + gap_y) / rows - gap_y)
-        _heat_axes(layout, k, one, (x0, x1), (max(y0, 0.0), y1))
-    return {"data": data, "layout": layout}
+def where(one: FailureMap) -> dict[str, Any]:
+    """A heat map of E/u_val over tension and travel; what was not measured is left empty."""
+    bare = {"showgrid": False, "zeroline": False, "automargin": True}
+    layout = _layout(
+        90 + 32 * len(one.tension),
+        xaxis={**bare, "tickvals": numbers(np.asarray(one.edges)), "title": {"text": "belt travel [m]", "standoff": 4}},
+        yaxis={**bare, "type": "category", "title": {"text": "N/mm²", "standoff": 4}},
+        plot_bgcolor="--track",
+        coloraxis={"colorscale": colour_scale(), "cmin": -FULL, "cmax": FULL, "showscale": False},
+    )
+    return {"data": [_heat(one)], "layout": layout}
 
 
-def _key(k: int) -> str:
-    """Plotly's suffix of the k-th axis."""
-    return "" if k == 0 else str(k + 1)
-
-
-def _heat(one: FailureMap, k: int) -> dict[str, Any]:
-    """One heat map; the number in each cell, the whole story on hovering."""
+def _heat(one: FailureMap) -> dict[str, Any]:
+    """The number in each cell, the whole story on hovering."""
     ratio = np.asarray(one.ratio, float)
     told = f"{one.title}<br>%{{y}} N/mm²<br>travel about %{{x}} m<br>E/u_val = %{{z:.1f}}<extra></extra>"
     edges = np.asarray(one.edges, float)
@@ -142,59 +131,22 @@ def _heat(one: FailureMap, k: int) -> dict[str, Any]:
         "coloraxis": "coloraxis",
         "hovertemplate": told,
         "hoverongaps": False,
-        "xaxis": f"x{_key(k)}",
-        "yaxis": f"y{_key(k)}",
     }
 
 
-def _heat_axes(layout: dict, k: int, one: FailureMap, x: tuple[float, float], y: tuple[float, float]) -> None:
-    """Axes and headline of the k-th map."""
-    bare = {"showgrid": False, "zeroline": False, "automargin": True}
-    ticks = numbers(np.asarray(one.edges))
-    travel = {"anchor": f"y{_key(k)}", "tickvals": ticks, "title": {"text": "belt travel [m]", "standoff": 4}}
-    tension = {
-        "anchor": f"x{_key(k)}",
-        "type": "category",
-        "title": {"text": "tension [N/mm²]", "standoff": 4},
-    }
-    layout[f"xaxis{_key(k)}"] = {**bare, **travel, "domain": list(x)}
-    layout[f"yaxis{_key(k)}"] = {**bare, **tension, "domain": list(y)}
-    place = {"x": x[0], "y": y[1], "xref": "paper", "yref": "paper", "xanchor": "left", "yanchor": "bottom"}
-    layout["annotations"].append({"text": f"<b>{one.title}</b>", "showarrow": False, **place})
-    layout["plot_bgcolor"] = GREY
-
-
-def drift(pairs: Sequence[tuple[Drift, Drift | None]]) -> dict[str, Any]:
-    """Parameters fitted tension by tension, before and after; bars are ±2u."""
-    count = len(pairs)
-    layout, data = _layout(380, shapes=[]), []
-    for k, (before, after) in enumerate(pairs):
-        at = {"xaxis": f"x{_key(k)}", "yaxis": f"y{_key(k)}"}
-        for one, colour, symbol, name in (
-            (before, BEFORE, "circle", "before"),
-            (after, AFTER, "square", "after"),
-        ):
-            if one is not None:
-                data.append({**_bars(one, colour, symbol, name), **at, "showlegend": k == 0})
-        width = 1.0 / count
-        gap = 0.045 if count > 1 else 0.0
-        unit = f" [{before.unit}]" if before.unit not in ("", "1") else ""
-        ticks = [float(t) for t in np.unique(before.tension)]
-        layout[f"xaxis{_key(k)}"] = {
-            **AXIS,
-            "type": "log",
-            "anchor": f"y{_key(k)}",
-            "domain": [k * width + gap * (k > 0), (k + 1) * width - gap * (k < count - 1)],
-            "tickvals": ticks,
-            "ticktext": [f"{t:g}" for t in ticks],
-            "title": {"text": "tension [N/mm²]"},
-        }
-        layout[f"yaxis{_key(k)}"] = {
-            **AXIS,
-            "anchor": f"x{_key(k)}",
-            "title": {"text": f"{before.parameter}{unit}"},
-        }
-        layout["shapes"] += _stated(before, k)
+def drift(before: Drift, after: Drift | None) -> dict[str, Any]:
+    """A parameter fitted tension by tension, before and after; bars are ±2u."""
+    unit = f" [{before.unit}]" if before.unit not in ("", "1") else ""
+    ticks = [float(t) for t in np.unique(before.tension)]
+    shown = [(before, BEFORE, "circle", "before"), (after, AFTER, "square", "after")]
+    data = [_bars(one, colour, symbol, name) for one, colour, symbol, name in shown if one is not None]
+    log = {"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]}
+    layout = _layout(
+        320,
+        shapes=_stated(before),
+        xaxis={**AXIS, **log, "title": {"text": "tension [N/mm²]"}},
+        yaxis={**AXIS, "title": {"text": f"{before.parameter}{unit}"}},
+    )
     return {"data": data, "layout": layout}
 
 
@@ -206,12 +158,55 @@ def _bars(one: Drift, colour: str, symbol: str, name: str) -> dict[str, Any]:
     return {"type": "scatter", "mode": "markers", "name": name, **xy, "error_y": error, "marker": marker}
 
 
-def _stated(one: Drift, k: int) -> list[dict]:
+def _stated(one: Drift) -> list[dict]:
     """The data sheet's value as a band of ±2u and a line."""
     if one.stated is None:
         return []
-    where_ = {"xref": f"x{_key(k)} domain", "x0": 0, "x1": 1, "yref": f"y{_key(k)}", "layer": "below"}
+    where_ = {"xref": "x domain", "x0": 0, "x1": 1, "yref": "y", "layer": "below"}
     low, high = one.stated - 2 * one.u_stated, one.stated + 2 * one.u_stated
     band = {"type": "rect", "y0": low, "y1": high, "fillcolor": FAINT, "opacity": 0.3, "line": {"width": 0}}
     line = {"type": "line", "y0": one.stated, "y1": one.stated, "line": {"color": INK, "width": 1}}
     return [{**where_, **band}, {**where_, **line}]
+
+
+def course(courses: Sequence[Any], unit: str) -> dict[str, Any]:
+    """An unknown u against travel, a line and a band of ±2 sigma a group of runs (``results.discovery``)."""
+    data = []
+    for one, colour in _coloured(courses):
+        x, u, sd = numbers(one.travel), np.asarray(one.u, float), np.asarray(one.sd, float)
+        low, high = _band(x, u - 2 * sd, u + 2 * sd, "y")
+        data += [low, {**high, "name": one.label, "opacity": 0.5}]
+        data.append(_line(x, u, one.label, colour, "y"))
+    return {"data": data, "layout": _unknown("belt travel [m]", unit)}
+
+
+def law(against: Sequence[Any], curve: Any, found: Any, unit: str) -> dict[str, Any]:
+    """An unknown u against the variable of its law, points by tension, and the law as a line."""
+    data = []
+    for one, colour in _coloured(against):
+        dots = {"mode": "markers", "marker": {"color": colour, "size": 5, "opacity": 0.7}}
+        label = f"{one.tension / 1e6:g} N/mm²"
+        data.append({"type": "scatter", "x": numbers(one.x), "y": numbers(one.u), "name": label, **dots})
+    if curve is not None:
+        data.append(_line(numbers(curve.x), curve.u, "law", INK, "y"))
+    variable = f"{found.variable} [{found.variable_unit}]" if found is not None else ""
+    return {"data": data, "layout": _unknown(variable, unit)}
+
+
+def _coloured(rows: Sequence[Any]) -> list[tuple[Any, str]]:
+    """Rows with colours that mean their tensions."""
+    tensions = tensions_of(rows)
+    return [(one, CYCLE[tensions.index(float(one.tension)) % len(CYCLE)]) for one in rows]
+
+
+def tensions_of(rows: Sequence[Any]) -> list[float]:
+    """Tensions [Pa] of some rows, in the order of their colours."""
+    return sorted({float(one.tension) for one in rows})
+
+
+def _unknown(variable: str, unit: str) -> dict[str, Any]:
+    return _layout(
+        320,
+        xaxis={**AXIS, "title": {"text": variable}},
+        yaxis={**AXIS, "tickformat": "~s", "title": {"text": f"u [{unit}]" if unit not in ("", "1") else "u"}},
+    )

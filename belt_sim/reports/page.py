@@ -4,19 +4,23 @@ import importlib.util
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from belt_sim.errors import BeltError
 from belt_sim.files import write_text
+from belt_sim.pictures.where import FULL
 from belt_sim.reports import figures
 from belt_sim.results import words
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.drawings import Panel
+from belt_sim.results.errors import Errors
 from belt_sim.results.found import Tried
 from belt_sim.results.written import DIAGNOSIS
 
 HERE = Path(__file__).parent
+SHOWN_PLACES = 6
 
 
 def write_report(path: str | os.PathLike, diagnosis: Diagnosis) -> Path:
@@ -40,13 +44,21 @@ def render(diagnosis: Diagnosis) -> str:
     page = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
     page.trim_blocks = page.lstrip_blocks = True
     page.filters.update(number=words.number, milli=words.thousandths, plain=words.plain, degrees=words.degrees)
-    page.filters.update(listed=words.listed, rows=words.rows)
+    page.filters.update(listed=words.listed, rows=words.rows, capital=lambda text: text[:1].upper() + text[1:])
     return page.get_template("report.html.j2").render(
         d=diagnosis,
         schema=DIAGNOSIS,
         plots=_plots(diagnosis),
         bars=bars(diagnosis.ranking),
+        falls=falls(diagnosis.error),
+        discovery=discovered(diagnosis),
+        weights=weights(discovered(diagnosis)),
+        tensions=tensions(discovered(diagnosis)),
+        final=bool(diagnosis.effects),
+        headline=headline(diagnosis),
+        full=f"{FULL:g}",
         names=[panel.title for panel in diagnosis.drawings.overlays],
+        maps=[one.title for one in diagnosis.drawings.maps],
         plotly=_plotly(),
     )
 
@@ -57,9 +69,64 @@ def _plots(d: Diagnosis) -> dict:
     return {
         "overlays": [figures.overlay(panel, d.base_model, d.final_model) for panel in drawn.overlays],
         "first": worst(drawn.overlays),
-        "where": figures.where(drawn.maps) if drawn.maps else None,
-        "drift": figures.drift(drawn.drifts) if drawn.drifts else None,
+        "where": [figures.where(one) for one in drawn.maps],
+        "drift": [figures.drift(*pair) for pair in drawn.drifts],
+        "law": discovered_plots(discovered(d)),
     }
+
+
+def discovered(d: Diagnosis) -> Any:
+    """What was discovered; None where nothing was, or nobody looked."""
+    found = getattr(d, "discovery", None)
+    return found if found is not None and found.found else None
+
+
+def discovered_plots(found: Any) -> list[dict]:
+    """The unknown against travel, and against the variable of its law."""
+    if found is None:
+        return []
+    plots = [figures.course(found.courses, found.unit)] if found.courses else []
+    return [*plots, figures.law(found.against, found.curve, found.law, found.unit)] if found.against else plots
+
+
+def tensions(found: Any) -> list[dict]:
+    """The tensions of an unknown's course, with the number of their colour."""
+    there = figures.tensions_of(found.courses or found.against) if found is not None else []
+    return [{"words": f"{t / 1e6:g} N/mm²", "colour": k % len(figures.CYCLE) + 1} for k, t in enumerate(there)]
+
+
+def weights(found: Any) -> list[dict]:
+    """Places of an unknown, best first: lengths [%] of their gains in log evidence."""
+    best = found.places[:SHOWN_PLACES] if found is not None else ()
+    full = max([1e-9, *(p.gain for p in best)])
+    return [{"words": p.words, "gain": p.gain, "length": round(100.0 * max(p.gain, 0.0) / full, 1)} for p in best]
+
+
+def headline(d: Diagnosis) -> str:
+    """What the effects did to the error, on held-out conditions where there are any."""
+    change = d.error.held_out or d.error.fit
+    if not d.effects or change is None:
+        return "How large the error is"
+    return "The error falls" if change.after < change.before else "The error does not fall"
+
+
+def falls(error: Errors) -> list[dict]:
+    """The error before and after, over all and by held-out condition: lengths [%] on one linear scale, and values."""
+    rows = {"held out": error.held_out, "fitted": error.fit} | {
+        f"without {n}": c for n, c in error.by_condition.items()
+    }
+    there = {name: change for name, change in rows.items() if change is not None}
+    values = [v for change in there.values() for v in (change.before, change.after) if np.isfinite(v)]
+    full = max([error.noise_floor, *values, 1e-12])
+
+    def length(value: float) -> float:
+        return round(100.0 * value / full, 1) if np.isfinite(value) else 0.0
+
+    return [
+        {"label": name, "change": c, "before": length(c.before), "after": length(c.after)}
+        | {"floor": length(error.noise_floor)}
+        for name, c in there.items()
+    ]
 
 
 def bars(ranking: Sequence[Tried]) -> list[dict]:

@@ -40,6 +40,8 @@ def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
     out.print(d.where.boundary_sentence)
     for s in d.suspicions:
         out.print(f"[yellow]{s.kind}[/yellow] {s.sentence}")
+    for line in d.beyond:
+        out.print(line)
     for e in d.effects:
         out.print(f"  {e}".replace(e.id, f"[bold]{e.id}[/bold]", 1))
     out.print(_rich(ranking_table(d.ranking)))

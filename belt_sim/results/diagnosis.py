@@ -32,7 +32,8 @@ class Diagnosis(Shown):
 
     sentence: the verdict as people say it; ranking: every candidate of the first round, best first; rounds: every
     candidate of every round; open_set: tests of what is left; per_run: base model and final model, run by run;
-    admitted: what the admission test said of effects of one's own; drawings: what a report draws.
+    admitted: what the admission test said of effects of one's own; drawings: what a report draws; beyond: where the
+    final model is used beyond its validity, a sentence a limit.
     """
 
     base_model: str
@@ -54,6 +55,7 @@ class Diagnosis(Shown):
     provenance: Mapping[str, Any]
     admitted: tuple[str, ...] = ()
     drawings: Drawings = field(default_factory=Drawings)
+    beyond: tuple[str, ...] = ()
 
     @property
     def final_model(self) -> str:
@@ -67,7 +69,7 @@ class Diagnosis(Shown):
             before, after = words.thousandths(self.error.held_out.before), words.thousandths(self.error.held_out.after)
             floor = words.thousandths(self.error.noise_floor)
             said.append(f"error on held-out conditions {before} -> {after} mm, noise floor {floor} mm")
-        return [*said, *(str(n) for n in self.next_runs[:1])]
+        return [*said, *self.beyond, *(str(n) for n in self.next_runs[:1])]
 
     def tables(self) -> Sequence[Table]:
         """Candidates and errors."""

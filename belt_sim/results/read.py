@@ -68,6 +68,7 @@ def _diagnosis(c: dict[str, Any], drawings: Drawings) -> Diagnosis:
         per_run=tuple(_run(r) for r in c["per_run"]),
         provenance=c["provenance"],
         admitted=tuple(c.get("admitted", ())),
+        beyond=tuple(c.get("beyond_validity", ())),
         drawings=drawings,
     )
 

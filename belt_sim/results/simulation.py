@@ -15,6 +15,7 @@ from belt_sim.results.shown import Shown
 from belt_sim.results.table import Table
 from belt_sim.results.tabular import dataset, frame
 from belt_sim.tables import curves_columns
+from belt_sim.validity import Limit, warning
 
 POINTS = (1, 2, 3, 4)
 SPANS = ("upper", "lower")
@@ -25,7 +26,7 @@ class Simulation(Shown):
     """Curves of ``case`` by ``model`` with ``effects`` over ``travel`` [m]; None of a model that gives rates only.
 
     steady_rate: late dy/ds in closed form [m/m], None where there is none; details: what else the engine says of
-    its run (numerical settings, scene file).
+    its run (numerical settings, scene file); beyond: limits of its validity that the model is used beyond.
     """
 
     case: Case
@@ -35,6 +36,7 @@ class Simulation(Shown):
     curves: Curves | None
     steady_rate: float | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
+    beyond: tuple[Limit, ...] = ()
 
     @property
     def rates(self) -> np.ndarray:
@@ -74,15 +76,20 @@ class Simulation(Shown):
             return ""
         return f"{self.model} is a formula for the steady rate: it gives no curves and no offsets"
 
+    @property
+    def warning(self) -> str:
+        """What the model is used beyond, in one line; empty when it is not."""
+        return warning(self.model, self.beyond)
+
     def lines(self) -> Sequence[str]:
-        """Late rates, and a warning when an edge goes slack."""
+        """Late rates, and a warning when an edge goes slack or the model is used beyond its validity."""
         rates = "  ".join(f"{k}: {words.column(r, sign=True)}" for k, r in zip(POINTS, self.rates, strict=True))
         said = [f"{self.title}: late rates in mm per m at points {rates}"]
         slack = self.slackest_edge
         if slack is not None and slack < 0:
             stress = words.fixed(slack / 1e6, 1)
             said.append(f"a belt edge goes slack ({stress} N/mm2): linear models overrate its bending there")
-        return [*said, self.note] if self.note else said
+        return [*said, *filter(None, (self.warning, self.note))]
 
     def tables(self) -> Sequence[Table]:
         """Rates and last positions, a point a row."""

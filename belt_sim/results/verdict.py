@@ -44,3 +44,8 @@ _SENTENCES = {
     Verdict.NONE_KNOWN: "Model {model} is wrong here, and no effect of the library explains how.",
     Verdict.CANNOT_SAY: "The data look damaged, so no effect is named: {damage}",
 }
+
+
+def other_model(model: str, better: str) -> str:
+    """The sentence where another base model of the house explains what this one does not."""
+    return f"Model {model} is wrong here, and model {better} explains what it does not: use model={better}."

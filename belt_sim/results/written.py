@@ -49,6 +49,8 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> Json:
         content["steady_rate_mm_per_m"] = s.steady_rate / si.MM_PER_M
     if s.note:
         content["note"] = s.note
+    if s.beyond:
+        content["beyond_validity"] = {"limits": {x.id: x.load for x in s.beyond}, "sentence": s.warning}
     details = {name: _finite(value) for name, value in s.details.items()}
     return content | details | {"provenance": dict(provenance)}
 
@@ -110,6 +112,7 @@ def diagnosis_json(d: Diagnosis) -> Json:
         "per_run": [run_json(r) for r in d.per_run],
         "provenance": dict(d.provenance),
     }
+    content |= {"beyond_validity": list(d.beyond)} if d.beyond else {}
     return content | ({"admitted": list(d.admitted)} if d.admitted else {})
 
 

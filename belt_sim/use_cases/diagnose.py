@@ -14,6 +14,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.use_cases.asked import candidates_of, fitted_model
+from belt_sim.use_cases.beyond import beyond_in_runs
 
 MIN_BOOTSTRAPS = 100
 
@@ -58,7 +59,8 @@ def diagnose(
         tick=lambda replicates: progress(replicates, ""),
     )
     found = describe(findings, seed=seed, config=config)
-    return replace(found, admitted=admitted, drawings=drawings_of(findings))
+    beyond = beyond_in_runs(campaign, chosen, [e.id for e in found.effects])
+    return replace(found, admitted=admitted, drawings=drawings_of(findings), beyond=beyond)
 
 
 def whole(name: str, value: Any, least: int) -> int:

@@ -14,6 +14,7 @@ from belt_sim.frame import Observer
 from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation
 from belt_sim.use_cases.asked import effects_of, model_of, refuse
+from belt_sim.use_cases.beyond import beyond
 
 
 def simulate(
@@ -38,6 +39,7 @@ def simulate(
     case = case_asked(travel=travel, **settings) if case is None else case
     chosen, acting = model_of(model), effects_of(effects)
     common: dict[str, Any] = {"case": case, "model": chosen.name, "effects": acting, "travel": float(travel)}
+    common["beyond"] = beyond(case, chosen, [e.id for e in acting])
     steady = chosen.steady_rate(case) if isinstance(chosen, SteadyModel) and not acting else None
     if not isinstance(chosen, Model):
         refuse(chosen, acting, "; leave it out or use model=beam_th2 or strip")

@@ -3,6 +3,7 @@
 import numpy as np
 
 _CLIP_SHARE = 0.5  # of the largest reading
+_KNOCK = 0.05  # [m]
 _LOST_SHARE = (0.4, 0.6)  # of the record
 
 
@@ -34,4 +35,10 @@ def dropout(readings: np.ndarray, signal: int, run: int) -> None:
     readings[signal, int(_LOST_SHARE[0] * count) : int(_LOST_SHARE[1] * count), run] = 0.0
 
 
-DIRT = {f.__name__: f for f in (unit_slip, clipped_sensor, swapped_columns, wrong_sign, dropout)}
+def shifted_run(readings: np.ndarray, signal: int, run: int) -> None:
+    """The sensor was knocked before this run."""
+    readings[signal, :, run] += _KNOCK
+
+
+DIRT = {f.__name__: f for f in (unit_slip, clipped_sensor, swapped_columns, wrong_sign, dropout, shifted_run)}
+NEEDS_TWO = ("swapped_columns",)  # signals

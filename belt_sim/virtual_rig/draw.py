@@ -1,29 +1,31 @@
 """Which effects a campaign hides: as asked for, or drawn by lot."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig.dirty import DIRT
+from belt_sim.virtual_rig.dirty import DIRT, NEEDS_TWO
 from belt_sim.virtual_rig.fault import Fault
-from belt_sim.virtual_rig.library import LOT, STRANGERS, fault_class, fault_of
+from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT, LOT, STRANGERS, fault_class, fault_of
+from belt_sim.virtual_rig.near import Library, Near, seen_sizes
 from belt_sim.virtual_rig.plan import Noise, Plan
-from belt_sim.virtual_rig.size import Ruler, fault_of_size, scaled
+from belt_sim.virtual_rig.size import Ruler, fault_of_size, room, scaled
 
 #: What is hidden -> how often.
 MIX = {"nothing": 0.30, "library": 0.35, "two": 0.10, "outside": 0.15, "below_noise": 0.05, "dirty": 0.05}
 SIZES = (3.0, 6.0, 12.0, 24.0)  # d of one library effect
+OUTSIDE = (6.0, 30.0)  # what the best three library effects leave over of a stranger
+#: In this share of the sets of two, and of the strangers, one more thing is a real belt's edge.
+EDGE_BESIDE = {"two": 0.3, "outside": 0.1}
 _TWO_SIZES = SIZES[1:]
 _BELOW = (0.3, 1.0)
-_OUTSIDE = (8.0, 24.0)
-_REACHED = 0.8  # share of the wanted size that an effect must reach within its limits
-_ALIKE = 3.0  # noise units that a lookalike may leave over, but no more than
-_ALIKE_SHARE = 0.5  # of the effect's own size
-_ATTEMPTS = 12
+_EDGE = (0.2, 1.0)  # share of the measured profile
+REACHED = 0.8  # share of the wanted size that an effect must reach within its limits
+_MOST = 400.0  # noise units: a stranger that needs more to stand out from the library is drawn again
+_FAR = 0.05  # [m]: what moves a belt further is no fault that is measured, but one that is seen
+_ATTEMPTS = 8
 _NOISE_OFF, _HEAVY = 0.4, 0.10
 
 
@@ -39,7 +41,7 @@ class Hidden:
     dirty: str | None = None
 
 
-def as_asked(hidden: Sequence[str | dict], rule_of) -> Hidden:
+def as_asked(hidden: Sequence[str | dict], rule_of: Callable[[], Ruler]) -> Hidden:
     """Faults from ids and dictionaries; {"id": ..., "d": 12} scales to a size, which calls ``rule_of()``."""
     faults, sizes = [], []
     for spec in hidden:
@@ -59,22 +61,31 @@ def as_asked(hidden: Sequence[str | dict], rule_of) -> Hidden:
     return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes))
 
 
-def by_lot(plan: Plan, rule_of, base: str, rng: np.random.Generator) -> Hidden:
-    """One draw from the mix."""
-    kind = str(rng.choice(list(MIX), p=list(MIX.values())))
+def by_lot(
+    plan: Plan,
+    rule_of: Callable[[], Ruler],
+    base: str,
+    rng: np.random.Generator,
+    *,
+    kind: str | None = None,
+    blind: bool | None = None,
+) -> Hidden:
+    """One draw from the mix, or of one kind; strangers of both lists, or only of the blind or of the other one."""
+    kind = kind or str(rng.choice(list(MIX), p=list(MIX.values())))
     if kind == "nothing":
         return Hidden(kind=kind)
     if kind == "dirty":
-        return Hidden(kind=kind, dirty=str(rng.choice(sorted(DIRT))))
+        able = sorted(name for name in DIRT if len(plan.signals) > 1 or name not in NEEDS_TWO)
+        return Hidden(kind=kind, dirty=str(rng.choice(able)))
     if kind == "outside":
-        return _stranger(plan, rule_of(), rng)
-    names = [cls.id for cls in LOT if base not in cls.part_of]
+        return _stranger(plan, Library(rule_of()), blind, rng)
+    names = [cls.id for cls in LOT if base not in (*cls.part_of, *cls.idle_on)]
     wanted = {
         "library": lambda: [float(rng.choice(SIZES))],
         "two": lambda: [float(rng.choice(_TWO_SIZES)) for _ in range(2)],
         "below_noise": lambda: [float(rng.uniform(*_BELOW))],
     }[kind]()
-    return _of_library(kind, names, wanted, plan, rule_of(), rng)
+    return _of_library(kind, names, wanted, plan, Library(rule_of()), rng)
 
 
 def noise_by_lot(noise: Noise, rng: np.random.Generator) -> Noise:
@@ -87,92 +98,87 @@ def shaped(name: str, plan: Plan, rng: np.random.Generator) -> Fault:
     """A fault of typical size with its sign, place and phase drawn."""
     cls = fault_class(name)
     sign = 1.0 if cls.positive or cls.fixed else float(rng.choice((-1.0, 1.0)))
-    sizes = _sizes(cls, plan)
+    sizes = seen_sizes(cls, plan)
+    if not sizes:
+        raise InputError("hidden", name, "", "needs a lateral sensor, which the plan has not")
     if cls.mixed:
-        chosen = {n: v * rng.standard_normal() for n, v in sizes.items()}
+        chosen = {n: float(s.typical * rng.standard_normal()) for n, s in sizes.items()}
     else:
         picked = str(rng.choice(list(sizes)))
-        chosen = {picked: sign * sizes[picked]}
-    extras = {
-        "phase": rng.uniform(0, 2 * math.pi),
-        "seed": int(rng.integers(2**31)),
-        "wavelength": rng.uniform(3.0, 9.0),
-    }
-    known = cls().parameters()
-    return cls(**{n: float(v) for n, v in chosen.items()}, **{n: v for n, v in extras.items() if n in known})
+        chosen = {picked: sign * sizes[picked].typical}
+    return cls(**chosen, **cls.shape_by_lot(plan, rng))
 
 
-def _sizes(cls: type[Fault], plan: Plan) -> dict[str, float]:
-    """Typical sizes of the parameters that the plan's sensors can show."""
-    return {n: s.typical for n, s in cls.sizes.items() if not s.place or s.place in plan.signals.values()}
-
-
-def _of_library(kind, names, wanted, plan: Plan, rule: Ruler, rng) -> Hidden:
+def _of_library(kind, names, wanted, plan: Plan, library: Library, rng) -> Hidden:
     """Different effects, each at its wanted size; what cannot get so large is drawn again."""
     faults: list[Fault] = []
     sizes: list[float] = []
-    for size in wanted:
+    rule = library.rule
+    edge = kind == "two" and rng.random() < EDGE_BESIDE[kind]
+    for number, size in enumerate(wanted):
+        if edge and number == 1:
+            faults.append(_real_edge(plan, rng))
+            sizes.append(float(rule.sizes(faults[-1:])[0]))
+            continue
         for _ in range(_ATTEMPTS):
-            name = str(rng.choice([n for n in names if n not in {f.id for f in faults}]))
-            fault = shaped(name, plan, rng)
+            taken = {f.id for f in faults} | ({"edge_profile"} if edge else set())
+            fault = shaped(str(rng.choice([n for n in names if n not in taken])), plan, rng)
             if fault.fixed:
                 found = float(rule.sizes([fault])[0])
             else:
                 fault, found = fault_of_size(rule, fault, size)
-            if found >= _REACHED * size:
+            if found >= REACHED * size:
                 break
         faults.append(fault)
         sizes.append(found)
-    alike, distance = nearest(rule, faults)
-    if kind == "two":
-        return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=alike, distance=distance)
-    others = [name for name in alike if name != faults[0].id]
-    return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others)
+    near = library.near(faults)
+    others = near.lookalikes if kind == "two" else [name for name in near.lookalikes if name != faults[0].id]
+    distance = near.single if kind == "two" else None
+    return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others, distance=distance)
 
 
-def _stranger(plan: Plan, rule: Ruler, rng) -> Hidden:
-    """An effect outside the library, scaled until the nearest library effect leaves a drawn distance over."""
-    wanted = float(rng.uniform(*_OUTSIDE))
+def _stranger(plan: Plan, library: Library, blind: bool | None, rng) -> Hidden:
+    """An effect outside the library, scaled until its best three effects leave a drawn distance over."""
+    names = {None: BLIND + DEVELOPMENT, True: BLIND, False: DEVELOPMENT}[blind]
+    seen = {f"sensor_y{place[-1]}" for place in plan.signals.values()}
+    names = tuple(n for n in names if not STRANGERS[n].place.startswith("sensor_y") or STRANGERS[n].place in seen)
+    wanted = float(np.exp(rng.uniform(*np.log(OUTSIDE))))
+    best: tuple[float, Fault, Near] | None = None
     for _ in range(_ATTEMPTS):
-        fault, size = fault_of_size(rule, shaped(str(rng.choice(sorted(STRANGERS))), plan, rng), wanted)
-        alike, distance = nearest(rule, [fault])
-        room = min(s.limit / abs(v) for n, s in fault.sizes.items() if (v := getattr(fault, n)) != 0.0)
-        if distance * min(room, 6.0) < _REACHED * wanted:
+        fault, near = _so_far_out(library, shaped(str(rng.choice(sorted(names))), plan, rng), wanted)
+        if near.largest > _FAR:
             continue
-        fault = scaled(fault, min(room, wanted / distance))
-        alike, distance = nearest(rule, [fault])
-        size = float(rule.sizes([fault])[0])
-        break
-    return Hidden(kind="outside", faults=(fault,), sizes=(size,), lookalikes=alike, distance=distance)
+        if best is None or near.triple > best[0]:
+            best = near.triple, fault, near
+        if near.triple >= REACHED * wanted:
+            break
+    if best is None:
+        raise InputError("outside", names, "", "every stranger lets the belt run away under this plan; use another")
+    _, fault, near = best
+    size = float(library.rule.sizes([fault])[0])
+    edge = [_real_edge(plan, rng)] if rng.random() < EDGE_BESIDE["outside"] else []
+    sizes = (size, *(float(d) for d in (library.rule.sizes(edge) if edge else ())))
+    return Hidden(kind="outside", faults=(fault, *edge), sizes=sizes, lookalikes=near.lookalikes, distance=near.triple)
 
 
-def nearest(rule: Ruler, faults: Sequence[Fault]) -> tuple[list[str], float]:
-    """Single library effects that come close to the faults' joint change, and the least that any leaves over.
-
-    Each effect is linear about zero here, and free in all its parameters of the sensors at hand.
-    """
-    target = rule.reduced(np.sum(rule.changes(list(faults)), axis=0))
-    left = {}
-    for name, basis in _tangents(rule).items():
-        fit = np.linalg.lstsq(basis, target, rcond=1e-9)[0]
-        left[name] = float(np.linalg.norm(target - basis @ fit))
-    allowed = min(_ALIKE, _ALIKE_SHARE * float(np.linalg.norm(target)))
-    return sorted(n for n, rest in left.items() if rest < allowed), min(left.values())
-
-
-@lru_cache(maxsize=1)
-def _tangents(rule: Ruler) -> dict[str, np.ndarray]:
-    """Library effect -> what its parameters change, reduced, shape (readings, parameters)."""
-    directions = _directions(rule.plan)
-    columns: dict[str, list[np.ndarray]] = {}
-    for fault, change in zip(directions, rule.changes(directions), strict=True):
-        columns.setdefault(fault.id, []).append(rule.reduced(change))
-    return {name: np.stack(cols, axis=1) for name, cols in columns.items()}
+def _so_far_out(library: Library, fault: Fault, wanted: float) -> tuple[Fault, Near]:
+    """The fault scaled to a distance from the library, or as far as its limits and ``_MOST`` go."""
+    fault, size = fault_of_size(library.rule, fault, wanted)
+    near = library.near([fault])
+    power = 1.0  # with which the distance grows with the size
+    for _ in range(4):
+        if near.triple * _MOST <= REACHED * wanted * size:
+            break  # it is too much like the library
+        factor = min((wanted / near.triple) ** (1 / power), room(fault), _MOST / size)
+        if abs(factor - 1) < 0.03:
+            break
+        before, fault = near.triple, scaled(fault, factor)
+        near, size = library.near([fault]), float(library.rule.sizes([fault])[0])
+        power = float(np.clip(np.log(max(near.triple, 1e-9) / before) / np.log(factor), 0.7, 4.0))
+    return fault, near
 
 
-def _directions(plan: Plan) -> list[Fault]:
-    """Every library effect along each of its parameters, small; what swings, also a quarter turn later."""
-    scalable = [cls for cls in LOT if not cls.fixed]
-    along = [cls(**{n: v}) for cls in scalable for n, v in _sizes(cls, plan).items()]
-    swinging = [f for f in along if "phase" in f.parameters()]
-    return along + [replace(f, **{"phase": math.pi / 2}) for f in swinging]
+def _real_edge(plan: Plan, rng) -> Fault:
+    """The edge of a real belt, or a better one."""
+    edge = shaped("edge_profile", plan, rng)
+    return scaled(edge, float(rng.uniform(*_EDGE)))

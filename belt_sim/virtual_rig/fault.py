@@ -1,15 +1,21 @@
 """What a faultless line does not have: the hooks of a fault, the size of its parameters, how it is drawn by lot."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.scene_parts import SceneParts
 from belt_sim.virtual_rig.line import Line
+from belt_sim.virtual_rig.load import Load
 
-TAIL = np.array([[1.0], [0.0]])  # a turn on the tail pulley only
+if TYPE_CHECKING:
+    from belt_sim.virtual_rig.plan import Plan
+    from belt_sim.virtual_rig.travel import Journey
+
+TAIL = np.array([[1.0], [0.0]])  # on the tail pulley only
+HEAD = np.array([[0.0], [1.0]])  # on the head pulley only
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +37,7 @@ class Fault:
 
     A fault is one file of ``faults`` (the twin of an effect) or of ``strangers``, named by its id. It overrides the
     hooks that it needs; the others change nothing. ``sizes`` names its parameters, the leading ones first; further
-    fields (a phase, a seed, a wavelength) have no size of their own.
+    fields (a phase, a seed, a wavelength) have no size of their own, and come from ``shape_by_lot``.
     """
 
     id: ClassVar[str] = ""
@@ -46,6 +52,8 @@ class Fault:
     mixed: ClassVar[bool] = False
     #: base laws that contain it already
     part_of: ClassVar[tuple[str, ...]] = ()
+    #: base laws under which it cannot act
+    idle_on: ClassVar[tuple[str, ...]] = ()
 
     def set(self, line: Line) -> Line:
         """The line with its constants changed."""
@@ -55,17 +63,60 @@ class Fault:
         """Angle added to the tail pulley's yaw at travel s [rad]."""
         return 0.0
 
+    def yaw_head(self, s: float, line: Line):
+        """Angle added to the head pulley's yaw at travel s [rad]."""
+        return 0.0
+
     def turn(self, s: float, line: Line, y, kappa):
         """Curvature added to kappa where the belt runs up [1/m]; y, kappa, result: shape (2, batch)."""
         return 0.0
 
-    def slide(self, s: float, line: Line):
-        """Factor on the lateral velocity where the belt runs up, scalar or (batch,)."""
+    def recall(self, s: float, past: "Journey"):
+        """The same from the past of the belt, shape (2, batch)."""
+        return 0.0
+
+    def slide(self, s: float, line: Line, alpha):
+        """Factor on the lateral velocity where the belt runs up; alpha: contact angles, shape (2, batch)."""
         return 1.0
+
+    def creep(self, s, line: Line, alpha):
+        """How far the belt slid sideways over the wraps that it leaves at travel s [m].
+
+        alpha: contact angles with which it ran up; they and the result: shape (2, ..., batch), tail and head pulley.
+        """
+        return 0.0
+
+    def tension(self, s: float, line: Line):
+        """Relative change of the tension at travel s, within +-``swing``."""
+        return 0.0
+
+    @property
+    def swing(self):
+        """Largest relative change of the tension."""
+        return 0.0
+
+    def loads(self, line: Line) -> tuple[Load, ...]:
+        """Unit loads on the spans."""
+        return ()
+
+    def push(self, s: float, line: Line, load: Load, free, kept):
+        """How much of a load acts, and what the load remembers, each (batch,).
+
+        free: y at its place if nothing acted there; kept: what it remembered at the last node, 0 at travel 0.
+        """
+        return np.ones_like(free), kept
 
     def travelled(self, shown, line: Line):
         """True travel when the recorder shows ``shown`` [m]."""
         return shown
+
+    def seen_at(self, s, line: Line):
+        """Travel [m] at which a lateral sensor saw what it shows at s."""
+        return s
+
+    def edge(self, place: str, s, line: Line):
+        """How far the belt's edge lies off its middle line's parallel at a point, at travel s, shape (n, batch) [m]."""
+        return 0.0
 
     def read(self, value, place: str, s, line: Line):
         """What a sensor at ``place`` shows instead of ``value``, at true travel s; all shape (n, batch)."""
@@ -74,6 +125,16 @@ class Fault:
     def scene(self, parts: SceneParts, case: Case) -> SceneParts:
         """A three-dimensional scene with its parts changed, from travel 0 on: what the machine is, not a law."""
         return parts
+
+    @classmethod
+    def shape_by_lot(cls, plan: "Plan", rng: np.random.Generator) -> dict[str, float]:
+        """The fields without a size, drawn as they may be on a machine and in a record such as the plan's."""
+        return {}
+
+    @classmethod
+    def shapes(cls, plan: "Plan") -> tuple[dict[str, float], ...]:
+        """Some such fields between which, along with its sizes, the fault is nearly linear."""
+        return ({},)
 
     def parameters(self) -> dict[str, float]:
         """Parameter name -> value [SI]."""

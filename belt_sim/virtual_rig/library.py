@@ -6,18 +6,22 @@ from pathlib import Path
 
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig.fault import Fault
+from belt_sim.virtual_rig.strangers._stranger import Stranger
 
 
 def _in(folder: str) -> dict[str, type[Fault]]:
     """Fault classes that the files of a folder define, by id in alphabetical order."""
-    names = [m.name for m in pkgutil.iter_modules([str(Path(__file__).parent / folder)])]
+    names = [m.name for m in pkgutil.iter_modules([str(Path(__file__).parent / folder)]) if m.name[0] != "_"]
     modules = [importlib.import_module(f"{__package__}.{folder}.{name}") for name in sorted(names)]
     own = [v for m in modules for v in vars(m).values() if getattr(v, "__module__", "") == m.__name__]
     return {c.id: c for c in own if isinstance(c, type) and issubclass(c, Fault)}
 
 
 CATALOGUE = _in("faults")
-STRANGERS = _in("strangers")
+STRANGERS: dict[str, type[Stranger]] = _in("strangers")  # type: ignore[assignment]
+#: the strangers on which a fitter may have been developed, and those that were made for blind tests only
+DEVELOPMENT = tuple(name for name, cls in STRANGERS.items() if not cls.blind)
+BLIND = tuple(name for name, cls in STRANGERS.items() if cls.blind)
 #: What ``hidden=random`` draws from, in the order of the lot.
 LOT = tuple(sorted((c for c in CATALOGUE.values() if c.lot), key=lambda c: c.lot))
 

@@ -15,10 +15,10 @@ class Line:
 
     run: index of the run in its campaign; yaw, yaw_head: angles that the pulleys are turned to at travel
     yaw_at; offset_tail, offset_head: angles that they are off from travel 0 on; sag_roll: share of the
-    sag-roll coupling, 0 for a flat strip (Th2), 1 for the strip; friction: mu of the capped entry moment;
+    sag-roll coupling, 0 for a flat strip (Th2), 1 for the strip; friction: mu on both pulleys, inf = sticking;
     cover: extra rotation per metre and moment [1/(N m2)]; compliance [rad/(N m)] of the tail pulley's yaw;
     cant [rad] of the tail pulley; layer: share of the bending
-    layer with which the belt leaves its pulleys; decay: share of the tension that is lost over decay_length [m].
+    layer with which the belt leaves its pulleys.
     """
 
     run: np.ndarray
@@ -47,8 +47,6 @@ class Line:
     compliance: np.ndarray
     cant: np.ndarray
     layer: np.ndarray
-    decay: np.ndarray
-    decay_length: np.ndarray
 
     @property
     def bending(self) -> np.ndarray:
@@ -161,8 +159,6 @@ def line_of(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
         "compliance": 0.0,
         "cant": 0.0,
         "layer": 0.0,
-        "decay": 0.0,
-        "decay_length": 1.0,
     }
     fields = constants | faultless | settings
     return Line(**{name: np.broadcast_to(np.asarray(v), (count,)) for name, v in fields.items()})

@@ -18,6 +18,7 @@ from belt_sim.virtual_rig.observe import Errors, observe, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan
 from belt_sim.virtual_rig.seal import Truth
 from belt_sim.virtual_rig.size import ruler
+from belt_sim.virtual_rig.strangers._stranger import Stranger
 
 BASES = ("beam_th2", "strip")
 #: Readings are written to this resolution [m or rad], far below their noise.
@@ -45,16 +46,28 @@ def make_campaign(
     base = checked_base(base or ("strip" if lot else "beam_th2"))
     plan, stated = plan or Plan(), noise or Noise()
     seed = secrets.randbits(63) if seed is None else checked_seed(seed)
-    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
-    rule_of = cache(lambda: ruler(plan, stated, base))
-    what = by_lot(plan, rule_of, base, streams[0]) if lot else as_asked(hidden, rule_of)
-    checked_base(base, what.faults)
+    streams = streams_of(seed)
     noise = noise_by_lot(stated, streams[1]) if lot else stated
+    rule_of = cache(lambda: ruler(plan, noise, base))
+    what = by_lot(plan, rule_of, base, streams[0]) if lot else as_asked(hidden, rule_of)
+    return measured_campaign(plan, noise, base, what, seed, streams, title)
+
+
+def streams_of(seed: int) -> list[np.random.Generator]:
+    """Chance for what is hidden, the noise's nature, the errors, the readings, the salt."""
+    return [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
+
+
+def measured_campaign(
+    plan: Plan, noise: Noise, base: str, what: Hidden, seed: int, streams, title: str, name: str = ""
+):
+    """Measure a plan, which may have a name, with what is hidden: the campaign and its truth."""
+    checked_base(base, what.faults)
     errors = draw_errors(plan, noise, streams[2])
     readings, dirt = _readings(plan, noise, base, errors, what, streams[3])
     campaign = campaign_of(plan, noise, readings, title, "belt-sim virtual-rig engine=line")
     salt = streams[4].bytes(_SALT_BYTES).hex()
-    return campaign, truth_of(seed, base, what, noise, errors, dirt, salt)
+    return campaign, truth_of(seed, base, what, noise, errors, dirt, salt, name)
 
 
 def _readings(plan: Plan, noise: Noise, base: str, errors: Errors, what: Hidden, rng):
@@ -64,7 +77,9 @@ def _readings(plan: Plan, noise: Noise, base: str, errors: Errors, what: Hidden,
         readings[k] = add_noise(readings[k], plan.travel, noise.sheet(name, place), noise, rng)
     if what.dirty is None:
         return readings, None
-    signal, run = int(rng.integers(len(readings))), int(rng.integers(readings.shape[2]))
+    able = [k for k, place in enumerate(plan.signals.values()) if place.startswith("point_")]
+    turned = [k for k, run in enumerate(plan.runs) if run.yaw != 0.0] or list(range(len(plan.runs)))
+    signal, run = int(rng.choice(able)), int(rng.choice(turned))
     DIRT[what.dirty](readings, signal, run)
     return readings, {"kind": what.dirty, "signal": list(plan.signals)[signal], "run": _name(run)}
 
@@ -93,8 +108,10 @@ def campaign_of(plan: Plan, noise: Noise, readings: np.ndarray, title: str, refe
     )
 
 
-def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt: str) -> Truth:
+def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt: str, plan: str = "") -> Truth:
     """What is sealed beside a campaign."""
+    told = ("scale", "heavy_tails") + (() if noise.true_length is None else ("true_length", "smooth"))
+    unknown = next((f for f in what.faults if isinstance(f, Stranger)), Stranger())
     effects = [
         {"id": fault.id, "parameters": fault.parameters(), "d": size}
         for fault, size in zip(what.faults, what.sizes, strict=True)
@@ -106,7 +123,7 @@ def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt:
         effects=effects,
         lookalikes=what.lookalikes,
         distance=what.distance,
-        noise={"scale": noise.scale, "heavy_tails": noise.heavy_tails},
+        noise={n: getattr(noise, n) for n in told},
         machine=dict(errors.machine),
         settings={
             "tension_rel": np.asarray(errors.tension_rel).tolist(),
@@ -114,6 +131,11 @@ def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt:
         },
         dirty=dirt,
         salt=salt,
+        plan=plan,
+        place=unknown.place,
+        variable=unknown.variable,
+        form=unknown.form,
+        also=[list(pair) for pair in unknown.also],
     )
 
 
@@ -126,6 +148,9 @@ def checked_base(base: str, faults: Sequence[Fault] = ()) -> str:
     if base not in BASES:
         raise InputError("base", base, "", f"use one of {', '.join(BASES)}")
     for fault in faults:
+        if base in fault.idle_on:
+            others = " or ".join(b for b in BASES if b not in fault.idle_on)
+            raise InputError("hidden", fault.id, "", f"does not act on base {base}; use base {others}")
         if base in fault.part_of:
             others = " or ".join(b for b in BASES if b not in fault.part_of)
             raise InputError("hidden", fault.id, "", f"is part of base {base} already; use base {others}")

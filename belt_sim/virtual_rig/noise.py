@@ -27,7 +27,9 @@ def add_noise(values: np.ndarray, travel: np.ndarray, sheet: SignalSheet, noise:
     runs = values.shape[1]
     gain = 1 + sheet.gain * rng.standard_normal(runs)
     zero = sheet.zero * rng.standard_normal(runs)
-    drift = noise.scale * sheet.wander_sd * wander(travel, sheet.wander_length, runs, rng)
+    length = sheet.wander_length if noise.true_length is None else noise.true_length
+    course = smooth_wander if noise.smooth else wander
+    drift = noise.scale * sheet.wander_sd * course(travel, length, runs, rng)
     return values * gain + zero + drift + noise.scale * sheet.white * _white(values.shape, noise, rng)
 
 
@@ -40,6 +42,13 @@ def wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarray:
         keep = math.exp(-(travel[k] - travel[k - 1]) / length)
         path[k] = keep * path[k - 1] + math.sqrt(1 - keep**2) * draws[k]
     return path
+
+
+def smooth_wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarray:
+    """A process of unit variance with a slope: correlation (1 + r) exp(-r), r = sqrt(3) distance/length."""
+    apart = math.sqrt(3) * np.abs(travel[:, None] - travel) / length
+    root = np.linalg.cholesky((1 + apart) * np.exp(-apart) + 1e-9 * np.eye(len(travel)))
+    return root @ rng.standard_normal((len(travel), runs))
 
 
 def _white(shape, noise: Noise, rng) -> np.ndarray:

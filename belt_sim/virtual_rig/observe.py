@@ -10,7 +10,7 @@ from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.line import Line, line_of
 from belt_sim.virtual_rig.plan import Plan
 from belt_sim.virtual_rig.readings import position
-from belt_sim.virtual_rig.travel import march
+from belt_sim.virtual_rig.travel import Journey, march
 
 RIG_DATA = ("centre_distance", "head_radius", "tail_radius")
 BELT_DATA = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
@@ -57,14 +57,23 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
         travelled = fault.travelled(travelled, line)
     reach = max(float(travelled.max()), plan.spacing)
     journey = march(line, faults, reach)
-    just_before = np.broadcast_to(line.yaw_at - _BEFORE, (1, len(line.stress)))
+    begun = np.broadcast_to(line.yaw_at, (1, len(line.stress)))
     readings = []
     for place in plan.signals.values():
-        value = position(journey, place, travelled) - position(journey, place, just_before)
+        value = _seen(journey, faults, place, travelled) - _seen(journey, faults, place, begun, _BEFORE)
         for fault in faults:
             value = fault.read(value, place, travelled, line)
         readings.append(value)
     return np.stack(readings)
+
+
+def _seen(journey: Journey, faults: Sequence[Fault], place: str, s: np.ndarray, before: float = 0.0) -> np.ndarray:
+    """What a perfect sensor sees at travel s, or a hair before: the belt and its edge, where the sensor looked."""
+    if not place.startswith("point_"):
+        return position(journey, place, s - before)
+    for fault in faults:
+        s = fault.seen_at(s, journey.line)
+    return sum((f.edge(place, s, journey.line) for f in faults), position(journey, place, s - before))
 
 
 def varied(line: Line, count: int) -> Line:

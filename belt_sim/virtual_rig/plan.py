@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -51,6 +51,9 @@ class Plan:
     machine: Machine = TEST_RIG
     belt: BeltSheet = TEST_BELT
 
+    def __hash__(self) -> int:
+        return hash((self.runs, self.length, self.spacing, tuple(self.signals.items()), self.machine, self.belt))
+
     @property
     def travel(self) -> np.ndarray:
         """Where readings are taken, as the recorder shows it [m], shape (n,)."""
@@ -71,7 +74,8 @@ class Noise:
     """What the campaign file states of the errors [SI, one sigma], and how the true ones differ.
 
     scale: true white noise and wander over the stated ones; heavy_tails: Student's t with 3 degrees of
-    freedom instead of Gauss for the white noise, of equal variance.
+    freedom instead of Gauss for the white noise, of equal variance; true_length: of the wander, None = as stated;
+    smooth: the wander has a slope (Matern 3/2) instead of an Ornstein-Uhlenbeck process's kinks.
     """
 
     white: float = 0.02 * MM
@@ -84,6 +88,8 @@ class Noise:
     yaw_u: float = 3e-6
     scale: float = 1.0
     heavy_tails: bool = False
+    true_length: float | None = None
+    smooth: bool = False
 
     def sheet(self, name: str, place: str) -> SignalSheet:
         """What the file states of one signal."""
@@ -100,6 +106,12 @@ class Noise:
             wander_sd=self.wander_sd,
             wander_length=self.wander_length,
         )
+
+    def truly(self) -> "Noise":
+        """The noise as it is, stated so."""
+        length = self.wander_length if self.true_length is None else self.true_length
+        scaled = {n: self.scale * getattr(self, n) for n in ("white", "wander_sd", "tilt_white")}
+        return replace(self, **scaled, wander_length=length, scale=1.0, true_length=None)
 
     @property
     def settings(self) -> SettingsSheet:

@@ -29,27 +29,30 @@ def position(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
 
 def _lateral(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
     row, wrap = POINTS[place]
-    behind = getattr(journey.line, wrap) if wrap else 0.0
-    value = journey.at(s - behind)[row]
-    return value + journey.line.wrap_shift(s) if place == "point_2" else value
+    if wrap is None:
+        return journey.at(s)[row]
+    return journey.leaving(s)[0 if wrap == "wrap_tail" else 1][0]
 
 
 def _tilt(journey: Journey, s: np.ndarray, to_tail: bool) -> np.ndarray:
-    """phi at the middle of the span that runs to the tail (or to the head) pulley, from its ends."""
-    line, here = journey.line, journey.at(s)
-    beta = _yaw(journey, s)
-    beta_head = line.yaw_head * (s > line.yaw_at) + line.offset_head * (s > 0)
+    """phi at the middle of the span that runs to the tail (or to the head) pulley, from its ends and its loads."""
+    line, here, (tail_off, head_off) = journey.line, journey.at(s), journey.leaving(s)
+    beta, beta_head = (_between(journey, rows, s) for rows in (journey.tail_yaw, journey.head_yaw))
     if to_tail:
-        off, up, turn_off, turn_up = journey.at(s - line.wrap_head)[2:], here[:2], beta_head, beta
+        off, up, turn_off, turn_up = head_off, here[:2], beta_head, beta
     else:
-        off, up, turn_off, turn_up = journey.at(s - line.wrap_tail)[:2], here[2:], -beta, -beta_head
-        off = np.stack([off[0] + line.wrap_shift(s), off[1]])
+        off, up, turn_off, turn_up = tail_off, here[2:], -beta, -beta_head
     row = journey.spans[0 if to_tail else 1].tilt
-    return row[0] * off[0] + row[1] * (off[1] + turn_off) + row[2] * up[0] + row[3] * (up[1] + turn_up)
+    off, up = np.stack([off[0], off[1] + turn_off]), np.stack([up[0], up[1] + turn_up])
+    tilt = row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
+    for prop in journey.props:
+        acts = prop.acts(s, line, off, up, _between(journey, prop.kept, s))[0] * (s > 0)
+        tilt = tilt + np.where(prop.to_tail == to_tail, prop.load.tilt * acts, 0.0)
+    return tilt
 
 
-def _yaw(journey: Journey, s: np.ndarray) -> np.ndarray:
-    """The tail pulley's true yaw, linear between the nodes; 0 up to travel 0."""
+def _between(journey: Journey, rows: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """What was kept at the nodes, shape (nodes, batch), linear between them; 0 up to travel 0."""
     lanes = range(s.shape[1])
-    yaw = [np.interp(s[:, b], journey.nodes, journey.tail_yaw[:, b], left=0.0) for b in lanes]
-    return np.where(s > 0, np.stack(yaw, axis=1), 0.0)
+    values = [np.interp(s[:, b], journey.nodes, rows[:, b], left=0.0) for b in lanes]
+    return np.where(s > 0, np.stack(values, axis=1), 0.0)

@@ -12,6 +12,8 @@ from pathlib import Path
 
 from belt_sim.errors import InputError
 
+#: Fields that a truth sealed before does not have; left out where they say nothing.
+_SINCE = ("plan", "place", "variable", "form", "also")
 SEALED, HASH = "truth.sealed", "truth.sha256"
 
 
@@ -22,8 +24,10 @@ class Truth:
     base: the law that the campaign is meant to be diagnosed with (beam_th2 or strip); kind: stated,
     nothing, library, two, outside, below_noise or dirty; effects: [{"id", "parameters", "d"}], d the size in
     noise units (None when not measured); lookalikes: other single effects of the library that reproduce the
-    same change up to 3 noise units (and half its size); distance: what the best single effect leaves over;
-    noise: true scale and tails; machine, settings: true minus stated; dirty: what was done to the data.
+    same change up to 3 noise units (and half its size); distance: what the best single effect leaves over, or the
+    best three when something outside the library is hidden; noise: true scale and tails, and length and smoothness
+    of a wander that is not as stated; machine, settings: true minus stated; dirty: what was done to the data; plan:
+    its kind and number; place, variable, form, also: what the unknown is, in the words of ``words.py``.
     """
 
     seed: int
@@ -37,10 +41,16 @@ class Truth:
     settings: dict[str, list[float]] = field(default_factory=dict)
     dirty: dict | None = None
     salt: str = ""
+    plan: str = ""
+    place: str = ""
+    variable: str = ""
+    form: str = ""
+    also: list[list[str]] = field(default_factory=list)
 
     def text(self) -> str:
         """Canonical JSON, salt included."""
-        return json.dumps(asdict(self), sort_keys=True, allow_nan=False)
+        said = {n: v for n, v in asdict(self).items() if v or n not in _SINCE}
+        return json.dumps(said, sort_keys=True, allow_nan=False)
 
     def sha256(self) -> str:
         """SHA-256 of the canonical JSON."""

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.linalg import cholesky, solve_triangular
 
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.line import Line, stack
@@ -12,92 +13,109 @@ from belt_sim.virtual_rig.observe import Errors, observe, stated, true_line, var
 from belt_sim.virtual_rig.plan import Noise, Plan
 
 #: Trial sizes of an effect: downwards from its limit by this factor, this often.
-_FACTOR, _TRIALS = 2.0, 12
+_FACTOR, _TRIALS = 3.0, 9
 _AWAY = 10.0  # [m] a belt that has run away
-_REFINED = 7  # trial sizes in the second, narrower round
+_REFINED, _CLOSE = 2, 0.01  # rounds in which the size is closed in on, and how close is close
 
 
 @dataclass(frozen=True, eq=False)
 class Ruler:
-    """Measures changes of readings, shape (signals, n, runs), in units of noise and nuisances."""
+    """Measures changes of readings, shape (signals, n, runs), in units of noise and nuisances.
+
+    roots: one matrix a signal that makes its noise white; nuisances: their whitened one-sigma changes, (N, m).
+    """
 
     plan: Plan
+    law: str
     base: Line
     clean: np.ndarray
-    whitening: list[np.ndarray]
+    roots: list[np.ndarray]
     nuisances: np.ndarray
-    factor: np.ndarray
 
     def whitened(self, change: np.ndarray) -> np.ndarray:
         """A change as one vector of unit noise."""
-        parts = [solve_triangular(c, x, lower=True) for c, x in zip(self.whitening, change, strict=True)]
-        return np.concatenate([p.ravel() for p in parts])
-
-    def projected(self, vector: np.ndarray) -> float:
-        """d of a whitened vector: sqrt(v' (1 + N N')^-1 v), N the whitened nuisances times their sigmas."""
-        inner = self.nuisances.T @ vector
-        return float(np.sqrt(max(vector @ vector - inner @ cho_solve((self.factor, True), inner), 0.0)))
+        return np.concatenate([(root @ x).ravel() for root, x in zip(self.roots, change, strict=True)])
 
     def reduced(self, change: np.ndarray) -> np.ndarray:
         """A change as a vector whose length is its d: whitened, and relieved of what the nuisances explain.
 
         With N N' = U diag(l^2) U', the metric (1 + N N')^-1 has the root 1 - U (1 - (1 + l^2)^-1/2) U'.
         """
+        u, share = self._nuisance_axes
         vector = self.whitened(change)
-        u, length, _ = np.linalg.svd(self.nuisances, full_matrices=False)
-        return vector - u @ ((1 - 1 / np.sqrt(1 + length**2)) * (u.T @ vector))
+        return vector - u @ (share * (u.T @ vector))
+
+    @cached_property
+    def _nuisance_axes(self) -> tuple[np.ndarray, np.ndarray]:
+        squares, v = np.linalg.eigh(self.nuisances.T @ self.nuisances)
+        felt = squares > 1e-9 * max(squares.max(initial=0.0), 1e-30)
+        u = self.nuisances @ v[:, felt] / np.sqrt(squares[felt])
+        return u, 1 - 1 / np.sqrt(1 + squares[felt])
 
     def sizes(self, faults: Sequence[Fault]) -> np.ndarray:
         """d of each of several faults, all observed in one batch, shape (faults,)."""
-        return np.array([self.projected(self.whitened(c)) for c in self.changes(faults)])
+        return np.array([np.linalg.norm(self.reduced(c)) for c in self.changes(faults)])
 
     def changes(self, faults: Sequence[Fault]) -> list[np.ndarray]:
         """Change of the readings by each fault alone."""
-        runs, classes = len(self.plan.runs), {type(f) for f in faults}
-        lanes = [_lanes(cls, faults, runs) for cls in sorted(classes, key=lambda c: c.id)]
-        with np.errstate(over="ignore", invalid="ignore"):  # a trial size may let the belt run away
-            seen = observe(self.plan, varied(self.base, len(faults)), lanes)
-        seen = np.nan_to_num(seen, nan=_AWAY, posinf=_AWAY, neginf=-_AWAY).clip(-_AWAY, _AWAY)
-        return [seen[:, :, k * runs : (k + 1) * runs] - self.clean for k in range(len(faults))]
+        return changes(self.plan, self.base, self.clean, faults)
+
+
+def changes(plan: Plan, base: Line, clean: np.ndarray, faults: Sequence[Fault]) -> list[np.ndarray]:
+    """Change of the readings, shape (signals, n, runs), by each fault alone, all in one march."""
+    runs, classes = len(plan.runs), {type(f) for f in faults}
+    lanes = [_lanes(cls, faults, runs) for cls in sorted(classes, key=lambda c: c.id)]
+    with np.errstate(all="ignore"):  # a trial size may let the belt run away
+        seen = observe(plan, varied(base, len(faults)), lanes)
+    seen = np.nan_to_num(seen, nan=_AWAY, posinf=_AWAY, neginf=-_AWAY).clip(-_AWAY, _AWAY)
+    return [seen[:, :, k * runs : (k + 1) * runs] - clean for k in range(len(faults))]
 
 
 def _lanes(cls: type[Fault], faults: Sequence[Fault], runs: int) -> Fault:
-    """Faults of one class as one fault with a parameter a lane, null in the lanes of other classes."""
-    names = cls().parameters()
-    rows = [f.parameters() if type(f) is cls else cls().parameters() for f in faults]
+    """Faults of one class as one fault with parameters a lane, null in the lanes of other classes."""
+    null = cls().parameters()
+    rows = [f.parameters() if type(f) is cls else null for f in faults]
     alike = next(f for f in faults if type(f) is cls)
-    values = {n: np.repeat([row[n] for row in rows], runs) for n in names if n in cls.sizes}
-    return cls(**{n: values.get(n, getattr(alike, n)) for n in names})
+    shared = {n for n, value in null.items() if not isinstance(value, float)}
+    values = {n: np.repeat([row[n] for row in rows], runs) for n in null if n not in shared}
+    return cls(**{n: getattr(alike, n) if n in shared else values[n] for n in null})
 
 
 def ruler(plan: Plan, noise: Noise, base: str) -> Ruler:
-    """A ruler from the stated errors. Nuisances: zero, gain, tension and yaw of each run; machine data."""
-    runs = len(plan.runs)
+    """A ruler for noise as it truly is. Nuisances: zero, gain, tension and yaw of each run; machine data."""
+    noise = noise.truly()
+    line, clean, moved = moved_by_one(plan, base)
+    sheets = [noise.sheet(name, place) for name, place in plan.signals.items()]
+    roots = [_root(plan.travel, sheet, noise.smooth) for sheet in sheets]
+    blank = Ruler(plan, base, line, clean, roots, np.empty(0))
+    columns = np.stack([blank.whitened(c) for c in _nuisances(moved, clean, sheets, noise)], axis=1)
+    return replace(blank, nuisances=columns)
+
+
+@lru_cache(maxsize=4)
+def moved_by_one(plan: Plan, base: str) -> tuple[Line, np.ndarray, dict[str, np.ndarray]]:
+    """The line, its readings, and their change by one sigma of each machine datum and by a unit of each setting."""
+    runs, unit = len(plan.runs), {"tension": 1e-3, "yaw": 1e-6}
     steps = {name: Errors(machine={name: q.u}) for name, q in stated(plan).items() if q.u > 0}
-    steps |= {"tension": Errors(tension_rel=noise.tension_rel), "yaw": Errors(yaw=noise.yaw_u)}
-    lines = [true_line(plan, base, e) for e in (Errors(), *steps.values())]
-    lines = [replace(line, run=np.arange(runs)) for line in lines]
+    steps |= {"tension": Errors(tension_rel=unit["tension"]), "yaw": Errors(yaw=unit["yaw"])}
+    lines = [replace(true_line(plan, base, e), run=np.arange(runs)) for e in (Errors(), *steps.values())]
     seen = observe(plan, stack(lines), [])
     clean, *moved = (seen[:, :, k * runs : (k + 1) * runs] for k in range(len(lines)))
-    sheets = [noise.sheet(name, place) for name, place in plan.signals.items()]
-    whitening = [_whitening(plan.travel, sheet) for sheet in sheets]
-    changes = _nuisances(dict(zip(steps, moved, strict=True)), clean, sheets)
-    blank = Ruler(plan, lines[0], clean, whitening, np.empty(0), np.empty(0))
-    columns = np.stack([blank.whitened(c) for c in changes], axis=1)
-    factor = cholesky(np.eye(columns.shape[1]) + columns.T @ columns, lower=True)
-    return Ruler(plan, lines[0], clean, whitening, columns, factor)
+    return lines[0], clean, {n: (m - clean) / unit.get(n, 1.0) for n, m in zip(steps, moved, strict=True)}
 
 
-def _whitening(travel: np.ndarray, sheet) -> np.ndarray:
-    apart = np.abs(travel[:, None] - travel)
-    wander = sheet.wander_sd**2 * np.exp(-apart / sheet.wander_length)
-    return cholesky(sheet.white**2 * np.eye(len(travel)) + wander, lower=True)
+def _root(travel: np.ndarray, sheet, smooth: bool) -> np.ndarray:
+    """Inverse of the Cholesky factor of a signal's covariance in one run."""
+    apart = np.abs(travel[:, None] - travel) / sheet.wander_length
+    alike = (1 + np.sqrt(3) * apart) * np.exp(-np.sqrt(3) * apart) if smooth else np.exp(-apart)
+    factor = cholesky(sheet.white**2 * np.eye(len(travel)) + sheet.wander_sd**2 * alike, lower=True)
+    return solve_triangular(factor, np.eye(len(travel)), lower=True)
 
 
-def _nuisances(moved: dict[str, np.ndarray], clean: np.ndarray, sheets) -> list[np.ndarray]:
+def _nuisances(moved: dict[str, np.ndarray], clean: np.ndarray, sheets, noise: Noise) -> list[np.ndarray]:
     """One-sigma changes: machine data move all runs together, settings, zeros and gains one run each."""
-    shared = [seen - clean for name, seen in moved.items() if name not in ("tension", "yaw")]
-    own = [moved["tension"] - clean, moved["yaw"] - clean]
+    shared = [change for name, change in moved.items() if name not in ("tension", "yaw")]
+    own = [noise.tension_rel * moved["tension"], noise.yaw_u * moved["yaw"]]
     for k, sheet in enumerate(sheets):
         for change in (np.full_like(clean, sheet.zero), sheet.gain * clean):
             alone = np.zeros_like(clean)
@@ -109,17 +127,29 @@ def _nuisances(moved: dict[str, np.ndarray], clean: np.ndarray, sheets) -> list[
 
 def fault_of_size(rule: Ruler, fault: Fault, wanted: float) -> tuple[Fault, float]:
     """The fault, its sizes scaled together until its d is ``wanted`` or a limit is met; and the d it has."""
-    limit = min(
-        size.limit / abs(value) for name, size in fault.sizes.items() if (value := fault.parameters()[name]) != 0.0
-    )
-    scales = limit / _FACTOR ** np.arange(_TRIALS)[::-1]
+    scales = room(fault) / _FACTOR ** np.arange(_TRIALS)[::-1]
     found = np.maximum.accumulate(rule.sizes([scaled(fault, s) for s in scales]))
     k = int(np.searchsorted(found, wanted))
     if k == len(scales):
         return scaled(fault, scales[-1]), float(found[-1])
-    scales = np.linspace(scales[k - 1] if k else 0.0, scales[k], _REFINED)
-    found = np.maximum.accumulate(rule.sizes([scaled(fault, s) for s in scales]))
-    return scaled(fault, float(np.interp(wanted, found, scales))), wanted
+    low, high = (scales[k - 1], found[k - 1]) if k else (0.0, 0.0), (scales[k], found[k])
+    for _ in range(_REFINED):
+        share = (wanted - low[1]) / max(high[1] - low[1], 1e-12)
+        trials = low[0] + (high[0] - low[0]) * np.clip([0.8 * share, share, 0.2 + 0.8 * share], 0.0, 1.0)
+        seen = np.maximum.accumulate(rule.sizes([scaled(fault, s) for s in trials]))
+        close = int(np.argmin(np.abs(seen - wanted)))
+        if abs(seen[close] - wanted) < _CLOSE * wanted:
+            return scaled(fault, float(trials[close])), float(seen[close])
+        points = sorted([low, *zip(trials, seen, strict=True), high])
+        above = next(i for i, p in enumerate(points) if p[1] >= wanted)
+        low, high = points[max(above - 1, 0)], points[above]
+    share = (wanted - low[1]) / max(high[1] - low[1], 1e-12)
+    return scaled(fault, float(low[0] + np.clip(share, 0.0, 1.0) * (high[0] - low[0]))), wanted
+
+
+def room(fault: Fault) -> float:
+    """By how much a fault's sizes may be multiplied before the first meets its limit."""
+    return min(size.limit / abs(v) for name, size in fault.sizes.items() if (v := fault.parameters()[name]) != 0.0)
 
 
 def scaled(fault: Fault, factor: float) -> Fault:

@@ -34,11 +34,11 @@ SENSORS = Noise(
 
 def space_plan() -> Plan:
     """Ten runs: four tensions, yaw to either side, two runs made again."""
-    runs = tuple(_paced(run) for run in grid(TENSIONS, (-YAW, YAW)))
+    runs = tuple(paced(run) for run in grid(TENSIONS, (-YAW, YAW)))
     return Plan(runs=runs, length=TRAVEL, spacing=SPACING, machine=SHORT_RIG, belt=NARROW_BELT)
 
 
-def _paced(run: Setting) -> Setting:
+def paced(run: Setting) -> Setting:
     """The run at the speed at which the belt really runs in the scene."""
     string_speed = math.sqrt(run.tension / NARROW_BELT.density.value)
     return Setting(**{**vars(run), "speed": round(accurate(string_speed), 2)})

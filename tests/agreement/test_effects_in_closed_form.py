@@ -11,8 +11,11 @@ from belt_sim.analytic.steady import steady_rate, taper_gain
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.around_engine import indicate
+from belt_sim.effects.pulley_deflection import PulleyDeflection
+from belt_sim.effects.unequal_tension import UnequalTension
 from belt_sim.laws.run_up_angle import sag_angle
 from belt_sim.laws.span import beam_second_order, response
+from belt_sim.scene_parts import SceneParts
 
 MODEL = analytic_model("beam_th2")
 LATE = 2e-3  # a march of some hundred metres against a closed form, at 20 N/mm2 and more
@@ -166,25 +169,6 @@ def test_run_up_points_turn_with_the_cosine_of_the_sag_angle():
     np.testing.assert_allclose(moved.y, plain.y * np.cos(psi), atol=EXACT * np.abs(plain.y).max())
 
 
-def test_slip_caps_the_entry_moment():
-    """The moment stays within mu F b/2, and belts that hold are left alone."""
-    mu = 0.15
-    slips, loaded, holds, sticks = affected(
-        [
-            (paper_case(7), {"slip": {"inverse_friction": 1 / mu}}),
-            (paper_case(7), {}),
-            (paper_case(7, YAW / 4), {"slip": {"inverse_friction": 1 / mu}}),
-            (paper_case(7, YAW / 4), {}),
-        ],
-        20.0,
-    )
-    capacity = mu * paper_case(7).tension_force * BELT.width / 2
-    assert np.abs(slips.moment).max() <= capacity * (1 + EXACT)
-    assert loaded.moment[0, 3] > 1.2 * capacity
-    assert slips.y[0, 10] > 1.5 * loaded.y[0, 10]  # what lets go turns at once, and starts like a rope
-    np.testing.assert_array_equal(holds.y, sticks.y)
-
-
 @pytest.mark.parametrize("e", [0.02, -0.02])
 def test_encoder_that_shows_more_makes_rates_smaller(e):
     plain = marched([STILL, paper_case(40)], "beam_th2", travel=100.0)[1]
@@ -214,3 +198,102 @@ def test_edge_profile_passes_the_points_in_the_order_of_travel():
         np.testing.assert_allclose(
             steps % RIG.belt_length, [RIG.span_length, RIG.wrap_tail, RIG.span_length], atol=0.03
         )
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_what_grows_with_time_is_followed_by_the_tail_pulley(direction):
+    """tau = infinity: a ramp of the yaw; a pulley that has crept to its end stands there for good. 20 m take 40 s."""
+    rate, end = 4e-6, 2e-4
+    still = paper_case(40, 0.0, direction=direction)
+    ramp = steered(still, Schedule.ramp(rate * 40.0, at=0.0, over=20.0))
+    linear, ramped, crept, stands = affected(
+        [
+            (still, {"yaw_drift": {"rate": rate}}),
+            (ramp, {}),
+            (still, {"yaw_drift": {"rate": end / 0.05, "time_constant": 0.05}}),
+            (steered(still, Schedule.step(end)), {}),
+        ],
+        20.0,
+    )
+    np.testing.assert_allclose(linear.y, ramped.y, atol=2e-3 * np.abs(ramped.y).max())
+    np.testing.assert_allclose(crept.y, stands.y, atol=5e-3 * np.abs(stands.y).max())
+
+
+def test_tapers_that_grow_with_time_or_travel_are_tapers_in_the_end():
+    """A taper that stands at once is the plain one; a growing one lags it, by time or by travel alike at one speed."""
+    still, end, rate = paper_case(20, 0.0), 2e-5, 5e-7
+    at_once, taper, with_travel, with_time, fast = affected(
+        [
+            (still, {"taper_drift": {"rate": end / 0.05, "time_constant": 0.05}}),
+            (still, {"taper": {"kappa_t": end}}),
+            (still, {"build_up": {"rate": rate}}),
+            (still, {"taper_drift": {"rate": 0.5 * rate}}),
+            (paper_case(20, 0.0, speed=1.0), {"taper_drift": {"rate": rate}}),
+        ],
+        20.0,
+    )
+    size = np.abs(taper.y).max()
+    np.testing.assert_allclose(at_once.y, taper.y, atol=5e-3 * size)
+    np.testing.assert_allclose(with_travel.y, with_time.y, atol=2e-3 * np.abs(with_travel.y).max())
+    np.testing.assert_allclose(fast.y, with_time.y, atol=2e-3 * np.abs(with_time.y).max())
+    assert 0 < with_travel.y[0, -1] < taper.y[0, -1]  # towards the larger radius
+
+
+def test_deflected_pulleys_are_hollow_in_proportion_to_the_pull():
+    case, compliance = paper_case(40), 5e-6
+    hollow = -compliance * float(case.tension_force)
+    bent, as_crown = affected(
+        [(case, {"pulley_deflection": {"compliance": compliance}}), (case, {"crown": {"c": hollow, "c_head": hollow}})],
+        50.0,
+    )
+    np.testing.assert_allclose(bent.y, as_crown.y, atol=EXACT * np.abs(as_crown.y).max())
+    parts = PulleyDeflection(compliance=compliance).scene(SceneParts.undisturbed(case), case)
+    assert parts.tail.crown == parts.head.crown == pytest.approx(hollow)
+    assert parts.tail.radius_at(0.1, 0.0) > parts.tail.radius_at(0.0, 0.0)  # hollow: thinner where it is loaded most
+
+
+def test_a_film_slows_a_tight_belt_as_a_rope_says():
+    """A share f of the contact angle: w = f (beta - (y_1 - y_4)/L), so w = beta/(2 (1/f + pi R/L)) of a rope."""
+    case, loss, onset = paper_case(3000, speed=0.7), 0.5, 0.3
+    f = 1 - loss * (0.7 - onset)
+    lost, kept, below = affected(
+        [(case, {"traction_loss": {"loss": loss, "onset": o}}) for o in (onset, 0.7, 5.0)], 400.0
+    )
+    np.testing.assert_array_equal(kept.y, below.y)
+    ratio = (1 + float(RIG.wrap_tail / RIG.span_length)) / (1 / f + float(RIG.wrap_tail / RIG.span_length))
+    np.testing.assert_allclose(late_rates(lost) / late_rates(kept), ratio, rtol=0.02)
+
+
+def test_unequal_tension_is_a_yaw_in_proportion_to_the_force():
+    per_force, pairs = 1e-7, []
+    for tension in (20, 40):
+        case = paper_case(tension)
+        pairs += [
+            (case, {"unequal_tension": {"yaw_per_force": per_force}}),
+            (paper_case(tension, YAW + per_force * float(case.tension_force)), {}),
+        ]
+    curves = affected(pairs, 50.0)
+    for mine, plain in (curves[:2], curves[2:]):
+        np.testing.assert_allclose(mine.y, plain.y, atol=EXACT * np.abs(plain.y).max())
+    parts = UnequalTension(yaw_per_force=per_force).scene(SceneParts.undisturbed(case), case)
+    assert parts.tail.yaw_offset == pytest.approx(per_force * float(case.tension_force))
+    assert parts.head.yaw_offset == 0.0
+
+
+def test_a_late_sensor_shows_the_belt_and_its_edge_as_they_were():
+    delay, case = 0.4, paper_case(40)
+    plain = marched([STILL, case], "beam_th2", travel=100.0)[1]
+    shown = indicate(plain, case, only(sensor_delay={"delay": delay}), plain.travel)
+    back = delay * 0.5  # a fifth of the distance between two records
+    late = np.array([np.interp(plain.travel - back, plain.travel, row) for row in plain.y])
+    np.testing.assert_allclose(shown.y, late, atol=2e-3 * np.abs(plain.y).max())
+    np.testing.assert_allclose(shown.tilt, plain.tilt, atol=1e-15)
+    mark = {"edge_profile": {"cos1": 1e-3, "sin3": 5e-4}}
+    edges, both = (
+        indicate(plain, case, only(**mark, **more), plain.travel).y for more in ({}, {"sensor_delay": {"delay": delay}})
+    )
+    there = indicate(plain, case, only(**mark), plain.travel - back)
+    np.testing.assert_allclose(
+        (both - shown.y)[:, 1:], (there.y - late)[:, 1:], atol=2e-3 * 1e-3 + 2e-3 * np.abs(plain.y).max()
+    )
+    assert np.abs(both - edges).max() > 1e-4

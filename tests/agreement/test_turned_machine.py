@@ -21,6 +21,17 @@ BOTH_ENDS = {
     "camber": {"kappa_c": 2e-5},
     "slip": {"inverse_friction": 1 / 0.15},
     "soft_cover": {"c": 5e-6},
+    "machine_tilt": {"angle": 1e-3},
+    "pulley_deflection": {"compliance": 5e-6},
+    "traction_loss": {"loss": 0.2, "onset": 0.1},
+}
+ONE_END = {
+    "yaw_compliance": {"c_m": 2e-6},
+    "yaw_offset_tail": {"beta_0": 5e-5},
+    "unequal_tension": {"yaw_per_force": 5e-8},
+    "yaw_drift": {"rate": 1e-6, "time_constant": 30.0},
+    "taper_drift": {"rate": 2e-7, "time_constant": 60.0},
+    "build_up": {"rate": 4e-7},
 }
 SPANS = {
     "hanging": {"sag_roll": {"strength": 1.0}, "run_up_points": {"share": 1.0}},
@@ -42,7 +53,7 @@ def turned(request):
     backward = replace(forward, settings=replace(forward.settings, direction=-1.0))
     exchanged = paper_case(TENSION, -HEAD_YAW, yaw_head=Schedule.step(-YAW))
     both = BOTH_ENDS | SPANS[request.param]
-    own = changed(both, yaw_compliance={"c_m": 2e-6}, yaw_offset_tail={"beta_0": 5e-5})
+    own = both | ONE_END
     upside_down = changed(own, edge_guide={"stiffness": 3e4, "stiffness_lower": 1e5}, weld={"at": TO_POINT_3 - 3.0})
     other_way = changed(
         both,

@@ -165,8 +165,9 @@ def test_effects_are_asked_for_by_name_file_or_class():
     wind = ROOT / "models" / "effects" / "wind.py"
     asked = ["taper", str(wind), bs.library()["crown"]]
     assert [c.id for c in candidates_of(asked, MODEL)] == ["taper", "wind", "crown"]
-    assert "camber" not in [c.id for c in candidates_of(None, MODEL)]  # left out unless named
-    assert "camber" in [c.id for c in candidates_of(None, MODEL, leave_out=())]
+    assert "shear" not in [c.id for c in candidates_of(None, MODEL)]  # left out unless named
+    assert "shear" in [c.id for c in candidates_of(None, MODEL, leave_out=())]
+    assert {"camber", "weld", "edge_guide"} <= {c.id for c in candidates_of(None, MODEL)}
     with pytest.raises(bs.BeltError, match="strip has sag_roll built in"):
         candidates_of(["sag_roll"], bs.model_named("strip"))
 

@@ -1,6 +1,7 @@
 """diagnosis.json: every key that other programs read, its units, and the way back."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import jsonschema
 import numpy as np
@@ -10,7 +11,7 @@ from small_campaign import SEED, diagnosed, drawn
 
 from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.openset import OpenSet
-from belt_sim.diagnosis.verdict import damage, verdict
+from belt_sim.diagnosis.verdict import Judgement, damage, verdict
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.results.diagnosis import Diagnosis
@@ -145,7 +146,7 @@ LOOK = Suspicion(run="r01", signal="y1", kind="swapped", sentence="perhaps", sev
     ],
 )
 def test_the_verdict_in_a_word_and_a_sentence(ids, left, suspicions, word):
-    found = verdict(ids, left, suspicions)
+    found = verdict(Judgement(SimpleNamespace(ids=ids), None, left), suspicions)
     assert found is Verdict(word)
     said = found.sentence("strip", ids, damage(suspicions))
     assert said.count("\n") == 0

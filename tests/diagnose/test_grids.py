@@ -10,7 +10,7 @@ from small_campaign import MODEL, campaign
 
 from belt_sim.diagnosis.around import around
 from belt_sim.diagnosis.null import null_gains
-from belt_sim.diagnosis.select import best_of
+from belt_sim.diagnosis.refits import best_of
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.effects.base import Effect, Parameter, effect
 
@@ -51,7 +51,7 @@ def waved():
     noise = errors(b, 1, np.random.default_rng(3))[0]
     y = b.forward.values(hidden[None])[0] + noise
     samples = replace(b.samples, y=y)
-    b = replace(b, samples=samples, fitted=samples)
+    b = replace(b, samples=samples, fitted=samples, metric=replace(b.metric, samples=samples))
     fit = b.fit([b.start((), b.forward.null())])[0]
     return b, fit, around(b, fit, ["test_wave"])
 
@@ -68,7 +68,7 @@ def test_a_candidate_pays_for_every_point_that_was_tried(waved):
     bench, fit, near = waved
     alternatives = near.shapes(bench, "test_wave")
     assert len(alternatives) == len(GRID)
-    shapes = {"test_wave": alternatives, "one": alternatives[:1]}
+    shapes = {"test_wave": alternatives, "one": alternatives.columns[alternatives.choices[0]]}
     null = null_gains(bench, shapes, fit.slopes, fit.values, count=400, seed=1)
     assert null.dof == {"test_wave": 2, "one": 2}  # nothing is drawn for the modifier: the grid stands for it
     assert np.mean(null.gains["one"]) == pytest.approx(2.0, rel=0.35)

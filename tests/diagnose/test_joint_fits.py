@@ -8,8 +8,9 @@ from noise_by_recursion import errors
 from small_campaign import CLASSES, MODEL, bench, campaign, examined, q_of
 
 from belt_sim.diagnosis.around import around
+from belt_sim.diagnosis.decide import MAX_EFFECTS
 from belt_sim.diagnosis.heldout import conditions
-from belt_sim.diagnosis.select import MAX_EFFECTS, best_of
+from belt_sim.diagnosis.refits import best_of
 from belt_sim.diagnosis.workbench import workbench
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02

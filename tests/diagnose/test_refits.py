@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
+from belt_sim.diagnosis.chance import Chance
+from belt_sim.diagnosis.decide import swapped
 from belt_sim.diagnosis.fit import Fit, fit_sets
-from belt_sim.diagnosis.heldout import held_out
 from belt_sim.diagnosis.null import NullGains
-from belt_sim.diagnosis.select import Selection, _swapped
+from belt_sim.diagnosis.refits import Refits
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 UNIT = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))
@@ -52,13 +53,9 @@ def test_the_effect_that_explains_more_stays_or_comes_in(began):
     rng = np.random.default_rng(2)
     b, other = rng.normal(size=(2, len(SPREAD), 1, 40))
     bench = linear_bench(SPREAD, y=5.0 * WHITE.white * b, shapes={"a": WHITE.white * (b + other), "b": WHITE.white * b})
-    base, alone = bench.fit([bench.start((), np.zeros(2)), bench.start((began,), np.zeros(2))])
     by_chance = np.random.default_rng(3).chisquare(1, 500)
-    found = Selection(bench, base, base, held_out(bench, base), held_out(bench, base))
-    found.null = NullGains({"a": by_chance, "b": by_chance}, {"a": 1, "b": 1})
-    said = []
-    fit = _swapped(bench, alone, found, said.append)
-    assert fit.ids == ("b",)
-    np.testing.assert_allclose(fit.vector, [0.0, 5.0], atol=1e-3)
+    null = NullGains({"a": by_chance, "b": by_chance}, {"a": 1, "b": 1})
+    refits, said = Refits(bench, null, null.critical(["a", "b"], 0.025), Chance({})), []
+    assert swapped(refits, (began,), said.append) == ("b",)
+    np.testing.assert_allclose(refits.fit(("b",)).vector, [0.0, 5.0], atol=1e-3)
     assert said == (["b explains more than a"] if began == "a" else [])
-    assert [t.id for t in found.swaps["b"]] == ["b", "a"]

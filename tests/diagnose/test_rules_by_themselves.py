@@ -7,20 +7,24 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from belt_sim.diagnosis import select as choosing
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.heldout import HeldOut, _surprise, held_out
+from belt_sim.diagnosis.heldout import _surprise, held_out
 from belt_sim.diagnosis.null import NullGains
-from belt_sim.diagnosis.openset import OpenSet, _exponent, _gain, _onset, _required_angle, _wavelength, shape_card
-from belt_sim.diagnosis.select import Selection, Trial, select
+from belt_sim.diagnosis.openset import OpenSet, apart, basis
+from belt_sim.diagnosis.shape_card import _exponent, _onset, _required_angle, _wavelength, shape_card
 
-EXACT = 1e-6  # of a refit with its small ridge
+EXACT = 1e-6  # of a refit with its wide prior
 YAW, LENGTH = 7e-4, 11.28
 TRAVEL = np.linspace(0.0, 30.0, 121)
 SIGNALS = (SimpleNamespace(kind="lateral", at="point_1", white=1e-5, wander_sd=1e-5),)
 RUNS = tuple(
     SimpleNamespace(tension=t, yaw=yaw, use="fit") for t in (7e6, 14e6, 40e6) for yaw in (YAW, -YAW)
 )  # fmt: skip
+
+
+#: a parameter of which a machine leaves everything open
+OPEN = SimpleNamespace(plausible=(-1e6, 1e6), null=0.0)
+SLOT = SimpleNamespace(scale=1.0, name="size", effect=SimpleNamespace(parameters={"size": OPEN}))
 
 
 class Plain:
@@ -33,19 +37,9 @@ class Plain:
         )
         self.metric = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))
         self.forward = SimpleNamespace(
-            classes=(SimpleNamespace(id="a"), SimpleNamespace(id="b")),
-            index=lambda name: {"a": [0], "b": [1]}[name],
+            slots=(SLOT, SLOT),
             null=lambda: np.zeros(2),
         )
-
-    def start(self, ids, vector):
-        return Fit(ids=tuple(ids), free=[i for name in ids for i in self.forward.index(name)], vector=np.array(vector))
-
-    def fit(self, starts):
-        return [replace(f, chi2=100.0) for f in starts]
-
-    def moved_to(self, vector):
-        return self
 
 
 def fitted(slopes, y):
@@ -80,56 +74,25 @@ def test_a_condition_is_not_predicted_from_itself():
     assert found.by_condition["7 N/mm2"] == pytest.approx(4.0 * np.sqrt(np.mean(rows[0, :2] ** 2)), rel=EXACT)
 
 
+def test_what_only_the_left_out_runs_show_is_said_to_be_untested():
+    """One number that acts at 7 N/mm2 alone: nothing else knows it, so it falls back to null there."""
+    rows = np.zeros_like(shapes()[:1])
+    rows[0, :2] = shapes()[0, :2]
+    y = 3.0 * rows[0]
+    at_joint_fit = replace(fitted(rows, 0.0 * y), vector=np.array([3.0, 0.0]), values=y)
+    found = held_out(Plain(y), at_joint_fit)
+    assert found.untestable == ("7 N/mm2",)
+    assert found.by_condition["7 N/mm2"] == pytest.approx(3.0 * np.sqrt(np.mean(rows[0, :2] ** 2)), rel=EXACT)
+    assert found.by_condition["yaw +"] < EXACT
+
+
 def test_surprise_is_the_density_of_a_normal_law():
     rng = np.random.default_rng(2)
     here, rest, left = rng.normal(size=(2, 1, 5)), rng.normal(size=(2, 1, 7)), rng.normal(size=5)
     known = np.linalg.inv(rest[:, 0] @ rest[:, 0].T)
     covariance = np.eye(5) + here[:, 0].T @ known @ here[:, 0]
     wanted = -2.0 * multivariate_normal(cov=covariance).logpdf(left) - 5 * np.log(2 * np.pi)
-    assert _surprise(left, here, rest) == pytest.approx(wanted, rel=1e-4)
-
-
-def trial(name="a", gain=20.0, threshold=9.0, plausible=True, chi2=50.0, fit=None):
-    return Trial(name, fit, gain, threshold, plausible, HeldOut(chi2, 0.0, {}))
-
-
-def test_a_candidate_passes_above_its_threshold_if_a_machine_could_have_it():
-    assert trial().passes
-    assert not trial(gain=8.0).passes
-    assert not trial(plausible=False).passes
-    assert trial().score == 11.0
-    assert trial(threshold=np.inf).score == -np.inf
-
-
-@pytest.mark.parametrize(
-    ("trials", "taken"),
-    [
-        ([trial()], ("a",)),
-        ([trial(chi2=200.0)], ()),  # held-out conditions are predicted worse
-        ([trial(gain=8.0)], ()),
-        ([trial(plausible=False)], ()),
-        ([trial("b", gain=30.0, threshold=25.0), trial()], ("a",)),  # more above chance, though less in all
-    ],
-)
-def test_an_effect_is_taken_when_it_beats_chance_and_predicts(monkeypatch, trials, taken):
-    bench = Plain(np.zeros((len(RUNS), 1, len(TRAVEL))))
-    trials = [replace(t, fit=bench.start((t.id,), np.zeros(2))) for t in trials]
-    monkeypatch.setattr(choosing, "_round", lambda bench, current, *a: ([] if current.ids else trials, None))
-    monkeypatch.setattr(choosing, "held_out", lambda bench, fit: HeldOut(100.0, 0.0, {}))
-    monkeypatch.setattr(choosing, "_swapped", lambda bench, current, found, tell: current)
-    assert select(bench, bootstraps=100, seed=0).chosen.ids == taken
-
-
-@pytest.mark.parametrize(("gain", "left"), [(5.0, ("b",)), (20.0, ("a", "b"))])
-def test_what_later_effects_made_superfluous_is_dropped(gain, left):
-    bench = Plain(np.zeros((len(RUNS), 1, len(TRAVEL))))
-    current = bench.start(("a", "b"), np.ones(2))
-    found = Selection(bench, current, current, HeldOut(0.0, 0.0, {}), HeldOut(0.0, 0.0, {}))
-    found.swaps = {"a": [trial("a", gain=gain)], "b": [trial("b")]}
-    kept = choosing._pruned(bench, current, found)
-    assert kept.ids == left
-    assert kept.vector[1] == 1.0
-    assert kept.vector[0] == (1.0 if "a" in left else 0.0)
+    assert _surprise(left, here[:, 0], rest[:, 0], np.full(2, 1e6)) == pytest.approx(wanted, rel=1e-4)
 
 
 def test_thresholds_are_passed_by_chance_as_often_as_stated():
@@ -155,12 +118,13 @@ def test_u_is_the_scatter_of_refits_to_white_noise():
 
 
 def test_what_the_fitted_effects_could_take_is_not_left_over():
-    y = np.random.default_rng(5).normal(size=(len(RUNS), 1, len(TRAVEL)))
-    fit, other = fitted(shapes()[:1], y), shapes()[1:]
-    both = np.linalg.lstsq(shapes().reshape(2, -1).T, y.ravel(), rcond=None)[1][0]
-    alone = np.linalg.lstsq(fit.columns.T, y.ravel(), rcond=None)[1][0]
-    rest = replace(fit, residual=y.ravel() - fit.columns.T @ np.linalg.lstsq(fit.columns.T, y.ravel(), rcond=None)[0])
-    assert _gain(Plain(y), rest, other + 2.0 * fit.slopes) == pytest.approx(alone - both, rel=EXACT)
+    y = np.random.default_rng(5).normal(size=shapes()[0].size)
+    both = shapes().reshape(2, -1)
+    inside = basis(both[:1])
+    left = basis(apart(both[1:] + 2.0 * both[:1], inside))
+    gain = np.sum((apart(y[None], inside) @ left.T) ** 2)
+    alone, together = (np.linalg.lstsq(rows.T, y, rcond=None)[1][0] for rows in (both[:1], both))
+    assert gain == pytest.approx(alone - together, rel=EXACT)
 
 
 def residual(curve, weights):

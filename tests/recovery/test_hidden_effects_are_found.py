@@ -72,14 +72,17 @@ def test_the_error_on_held_out_conditions_falls_to_the_noise_floor(name):
 
 def test_a_stranger_is_reported_as_unknown_with_its_shape():
     found = diagnosed("stranger")
-    assert found.verdict is Verdict.PARTLY
+    assert found.verdict is Verdict.NONE_KNOWN  # what fits best leaves too much to be named
+    assert found.effects == ()
+    assert found.error.held_out.after == found.error.held_out.before
     card = found.unknown
-    assert {"run r01", "run r06"} <= set(card.failed_tests)  # every run has its own gusts
+    assert {"run r01", "run r06"} & set(card.failed_tests)  # every run has its own gusts
+    assert card.nearest
+    assert "still fail" in card.why
     assert card.parity == "mixed"  # which do not ask for the yaw
     assert card.tension_exponent < 1.0  # a slack belt shows them as well as a tight one
     assert card.required_angle.angle.shape == card.required_angle.travel.shape
     assert np.isfinite(card.required_angle.angle).all()
-    assert {e.stamp for e in found.effects} == {"effective value, model rejected"}
 
 
 def test_a_turned_sensor_ends_in_cannot_say():

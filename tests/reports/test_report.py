@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,8 +14,9 @@ from small_campaign import diagnosed, drawn
 from belt_sim.campaign import Suspicion
 from belt_sim.errors import BeltError
 from belt_sim.reports import page as report_page
-from belt_sim.reports.page import bars, render, worst, write_report
+from belt_sim.reports.page import bars, falls, render, weights, worst, write_report
 from belt_sim.results.drawings import Drawings
+from belt_sim.results.errors import Change, Errors
 from belt_sim.results.found import Confusable, NextRun, Tried
 from belt_sim.results.verdict import Verdict
 from belt_sim.results.words import thousandths
@@ -86,8 +88,7 @@ def page(text):
 
 
 def test_nothing_is_fetched(page):
-    assert page.references
-    assert all(reference.startswith("#") for reference in page.references)
+    assert page.references == []
     assert "default-src 'none'" in page.policy
     style = (Path(report_page.__file__).parent / "report.css").read_text()
     assert not re.search(r"url\(|@import", style)
@@ -99,9 +100,55 @@ def test_the_page_is_well_formed_and_brings_plotly_once(page):
     assert [len(s) > 1_000_000 for s in page.scripts] == [False, True, False]
 
 
-def test_every_link_has_its_section(page, text):
-    for reference in page.references:
-        assert f'id="{reference[1:]}"' in text
+def test_the_page_is_read_from_the_top(text):
+    order = [
+        "<h1>",
+        'id="error"',
+        'id="fails"',
+        'id="found"',
+        'id="apart"',
+        'id="evidence"',
+        'id="ranking"',
+        'id="runs"',
+    ]
+    places = [text.index(mark) for mark in order]
+    assert places == sorted(places)
+    before, evidence = text[: places[5]], text[places[5] :]
+    assert before.count("<table") == before.count("<details") == 0
+    assert evidence.count("<details") == evidence.count("<summary") >= 4
+
+
+def test_the_error_is_said_to_fall_only_where_it_does(explained, text):
+    assert "The error falls" in text
+    held_out = replace(explained.error.held_out, after=2 * explained.error.held_out.before)
+    worse = render(replace(explained, error=replace(explained.error, held_out=held_out)))
+    assert "The error does not fall" in worse
+    assert "How large the error is" in render(replace(explained, effects=()))
+
+
+def test_falls_share_one_scale_with_the_noise_floor():
+    error = Errors(
+        noise_floor=1e-5,
+        fit=Change(before=1e-4, after=1e-5),
+        held_out=Change(before=5e-5, after=2e-5),
+        by_condition={"7 N/mm2": Change(before=float("nan"), after=2e-4)},
+    )
+    shown = {row["label"]: (row["before"], row["after"], row["floor"]) for row in falls(error)}
+    assert shown == {
+        "held out": (25.0, 10.0, 5.0),
+        "fitted": (50.0, 5.0, 5.0),
+        "without 7 N/mm2": (0.0, 100.0, 5.0),
+    }
+
+
+def test_figures_take_their_colours_from_the_page(page):
+    style = (Path(report_page.__file__).parent / "report.css").read_text()
+    light, dark = re.findall(r":root \{(.*?)\}", style, re.DOTALL)[:2]
+    named = set(re.findall(r'"(--[a-z-]+)"', page.scripts[0]))
+    assert named >= {"--ink", "--before", "--after", "--middle"}
+    for scheme in (light, dark):
+        assert named <= set(re.findall(r"(--[a-z-]+):", scheme))
+    assert not re.search(r'"#[0-9a-f]{6}"', page.scripts[0])
 
 
 def test_what_was_found_stands_in_sentences(page, explained):
@@ -111,7 +158,7 @@ def test_what_was_found_stands_in_sentences(page, explained):
     assert thousandths(explained.error.held_out.before) in page.text
     first = explained.per_run[0]
     assert f"Worse than before: {first.run} {first.signal}" in page.text
-    assert "opposite yaw at 10 N/mm²" in page.text
+    assert "Opposite yaw at 10 N/mm². It tells yaw_offset_tail from sensor_gain: 0.10 → 5.9 sigma" in page.text
 
 
 def test_what_users_write_is_escaped(page):
@@ -140,8 +187,9 @@ def test_figures_carry_the_data_and_no_nan(page, explained):
     np.testing.assert_allclose(traces["beam_th2"]["y"], panel.base, rtol=1e-5)
     np.testing.assert_allclose(traces["beam_th2 + sag_roll"]["y"], panel.final, rtol=1e-5, atol=1e-9)
     assert traces["measured"]["y"][GAP] is None  # a gap in the measurement stays a gap
-    maps = [t for t in plots["where"]["data"] if t["type"] == "heatmap"]
-    np.testing.assert_allclose(maps[0]["z"], drawings.maps[0].ratio, rtol=1e-5)
+    assert len(plots["where"]) == len(drawings.maps)
+    for figure, one in zip(plots["where"], drawings.maps, strict=True):
+        np.testing.assert_allclose(np.array(figure["data"][0]["z"], float), one.ratio, rtol=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -153,7 +201,7 @@ def test_any_list_may_be_empty(explained, left_out):
 
 def test_without_drawings_there_are_no_empty_plots(explained):
     bare = render(replace(explained, drawings=Drawings()))
-    assert not re.search(r'<div id="(where|drift|overlay)"', bare)
+    assert not re.search(r'<div id="(where|drift|overlay)', bare)
     assert Page(bare).open == []
 
 
@@ -208,3 +256,40 @@ def test_the_file_is_whole_or_not_there(tmp_path, explained):
     (tmp_path / "file").write_text("")
     with pytest.raises(BeltError, match="cannot be written"):
         write_report(tmp_path / "file" / "report.html", explained)
+
+
+def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
+    s, x = np.linspace(0.0, 30.0, 7), np.linspace(-7e-4, 7e-4, 5)
+    courses = [
+        SimpleNamespace(label=f"{t} N/mm²", tension=t * 1e6, travel=s, u=1e-5 * s, sd=2e-6 + 0 * s) for t in (7, 40)
+    ]
+    law = SimpleNamespace(variable="β", variable_unit="rad")
+    found = SimpleNamespace(
+        found=True,
+        sentence="The yaw of the tail pulley lacks 0.24 β (1 − exp(−s/14.6 m)).",
+        places=[
+            SimpleNamespace(words=w, gain=g) for w, g in (("yaw of the tail pulley", 80.0), ("reading of y1", 20.0))
+        ],
+        unit="rad",
+        courses=courses,
+        against=[SimpleNamespace(tension=7e6, x=x, u=0.2 * x)],
+        curve=SimpleNamespace(tension=7e6, x=x, u=0.24 * x),
+        law=law,
+        rivals=[SimpleNamespace(formula="κ|κ|", place="turn of the belt")],
+        limits=["one speed only"],
+        error=replace(explained.error),
+        effect_file="text",
+    )
+    told = SimpleNamespace(**vars(explained), discovery=found, final_model=explained.final_model)
+    text = render(told)
+    page = Page(text)
+    for said in (found.sentence, "yaw of the tail pulley", "κ|κ|", "one speed only", "found_effect.py"):
+        assert said in page.text
+    assert [row["length"] for row in weights(found)] == [100.0, 25.0]
+    first, second = json.loads(page.scripts[0])["law"]
+    lines = [t for t in first["data"] if t["mode"] == "lines" and "color" in t["line"]]
+    np.testing.assert_allclose(lines[0]["y"], 1e-5 * s, atol=1e-12)
+    assert lines[0]["line"]["color"] != lines[1]["line"]["color"]
+    np.testing.assert_allclose(second["data"][-1]["y"], 0.24 * x, rtol=1e-5)
+    nothing = SimpleNamespace(**{**vars(told), "discovery": SimpleNamespace(found=False)})
+    assert "What was discovered" not in render(nothing)

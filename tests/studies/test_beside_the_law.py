@@ -18,13 +18,16 @@ def test_differences_are_told_and_drawn(configuration, tmp_path, capsys):
         config = configuration("space_run", "name=made_up", f"tension={tension}")
         law = march(case_from(config), analytic_model("strip"), travel=4.0)
         path = tmp_path / f"{tension}.json"
-        path.write_text(json.dumps({"config": config, "options": {"friction": friction}}))
+        path.write_text(json.dumps({"config": config, "options": {"friction": friction, "dx": 0.025}}))
         write_curves(path.with_suffix(".csv"), Curves(travel=law.travel, y=law.y + more))
     picture = tmp_path / "beside.png"
-    beside_the_law.beside_the_law({"files": str(tmp_path / "*.json"), "picture": picture})
+    beside_the_law.beside_the_law({"files": str(tmp_path / "*.json"), "picture": picture, "windows": [[1, 4]]})
     told = capsys.readouterr().out.splitlines()
-    assert told[0].startswith("10 N/mm2, friction inf, 4 m: at most 0.000 mm apart, 0.0 %")
-    assert told[1].startswith("40 N/mm2, friction 0.15, 4 m: at most 0.200 mm apart")
+    assert told[0].startswith("10 N/mm2, friction inf, 4 m, stations 25 mm: at most 0.000 mm apart, 0.0 %")
+    assert told[2].startswith("40 N/mm2, friction 0.15, 4 m, stations 25 mm: at most 0.200 mm apart")
+    seen, law = (part.split()[-4:] for part in told[3].replace(" mm/m", "").split(", strip law"))
+    assert "1-4 m" in told[3]
+    assert [float(s) for s in seen] == pytest.approx([float(s) for s in law], abs=1.1e-4)
     assert picture.stat().st_size > 10_000
     read = beside_the_law.read(tmp_path / "10.0.json")
     assert read.y == pytest.approx(read.law, abs=1e-9)

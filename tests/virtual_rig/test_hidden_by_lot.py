@@ -37,7 +37,7 @@ def test_every_kind_makes_a_campaign(kind, monkeypatch):
     if kind == "outside":
         assert truth.effects[0]["id"] in STRANGERS
         assert truth.distance is not None
-        assert truth.distance > 0.5 * draw._OUTSIDE[0]
+        assert truth.distance > 0.5 * draw.OUTSIDE[0]
         assert truth.lookalikes == []
     if kind == "below_noise":
         assert truth.effects[0]["d"] <= draw._BELOW[1]

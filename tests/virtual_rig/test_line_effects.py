@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from virtual_bench import ARC, RADIUS, SPAN, YAW, late_rate, measured
 
-from belt_sim.si import MM_PER_M, N_PER_MM2
+from belt_sim.si import MM, MM_PER_M, N_PER_MM2
 from belt_sim.virtual_rig.faults.cant import Cant
 from belt_sim.virtual_rig.faults.crown import Crown
 from belt_sim.virtual_rig.faults.edge_profile import EdgeProfile
@@ -31,6 +31,14 @@ BELT = 2 * (SPAN + ARC)
 KL = np.sqrt(12 * 40e6 / 210e9) / 0.2 * SPAN  # (F/EI)^(1/2) L at 40 N/mm2
 G = (KL * (1 + np.cosh(KL)) - 2 * np.sinh(KL)) / (KL**2 * np.sinh(KL))
 TH2_RATE = 0.16140
+
+#: tension [N/mm2], friction, -y_1 at 1 m [mm] of the 3D belt when it sticks and when it slips
+SLIPPING_IN_SPACE = [
+    (10, 0.15, 0.040, 0.046),
+    (20, 0.15, 0.094, 0.108),
+    (40, 0.15, 0.130, 0.145),
+    (40, 0.3, 0.130, 0.140),
+]
 
 
 def drift(*faults, **run) -> float:
@@ -96,20 +104,56 @@ def test_soft_cover_starts_faster_at_every_tension():
         assert np.all(soft[0, 2:] > hard[0, 2:])
 
 
-def test_slip_starts_faster_when_the_entry_moment_exceeds_friction():
-    """4 EI beta/L = 10.9 N m against mu F b/2 = 6.3 N m at 7 N/mm2, 36 at 40 (physics sheet, section 5)."""
-    for tension, slips in ((7, True), (40, False)):
-        run = {"tension": tension * N_PER_MM2, "length": 5.0}
-        _, stuck = measured(**run)
-        _, slipping = measured(Slip(inverse_friction=1 / 0.15), **run)
-        assert np.any(slipping > stuck + 1e-6) == slips
-        assert np.all(slipping == stuck) != slips
+def entry_moment(tension: float) -> float:
+    """At the tail after a step of YAW on a straight belt: EI f2 YAW/L (Sievers, physics sheet, section 4) [N m]."""
+    kl = np.sqrt(12 * tension / 210e9) / 0.2 * SPAN
+    f2 = kl * (kl * np.cosh(kl) - np.sinh(kl)) / (kl * np.sinh(kl) + 2 * (1 - np.cosh(kl)))
+    return 42000 * f2 * YAW / SPAN
 
 
-def test_slip_is_not_linear_in_the_yaw():
-    run = {"tension": 7 * N_PER_MM2, "length": 5.0}
-    small, large = (measured(Slip(inverse_friction=1 / 0.15), yaw=y, **run)[1] for y in (YAW / 2, YAW))
-    assert np.abs(large - 2 * small).max() > 50e-6  # [m]
+@pytest.mark.parametrize("tension", [12e6, 40e6])
+def test_slip_turns_the_run_up_once_towards_the_span_and_leaves_the_rate(tension):
+    """By M z/(2 EI) at the step, z = 4 R M/(mu F b): so fast the belt leaves; late it drifts as a stuck one."""
+    moment, force = entry_moment(tension), tension * 0.2 * 3e-4
+    turned = moment * (4 * RADIUS * moment / (0.15 * force * 0.2)) / (2 * 42000)
+    s, slipping = measured(Slip(inverse_friction=1 / 0.15), tension=tension, length=0.02, spacing=0.01)
+    stuck = measured(tension=tension, length=0.02, spacing=0.01)[1]
+    assert (slipping - stuck)[0, 2] == pytest.approx(turned * s[2], rel=0.02)
+    assert drift(Slip(inverse_friction=1 / 0.15)) == pytest.approx(drift(), rel=1e-2)
+
+
+def test_slip_takes_a_wrap_at_most():
+    run = {"tension": 7e6, "length": 0.02, "spacing": 0.01}
+    s, slipping = measured(Slip(inverse_friction=20.0), yaw=30 * YAW, **run)
+    turned = 30 * entry_moment(7e6) * ARC / (2 * 42000)
+    assert slipping[0, 2] - measured(yaw=30 * YAW, **run)[1][0, 2] == pytest.approx(turned * s[2], rel=0.05)
+
+
+@pytest.mark.parametrize(("tension", "friction", "stuck", "slips"), SLIPPING_IN_SPACE)
+def test_slip_is_what_the_belt_in_space_does(tension, friction, stuck, slips):
+    """docs/three_dimensions.md, 1 m after the step: what friction adds to y_1, to half a micrometre times ten."""
+    more, plain = (
+        measured(*f, base="strip", tension=tension * 1e6, length=1.0)[1][0, -1]
+        for f in ([Slip(inverse_friction=1 / friction)], [])
+    )
+    assert more - plain == pytest.approx((slips - stuck) * MM, abs=3e-6, rel=0.3)
+
+
+def test_slip_comes_with_every_change_of_yaw_and_with_none_else():
+    run = {"tension": 7e6, "yaw_at": 5.0, "length": 10.0}
+    s, late = measured(Slip(inverse_friction=1 / 0.15), **run)
+    _, early = measured(Slip(inverse_friction=1 / 0.15), tension=7e6, length=5.0)
+    np.testing.assert_allclose(late[:, s >= 5.0], early, atol=2e-9)
+    idle = measured(Slip(inverse_friction=1 / 0.15), Taper(kappa_t=1e-4), yaw=0.0, tension=7e6, yaw_at=100.0)[1]
+    assert np.all(idle == measured(Taper(kappa_t=1e-4), yaw=0.0, tension=7e6, yaw_at=100.0)[1])
+
+
+def test_slip_is_square_in_the_yaw():
+    run = {"tension": 20e6, "length": 5.0}
+    half, one = (
+        measured(Slip(inverse_friction=1 / 0.15), yaw=y, **run)[1] - measured(yaw=y, **run)[1] for y in (YAW / 2, YAW)
+    )
+    np.testing.assert_allclose(one, 4 * half, atol=1e-9)
 
 
 def test_yaw_compliance_slows_the_start_and_gives_way_less_later():

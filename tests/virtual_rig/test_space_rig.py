@@ -11,10 +11,12 @@ from belt_sim.mujoco3d.options import Options
 from belt_sim.rig import GRAVITY
 from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.virtual_rig import reveal
-from belt_sim.virtual_rig.library import fault_of
+from belt_sim.virtual_rig.fault import overrides
+from belt_sim.virtual_rig.library import fault_class, fault_of
 from belt_sim.virtual_rig.observe import Errors
 from belt_sim.virtual_rig.plan import Setting
 from belt_sim.virtual_rig.space import SceneRun, make_space_campaign, measure, run_scene, run_space_rig, true_cases
+from belt_sim.virtual_rig.space_lot import SETTINGS, small_space_plan, space_setting
 from belt_sim.virtual_rig.space_plan import NARROW_BELT, SENSORS, TENSIONS, YAW, space_plan
 
 COARSE = Options(dx=0.04, run_in=0.0, settle=0.2)
@@ -141,3 +143,13 @@ def test_a_run_that_fails_ends_the_campaign():
     with pytest.raises(BeltError) as caught:
         measure([SceneRun(c, (), COARSE, 0.2) for c in (bad, good, good)], workers=2)
     assert "\n" not in str(caught.value)
+
+
+def test_settings_by_lot_have_a_scene_and_come_again():
+    drawn = [space_setting(seed) for seed in range(4)]
+    assert drawn == [space_setting(seed) for seed in range(4)]
+    assert {base for base, _ in drawn} <= {"strip", "beam_th2"}
+    for name in filter(None, SETTINGS):
+        assert overrides(fault_class(name), "scene")
+    assert any(hidden for _, hidden in drawn)
+    assert len(small_space_plan().runs) == 5

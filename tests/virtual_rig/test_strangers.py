@@ -59,13 +59,6 @@ def test_tension_decays_by_e_over_its_length():
     assert decaying == pytest.approx(settled, rel=5e-3)
 
 
-def test_the_late_sensor_at_point_4_shows_the_past():
-    _, clean = measured()
-    _, y = measured(fault_class("late_sensor")(delay=2.0))  # 1 m at 0.5 m/s: four readings
-    np.testing.assert_allclose(y[3, 4:], clean[3, :-4], atol=1e-15)
-    assert np.all(y[:3] == clean[:3])
-
-
 def test_the_stand_moves_with_the_root_of_time():
     s, more = change("warming_stand", {"c": 3e-5}, yaw_at=10.0)
     expected = 3e-5 * np.sqrt(np.maximum(s - 10.0, 0.0) / 0.5)

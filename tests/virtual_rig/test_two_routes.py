@@ -8,6 +8,7 @@ from virtual_bench import YAW, plan_of
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
+from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.library import library
 from belt_sim.paper import paper_case
 from belt_sim.virtual_rig.library import fault_of
@@ -16,10 +17,11 @@ from belt_sim.virtual_rig.plan import Setting
 
 AGREE = 1.5e-6  # [m]: the fitter's step of 50 mm under a wobble of 1 mrad; 0.1 um otherwise
 PASSING = 1e-5  # [m]: a weld, whose passing both integrate on tables of their own; 1e-3 of its movement
-ALIKE = 2e-5  # [m]: slip, whose end of sliding falls inside a step of 50 mm
+TILTED = 1e-4  # [rad]: the fitter reads the tilt under a load between places; 0.5 % of the tilt
 TRAVEL = 20.0
 #: A bend of the belt also tilts a hanging span, which the line's tilt leaves out.
 NO_TILT = ("camber", "weld")
+PUSHED = ("edge_guide", "idler_skew", "side_drag")
 TILTS = {"upper": "upper_mid_span", "lower": "lower_mid_span"}
 #: id, parameters here, parameters there (None: the same), base, tension, direction
 CASES = [
@@ -39,8 +41,25 @@ CASES = [
     ("lift_off", {"strength": 1.0}, None, "strip", 7e6, 1.0),
     ("lift_off", {"strength": 1.0}, None, "strip", 10e6, -1.0),
     ("camber", {"kappa_c": 2e-5}, None, "strip", 10e6, 1.0),
-    ("weld", {"angle": 1e-3}, {"angle": 1e-3, "at": 5.64}, "strip", 10e6, 1.0),
-    ("weld", {"angle": 1e-3}, {"angle": 1e-3, "at": 11.28 + 0.17 * np.pi + 5.64}, "strip", 40e6, -1.0),
+    ("weld", {"angle": 1e-3, "at": 5.64}, None, "strip", 10e6, 1.0),
+    ("weld", {"angle": 1e-3, "at": 11.28 + 0.17 * np.pi + 5.64}, None, "strip", 40e6, -1.0),
+    ("edge_guide", {"stiffness": 1e6, "gap": 3e-4, "at": 2.0}, None, "strip", 10e6, 1.0),
+    ("edge_guide", {"stiffness_lower": 1e4, "gap": 1e-3, "at": 8.0}, None, "strip", 40e6, -1.0),
+    ("yaw_drift", {"rate": 1e-5, "time_constant": 60.0}, None, "strip", 10e6, 1.0),
+    ("taper_drift", {"rate": 5e-7, "time_constant": 60.0}, None, "strip", 10e6, 1.0),
+    ("build_up", {"rate": 2e-6}, None, "strip", 10e6, -1.0),
+    ("pulley_deflection", {"compliance": 2e-5}, None, "strip", 10e6, 1.0),
+    ("traction_loss", {"loss": 1.0, "onset": 0.2}, None, "strip", 10e6, 1.0),
+    ("unequal_tension", {"yaw_per_force": 5e-7}, None, "strip", 10e6, 1.0),
+    ("machine_tilt", {"angle": 2e-3}, None, "strip", 10e6, 1.0),
+    ("machine_tilt", {"angle": 2e-3}, None, "beam_th2", 40e6, -1.0),
+    ("idler_skew", {"force": 0.5, "place": 0.3}, None, "strip", 10e6, 1.0),
+    ("idler_skew", {"force": 0.5, "place": 0.3}, None, "strip", 40e6, -1.0),
+    ("side_drag", {"moment": 2.0, "place": 0.3}, None, "strip", 10e6, 1.0),
+    ("side_drag", {"moment": 2.0, "place": 0.3}, None, "strip", 40e6, -1.0),
+    ("off_centre_load", {"moment": 1e-2}, None, "strip", 10e6, 1.0),
+    ("off_centre_load", {"moment": 1e-2}, None, "strip", 40e6, -1.0),
+    ("sensor_delay", {"delay": 2.0}, None, "strip", 10e6, 1.0),
 ]
 
 
@@ -53,7 +72,9 @@ def routes(name, here, there, base, tension, direction):
     case = paper_case(tension, YAW, direction=direction)
     cls = library()[name]
     null = {n: p.null for n, p in cls.parameters.items()}
-    curves = march(case, analytic_model(base), [cls(**(null | (there or here)))], travel=TRAVEL)
+    effects = (cls(**(null | (there or here))),)
+    curves = march(case, analytic_model(base), effects, travel=TRAVEL)
+    curves = indicate(curves, case, effects, curves.travel)
     return truth, np.concatenate([curves.y, curves.tilt])
 
 
@@ -61,6 +82,6 @@ def routes(name, here, there, base, tension, direction):
 def test_both_codes_agree(case):
     truth, fitter = routes(*case)
     assert np.abs(truth[:4]).max() > 1e-3  # [m]: there is something to agree on
-    np.testing.assert_allclose(fitter[:4], truth[:4], atol={"slip": ALIKE, "weld": PASSING}.get(case[0], AGREE))
+    np.testing.assert_allclose(fitter[:4], truth[:4], atol={"weld": PASSING}.get(case[0], AGREE))
     if case[0] not in NO_TILT:  # at travel 0 the fitter's belt is twisted already
-        np.testing.assert_allclose(fitter[4:, 1:], truth[4:, 1:], atol=AGREE)
+        np.testing.assert_allclose(fitter[4:, 1:], truth[4:, 1:], atol=TILTED if case[0] in PUSHED else AGREE)

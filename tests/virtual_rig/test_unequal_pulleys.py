@@ -58,16 +58,18 @@ def test_the_edge_passes_the_points_in_turn(direction):
     line, profile = line_of(direction), EdgeProfile(cos1=2e-4, sin2=1e-4)
     s = np.linspace(0.0, 50.0, 101)[:, None]
     for first, then, way in ways(line):
-        shift = profile.read(0.0, then, s + way, line) - profile.read(0.0, first, s, line)
+        shift = profile.edge(then, s + way, line) - profile.edge(first, s, line)
         np.testing.assert_allclose(shift, np.broadcast_to(shift[0], shift.shape), atol=1e-15)
-        assert np.ptp(profile.read(0.0, first, s, line)) > 2e-4
+        assert np.ptp(profile.edge(first, s, line)) > 2e-4
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_a_weld_bends_the_run_ups_as_it_passes_them(direction):
     """From the middle of the tail-bound span over the tail pulley, and a wrap and a span on over the head pulley."""
     line = line_of(direction, yaw=0.0)
-    journey, s = march(line, [Weld(angle=1e-3)], 25.0), np.linspace(0.0, 25.0, 2501)[:, None]
+    above = line.span_length.item() / 2
+    weld = Weld(angle=1e-3, at=above if direction > 0 else 3 * above + line.wrap_tail.item())
+    journey, s = march(line, [weld], 25.0), np.linspace(0.0, 25.0, 2501)[:, None]
     tail, head = ("point_1", "point_3") if direction > 0 else ("point_2", "point_4")
     for place, passes in ((tail, line.span_length / 2), (head, 1.5 * line.span_length + line.wrap_tail)):
         turns = np.abs(np.diff(position(journey, place, s)[:, 0], n=2))

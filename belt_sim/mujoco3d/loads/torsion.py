@@ -16,9 +16,12 @@ class Torsion:
     """Couples on the sections of the free spans: C phi'', phi the roll of a section.
 
     The strip has F b^2 / 12 + G b h^3 / 3; lines at y_j with shares w_j of the section have F sum(w_j y_j^2), and C is
-    the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. tense [1/m], own [1/m], still [N/m]: b^2 / 12,
-    sum(w_j y_j^2) and G b h^3 / 3, all over chord b'^2, b' the outer lines' distance; lean [m], shape (n,): height of
-    the first line above the last in the stress-free places.
+    the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. A twist also stretches the edges, by (y phi')^2 / 2. Of
+    the strip that is a couple E h b^5 phi'^3 / 360, of lines EA phi'^3 (sum(w_j y_j^4) - sum(w_j y_j^2)^2) / 2, nothing
+    for two. tense [1/m], own [1/m], still [N/m]: b^2 / 12, sum(w_j y_j^2) and G b h^3 / 3, all over chord b'^2, b' the
+    outer lines' distance; stretched [N/m3]: what the lines lack of the couple, as a force on them over the cube of what
+    a link of the one rises more than the other; lean [m], shape (n,): height of the first line above the last in the
+    stress-free places.
 
     A strip does not roll where it meets the pulley. The last landed station is up to half a chord before or behind that
     place, so that the next station rolls too little or too much, and the entry moment of a belt that tilts swings with
@@ -29,6 +32,7 @@ class Torsion:
     tense: float
     own: float
     still: float
+    stretched: float
     lean: np.ndarray
 
     @staticmethod
@@ -36,12 +40,16 @@ class Torsion:
         """Of a belt of two or more lines."""
         width, thickness = float(belt.width), float(belt.thickness)
         share = mesh.line_stiffness / mesh.line_stiffness.sum()
-        per = 1.0 / (mesh.chord * float(mesh.line_y[0] - mesh.line_y[-1]) ** 2)
+        apart = float(mesh.line_y[0] - mesh.line_y[-1])
+        per = 1.0 / (mesh.chord * apart**2)
+        lacking = width**4 / 180.0 - float(share @ mesh.line_y**4) + float(share @ mesh.line_y**2) ** 2
+        stiffness = float(belt.youngs_modulus) * float(belt.area)
         return Torsion(
             mesh=mesh,
             tense=per * width**2 / 12.0,
             own=per * float(share @ mesh.line_y**2),
             still=per * float(belt.shear_modulus) * width * thickness**3 / 3.0,
+            stretched=0.5 * stiffness * lacking / (apart * (mesh.chord * apart) ** 3),
             lean=mesh.rest[:, 0, 2] - mesh.rest[:, -1, 2],
         )
 
@@ -55,7 +63,8 @@ class Torsion:
         bent[:-1] += roll[1:]
         bent[0] += roll[-1]
         bent[-1] += roll[0]
-        couple = (whole - tension * self.own) * bent
+        twisted = self.stretched * (np.roll(roll, -1) - roll) ** 3
+        couple = (whole - tension * self.own) * bent + twisted - np.roll(twisted, 1)
         for wrap in state.wraps:
             couple[wrap.stations] = 0.0
         for wrap, pose in zip(state.wraps, state.poses, strict=True):

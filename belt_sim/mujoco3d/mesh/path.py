@@ -19,9 +19,20 @@ def lift(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
     """
     along = sinking(chord, radius)
     straight = radius / np.cos(np.minimum(depth, 0.5 * chord) / radius) - radius
-    t = np.minimum(np.maximum((depth / chord - 0.5) / along, 0.0), 1.0)
+    t = _sunk(depth, chord, radius)
     left = (1.0 - t) * (1.0 - t)
     return straight * left * (1.0 + 2.0 * t) + (0.5 * chord**2 / radius * along) * t * left
+
+
+def fading(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
+    """From 1 on the straight part of the path to 0 on the circle, with level ends."""
+    t = _sunk(depth, chord, radius)
+    return (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t)
+
+
+def _sunk(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
+    """Share of the way from the straight part of the path to the circle."""
+    return np.minimum(np.maximum((depth / chord - 0.5) / sinking(chord, radius), 0.0), 1.0)
 
 
 def apart(chord, across, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:

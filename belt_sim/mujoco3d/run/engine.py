@@ -19,14 +19,15 @@ from belt_sim.mujoco3d.mesh.belt import drag
 from belt_sim.mujoco3d.mujoco_4 import Solver, Springs
 from belt_sim.mujoco3d.state import State
 from belt_sim.mujoco3d.wrap.contact import follow, laid_wraps, settle
-from belt_sim.mujoco3d.wrap.release import lead_off, run_off
+from belt_sim.mujoco3d.wrap.layer import Layer, displaced
+from belt_sim.mujoco3d.wrap.release import lead_off, lead_on, run_off
 from belt_sim.mujoco3d.wrap.tangent import Tangent
 
 
 @dataclass(frozen=True)
 class Engine:
     """What acts on a state. tangent: None for a belt that only sticks; camber: None for a straight one;
-    limp: it has no bending stiffness in its spans."""
+    limp: it has no bending stiffness in its spans; layer: None for a belt that leaves its pulleys like a thread."""
 
     scene: Scene
     solver: Solver
@@ -36,6 +37,7 @@ class Engine:
     tangent: Tangent | None
     camber: Camber | None
     limp: bool
+    layer: Layer | None
 
     @staticmethod
     def of(scene: Scene, solver: Solver, limp: bool) -> "Engine":
@@ -57,6 +59,7 @@ class Engine:
             tangent=Tangent.of(mesh, scene.loop, solver, options.dt) if slides else None,
             camber=Camber.of(mesh, solver) if scene.parts.camber is not None else None,
             limp=limp,
+            layer=Layer.of(scene.case, mesh, scene.parts.lift_off, options.dt) if scene.parts.lift_off else None,
         )
 
     def lay(self) -> State:
@@ -81,6 +84,9 @@ class Engine:
             slip=np.zeros(2),
             led=[run_off(wrap, int(self.pulleys.sign)) for wrap in wraps],
             kink_slope=np.zeros((2, mesh.across)),
+            met=[run_off(wrap, -int(self.pulleys.sign)) for wrap in wraps],
+            turned=np.zeros(2),
+            aside=np.zeros(2),
             travel=-scene.early,
         )
 
@@ -105,14 +111,19 @@ class Engine:
         pull = pull_on_nodes(scene.mesh, solver, state.slides, scene.parts.gravity)
         state.loads = loads_on_pulleys(scene.mesh, state.slides, pull, state.wraps, state.poses)
         settle(scene.mesh, state, pull, scene.options.dt, drive.friction, self.tangent)
+        if self.layer is not None:
+            self.layer.follow(state)
 
     def _springs(self, state: State) -> Springs:
         """All that holds nodes in the coming step: anchors on the pulleys, and guides beside the spans."""
         mesh, springs = self.scene.mesh, Springs.none(state.slides.shape)
         for wrap, pose in zip(state.wraps, state.poses, strict=True):
             springs.rest[wrap.stations] = wrap.place(pose) - mesh.rest[wrap.stations]
+            if self.layer is not None:
+                springs.rest[wrap.stations] += displaced(wrap, pose, mesh)
             springs.stiffness[wrap.stations] = self.scene.options.hold_stiffness
         if self.limp:
+            lead_on(mesh, state, springs, int(self.pulleys.sign))
             lead_off(mesh, state, springs, int(self.pulleys.sign))
         self.guides.press(state, springs)
         return springs

@@ -13,6 +13,7 @@ from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mesh.loop import Loop
 from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, State, Wrap
 from belt_sim.mujoco3d.wrap.friction import let_slip
+from belt_sim.mujoco3d.wrap.layer import thread_places
 from belt_sim.mujoco3d.wrap.tangent import Tangent
 from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, anchor, catches, land, lets_go, sink, tangent_angle
 from belt_sim.scene_parts import PulleySurface, SceneParts
@@ -99,9 +100,9 @@ def _meet(mesh: Mesh, slides: np.ndarray, wrap: Wrap, pose: Pose, share: float) 
 def _change_end(mesh: Mesh, slides: np.ndarray, wrap: Wrap, pose: Pose, end: int) -> None:
     """Land a station or let one go."""
     outer = wrap.first if end == FIRST else wrap.last
-    nodes = mesh.at(slides, (outer + end) % mesh.stations)
+    nodes, beside = thread_places(wrap, pose, end, mesh, slides)
     if catches(wrap, pose, end, nodes, mesh.chord):
-        land(wrap, pose, end, nodes, mesh.at(slides, outer % mesh.stations), mesh.chord)
+        land(wrap, pose, end, nodes, beside, mesh.chord)
     elif lets_go(wrap, pose, end, mesh.chord):
         wrap.slip_increment[outer % mesh.stations] = 0.0
         if wrap.last - wrap.first < _FEWEST:

@@ -1,18 +1,29 @@
-"""How a limp belt leaves a pulley between two stations.
+"""How a limp belt meets and leaves a pulley between two stations.
 
 Where a limp belt runs off it has a kink, from the direction of the stations that lie on the pulley to that of the span.
 If the span simply began at the last station held, each release would let its beginning jump by kink x chord (10-18 um
 at 25 mm and a yaw of 0.042 deg). The spans of a limp belt ring with these jumps, and as the stations land in
 step with them, each landing catches the same phase: the rate of drift comes out wrong by as much as a fifth. So the
 span of a limp belt begins at the tangent point: the last station held stands on the straight line through the tangent
-point and the first free station. Belts with bending stiffness have no kink and need none of this.
+point and the first free station.
+
+At the run-up a yaw step makes such a kink. The belt on the pulley turns with it, and the span goes on from the tangent
+point, which does not move. The outermost station held is up to half a chord before or behind that point and the pulley
+would take it aside by yaw x this distance, and the span with it (15 um at 40 mm), for a span length of travel. Before
+the tangent point a station belongs to the span and is not taken along; behind it, it is, but the span's line goes
+through the tangent point until the next station lands.
+
+Belts with bending stiffness have no kink and need none of this.
 """
+
+import math
 
 import numpy as np
 
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Springs
 from belt_sim.mujoco3d.state import Pose, State, Wrap, cylinder_coordinates
+from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, depth
 
 _BASE = 8  # stations over which the span's inclination is taken: vertical waves are shorter or small
 _FURTHEST = 0.6  # chords; stations are let go half a chord beyond the tangent point, give or take a wave
@@ -43,6 +54,26 @@ def lead_off(mesh: Mesh, state: State, springs: Springs, sign: int) -> None:
         if last != state.led[which]:
             state.slides[k] += aside
             state.led[which] = last
+
+
+def lead_on(mesh: Mesh, state: State, springs: Springs, sign: int) -> None:
+    """Before a step: keep the spans' ends at the tangent points while the pulleys at their run-ups are yawed."""
+    end = FIRST if sign > 0 else LAST
+    for which, (wrap, pose) in enumerate(zip(state.wraps, state.poses, strict=True)):
+        outer, yaw = run_off(wrap, -sign), math.atan2(-pose.axes[0, 1], pose.axes[1, 1])
+        if outer != state.met[which]:
+            state.met[which], state.aside[which] = outer, 0.0
+        k = outer % mesh.stations
+        inside = float(depth(wrap, pose, wrap.angle[k].mean(), end))
+        ahead = -end * inside * math.cos(wrap.tangent[(end + 1) // 2])  # along x
+        taken = (yaw - state.turned[which]) * ahead
+        state.turned[which] = yaw
+        if inside < 0.0:
+            wrap.y[k] -= taken
+            springs.rest[k] -= taken * pose.axes[:, 1]
+        else:
+            state.aside[which] += taken
+        springs.rest[k] -= state.aside[which] * pose.axes[:, 1]
 
 
 def _beyond(mesh: Mesh, far: np.ndarray, pose: Pose, sign: int, r: np.ndarray, angle: np.ndarray) -> np.ndarray:

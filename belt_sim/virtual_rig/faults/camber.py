@@ -14,6 +14,7 @@ from belt_sim.virtual_rig.fault import Fault, Size
 class Camber(Fault):
     id = "camber"
     sizes = {"kappa_c": Size(unit="1/m", typical=2e-5, limit=1e-3)}
+    lot = 27
     kappa_c: float = 0.0
 
     def turn(self, s, line, y, kappa):

@@ -1,4 +1,8 @@
-"""Both pulleys hold an entry moment of mu F b/2 at most; given as 1/mu, 0 = they hold any."""
+"""Both pulleys hold the belt by friction, given as 1/mu: at each change of yaw the run-ups let go once.
+
+By M z/(2 EI), M the entry moment right after the change, z = 4 R M/(mu F b) the length over which friction takes it
+up, a wrap at most; 0 = they hold any moment. The march does it (travel.py).
+"""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""A weld: a kink of the belt over a raised cosine, which starts in the middle of the tail-bound span.
+"""A weld: a kink of the belt over a raised cosine; at travel 0 it lies ``at`` along the belt from point 4 over 1, 2, 3.
 
 Elastic part by Betti: a kink at x bends the run-up by minus the curvature at x per unit run-up angle; the kink itself
 counts while it runs up, so that one passage, once a belt length, turns the belt by -angle in all. How
@@ -19,11 +19,14 @@ _SHAPE = 1 + np.cos(2 * np.pi * _POINTS)
 class Weld(Fault):
     id = "weld"
     sizes = {"angle": Size(unit="rad", typical=2e-4, limit=2e-3)}
+    lot = 28
     LENGTH = 0.6  # [m], wide against a step of the march
     angle: float = 0.0
+    at: float = 5.64
 
     def turn(self, s, line, y, kappa):
-        place = line.span_length / 2 + s
+        behind_point_3 = 2 * line.span_length + line.wrap_tail - self.at
+        place = np.where(line.direction > 0, self.at, behind_point_3) + s
         to_head = place - line.span_length - line.wrap_tail
         return self.angle * np.stack([self._span(place, line), self._span(to_head, line)])
 
@@ -42,14 +45,26 @@ class Weld(Fault):
         return bump - (felt * inside) @ _SHAPE / len(_SHAPE)
 
     def scene(self, parts, case):
-        """Curved by nature over the weld's length, about the middle of the span that runs to the tail pulley."""
-        rig, length = case.rig, self.LENGTH
-        lower = 0.0 if float(case.settings.direction) > 0 else float(rig.span_length + rig.wrap_tail)
-        around, middle = float(rig.belt_length), lower + 0.5 * float(rig.span_length)
+        """Curved by nature over the weld's length."""
+        length, around = self.LENGTH, float(case.rig.belt_length)
 
         def camber(s):
-            off = (s - middle + 0.5 * around) % around - 0.5 * around
+            off = (s - self.at + 0.5 * around) % around - 0.5 * around
             bent = self.angle / length * (1 + np.cos(2 * np.pi * off / length))
             return np.where(np.abs(off) < 0.5 * length, bent, 0.0)
 
         return parts.with_camber(camber) if self.angle else parts
+
+    @classmethod
+    def shape_by_lot(cls, plan, rng):
+        return {"at": float(rng.uniform(0.0, cls._around(plan)))}
+
+    @staticmethod
+    def _around(plan):
+        """The belt's length."""
+        machine = plan.machine
+        return 2 * machine.centre_distance.value + np.pi * (machine.head_radius.value + machine.tail_radius.value)
+
+    @classmethod
+    def shapes(cls, plan):
+        return tuple({"at": share * cls._around(plan)} for share in np.arange(8) / 8)

@@ -22,3 +22,11 @@ class Wobble(Fault):
         """The scene counts the pulley's turn from head to tail on top, the fault along the travel."""
         phase = self.phase * float(case.settings.direction)
         return parts.with_pulley("tail", wobble=self.beta_1, wobble_phase=phase) if self.beta_1 else parts
+
+    @classmethod
+    def shape_by_lot(cls, plan, rng):
+        return {"phase": float(rng.uniform(0.0, 2 * np.pi))}
+
+    @classmethod
+    def shapes(cls, plan):
+        return {"phase": 0.0}, {"phase": np.pi / 2}

@@ -1,0 +1,81 @@
+"""The words of a discovered law beside those in which the generator describes what it hid.
+
+Neither was written with the other in sight; a law is right when one of its pairs of variable and form is the
+generator's. What the answer says it cannot tell from its law counts as said.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+#: what the finder calls a place -> what the generator does; {} is tail, head or both
+_PLACES = {
+    "yaw of": "yaw_{}",
+    "turn of the belt": "runup_{}",
+    "sideways drift": "runup_{}",
+    "sideways shift": "wrap",
+    "twist over": "wrap",
+    "tension of": "tension",
+    "readings of all": "sensor_all",
+    "reading of": "sensor",
+}
+_NAMES = {"yaw": "yaw_{}", "turn": "runup_{}", "drift": "runup_{}", "shift": "wrap", "twist": "wrap"}
+#: sign in a formula -> variable of the generator, the first that is there
+_VARIABLES = (("β", "yaw"), ("κ", "curvature"), ("α", "contact_angle"), ("dy/dt", "y"), ("y", "y"))
+#: mark of a shape in a formula -> form
+_SHAPES = (("saturating", "saturating"), ("beyond", "threshold"), ("|", "power"), ("²", "power"), ("³", "power"))
+#: mark of a course along the travel -> forms that it may be called, the first that is there
+_COURSES = (
+    ("a wave of", ("periodic",)),
+    ("(1 − exp(", ("exponential", "saturating")),
+    ("exp(", ("exponential",)),
+    ("after ", ("threshold", "saturating")),
+    ("√s", ("power", "saturating", "exponential")),
+)
+_TRAVEL = re.compile(r"(^|[ )])s$")
+_WAVES = ("wave", "belt_phase", "pulley_phase", "travel")
+_ALONG = ("travel", "time_since_step")
+
+
+def place_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
+    """Whether a discovery has the generator's place, as its own or among what it cannot tell from it."""
+    laws = [said["law"], *said.get("rivals", ())] if said.get("law") else said.get("places", [])[:1]
+    places = {name for one in laws for text in one["place"].split(" and ") for name in (place_said(text),)}
+    true = {truth["place"]}
+    if truth["place"].startswith("sensor_") and truth["place"] != "sensor_all":
+        true.add("sensor")  # the generator counts sensors, the finder calls them by their names
+    return bool(places & true)
+
+
+def place_said(text: str) -> str:
+    """A place of the finder, in words or by its short name, in the generator's words."""
+    where = next((p for p in ("tail", "head", "both") if p in text), "tail")
+    for begin, name in _PLACES.items():
+        if text.startswith(begin):
+            return name.format(where)
+    kind, _, which = text.partition("_")
+    if kind == "sensor":
+        return "sensor_all" if which == "all" else "sensor"
+    return _NAMES.get(kind, text).format(where)
+
+
+def law_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
+    """Whether one of the pairs (variable, form) that the law or its rivals can be called by is the generator's."""
+    if not said.get("law"):
+        return False
+    true = {(truth["variable"], truth["form"]), *(tuple(pair) for pair in truth.get("also", ()))}
+    formulas = [law["formula"] for law in (said["law"], *said.get("rivals", ()))]
+    return any(pairs(term) & true for formula in formulas for term in formula.split(" and "))
+
+
+def pairs(term: str) -> set[tuple[str, str]]:
+    """(variable, form) that one term of a formula can be called by: size × shape of a variable, course × tension^n."""
+    body = term.partition(" × tension^")[0].rpartition(" × ")[2]
+    variable = next((name for sign, name in _VARIABLES if sign in body), "")
+    course = next((forms for mark, forms in _COURSES if mark in body), ("linear",) if _TRAVEL.search(body) else ())
+    along = _WAVES if course == ("periodic",) else _ALONG
+    found = {(v, form) for v in along for form in course}
+    if variable:
+        shape = next((form for mark, form in _SHAPES if mark in body), "linear")
+        return found | {(variable, form) for form in (shape, *course)}
+    return found or {("travel", "constant")}

@@ -1,0 +1,73 @@
+"""May a larger set of effects stand beside a smaller one: its held-out errors may not rise, beyond what noise does.
+
+With d the difference of two predictions and e the errors of the larger set when that is right, the mean square of the
+larger set's errors exceeds that of the smaller one's by -(|d|^2 + 2 d.e) / m. Draws of e (noise, nuisances, and what
+refitted numbers are off by) say how large that gets by chance. Every record is taken about its own mean: where it
+begins is the instrument's.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.diagnosis.heldout import HeldOut, conditions, lateral_readings
+from belt_sim.diagnosis.null import NoiseSource
+from belt_sim.diagnosis.workbench import Workbench
+
+DRAWS = 200
+SIGMAS = 3.3  # a rise by more is no chance, for any of a dozen conditions
+FLOOR_LEVEL = 0.998  # of the errors that readings show in their worst condition when nothing is missing
+
+
+@dataclass(frozen=True)
+class Chance:
+    """draws: condition -> lateral errors (B, m) [m] that instruments and settings alone make."""
+
+    draws: dict[str, np.ndarray]
+
+    def worse(self, larger: HeldOut, smaller: HeldOut) -> tuple[str, ...]:
+        """Names of the conditions that ``larger`` predicts worse than ``smaller``; "density" for their whole."""
+        tested = [n for n in larger.conditions if n not in larger.untestable]
+        surprise = sum(larger.conditions[n].surprise - smaller.conditions[n].surprise for n in tested)
+        found = ["density"] if tested and surprise >= 0.0 else []
+        return tuple(found + [n for n in tested if self._rises(n, larger, smaller)])
+
+    def _rises(self, name: str, larger: HeldOut, smaller: HeldOut) -> bool:
+        new, old = larger.conditions[name], smaller.conditions[name]
+        after, before = (_centred(c.errors[None], c.record)[0] for c in (new, old))
+        rise = float(after @ after - before @ before)
+        if not rise > 0.0:
+            return not np.isfinite(rise)
+        apart = before - after
+        by_noise, by_numbers = self.draws[name] @ apart, new.moved @ apart
+        spread = 2.0 * np.sqrt(np.mean(by_noise**2) + by_numbers @ by_numbers)
+        return bool(rise > SIGMAS * spread - apart @ apart)
+
+    def beyond_floor(self, fit: HeldOut) -> dict[str, float]:
+        """Condition -> its held-out rms over the floor, where that is more than instruments and settings make."""
+        size = {n: np.mean(e**2, axis=1) for n, e in self.draws.items() if e.shape[1]}
+        floor = {n: float(np.mean(s)) for n, s in size.items()}
+        limit = float(np.quantile(np.max([s / floor[n] for n, s in size.items()], axis=0), FLOOR_LEVEL))
+        found = {}
+        for name, c in fit.conditions.items():
+            if name in floor and c.testable:
+                allowed = floor[name] + float(np.mean(np.sum(c.moved**2, axis=0)))
+                if not c.rms**2 <= limit * allowed:
+                    found[name] = c.rms / np.sqrt(allowed)
+        return found
+
+
+def chance_of(bench: Workbench, left: np.ndarray, seed: int) -> Chance:
+    """Draws of everything that may differ when nothing is missing, by held-out condition.
+
+    left (R, S, n): what the model leaves of the readings.
+    """
+    errors = NoiseSource(bench, left, np.random.default_rng(seed)).draw(DRAWS)
+    return Chance({n: errors[:, out][:, lateral_readings(bench, out)] for n, out in conditions(bench).items()})
+
+
+def _centred(rows: np.ndarray, record: np.ndarray) -> np.ndarray:
+    """Rows (B, m) about the mean of each record."""
+    count = np.maximum(np.bincount(record), 1)
+    means = np.stack([np.bincount(record, weights=row) for row in rows]) / count
+    return rows - means[:, record]

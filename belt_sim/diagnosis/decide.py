@@ -1,0 +1,143 @@
+"""The decision which effects are missing, from evidence alone: the same on readings and on readings made by chance.
+
+Forward with swaps, at most four; then every set seen on the way is compared with all its subsets, the empty one too,
+by one final metric: gain over the base model beyond what chance gives. No larger set wins that predicts held-out
+conditions worse than a smaller one.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Generic, Protocol, Self, TypeVar
+
+import numpy as np
+
+MAX_EFFECTS = 4
+NESTING = 1.0  # differences of chi2 below this are the optimiser's, not the readings'
+
+Ids = tuple[str, ...]
+
+
+class Beside(Protocol):
+    """One candidate beside a set: its gain over that set, what chance would give, whether its numbers are plausible."""
+
+    @property
+    def id(self) -> str:
+        """Of the candidate."""
+
+    @property
+    def passes(self) -> bool:
+        """Whether it beats chance with plausible numbers."""
+
+    @property
+    def score(self) -> float:
+        """Gain above what chance would give."""
+
+
+class Evidence(Protocol):
+    """What readings say of sets of effects."""
+
+    def trials(self, ids: Ids) -> Sequence[Beside]:
+        """Every other candidate beside ``ids``."""
+
+    def gains(self, sets: Sequence[Ids]) -> Sequence[float]:
+        """chi2 gain of sets over the base model, all on one metric."""
+
+    def threshold(self, name: str) -> float:
+        """The gain of one effect that chance beats as seldom as agreed."""
+
+    def plausible(self, ids: Ids) -> bool:
+        """Whether a real machine could have all numbers of a set."""
+
+    def worse(self, larger: Ids, smaller: Ids) -> tuple[str, ...]:
+        """What of the held-out error is larger with the larger set."""
+
+    def moved(self, ids: Ids) -> Self:
+        """The evidence with everything small linearised about a set."""
+
+
+E = TypeVar("E", bound=Evidence)
+
+
+@dataclass(frozen=True)
+class Decision(Generic[E]):
+    """The set of effects that the readings ask for, the evidence laid out at it, and the trials of every round."""
+
+    ids: Ids
+    evidence: E
+    rounds: tuple[Sequence[Beside], ...]
+
+
+def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None] = lambda text: None) -> Decision[E]:
+    """Which effects are missing."""
+    current: Ids = ()
+    seen: list[Ids] = [current]
+    rounds: list[Sequence[Beside]] = []
+    while len(current) < limit:
+        tell(f"candidates beside {', '.join(current) or 'the base model'}")
+        rounds.append(evidence.trials(current))
+        better = sorted((t for t in rounds[-1] if t.passes), key=lambda t: -t.score)
+        larger = next((s for t in better if not evidence.worse(s := (*current, t.id), current)), None)
+        if larger is None:
+            break
+        seen.append(larger)
+        evidence = evidence.moved(larger)
+        current = swapped(evidence, larger, tell)
+        if frozenset(current) in map(frozenset, seen[:-1]):
+            break
+        seen.append(current)
+    if len(seen) == 1:
+        return Decision((), evidence, tuple(rounds))
+    best = best_of_all(evidence, seen)
+    if frozenset(best) != frozenset(current):
+        evidence = evidence.moved(best)
+    return Decision(best, evidence, tuple(rounds))
+
+
+def swapped(evidence: Evidence, ids: Ids, tell: Callable[[str], None] = lambda text: None) -> Ids:
+    """The set after single effects were replaced while that fits better."""
+    for _ in range(MAX_EFFECTS):
+        for name in ids:
+            rest = tuple(i for i in ids if i != name)
+            trials = evidence.trials(rest)
+            own = next((t.score for t in trials if t.id == name), -np.inf)
+            winner = max((t for t in trials if t.passes), key=lambda t: t.score, default=None)
+            if winner is not None and winner.id != name and winner.score > own + NESTING:
+                tell(f"{winner.id} explains more than {name}")
+                ids = (*rest, winner.id)
+                break
+        else:
+            return ids
+    return ids
+
+
+def best_of_all(evidence: Evidence, seen: Sequence[Ids]) -> Ids:
+    """The best of all sets seen and of all their subsets, the empty one too."""
+    family = sorted(_subsets(seen), key=len)
+    gain = dict(zip(map(frozenset, family), evidence.gains(family), strict=True))
+    value = {ids: gain[frozenset(ids)] - sum(evidence.threshold(i) for i in ids) for ids in family}
+    for ids in sorted(family, key=lambda i: (-value[i], len(i))):
+        if not ids or _stands(evidence, ids, gain):
+            return ids
+    return ()
+
+
+def _stands(evidence: Evidence, ids: Ids, gain: dict[frozenset, float]) -> bool:
+    """Whether every member is needed and plausible, and no subset predicts better what was held out."""
+    for name in ids:
+        alone = gain[frozenset(ids)] - gain[frozenset(ids) - {name}]
+        if not alone > evidence.threshold(name):
+            return False
+    if not evidence.plausible(ids):
+        return False
+    return not any(evidence.worse(ids, smaller) for smaller in _subsets([ids]) if len(smaller) < len(ids))
+
+
+def _subsets(sets: Iterable[Ids]) -> list[Ids]:
+    """All subsets of all sets, each once."""
+    found: dict[frozenset, Ids] = {}
+    for ids in sets:
+        for size in range(len(ids) + 1):
+            for part in combinations(ids, size):
+                found.setdefault(frozenset(part), part)
+    return list(found.values())

@@ -1,0 +1,137 @@
+"""Effects that only add to the readings, linearly: derivatives without a march, and as many of them as the data show.
+
+An effect that declares itself ``linear`` (a free edge profile: eighty numbers) is fitted like any other, but its
+columns come from travel and places alone, and only those harmonics stand in the parameter vector that show. It must
+declare its parameters in the order in which they are to be taken, in pairs (cosine, sine).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.interpolate import BSpline
+
+from belt_sim.case import Case
+from belt_sim.diagnosis.samples import Samples
+from belt_sim.effects.around_engine import true_travel
+from belt_sim.effects.base import Effect, uses
+from belt_sim.jax_setup import in_float64
+from belt_sim.laws.sensor import Reading
+
+SAMPLES_A_WAVE = 3.0  # below this a harmonic is not resolved
+FEWEST = 3  # harmonics that are always asked for
+SMOOTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
+
+
+def resolved(cls: type[Effect], samples: Samples) -> int:
+    """How many harmonics of the belt length the samples resolve (not more than the effect has)."""
+    spacing = min(float(np.median(np.diff(s[: np.argmax(s) + 1]))) for s in samples.travel if np.argmax(s) > 0)
+    length = float(np.max(samples.cases.rig.belt_length))
+    return int(np.clip(length / (SAMPLES_A_WAVE * spacing), FEWEST, len(cls.parameters) // 2))
+
+
+def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual: np.ndarray) -> int:
+    """How many harmonics a residual (R, S, n) calls for, by Schwarz's criterion, beside all that moves slowly.
+
+    roots (R, S, n, n): whitening of each record; shapes (2 H, R, S, n): of the harmonics.
+    """
+    length = float(np.max(samples.cases.rig.belt_length))
+    white, left = [], []
+    for r, travel in enumerate(samples.travel):
+        slow = _slow(travel, length / SMOOTH)
+        for root, shape, y in zip(roots[r], shapes[:, r].swapaxes(0, 1), residual[r], strict=True):
+            known = np.isfinite(y)
+            own = np.linalg.qr(root[:, known] @ slow[known])[0]
+            rows = np.column_stack([root @ shape.T, root[:, known] @ y[known]])
+            rows = rows - own @ (own.T @ rows)
+            white.append(rows[:, :-1])
+            left.append(rows[:, -1])
+    columns, residual = np.concatenate(white), np.concatenate(left)
+    gains = np.cumsum(np.square(np.linalg.qr(columns)[0].T @ residual))[1::2]
+    harmonics = np.arange(1, len(gains) + 1)
+    score = gains - 2 * harmonics * np.log(np.isfinite(samples.y).sum())
+    return int(min(max(FEWEST, harmonics[np.argmax(score)]), len(gains)))
+
+
+def _slow(travel: np.ndarray, spacing: float) -> np.ndarray:
+    """Cubic splines (n, k) with knots every ``spacing`` [m]."""
+    low, high = float(np.min(travel)), float(np.max(travel))
+    inner = np.linspace(low, high, max(2, round((high - low) / spacing) + 1))
+    knots = np.concatenate([[low] * 3, inner, [high] * 3])
+    return BSpline.design_matrix(travel, knots, 3).toarray()
+
+
+def terms(classes: Sequence[type[Effect]], samples: Samples) -> dict[str, int]:
+    """Harmonics of every linear effect that the samples resolve."""
+    return {c.id: resolved(c, samples) for c in classes if c.linear}
+
+
+def fitted(cls: type[Effect], terms: Mapping[str, int]) -> list[str]:
+    """Names of the parameters of an effect that stand in the parameter vector; terms: harmonics of linear effects."""
+    names = list(cls.parameters)
+    return names[: 2 * terms[cls.id]] if cls.linear and cls.id in terms else names
+
+
+@in_float64
+def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> np.ndarray:
+    """Lateral readings (k, R, S, n) per unit of every parameter of ``cls``; effects: all that act, with their numbers.
+
+    What encoder, delay and the sensors after it make of them is in it, and every sensor reads zero where the yaw is
+    applied. Roll is not touched.
+    """
+    runs, signals, n = samples.y.shape
+    shapes = np.zeros((len(cls.parameters), runs, signals, n))
+    points = [(s, int(signal.at[-1]) - 1) for s, signal in enumerate(samples.signals) if signal.at.startswith("point")]
+    for r in range(runs):
+        settings = jax.tree.map(lambda x, r=r: x[r], samples.cases.settings)
+        case = replace(samples.cases, settings=settings)
+        shown = _shown(cls, effects, case, np.append(samples.travel[r], samples.yaw_at[r]))
+        for s, point in points:
+            shapes[:, r, s] = shown[:, point, :-1] - shown[:, point, -1:]
+    return shapes
+
+
+def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray) -> np.ndarray:
+    """Columns (k, 4, n) at encoder travels (n,) as the sensors after ``cls`` show them."""
+    seen = true_travel(effects, case, jnp.asarray(stated))
+    for e in uses(effects, "seen"):
+        seen = e.seen(seen, case)
+    own = cls.columns(seen, case)
+    after = [e for e in uses(effects, "sensor") if type(e) is not cls]  # in proportion to y: gains, not offsets
+    if not after:
+        return np.asarray(own)
+
+    def read(y):
+        reading = Reading(travel=jnp.asarray(stated), seen=seen, time=0.0 * seen, y=y, tilt=jnp.zeros((2, len(stated))))
+        for e in after:
+            reading = e.sensor(reading, case)
+        return reading.y
+
+    return np.asarray(jax.vmap(read)(own) - read(jnp.zeros_like(own[0])))
+
+
+def slopes(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples) -> np.ndarray:
+    """Derivatives (C, R, S, n) of the readings at parameter vectors (C, size) along directions (C, size) that touch
+    nothing but linear effects; forward: a ``Forward``."""
+    found = np.zeros((len(vector), *samples.y.shape))
+    points, of = np.unique(vector, axis=0, return_inverse=True)
+    for k, point in enumerate(points):
+        acting = forward.effects_at(point, [c.id for c in forward.classes])
+        rows = np.flatnonzero(of.reshape(-1) == k)
+        for cls in (c for c in forward.classes if c.linear):
+            own = forward.index(cls.id)
+            sizes = directions[np.ix_(rows, own)] * [forward.slots[j].scale for j in own]
+            found[rows] += np.tensordot(sizes, columns(samples, cls, acting)[: len(own)], axes=1)
+    return found
+
+
+def as_they_show(forward, samples: Samples, roots: np.ndarray, values: np.ndarray) -> dict[str, int]:
+    """Harmonics of every linear effect that the readings call for beside predictions ``values`` (R, S, n)."""
+    acting = forward.effects_at(forward.null(), [c.id for c in forward.classes])
+    return {
+        c.id: that_show(samples, roots, columns(samples, c, acting)[: len(forward.index(c.id))], samples.y - values)
+        for c in forward.classes
+        if c.linear
+    }

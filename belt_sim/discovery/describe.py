@@ -1,0 +1,247 @@
+"""From the search to the result: what a discovery hands out."""
+
+import textwrap
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from belt_sim.diagnosis.describe import label
+from belt_sim.diagnosis.heldout import held_out
+from belt_sim.diagnosis.run_errors import overall_errors
+from belt_sim.discovery.discover import FEWEST, Discovered
+from belt_sim.discovery.effect_file import parity
+from belt_sim.discovery.evidence import Course
+from belt_sim.discovery.forms import COURSES, SHAPES, UNITS, variable
+from belt_sim.discovery.forms import formula as evaluated
+from belt_sim.discovery.refit import effect_file
+from belt_sim.discovery.words import CALLED, formula, looks_like, sentence
+from belt_sim.provenance import provenance
+from belt_sim.results import words
+from belt_sim.results.discovery import Against, Discovery, FoundLaw, PlaceEvidence, RivalLaw, UnknownCourse
+from belt_sim.results.errors import Change, Errors
+from belt_sim.results.found import Estimate
+
+KEPT = 120  # points of a curve against a variable, a tension
+
+
+def describe(found: Discovered, *, config: Any = None) -> Discovery:
+    """What was discovered, as a result."""
+    s = found.survey
+    common: dict[str, Any] = {
+        "base_model": s.bench.forward.model.name,
+        "campaign": label(s.bench.campaign),
+        "beside": tuple(s.fit.ids),
+        "found": found.found,
+        "p": found.gate.p,
+        "threshold": found.gate.threshold,
+        "places": _places(found),
+        "limits": limits(found),
+        "provenance": provenance(config) | {"data_sha256": s.bench.campaign.sha256},
+    }
+    if not found.found:
+        return Discovery(**common, sentence=_nothing(found))
+    common |= {"unit": found.course.place.unit, "courses": _courses(found, found.course)}
+    if found.refit is None:
+        return Discovery(**common, sentence=_no_law(found), rivals=_rivals(found))
+    law = _law(found)
+    said = sentence(s, found.refit, law.share, law.looks_like, not s.fit.ids)
+    points, curve = _against(found)
+    return Discovery(
+        **common,
+        sentence=said,
+        law=law,
+        rivals=_rivals(found),
+        against=points,
+        curve=curve,
+        error=_errors(found),
+        effect_file=_file(found, said),
+    )
+
+
+def limits(found: Discovered) -> tuple[str, ...]:
+    """What these runs cannot show, whatever is missing."""
+    samples = found.survey.bench.samples
+    said = []
+    if len(samples.runs) < FEWEST:
+        said.append(f"fewer than {FEWEST} runs: no law is guessed; repeat the run, and run another tension and yaw")
+    if len({r.tension for r in samples.runs}) == 1:
+        said.append("one tension was run: how the unknown depends on tension cannot be known")
+    if len({np.sign(r.yaw or r.yaw_head) for r in samples.runs}) == 1:
+        said.append("one sign of yaw was run: whether the unknown is odd or even in yaw cannot be known")
+    if len({abs(r.yaw or r.yaw_head) for r in samples.runs}) == 1:
+        said.append("one size of yaw was run: powers of the yaw cannot be told apart")
+    if len({r.speed for r in samples.runs}) == 1:
+        said.append("one speed was run: travel cannot be told from time")
+    if sum(s.kind == "lateral" for s in samples.signals) == 1:
+        said.append("one sensor: an error of it cannot be told from a movement of the belt")
+    return tuple(said)
+
+
+def _nothing(found: Discovered) -> str:
+    if len(found.survey.bench.samples.runs) < FEWEST:
+        return "Too few runs to say what is missing."
+    return f"Nothing is missing that these readings show (p {words.number(found.gate.p, 2)} by chance)."
+
+
+def _no_law(found: Discovered) -> str:
+    c = found.course
+    pooled = "differs from run to run" if c.pool == "each run" else f"{c.pool} in yaw"
+    return (
+        f"Something acts on the {c.place.words} ({pooled}, changing over {c.length:.0f} m), "
+        "and no law of one or two terms describes it; u(travel) is shown."
+    )
+
+
+def _places(found: Discovered) -> tuple[PlaceEvidence, ...]:
+    best: dict[str, Course] = {}
+    for c in found.courses:
+        best.setdefault(c.place.name, c)
+    return tuple(
+        PlaceEvidence(place=c.place.name, words=c.place.words, pool=c.pool, gain=c.gain, length=float(c.length))
+        for c in best.values()
+    )
+
+
+def _courses(found: Discovered, course: Course) -> tuple[UnknownCourse, ...]:
+    runs = found.survey.bench.samples.runs
+    told = []
+    for weights, mean, sd in zip(course.weights, course.mean, course.sd, strict=True):
+        own = [r for r, w in zip(runs, weights, strict=True) if w]
+        name = own[0].name if course.pool == "each run" else f"{words.tension(own[0].tension)} N/mm²"
+        name += "" if own[0].direction > 0 else ", reversed"
+        told.append(UnknownCourse(label=name, tension=own[0].tension, travel=course.knots, u=mean, sd=sd))
+    return tuple(sorted(told, key=lambda c: (c.tension, c.label)))
+
+
+def _law(found: Discovered) -> FoundLaw:
+    assert found.refit is not None
+    assert found.choice is not None
+    law, numbers = found.refit.scored.law, found.refit.estimates()
+    many = len({r.tension for r in found.survey.bench.samples.runs}) > 1
+    made = {n: Estimate(v, u, unit, True) for n, (v, u, unit) in numbers.items()}
+    first = law.terms[0]
+    return FoundLaw(
+        formula=formula(law, numbers),
+        place=words.listed(list(dict.fromkeys(t.place.words for t in law.terms))),
+        variable=CALLED[first.form.variable],
+        variable_unit=UNITS[first.form.variable],
+        parity=parity(law),
+        exponent=made["exponent"] if many else None,
+        parameters=made,
+        share=min(1.0, found.refit.gain / max(found.choice.possible, 1e-9)),
+        frequency=found.choice.frequency,
+        looks_like=looks_like(found.survey, law),
+    )
+
+
+def _rivals(found: Discovered) -> tuple[RivalLaw, ...]:
+    assert found.choice is not None
+    best = found.choice.best
+    return tuple(
+        RivalLaw(
+            formula=formula(s.law),
+            place=words.listed(list(dict.fromkeys(t.place.words for t in s.law.terms))),
+            less=best.score - s.score,
+        )
+        for s in found.choice.rivals
+    )
+
+
+def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
+    """The unknown of the first term against its variable (travel, where it depends on travel alone), and the law."""
+    assert found.refit is not None
+    s, term, course = found.survey, found.refit.scored.law.terms[0], found.course
+    numbers = found.refit.estimates()
+    part, u = term.place.parts[0][1], course.inputs(s.ops.grid)
+    slack = s.weight(numbers["exponent"][0])[:, None]
+    by_travel = term.form.variable in ("one", "beta")
+    x = np.broadcast_to(s.states.s, u.shape)
+    if not by_travel:
+        x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
+    if term.form.variable == "beta":
+        slack = slack * s.states.beta
+    elif not by_travel and term.form.course != "always":
+        slack = slack * _course_of(term.form.course, numbers, s.states.s[None])
+    told = np.abs(slack) > 0.2 * np.abs(slack).max()
+    reduced = np.where(told, u / np.where(told, slack, 1.0), np.nan)
+    points = []
+    for tension in np.unique(s.states.tension):
+        rows = s.states.tension == tension
+        px, pu = x[rows].ravel(), np.broadcast_to(reduced, u.shape)[rows].ravel()
+        keep = np.flatnonzero(np.isfinite(pu))
+        keep = keep[:: max(1, len(keep) // KEPT)]
+        points.append(Against(tension=float(tension), x=px[keep], u=pu[keep]))
+    line = np.linspace(float(np.min(x)), float(np.max(x)), KEPT)
+    return tuple(points), Against(tension=0.0, x=line, u=_drawn(found, line, by_travel))
+
+
+def _course_of(course: str, numbers, s: np.ndarray) -> np.ndarray:
+    at, wide = (numbers.get(n, (None,))[0] for n in ("at", "wide"))
+    return evaluated(COURSES[course])(s=s, p=at, q=wide, xp=np)
+
+
+def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
+    """The law's own u along ``line``."""
+    assert found.refit is not None
+    numbers, form = found.refit.estimates(), found.refit.scored.law.terms[0].form
+    at = numbers.get("at", (form.at,))[0]
+    if form.course == "wave":
+        phase = 2.0 * np.pi * line / at
+        return numbers["cos"][0] * np.cos(phase) + numbers["sin"][0] * np.sin(phase)
+    if by_travel:
+        return numbers["size"][0] * evaluated(COURSES[form.course])(
+            s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np
+        )
+    knee = numbers.get("knee", (form.knee,))[0]
+    return numbers["size"][0] * evaluated(SHAPES[form.shape])(x=line, p=knee, xp=np)
+
+
+def _errors(found: Discovered) -> Errors:
+    assert found.refit is not None
+    s, r = found.survey, found.refit
+    over_all = overall_errors(r.bench, s.fit.values, r.fit.values)
+    assert over_all is not None
+    before, after = held_out(s.bench, s.fit), held_out(r.bench, r.fit)
+    return Errors(
+        noise_floor=over_all.noise_floor,
+        fit=over_all.fit,
+        held_out=Change(before=before.rms, after=after.rms),
+        by_condition={
+            n: Change(before=before.by_condition[n], after=after.by_condition[n]) for n in after.by_condition
+        },
+    )
+
+
+def _file(found: Discovered, said: str) -> str:
+    """The text of found_effect.py with the numbers of the closed loop."""
+    assert found.refit is not None
+    assert found.choice is not None
+    r, campaign = found.refit, found.survey.bench.campaign
+    numbers = r.estimates()
+    sizes = [numbers[n.name][0] for n in r.written.numbers if not n.modifier]
+    data = f"{campaign.title} ({len(campaign.runs)} runs"
+    data += f", SHA-256 {campaign.sha256[:12]})" if campaign.sha256 else ")"
+    beside = ", ".join(found.survey.fit.ids) or f"the {found.survey.bench.forward.model.name} model alone"
+    sure = f"by chance with p = {found.gate.p:.1g}; first again in {found.choice.frequency:.0%} of repetitions"
+    text = "\n\n    ".join(_wrapped(t) for t in (said, f"Discovered in: {data}, beside {beside}; {sure}.")) + "\n    "
+    return effect_file(found.survey, replace(r.scored, law=_with(r.scored.law, numbers)), sizes, text, final=True).text
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, 110, subsequent_indent="    ")
+
+
+def _with(law, numbers):
+    """The law with the numbers of the closed loop."""
+    terms = []
+    for k, t in enumerate(law.terms):
+        tag = "" if k == 0 else f"_{k + 1}"
+        form = replace(
+            t.form,
+            knee=numbers[f"knee{tag}"][0] if t.form.knee is not None else None,
+            at=numbers[f"at{tag}"][0] if t.form.at is not None else None,
+            wide=numbers[f"wide{tag}"][0] if t.form.wide is not None else None,
+        )
+        terms.append(replace(t, form=form, exponent=numbers[f"exponent{tag}"][0]))
+    return type(law)(tuple(terms))

@@ -1,0 +1,103 @@
+"""Discovery from end to end: is something left, where, what is it, which law, said in a sentence, written as a file."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.discovery.choose import Choice, choose
+from belt_sim.discovery.evidence import Course, prior_modes
+from belt_sim.discovery.gate import DRAWS, LEVEL, Gate, judged
+from belt_sim.discovery.refit import Refit, refit
+from belt_sim.discovery.search import Scored, cost
+from belt_sim.discovery.survey import Survey, survey_of
+
+FEWEST = 3  # runs, below which no law is guessed
+DESCRIBED = 0.7  # of what a free course explains; a law that explains less does not describe it
+TRIES = 2  # laws put into closed loop
+DOUBTFUL = 0.6  # frequency, below which a rival is tried in closed loop too
+
+
+@dataclass(frozen=True, kw_only=True)
+class Discovered:
+    """survey, gate and courses of the search; course: of the greatest evidence; choice and refit: None where nothing is
+    missing, or no law describes it."""
+
+    survey: Survey
+    gate: Gate
+    courses: tuple[Course, ...]
+    choice: Choice | None = None
+    refit: Refit | None = None
+
+    @property
+    def found(self) -> bool:
+        """Whether something is missing."""
+        return self.choice is not None
+
+    @property
+    def course(self) -> Course:
+        """The course of greatest evidence; where a law was found, of those at its place."""
+        if self.refit is None:
+            return self.courses[0]
+        place = self.refit.scored.law.terms[0].place.name
+        return next(c for c in self.courses if c.place.name == place)
+
+
+def discover(
+    bench: Workbench,
+    fit: Fit,
+    *,
+    draws: int = DRAWS,
+    seed: int = 0,
+    level: float = LEVEL,
+    failed: bool = False,
+    tell: Callable[[str], None] = lambda text: None,
+) -> Discovered:
+    """What ``fit`` lacks, as an unknown.
+
+    draws: campaigns simulated with nothing missing; level: false discoveries when nothing is; failed: another test
+    has shown already that something is left.
+    """
+    tell("testing what is left against generic laws")
+    survey = survey_of(bench, fit)
+    gate, _ = judged(survey, draws=draws, seed=seed, level=level)
+    courses = tuple(survey.courses())
+    if not (gate.failed or failed) or len(bench.samples.runs) < FEWEST:
+        return Discovered(survey=survey, gate=gate, courses=courses)
+    tell("looking for the law of what is left")
+    informed = survey.informed(courses[0])
+    choice = choose(informed, courses[0])
+    enough = DESCRIBED * choice.possible
+    if choice.best.gain < max(enough, gate.threshold):
+        return Discovered(survey=informed, gate=gate, courses=courses, choice=choice)
+    closed = [refit(informed, s) for s in _tried(choice)]
+    best = max(closed, key=lambda r: r.gain - cost(r.scored.law))
+    kept = best if best.gain >= enough else None
+    return Discovered(survey=informed, gate=gate, courses=courses, choice=choice, refit=kept)
+
+
+def _tried(choice: Choice) -> list[Scored]:
+    """What is put into closed loop: the best law, and the best of one term if that has two; otherwise a close rival."""
+    if len(choice.best.law.terms) > 1:
+        return [choice.best, choice.simple]
+    return [choice.best, *choice.rivals][: TRIES if choice.frequency < DOUBTFUL else 1]
+
+
+def unknown_columns(found: Discovered, modes: int = 12) -> np.ndarray:
+    """Shapes (k, R, S, n) of what was discovered, to refit effects beside it: the law's own parameters in closed loop,
+    or, where no law describes it, the strongest modes of the unknown's course."""
+    if found.refit is not None:
+        fit, cls = found.refit.fit, found.refit.written.cls
+        own = [k for k, p in enumerate(fit.free) if p in found.refit.bench.forward.index(cls.id)]
+        return fit.slopes[own]
+    return course_columns(found.survey, found.course, modes)
+
+
+def course_columns(survey: Survey, course: Course, modes: int) -> np.ndarray:
+    """The strongest modes of a course's prior as shapes (k, R, S, n) of the readings."""
+    grid = survey.ops.grid
+    rows = prior_modes(course, modes)
+    inputs = [weights[:, None] * np.interp(grid, course.knots, row)[None] for weights in course.weights for row in rows]
+    return survey.readings(course.place, np.stack(inputs))

@@ -1,0 +1,64 @@
+"""The text of a found effect's file, with places for its law."""
+
+BEND = '''    def influence(self, span, case):
+        """What a relative change of tension adds to the span's curvatures, per unit of its boundary values."""
+
+        def tightened(share):
+            torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0
+            sag = span.sag_curvature / (1.0 + share)
+            force = span.force * (1.0 + share)
+            answer = response(replace(span, force=force, torsion=torsion, sag_curvature=sag))
+            return jnp.stack([answer.runup, answer.runoff])
+
+        return jax.jvp(tightened, (0.0,), (1.0,))[1]
+
+    def bend(self, bend, boundary, known, case):
+        share = {calls}
+        added = share * (known @ boundary.ends)
+        return replace(bend, runup=bend.runup + added[0], runoff=bend.runoff + added[1])
+'''
+
+TEMPLATE = '''"""A law found in data, not yet understood: rename it once you know what it is."""
+
+from dataclasses import dataclass, replace
+
+import jax
+import jax.numpy as jnp
+
+from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.laws.drive import angle_at
+from belt_sim.laws.span import response
+
+
+def _commanded(case, travel):
+    """The yaw as commanded [rad]."""
+    return angle_at(case.settings.yaw, travel) + angle_at(case.settings.yaw_head, travel)
+
+
+def _since(case, travel):
+    """Travel since the yaw was set [m]."""
+    return jnp.maximum(travel - case.settings.yaw.at[0], 0.0)
+
+
+def _rate(reading, row, case, reach=0.25):
+    """dy/dt of a reading [m/s]."""
+    order = jnp.argsort(reading.true_travel)
+    s, y = reading.true_travel[order], reading.y[row][order]
+    low, high = (jnp.clip(reading.true_travel + h, s[0], s[-1]) for h in (-reach, reach))
+    return (jnp.interp(high, s, y) - jnp.interp(low, s, y)) / (high - low) * case.settings.speed
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Found(Effect):
+    """{said}"""
+
+    id = "{id}"
+    law = "{law}"
+    reference = "discovered in data; see the docstring"
+    parity = "{parity}"
+    parameters = {{
+{parameters}    }}
+{fields}
+{inputs}
+{hooks}'''

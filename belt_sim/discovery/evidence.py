@@ -1,0 +1,142 @@
+"""Where something is missing: the marginal likelihood of a smooth unknown input at each place.
+
+u is a Gaussian process in travel (Matern 3/2), pooled over the runs of a tension and odd or even in yaw, or free run by
+run; its length and height are those of greatest evidence. Whitened columns make the evidence comparable.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.campaign import Run
+from belt_sim.discovery.ground import Ground
+from belt_sim.discovery.operators import Operators
+from belt_sim.discovery.places import TENSION, Place, place_columns
+
+KNOTS = 64
+LENGTHS = (0.04, 0.12, 0.4, 1.2)  # of the record
+HEIGHTS = np.logspace(-1.0, 7.0, 17)  # of a^2 times the mean information of a knot
+POOLS = ("odd", "even", "each run")
+
+
+@dataclass(frozen=True)
+class Basis:
+    """A place's inputs on KNOTS knots, run by run: information (R, K, K), pull (R, K), shared (R, K, c)."""
+
+    knots: np.ndarray
+    information: np.ndarray
+    pull: np.ndarray
+    shared: np.ndarray
+
+
+@dataclass(frozen=True)
+class Course:
+    """A place, how runs are pooled, its log evidence, and the posterior of u.
+
+    gain: log evidence over that of no unknown; weights (G, R): how much of each group's u a run feels; mean (G, K) and
+    sd (G, K) of u at the knots (K,); length [m] and height of the prior.
+    """
+
+    place: Place
+    pool: str
+    gain: float
+    length: float
+    height: float
+    knots: np.ndarray
+    weights: np.ndarray
+    mean: np.ndarray
+    sd: np.ndarray
+
+    def inputs(self, grid: np.ndarray) -> np.ndarray:
+        """Posterior mean of u in every run on a grid, (R, J)."""
+        on = np.stack([np.interp(grid, self.knots, row) for row in self.mean])
+        return self.weights.T @ on
+
+
+def basis_of(ground: Ground, ops: Operators, place: Place, tension: np.ndarray) -> Basis:
+    """Information on a place's input; tension (R, 2, J): what a change of tension adds to kappa."""
+    grid = ops.grid
+    knots = np.linspace(grid[0], grid[-1], KNOTS)
+    hats = np.maximum(0.0, 1.0 - np.abs(grid[None] - knots[:, None]) / (knots[1] - knots[0]))
+    plain = np.repeat(hats[:, None], len(ground.residual), axis=1)
+    inputs = [plain * tension[None, :, k] if place.name == TENSION else plain for k in range(len(place.parts))]
+    rows = place_columns(ops, place, inputs).swapaxes(0, 1).astype(float)
+    information = rows @ rows.swapaxes(1, 2)
+    pull = np.einsum("rkm,rm->rk", rows, ground.residual)
+    shared = rows @ ground.shared.swapaxes(0, 1).swapaxes(1, 2)
+    return Basis(knots, information, pull, shared)
+
+
+def yaw_of(runs: Sequence[Run]) -> np.ndarray:
+    """Commanded yaw of every run over the largest, (R,): the tail pulley's, or the head's if only that was turned."""
+    yaw = np.array([r.yaw for r in runs])
+    yaw = yaw if np.any(yaw) else np.array([r.yaw_head for r in runs])
+    return yaw / max(float(np.abs(yaw).max()), 1e-12)
+
+
+def pools_of(runs: Sequence[Run]) -> dict[str, np.ndarray]:
+    """How runs may share an input: name -> weights (G, R)."""
+    keys = [(r.tension, r.direction) for r in runs]
+    groups = np.array([[k == key for k in keys] for key in sorted(set(keys))], dtype=float)
+    yaw = yaw_of(runs)
+    pools = {"odd": groups * yaw, "even": groups, "each run": np.eye(len(runs))}
+    return {n: w[np.any(w != 0.0, axis=1)] for n, w in pools.items() if np.any(w)}
+
+
+def courses(ground: Ground, basis: Basis, place: Place, runs: Sequence[Run]) -> list[Course]:
+    """The best course of u at a place for each way of pooling."""
+    return [_best(ground, basis, place, pool, weights) for pool, weights in pools_of(runs).items()]
+
+
+def _best(ground: Ground, basis: Basis, place: Place, pool: str, weights: np.ndarray) -> Course:
+    information = np.einsum("gr,rkl->gkl", weights**2, basis.information)
+    pull = np.einsum("gr,rk->gk", weights, basis.pull)
+    shared = np.einsum("gr,rkc->gkc", weights, basis.shared)
+    span = basis.knots[-1]
+    unit = np.mean(np.einsum("gkk->gk", information)) + 1e-300
+    best = None
+    for share in LENGTHS:
+        root = np.linalg.cholesky(_matern(basis.knots, share * span))
+        found = _scan(ground, root, information, pull, shared, HEIGHTS / unit)
+        if best is None or found[0] > best[0]:
+            best = (*found, share * span)
+    assert best is not None
+    gain, height, mean, sd, length = best
+    return Course(place, pool, gain, length, height, basis.knots, weights, mean, sd)
+
+
+def _matern(knots: np.ndarray, length: float) -> np.ndarray:
+    apart = np.sqrt(3.0) * np.abs(knots[:, None] - knots[None]) / length
+    return (1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(knots))
+
+
+def _scan(ground: Ground, root, information, pull, shared, squares):
+    """(log evidence gain, height, mean, sd) of the best height among ``squares`` (a^2)."""
+    values, vectors = np.linalg.eigh(root.T @ information @ root)
+    values = np.maximum(values, 0.0)
+    onto = vectors.swapaxes(1, 2) @ root.T
+    b, c = (onto @ pull[..., None])[..., 0], onto @ shared  # (G, K), (G, K, c)
+    gram, along = np.linalg.pinv(ground.inverse, hermitian=True), ground.shared_residual
+    at_none = 0.5 * along @ ground.inverse @ along - 0.5 * np.linalg.slogdet(gram)[1]
+    best, kept = -np.inf, None
+    for square in squares:
+        shrink = square / (1.0 + square * values)
+        inner = gram - np.einsum("gk,gkc,gkd->cd", shrink, c, c)
+        left = along - np.einsum("gk,gkc,gk->c", shrink, c, b)
+        common = np.linalg.solve(inner, left)
+        gain = 0.5 * np.sum(shrink * b**2) - 0.5 * np.sum(np.log1p(square * values))
+        gain += 0.5 * left @ common - 0.5 * np.linalg.slogdet(inner)[1] - at_none
+        if gain > best:
+            best, kept = gain, (square, shrink, common)
+    square, shrink, common = kept
+    back = root @ vectors
+    mean = (back @ (shrink * (b - c @ common))[..., None])[..., 0]
+    sd = np.sqrt(np.einsum("gik,gk->gi", back**2, shrink))
+    return float(best), float(np.sqrt(square)), mean, sd
+
+
+def prior_modes(course: Course, count: int) -> np.ndarray:
+    """The strongest modes (count, K) of a course's prior, in units of one sigma."""
+    values, vectors = np.linalg.eigh(_matern(course.knots, course.length))
+    return course.height * np.sqrt(values[-count:][::-1])[:, None] * vectors[:, -count:].T[::-1]

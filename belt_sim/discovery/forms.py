@@ -1,0 +1,147 @@
+"""Forms: the dictionary of generic laws, u = size x shape(variable) x course(travel) x tension^n, as plain formulas.
+
+Each formula is Python that holds for NumPy and JAX alike; the same text goes into the file of a found effect.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from belt_sim.discovery.states import States
+
+#: shape -> formula of x and of its number p
+SHAPES = {
+    "x": "x",
+    "x|x|": "x * xp.abs(x)",
+    "x^2": "x**2",
+    "x^3": "x**3",
+    "saturated": "p * xp.tanh(x / p)",
+    "beyond": "x - xp.clip(x, -p, p)",
+}
+#: course -> formula of the travel s [m] (of waves: two) and of its number p [m]
+COURSES = {
+    "always": "1.0 + 0.0 * s",
+    "travel": "s",
+    "root": "xp.sqrt(s + 1e-6)",
+    "rise": "1.0 - xp.exp(-s / p)",
+    "fade": "xp.exp(-s / p)",
+    "after": "1.0 / (1.0 + xp.exp(-(s - p) / 0.3))",
+    "during": "1.0 / (1.0 + xp.exp(-(s - p) / 0.3)) - 1.0 / (1.0 + xp.exp(-(s - p - q) / 0.3))",
+    "wave": "xp.cos(2.0 * xp.pi * s / p)",
+    "wave'": "xp.sin(2.0 * xp.pi * s / p)",
+}
+SHAPED = ("saturated", "beyond")  # shapes that have a number
+TIMED = ("rise", "fade", "after", "during", "wave")  # courses that have one; "during" has a second, how long
+STEADY = ("always", "travel", "root")
+UNITS = {"one": "1", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
+WORDS = {
+    "one": "",
+    "beta": "the commanded yaw",
+    "y": "the belt's place y there",
+    "alpha": "the contact angle",
+    "kappa": "the curvature (entry moment) there",
+    "shown": "the place y that it sees",
+    "rate": "the speed dy/dt that it sees",
+}
+WIDE = (0.05, 0.1, 0.2)  # of the record, how long something lasts
+PARTS = 12  # of the record, for onsets
+RISES = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # of the record
+KNEES = (0.1, 0.25, 0.5, 0.75)  # of the largest size of a variable
+SHORTEST = 3.0  # cells in a wave, and samples
+
+
+@dataclass(frozen=True)
+class Form:
+    """variable; shape and its number (None: has none); course and its numbers [m]."""
+
+    variable: str
+    shape: str = "x"
+    knee: float | None = None
+    course: str = "always"
+    at: float | None = None
+    wide: float | None = None
+
+    @property
+    def numbers(self) -> int:
+        """How many shape numbers it has."""
+        return sum(n is not None for n in (self.knee, self.at, self.wide))
+
+    @property
+    def family(self) -> tuple[str, str, str]:
+        """What it says, without its numbers."""
+        return self.variable, self.shape, self.course.rstrip("'")
+
+    def sine(self) -> "Form":
+        """The other half of a wave."""
+        return replace(self, course="wave'")
+
+    def values(self, states: States, part: int | None, signal: str | None) -> np.ndarray:
+        """The form along every run, (R, J); part: the pulley, signal: the sensor."""
+        x = variable(states, self.variable, part, signal)
+        shaped = formula(SHAPES[self.shape])(x=x, p=self.knee, xp=np)
+        waving = self.course.startswith("wave")
+        s = states.since if self.variable == "beta" and not waving else np.broadcast_to(states.s, x.shape)
+        return shaped * formula(COURSES[self.course])(s=s, p=self.at, q=self.wide, xp=np)
+
+
+@cache
+def formula(text: str) -> Any:
+    """A function of named arguments that evaluates ``text``."""
+    code = compile(text, "law", "eval")
+    return lambda **names: eval(code, {"__builtins__": {}}, names)
+
+
+def variable(states: States, name: str, part: int | None, signal: str | None) -> np.ndarray:
+    """A variable along every run, (R, J)."""
+    if name == "one":
+        return np.ones_like(states.beta)
+    if name == "beta":
+        return states.beta
+    if name in ("shown", "rate"):
+        return getattr(states, name)[:, states.signals.index(signal)]
+    return getattr(states, name)[:, part]
+
+
+def dictionary(states: States, kind: str) -> list[Form]:
+    """All forms to try at a kind of place; a wave stands with its first half only."""
+    end = float(states.s[-1])
+    timed = [("rise", end * r) for r in RISES] + [("after", end * k / PARTS) for k in range(1, PARTS - 1)]
+    courses = [(c, None) for c in STEADY] + timed
+    if kind == "tension":
+        return [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
+    forms = [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
+    if kind == "sensor":
+        return forms + _of_state(states, ("shown", "rate"), [("always", None), ("travel", None)], shapes=True)
+    if np.any(states.beta):
+        forms += [Form("beta", course=c, at=a) for c, a in courses]
+        forms += waves(states, ("beta",)) + windows(states, ("beta",))
+        if len(np.unique(np.abs(states.beta).max(axis=1))) > 1:
+            forms += [Form("beta", shape=s) for s in ("x|x|", "x^2", "x^3")]
+    forms += windows(states, ("alpha", "kappa"))
+    fading = [("fade", end * r) for r in RISES[:4]]
+    return forms + _of_state(states, ("y", "alpha", "kappa"), courses + fading, shapes=True)
+
+
+def windows(states: States, names: tuple[str, ...]) -> list[Form]:
+    """What acts for a while only."""
+    end = float(states.s[-1])
+    starts = [(w, at) for w in WIDE for at in np.arange(0.05, 0.97 - w, max(w, 0.1) / 1.5)]
+    return [Form(n, course="during", at=float(end * at), wide=end * w) for n in names for w, at in starts]
+
+
+def waves(states: States, names: tuple[str, ...]) -> list[Form]:
+    """Waves from once in the record to the shortest that the grid carries, evenly spaced in wavenumber."""
+    end, cell = float(states.s[-1]), float(states.s[1] - states.s[0])
+    count = np.arange(1.0, end / (SHORTEST * cell), 0.75)
+    return [Form(n, course="wave", at=end / c) for n in names for c in count]
+
+
+def _of_state(states: States, names, courses, *, shapes: bool) -> list[Form]:
+    found = [Form(n, course=c, at=a) for n in names for c, a in courses]
+    for n in names if shapes else ():
+        largest = float(np.abs(getattr(states, n)).max())
+        found += [Form(n, shape=s) for s in ("x|x|", "x^2", "x^3")]
+        found += [Form(n, shape=s, knee=b * largest) for s in SHAPED for b in KNEES]
+    return found

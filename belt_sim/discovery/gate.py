@@ -1,0 +1,102 @@
+"""The gate: does any generic law still explain more than chance beside the effects that were chosen?
+
+The statistic is the smallest p of the whole dictionary at all places; its distribution when nothing is missing comes
+from readings simulated with the noise as it is known, levels estimated anew from each of them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.null import NoiseSource
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.discovery.search import Products, Scored, distinct, exponents_of, gains, products, singles
+from belt_sim.discovery.survey import Survey, survey_of
+
+LEVEL = 0.01  # false alarms of the gate when nothing is missing
+DRAWS = 100
+SHOWN = 5
+
+
+@dataclass(frozen=True)
+class Gate:
+    """failed: something is left that chance does not explain; p: of the best law by chance, all laws tried;
+    threshold: the chi2 gain of a law with one size that chance beats in LEVEL of campaigns; best: the first laws.
+    """
+
+    failed: bool
+    p: float
+    threshold: float
+    best: tuple[Scored, ...]
+
+
+@dataclass(frozen=True)
+class Chance:
+    """What the best law of the dictionary scores when nothing is missing: a Gumbel law of -log p."""
+
+    location: float
+    scale: float
+
+    def p(self, surprise: float) -> float:
+        """Probability of a best -log p of at least ``surprise``."""
+        return float(stats.gumbel_r.sf(surprise, self.location, self.scale))
+
+    def gain(self, level: float) -> float:
+        """The gain of a law with one size that is beaten with probability ``level``."""
+        return float(stats.chi2.isf(np.exp(-stats.gumbel_r.isf(level, self.location, self.scale)), 1))
+
+
+def gate(bench: Workbench, fit: Fit, *, draws: int = DRAWS, seed: int = 0, level: float = LEVEL) -> Gate:
+    """Test what ``fit`` leaves against the dictionary of generic laws."""
+    return judged(survey_of(bench, fit), draws=draws, seed=seed, level=level)[0]
+
+
+def judged(survey: Survey, *, draws: int = DRAWS, seed: int = 0, level: float = LEVEL) -> tuple[Gate, Chance]:
+    """The gate of a survey, and what chance does."""
+    chance = by_chance(survey, draws=draws, seed=seed)
+    found = singles(survey)
+    sizes = np.array([2 if s.law.terms[0].form.course == "wave" else 1 for s in found])
+    p = chance.p(float(np.max(surprise(np.array([s.gain for s in found]), sizes))))
+    return Gate(p < level, p, chance.gain(level), tuple(distinct(found, SHOWN))), chance
+
+
+def surprise(gain, sizes: int):
+    """-log of the chance of a gain by itself."""
+    return -stats.chi2.logsf(gain, sizes)
+
+
+def by_chance(survey: Survey, *, draws: int, seed: int) -> Chance:
+    """Simulate campaigns in which nothing is missing, and take the best of the dictionary of each."""
+    errors = _errors(survey, draws, np.random.default_rng(seed + 5))
+    g = survey.ground
+    vectors = np.concatenate([errors, g.shared])
+    shared = list(range(draws, len(vectors)))
+    along = np.einsum("crm,brm->cb", g.shared, errors)
+    most = np.zeros(draws)
+    for place in survey.places:
+        p = products(survey, place, vectors)
+        for n in exponents_of(survey):
+            most = np.maximum(most, _largest(p, survey.weight(n), draws, shared, g.inverse, along))
+    location, scale = stats.gumbel_r.fit(most)
+    return Chance(float(location), float(scale))
+
+
+def _largest(p: Products, weight, draws, shared, inverse, along) -> np.ndarray:
+    """The largest -log p of a place's forms in every draw, (draws,)."""
+    gain = gains(p, weight, draws, shared, inverse, along)
+    wave = np.zeros(len(gain), dtype=bool)
+    wave[p.waves] = True
+    most = [surprise(gain[mask].max(axis=0), sizes) for mask, sizes in ((wave, 2), (~wave, 1)) if mask.any()]
+    return np.max(most, axis=0)
+
+
+def _errors(survey: Survey, draws: int, rng: np.random.Generator) -> np.ndarray:
+    """Whitened errors (draws, R, m), scaled as the levels found in each would make them."""
+    bench = survey.bench
+    errors = NoiseSource(bench, bench.samples.y - survey.fit.values, rng).draw(draws)
+    found = np.array([np.mean(np.log(lv.wander)) for lv in bench.finder.many(errors)])
+    scale = np.exp(np.mean(np.log(bench.levels.wander)) - found)
+    measured = np.isfinite(bench.fitted.y)
+    return survey.ground.white(np.where(measured, errors, 0.0)) * scale[:, None, None]

@@ -1,0 +1,63 @@
+"""Ground: inner products of whitened shapes and readings, with the nuisances and the chosen effects taken out.
+
+Runs are whitened one by one, so that shapes of single runs can be weighted and summed at will; what runs share (the
+belt's stiffness, and the effects that are chosen already) is taken out by projection.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.metric import Metric
+from belt_sim.diagnosis.workbench import Workbench
+
+CHOSEN = 1e-8  # prior precision of a chosen effect's parameters, in whitened units
+
+
+@dataclass(frozen=True)
+class Ground:
+    """metric: of single runs; residual (R, m): whitened; shared (c, R, m): shapes that all runs share; inverse (c, c):
+    of their Gram matrix and prior.
+    """
+
+    metric: Metric
+    residual: np.ndarray
+    shared: np.ndarray
+    inverse: np.ndarray
+
+    def white(self, shapes: np.ndarray) -> np.ndarray:
+        """Shapes or readings (k, R, S, n) -> (k, R, m)."""
+        runs = len(self.residual)
+        return self.metric.whiten(shapes).reshape(len(shapes), runs, -1)
+
+    def onto_shared(self, rows: np.ndarray) -> np.ndarray:
+        """Products (k, R, c) of whitened rows (k, R, m) with what runs share, run by run."""
+        return np.einsum("krm,crm->krc", rows, self.shared, optimize=True)
+
+    @property
+    def shared_residual(self) -> np.ndarray:
+        """Products (c,) of what runs share with the residual."""
+        return np.einsum("crm,rm->c", self.shared, self.residual)
+
+    def left(self, residual: np.ndarray | None = None) -> float:
+        """chi2 of the residual with what runs share taken out."""
+        residual = self.residual if residual is None else residual
+        along = np.einsum("crm,rm->c", self.shared, residual)
+        return float(np.sum(residual**2) - along @ self.inverse @ along)
+
+
+def ground_of(bench: Workbench, fit: Fit) -> Ground:
+    """The ground on which an unknown is sought beside ``fit``."""
+    metric = replace(bench, shared=np.zeros_like(bench.shared)).metric_at(bench.levels)
+    runs = len(bench.samples.runs)
+    shapes = np.concatenate([bench.shared[None], fit.slopes]) if len(fit.free) else bench.shared[None]
+    shared = metric.whiten(shapes).reshape(len(shapes), runs, -1)
+    size = np.sqrt(np.sum(shared**2, axis=(1, 2)))
+    size[1:] = np.maximum(size[1:], 1e-12)
+    scale = np.concatenate([[1.0], 1.0 / size[1:]])
+    shared = shared * scale[:, None, None]
+    prior = np.concatenate([[1.0], np.full(len(shapes) - 1, CHOSEN)])
+    gram = np.einsum("crm,drm->cd", shared, shared) + np.diag(prior)
+    residual = metric.whiten(bench.fitted.y - fit.values).reshape(runs, -1)
+    return Ground(metric, residual, shared, np.linalg.pinv(gram, hermitian=True))

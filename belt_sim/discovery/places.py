@@ -1,0 +1,69 @@
+"""Places: where an unknown may act, as combinations of channels that belong together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.diagnosis.samples import Samples
+from belt_sim.discovery.channels import UNITS
+from belt_sim.discovery.operators import Operators
+
+#: kind of channel -> what people call it
+KINDS = {
+    "yaw": "yaw of {}",
+    "turn": "turn of the belt where it runs up {}",
+    "drift": "sideways drift where the belt runs up {}",
+    "shift": "sideways shift over the wrap of {}",
+    "twist": "twist over the wrap of {}",
+}
+PULLEYS = ("tail", "head")
+TENSION = "tension"
+
+
+@dataclass(frozen=True)
+class Place:
+    """name; words: as people say it; unit of its input; parts: (channel, pulley 0 or 1, or None of a sensor)."""
+
+    name: str
+    words: str
+    unit: str
+    parts: tuple[tuple[str, int | None], ...]
+
+    @property
+    def kind(self) -> str:
+        """yaw, turn, drift, shift, twist, tension or sensor."""
+        if self.name == TENSION:
+            return TENSION
+        return "sensor" if self.parts[0][1] is None else self.parts[0][0].split("_")[0]
+
+    @property
+    def pulleys(self) -> str:
+        """tail, head, both, or the sensors' names."""
+        return self.name.split("_")[-1]
+
+
+def places_of(samples: Samples) -> tuple[Place, ...]:
+    """All places of a campaign: each pulley and both alike, the tension, each sensor and all alike."""
+    found = []
+    for kind, words in KINDS.items():
+        channels = [f"{kind}_{p}" for p in PULLEYS]
+        for k, p in enumerate(PULLEYS):
+            found.append(Place(channels[k], words.format(f"the {p} pulley"), UNITS[channels[k]], ((channels[k], k),)))
+        both = tuple(zip(channels, (0, 1), strict=True))
+        found.append(Place(f"{kind}_both", words.format("both pulleys alike"), UNITS[channels[0]], both))
+    found.append(Place(TENSION, "tension of the belt", "1", (("turn_tail", 0), ("turn_head", 1))))
+    sensors = [s for s in samples.signals if s.kind == "lateral"]
+    for s in sensors:
+        found.append(Place(f"sensor_{s.name}", f"reading of {s.name}", "m", ((s.name, None),)))
+    if len(sensors) > 1:
+        parts = tuple((s.name, None) for s in sensors)
+        found.append(Place("sensor_all", "readings of all sensors alike", "m", parts))
+    return tuple(found)
+
+
+def place_columns(ops: Operators, place: Place, inputs: Sequence[np.ndarray]) -> np.ndarray:
+    """Whitened columns (F, R, m) of inputs (F, R, J), one array a part of the place."""
+    return sum(
+        (ops.columns(channel, one) for (channel, _), one in zip(place.parts, inputs, strict=True)), np.float32(0.0)
+    )

@@ -1,0 +1,67 @@
+"""The closed loop: a law put into the march as an effect and fitted with all that was chosen, from its linear sizes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.discovery.effect_file import Written, written
+from belt_sim.discovery.search import Scored, fitted
+from belt_sim.discovery.survey import Survey
+
+
+@dataclass(frozen=True)
+class Refit:
+    """A law in closed loop: what was written, its workbench and joint fit, and the chi2 it explains."""
+
+    scored: Scored
+    written: Written
+    bench: Workbench
+    fit: Fit
+    gain: float
+
+    def estimates(self) -> dict[str, tuple[float, float, str]]:
+        """Parameter -> value, u (one sigma), unit; u is 0 of a number that was held."""
+        forward, cls = self.bench.forward, self.written.cls
+        covariance = self.fit.covariance
+        found = {}
+        for position in forward.index(cls.id):
+            slot = forward.slots[position]
+            free = position in self.fit.free
+            u = float(np.sqrt(covariance[k, k])) if free and (k := self.fit.free.index(position)) >= 0 else 0.0
+            value = float(self.fit.vector[position]) * slot.scale
+            found[slot.name] = (value, u * abs(slot.scale), cls.parameters[slot.name].unit)
+        return found
+
+
+def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit:
+    """Fit a law in closed loop."""
+    _, sizes, _ = fitted(survey, survey.columns(scored.law))
+    file = effect_file(survey, scored, sizes, said)
+    old = survey.bench.forward
+    chosen = [c for c in old.classes if c.id in survey.fit.ids]
+    bench = workbench(survey.bench.campaign, old.model, [*chosen, file.cls])
+    forward = bench.forward
+    vector, free = forward.null(), []
+    for cls in chosen:
+        for new, before in zip(forward.index(cls.id), old.index(cls.id), strict=True):
+            vector[new] = survey.fit.vector[before]
+            free += [new] if before in survey.fit.free else []
+    names = [forward.slots[k].name for k in forward.index(file.cls.id)]
+    for number in file.numbers:
+        position = forward.index(file.cls.id)[names.index(number.name)]
+        vector[position] = number.value / forward.slots[position].scale
+        if not (number.name.startswith("exponent") and len(np.unique(survey.states.tension)) == 1):
+            free.append(position)
+    ids = (*[c.id for c in chosen], file.cls.id)
+    moved = bench.moved_to(vector)
+    fit = moved.fit([Fit(ids=ids, free=free, vector=vector)])[0]
+    return Refit(scored, file, moved, fit, survey.fit.chi2 - fit.chi2)
+
+
+def effect_file(survey: Survey, scored: Scored, sizes, said: str, *, final: bool = False) -> Written:
+    """The effect file of a law with these sizes; final: they are the defaults of its parameters."""
+    signals = survey.bench.samples.signals
+    points = {s.name: int(s.at[-1]) - 1 for s in signals if s.kind == "lateral"}
+    return written(scored.law, sizes, survey.tension, said=said, points=points, final=final)

@@ -1,0 +1,123 @@
+"""Responses of every run to a short pulse at every channel, and the state that the laws read.
+
+At fixed tension the march is linear in small inputs and does not change with travel, so one pulse a run and channel
+gives the whole operator.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache, partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.analytic.march import march_traced, plan_steps
+from belt_sim.case import Case
+from belt_sim.diagnosis.forward import STEP
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.discovery.channels import CHANNELS, Pulse
+from belt_sim.effects.around_engine import true_travel
+from belt_sim.effects.base import Effect
+from belt_sim.jax_setup import compiled, in_float64
+from belt_sim.laws.span import response
+
+CELLS = 240  # of the input along the longest run, at most
+Y, ANGLE, MOMENT, TILT = 0, 4, 8, 10  # first rows of what is kept, see Responses
+
+
+@dataclass(frozen=True, kw_only=True)
+class Responses:
+    """What the march does with an input.
+
+    grid (J,): travels [m] at which an input is given, linear in between; fine (n,): travels of the records;
+    curves (R, 12, n): y and angle at run-up tail, run-up head, run-off tail, run-off head, then moment and tilt of the
+    span up the tail and up the head; pulses (R, channels, 12, n): what a pulse of height 1 at grid[1] adds.
+    """
+
+    grid: np.ndarray
+    fine: np.ndarray
+    curves: np.ndarray
+    pulses: np.ndarray
+
+    def at(self, rows: np.ndarray, where: np.ndarray) -> np.ndarray:
+        """Answers to inputs in every cell: rows (..., n) of pulses -> (..., len(where), J) at travels ``where``."""
+        step = self.grid[1] - self.grid[0]
+        back = where[:, None] - self.grid[None, :] + step  # travel since the pulse's foot
+        return _looked_up(rows, self.fine[1] - self.fine[0], back)
+
+
+def _looked_up(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarray:
+    """Rows (..., n), zero before their start, at ``where`` (a, J); the first cell is half a pulse."""
+    place = np.clip(where / spacing, 0.0, rows.shape[-1] - 1.001)
+    low = place.astype(int)
+    part = place - low
+    found = rows[..., low] * (1.0 - part) + rows[..., low + 1] * part
+    found[..., 0] *= 0.5
+    return found
+
+
+def responses(bench: Workbench, vector: np.ndarray, ids) -> Responses:
+    """Responses with the effects ``ids`` of a parameter vector at work."""
+    forward, samples = bench.forward, bench.samples
+    effects = forward.effects_at(vector, ids)
+    far = max(float(np.max(in_float64(true_travel)(effects, samples.cases, samples.end))), samples.end)
+    step = STEP * max(2, int(np.ceil(far / CELLS / STEP)))
+    cells = int(np.ceil(far / step)) + 1
+    travel = step * (cells + 1)
+    plan = plan_steps(samples.cases, travel=travel, step=STEP, keep=STEP)
+    curves, pulses = _compiled(forward.model, plan)(effects, samples.cases, step, travel)
+    return Responses(
+        grid=step * np.arange(cells),
+        fine=np.linspace(0.0, travel, plan[0] + 1),
+        curves=np.asarray(curves),
+        pulses=np.asarray(pulses),
+    )
+
+
+@cache
+def _compiled(model, plan):
+    return compiled(partial(_respond, model=model, plan=plan))
+
+
+def _respond(effects: tuple[Effect, ...], cases: Case, step, travel, *, model, plan):
+    def one(case):
+        def rows(heights):
+            pulse = Pulse(**dict(zip(CHANNELS, heights, strict=True)), middle=step, half=step)
+            return _sorted(march_traced(case, (*effects, pulse), travel, model=model, plan=plan), case)
+
+        none = jnp.zeros(len(CHANNELS))
+        along = jax.vmap(lambda d: jax.jvp(rows, (none,), (d,)))(jnp.eye(len(CHANNELS)))
+        return along[0][0], along[1]
+
+    return jax.vmap(one, in_axes=(Case(rig=None, belt=None, settings=0),))(cases)  # type: ignore[arg-type]
+
+
+def _sorted(curves, case):
+    """Rows (12, n): from points 1-4 back to run-up tail, run-up head, run-off tail, run-off head."""
+    forward = case.settings.direction > 0
+    places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([1, 3, 0, 2]))
+    spans = jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))
+    return jnp.concatenate([curves.y[places], curves.angle[places], curves.moment[spans], curves.tilt[spans]])
+
+
+def tension_answers(bench: Workbench) -> np.ndarray:
+    """d kappa at the run-up of a span per relative change of tension and unit of its boundary values, (R, 5)."""
+
+    def one(case):
+        span = bench.forward.model.span(case)
+
+        def tightened(share):
+            return response(retensioned(span, case, share)).runup
+
+        return jax.jvp(tightened, (0.0,), (1.0,))[1]
+
+    many = jax.vmap(one, in_axes=(Case(rig=None, belt=None, settings=0),))  # type: ignore[arg-type]
+    return np.asarray(compiled(many)(bench.samples.cases))
+
+
+def retensioned(span, case: Case, share):
+    """A span when the tension is larger by ``share``: force, sag, and the torsion that tension gives."""
+    torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0
+    return replace(
+        span, force=span.force * (1.0 + share), torsion=torsion, sag_curvature=span.sag_curvature / (1.0 + share)
+    )

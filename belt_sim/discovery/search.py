@@ -1,0 +1,228 @@
+"""Which law: every form at every place, alone and in pairs, by how much of the residual it explains.
+
+All sizes are free; gains are projected, so that nuisances and chosen effects have had their say. A law of more numbers
+must earn them (cost).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from belt_sim.discovery.forms import Form, dictionary
+from belt_sim.discovery.places import Place
+from belt_sim.discovery.survey import Law, Survey, Term
+
+EXPONENTS = (0.0, -1.0, -2.0, 1.0)
+FIRSTS, SECONDS, REFINED = 12, 12, 24
+STEP_OF_GRID = 1.8  # ratio to the next knee or length of the grid
+HIDDEN = 2e-3  # share of a column that must be left beside what is chosen
+TERM, NUMBER, WAVE, EXPONENT, APART = 26.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A law, the chi2 it explains, and the same less what its numbers cost."""
+
+    law: Law
+    gain: float
+    score: float
+
+
+@dataclass(frozen=True)
+class Products:
+    """Products of a place's columns, run by run: with vectors (R, F, q), with themselves (F, R); waves (w,): which
+    forms are waves, and the same products of their other halves (R, w, q), (w, R), and of both halves (w, R).
+    """
+
+    place: Place
+    forms: list[Form]
+    with_vectors: np.ndarray
+    own: np.ndarray
+    waves: np.ndarray
+    sine_vectors: np.ndarray
+    sine: np.ndarray
+    cross: np.ndarray
+
+
+def cost(law: Law) -> float:
+    """What a law's numbers must earn."""
+    total = TERM * (len(law.terms) - 1)
+    total += sum(NUMBER * t.form.numbers + EXPONENT * (t.exponent != 0.0) for t in law.terms)
+    total += sum(WAVE for t in law.terms if t.form.course == "wave")
+    return total + (APART if len({t.place.name for t in law.terms}) > 1 else 0.0)
+
+
+def gain_of(survey: Survey, law: Law) -> float:
+    """chi2 that a law explains."""
+    return fitted(survey, survey.columns(law))[0]
+
+
+def fitted(survey: Survey, columns: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """(chi2 explained, sizes (k,), covariance (k, k)) of whitened columns (k, R, m)."""
+    ground = survey.ground
+    along = np.einsum("krm,rm->k", columns, ground.residual)
+    onto = ground.onto_shared(columns).sum(axis=1)
+    own = np.einsum("krm,lrm->kl", columns, columns)
+    left = own - onto @ ground.inverse @ onto.T
+    pull = along - onto @ ground.inverse @ ground.shared_residual
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
+    if np.any(np.diag(left) * scale**2 < HIDDEN):
+        return 0.0, np.zeros(len(pull)), np.zeros_like(left)
+    inverse = np.linalg.pinv(left * np.outer(scale, scale), rcond=1e-6, hermitian=True)
+    sizes = scale * (inverse @ (pull * scale))
+    return float(pull @ sizes), sizes, inverse * np.outer(scale, scale)
+
+
+def products(survey: Survey, place: Place, vectors: np.ndarray, forms: list[Form] | None = None) -> Products:
+    """Products of all columns of a place with vectors (q, R, m)."""
+    forms = dictionary(survey.states, place.kind) if forms is None else forms
+    vectors32 = vectors.astype(np.float32)
+    rows = survey.rows(place, forms)
+    waving = np.array([k for k, f in enumerate(forms) if f.course == "wave"], dtype=int)
+    halves = survey.rows(place, [forms[k].sine() for k in waving]) if len(waving) else rows[:0]
+    return Products(
+        place,
+        forms,
+        _dot(rows, vectors32),
+        np.einsum("frm,frm->fr", rows, rows),
+        waving,
+        _dot(halves, vectors32),
+        np.einsum("frm,frm->fr", halves, halves),
+        np.einsum("frm,frm->fr", halves, rows[waving]),
+    )
+
+
+def _dot(rows: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    return np.matmul(rows.swapaxes(0, 1), vectors.transpose(1, 2, 0))  # (R, F, q)
+
+
+def gains(p: Products, weight: np.ndarray, targets: int, beside: list[int], inverse, along) -> np.ndarray:
+    """chi2 gains (F, targets) with run weights (R,).
+
+    Vectors 0..targets-1 are what is explained, ``beside`` those taken out; inverse: of their Gram matrix and prior;
+    along (c, targets): their products with the targets.
+    """
+    taken = inverse @ along
+
+    def projected(vectors):
+        onto = (weight.astype(vectors.dtype) @ vectors.reshape(len(weight), -1)).reshape(vectors.shape[1:])
+        return onto[:, :targets] - onto[:, beside] @ taken, onto[:, beside]
+
+    pull, onto = projected(p.with_vectors)
+    whole = p.own @ weight**2
+    left = whole - np.einsum("fc,fc->f", onto @ inverse, onto)
+    seen = left > HIDDEN * whole + 1e-30
+    gain = pull**2 * np.where(seen, 1.0 / np.where(seen, left, 1.0), 0.0)[:, None]
+    k = p.waves
+    if len(k):
+        pull1, (pull2, onto2) = pull[k], projected(p.sine_vectors)
+        left1, left2 = left[k], p.sine @ weight**2 - np.einsum("fc,fc->f", onto2 @ inverse, onto2)
+        both = p.cross @ weight**2 - np.einsum("fc,fc->f", onto[k] @ inverse, onto2)
+        det = left1 * left2 - both**2
+        fine = (det > 1e-6 * np.maximum(left1 * left2, 1e-30)) & (left2 > 0.0)
+        top = left2[:, None] * pull1**2 + left1[:, None] * pull2**2 - 2.0 * both[:, None] * pull1 * pull2
+        gain[k] = np.where(fine[:, None], top / np.where(fine, det, 1.0)[:, None], gain[k])
+    return gain
+
+
+def singles(survey: Survey, exponents=None) -> list[Scored]:
+    """Every form at every place with every exponent, best first."""
+    g = survey.ground
+    vectors = np.concatenate([g.residual[None], g.shared])
+    beside = list(range(1, len(vectors)))
+    found: list[Scored] = []
+    for place in survey.places:
+        p = products(survey, place, vectors)
+        for n in exponents_of(survey) if exponents is None else exponents:
+            gain = gains(p, survey.weight(n), 1, beside, g.inverse, g.shared_residual[:, None])[:, 0]
+            found += [_scored(Law((Term(place, f, n),)), x) for f, x in zip(p.forms, gain, strict=True)]
+    return sorted(found, key=lambda s: -s.score)
+
+
+def exponents_of(survey: Survey) -> tuple[float, ...]:
+    """Exponents of tension to try: only 0 where one tension was run."""
+    return EXPONENTS if len(np.unique(survey.states.tension)) > 1 else (0.0,)
+
+
+def _scored(law: Law, gain: float) -> Scored:
+    return Scored(law, float(gain), float(gain) - cost(law))
+
+
+def distinct(scored: list[Scored], count: int, each: int = 1) -> list[Scored]:
+    """The first ``count`` that say different things, at most ``each`` of the same kind."""
+    seen: dict = {}
+    kept = []
+    for s in scored:
+        key = s.law.says
+        seen[key] = seen.get(key, 0) + 1
+        if seen[key] <= each:
+            kept.append(s)
+        if len(kept) == count:
+            break
+    return kept
+
+
+def pairs(survey: Survey, firsts: list[Scored]) -> list[Scored]:
+    """The best second term beside each of ``firsts``, best first."""
+    g = survey.ground
+    own = [survey.columns(s.law) for s in firsts]
+    vectors = np.concatenate([g.residual[None], g.shared, *own])
+    start = 1 + len(g.shared)
+    spans = np.cumsum([start, *[len(c) for c in own]])
+    prior = np.linalg.pinv(g.inverse, hermitian=True) - np.einsum("crm,drm->cd", g.shared, g.shared)
+    tables = [products(survey, place, vectors) for place in survey.places]
+    found: list[Scored] = []
+    for first, low, high in zip(firsts, spans[:-1], spans[1:], strict=True):
+        beside = [*range(1, start), *range(low, high)]
+        block = vectors[beside]
+        gram = np.einsum("crm,drm->cd", block, block)
+        gram[: start - 1, : start - 1] += prior
+        inverse = np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
+        along = np.einsum("crm,rm->c", block, g.residual)
+        more: list[Scored] = []
+        for p in tables:
+            for n in exponents_of(survey):
+                gain = gains(p, survey.weight(n), 1, beside, inverse, along[:, None])[:, 0]
+                for k in np.argsort(-gain)[:SECONDS]:
+                    law = Law((*first.law.terms, Term(p.place, p.forms[k], n)))
+                    more.append(_scored(law, first.gain + gain[k]))
+        found += distinct(sorted(more, key=lambda s: -s.score), SECONDS)
+    return sorted(found, key=lambda s: -s.score)
+
+
+def refined(survey: Survey, scored: Scored) -> Scored:
+    """The law with its shape numbers at their best, one after the other."""
+    law, gain = scored.law, gain_of(survey, scored.law)
+    for k, term in enumerate(law.terms):
+        for number in ("knee", "at", "wide"):
+            value = getattr(term.form, number)
+            if value is None:
+                continue
+            off = np.log(_neighbour(survey, term.form) if number == "at" else STEP_OF_GRID)
+            best = minimize_scalar(
+                lambda x, at=(law, k, number): -gain_of(survey, _put(*at, float(np.exp(x)))),
+                bounds=(np.log(value) - off, np.log(value) + off),
+                method="bounded",
+                options={"maxiter": 14, "xatol": 1e-3},
+            )
+            if -best.fun > gain:
+                law, gain = _put(law, k, number, float(np.exp(best.x))), float(-best.fun)
+    return _scored(law, gain)
+
+
+def _put(law: Law, k: int, number: str, value: float) -> Law:
+    """The law with a number of its k-th term changed."""
+    term = law.terms[k]
+    changed: dict = {number: value}
+    return Law((*law.terms[:k], replace(term, form=replace(term.form, **changed)), *law.terms[k + 1 :]))
+
+
+def _neighbour(survey: Survey, form: Form) -> float:
+    """Ratio to the next number of the grid."""
+    end = float(survey.states.s[-1])
+    if form.course == "wave":
+        return 1.0 + 0.5 * float(form.at or 1.0) / end
+    if form.course in ("after", "during"):
+        return 1.0 + end / 12.0 / float(form.at or 1.0)
+    return 2.0

@@ -1,0 +1,90 @@
+"""States: what a law may read along each run, on the grid of an unknown's input."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.discovery.channels import CHANNELS
+from belt_sim.discovery.evidence import Course
+from belt_sim.discovery.operators import kept_row
+from belt_sim.discovery.places import TENSION
+from belt_sim.discovery.responses import MOMENT, Responses
+
+#: rows of Responses.curves at the run-ups (tail, head)
+READ = (0, 1, 2, 3, MOMENT, MOMENT + 1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class States:
+    """Along every run, on the grid s (J,) [m].
+
+    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw;
+    since (R, J): travel since it was set; per signal (R, S, J): shown [m] and rate [m/s]; tension, speed (R,); squeeze
+    (R, 2, J): what a relative change of tension adds to kappa.
+    """
+
+    s: np.ndarray
+    y: np.ndarray
+    alpha: np.ndarray
+    kappa: np.ndarray
+    beta: np.ndarray
+    since: np.ndarray
+    shown: np.ndarray
+    rate: np.ndarray
+    tension: np.ndarray
+    speed: np.ndarray
+    squeeze: np.ndarray
+    signals: tuple[str, ...]
+
+
+def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course: Course | None = None) -> States:
+    """States of the model, moved by what an unknown input does to them when there is a ``course`` of it."""
+    runs, grid = bench.samples.runs, answers.grid
+    rows = np.stack([[np.interp(grid, answers.fine, row) for row in kept[: MOMENT + 2]] for kept in answers.curves])
+    if course is not None:
+        rows = rows + _moved(answers, squeeze, course)
+    y, spacing = rows[:, :4], grid[1] - grid[0]
+    bending = float(bench.samples.cases.belt.bending_stiffness)
+    yaw = np.array([r.yaw for r in runs])
+    head = np.array([r.yaw_head for r in runs])
+    since = grid[None] - np.array([[r.yaw_at] for r in runs])
+    at = [[kept_row(s.at, r.direction) for s in bench.samples.signals] for r in runs]
+    shown = np.stack([[rows[r, k] - np.interp(runs[r].yaw_at, grid, rows[r, k]) if k < 4 else 0.0 * grid for k in ks]
+                      for r, ks in enumerate(at)])  # fmt: skip
+    speed = np.array([r.speed for r in runs])
+    return States(
+        s=grid,
+        y=y[:, :2],
+        alpha=-np.gradient(y[:, :2], spacing, axis=-1),
+        kappa=rows[:, MOMENT : MOMENT + 2] / bending,
+        beta=np.where(since >= 0.0, (yaw if np.any(yaw) else head)[:, None], 0.0),
+        since=np.maximum(since, 0.0),
+        shown=shown,
+        rate=np.gradient(shown, spacing, axis=-1) * speed[:, None, None],
+        tension=np.array([r.tension for r in runs]),
+        speed=speed,
+        squeeze=squeeze,
+        signals=tuple(s.name for s in bench.samples.signals),
+    )
+
+
+def _moved(answers: Responses, squeeze: np.ndarray, course: Course) -> np.ndarray:
+    """What the course's mean input adds to the rows of the curves, (R, 10, J)."""
+    inputs = course.inputs(answers.grid)
+    added = np.zeros((len(inputs), MOMENT + 2, len(answers.grid)))
+    for channel, pulley in course.place.parts:
+        if pulley is None:
+            continue
+        k = CHANNELS.index(channel)
+        for r, u in enumerate(inputs):
+            felt = u * squeeze[r, pulley] if course.place.name == TENSION else u
+            for row in READ:
+                added[r, row] += answers.at(answers.pulses[r, k, row], answers.grid) @ felt
+    return added
+
+
+def present(names: Sequence[str], states: States) -> list[str]:
+    """Those variables that are not zero throughout."""
+    return [n for n in names if n == "one" or np.any(getattr(states, n) != 0.0)]

@@ -1,0 +1,113 @@
+"""A survey: everything the search for an unknown works with, laid out beside a fit."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.discovery.evidence import Course, basis_of, courses
+from belt_sim.discovery.forms import Form
+from belt_sim.discovery.ground import Ground, ground_of
+from belt_sim.discovery.operators import Operators, operators, shapes, tension_turn
+from belt_sim.discovery.places import TENSION, Place, place_columns, places_of
+from belt_sim.discovery.responses import Responses, responses
+from belt_sim.discovery.states import States, states_of
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term of a law: size x form x (tension / unit tension)^exponent at a place."""
+
+    place: Place
+    form: Form
+    exponent: float = 0.0
+
+    @property
+    def says(self) -> tuple[str, str, str, str]:
+        """Place and family of form, without numbers."""
+        return self.place.name, *self.form.family
+
+
+@dataclass(frozen=True)
+class Law:
+    """One or two terms whose sizes are free."""
+
+    terms: tuple[Term, ...]
+
+    @property
+    def says(self) -> tuple[tuple[str, str, str, str], ...]:
+        """What the law says, without numbers."""
+        return tuple(t.says for t in self.terms)
+
+
+@dataclass(frozen=True)
+class Survey:
+    """bench, fit: where the search begins; tension: the unit of tension [Pa]; the rest see their modules."""
+
+    bench: Workbench
+    fit: Fit
+    ground: Ground
+    answers: Responses
+    ops: Operators
+    states: States
+    places: tuple[Place, ...]
+    tension: float
+
+    def weight(self, exponent: float) -> np.ndarray:
+        """(tension / unit)^exponent of every run (R,)."""
+        return (self.states.tension / self.tension) ** exponent
+
+    def rows(self, place: Place, forms: list[Form]) -> np.ndarray:
+        """Whitened columns (F, R, m) of forms of size 1 at a place, without dependence on tension."""
+        inputs = []
+        for channel, part in place.parts:
+            one = np.stack([f.values(self.states, part, channel) for f in forms])
+            inputs.append(one * self.states.squeeze[None, :, part] if place.name == TENSION else one)
+        return place_columns(self.ops, place, inputs)
+
+    def readings(self, place: Place, inputs: np.ndarray) -> np.ndarray:
+        """What inputs (k, R, J) at a place add to the readings, (k, R, S, n)."""
+        found = 0.0
+        for channel, part in place.parts:
+            felt = inputs * self.states.squeeze[None, :, part] if place.name == TENSION else inputs
+            cells = shapes(self.bench, self.answers, self.ops.true, channel)
+            found = found + np.einsum("krj,jrsn->krsn", felt, cells, optimize=True)
+        return np.asarray(found)
+
+    def columns(self, law: Law) -> np.ndarray:
+        """Whitened columns (k, R, m) of a law's terms; a wave has two."""
+        found = []
+        for t in law.terms:
+            forms = [t.form, t.form.sine()] if t.form.course == "wave" else [t.form]
+            found.append(self.rows(t.place, forms) * self.weight(t.exponent)[None, :, None])
+        return np.concatenate(found).astype(float)
+
+    def courses(self) -> list[Course]:
+        """The courses of all places and ways of pooling, by evidence."""
+        runs = self.bench.samples.runs
+        found = []
+        for place in self.places:
+            found += courses(self.ground, basis_of(self.ground, self.ops, place, self.states.squeeze), place, runs)
+        return sorted(found, key=lambda c: -c.gain)
+
+    def informed(self, course: Course) -> "Survey":
+        """The survey with states as the data show them, a smooth input being at work."""
+        return replace(self, states=states_of(self.bench, self.answers, self.states.squeeze, course))
+
+
+def survey_of(bench: Workbench, fit: Fit) -> Survey:
+    """Lay out the search for what ``fit`` lacks."""
+    answers = responses(bench, fit.vector, fit.ids)
+    ground = ground_of(bench, fit)
+    ops = operators(bench, ground, answers, bench.forward.effects_at(fit.vector, fit.ids))
+    states = states_of(bench, answers, tension_turn(bench, answers))
+    places = tuple(p for p in places_of(bench.samples) if _felt(ops, p))
+    unit = float(np.exp(np.mean(np.log(states.tension))))
+    unit = 1e6 * float(f"{unit / 1e6:.1g}")
+    return Survey(bench, fit, ground, answers, ops, states, places, unit)
+
+
+def _felt(ops: Operators, place: Place) -> bool:
+    """Whether the readings feel an input at a place at all."""
+    return all(np.any(ops.rows[channel]) for channel, _ in place.parts)

@@ -1,0 +1,38 @@
+"""Idler skew: a roller under the upper span that does not stand square."""
+
+from dataclasses import dataclass
+
+from belt_sim.effects._upper_span import PLACE
+from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.laws.inside import along
+from belt_sim.laws.loads import force_at, from_runoff, on_upper, pushed
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class IdlerSkew(Effect):
+    """A roller that points aside rubs the belt its own way: a constant side force, +y on forward travel.
+
+    On reversed travel it rubs the other way. A support with friction on one side only does the same.
+    """
+
+    id = "idler_skew"
+    law = "span"
+    reference = "clamped span under a side force, any textbook; makers' guides: skewed and seized idlers"
+    parity = "even"
+    tension_exponent = -1.0
+    parameters = {
+        "force": Parameter(
+            unit="N", meaning="side force on the upper span, forward travel", plausible=(-20.0, 20.0), scale=0.1
+        ),
+        "place": PLACE,
+    }
+    force: float = 0.0
+    place: float = 0.5
+
+    def influence(self, span, case):
+        return force_at(span, from_runoff(self.place, case.settings.direction), along(span))
+
+    def bend(self, bend, boundary, known, case):
+        direction = boundary.direction
+        return pushed(bend, known, on_upper(self.force * direction, direction))

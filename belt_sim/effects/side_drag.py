@@ -1,0 +1,39 @@
+"""Side drag: a scraper or skirt that rubs on one edge of the upper span."""
+
+from dataclasses import dataclass
+
+from belt_sim.effects._upper_span import PLACE
+from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.laws.inside import along
+from belt_sim.laws.loads import couple_at, from_runoff, on_upper, pushed
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class SideDrag(Effect):
+    """A drag D against the travel at the edge y = b/2 turns the belt there by a couple about z, moment = D b/2.
+
+    With x along the travel it turns x towards y, in either direction of travel. What D does to the tension is left out.
+    """
+
+    id = "side_drag"
+    law = "span"
+    reference = "clamped span under a couple, any textbook; makers' guides: scrapers and skirts"
+    parity = "even"
+    parameters = {
+        "moment": Parameter(
+            unit="N m",
+            meaning="couple of a drag at the edge y > 0 of the upper span",
+            plausible=(-10.0, 10.0),
+            scale=0.2,
+        ),
+        "place": PLACE,
+    }
+    moment: float = 0.0
+    place: float = 0.5
+
+    def influence(self, span, case):
+        return couple_at(span, from_runoff(self.place, case.settings.direction), along(span))
+
+    def bend(self, bend, boundary, known, case):
+        return pushed(bend, known, on_upper(self.moment, boundary.direction))

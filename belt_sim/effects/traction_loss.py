@@ -1,0 +1,39 @@
+"""Traction lost above a speed: a film of air or liquid between belt and pulley."""
+
+from dataclasses import dataclass, replace
+
+import jax.numpy as jnp
+
+from belt_sim.effects.base import Effect, Parameter, effect
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class TractionLoss(Effect):
+    """A belt that half floats climbs sideways by a share of its contact angle: dy/ds = -(1 - loss (v - onset)) alpha.
+
+    Below ``onset`` nothing is lost. Rates of one tension and yaw that differ with speed and nothing else give it away.
+    """
+
+    id = "traction_loss"
+    law = "run-up"
+    reference = "Knox and Sweeney 1971 (Ind. Eng. Chem. Process Des. Dev. 10(2) 201), air films; here linear"
+    parity = "odd"
+    tension_exponent = 0.0
+    parameters = {
+        "loss": Parameter(unit="s/m", meaning="share lost per unit of speed", plausible=(0.0, 2.0), scale=0.1),
+        "onset": Parameter(
+            unit="m/s",
+            meaning="speed at which it begins",
+            plausible=(0.0, 20.0),
+            scale=0.1,
+            modifier=True,
+            grid=(0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0),
+        ),
+    }
+    loss: float = 0.0
+    onset: float = 0.0
+
+    def runup(self, runup, state, case):
+        share = self.loss * jnp.maximum(case.settings.speed - self.onset, 0.0)
+        return replace(runup, drift=runup.drift + share * state.alpha)

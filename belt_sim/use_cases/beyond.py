@@ -1,0 +1,40 @@
+"""Whether a model is used beyond its validity: one question of simulate and of diagnose."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from belt_sim.analytic.model import AnalyticModel
+from belt_sim.campaign import Campaign
+from belt_sim.campaign.nouns import case_of
+from belt_sim.case import Case
+from belt_sim.validity import Limit, exceeded
+
+#: limits that a belt in three dimensions does not have: it moves, shears, turns far and hangs as it is
+_NOT_IN_SPACE = ("flat_belt", "second_order", "shear", "deep_sag", "fast_belt")
+
+
+def beyond(case: Case, model: Any, effects: Sequence[str] = ()) -> tuple[Limit, ...]:
+    """The limits that ``model`` with ``effects`` (ids) is used beyond in one case, the worst first.
+
+    A limp rope and formulas without curves claim no more than their limiting case: none.
+    """
+    if isinstance(model, AnalyticModel):
+        return exceeded(case, {*model.contains, *effects}) if model.moments else ()
+    options = getattr(model, "options", None)  # of a belt in three dimensions; asking for its class would load MuJoCo
+    if options is None or "sag_roll" not in model.contains:
+        return ()
+    slips = ("slip",) if math.isfinite(options.friction) else ()
+    return exceeded(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
+
+
+def beyond_in_runs(campaign: Campaign, model: AnalyticModel, effects: Sequence[str]) -> tuple[str, ...]:
+    """A sentence a limit that some runs of a campaign are beyond."""
+    found = [(run.name, limit) for run in campaign.runs for limit in beyond(case_of(campaign, run), model, effects)]
+    sentences = []
+    for name in dict.fromkeys(limit.id for _, limit in found):
+        runs = [run for run, limit in found if limit.id == name]
+        worst = max((limit for _, limit in found if limit.id == name), key=lambda x: x.load)
+        many = f"{len(runs)} of {len(campaign.runs)} runs" if len(runs) > 1 else f"run {runs[0]}"
+        sentences.append(f"model used beyond {name} in {many} (up to {worst.load:.2g} times the limit): {worst.words}")
+    return tuple(sentences)

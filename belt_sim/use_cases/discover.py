@@ -1,0 +1,71 @@
+"""Discover: a law that no library holds, sought in a campaign beside a model and the effects that are known to act."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from belt_sim import pictures
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.workbench import workbench
+from belt_sim.discovery.describe import describe
+from belt_sim.discovery.discover import discover as search
+from belt_sim.discovery.gate import DRAWS
+from belt_sim.errors import InputError
+from belt_sim.files import write_json, write_text
+from belt_sim.results.discovery import Discovery
+from belt_sim.results.discovery_json import discovery_json
+from belt_sim.use_cases.asked import effects_of, fitted_model, refuse
+
+
+def discover(
+    campaign: Campaign,
+    model: Any = "strip",
+    effects: Any = None,
+    *,
+    draws: int = DRAWS,
+    seed: int = 0,
+    tell: Callable[[str], None] = lambda stage: None,
+    config: Any = None,
+) -> Discovery:
+    """What the analytic ``model`` lacks beside ``effects``, whose numbers are fitted anew together.
+
+    effects: as for ``compare``; draws: campaigns simulated with nothing missing; tell: hears every stage; config: what
+    asked for it, for the provenance. Raises InputError, CannotRepresent.
+    """
+    if not any(s.kind == "lateral" for s in campaign.signals):
+        raise InputError("signals", "no point", "", "a discovery needs the lateral position of one of points 1-4")
+    chosen, acting = fitted_model(model), effects_of(effects)
+    refuse(chosen, acting)
+    bench = workbench(campaign, chosen, [type(e) for e in acting])
+    vector = bench.forward.null()
+    numbers = {type(e): e for e in acting}
+    for k, slot in enumerate(bench.forward.slots):
+        vector[k] = float(getattr(numbers[slot.effect], slot.name)) / slot.scale
+    bench = bench.moved_to(vector)
+    fit: Fit = bench.fit([bench.start([e.id for e in acting], vector)])[0]
+    tell("fitted what is known")
+    return describe(search(bench, fit, draws=draws, seed=seed, tell=tell), config=config)
+
+
+def leave_discovery(folder: Path, d: Discovery, *, drawn: bool = True) -> None:
+    """discovery.json, found_effect.py where a law was found, and the pictures that there are."""
+    if d.effect_file:
+        write_text(folder / "found_effect.py", d.effect_file)
+    for name, draw in drawings(d).items() if drawn else ():
+        draw(folder / f"{name}.png")
+    write_json(folder / "discovery.json", discovery_json(d))
+
+
+def drawings(d: Discovery) -> dict[str, Callable[[Path], Path]]:
+    """The pictures of a discovery, by name."""
+    there: dict[str, Callable[[Path], Path]] = {"evidence": lambda p: pictures.evidence_picture(p, d)}
+    if d.courses:
+        there["unknown"] = lambda p: pictures.unknown_picture(p, d)
+    if d.law is not None and d.curve is not None and np.isfinite(d.curve.u).all():
+        there["law"] = lambda p: pictures.law_picture(p, d)
+    if d.error is not None:
+        there["falling_error"] = lambda p: pictures.falling_error_picture(p, d)
+    return there

@@ -1,0 +1,187 @@
+"""Where the models stop being right: what a case does, over what its model still bears.
+
+Each limit has a load, 1 at the boundary. Most boundaries stand where the moments of a span, and so the movement of the
+belt, are wrong by some 3 %; the derivations and what they were checked against are in docs/validity.md.
+"""
+
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.analytic.spans import held_answers
+from belt_sim.case import Case, Schedule
+from belt_sim.effects.lift_off import LiftOff
+from belt_sim.jax_setup import compiled
+from belt_sim.laws.inside import along
+from belt_sim.laws.span import beam_second_order, strip
+
+WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
+FRICTION = 0.15  # steel on a smooth pulley, the least that is usual; a case does not say it
+SLIP_WAY = 0.1  # share of a quarter span on which slip may act
+STRENGTH = 450e6  # [Pa], bending fatigue of usual belt steels
+_answers = compiled(held_answers)
+_fields = compiled(along)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One boundary. load: how far the case has come towards it, 1 = there; words: what happens beyond it."""
+
+    id: str
+    load: float
+    words: str
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    """A case with what its spans do: yaw [rad], the largest step or angle; entry: moment per radian of yaw [N m];
+    square: its change over the square of the yaw [1/rad^2]; flat: its change in a flat span, and layer: that of the
+    carried moment by the bending layer [1]."""
+
+    case: Case
+    yaw: float
+    entry: float
+    square: float
+    flat: float
+    layer: float
+
+
+def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit, ...]:
+    """All limits of a model for one case; ``contains``: the effects, or the limits themselves, that it has in it."""
+    loaded = _loaded(case)
+    found = (way(loaded) for way, cure in _WAYS if cure not in contains)
+    return tuple(limit for limit in found if limit.id not in contains)
+
+
+def exceeded(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit, ...]:
+    """The limits that the case is beyond, the worst first."""
+    return tuple(sorted((x for x in limits(case, contains) if x.load > 1.0), key=lambda x: -x.load))
+
+
+def warning(model: str, beyond: Iterable[Limit]) -> str:
+    """One line, empty when nothing is exceeded."""
+    said = "; ".join(f"{x.id} ({x.load:.2g} times the limit): {x.words}" for x in beyond)
+    return f"{model} used beyond its validity: {said}" if said else ""
+
+
+def _loaded(case: Case) -> _Loaded:
+    span = strip(case)
+    plain, lifted = (_answers(case, effects, span) for effects in ((), (LiftOff(),)))
+    flat = _answers(case, (), beam_second_order(case))
+    carried, changed = np.asarray(plain.runoff)[1, 2], np.asarray(lifted.runoff)[1, 2]
+    return _Loaded(
+        case=case,
+        yaw=max(_largest(case.settings.yaw), _largest(case.settings.yaw_head)),
+        entry=abs(float(span.bending * np.asarray(plain.runup)[0, 2])),
+        square=_beyond_linear(case),
+        flat=abs(float(np.asarray(flat.runup)[0, 2] / np.asarray(plain.runup)[0, 2]) - 1.0),
+        layer=abs(float(changed / carried) - 1.0),
+    )
+
+
+def _beyond_linear(case: Case) -> float:
+    """Change of the entry moment over the square of the yaw [1/rad^2]: 4 (stretch - relief) / (M_entry yaw).
+
+    Energies of fourth order, with the linear fields put in: twist stretches the edges, E h b^5/1440 int phi'^4; and in
+    F w'' = q + (M phi)'' the moment lets the tilted span sag on, int (M phi)'^2 / 2F.
+    """
+    span, belt = strip(case), case.belt
+    fields = _fields(span)
+    x, moment = np.asarray(fields.x), float(span.bending) * np.asarray(fields.per_runup)
+    twist = _integral(moment * float(span.sag_curvature / span.torsion), x)
+    tilt = _integral(twist, x)
+    twist, tilt = twist - tilt[-1] / x[-1], tilt - tilt[-1] * x / x[-1]
+    stretch = belt.youngs_modulus * belt.thickness * belt.width**5 / 1440.0 * np.trapezoid(twist**4, x)
+    relief = np.trapezoid(np.gradient(moment * tilt, x) ** 2, x) / (2.0 * float(span.force))
+    return float(4.0 * (stretch - relief) / moment[-1])
+
+
+def _integral(values: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Running integral from the first place."""
+    return np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2.0 * np.diff(x))])
+
+
+def _largest(schedule: Schedule) -> float:
+    """The largest angle or change of angle of a schedule [rad]."""
+    change = np.atleast_1d(np.asarray(schedule.change, float))
+    return float(max(np.abs(change).max(initial=0.0), np.abs(np.cumsum(change)).max(initial=0.0)))
+
+
+def _slack_edge(x: _Loaded) -> Limit:
+    """Stress at an edge is sigma -+ 6 M/(b^2 h): an edge is slack once M > F b/6."""
+    load = 6.0 * x.entry * x.yaw / (x.case.tension_force * x.case.belt.width)
+    return Limit("slack_edge", load, "an edge goes slack after the yaw, and a linear span overrates its moment")
+
+
+def _second_order(x: _Loaded) -> Limit:
+    """Moments change with the square of the yaw, by ``_beyond_linear``."""
+    words = "the turn is so large that the linear span is wrong: the slack edge sags more, twist stretches both"
+    return Limit("second_order", float(abs(x.square) * x.yaw**2 / WRONG), words)
+
+
+def _slip(x: _Loaded) -> Limit:
+    """The belt slips on z = 4 R M/(mu F b) of its pulley and turns by M z/2 EI, so that y gains z/s; at s = L/4."""
+    case = x.case
+    radius = max(case.rig.head_radius, case.rig.tail_radius)
+    way = 4.0 * radius * x.entry * x.yaw / (FRICTION * case.tension_force * case.belt.width)
+    load = way / (SLIP_WAY * case.rig.span_length / 4.0)
+    return Limit(
+        "slip", float(load), f"at a friction of {FRICTION:g} or less the belt slips on the pulley after the yaw"
+    )
+
+
+def _shear(x: _Loaded) -> Limit:
+    """Entry stiffness (4 + P)/(1 + P) EI/L, P = 12 EI n/(G A L^2): lower by 3 P/4; the strip has no shear."""
+    belt = x.case.belt
+    ratio = 12.0 * 1.2 * belt.bending_stiffness / (belt.shear_modulus * belt.area * x.case.rig.span_length**2)
+    return Limit("shear", float(0.75 * ratio / WRONG), "the spans are short and wide: shear bends them as well")
+
+
+def _fast_belt(x: _Loaded) -> Limit:
+    """F - rho A v^2 is the tension that counts, and low-tension movement goes with its third power."""
+    case = x.case
+    share = case.belt.density * case.settings.speed**2 / case.settings.tension
+    return Limit(
+        "fast_belt", float(3.0 * share / WRONG), "the belt runs at a share of its string speed: inertia counts"
+    )
+
+
+def _deep_sag(x: _Loaded) -> Limit:
+    """Slope of the hanging span at its ends psi = Z L/2; laws take cos psi = 1."""
+    slope = x.case.sag_curvature * x.case.rig.span_length / 2.0
+    return Limit("deep_sag", float(slope**2 / 2.0 / WRONG), "the spans hang so low that they are no parabolas")
+
+
+def _thick_belt(x: _Loaded) -> Limit:
+    """Bending stress E h/2R over the pulley, and the tension."""
+    case = x.case
+    radius = min(case.rig.head_radius, case.rig.tail_radius)
+    stress = case.belt.youngs_modulus * case.belt.thickness / (2.0 * radius) + case.settings.tension
+    return Limit("thick_belt", float(stress / STRENGTH), "belt steel tires or yields when bent over such a pulley")
+
+
+def _bending_layer(x: _Loaded) -> Limit:
+    """The layer beside the pulleys changes the moment that the lower span carries over, and y_3 with it."""
+    return Limit(
+        "bending_layer", x.layer / WRONG, "the belt's own stiffness lifts it off the pulleys: use strip_lift_off"
+    )
+
+
+def _flat_belt(x: _Loaded) -> Limit:
+    """The entry moment of a flat beam over that of the strip, which sags, tilts and so gives way."""
+    return Limit("flat_belt", x.flat / WRONG, "the spans sag and tilt: use strip")
+
+
+#: how each limit is reckoned, and the effect that moves it out of the way
+_WAYS: tuple[tuple[Callable[[_Loaded], Limit], str], ...] = (
+    (_flat_belt, "sag_roll"),
+    (_slack_edge, ""),
+    (_second_order, ""),
+    (_bending_layer, "lift_off"),
+    (_slip, "slip"),
+    (_shear, "shear"),
+    (_deep_sag, ""),
+    (_fast_belt, "speed_tension"),
+    (_thick_belt, ""),
+)

@@ -1,0 +1,30 @@
+"""A scraper drags on one edge of the upper span: a couple about the vertical, positive for the edge y > 0."""
+
+from dataclasses import dataclass
+
+from belt_sim.virtual_rig.fault import Fault, Size
+from belt_sim.virtual_rig.load import couple_at
+
+
+@dataclass(frozen=True, kw_only=True)
+class SideDrag(Fault):
+    id = "side_drag"
+    sizes = {"moment": Size(unit="N m", typical=0.5, limit=50.0)}
+    lot = 24
+    moment: float = 0.0
+    place: float = 0.5
+
+    def loads(self, line):
+        """The drag -D t on the edge at b/2 turns y' upwards along the travel t, whichever way the belt runs."""
+        return (couple_at(line, True, self.place),)
+
+    def push(self, s, line, load, free, kept):
+        return self.moment + 0 * free, kept
+
+    @classmethod
+    def shape_by_lot(cls, plan, rng):
+        return {"place": float(rng.uniform(0.1, 0.9))}
+
+    @classmethod
+    def shapes(cls, plan):
+        return tuple({"place": place} for place in (0.15, 0.4, 0.6, 0.85))

@@ -1,0 +1,67 @@
+"""Which effects look alike by nature: python -m studies.look_alikes tensions=[10] prints a Markdown table.
+
+The cosine of two effects is the largest between their whitened columns at null, noise and nuisances taken into account
+as a diagnosis does: at 1 the readings cannot tell them apart, whatever their size.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from belt_sim.analytic.model import analytic_model
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.si import N_PER_MM2
+from belt_sim.use_cases.asked import candidates_of
+from belt_sim.virtual_rig.make import make_campaign
+from studies.application import application
+
+FAINT = 0.1  # standard deviations that a parameter's scale must move the readings by
+
+
+def look_alikes(config: dict[str, Any]) -> None:
+    """Print every pair above ``above``."""
+    campaign = _kept(make_campaign(seed=int(config["seed"]), base=config["model"])[0], config["tensions"])
+    model = analytic_model(config["model"])
+    bench = workbench(campaign, model, tuple(candidates_of(None, model)))
+    bases = spanned(bench)
+    print(f"{len(campaign.runs)} runs, {len(campaign.signals)} signals\n\n| effect | beside | cosine |\n|---|---|---|")
+    names = sorted(bases)
+    pairs = [(cosine(bases[a], bases[b]), a, b) for k, a in enumerate(names) for b in names[k + 1 :]]
+    for size, a, b in sorted(pairs, reverse=True):
+        if size > float(config["above"]):
+            print(f"| {a} | {b} | {size:.4f} |")
+    print("\nnot seen:", ", ".join(c.id for c in bench.forward.classes if c.id not in bases) or "none")
+
+
+def spanned(bench: Workbench) -> dict[str, np.ndarray]:
+    """Orthonormal columns (N, k) of every effect that these readings can see."""
+    null, found = bench.forward.null(), {}
+    for name in (c.id for c in bench.forward.classes):
+        rows = bench.metric.whiten(bench.slopes(null, bench.forward.index(name)))
+        seen = rows[np.linalg.norm(rows, axis=1) > FAINT]
+        if len(seen):
+            found[name] = np.linalg.qr(seen.T)[0]
+    return found
+
+
+def cosine(a: np.ndarray, b: np.ndarray) -> float:
+    """Of the smallest angle between two spans."""
+    return float(np.linalg.norm(a.T @ b, ord=2))
+
+
+def _kept(campaign: Campaign, tensions: list[float] | None) -> Campaign:
+    """The campaign with the runs of these tensions only."""
+    if tensions is None:
+        return campaign
+    wanted = [t * N_PER_MM2 for t in tensions]
+    kept = tuple(r for r in campaign.runs if any(abs(r.tension - t) < 1e-3 * t for t in wanted))
+    names = {r.name for r in kept}
+    return replace(
+        campaign, runs=tuple(replace(r, repeat_of=r.repeat_of if r.repeat_of in names else None) for r in kept)
+    )
+
+
+if __name__ == "__main__":
+    application("look_alikes", look_alikes)

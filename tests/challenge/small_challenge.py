@@ -1,0 +1,56 @@
+"""Small campaigns, and answerers that are not the diagnosis: processes of a challenge import these by name."""
+
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.virtual_rig import Plan, grid, make_campaign
+
+PLAN = Plan(runs=grid((10 * N_PER_MM2, 30 * N_PER_MM2), (-0.042 * DEGREE, 0.042 * DEGREE)), length=20.0)
+HIDDEN: tuple[tuple[str, ...], ...] = ((), ("cant",), ("taper",), ("cant", "taper"))
+SLOW = 1.5  # [s]
+PATIENCE = 12.0  # [s]
+
+
+def hidden(seed: int) -> tuple[str, ...]:
+    return HIDDEN[seed % len(HIDDEN)]
+
+
+def draw(seed: int):
+    return make_campaign(hidden=[{"id": i, "d": 40.0} for i in hidden(seed)], seed=seed, base="strip", plan=PLAN)
+
+
+def answer_of(*names: str, verdict: str | None = None, probability: float = 1.0) -> dict[str, Any]:
+    """An answer that names effects."""
+    effects = [{"id": n, "parameters": {}, "probability": probability, "confusable_with": []} for n in names]
+    return {"verdict": verdict or ("explained" if names else "adequate"), "sentence": "", "effects": effects}
+
+
+def oracle(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+    """Always right; refuses a folder that holds a truth."""
+    assert sorted(p.name for p in folder.iterdir()) == ["campaign.yaml", "runs.csv", "signals.csv"]
+    assert base == "strip"
+    return answer_of(*hidden(seed))
+
+
+def slow_oracle(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+    time.sleep(SLOW)
+    return oracle(folder, bootstraps, seed, base)
+
+
+def wrong(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+    """Says crown, whatever it is."""
+    return answer_of("crown")
+
+
+def troubled(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+    """Raises, dies, never comes back, or answers."""
+    if seed == 0:
+        raise ValueError("no such thing")
+    if seed == 1:
+        os._exit(7)
+    if seed == 2:
+        time.sleep(600.0)
+    return oracle(folder, bootstraps, seed, base)

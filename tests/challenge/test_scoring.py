@@ -1,0 +1,244 @@
+"""Every outcome that a campaign can have, every figure that is counted from it, and what is published."""
+
+import numpy as np
+import pytest
+from small_challenge import answer_of
+
+from belt_sim.challenge.baselines import Table, by_rounds, iid_bic, said, sparse
+from belt_sim.challenge.drawn import reliability
+from belt_sim.challenge.facts import Facts, facts_of
+from belt_sim.challenge.laws import pairs, place_said
+from belt_sim.challenge.publish import publish, read_published
+from belt_sim.challenge.targets import confidently_wrong, targets
+from belt_sim.challenge.wilson import Share
+
+DIRT = {"kind": "dropout", "signal": "y1", "run": "r02"}
+
+
+def truth(kind: str, *names: str, d: float = 12.0, **more):
+    effects = [{"id": n, "parameters": {"a": 2.0, "b": 0.0}, "d": d} for n in names]
+    base = {"kind": kind, "base": "strip", "effects": effects, "lookalikes": [], "distance": None, "dirty": None}
+    return base | more
+
+
+def result(hidden, answer, **more):
+    common = {"seed": 7, "source": "mix", "ablation": "diagnosis", "bootstraps": 100, "commit": "abc"}
+    return common | {"seconds": {"answer": 3.0}, "truth": hidden, "answer": answer} | more
+
+
+def facts(hidden, answer) -> Facts:
+    return facts_of(result(hidden, answer))
+
+
+def aliased(name: str, other: str):
+    answer = answer_of(name)
+    answer["effects"][0]["confusable_with"] = [other]
+    return answer
+
+
+@pytest.mark.parametrize(
+    ("hidden", "answer", "outcome"),
+    [
+        (truth("nothing"), answer_of(), "right"),
+        (truth("nothing"), answer_of("taper"), "wrong"),
+        (truth("nothing"), answer_of(verdict="none_known"), "wrong"),
+        (truth("stated"), answer_of(), "right"),
+        (truth("below_noise", "taper"), answer_of(), "right"),
+        (truth("below_noise", "taper"), answer_of("taper"), "right"),
+        (truth("below_noise", "taper"), answer_of("cant"), "wrong"),
+        (truth("library", "taper"), answer_of("taper"), "right"),
+        (truth("library", "taper"), answer_of("taper", verdict="partly"), "right"),
+        (truth("library", "taper"), answer_of("taper", "cant", verdict="partly"), "beside"),
+        (truth("library", "taper"), answer_of(), "missed"),
+        (truth("library", "taper"), answer_of(verdict="none_known"), "unnamed"),
+        (truth("library", "taper"), answer_of(verdict="cannot_say"), "wrong"),
+        (truth("library", "taper"), aliased("cant", "taper"), "alias"),
+        (truth("library", "taper"), answer_of("cant"), "wrong"),
+        (truth("library", "taper", lookalikes=["cant"]), answer_of("cant"), "lookalike"),
+        (truth("two", "taper", "cant"), answer_of("cant", "taper"), "right"),
+        (truth("two", "taper", "cant"), answer_of("cant"), "part"),
+        (truth("two", "taper", "cant"), answer_of("cant", "crown"), "wrong"),
+        (truth("outside", "creep", distance=10.0), answer_of(verdict="none_known"), "right"),
+        (truth("outside", "creep", distance=10.0), answer_of("cant", verdict="partly"), "wrong"),
+        (truth("outside", "creep", distance=10.0), answer_of("cant"), "wrong"),
+        (truth("outside", "creep", distance=10.0), answer_of(), "missed"),
+        (truth("dirty", dirty=DIRT), answer_of(verdict="cannot_say"), "right"),
+        (truth("dirty", dirty=DIRT), answer_of(), "wrong"),
+        (truth("dirty", dirty=DIRT), {"verdict": "crash", "effects": [], "sentence": "x"}, "crash"),
+        (truth("library", "taper"), {"verdict": "crash", "effects": [], "sentence": "x"}, "crash"),
+        (None, {"verdict": "crash", "effects": [], "sentence": "x"}, "crash"),
+    ],
+)
+def test_outcomes(hidden, answer, outcome):
+    assert facts(hidden, answer).outcome == outcome
+
+
+def suspicion(run, signal):
+    return {"run": run, "signal": signal, "kind": "dropout", "sentence": "", "severity": "look"}
+
+
+def test_dirt_is_caught_where_it_is_and_not_elsewhere():
+    seen = answer_of() | {"suspicions": [suspicion("r02", "y1")]}
+    elsewhere = answer_of() | {"suspicions": [suspicion("r03", "y1")]}
+    assert facts(truth("dirty", dirty=DIRT), seen).outcome == "right"
+    assert facts(truth("dirty", dirty=DIRT), elsewhere).outcome == "wrong"
+
+
+def test_confidence_is_counted_by_name_and_probability():
+    beside = truth("library", "taper")
+    assert confidently_wrong(facts(beside, answer_of("taper", "cant")))
+    assert not confidently_wrong(facts(beside, answer_of("taper", "cant", probability=0.8)))
+    assert not confidently_wrong(facts(beside, aliased("cant", "taper")))
+    assert not confidently_wrong(facts(beside, answer_of(verdict="none_known")))
+
+
+def estimated(low: float, high: float, verdict: str = "explained"):
+    answer = answer_of("taper", verdict=verdict)
+    answer["effects"][0]["parameters"] = {"a": {"interval_95": [low, high]}, "b": {"interval_95": [-1.0, 1.0]}}
+    return answer
+
+
+def test_intervals_are_held_against_the_true_values():
+    hidden = truth("library", "taper")
+    assert facts(hidden, estimated(1.9, 2.1)).covered == [True, True]
+    assert facts(hidden, estimated(2.1, 2.3)).covered == [False, True]
+    assert facts(hidden, estimated(1.9, 2.1, verdict="partly")).covered == []
+    assert facts(truth("library", "cant"), estimated(1.9, 2.1)).covered == []
+
+
+def error(before: float, after: float, floor: float = 0.1):
+    return {"error": {"held_out": {"before_mm": before, "after_mm": after}, "noise_floor_mm": floor}}
+
+
+def test_the_reducible_error_is_what_exceeds_the_floor():
+    hidden = truth("library", "taper")
+    assert facts(hidden, answer_of("taper") | error(1.1, 0.2)).removed == pytest.approx(0.9)
+    assert facts(hidden, answer_of("taper") | error(1.1, 1.2)).removed == pytest.approx(-0.1)
+    assert facts(hidden, answer_of("taper") | error(0.105, 0.1)).removed is None
+
+
+def discovery(formula: str, place: str, *rivals: str, found: bool = True):
+    """As diagnosis.json has it."""
+    law = {"formula": formula, "place": place}
+    alike = [{"formula": r, "place": place} for r in rivals]
+    return {"discovery": {"found": found, "sentence": "it creeps", "p": 0.001, "law": law, "rivals": alike}}
+
+
+def test_a_discovered_law_is_right_in_its_place_and_in_its_law_or_not():
+    unknown = {"place": "yaw_tail", "variable": "time_since_step", "form": "exponential", "also": [["yaw", "power"]]}
+    hidden, known = truth("outside", "creep", distance=20.0, **unknown), answer_of(verdict="none_known")
+    creep, head = "(0.240 ± 0.010) × β (1 − exp(−s/14.6 ± 1.2 m))", "yaw of the head pulley"
+    found = facts(hidden, known | discovery(creep, "yaw of the tail pulley"))
+    assert (found.discovered, found.place, found.law, found.p) == ("it creeps", True, True, 0.001)
+    other = facts(hidden, known | discovery("(1.0 ± 0.1)·10⁻³ rad × κ|κ|", head))
+    assert (other.place, other.law) == (False, False)
+    assert facts(hidden, known | discovery("(2.0 ± 0.1) × κ|κ|", head, "β|β|")).law  # in the class that is stated
+    assert facts(truth("nothing"), known | discovery(creep, head)).discovered
+    assert not facts(truth("nothing"), known | discovery(creep, head, found=False)).discovered
+
+
+@pytest.mark.parametrize(
+    ("said", "true"),
+    [
+        ("turn of the belt where it runs up both pulleys alike", "runup_both"),
+        ("turn_tail", "runup_tail"),
+        ("yaw of the head pulley", "yaw_head"),
+        ("twist over the wrap of the tail pulley", "wrap"),
+        ("reading of y1", "sensor"),
+        ("readings of all sensors alike", "sensor_all"),
+        ("sensor_y4", "sensor"),
+        ("tension of the belt", "tension"),
+    ],
+)
+def test_places_of_the_finder_in_the_words_of_the_generator(said, true):
+    assert place_said(said) == true
+
+
+@pytest.mark.parametrize(
+    ("term", "pair", "other"),
+    [
+        ("(1.2 ± 0.1)·10⁻⁶ rad/m × s", ("travel", "linear"), ("travel", "constant")),
+        ("(1.2 ± 0.1)·10⁻⁶ rad × a constant", ("travel", "constant"), ("travel", "linear")),
+        ("(1.2 ± 0.1)·10⁻⁶ 1/m² × y²", ("y", "power"), ("y", "linear")),
+        ("(1.2 ± 0.1) × κ, saturating at 0.1 1/m × tension^-1", ("curvature", "saturating"), ("curvature", "power")),
+        ("(1.2 ± 0.1) × the part of κ beyond ±0.1 1/m", ("curvature", "threshold"), ("curvature", "linear")),
+        ("(1.2 ± 0.1) × α after 20 m", ("travel", "threshold"), ("travel", "linear")),
+        ("(1.2 ± 0.1) rad × a wave of 6.4 m", ("belt_phase", "periodic"), ("travel", "linear")),
+    ],
+)
+def test_terms_of_a_formula_in_the_words_of_the_generator(term, pair, other):
+    assert pair in pairs(term)
+    assert other not in pairs(term)
+
+
+def test_every_kind_of_campaign_moves_its_own_row():
+    rows = [facts(truth("nothing"), answer_of()), facts(truth("nothing"), answer_of("taper"))]
+    rows += [facts(truth("library", "taper", d=d), answer_of("taper")) for d in (3.0, 6.0, 12.0, 24.0)]
+    rows += [facts(truth("outside", "creep", distance=d), answer_of(verdict="none_known")) for d in (7.0, 9.0, 13.0)]
+    found = {t.name: (t.found.count, t.found.trials) for t in targets(rows)}
+    assert found["false alarm when nothing is hidden"] == (1, 2)
+    assert [found[f"right effect first, d = {d}"] for d in (3, 6, 12, 24)] == [(1, 1)] * 4
+    assert found["unknown effect flagged, distance 8-12"] == (1, 1)
+    assert found["unknown effect flagged, distance > 12"] == (1, 1)
+    assert found["truth named or in the confusable set, d >= 6"] == (3, 3)
+    met = {t.name: t.met for t in targets(rows)}
+    assert met["false alarm when nothing is hidden"] is False
+    assert met["right effect first, d = 6"] is True
+    assert met["two effects, exact set"] is None
+
+
+def test_wilson_has_the_published_values():
+    """Newcombe (1998), table I."""
+    for count, trials, low, high in ((81, 263, 0.2553, 0.3662), (0, 20, 0.0, 0.1611), (15, 148, 0.0624, 0.1605)):
+        assert Share(count, trials).interval == pytest.approx((low, high), abs=5e-5)
+
+
+def test_probabilities_are_set_against_what_was_hidden():
+    sure = [facts(truth("library", "taper"), answer_of("taper", probability=0.97)) for _ in range(3)]
+    lost = [facts(truth("library", "cant"), answer_of("taper", probability=0.97))]
+    ((mean, share),) = reliability(sure + lost)
+    assert mean == pytest.approx(0.97)
+    assert (share.count, share.trials) == (3, 4)
+
+
+def test_what_is_published_reads_back_and_tells_failures_with_reasons(tmp_path):
+    ranking = [{"id": "taper", "gain": 5.0, "threshold": 9.0, "note": "not needed"}]
+    good = result(truth("library", "taper"), answer_of("taper"), others={"iid_bic": answer_of("cant")})
+    missed = result(
+        truth("library", "taper"), answer_of() | {"ranking": ranking}, others={"iid_bic": answer_of("taper")}
+    )
+    path = publish([good, missed], str(tmp_path), {"source": "mix", "ablation": "diagnosis"})
+    (back,) = read_published(tmp_path / "challenge")
+    assert back.rows == [facts_of(good), facts_of(missed)]
+    assert [f.outcome for f in back.others["iid_bic"]] == ["wrong", "right"]
+    text = path.read_text()
+    assert "| right effect first, d = 12 | >= 98% | 1 of 2 |" in text
+    assert "taper: gain 5.0 under its threshold 9.0" in text
+    assert len(list((tmp_path / "images").iterdir())) == 2
+    assert publish([], str(tmp_path), {}).read_text() == text
+
+
+@pytest.fixture
+def table():
+    """Two effects on 400 readings, the first of which is there, in white noise of 0.1."""
+    rng = np.random.default_rng(3)
+    columns = np.stack([np.linspace(-1, 1, 400), np.sin(np.linspace(0, 20, 400))])
+    owner = (("ramp", "a", 2.0), ("wave", "b", 1.0))
+    return Table(3.0 * columns[0] + 0.1 * rng.standard_normal(400), columns, owner, 0.1)
+
+
+def test_plain_methods_are_right_where_noise_is_white(table):
+    for answer in (iid_bic(table), sparse(table)):
+        assert [e["id"] for e in answer["effects"]] == ["ramp"]
+        low, high = answer["effects"][0]["parameters"]["a"]["interval_95"]
+        assert low < 6.0 < high
+        assert high - low == pytest.approx(2 * 1.96 * 2.0 * 0.1 / np.sqrt((table.columns[0] ** 2).sum()), rel=0.1)
+    assert said(table, [], {})["verdict"] == "adequate"
+
+
+def test_a_search_by_gains_alone_stops_at_its_limit():
+    rounds = [[{"id": "a", "gain": 30.0, "threshold": 9.0}, {"id": "b", "gain": 12.0, "threshold": None}]]
+    rounds += [[{"id": "a", "gain": 99.0, "threshold": 9.0}, {"id": "b", "gain": 8.0, "threshold": 9.0}]]
+    answer = answer_of() | {"rounds": rounds}
+    assert [e["id"] for e in by_rounds(answer, lambda t: t["threshold"])["effects"]] == ["a"]
+    assert [e["id"] for e in by_rounds(answer, lambda t: 5.0)["effects"]] == ["a", "b"]

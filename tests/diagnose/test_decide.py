@@ -1,0 +1,94 @@
+"""The decision by itself, on evidence that is written down: sets, their gains, and what they predict."""
+
+from dataclasses import dataclass, field
+
+import pytest
+
+from belt_sim.diagnosis.decide import best_of_all, decide
+
+THRESHOLD = 10.0
+
+
+@dataclass
+class One:
+    """A candidate beside a set."""
+
+    id: str
+    gain: float
+
+    @property
+    def score(self):
+        return self.gain - THRESHOLD
+
+    @property
+    def passes(self):
+        return self.score > 0.0
+
+
+@dataclass
+class Written:
+    """gain: set (letters) -> chi2 gain over nothing; worsens: sets that predict worse than some subset."""
+
+    gain: dict[str, float]
+    worsens: tuple[str, ...] = ()
+    absurd: tuple[str, ...] = ()
+    names: str = "abc"
+    asked: list = field(default_factory=list)
+
+    def _of(self, ids):
+        return self.gain.get("".join(sorted(ids)), 0.0)
+
+    def trials(self, ids):
+        self.asked.append("".join(ids))
+        return [One(n, self._of((*ids, n)) - self._of(ids)) for n in self.names if n not in ids]
+
+    def gains(self, sets):
+        return [self._of(ids) for ids in sets]
+
+    def threshold(self, name):
+        return THRESHOLD
+
+    def plausible(self, ids):
+        return "".join(sorted(ids)) not in self.absurd
+
+    def worse(self, larger, smaller):
+        return ("density",) if "".join(sorted(larger)) in self.worsens and len(smaller) < len(larger) else ()
+
+    def moved(self, ids):
+        return self
+
+
+@pytest.mark.parametrize(
+    ("evidence", "chosen"),
+    [
+        (Written({"a": 5, "b": 5, "c": 5}), ""),  # chance gives as much
+        (Written({"a": 50, "b": 20}), "a"),
+        (Written({"a": 50, "b": 20, "ab": 55}), "a"),  # b adds less than chance
+        (Written({"a": 50, "b": 20, "ab": 90}), "ab"),
+        (Written({"a": 50, "b": 45, "ab": 90}, worsens=("ab",)), "a"),  # the larger set predicts worse
+        (Written({"a": 50, "b": 45}, worsens=("a",)), "b"),  # the first does, the second does not
+        (Written({"a": 50}, worsens=("a",)), ""),
+        (Written({"a": 50, "b": 48, "c": 47, "bc": 200, "ab": 70, "ac": 60, "abc": 201}), "bc"),  # a was in the way
+    ],
+)
+def test_the_set_that_is_chosen(evidence, chosen):
+    assert "".join(sorted(decide(evidence).ids)) == chosen
+
+
+def test_the_best_set_of_an_earlier_round_is_not_lost():
+    """Two effects fit a little better than the one they pushed out, but not by what two cost."""
+    gain = {"a": 60, "b": 5, "c": 5, "ab": 62, "ac": 62, "bc": 65, "abc": 66}
+    assert best_of_all(Written(gain), [("a",), ("b", "c")]) == ("a",)
+    assert best_of_all(Written(gain | {"bc": 95}), [("a",), ("b", "c")]) == ("b", "c")
+
+
+def test_a_set_with_an_absurd_number_is_never_the_answer():
+    gain = {"a": 60, "b": 40, "ab": 120}
+    assert best_of_all(Written(gain, absurd=("ab",)), [("a", "b")]) == ("a",)
+    assert best_of_all(Written(gain, absurd=("a", "b", "ab")), [("a", "b")]) == ()
+
+
+def test_no_more_effects_than_allowed():
+    gain = {"a": 100, "b": 90, "c": 80, "ab": 200, "ac": 190, "bc": 180, "abc": 300}
+    assert len(decide(Written(gain), limit=2).ids) == 2
+    assert decide(Written(gain), limit=0).ids == ()

@@ -1,0 +1,78 @@
+"""Readings that are linear in an effect: derivatives without a march, and how many harmonics of an edge are asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_campaign import MODEL, campaign
+
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.samples import samples_of
+from belt_sim.diagnosis.workbench import workbench
+from belt_sim.effects.library import library
+from belt_sim.paper import TEST_RIG
+
+NAMES = ("edge_profile", "encoder_scale", "sensor_delay", "sensor_gain")
+CLASSES = tuple(library()[name] for name in NAMES)
+SAME = 1e-6  # of a column: differences of two marches
+FOUND = 5.0  # standard deviations
+POINTS = {"point_4": 0.0, "point_1": TEST_RIG.span_length, "point_2": TEST_RIG.span_length + TEST_RIG.wrap_tail}
+POINTS["point_3"] = POINTS["point_2"] + TEST_RIG.span_length
+
+
+def with_edge(plain: Campaign, sizes: np.ndarray) -> Campaign:
+    """The campaign with an edge of cosines of these sizes [m], read by every lateral sensor, zero where yaw is applied."""
+    order = np.arange(1, len(sizes) + 1)[:, None]
+
+    def edge(travel, signal, direction):
+        return sizes @ np.cos(2 * np.pi * order * (travel - direction * POINTS[signal.at]) / TEST_RIG.belt_length)
+
+    runs = []
+    for run in plain.runs:
+        added = {
+            s.name: run.signals[s.name]
+            + edge(run.travel, s, run.direction)
+            - edge(np.array([run.yaw_at]), s, run.direction)
+            for s in plain.signals
+            if s.at in POINTS
+        }
+        runs.append(replace(run, signals=run.signals | added))
+    return replace(plain, runs=tuple(runs))
+
+
+def test_derivatives_are_those_of_the_whole_prediction():
+    """At an encoder, gains and a delay that are off: nothing of the march is needed for them."""
+    forward = Forward(samples_of(campaign("nothing")), MODEL, CLASSES)
+    vector = forward.null()
+    for k, slot in enumerate(forward.slots):
+        vector[k] = {"e": 1.5, "g1": 2.0, "g4": -1.0, "delay": 3.0, "cos2": 1.0}.get(slot.name, vector[k])
+    wanted = [forward.index("edge_profile")[k] for k in (0, 3, 17)]
+    directions = np.eye(forward.size)[wanted]
+    found = forward.lanes(np.repeat(vector[None], 3, axis=0), directions)[1]
+    there, here = (forward.values(vector + h * directions) for h in (0.5, -0.5))
+    np.testing.assert_allclose(found, there - here, atol=SAME * np.abs(found).max())
+    assert np.abs(found).max(axis=(1, 2, 3)).min() > 1e-6
+
+
+def test_as_many_harmonics_are_asked_for_as_show():
+    plain = campaign("nothing")
+    assert workbench(plain, MODEL, CLASSES).forward.terms == {"edge_profile": 3}
+    for count in (6, 12):
+        bench = workbench(with_edge(plain, 2e-4 / np.arange(1, count + 1) ** 1.27), MODEL, CLASSES)
+        assert count - 1 <= bench.forward.terms["edge_profile"] <= count + 1
+        assert len(bench.forward.index("edge_profile")) == 2 * bench.forward.terms["edge_profile"]
+
+
+def test_an_edge_of_ten_harmonics_is_fitted():
+    sizes = 3e-4 / np.arange(1, 11) ** 1.27
+    bench = workbench(with_edge(campaign("nothing"), sizes), MODEL, CLASSES)
+    null = bench.forward.null()
+    base, fit = bench.fit([bench.start((), null), bench.start(["edge_profile"], null)])
+    assert fit.chi2 < 0.5 * base.chi2
+    (edge,) = bench.forward.effects_at(fit.vector, ["edge_profile"])
+    spread = np.sqrt(np.diag(fit.covariance))
+    for k, size in enumerate(sizes[:8]):
+        u = spread[2 * k] * bench.forward.slots[2 * k].scale
+        assert getattr(edge, f"cos{k + 1}") == pytest.approx(size, abs=FOUND * u)
+        assert u < 0.2 * size or k < 2

@@ -1,0 +1,50 @@
+"""Small campaigns for every test of the discovery, and what was discovered in them."""
+
+from functools import cache
+
+from small_campaign import REPEATED, SPREAD
+
+from belt_sim.analytic.model import analytic_model
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.discovery.describe import describe
+from belt_sim.discovery.discover import Discovered, discover
+from belt_sim.discovery.survey import Survey, survey_of
+from belt_sim.results.discovery import Discovery
+from belt_sim.virtual_rig.make import make_campaign
+
+MODEL = analytic_model("strip")
+D = 25.0  # sigma: nobody could overlook it
+
+
+@cache
+def campaign(hidden: str = "", seed: int = 3) -> Campaign:
+    """A campaign that hides a stranger of size D, or nothing."""
+    what = [{"id": hidden, "d": D}] if hidden else []
+    return make_campaign(hidden=what, base="strip", seed=seed, plan=SPREAD if hidden else REPEATED)[0]
+
+
+@cache
+def fitted(hidden: str = "", seed: int = 3) -> tuple[Workbench, Fit]:
+    """The base model on its workbench."""
+    bench = workbench(campaign(hidden, seed), MODEL, [])
+    return bench, bench.fit([bench.start((), bench.forward.null())])[0]
+
+
+@cache
+def surveyed(hidden: str = "", seed: int = 3) -> Survey:
+    """The survey beside the base model."""
+    return survey_of(*fitted(hidden, seed))
+
+
+@cache
+def discovered(hidden: str = "", seed: int = 3) -> Discovered:
+    """The whole search."""
+    return discover(*fitted(hidden, seed), draws=40)
+
+
+@cache
+def described(hidden: str = "", seed: int = 3) -> Discovery:
+    """Its result."""
+    return describe(discovered(hidden, seed))

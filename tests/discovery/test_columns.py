@@ -1,0 +1,79 @@
+"""Columns of laws, made from impulse responses, against the march with the written effect in it."""
+
+import numpy as np
+import pytest
+from small_discovery import MODEL, campaign, fitted, surveyed
+
+from belt_sim.diagnosis.workbench import workbench
+from belt_sim.discovery.channels import Pulse
+from belt_sim.discovery.forms import Form
+from belt_sim.discovery.refit import effect_file
+from belt_sim.discovery.search import Scored
+from belt_sim.discovery.survey import Law, Term
+
+SAME = 0.999  # cosine; cells of 0.2 m against steps of 0.1 m leave a few per mille
+SIZE = 0.01
+TERMS = {
+    "yaw_tail": Form("beta", course="rise", at=8.0),
+    "yaw_both": Form("one", course="wave", at=9.0),
+    "turn_both": Form("kappa", shape="saturated", knee=1e-5),
+    "drift_head": Form("alpha", course="after", at=12.0),
+    "shift_tail": Form("y"),
+    "twist_both": Form("one", course="during", at=10.0, wide=6.0),
+    "tension": Form("one", course="rise", at=10.0),
+    "sensor_y1": Form("shown", shape="x^2"),
+    "sensor_all": Form("rate"),
+}
+
+
+@pytest.fixture(scope="module")
+def marched():
+    """Derivatives of the march along the size of every written effect: place -> (k, R, S, n)."""
+    survey, classes = surveyed("yaw_creep"), {}
+    places = {p.name: p for p in survey.places}
+    for name, form in TERMS.items():
+        law = Law((Term(places[name], form, -1.0),))
+        cls = effect_file(survey, Scored(law, 0.0, 0.0), [1.0, 1.0][: 1 + (form.course == "wave")], "A test.").cls
+        cls.id = f"found_{name}"
+        classes[name] = cls
+    bench = workbench(campaign("yaw_creep"), MODEL, list(classes.values()))
+    found = {}
+    for name, cls in classes.items():
+        index = bench.forward.index(cls.id)
+        sizes = [k for k in index if bench.forward.slots[k].name in ("size", "cos", "sin")]
+        scale = np.array([bench.forward.slots[k].scale for k in sizes])
+        found[name] = bench.slopes(bench.forward.null(), sizes) / scale[:, None, None, None]
+    return found
+
+
+@pytest.mark.parametrize("name", TERMS)
+def test_columns_are_those_of_the_march_with_the_written_effect(name, marched):
+    survey = surveyed("yaw_creep")
+    place = next(p for p in survey.places if p.name == name)
+    own = survey.columns(Law((Term(place, TERMS[name], -1.0),))).reshape(len(marched[name]), -1)
+    there = survey.ground.white(marched[name]).reshape(len(own), -1)
+    for a, b in zip(own, there, strict=True):
+        assert a @ b > SAME * np.linalg.norm(a) * np.linalg.norm(b)
+        assert np.linalg.norm(a) == pytest.approx(np.linalg.norm(b), rel=SIZE)
+
+
+def test_the_march_answers_late_as_it_answers_early():
+    """A pulse at 11 m does what the pulse at the first cell does, shifted."""
+    survey = surveyed("yaw_creep")
+    bench = workbench(campaign("yaw_creep"), MODEL, [Pulse])
+    names = [s.name for s in bench.forward.slots]
+    cell = 55
+    vector = bench.forward.null()
+    vector[names.index("middle")] = survey.ops.grid[cell]
+    vector[names.index("half")] = survey.ops.grid[1]
+    for name in ("yaw_tail", "turn_head", "shift_tail"):
+        k = names.index(name)
+        slope = bench.slopes(vector, [k]) / bench.forward.slots[k].scale
+        late = survey.ground.white(slope)[0]
+        own = survey.ops.rows[name][cell]
+        assert np.linalg.norm(late - own) < SIZE * np.linalg.norm(late)
+
+
+def test_chosen_effects_and_stiffness_are_taken_out():
+    survey = surveyed("yaw_creep")
+    assert survey.ground.left() == pytest.approx(fitted("yaw_creep")[1].chi2, rel=1e-9)

@@ -1,0 +1,90 @@
+"""What is hidden and in no library is found, said and added; what is not there is not found."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_discovery import D, campaign, described, discovered, fitted
+
+import belt_sim as bs
+from belt_sim.discovery.describe import describe
+from belt_sim.discovery.discover import discover, unknown_columns
+from belt_sim.discovery.gate import gate
+from belt_sim.errors import InputError
+from belt_sim.results.discovery_json import discovery_json, read_discovery
+from belt_sim.use_cases.discover import drawings, leave_discovery
+
+EXPLAINED = 0.9  # of the hidden effect's chi2, D^2
+
+
+def test_nothing_is_discovered_where_nothing_is_hidden():
+    found = described()
+    assert not found.found
+    assert found.law is None
+    assert "Nothing is missing" in found.sentence
+
+
+def test_a_yaw_that_creeps_is_found_at_its_place_with_its_law():
+    found = described("yaw_creep")
+    assert found.places[0].place == "yaw_tail"
+    assert found.places[0].pool == "odd"
+    assert found.law is not None
+    assert found.law.place == "yaw of the tail pulley"
+    assert "β" in found.law.formula
+    assert found.law.parity == "odd"
+    assert found.law.exponent is not None
+    assert abs(found.law.exponent.value) < 3.0 * found.law.exponent.u
+    assert discovered("yaw_creep").refit.gain > EXPLAINED * D**2
+
+
+def test_the_held_out_error_falls():
+    error = described("yaw_creep").error
+    assert error.held_out.after < 0.8 * error.held_out.before
+
+
+def test_the_written_effect_lets_the_error_fall_in_a_comparison(tmp_path):
+    leave_discovery(tmp_path, described("yaw_creep"))
+    compared = bs.compare(campaign("yaw_creep"), "strip", [str(tmp_path / "found_effect.py")], drawn=False)
+    assert compared.error.fit.after < 0.8 * compared.error.fit.before
+    assert {p.name for p in tmp_path.glob("*.png")} == {f"{n}.png" for n in drawings(described("yaw_creep"))}
+    read = read_discovery(json.loads((tmp_path / "discovery.json").read_text()))
+    assert discovery_json(read) == discovery_json(described("yaw_creep"))
+
+
+def test_the_columns_of_the_unknown_leave_nothing_for_the_gate():
+    bench, fit = fitted("yaw_creep")
+    columns = unknown_columns(discovered("yaw_creep"))
+    assert columns.shape[1:] == bench.samples.y.shape
+    white = bench.metric.whiten(columns)
+    left = fit.residual - np.linalg.lstsq(white.T, fit.residual, rcond=None)[0] @ white
+    assert fit.chi2 - left @ left > EXPLAINED * D**2
+
+
+def test_the_gate_closes_on_what_is_missing_only():
+    assert gate(*fitted("yaw_creep"), draws=40).failed
+    assert not gate(*fitted(), draws=40).failed
+
+
+def test_too_few_runs_are_said_and_no_law_is_guessed():
+    whole = campaign("yaw_creep")
+    few = replace(whole, runs=whole.runs[:2])
+    bench = bs_bench(few)
+    found = describe(discover(*bench, draws=40))
+    assert not found.found
+    assert "Too few runs" in found.sentence
+    assert any("one tension" in text for text in found.limits)
+
+
+def bs_bench(few):
+    from small_discovery import MODEL
+
+    from belt_sim.diagnosis.workbench import workbench
+
+    bench = workbench(few, MODEL, [])
+    return bench, bench.fit([bench.start((), bench.forward.null())])[0]
+
+
+def test_a_file_of_another_version_is_refused():
+    with pytest.raises(InputError, match="another version"):
+        read_discovery({"schema": "belt-discovery/0"})

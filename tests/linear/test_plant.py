@@ -1,0 +1,89 @@
+"""The linear plant against the march (another discretisation) and against closed forms."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import belt_sim as bs
+from belt_sim.linear.state_space import state_space
+
+YAW = np.deg2rad(-0.042)
+
+
+def _step(space, where):
+    """y1 [m] after a step of yaw, from the matrix exponential."""
+    n = len(space.a)
+    system = np.zeros((n + 1, n + 1))
+    system[:n, :n], system[:n, n] = space.a, space.b[:, 0] * YAW
+    return np.array([(space.c @ expm(system * s)[:n, n])[0] for s in where])
+
+
+@pytest.mark.parametrize(("model", "tension"), [("rope", 40), ("beam_th2", 10), ("strip", 7), ("strip_lift_off", 10)])
+def test_a_step_of_yaw_is_that_of_the_march(model, tension):
+    travel = np.array([1.0, 2.0, 5.0, 10.0])
+    plant = bs.linearise(model=model, rig="test_rig", tension=tension)
+    curves = bs.simulate(model=model, rig="test_rig", tension=tension, yaw=-0.042, travel=10).curves
+    marched = np.interp(travel, curves.travel, curves.y[0])
+    assert _step(state_space(plant, order=5, per_metre=True), travel) == pytest.approx(marched, rel=2e-4)
+
+
+def test_effects_are_in_the_plant():
+    effects = []
+    for name in ("soft_cover", "crown"):
+        parameter, declared = next(iter(bs.library()[name].parameters.items()))
+        effects.append({"id": name, parameter: declared.scale})
+    plant = bs.linearise(model="strip", rig="test_rig", tension=20, effects=effects)
+    curves = bs.simulate(model="strip", rig="test_rig", tension=20, yaw=-0.042, travel=20, effects=effects).curves
+    bare = bs.simulate(model="strip", rig="test_rig", tension=20, yaw=-0.042, travel=20).curves
+    y = _step(state_space(plant, order=5, per_metre=True), [20.0])[0]
+    assert y == pytest.approx(curves.y[0][-1], rel=5e-4)
+    assert abs(bare.y[0][-1] / y - 1) > 5e-3  # the effects are seen
+
+
+def test_slow_yaw_gives_the_steady_rate():
+    plant = bs.linearise(model="strip", rig="test_rig", tension=10)
+    case_rate = bs.simulate(model="strip", rig="test_rig", tension=10, yaw=-0.042, travel=1).steady_rate / YAW
+    k = 1e-6
+    assert np.abs(plant.response([k])[0, :, 0] * k) == pytest.approx(np.full(4, abs(case_rate)), rel=1e-4)
+
+
+def test_reversed_travel_mirrors_the_points():
+    forward = bs.linearise(model="strip", rig="test_rig", tension=10)
+    backward = bs.linearise(model="strip", rig="test_rig", tension=10, direction=-1)
+    k = [0.1, 0.4]
+    assert backward.response(k)[:, [1, 0, 3, 2], 0] == pytest.approx(forward.response(k)[:, :, 0])
+
+
+def test_a_chain_of_lags_is_worse_than_pade_and_both_get_better():
+    plant = bs.linearise(model="strip", rig="test_rig", tension=10)
+    pade = [state_space(plant, order=n, per_metre=True).error(2.0) for n in (1, 2, 4)]
+    chain = [state_space(plant, order=n, delay="chain", per_metre=True).error(2.0) for n in (1, 2, 4)]
+    assert pade[0] > 10 * pade[1] > 100 * pade[2]
+    assert chain[0] > chain[1] > chain[2] > pade[2]
+
+
+def test_travel_and_time_are_one_plant():
+    plant = bs.linearise(model="strip", rig="test_rig", tension=10, speed=0.25)
+    slow, metres = state_space(plant), state_space(plant, per_metre=True)
+    assert slow.response([0.05]) == pytest.approx(metres.response([0.2]))
+    assert plant.response_in_time([0.05 / (2 * np.pi)]) == pytest.approx(plant.response([0.2]))
+
+
+def test_a_schedule_meets_its_plants_and_what_lies_between():
+    schedule = bs.linearise(model="strip", rig="test_rig", tension=[7, 10, 14, 20])
+    there = bs.linearise(model="strip", rig="test_rig", tension=12)
+    k = np.array([0.05, 0.3])
+    assert schedule.at(10).response(k) == pytest.approx(schedule.plants[1].response(k))
+    assert np.abs(schedule.at(12).response(k) / there.response(k) - 1)[:, :, 0].max() < 0.01
+    with pytest.raises(bs.InputError, match="7 to 20"):
+        schedule.at(40)
+
+
+def test_what_cannot_be_asked_is_said():
+    plant = bs.linearise(model="strip", rig="test_rig", tension=10)
+    with pytest.raises(bs.InputError, match="positive"):
+        plant.response([0.0])
+    with pytest.raises(bs.InputError, match="order"):
+        state_space(plant, order=0)
+    with pytest.raises(bs.InputError, match="pade, chain"):
+        state_space(plant, delay="taylor")

@@ -1,0 +1,108 @@
+"""What changes with time, travel, tension or speed: by superposition, in limits and in closed form."""
+
+import numpy as np
+import pytest
+from scipy.integrate import cumulative_trapezoid
+from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
+
+from belt_sim.virtual_rig.draw import shaped
+from belt_sim.virtual_rig.faults.build_up import BuildUp
+from belt_sim.virtual_rig.faults.crown import Crown
+from belt_sim.virtual_rig.faults.edge_profile import DECAY, FIRST, HARMONICS
+from belt_sim.virtual_rig.faults.pulley_deflection import PulleyDeflection
+from belt_sim.virtual_rig.faults.sensor_delay import SensorDelay
+from belt_sim.virtual_rig.faults.taper import Taper
+from belt_sim.virtual_rig.faults.taper_drift import TaperDrift
+from belt_sim.virtual_rig.faults.traction_loss import TractionLoss
+from belt_sim.virtual_rig.faults.unequal_tension import UnequalTension
+from belt_sim.virtual_rig.faults.yaw_drift import YawDrift
+from belt_sim.virtual_rig.faults.yaw_offset_tail import YawOffsetTail
+
+FORCE = 40e6 * 0.2 * 3e-4  # [N]
+LINEAR = 1e5  # [s]
+
+
+def ramp_of(step) -> np.ndarray:
+    """What a cause that grows by 1 a metre does, from what a cause of 1 does: its integral (Duhamel)."""
+    s, y = measured(step, yaw=0.0, spacing=0.05)
+    return cumulative_trapezoid(y, s, initial=0.0)[:, ::20]
+
+
+def test_a_growing_cause_is_the_integral_of_a_constant_one():
+    run = {"yaw": 0.0, "spacing": 1.0}
+    np.testing.assert_allclose(measured(BuildUp(rate=2e-6), **run)[1], 2e-6 * ramp_of(Taper(kappa_t=1.0)), atol=2e-8)
+    slow = measured(TaperDrift(rate=1e-6, time_constant=1e9), **run)[1]
+    np.testing.assert_allclose(slow, 2e-6 * ramp_of(Taper(kappa_t=1.0)), atol=2e-8)  # 0.5 m/s
+    turning = measured(YawDrift(rate=1e-6, time_constant=1e9), **run)[1]
+    np.testing.assert_allclose(turning, 2e-6 * ramp_of(YawOffsetTail(beta_0=1.0)), atol=2e-8)
+
+
+def test_a_warm_machine_stands_still():
+    run = {"yaw": 0.0, "length": 400.0, "spacing": 1.0}
+    for drift, steady in (
+        (YawDrift(rate=1e-5, time_constant=20.0), YawOffsetTail(beta_0=2e-4)),
+        (TaperDrift(rate=1e-6, time_constant=20.0), Taper(kappa_t=2e-5)),
+    ):
+        found, wanted = (late_rate(*measured(fault, **run), 100.0) for fault in (drift, steady))
+        assert found == pytest.approx(wanted, rel=2e-3)
+
+
+@pytest.mark.parametrize("fault", [YawDrift(rate=1e-6), TaperDrift(rate=1e-6)])
+def test_warmth_comes_with_time_and_dirt_with_travel(fault):
+    slow, fast = (measured(fault, yaw=0.0, speed=v)[1] for v in (0.5, 1.0))
+    np.testing.assert_allclose(fast, slow / 2, atol=1e-6 * np.abs(slow).max() + 1e-8, rtol=2e-3)
+    dirt = [measured(BuildUp(rate=1e-6), yaw=0.0, speed=v)[1] for v in (0.5, 1.0)]
+    np.testing.assert_array_equal(*dirt)
+
+
+def test_bent_shells_are_hollow_crowns_on_both_pulleys():
+    """The head's share: the machine turned about the vertical has it at its tail, runs backwards, and y is -y."""
+    hollow = Crown(c=-1e-8 * FORCE)
+    bent = measured(PulleyDeflection(compliance=1e-8))[1][0] - measured()[1][0]
+    at_tail = measured(hollow)[1][0] - measured()[1][0]
+    turned = {"yaw": 0.0, "yaw_head": YAW, "direction": -1.0}
+    at_head = measured(**turned)[1][3] - measured(hollow, **turned)[1][3]
+    assert np.abs(at_head).max() > 0.1 * np.abs(bent).max()
+    np.testing.assert_allclose(bent, at_tail + at_head, atol=2e-3 * np.abs(bent).max())
+    assert np.all(bent[20:] > 0.0)  # outwards
+
+
+def test_without_yaw_a_symmetric_machine_keeps_the_belt():
+    assert np.all(measured(PulleyDeflection(compliance=1e-4), yaw=0.0)[1] == 0.0)
+
+
+def test_lost_traction_slows_the_drift_by_what_the_spans_need_more():
+    """dy/ds = f alpha: in steady drift both span laws give w = beta L (w1 - w0)/(2 (L/f + pi R))."""
+    kl = np.sqrt(12 * 40e6 / 210e9) / 0.2 * SPAN
+    w1 = (kl * np.cosh(kl) - np.sinh(kl)) / (kl * (np.cosh(kl) - 1))
+    follows = 1 - 0.4 * (1.5 - 0.5)
+    w = YAW * SPAN * (2 * w1 - 1) / (2 * (SPAN / follows + ARC))
+    s, y = measured(TractionLoss(loss=0.4, onset=0.5), speed=1.5, length=500.0, spacing=1.0)
+    assert late_rate(s, y, 100.0) == pytest.approx(1e3 * w, rel=2e-3)
+    slow = measured(TractionLoss(loss=0.4, onset=0.5), speed=0.4)[1]
+    np.testing.assert_array_equal(slow, measured(speed=0.4)[1])
+
+
+@pytest.mark.parametrize("tension", [10e6, 40e6])
+def test_unequal_tension_is_a_yaw_in_proportion_to_the_force(tension):
+    pulled = measured(UnequalTension(yaw_per_force=1e-7), tension=tension)[1]
+    turned = measured(YawOffsetTail(beta_0=1e-7 * tension * 0.2 * 3e-4), tension=tension)[1]
+    np.testing.assert_allclose(pulled, turned, atol=1e-12)
+
+
+def test_a_late_reading_shows_the_past_at_every_point():
+    _, clean = measured()
+    _, y = measured(SensorDelay(delay=2.0))  # 1 m at 0.5 m/s: four readings
+    np.testing.assert_allclose(y[:, 4:], clean[:, :-4], atol=1e-15)
+    assert np.all(y[:, :4] == 0.0)
+
+
+def test_edges_are_drawn_with_the_measured_spectrum():
+    plan, rng = plan_of(), np.random.default_rng(0)
+    edges = [shaped("edge_profile", plan, rng).parameters() for _ in range(300)]
+    order = np.arange(1, HARMONICS + 1)
+    squares = [np.mean([e[f"cos{k}"] ** 2 + e[f"sin{k}"] ** 2 for e in edges]) for k in order]
+    slope, level = np.polyfit(np.log(order), np.log(squares) / 2, 1)
+    assert slope == pytest.approx(-DECAY, abs=0.05)
+    assert np.exp(level) == pytest.approx(np.sqrt(2) * FIRST, rel=0.1)
+    assert 0.3e-3 < np.sqrt(np.sum(squares) / 2) < 0.6e-3  # [m]; 0.49 mm measured
