@@ -115,7 +115,7 @@ def _collinear(cls: type[Effect], model: Composition, campaign: Campaign) -> lis
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     ids = [cls.id, *(c.id for c in others)]
     near = around(bench, base, ids)
-    bases = {i: _orthonormal(bench.metric.whiten(near.shapes(bench, i))) for i in ids}
+    bases = {i: _orthonormal(bench.metric.whiten(near.here(bench, i))) for i in ids}
     own = bases.pop(cls.id)
     if not own.shape[1]:
         raise InputError(cls.id, "no change", "", "at its scale these readings cannot see it; give a larger scale")

@@ -1,35 +1,41 @@
 """The neighbourhood of a fit: what every further candidate would do to the predictions, computed once."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from belt_sim.diagnosis.alternatives import Alternatives, best_of_grid, on_grid, shapes_at
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 
-SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
-STRONG = 0.2  # whitened size above which a parameter's derivative at null can be trusted
+STARTS = 3  # points of a grid from which a refit starts
 
 
 @dataclass(frozen=True)
 class Around:
     """slopes: position in the parameter vector -> shape (R, S, n) per unit; where the derivative at null vanishes while
     a plausible size moves the readings, the secant to that size stands in its place, and weak (effect id -> pairs of
-    position and value) says from where a search may start.
+    position and value) says from where a search may start. alternatives: effect id -> shapes of its parameters at every
+    point of its grid; the best points are starts as well.
     """
 
     fit: Fit
     slopes: dict[int, np.ndarray]
     weak: dict[str, list[tuple[int, float]]]
+    alternatives: dict[str, Alternatives] = field(default_factory=dict)
 
-    def shapes(self, bench: Workbench, name: str) -> np.ndarray:
-        """Shapes (k, R, S, n) of one effect."""
+    def shapes(self, bench: Workbench, name: str) -> np.ndarray | Alternatives:
+        """Shapes (k, R, S, n) of one effect; of an effect with a grid, those at every point of it."""
+        return self.alternatives.get(name) or self.here(bench, name)
+
+    def here(self, bench: Workbench, name: str) -> np.ndarray:
+        """Shapes (k, R, S, n) of all parameters of one effect where the fit stands."""
         return np.stack([self.slopes[k] for k in bench.forward.index(name)])
 
     def with_effect(self, bench: Workbench, name: str) -> Fit:
         """The fit with one more effect at null, evaluated already."""
-        fit, shapes = self.fit, self.shapes(bench, name)
+        fit, shapes = self.fit, self.here(bench, name)
         white = bench.metric.whiten(shapes)
         return Fit(
             ids=(*fit.ids, name),
@@ -48,19 +54,11 @@ def around(bench: Workbench, fit: Fit, ids: Sequence[str]) -> Around:
     positions = [k for i in ids for k in bench.forward.index(i)]
     if not positions:
         return Around(fit, {}, {})
-    rows = bench.slopes(fit.vector, positions)
-    slopes = dict(zip(positions, rows, strict=True))
-    size = np.linalg.norm(bench.metric.whiten(rows), axis=1)
-    faint = [k for k, length in zip(positions, size, strict=True) if length < STRONG and not bench.forward.linear[k]]
-    if not faint:
-        return Around(fit, slopes, {})
-    tried = [(k, size) for k in faint for size in SIZES]
-    vector = np.repeat(fit.vector[None], len(tried), axis=0)
-    for row, (k, size) in enumerate(tried):
-        vector[row, k] = size
-    moved = bench.forward.values(vector) - fit.values
-    strong = np.linalg.norm(bench.metric.whiten(moved), axis=1) > STRONG
-    starts = [(pair, m) for pair, m, s in zip(tried, moved, strong, strict=True) if s]
-    secants = {k: m for (k, _), m in reversed(starts)}  # the smallest size that shows
-    weak = {i: [pair for pair, _ in starts if pair[0] in bench.forward.index(i)] for i in ids}
-    return Around(fit, slopes | secants, {i: pairs for i, pairs in weak.items() if pairs})
+    slopes, starts = shapes_at(bench, fit.vector, fit.values, positions)
+    weak = {i: [pair for pair in starts if pair[0] in bench.forward.index(i)] for i in ids}
+    alternatives = {}
+    for i in ids:
+        if bench.forward.grids(i):
+            alternatives[i], points = on_grid(bench, fit, i)
+            weak[i] += [pair for k in best_of_grid(bench, fit, alternatives[i])[:STARTS] for pair in points[k]]
+    return Around(fit, slopes, {i: pairs for i, pairs in weak.items() if pairs}, alternatives)

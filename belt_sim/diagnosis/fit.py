@@ -111,7 +111,8 @@ def _judge(fit: Fit, proposal, metric, values, target) -> None:
     gained, amiss = fit.chi2 - chi2, abs(chi2 - float(foreseen @ foreseen))
     fit.vector, fit.chi2, fit.residual, fit.values = proposal, chi2, residual, values
     fit.damping = max(fit.damping / 6.0, 1e-9)
-    fit.stale = amiss > TOLERANCE
+    dumb = np.any(np.linalg.norm(fit.columns, axis=1) < FAINT)  # what moved nothing may do so now
+    fit.stale = amiss > TOLERANCE or bool(dumb and gained > TOLERANCE)
     fit.settled = gained < TOLERANCE + 1e-3 * max(chi2 - len(residual), 0.0)
     if not (fit.stale or fit.settled):
         fit.settled = _to_gain(fit) < TOLERANCE

@@ -102,8 +102,15 @@ class Forward:
         return [k for k, s in enumerate(self.slots) if s.effect.id == effect_id]
 
     def modifiers(self, effect_id: str) -> int:
-        """How many of an effect's parameters only shape what its others do."""
-        return sum(s.effect.parameters[s.name].modifier for s in self.slots if s.effect.id == effect_id)
+        """How many of an effect's parameters only shape what its others do, and are not tried on a grid."""
+        mine = [s.effect.parameters[s.name] for s in self.slots if s.effect.id == effect_id]
+        return sum(p.modifier and not p.grid for p in mine)
+
+    def grids(self, effect_id: str) -> dict[int, tuple[float, ...]]:
+        """Positions of an effect's parameters that are tried on a grid, and the values there."""
+        slots = {k: self.slots[k] for k in self.index(effect_id)}
+        grids = {k: s.effect.parameters[s.name].grid for k, s in slots.items()}
+        return {k: tuple(v / slots[k].scale for v in grid) for k, grid in grids.items() if grid}
 
     def null(self) -> np.ndarray:
         """q (size,) with nothing wrong."""

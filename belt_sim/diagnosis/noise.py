@@ -48,9 +48,10 @@ class Levels:
         )
 
     def of(self, s: int) -> tuple[float, float, float]:
-        """(white, wander, length) of signal ``s``."""
-        white, wander, length = (x[s] if isinstance(x, tuple) else x for x in (self.white, self.wander, self.length))
-        return float(white), float(wander), float(length)
+        """(white, wander, length) of signal ``s``; one beyond those that were read is like the first."""
+        each = (x if isinstance(x, tuple) else (x,) for x in (self.white, self.wander, self.length))
+        white, wander, length = (float(x[s if s < len(x) else 0]) for x in each)
+        return white, wander, length
 
 
 def covariance(signal: SignalSheet, travel: np.ndarray, per_bin: float, levels: Levels, s: int = 0) -> np.ndarray:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from belt_sim.diagnosis.alternatives import Alternatives
 from belt_sim.diagnosis.projection import Projection
 from belt_sim.diagnosis.workbench import Workbench
 
@@ -50,7 +51,7 @@ class NullGains:
 
 def null_gains(
     bench: Workbench,
-    shapes: Mapping[str, np.ndarray],
+    shapes: Mapping[str, np.ndarray | Alternatives],
     current: np.ndarray,
     base: np.ndarray,
     *,
@@ -60,11 +61,13 @@ def null_gains(
 ) -> NullGains:
     """Bootstrap the gains of candidates on top of the current model.
 
-    shapes: name -> predicted shapes (k, R, S, n) of each candidate in its linear range; current (c, R, S, n): shapes
+    shapes: name -> predicted shapes (k, R, S, n) of each candidate in its linear range, or
+    alternatives of which the best counts; current (c, R, S, n): shapes
     of what is fitted already; base (R, S, n): predictions; count: replicates; tick(n) is told of progress.
     """
     rng = np.random.default_rng(seed)
-    families = {_CURRENT: current.reshape(-1, *base.shape), **shapes}
+    families = {_CURRENT: current.reshape(-1, *base.shape)}
+    families |= {n: s.columns if isinstance(s, Alternatives) else s for n, s in shapes.items()}
     projection = Projection(bench.fitted, bench.shapes, bench.shared, families)
     noise = NoiseSource(bench, bench.samples.y - base, rng)
     gains: dict[str, list[np.ndarray]] = {n: [] for n in shapes}
@@ -73,8 +76,9 @@ def null_gains(
         size = min(BATCH, count - start)
         errors = noise.draw(size)
         left = projection.sums(errors, bench.finder.many(errors)).beside(_CURRENT)
-        for name in shapes:
-            taken, rank = left.gains(name)
+        for name, shape in shapes.items():
+            choices = shape.choices if isinstance(shape, Alternatives) else (None,)
+            taken, rank = (np.max(x, axis=0) for x in zip(*(left.gains(name, c) for c in choices), strict=True))
             free = bench.forward.modifiers(name) if rank.any() else 0
             dof[name] = max(dof[name], int(rank.max()) + free)
             gains[name].append(taken + (rng.chisquare(free, size) if free else 0.0))

@@ -42,9 +42,11 @@ class Sums:
         moments = self.moments - np.einsum("bc,bcp->bp", self.moments[:, c], onto[self.of])
         return Sums(gram, self.of, moments, self.families)
 
-    def gains(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """chi2 (B,) that fitting a family takes away, and how many of its columns can be told apart (U,)."""
-        c = self.families[name]
+    def gains(self, name: str, choice: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """chi2 (B,) that fitting a family, or a choice of its columns, takes away, and how many of them can be told
+        apart (U,).
+        """
+        c = self.families[name] if choice is None else self.families[name][choice]
         if not len(c):
             return np.zeros(len(self.moments)), np.zeros(len(self.gram), dtype=int)
         inverse, rank = _inverse(self.gram[:, c[:, None], c])

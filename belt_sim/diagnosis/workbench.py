@@ -96,7 +96,7 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
         shared=shared,
         metric=metric,
         march=march,
-    ).moved_to(vector)
+    ).moved_to(forward.null())
 
 
 def _noise_only(samples: Samples):

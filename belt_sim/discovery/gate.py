@@ -95,9 +95,8 @@ def _largest(p: Products, weight, draws, shared, inverse, along) -> np.ndarray:
 def _errors(survey: Survey, draws: int, rng: np.random.Generator) -> np.ndarray:
     """Whitened errors (draws, R, m), scaled as the levels found in each would make them."""
     bench = survey.bench
-    errors, levels = NoiseSource(bench, rng).draw(draws)
-    if bench.levels.repeats:
-        levels = [bench.finder(survey.fit.values + e) for e in errors]
-    scale = np.array([bench.levels.wander / lv.wander for lv in levels])
+    errors = NoiseSource(bench, bench.samples.y - survey.fit.values, rng).draw(draws)
+    found = np.array([np.mean(np.log(lv.wander)) for lv in bench.finder.many(errors)])
+    scale = np.exp(np.mean(np.log(bench.levels.wander)) - found)
     measured = np.isfinite(bench.fitted.y)
     return survey.ground.white(np.where(measured, errors, 0.0)) * scale[:, None, None]

@@ -35,7 +35,8 @@ class Parameter:
     """One number of an effect: SI unit, meaning, plausible range (low, high) of a real machine, null value.
 
     scale: a size that matters on a real machine, to start a search from; modifier: True for a number that moves
-    nothing by itself and only shapes what the others do; grid: values at which such a number is profiled.
+    nothing by itself and only shapes what the others do; grid: values [SI] of a modifier that a search tries one by
+    one, each as an alternative of the same effect.
     """
 
     unit: str

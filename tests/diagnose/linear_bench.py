@@ -42,6 +42,9 @@ class Sum:
     def modifiers(self, name):
         return 0
 
+    def grids(self, name):
+        return {}
+
     def null(self):
         return np.zeros(self.size)
 

@@ -2,16 +2,23 @@
 
 import numpy as np
 
+from belt_sim.diagnosis.noise import Levels
 from belt_sim.diagnosis.workbench import Workbench
 
 
-def errors(bench: Workbench, count: int, rng, *, white: float = 1.0, wander: float = 1.0) -> np.ndarray:
-    """Draws (count, R, S, n) at factors on the stated white noise and wander, with every nuisance at its prior."""
+def errors(
+    bench: Workbench, count: int, rng, *, white: float = 1.0, wander: float = 1.0, levels: Levels | None = None
+) -> np.ndarray:
+    """Draws (count, R, S, n) at factors on the stated noise, or at ``levels``, with every nuisance at its prior."""
     samples = bench.samples
     y = np.zeros((count, *samples.y.shape))
+    levels = levels or Levels(white=white, wander=wander)
     for s, signal in enumerate(samples.signals):
+        white, wander, length = levels.of(s)
         for r, travel in enumerate(samples.travel):
-            y[:, r, s] = wander * signal.wander_sd * _recursion(np.diff(travel) / signal.wander_length, count, rng)
+            y[:, r, s] = (
+                wander * signal.wander_sd * _recursion(np.diff(travel) / (length * signal.wander_length), count, rng)
+            )
             y[:, r, s] += white * signal.white * rng.standard_normal((count, len(travel)))
     runs = rng.standard_normal((count, *bench.shapes.shape[:2]))
     y += np.einsum("ckr,krsn->crsn", runs, bench.shapes)

@@ -39,8 +39,7 @@ def test_the_best_of_all_candidates_beats_its_threshold_as_often_as_stated():
     shapes = {i: near.shapes(bench, i) for i in IDS}
     null = null_gains(bench, shapes, base.slopes, base.values, count=BOOTSTRAPS, seed=1)
     critical = null.critical(IDS, FAMILY_LEVEL)
-    white, wander = bench.levels.white, bench.levels.wander
-    seen = gains(bench, shapes, errors(bench, DRAWS, np.random.default_rng(9), white=white, wander=wander))
+    seen = gains(bench, shapes, errors(bench, DRAWS, np.random.default_rng(9), levels=bench.levels))
     alarms = np.any([seen[i] > null.threshold(i, critical) for i in IDS], axis=0)
     assert LEAST < np.mean(alarms) < MOST
     for i in IDS:  # gains of both routes come from one law

@@ -1,0 +1,75 @@
+"""What only shapes an effect is tried on a grid: as one candidate, which pays for having been tried so often."""
+
+from dataclasses import dataclass, replace
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from noise_by_recursion import errors
+from small_campaign import MODEL, campaign
+
+from belt_sim.diagnosis.around import around
+from belt_sim.diagnosis.null import null_gains
+from belt_sim.diagnosis.refits import best_of
+from belt_sim.diagnosis.workbench import workbench
+from belt_sim.effects.base import Effect, Parameter, effect
+
+GRID = (2.0, 3.0, 4.0, 5.0, 7.0)
+LENGTH, SIZE = 4.3, 2e-4  # between two points of the grid
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Wave(Effect):
+    """Every lateral sensor reads a wave in travel beside the truth."""
+
+    id = "test_wave"
+    law = "sensor"
+    reference = "a test"
+    parameters = {
+        "a": Parameter(unit="m", meaning="cosine", plausible=(-1e-3, 1e-3), scale=1e-4),
+        "b": Parameter(unit="m", meaning="sine", plausible=(-1e-3, 1e-3), scale=1e-4),
+        "wave": Parameter(
+            unit="m", meaning="wavelength", plausible=(1.0, 10.0), scale=1.0, null=3.0, modifier=True, grid=GRID
+        ),
+    }
+    a: float = 0.0
+    b: float = 0.0
+    wave: float = 3.0
+
+    def sensor(self, reading, case):
+        phase = 2 * jnp.pi * reading.travel / self.wave
+        return replace(reading, y=reading.y + self.a * jnp.cos(phase) + self.b * jnp.sin(phase))
+
+
+@pytest.fixture(scope="module")
+def waved():
+    """A campaign in which every reading holds a wave of 4.3 m."""
+    b = workbench(campaign("nothing"), MODEL, (Wave,))
+    hidden = b.forward.null()
+    hidden[:3] = 2.0, 0.0, LENGTH
+    noise = errors(b, 1, np.random.default_rng(3))[0]
+    y = b.forward.values(hidden[None])[0] + noise
+    samples = replace(b.samples, y=y)
+    b = replace(b, samples=samples, fitted=samples, metric=replace(b.metric, samples=samples))
+    fit = b.fit([b.start((), b.forward.null())])[0]
+    return b, fit, around(b, fit, ["test_wave"])
+
+
+def test_the_best_points_of_the_grid_are_starts_and_the_fit_ends_between_them(waved):
+    bench, _, near = waved
+    assert next(v for k, v in near.weak["test_wave"] if k == 2) == 4.0
+    best = best_of(bench, near, ["test_wave"])["test_wave"]
+    assert best.vector[2] == pytest.approx(LENGTH, abs=0.05)
+    assert np.hypot(*best.vector[:2]) == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_candidate_pays_for_every_point_that_was_tried(waved):
+    bench, fit, near = waved
+    alternatives = near.shapes(bench, "test_wave")
+    assert len(alternatives) == len(GRID)
+    shapes = {"test_wave": alternatives, "one": alternatives.columns[alternatives.choices[0]]}
+    null = null_gains(bench, shapes, fit.slopes, fit.values, count=400, seed=1)
+    assert null.dof == {"test_wave": 2, "one": 2}  # nothing is drawn for the modifier: the grid stands for it
+    assert np.mean(null.gains["one"]) == pytest.approx(2.0, rel=0.35)
+    assert np.mean(null.gains["test_wave"]) > 1.5 * np.mean(null.gains["one"])
