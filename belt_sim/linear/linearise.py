@@ -71,11 +71,11 @@ def _rate(spans: Spans, x, late, yaws):
     """dx/ds of x = (y, alpha) at the tail's, then the head's run-up, when the wraps give ``late`` back."""
     commanded = Yaw(tail=yaws[0], head=yaws[1], roll_runup=jnp.zeros(2), roll_runoff=jnp.zeros(2))
     y, off = x[0::2], RunOff(y=late[0::2], alpha=late[1::2])
-    yaw, alpha = commanded, x[1::2]
+    yaw, alpha, zero = commanded, x[1::2], jnp.zeros(())
     for _ in range(_CORRECTIONS):
         if spans.span.limp:
             alpha = (y - off.y[::-1]) / spans.span.length - yaw.runup
-        state = spans.state(jnp.zeros(()), y, alpha, off, yaw)
+        state = spans.state(zero, zero, y, alpha, off, yaw)
         gone = RunOff(y=late[0::2], alpha=late[1::2])
         for e in uses(spans.effects, "wrap"):
             gone = e.wrap(gone, state, spans.case)
@@ -84,7 +84,7 @@ def _rate(spans: Spans, x, late, yaws):
             yaw = e.yaw(yaw, state, spans.case)
     if spans.span.limp:
         alpha = (y - off.y[::-1]) / spans.span.length - yaw.runup
-    state = spans.state(jnp.zeros(()), y, alpha, off, yaw)
+    state = spans.state(zero, zero, y, alpha, off, yaw)
     push = RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2))
     for e in uses(spans.effects, "runup"):
         push = e.runup(push, replace(state), spans.case)
