@@ -118,7 +118,7 @@ def lean(case: Case, kappa: float) -> float:
 
 
 def rolling_case(config: dict[str, Any], yaw: float) -> Case:
-    """The configured belt, ``length`` of it free, before a pulley of ``radius``; what holds its far end is no pulley."""
+    """The configured belt, ``length`` of it free, before a pulley of ``radius``; nothing else is a pulley."""
     rig = Rig(centre_distance=config["length"], head_radius=config["radius"], tail_radius=config["radius"])
     return replace(case_from(config | {"yaw": yaw}), rig=rig)
 
