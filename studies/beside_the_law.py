@@ -55,7 +55,7 @@ def read(path: Path) -> Beside:
 def told(run: Beside, windows: Sequence[tuple[float, float]]) -> list[str]:
     """What is said of a run; windows [m]: travels over which slopes are compared."""
     apart, largest = np.abs(run.y - run.law), np.abs(run.law)
-    own = ", ".join(f"{100 * share:.1f}" for share in apart.max(axis=1) / largest.max(axis=1))
+    own = ", ".join(f"{100 * share:.1f}" for share in apart.max(axis=1) / np.maximum(largest.max(axis=1), 1e-12))
     what = "".join(f", {e}" for e in run.effects)
     lines = [
         f"{run.tension:g} N/mm2, friction {run.friction:g}, {run.travel[-1]:.0f} m, stations {run.stations / MM:g} mm"

@@ -197,11 +197,12 @@ def covered(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> list[bool]:
 
 
 def removed(error: Mapping[str, Any] | None) -> float | None:
-    """(before - after) / (before - noise floor) of the held-out rms; None where there is nothing to remove."""
+    """(before - after) / (before - noise floor) of the held-out rms, in mm or m; None with nothing to remove."""
     if not error or not error.get("held_out"):
         return None
-    before, after = (error["held_out"][k] for k in ("before_mm", "after_mm"))
-    floor = error["noise_floor_mm"]
+    unit = "_mm" if "noise_floor_mm" in error else ""
+    before, after = (error["held_out"][f"{k}{unit}"] for k in ("before", "after"))
+    floor = error[f"noise_floor{unit}"]
     if not before > REDUCIBLE * floor:
         return None
     return round(min(1.0, (before - after) / (before - floor)), 4)

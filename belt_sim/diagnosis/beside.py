@@ -14,7 +14,7 @@ import numpy as np
 from belt_sim.diagnosis.candidate import is_plausible
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.openset import OpenSet, apart, basis
-from belt_sim.diagnosis.structures import structures
+from belt_sim.diagnosis.structures import noise_size, rows_of, structures
 from belt_sim.diagnosis.waves import wave_shapes
 from belt_sim.diagnosis.workbench import Workbench
 
@@ -24,7 +24,9 @@ def unknown_columns(bench: Workbench, test: OpenSet) -> np.ndarray:
     known = structures(bench)
     rows = [shapes for n, shapes in known.items() if n.startswith("run ") or n in test.failed]
     rows += [wave_shapes(bench, n, test.wavelength[n]) for n in test.failed if n in test.wavelength]
-    return np.concatenate(rows) if rows else np.empty((0, *bench.samples.y.shape))
+    runs, _, n = bench.samples.y.shape
+    begins = rows_of(bench.samples.y.shape, np.repeat(np.eye(runs)[:, :, None], n, axis=2))  # and wherever it begins
+    return np.concatenate([*rows, begins * noise_size(bench.samples)])
 
 
 def members_that_stay(bench: Workbench, fit: Fit, columns: np.ndarray, threshold: Callable[[str], float]) -> Fit | None:

@@ -79,7 +79,8 @@ def select(
     return Selection(
         base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
         held_out=held_out(last.bench, chosen),
-        chance=first.chance, null=null, critical=critical, rounds=cast(Sequence[Sequence[Trial]], decision.rounds), swaps=swaps,
+        chance=first.chance, null=null, critical=critical, swaps=swaps,
+        rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
         base_left=tests.look(base.residual), rehearsal=rehearsal,
         gain=last.gains([ids])[0],
     )  # fmt: skip

@@ -5,8 +5,8 @@ interpolation of the computed past. States are y and the contact angle alpha = t
 of the tail and of the head pulley: dy/ds = -alpha, dalpha/ds = -kappa. On the tail theta_p is +yaw at the
 run-up and -yaw at the run-off, on the head -yaw and +yaw, whichever way the belt runs.
 
-Friction lets a run-up go once, at each change of the commanded yaw: by M z/(2 EI), M the entry moment right after it
-and z = 4 R M/(mu F b) the length over which friction takes the moment up, a wrap at most.
+Friction lets a run-up go once, at each change of the commanded yaw: by M z/(2 EI), M the entry moment that is
+left when it has let go and z = 4 R M/(mu F b) the length over which friction takes that up, a wrap at most.
 """
 
 from collections.abc import Sequence
@@ -24,6 +24,7 @@ from belt_sim.virtual_rig.span import Span
 STEPS_A_WRAP = 4
 #: The step that carries a yaw step begins this far [m] after the one that ends before it.
 _BEFORE = 1e-7
+_HALVINGS = 40  # of the interval in which the angle lies that friction lets a run-up turn by
 _ANGLE = np.array([[0.0], [1.0]])  # picks the angle out of a pair (y, angle)
 _ROWS = ("run_up", "run_off")
 _SHARES = (0.0, 0.5, 1.0)  # of the way from the least tension to the most; a response is a parabola through these
@@ -184,12 +185,25 @@ class _Road:
         changed = (middle > line.yaw_at) & ((k == 0) | ((before + self.nodes[k]) / 2 <= line.yaw_at))
         if not changed.any():
             return y
+        least, most = np.zeros((2, y.shape[1])), self._wanted(k, y)
+        for _ in range(_HALVINGS):  # what turns the run-up is the moment that is left when it has turned
+            turn = (least + most) / 2
+            more = np.abs(self._wanted(k, self._turned(y, turn))) > np.abs(turn)
+            least, most = np.where(more, turn, least), np.where(more, most, turn)
+        return self._turned(y, np.where(changed, (least + most) / 2, 0.0))
+
+    def _turned(self, y: np.ndarray, turn: np.ndarray) -> np.ndarray:
+        y = y.copy()
+        y[1::2] -= turn
+        return y
+
+    def _wanted(self, k: int, y: np.ndarray) -> np.ndarray:
+        """Angle [rad] by which friction would let the run-ups turn at their present curvature, shape (2, batch)."""
+        line = self.line
         kappa = self.bent(self.nodes[k], k, y, self.here)[0]
         radius, wrap = np.stack([line.tail_radius, line.head_radius]), np.stack([line.wrap_tail, line.wrap_head])
         length = 4 * radius * np.abs(kappa) * line.bending / (line.friction * line.force * line.width)
-        y = y.copy()
-        y[1::2] -= np.where(changed, kappa * np.minimum(length, wrap) / 2, 0.0)
-        return y
+        return kappa * np.minimum(length, wrap) / 2
 
     def _yaws(self, s: float, k: int):
         line = self.line

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_discovery import D, campaign, described, discovered, fitted
+from small_discovery import MODEL, D, campaign, described, discovered, fitted
 
 import belt_sim as bs
+from belt_sim.diagnosis.workbench import workbench
 from belt_sim.discovery.describe import describe
 from belt_sim.discovery.discover import discover, unknown_columns
 from belt_sim.discovery.gate import gate
@@ -69,20 +70,11 @@ def test_the_gate_closes_on_what_is_missing_only():
 def test_too_few_runs_are_said_and_no_law_is_guessed():
     whole = campaign("yaw_creep")
     few = replace(whole, runs=whole.runs[:2])
-    bench = bs_bench(few)
-    found = describe(discover(*bench, draws=40))
+    bench = workbench(few, MODEL, [])
+    found = describe(discover(bench, bench.fit([bench.start((), bench.forward.null())])[0], draws=40))
     assert not found.found
     assert "Too few runs" in found.sentence
     assert any("one tension" in text for text in found.limits)
-
-
-def bs_bench(few):
-    from small_discovery import MODEL
-
-    from belt_sim.diagnosis.workbench import workbench
-
-    bench = workbench(few, MODEL, [])
-    return bench, bench.fit([bench.start((), bench.forward.null())])[0]
 
 
 def test_a_file_of_another_version_is_refused():

@@ -113,9 +113,13 @@ def entry_moment(tension: float) -> float:
 
 @pytest.mark.parametrize("tension", [12e6, 40e6])
 def test_slip_turns_the_run_up_once_towards_the_span_and_leaves_the_rate(tension):
-    """By M z/(2 EI) at the step, z = 4 R M/(mu F b): so fast the belt leaves; late it drifts as a stuck one."""
-    moment, force = entry_moment(tension), tension * 0.2 * 3e-4
-    turned = moment * (4 * RADIUS * moment / (0.15 * force * 0.2)) / (2 * 42000)
+    """By t = M z/(2 EI), z = 4 R M/(mu F b), M = M_0 (1 - t/yaw) what is left: so fast the belt leaves; late it drifts
+    as a stuck one.
+    """
+    force, before = tension * 0.2 * 3e-4, abs(entry_moment(tension))
+    per_square = 4 * RADIUS / (0.15 * force * 0.2) / (2 * 42000)
+    left = np.roots([before / abs(YAW) * per_square, 1.0, -before]).max()
+    turned = np.sign(YAW) * per_square * left**2
     s, slipping = measured(Slip(inverse_friction=1 / 0.15), tension=tension, length=0.02, spacing=0.01)
     stuck = measured(tension=tension, length=0.02, spacing=0.01)[1]
     assert (slipping - stuck)[0, 2] == pytest.approx(turned * s[2], rel=0.02)
@@ -125,8 +129,9 @@ def test_slip_turns_the_run_up_once_towards_the_span_and_leaves_the_rate(tension
 def test_slip_takes_a_wrap_at_most():
     run = {"tension": 7e6, "length": 0.02, "spacing": 0.01}
     s, slipping = measured(Slip(inverse_friction=20.0), yaw=30 * YAW, **run)
-    turned = 30 * entry_moment(7e6) * ARC / (2 * 42000)
-    assert slipping[0, 2] - measured(yaw=30 * YAW, **run)[1][0, 2] == pytest.approx(turned * s[2], rel=0.05)
+    stiff = entry_moment(7e6) / YAW  # of the entry against turning [N m/rad]; what is left is M_0 - stiff * turned
+    turned = 30 * entry_moment(7e6) * ARC / (2 * 42000) / (1 + stiff * ARC / (2 * 42000))
+    assert slipping[0, 2] - measured(yaw=30 * YAW, **run)[1][0, 2] == pytest.approx(turned * s[2], rel=0.02)
 
 
 @pytest.mark.parametrize(("tension", "friction", "stuck", "slips"), SLIPPING_IN_SPACE)
@@ -148,12 +153,13 @@ def test_slip_comes_with_every_change_of_yaw_and_with_none_else():
     assert np.all(idle == measured(Taper(kappa_t=1e-4), yaw=0.0, tension=7e6, yaw_at=100.0)[1])
 
 
-def test_slip_is_square_in_the_yaw():
-    run = {"tension": 20e6, "length": 5.0}
+def test_slip_is_square_in_a_small_yaw():
+    run, small = {"tension": 20e6, "length": 5.0}, 1e-3 * YAW
     half, one = (
-        measured(Slip(inverse_friction=1 / 0.15), yaw=y, **run)[1] - measured(yaw=y, **run)[1] for y in (YAW / 2, YAW)
+        measured(Slip(inverse_friction=1 / 0.15), yaw=y, **run)[1] - measured(yaw=y, **run)[1]
+        for y in (small / 2, small)
     )
-    np.testing.assert_allclose(one, 4 * half, atol=1e-9)
+    np.testing.assert_allclose(one, 4 * half, rtol=1e-3, atol=1e-17)
 
 
 def test_yaw_compliance_slows_the_start_and_gives_way_less_later():

@@ -1,0 +1,29 @@
+"""Beside an unknown that may be anything smooth, only what is not smooth stays."""
+
+import numpy as np
+from linear_bench import SPREAD, WHITE, linear_bench
+
+from belt_sim.diagnosis.beside import members_that_stay, unknown_columns
+from belt_sim.diagnosis.openset import OpenSet
+
+COUNT, THRESHOLD = 40, 10.0
+NOTHING_SEEN = OpenSet((), {}, {}, {})
+
+
+def test_a_slow_effect_goes_and_a_sharp_one_stays():
+    s = np.linspace(0.0, 1.0, COUNT)
+    signs = np.array([np.sign(r.yaw) for r in SPREAD])[:, None, None]
+    drift = WHITE.white * np.ones((len(SPREAD), 1, 1)) * s
+    sharp = WHITE.white * signs * np.where(np.arange(COUNT) % 7 == 0, 1.0, 0.0)
+    noise = WHITE.white * np.random.default_rng(1).normal(size=(len(SPREAD), 1, COUNT))
+    bench = linear_bench(SPREAD, y=8.0 * drift + 5.0 * sharp + noise, shapes={"drift": drift, "sharp": sharp})
+    fit = bench.fit([bench.start(("drift", "sharp"), np.zeros(2))])[0]
+    stays = members_that_stay(bench, fit, unknown_columns(bench, NOTHING_SEEN), lambda name: THRESHOLD)
+    assert stays is not None
+    assert stays.ids == ("sharp",)
+    u = np.sqrt(stays.covariance[0, 0])
+    assert abs(stays.vector[1] - 5.0) < 4.0 * u
+    assert stays.vector[0] == 0.0
+    everything = members_that_stay(bench, fit, np.empty((0, *bench.samples.y.shape)), lambda name: THRESHOLD)
+    assert everything is not None
+    assert everything.ids == ("drift", "sharp")
