@@ -113,7 +113,7 @@ def _largest(schedule: Schedule) -> float:
 def _slack_edge(x: _Loaded) -> Limit:
     """Stress at an edge is sigma -+ 6 M/(b^2 h): an edge is slack once M > F b/6."""
     load = 6.0 * x.entry * x.yaw / (x.case.tension_force * x.case.belt.width)
-    return Limit("slack_edge", load, "an edge goes slack after the yaw, and a linear span overrates its moment")
+    return Limit("slack_edge", load, "after the yaw an edge is slack, as a linear span has it: it overrates its moment")
 
 
 def _second_order(x: _Loaded) -> Limit:

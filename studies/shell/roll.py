@@ -6,7 +6,7 @@ the curvature of the belt that lies, right behind the front, over that of the fr
 the beam of the measured y and angle, and the angle that the free part is ahead by, which the bending layer claims.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from belt_sim.analytic.steady import sievers_coefficients
 from belt_sim.case import Case
 from belt_sim.config import case_from
 from belt_sim.laws.span import torsional_stiffness
+from belt_sim.rig import Rig
 from studies.application import application
 from studies.shell import ccx
 from studies.shell.mesh import Strip
@@ -116,6 +117,12 @@ def lean(case: Case, kappa: float) -> float:
     return float(layer(case) ** 3 / (8 * case.rig.tail_radius**2) * stiffness * kappa)
 
 
+def rolling_case(config: dict[str, Any], yaw: float) -> Case:
+    """The configured belt, ``length`` of it free, before a pulley of ``radius``; nothing else is a pulley."""
+    rig = Rig(centre_distance=config["length"], head_radius=config["radius"], tail_radius=config["radius"])
+    return replace(case_from(config | {"yaw": yaw}), rig=rig)
+
+
 def roll_study(config: dict[str, Any]) -> None:
     """The table."""
     if not ccx.installed():
@@ -125,7 +132,7 @@ def roll_study(config: dict[str, Any]) -> None:
     columns = ("yaw deg", "front mm", "y um", "angle urad", "laid 1/km", "free 1/km", "laid / free", "beam 1/km")
     table = Table(*columns, "slope - angle urad", "tilt mrad", "jump urad", "lean urad")
     for yaw in config["yaws"]:
-        case = case_from(config | {"yaw": yaw})
+        case = rolling_case(config, yaw)
         print(f"yaw {yaw:g} deg: slips on {1e3 * turned_by_slip(case, roll.friction):.1f} mm")
         for f in fronts(case, roll, Path(config["out"]), config["limit"]):
             beam = float(curvature(case, f.arc, f.y, f.angle))

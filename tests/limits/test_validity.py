@@ -7,11 +7,14 @@ import pytest
 from paper_cases import YAW, paper_case
 
 from belt_sim.analytic.model import MODELS
+from belt_sim.campaign import read_campaign
 from belt_sim.case import Schedule
 from belt_sim.paper import ROPE_EXAMPLE
+from belt_sim.paths import ROOT
+from belt_sim.results.written import summary_json
 from belt_sim.rig import Rig
 from belt_sim.si import DEGREE
-from belt_sim.use_cases.beyond import beyond
+from belt_sim.use_cases.beyond import beyond, beyond_in_runs
 from belt_sim.use_cases.simulate import simulate
 from belt_sim.validity import exceeded, limits, warning
 
@@ -94,3 +97,13 @@ def test_simulate_says_it_in_a_line():
     assert loud.warning.startswith("strip used beyond its validity: bending_layer (3.1 times the limit)")
     assert loud.warning in loud.lines()
     assert loud.warning not in quiet.lines()
+    assert summary_json(loud, {})["beyond_validity"]["limits"] == {"bending_layer": pytest.approx(3.11, abs=0.01)}
+    assert "beyond_validity" not in summary_json(quiet, {})
+
+
+def test_a_campaign_is_told_once_a_limit():
+    campaign = read_campaign(ROOT / "models" / "campaigns" / "slack_belt")
+    (sentence,) = beyond_in_runs(campaign, MODELS["strip"], ())
+    slack = sum(run.tension < 22e6 for run in campaign.runs)
+    assert sentence.startswith(f"model used beyond bending_layer in {slack} of {len(campaign.runs)} runs")
+    assert beyond_in_runs(campaign, MODELS["strip"], ("lift_off",)) == ()

@@ -113,6 +113,13 @@ def test_the_rolling_beam_is_at_rest_where_the_steady_law_says():
     assert kappa == pytest.approx(0.0, abs=1e-3 * abs(roll.curvature(case, arc, y, 0.0, lifts=False)))
 
 
+def test_the_roll_is_configured_as_its_document_says(configuration):
+    config = configuration("shell_roll")
+    case, how = roll.rolling_case(config, -0.027), Roll(**config["roll"])
+    assert (case.rig.span_length, case.rig.tail_radius, case.belt.width) == (1.0, 1.0, 0.05)
+    assert roll.turned_by_slip(case, how.friction) < 0.02 < how.rolled
+
+
 def test_the_roll_deck_lays_what_it_says():
     case, how = narrow(4e-4), Roll(rolled=0.05)
     deck = roll_deck(case, how)
