@@ -185,7 +185,7 @@ def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
     """The law's own u along ``line``."""
     assert found.refit is not None
     numbers, form = found.refit.estimates(), found.refit.scored.law.terms[0].form
-    at = numbers.get("at", (form.at,))[0]
+    at = numbers.get("at", (form.at or 1.0,))[0]
     if form.course == "wave":
         phase = 2.0 * np.pi * line / at
         return numbers["cos"][0] * np.cos(phase) + numbers["sin"][0] * np.sin(phase)

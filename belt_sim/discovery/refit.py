@@ -1,6 +1,6 @@
 """The closed loop: a law put into the march as an effect and fitted with all that was chosen, from its linear sizes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -56,8 +56,11 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
             free.append(position)
     ids = (*[c.id for c in chosen], file.cls.id)
     moved = bench.moved_to(vector)
+    levels = survey.bench.levels
+    moved = replace(moved, levels=levels, metric=moved.metric_at(levels))
     fit = moved.fit([Fit(ids=ids, free=free, vector=vector)])[0]
-    return Refit(scored, file, moved, fit, survey.fit.chi2 - fit.chi2)
+    left = float(survey.bench.metric.chi2(survey.bench.fitted.y - fit.values))
+    return Refit(scored, file, moved, fit, survey.fit.chi2 - min(left, fit.chi2))
 
 
 def effect_file(survey: Survey, scored: Scored, sizes, said: str, *, final: bool = False) -> Written:

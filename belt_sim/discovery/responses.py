@@ -58,7 +58,7 @@ def _looked_up(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarra
 
 def responses(bench: Workbench, vector: np.ndarray, ids) -> Responses:
     """Responses with the effects ``ids`` of a parameter vector at work."""
-    forward, samples = bench.forward, bench.samples
+    forward, samples = bench.forward, bench.forward.samples
     effects = forward.effects_at(vector, ids)
     far = max(float(np.max(in_float64(true_travel)(effects, samples.cases, samples.end))), samples.end)
     step = STEP * max(2, int(np.ceil(far / CELLS / STEP)))
@@ -112,7 +112,7 @@ def tension_answers(bench: Workbench) -> np.ndarray:
         return jax.jvp(tightened, (0.0,), (1.0,))[1]
 
     many = jax.vmap(one, in_axes=(Case(rig=None, belt=None, settings=0),))  # type: ignore[arg-type]
-    return np.asarray(compiled(many)(bench.samples.cases))
+    return np.asarray(compiled(many)(bench.forward.samples.cases))
 
 
 def retensioned(span, case: Case, share):

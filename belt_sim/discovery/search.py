@@ -201,7 +201,7 @@ def refined(survey: Survey, scored: Scored) -> Scored:
                 continue
             off = np.log(_neighbour(survey, term.form) if number == "at" else STEP_OF_GRID)
             best = minimize_scalar(
-                lambda x, at=(law, k, number): -gain_of(survey, _put(*at, float(np.exp(x)))),
+                lambda x, law=law, k=k, number=number: -gain_of(survey, _put(law, k, number, float(np.exp(x)))),
                 bounds=(np.log(value) - off, np.log(value) + off),
                 method="bounded",
                 options={"maxiter": 14, "xatol": 1e-3},
