@@ -166,8 +166,8 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
     told = np.abs(slack) > 0.2 * np.abs(slack).max()
     reduced = np.where(told, u / np.where(told, slack, 1.0), np.nan)
     points = []
-    for tension in np.unique(s.states.tension):
-        rows = s.states.tension == tension
+    for tension in np.unique(s.stated_tension):
+        rows = s.stated_tension == tension
         px, pu = x[rows].ravel(), np.broadcast_to(reduced, u.shape)[rows].ravel()
         keep = np.flatnonzero(np.isfinite(pu))
         keep = keep[:: max(1, len(keep) // KEPT)]

@@ -52,7 +52,7 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
     for number in file.numbers:
         position = forward.index(file.cls.id)[names.index(number.name)]
         vector[position] = number.value / forward.slots[position].scale
-        if not (number.name.startswith("exponent") and len(np.unique(survey.states.tension)) == 1):
+        if not (number.name.startswith("exponent") and len(np.unique(survey.stated_tension)) == 1):
             free.append(position)
     ids = (*[c.id for c in chosen], file.cls.id)
     moved = bench.moved_to(vector)

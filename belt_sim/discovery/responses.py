@@ -13,7 +13,6 @@ import numpy as np
 
 from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.case import Case
-from belt_sim.diagnosis.forward import STEP
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.effects.around_engine import true_travel
@@ -61,10 +60,10 @@ def responses(bench: Workbench, vector: np.ndarray, ids) -> Responses:
     forward, samples = bench.forward, bench.forward.samples
     effects = forward.effects_at(vector, ids)
     far = max(float(np.max(in_float64(true_travel)(effects, samples.cases, samples.end))), samples.end)
-    step = STEP * max(2, int(np.ceil(far / CELLS / STEP)))
+    step = forward.step * max(2, int(np.ceil(far / CELLS / forward.step)))
     cells = int(np.ceil(far / step)) + 1
     travel = step * (cells + 1)
-    plan = plan_steps(samples.cases, travel=travel, step=STEP, keep=STEP)
+    plan = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
     curves, pulses = _compiled(forward.model, plan)(effects, samples.cases, step, travel)
     return Responses(
         grid=step * np.arange(cells),

@@ -142,7 +142,7 @@ def singles(survey: Survey, exponents=None) -> list[Scored]:
 
 def exponents_of(survey: Survey) -> tuple[float, ...]:
     """Exponents of tension to try: only 0 where one tension was run."""
-    return EXPONENTS if len(np.unique(survey.states.tension)) > 1 else (0.0,)
+    return EXPONENTS if len(np.unique(survey.stated_tension)) > 1 else (0.0,)
 
 
 def _scored(law: Law, gain: float) -> Scored:
