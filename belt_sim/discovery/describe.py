@@ -166,8 +166,8 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
     told = np.abs(slack) > 0.2 * np.abs(slack).max()
     reduced = np.where(told, u / np.where(told, slack, 1.0), np.nan)
     points = []
-    for tension in np.unique(s.states.tension):
-        rows = s.states.tension == tension
+    for tension in np.unique(s.stated_tension):
+        rows = s.stated_tension == tension
         px, pu = x[rows].ravel(), np.broadcast_to(reduced, u.shape)[rows].ravel()
         keep = np.flatnonzero(np.isfinite(pu))
         keep = keep[:: max(1, len(keep) // KEPT)]
@@ -185,7 +185,7 @@ def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
     """The law's own u along ``line``."""
     assert found.refit is not None
     numbers, form = found.refit.estimates(), found.refit.scored.law.terms[0].form
-    at = numbers.get("at", (form.at,))[0]
+    at = numbers.get("at", (form.at or 1.0,))[0]
     if form.course == "wave":
         phase = 2.0 * np.pi * line / at
         return numbers["cos"][0] * np.cos(phase) + numbers["sin"][0] * np.sin(phase)

@@ -54,7 +54,10 @@ def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int
     """The effect of a law with these sizes; tension: its unit [Pa]; said: for the docstring; points: signal -> row of
     its reading; final: the sizes are the parameters' defaults, so that the file alone brings the law with it.
     """
-    numbers, bodies, hooks, left = [], [], {}, list(sizes)
+    numbers: list[Number] = []
+    bodies: list[str] = []
+    hooks: dict[str, list[tuple[int, Term]]] = {}
+    left = list(sizes)
     for k, term in enumerate(law.terms):
         tag = "" if k == 0 else f"_{k + 1}"
         own = _numbers(term, tag, left)
@@ -224,7 +227,7 @@ def _sensor(terms, points) -> str:
         for name, _ in t.place.parts:
             row = points[name]
             x = {"one": "1.0", "shown": f"reading.y[{row}]", "rate": f"_rate(reading, {row}, case)"}[t.form.variable]
-            call = f"self._input{tag}({x}, reading.true_travel, case)"
+            call = f"self._input{tag}({x}, reading.seen, case)"
             lines += f"        added = added.at[{row}].add({call})\n"
     head = "    def sensor(self, reading, case):\n        added = jnp.zeros_like(reading.y)\n"
     return head + lines + "        return replace(reading, y=reading.y + added)\n"

@@ -42,9 +42,9 @@ def _since(case, travel):
 
 def _rate(reading, row, case, reach=0.25):
     """dy/dt of a reading [m/s]."""
-    order = jnp.argsort(reading.true_travel)
-    s, y = reading.true_travel[order], reading.y[row][order]
-    low, high = (jnp.clip(reading.true_travel + h, s[0], s[-1]) for h in (-reach, reach))
+    order = jnp.argsort(reading.seen)
+    s, y = reading.seen[order], reading.y[row][order]
+    low, high = (jnp.clip(reading.seen + h, s[0], s[-1]) for h in (-reach, reach))
     return (jnp.interp(high, s, y) - jnp.interp(low, s, y)) / (high - low) * case.settings.speed
 
 

@@ -129,6 +129,7 @@ def _scan(ground: Ground, root, information, pull, shared, squares):
         gain += 0.5 * left @ common - 0.5 * np.linalg.slogdet(inner)[1] - at_none
         if gain > best:
             best, kept = gain, (square, shrink, common)
+    assert kept is not None
     square, shrink, common = kept
     back = root @ vectors
     mean = (back @ (shrink * (b - c @ common))[..., None])[..., 0]

@@ -62,7 +62,7 @@ def judged(survey: Survey, *, draws: int = DRAWS, seed: int = 0, level: float = 
     return Gate(p < level, p, chance.gain(level), tuple(distinct(found, SHOWN))), chance
 
 
-def surprise(gain, sizes: int):
+def surprise(gain, sizes):
     """-log of the chance of a gain by itself."""
     return -stats.chi2.logsf(gain, sizes)
 
@@ -94,9 +94,15 @@ def _largest(p: Products, weight, draws, shared, inverse, along) -> np.ndarray:
 
 def _errors(survey: Survey, draws: int, rng: np.random.Generator) -> np.ndarray:
     """Whitened errors (draws, R, m), scaled as the levels found in each would make them."""
-    bench = survey.bench
-    errors = NoiseSource(bench, bench.samples.y - survey.fit.values, rng).draw(draws)
-    found = np.array([np.mean(np.log(lv.wander)) for lv in bench.finder.many(errors)])
-    scale = np.exp(np.mean(np.log(bench.levels.wander)) - found)
-    measured = np.isfinite(bench.fitted.y)
-    return survey.ground.white(np.where(measured, errors, 0.0)) * scale[:, None, None]
+    bench, left = survey.bench, survey.bench.samples.y - survey.fit.values
+    errors = np.where(np.isfinite(bench.fitted.y), NoiseSource(bench, left, rng).draw(draws), 0.0)
+    signals = range(errors.shape[2])
+    believed = np.array([[_slow(lv.of(s)) for s in signals] for lv in bench.finder.many(errors)])
+    here = np.array([_slow(bench.levels.of(s)) for s in signals])
+    return survey.ground.white(errors * (here / believed)[:, None, :, None])
+
+
+def _slow(level: tuple[float, float, float]) -> float:
+    """Size of the slow part of the noise, which is what laws are mistaken for."""
+    _, wander, length = level
+    return wander * float(np.sqrt(length))

@@ -64,6 +64,5 @@ def places_of(samples: Samples) -> tuple[Place, ...]:
 
 def place_columns(ops: Operators, place: Place, inputs: Sequence[np.ndarray]) -> np.ndarray:
     """Whitened columns (F, R, m) of inputs (F, R, J), one array a part of the place."""
-    return sum(
-        (ops.columns(channel, one) for (channel, _), one in zip(place.parts, inputs, strict=True)), np.float32(0.0)
-    )
+    columns = [ops.columns(channel, one) for (channel, _), one in zip(place.parts, inputs, strict=True)]
+    return columns[0] if len(columns) == 1 else np.sum(columns, axis=0)

@@ -1,6 +1,6 @@
 """The closed loop: a law put into the march as an effect and fitted with all that was chosen, from its linear sizes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,12 +52,15 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
     for number in file.numbers:
         position = forward.index(file.cls.id)[names.index(number.name)]
         vector[position] = number.value / forward.slots[position].scale
-        if not (number.name.startswith("exponent") and len(np.unique(survey.states.tension)) == 1):
+        if not (number.name.startswith("exponent") and len(np.unique(survey.stated_tension)) == 1):
             free.append(position)
     ids = (*[c.id for c in chosen], file.cls.id)
     moved = bench.moved_to(vector)
+    levels = survey.bench.levels
+    moved = replace(moved, levels=levels, metric=moved.metric_at(levels))
     fit = moved.fit([Fit(ids=ids, free=free, vector=vector)])[0]
-    return Refit(scored, file, moved, fit, survey.fit.chi2 - fit.chi2)
+    left = float(survey.bench.metric.chi2(survey.bench.fitted.y - fit.values))
+    return Refit(scored, file, moved, fit, survey.fit.chi2 - min(left, fit.chi2))
 
 
 def effect_file(survey: Survey, scored: Scored, sizes, said: str, *, final: bool = False) -> Written:

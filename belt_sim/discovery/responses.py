@@ -13,7 +13,6 @@ import numpy as np
 
 from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.case import Case
-from belt_sim.diagnosis.forward import STEP
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.effects.around_engine import true_travel
@@ -58,13 +57,13 @@ def _looked_up(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarra
 
 def responses(bench: Workbench, vector: np.ndarray, ids) -> Responses:
     """Responses with the effects ``ids`` of a parameter vector at work."""
-    forward, samples = bench.forward, bench.samples
+    forward, samples = bench.forward, bench.forward.samples
     effects = forward.effects_at(vector, ids)
     far = max(float(np.max(in_float64(true_travel)(effects, samples.cases, samples.end))), samples.end)
-    step = STEP * max(2, int(np.ceil(far / CELLS / STEP)))
+    step = forward.step * max(2, int(np.ceil(far / CELLS / forward.step)))
     cells = int(np.ceil(far / step)) + 1
     travel = step * (cells + 1)
-    plan = plan_steps(samples.cases, travel=travel, step=STEP, keep=STEP)
+    plan = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
     curves, pulses = _compiled(forward.model, plan)(effects, samples.cases, step, travel)
     return Responses(
         grid=step * np.arange(cells),
@@ -112,7 +111,7 @@ def tension_answers(bench: Workbench) -> np.ndarray:
         return jax.jvp(tightened, (0.0,), (1.0,))[1]
 
     many = jax.vmap(one, in_axes=(Case(rig=None, belt=None, settings=0),))  # type: ignore[arg-type]
-    return np.asarray(compiled(many)(bench.samples.cases))
+    return np.asarray(compiled(many)(bench.forward.samples.cases))
 
 
 def retensioned(span, case: Case, share):

@@ -142,7 +142,7 @@ def singles(survey: Survey, exponents=None) -> list[Scored]:
 
 def exponents_of(survey: Survey) -> tuple[float, ...]:
     """Exponents of tension to try: only 0 where one tension was run."""
-    return EXPONENTS if len(np.unique(survey.states.tension)) > 1 else (0.0,)
+    return EXPONENTS if len(np.unique(survey.stated_tension)) > 1 else (0.0,)
 
 
 def _scored(law: Law, gain: float) -> Scored:
@@ -201,7 +201,7 @@ def refined(survey: Survey, scored: Scored) -> Scored:
                 continue
             off = np.log(_neighbour(survey, term.form) if number == "at" else STEP_OF_GRID)
             best = minimize_scalar(
-                lambda x, at=(law, k, number): -gain_of(survey, _put(*at, float(np.exp(x)))),
+                lambda x, law=law, k=k, number=number: -gain_of(survey, _put(law, k, number, float(np.exp(x)))),
                 bounds=(np.log(value) - off, np.log(value) + off),
                 method="bounded",
                 options={"maxiter": 14, "xatol": 1e-3},

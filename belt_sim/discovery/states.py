@@ -47,8 +47,8 @@ def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course:
         rows = rows + _moved(answers, squeeze, course)
     y, spacing = rows[:, :4], grid[1] - grid[0]
     bending = float(bench.samples.cases.belt.bending_stiffness)
-    yaw = np.array([r.yaw for r in runs])
-    head = np.array([r.yaw_head for r in runs])
+    settings = bench.forward.samples.cases.settings  # as the runs most likely had them
+    yaw, head = np.asarray(settings.yaw.last()), np.asarray(settings.yaw_head.last())
     since = grid[None] - np.array([[r.yaw_at] for r in runs])
     at = [[kept_row(s.at, r.direction) for s in bench.samples.signals] for r in runs]
     shown = np.stack([[rows[r, k] - np.interp(runs[r].yaw_at, grid, rows[r, k]) if k < 4 else 0.0 * grid for k in ks]
@@ -59,11 +59,11 @@ def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course:
         y=y[:, :2],
         alpha=-np.gradient(y[:, :2], spacing, axis=-1),
         kappa=rows[:, MOMENT : MOMENT + 2] / bending,
-        beta=np.where(since >= 0.0, (yaw if np.any(yaw) else head)[:, None], 0.0),
+        beta=np.where(since >= 0.0, (yaw + head)[:, None], 0.0),
         since=np.maximum(since, 0.0),
         shown=shown,
         rate=np.gradient(shown, spacing, axis=-1) * speed[:, None, None],
-        tension=np.array([r.tension for r in runs]),
+        tension=np.asarray(settings.tension),
         speed=speed,
         squeeze=squeeze,
         signals=tuple(s.name for s in bench.samples.signals),

@@ -54,6 +54,11 @@ class Survey:
     places: tuple[Place, ...]
     tension: float
 
+    @property
+    def stated_tension(self) -> np.ndarray:
+        """Tension of every run as it was set (R,) [Pa]."""
+        return np.array([r.tension for r in self.bench.samples.runs])
+
     def weight(self, exponent: float) -> np.ndarray:
         """(tension / unit)^exponent of every run (R,)."""
         return (self.states.tension / self.tension) ** exponent

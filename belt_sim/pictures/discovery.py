@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -69,7 +70,7 @@ def law_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     factor, of = (1.0, "share of the yaw" if d.unit == "rad" else f"{d.unit} per rad") if over_yaw else (factor, of)
     fig, [[ax]] = style.figure(8.0, 4.6)
     for k, a in enumerate(d.against):
-        look = {"linestyle": "none", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.0, "alpha": 0.6}
+        look: Any = {"linestyle": "none", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.0, "alpha": 0.6}
         label = f"{a.tension / 1e6:g} N/mm²"
         ax.plot(scale * a.x, factor * a.u, color=CYCLE[k % len(CYCLE)], label=label, **look)
     ax.plot(scale * d.curve.x, factor * d.curve.u, color=INK, label="the law")

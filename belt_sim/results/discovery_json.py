@@ -18,7 +18,8 @@ DIGITS = 8
 
 def discovery_json(d: Discovery) -> dict[str, Any]:
     """The content of discovery.json."""
-    return {"schema": SCHEMA} | _plain(d)
+    content: dict[str, Any] = _plain(d)
+    return {"schema": SCHEMA} | content
 
 
 def read_discovery(content: Mapping[str, Any]) -> Discovery:

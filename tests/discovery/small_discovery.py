@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from small_campaign import REPEATED, SPREAD
+from small_campaign import SHAPE, TENSIONS
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.campaign import Campaign
@@ -13,8 +13,11 @@ from belt_sim.discovery.discover import Discovered, discover
 from belt_sim.discovery.survey import Survey, survey_of
 from belt_sim.results.discovery import Discovery
 from belt_sim.virtual_rig.make import make_campaign
+from belt_sim.virtual_rig.plan import TEST_YAWS, Plan, grid
 
 MODEL = analytic_model("strip")
+#: three tensions at both signs of yaw, and two repeats, off which noise levels can be read
+PLAN = Plan(runs=grid(TENSIONS, TEST_YAWS, repeats=2), **SHAPE)
 D = 25.0  # sigma: nobody could overlook it
 
 
@@ -22,7 +25,7 @@ D = 25.0  # sigma: nobody could overlook it
 def campaign(hidden: str = "", seed: int = 3) -> Campaign:
     """A campaign that hides a stranger of size D, or nothing."""
     what = [{"id": hidden, "d": D}] if hidden else []
-    return make_campaign(hidden=what, base="strip", seed=seed, plan=SPREAD if hidden else REPEATED)[0]
+    return make_campaign(hidden=what, base="strip", seed=seed, plan=PLAN)[0]
 
 
 @cache

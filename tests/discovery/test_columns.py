@@ -9,7 +9,7 @@ from belt_sim.discovery.channels import Pulse
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.search import Scored
-from belt_sim.discovery.survey import Law, Term
+from belt_sim.discovery.survey import Law, Term, survey_of
 
 SAME = 0.999  # cosine; cells of 0.2 m against steps of 0.1 m leave a few per mille
 SIZE = 0.01
@@ -29,7 +29,7 @@ TERMS = {
 
 @pytest.fixture(scope="module")
 def marched():
-    """Derivatives of the march along the size of every written effect: place -> (k, R, S, n)."""
+    """Derivatives of the march along the size of every written effect: place -> (k, R, S, n); and their survey."""
     survey, classes = surveyed("yaw_creep"), {}
     places = {p.name: p for p in survey.places}
     for name, form in TERMS.items():
@@ -38,18 +38,19 @@ def marched():
         cls.id = f"found_{name}"
         classes[name] = cls
     bench = workbench(campaign("yaw_creep"), MODEL, list(classes.values()))
-    found = {}
+    null = bench.forward.null()
+    found = {"survey": survey_of(bench, bench.fit([bench.start((), null)])[0])}
     for name, cls in classes.items():
         index = bench.forward.index(cls.id)
         sizes = [k for k in index if bench.forward.slots[k].name in ("size", "cos", "sin")]
         scale = np.array([bench.forward.slots[k].scale for k in sizes])
-        found[name] = bench.slopes(bench.forward.null(), sizes) / scale[:, None, None, None]
+        found[name] = bench.slopes(null, sizes) / scale[:, None, None, None]
     return found
 
 
 @pytest.mark.parametrize("name", TERMS)
 def test_columns_are_those_of_the_march_with_the_written_effect(name, marched):
-    survey = surveyed("yaw_creep")
+    survey = marched["survey"]
     place = next(p for p in survey.places if p.name == name)
     own = survey.columns(Law((Term(place, TERMS[name], -1.0),))).reshape(len(marched[name]), -1)
     there = survey.ground.white(marched[name]).reshape(len(own), -1)
