@@ -7,7 +7,6 @@ from typing import Any
 
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.challenge.sources import function
-from belt_sim.results.verdict import Verdict
 
 #: answer(folder of the campaign, bootstraps, seed, base model) -> content of diagnosis.json
 Answer = Callable[[Path, int, int, str], dict[str, Any]]
@@ -46,23 +45,11 @@ def _diagnosed(campaign: Campaign, bootstraps: int, seed: int, base: str) -> dic
     from belt_sim.results.written import diagnosis_json
     from belt_sim.use_cases.diagnose import diagnose
 
-    found = diagnose(campaign, base, bootstraps=bootstraps, seed=seed)
-    content = diagnosis_json(found)
-    if "discovery" not in content and found.verdict != Verdict.CANNOT_SAY:
-        content["discovery"] = _discovered(campaign, base, found.effects, seed)
-    return {key: value for key, value in content.items() if key not in _LONG}
-
-
-def _discovered(campaign: Campaign, base: str, beside: Any, seed: int) -> dict[str, Any]:
-    """What is discovered beside the effects that a diagnosis named; a crash costs the discovery, not the diagnosis."""
-    from belt_sim.results.discovery_json import discovery_json
-    from belt_sim.use_cases.discover import discover
-
-    try:
-        content = discovery_json(discover(campaign, base, beside or None, seed=seed))
-    except Exception as error:
-        return {"found": False, "crash": f"{type(error).__name__}: {error}"}
-    return {key: value for key, value in content.items() if key not in (*_LONG, *_CURVES)}
+    content = diagnosis_json(diagnose(campaign, base, bootstraps=bootstraps, seed=seed))
+    kept = {key: value for key, value in content.items() if key not in _LONG}
+    if "discovery" in kept:
+        kept["discovery"] = {k: v for k, v in kept["discovery"].items() if k not in (*_LONG, *_CURVES)}
+    return kept
 
 
 ANSWERS: dict[str, Answer] = {"diagnosis": diagnosed, "no_repeats": no_repeats, "no_whitening": no_whitening}

@@ -15,9 +15,10 @@ from belt_sim.diagnosis.shape_card import shape_card
 from belt_sim.diagnosis.verdict import damage, nearest_words
 from belt_sim.diagnosis.where import where
 from belt_sim.provenance import provenance
-from belt_sim.results.diagnosis import CampaignLabel, Diagnosis
+from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.errors import Change, Errors
 from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NoiseLevels, Tried, Unknown
+from belt_sim.results.label import CampaignLabel
 from belt_sim.results.verdict import Verdict, other_model
 
 

@@ -12,6 +12,7 @@ from belt_sim.diagnosis.openset import OpenSet
 from belt_sim.diagnosis.refits import Trial
 from belt_sim.diagnosis.select import Selection, select
 from belt_sim.diagnosis.setting_up import offsets
+from belt_sim.diagnosis.unknown import Look
 from belt_sim.diagnosis.verdict import Judgement, judged, verdict
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
@@ -62,13 +63,15 @@ def examine(
     bootstraps: int = BOOTSTRAPS,
     seed: int = 0,
     advise: bool = True,
+    look: Look | None = None,
     tell: Callable[[str], None] = lambda text: None,
     tick: Callable[[int], None] = lambda n: None,
 ) -> Findings:
     """Which of ``classes`` the ``model`` lacks, judged on ``campaign``.
 
-    tell hears what is being done, tick counts bootstrap replicates. Raises InputError when the campaign has no
-    signals, RunFailed when a super-model fits worse than its sub-model.
+    look: tests for laws that no effect of the library is; tell hears what is being done, tick counts bootstrap
+    replicates. Raises InputError when the campaign has no signals, RunFailed when a super-model fits worse than its
+    sub-model.
     """
     tell("laying out the campaign")
     bench = workbench(campaign, model, [c for c in classes if model.refusal(c) is None and _long_enough(campaign, c)])
@@ -78,7 +81,7 @@ def examine(
     limit = 0 if damaged else MAX_EFFECTS
     found = select(bench, base, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
     tell("testing what is left")
-    judgement = judged(found, bootstraps=max(200, bootstraps // 2), seed=seed)
+    judgement = judged(found, bootstraps=max(200, bootstraps // 2), seed=seed, look=None if damaged else look)
     named = judgement.named.ids
     pairs = [pair for pair in rivals(found) if pair.effect in named]
     advice: list[NextRun] = []

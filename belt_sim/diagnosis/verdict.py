@@ -1,7 +1,9 @@
 """From what was chosen and what it leaves to what is found: a set is found only if nothing is left with it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.beside import members_that_stay, unknown_columns
@@ -10,6 +12,7 @@ from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.ladder import Rung, better_model, ladder
 from belt_sim.diagnosis.openset import OpenSet, open_set
 from belt_sim.diagnosis.select import Selection
+from belt_sim.diagnosis.unknown import Look, Unknown
 from belt_sim.results.verdict import Verdict
 from belt_sim.results.words import listed
 
@@ -22,7 +25,7 @@ class Judgement:
 
     named: the fit of the effects that are found, the base fit when none is; left: the tests of what the named leave;
     base_left: the same of the base model; nearest: the set that explains most but not all, and the tests that it fails;
-    use_model: another base model that explains more.
+    use_model: another base model that explains more; unknown: what is seen beside the named effects, if anybody looked.
     """
 
     named: Fit
@@ -32,6 +35,7 @@ class Judgement:
     nearest: Fit | None = None
     fails: tuple[str, ...] = ()
     use_model: Rung | None = None
+    unknown: Unknown | None = None
 
     @property
     def why(self) -> str:
@@ -40,25 +44,49 @@ class Judgement:
         return f"with it these tests still fail: {', '.join(self.fails[:SHOWN])}{more}" if self.fails else ""
 
 
-def judged(found: Selection, *, bootstraps: int, seed: int) -> Judgement:
+def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = None) -> Judgement:
     """Test what the chosen set leaves; where that fails, keep only what is needed beside the unknown."""
-    bench, chosen = found.bench, found.chosen
     first = found.base_left.and_failed(beyond_floor(found, found.base_held_out))
-    if not chosen.ids:
-        use = _better_model(found) if first.failed else None
-        return Judgement(found.base, found.base_held_out, first, first, use_model=use)
-    left = open_set(bench, chosen, bootstraps=bootstraps, seed=seed)
+    if not found.chosen.ids:
+        return _base_alone(found, first, look)
+    left = open_set(found.bench, found.chosen, bootstraps=bootstraps, seed=seed)
     left = left.and_failed(beyond_floor(found, found.held_out))
     use = _better_model(found)
-    if use is None and not left.failed:
-        return Judgement(chosen, found.held_out, left, first)
-    stays = None
-    if use is None:
-        stays = members_that_stay(bench, chosen, unknown_columns(bench, left), found.threshold)
-    if stays is not None:
-        return Judgement(stays, held_out(bench, stays), left, first, chosen, left.failed)
+    if use is not None:
+        return _base_instead(found, first, left, use)
+    unknown = look(found.bench, found.chosen, bool(left.failed)) if look is not None else None
+    left = left.and_failed(unknown.failed if unknown is not None else ())
+    if not left.failed:
+        return Judgement(found.chosen, found.held_out, left, first, unknown=unknown)
+    stays = members_that_stay(found.bench, found.chosen, _columns(found, left, unknown), found.threshold)
+    if stays is None:
+        judgement = _base_instead(found, first, left, None)
+        unknown = look(found.base_bench, found.base, True) if look is not None else None
+        return replace(judgement, unknown=unknown)
+    if look is not None and stays.ids != found.chosen.ids:
+        alone = found.bench.fit([found.bench.start(stays.ids, stays.vector)])[0]
+        unknown = look(found.bench, alone, True)
+    return Judgement(stays, held_out(found.bench, stays), left, first, found.chosen, left.failed, unknown=unknown)
+
+
+def _base_alone(found: Selection, first: OpenSet, look: Look | None) -> Judgement:
+    """Nothing was chosen: is the base model adequate?"""
+    use = _better_model(found) if first.failed else None
+    unknown = look(found.base_bench, found.base, bool(first.failed)) if look is not None and use is None else None
+    first = first.and_failed(unknown.failed if unknown is not None else ())
+    return Judgement(found.base, found.base_held_out, first, first, use_model=use, unknown=unknown)
+
+
+def _base_instead(found: Selection, first: OpenSet, left: OpenSet, use: Rung | None) -> Judgement:
+    """No effect that was chosen can be named."""
     failed = first if first.failed else first.and_failed(left.failed)
-    return Judgement(found.base, found.base_held_out, failed, first, chosen, left.failed, use)
+    return Judgement(found.base, found.base_held_out, failed, first, found.chosen, left.failed, use)
+
+
+def _columns(found: Selection, left: OpenSet, unknown: Unknown | None) -> np.ndarray:
+    """What else may be there beside the chosen set: what was discovered, or else anything smooth."""
+    columns = unknown.columns() if unknown is not None else ()
+    return np.asarray(columns) if len(columns) else unknown_columns(found.bench, left)
 
 
 def _better_model(found: Selection) -> Rung | None:

@@ -77,7 +77,7 @@ def _plots(d: Diagnosis) -> dict:
 
 def discovered(d: Diagnosis) -> Any:
     """What was discovered; None where nothing was, or nobody looked."""
-    found = getattr(d, "discovery", None)
+    found = d.discovery
     return found if found is not None and found.found else None
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from belt_sim.effects.base import Effect
 from belt_sim.results import words
-from belt_sim.results.diagnosis import CampaignLabel
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Errors, RunError, SteadyError, Where, error_grid
+from belt_sim.results.label import CampaignLabel
 from belt_sim.results.shown import Shown
 from belt_sim.results.table import Table
 from belt_sim.results.tabular import frame

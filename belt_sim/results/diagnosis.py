@@ -6,24 +6,17 @@ from typing import Any
 
 from belt_sim.campaign.suspect import Suspicion
 from belt_sim.results import words
+from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Errors, RunError, Where, error_grid
 from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NextRun, NoiseLevels, Tried, Unknown
+from belt_sim.results.label import CampaignLabel
 from belt_sim.results.shown import Shown
 from belt_sim.results.table import Table
 from belt_sim.results.tabular import frame
 from belt_sim.results.verdict import Verdict
 
 SHOWN_ACTIONS = 3
-
-
-@dataclass(frozen=True, kw_only=True)
-class CampaignLabel:
-    """Which campaign: title, SHA-256 of its files (empty when not read from disk), measured, digitised or synthetic."""
-
-    title: str
-    sha256: str
-    source: str
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -33,7 +26,8 @@ class Diagnosis(Shown):
     sentence: the verdict as people say it; ranking: every candidate of the first round, best first; rounds: every
     candidate of every round; open_set: tests of what is left; per_run: base model and final model, run by run;
     admitted: what the admission test said of effects of one's own; drawings: what a report draws; beyond: where the
-    final model is used beyond its validity, a sentence a limit.
+    final model is used beyond its validity, a sentence a limit; discovery: the search for laws that no effect of the
+    library is, beside the effects that were found (None where it was not made).
     """
 
     base_model: str
@@ -56,6 +50,7 @@ class Diagnosis(Shown):
     admitted: tuple[str, ...] = ()
     drawings: Drawings = field(default_factory=Drawings)
     beyond: tuple[str, ...] = ()
+    discovery: Discovery | None = None
 
     @property
     def final_model(self) -> str:
@@ -69,6 +64,8 @@ class Diagnosis(Shown):
             before, after = words.thousandths(self.error.held_out.before), words.thousandths(self.error.held_out.after)
             floor = words.thousandths(self.error.noise_floor)
             said.append(f"error on held-out conditions {before} -> {after} mm, noise floor {floor} mm")
+        if self.discovery is not None and self.discovery.found:
+            said.append(self.discovery.sentence)
         return [*said, *self.beyond, *(str(n) for n in self.next_runs[:1])]
 
     def tables(self) -> Sequence[Table]:

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.results.diagnosis import CampaignLabel
 from belt_sim.results.errors import Errors
 from belt_sim.results.found import Estimate
+from belt_sim.results.label import CampaignLabel
 from belt_sim.results.shown import Shown
 
 

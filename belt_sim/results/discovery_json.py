@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from belt_sim.errors import InputError
-from belt_sim.results.diagnosis import CampaignLabel
 from belt_sim.results.discovery import Against, Discovery, FoundLaw, PlaceEvidence, RivalLaw, UnknownCourse
 from belt_sim.results.errors import Change, Errors
 from belt_sim.results.found import Estimate
+from belt_sim.results.label import CampaignLabel
 
 SCHEMA = "belt-discovery/1"
 DIGITS = 8

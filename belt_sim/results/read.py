@@ -9,7 +9,8 @@ import numpy as np
 from belt_sim import si
 from belt_sim.campaign.suspect import Suspicion
 from belt_sim.errors import InputError
-from belt_sim.results.diagnosis import CampaignLabel, Diagnosis
+from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.discovery_json import read_discovery
 from belt_sim.results.drawings import Drawings, Drift, FailureMap, Panel
 from belt_sim.results.errors import UNITS, Change, Errors, Features, RunError, Where, Worst
 from belt_sim.results.found import (
@@ -24,6 +25,7 @@ from belt_sim.results.found import (
     Tried,
     Unknown,
 )
+from belt_sim.results.label import CampaignLabel
 from belt_sim.results.verdict import Verdict
 from belt_sim.results.words import KILO
 from belt_sim.results.written import MICRO, RUNS
@@ -69,6 +71,7 @@ def _diagnosis(c: dict[str, Any], drawings: Drawings) -> Diagnosis:
         provenance=c["provenance"],
         admitted=tuple(c.get("admitted", ())),
         beyond=tuple(c.get("beyond_validity", ())),
+        discovery=read_discovery(c["discovery"]) if "discovery" in c else None,
         drawings=drawings,
     )
 

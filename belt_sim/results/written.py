@@ -12,10 +12,12 @@ import numpy as np
 from belt_sim import si
 from belt_sim.case import Schedule
 from belt_sim.results.comparison import Comparison
-from belt_sim.results.diagnosis import CampaignLabel, Diagnosis
+from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.discovery_json import discovery_json
 from belt_sim.results.drawings import Drawings, Drift
 from belt_sim.results.errors import Change, Errors, Features, RunError, Where
 from belt_sim.results.found import Candidate, Estimate, FoundEffect, Tried, Unknown
+from belt_sim.results.label import CampaignLabel
 from belt_sim.results.simulation import POINTS, SPANS, Simulation
 from belt_sim.results.words import KILO
 
@@ -87,7 +89,7 @@ def comparison_json(c: Comparison) -> Json:
 
 def diagnosis_json(d: Diagnosis) -> Json:
     """The content of diagnosis.json; parameters in SI."""
-    content = {
+    content: Json = {
         "schema": DIAGNOSIS,
         "base_model": d.base_model,
         "campaign": _label(d.campaign) | {"source": d.campaign.source},
@@ -113,6 +115,7 @@ def diagnosis_json(d: Diagnosis) -> Json:
         "provenance": dict(d.provenance),
     }
     content |= {"beyond_validity": list(d.beyond)} if d.beyond else {}
+    content |= {"discovery": discovery_json(d.discovery)} if d.discovery is not None else {}
     return content | ({"admitted": list(d.admitted)} if d.admitted else {})
 
 

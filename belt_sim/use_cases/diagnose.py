@@ -10,6 +10,8 @@ from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.drawings import drawings_of
 from belt_sim.diagnosis.examine import BOOTSTRAPS, examine
+from belt_sim.discovery.describe import describe as describe_discovery
+from belt_sim.discovery.look import Seen, looking
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import Diagnosis
@@ -27,6 +29,7 @@ def diagnose(
     bootstraps: int = BOOTSTRAPS,
     seed: int = 0,
     leave_out: Sequence[str] | None = None,
+    advise: bool = True,
     progress: Callable[[int, str], None] = lambda replicates, stage: None,
     tell: Callable[[str], None] = lambda line: None,
     config: Any = None,
@@ -34,9 +37,9 @@ def diagnose(
     """Which of the candidates ``effects`` (None: the library) the analytic ``model`` lacks.
 
     effects: ids, .py files of your own (tested before any long work; ``tell`` hears what the test says) or Effect
-    classes; leave_out: ids of the library not to be tried; progress(replicates, stage): told of every stage, and of
-    bootstrap replicates as they are done; config: what asked for it, for the provenance. Raises InputError,
-    CannotRepresent, RunFailed.
+    classes; leave_out: ids of the library not to be tried; advise: look for the next run to make; progress(replicates,
+    stage): told of every stage, and of bootstrap replicates as they are done; config: what asked for it, for the
+    provenance. Raises InputError, CannotRepresent, RunFailed.
     """
     whole("seed", seed, 0)
     whole("bootstraps", bootstraps, MIN_BOOTSTRAPS)
@@ -55,12 +58,16 @@ def diagnose(
         classes,
         bootstraps=bootstraps,
         seed=seed,
+        advise=advise,
+        look=looking(seed=seed, tell=lambda stage: progress(0, stage)),
         tell=lambda stage: progress(0, stage),
         tick=lambda replicates: progress(replicates, ""),
     )
     found = describe(findings, seed=seed, config=config)
     beyond = beyond_in_runs(campaign, chosen, [e.id for e in found.effects])
-    return replace(found, admitted=admitted, drawings=drawings_of(findings), beyond=beyond)
+    seen = findings.judgement.unknown
+    discovery = describe_discovery(seen.discovered, config=config) if isinstance(seen, Seen) else None
+    return replace(found, admitted=admitted, drawings=drawings_of(findings), beyond=beyond, discovery=discovery)
 
 
 def whole(name: str, value: Any, least: int) -> int:

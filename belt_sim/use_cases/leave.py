@@ -59,10 +59,11 @@ def leave_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
 
 
 def leave_diagnosis(folder: Path, d: Diagnosis, *, pictures: bool) -> None:
-    """diagnosis.json, drawings.json, report.html, effects.yaml and pictures."""
+    """diagnosis.json, drawings.json, report.html, effects.yaml, pictures, and what was discovered with its effect file."""
     from belt_sim.effects.load import save_effects
     from belt_sim.reports.page import write_report
     from belt_sim.use_cases.asked import effects_of
+    from belt_sim.use_cases.discover import leave_discovery
 
     write_json(folder / "drawings.json", drawings_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
@@ -70,6 +71,8 @@ def leave_diagnosis(folder: Path, d: Diagnosis, *, pictures: bool) -> None:
     write_report(folder / "report.html", d)
     if pictures:
         draw_diagnosis(folder, d)
+    if d.discovery is not None and d.discovery.found:
+        leave_discovery(folder, d.discovery, drawn=pictures)
     write_json(folder / "diagnosis.json", diagnosis_json(d))
 
 

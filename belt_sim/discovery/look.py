@@ -1,0 +1,44 @@
+"""The search for unknown laws as a test of every verdict (``belt_sim.diagnosis.unknown``)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.unknown import Look
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.discovery.discover import Discovered, discover, unknown_columns
+from belt_sim.discovery.gate import DRAWS
+from belt_sim.discovery.words import formula
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a search beside a fit has seen."""
+
+    discovered: Discovered
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """The law that explains more than chance, if one does."""
+        gate = self.discovered.gate
+        if not gate.failed:
+            return ()
+        law = gate.best[0].law
+        return (f"a law beyond the library ({law.terms[0].place.words}: {formula(law)})",)
+
+    def columns(self) -> np.ndarray:
+        """Shapes (k, R, S, n) of what was discovered."""
+        if self.discovered.found:
+            return unknown_columns(self.discovered)
+        return np.empty((0, *self.discovered.survey.bench.samples.y.shape))
+
+
+def looking(*, seed: int, draws: int = DRAWS, tell: Callable[[str], None] = lambda text: None) -> Look:
+    """The test with its settings; draws: campaigns simulated with nothing missing."""
+
+    def look(bench: Workbench, fit: Fit, failed: bool) -> Seen:
+        return Seen(discover(bench, fit, draws=draws, seed=seed, failed=failed, tell=tell))
+
+    return look
