@@ -151,7 +151,8 @@ def screened(bench: Workbench, near: Around, names: Sequence[str], threshold) ->
     found = {name: projected(bench, near, name) for name in names}
     promise = {n: (near.fit.chi2 - f.chi2) - threshold(n) for n, f in found.items()}
     hopeful = [n for n in names if near.fit.chi2 - found[n].chi2 > PROMISING * threshold(n)]
-    chosen = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
+    first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
+    chosen = [n for n in hopeful if n in first or n in near.weak]  # one step says little of what is not linear
     return found | best_of(bench, near, chosen)
 
 
