@@ -16,6 +16,7 @@ from belt_sim.diagnosis.workbench import Workbench
 
 SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
 STRONG = 0.2  # whitened size above which a parameter's derivative at null can be trusted
+SECANTS = (1.0, 3.0)  # the same at the points of a grid
 
 Point = tuple[tuple[int, float], ...]
 
@@ -54,43 +55,61 @@ def shapes_at(bench: Workbench, vector: np.ndarray, values: np.ndarray, position
     return slopes | secants, [pair for pair, _ in starts]
 
 
-def on_grid(bench: Workbench, fit: Fit, name: str) -> tuple[Alternatives, list[Point]]:
-    """Shapes of an effect about ``fit`` at every point of its grid, and these points as pairs of position and value.
+def on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, tuple[Alternatives, list[Point]]]:
+    """Shapes of effects about ``fit`` at every point of their grids, and these points as pairs of position and value.
 
     A parameter that feels only one of several numbers on a grid (the swing of one pulley) is computed for that alone.
     """
-    grids = bench.forward.grids(name)
-    others = [k for k in bench.forward.index(name) if k not in grids]
-    shapes: dict[Point, dict[int, np.ndarray]] = {}
-    axes: dict[int, list[Point]] = {k: [((k, value),) for value in grid] for k, grid in grids.items()}
-    for point in (p for axis in axes.values() for p in axis):
-        shapes[point] = _at(bench, fit, point, others)
-    felt = {p: [k for k, axis in axes.items() if _differ([shapes[point][p] for point in axis])] for p in others}
-    points: list[Point] = list(product(*([point[0] for point in axis] for axis in axes.values())))
-    rows: list[np.ndarray] = []
-    place: dict[tuple[int, Point], int] = {}
-    choices = []
-    for point in points:
-        chosen = []
-        for p in others:
-            part = tuple(pair for pair in point if pair[0] in felt[p])
-            if (p, part) not in place:
-                place[p, part] = len(rows)
-                at = part or point[:1]
-                if at not in shapes:
-                    shapes[at] = _at(bench, fit, at, [q for q in others if set(felt[q]) == set(felt[p])])
-                rows.append(shapes[at][p])
-            chosen.append(place[p, part])
-        choices.append(np.array(chosen))
-    return Alternatives(np.stack(rows), tuple(choices)), points
+    grids = {n: g for n in names if (g := bench.forward.grids(n))}
+    others = {n: [k for k in bench.forward.index(n) if k not in g] for n, g in grids.items()}
+    axes = {n: {k: [((k, value),) for value in values] for k, values in g.items()} for n, g in grids.items()}
+    alone = [(p, point) for n in grids for axis in axes[n].values() for point in axis for p in others[n]]
+    shapes = _shapes_of(bench, fit, alone)
+    felt = {
+        p: [k for k, axis in axes[n].items() if _differ([shapes[p, point] for point in axis])]
+        for n in grids
+        for p in others[n]
+    }
+    points: dict[str, list[Point]] = {
+        n: list(product(*([point[0] for point in axis] for axis in axes[n].values()))) for n in grids
+    }
+
+    def seen_by(p: int, point: Point) -> Point:
+        return tuple(pair for pair in point if pair[0] in felt[p]) or point[:1]
+
+    asked = {(p, seen_by(p, point)) for n in grids for point in points[n] for p in others[n]}
+    shapes |= _shapes_of(bench, fit, sorted(asked - set(shapes)))
+    found = {}
+    for n in grids:
+        rows = [[(p, seen_by(p, point)) for p in others[n]] for point in points[n]]
+        place = {key: k for k, key in enumerate(dict.fromkeys(key for row in rows for key in row))}
+        choices = tuple(np.array([place[key] for key in row]) for row in rows)
+        found[n] = Alternatives(np.stack([shapes[key] for key in place]), choices), points[n]
+    return found
 
 
-def _at(bench: Workbench, fit: Fit, point: Point, positions: Sequence[int]) -> dict[int, np.ndarray]:
-    """Shapes of the parameters at ``positions`` with an effect's other numbers at a point of its grid."""
-    vector = fit.vector.copy()
-    for k, value in point:
-        vector[k] = value
-    return shapes_at(bench, vector, fit.values, positions)[0]
+def _shapes_of(bench: Workbench, fit: Fit, asked: Sequence[tuple[int, Point]]) -> dict[tuple[int, Point], np.ndarray]:
+    """Shape of each parameter asked for, by position, with other numbers at a point of a grid; all at once."""
+    if not asked:
+        return {}
+    vectors = np.repeat(fit.vector[None], len(asked), axis=0)
+    for row, (_, point) in zip(vectors, asked, strict=True):
+        for k, value in point:
+            row[k] = value
+    positions = np.array([p for p, _ in asked])
+    slopes = bench.forward.lanes(vectors, np.eye(bench.forward.size)[positions])[1]
+    faint = np.flatnonzero(np.linalg.norm(bench.metric.whiten(slopes), axis=1) < STRONG)
+    faint = faint[~bench.forward.linear[positions[faint]]]
+    for size in SECANTS:
+        if not len(faint):
+            break
+        moved = vectors[faint]
+        moved[np.arange(len(faint)), positions[faint]] = size
+        secants = bench.forward.values(moved) - fit.values
+        strong = np.linalg.norm(bench.metric.whiten(secants), axis=1) > STRONG
+        slopes[faint[strong]] = secants[strong]
+        faint = faint[~strong]
+    return dict(zip(asked, slopes, strict=True))
 
 
 def _differ(rows: Sequence[np.ndarray]) -> bool:

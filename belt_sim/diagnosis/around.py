@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.diagnosis.alternatives import Alternatives, best_of_grid, on_grid, shapes_at
+from belt_sim.diagnosis.alternatives import Alternatives, best_of_grid, on_grids, shapes_at
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 
@@ -56,9 +56,8 @@ def around(bench: Workbench, fit: Fit, ids: Sequence[str]) -> Around:
         return Around(fit, {}, {})
     slopes, starts = shapes_at(bench, fit.vector, fit.values, positions)
     weak = {i: [pair for pair in starts if pair[0] in bench.forward.index(i)] for i in ids}
-    alternatives = {}
-    for i in ids:
-        if bench.forward.grids(i):
-            alternatives[i], points = on_grid(bench, fit, i)
-            weak[i] += [pair for k in best_of_grid(bench, fit, alternatives[i])[:STARTS] for pair in points[k]]
-    return Around(fit, slopes, {i: pairs for i, pairs in weak.items() if pairs}, alternatives)
+    grids = on_grids(bench, fit, ids)
+    for i, (alternatives, points) in grids.items():
+        weak[i] += [pair for k in best_of_grid(bench, fit, alternatives)[:STARTS] for pair in points[k]]
+    alternatives_of = {i: found for i, (found, _) in grids.items()}
+    return Around(fit, slopes, {i: pairs for i, pairs in weak.items() if pairs}, alternatives_of)

@@ -101,9 +101,10 @@ def _take(fit: Fit, metric, values, slopes, target) -> None:
 
 def _judge(fit: Fit, proposal, metric, values, target) -> None:
     """Take a proposal if it lowers chi2; otherwise damp more, with derivatives that hold where the fit stands."""
-    residual = metric.whiten(target - values)
-    chi2 = float(residual @ residual)
-    if not np.isfinite(values).all() or chi2 > fit.chi2:  # whitening takes nan for a reading that is missing
+    with np.errstate(over="ignore", invalid="ignore"):  # a step too far may end anywhere
+        residual = metric.whiten(target - values)
+        chi2 = float(residual @ residual)
+    if not np.isfinite(values).all() or not chi2 <= fit.chi2:  # whitening takes nan for a reading that is missing
         fit.damping = max(8.0 * fit.damping, DAMPED)
         fit.settled = fit.damping > 1e6
         return

@@ -20,8 +20,6 @@ from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import RunFailed
 
 REFITTED = 6  # candidates a round; the others keep what their columns promise
-REFITTED_FAR = 16  # the same where the misfit is so large that columns promise little
-FAR = 3.0  # chi2 a reading
 PROMISING = 0.3  # share of its threshold that a candidate must promise to be refitted
 
 
@@ -153,8 +151,8 @@ def screened(bench: Workbench, near: Around, names: Sequence[str], threshold) ->
     found = {name: projected(bench, near, name) for name in names}
     promise = {n: (near.fit.chi2 - f.chi2) - threshold(n) for n, f in found.items()}
     hopeful = [n for n in names if near.fit.chi2 - found[n].chi2 > PROMISING * threshold(n)]
-    far = near.fit.chi2 > FAR * np.isfinite(bench.fitted.y).sum()
-    chosen = sorted(hopeful, key=lambda n: -promise[n])[: REFITTED_FAR if far else REFITTED]
+    first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
+    chosen = [n for n in hopeful if n in first or n in near.weak]  # one step says little of what is not linear
     return found | best_of(bench, near, chosen)
 
 
