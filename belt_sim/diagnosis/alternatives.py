@@ -34,10 +34,9 @@ class Alternatives:
         return len(self.choices)
 
 
-def shapes_at(bench: Workbench, vector: np.ndarray, values: np.ndarray, positions: Sequence[int]):
-    """Slopes by position at ``vector``, which predicts ``values``; secants where slopes vanish, and the sizes at which
-    those begin to show.
-    """
+def shapes_at(bench: Workbench, fit: Fit, positions: Sequence[int]):
+    """Slopes by position at ``fit``; secants where slopes vanish, and of each of those the size that promises most."""
+    vector, values = fit.vector, fit.values
     rows = bench.slopes(vector, positions)
     slopes: dict[int, np.ndarray] = dict(zip(positions, rows, strict=True))
     length = np.linalg.norm(bench.metric.whiten(rows), axis=1)
@@ -49,10 +48,15 @@ def shapes_at(bench: Workbench, vector: np.ndarray, values: np.ndarray, position
     for row, (k, size) in enumerate(tried):
         points[row, k] = size
     moved = bench.forward.values(points) - values
-    strong = np.linalg.norm(bench.metric.whiten(moved), axis=1) > STRONG
-    starts = [(pair, m) for pair, m, s in zip(tried, moved, strong, strict=True) if s]
-    secants = {k: m for (k, _), m in reversed(starts)}  # the smallest size that shows
-    return slopes | secants, [pair for pair, _ in starts]
+    white = bench.metric.whiten(moved)
+    strong = np.linalg.norm(white, axis=1) > STRONG
+    secants = {k: m for (k, _), m, s in reversed(list(zip(tried, moved, strong, strict=True))) if s}
+    falls = fit.chi2 - np.sum((fit.residual - white) ** 2, axis=1)  # of chi2, were the parameter of that size
+    best: dict[int, tuple[float, float]] = {}
+    for (k, size), s, fall in zip(tried, strong, falls, strict=True):
+        if s and fall > best.get(k, (-np.inf, 0.0))[0]:
+            best[k] = float(fall), size
+    return slopes | secants, [(k, size) for k, (_, size) in best.items()]  # the smallest secant that shows
 
 
 def on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, tuple[Alternatives, list[Point]]]:

@@ -1,6 +1,6 @@
 """The neighbourhood of a fit: what every further candidate would do to the predictions, computed once."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,13 +17,14 @@ class Around:
     """slopes: position in the parameter vector -> shape (R, S, n) per unit; where the derivative at null vanishes while
     a plausible size moves the readings, the secant to that size stands in its place, and weak (effect id -> pairs of
     position and value) says from where a search may start. alternatives: effect id -> shapes of its parameters at every
-    point of its grid; the best points are starts as well.
+    point of its grid; points: the best of them, which are starts as well.
     """
 
     fit: Fit
     slopes: dict[int, np.ndarray]
     weak: dict[str, list[tuple[int, float]]]
     alternatives: dict[str, Alternatives] = field(default_factory=dict)
+    points: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
 
     def shapes(self, bench: Workbench, name: str) -> np.ndarray | Alternatives:
         """Shapes (k, R, S, n) of one effect; of an effect with a grid, those at every point of it."""
@@ -49,15 +50,25 @@ class Around:
         )
 
 
-def around(bench: Workbench, fit: Fit, ids: Sequence[str]) -> Around:
-    """Derivatives of the predictions near ``fit`` along every parameter of the effects ``ids``."""
+def around(
+    bench: Workbench, fit: Fit, ids: Sequence[str], points: Mapping[str, list[tuple[int, float]]] | None = None
+) -> Around:
+    """Derivatives of the predictions near ``fit`` along every parameter of the effects ``ids``.
+
+    points: of grids, from where a search may start (``Around.points`` of another fit); by default grids are gone
+    through anew.
+    """
     positions = [k for i in ids for k in bench.forward.index(i)]
     if not positions:
         return Around(fit, {}, {})
-    slopes, starts = shapes_at(bench, fit.vector, fit.values, positions)
-    weak = {i: [pair for pair in starts if pair[0] in bench.forward.index(i)] for i in ids}
-    grids = on_grids(bench, fit, ids)
-    for i, (alternatives, points) in grids.items():
-        weak[i] += [pair for k in best_of_grid(bench, fit, alternatives)[:STARTS] for pair in points[k]]
-    alternatives_of = {i: found for i, (found, _) in grids.items()}
-    return Around(fit, slopes, {i: pairs for i, pairs in weak.items() if pairs}, alternatives_of)
+    slopes, starts = shapes_at(bench, fit, positions)
+    alternatives: dict[str, Alternatives] = {}
+    if points is None:
+        grids = on_grids(bench, fit, ids)
+        alternatives = {i: found for i, (found, _) in grids.items()}
+        points = {
+            i: [pair for k in best_of_grid(bench, fit, found)[:STARTS] for pair in at[k]]
+            for i, (found, at) in grids.items()
+        }
+    weak = {i: [pair for pair in starts if pair[0] in bench.forward.index(i)] + points.get(i, []) for i in ids}
+    return Around(fit, slopes, {i: pairs for i, pairs in weak.items() if pairs}, alternatives, dict(points))

@@ -46,9 +46,12 @@ class Trial:
 
 @dataclass
 class Refits:
-    """Refits on one workbench; null: thresholds at the base model; starts: set -> vector to begin a refit at."""
+    """Refits on one workbench; near: about the base model; null: thresholds there; starts: set -> vector to begin a
+    refit at.
+    """
 
     bench: Workbench
+    near: Around
     null: NullGains
     critical: float
     chance: Chance
@@ -103,7 +106,7 @@ class Refits:
         if key not in self.tried:
             current = self.fit(ids)
             others = [n for n in self.names if n not in key]
-            near = around(self.bench, current, others)
+            near = self.near if current is self.near.fit else around(self.bench, current, others, self.near.points)
             beside = screened(self.bench, near, others, self.threshold)
             self.tried[key] = [self._trial(current, name, fit) for name, fit in beside.items()]
         return self.tried[key]

@@ -59,7 +59,7 @@ def leave_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
 
 
 def leave_diagnosis(folder: Path, d: Diagnosis, *, pictures: bool) -> None:
-    """diagnosis.json, drawings.json, report.html, effects.yaml, pictures, and what was discovered with its effect file."""
+    """diagnosis.json, drawings.json, report.html, effects.yaml, pictures; what was discovered, with its effect file."""
     from belt_sim.effects.load import save_effects
     from belt_sim.reports.page import write_report
     from belt_sim.use_cases.asked import effects_of
