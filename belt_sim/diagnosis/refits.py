@@ -46,15 +46,15 @@ class Trial:
 
 @dataclass
 class Refits:
-    """Refits on one workbench; near: about the base model; null: thresholds there; starts: set -> vector to begin a
-    refit at.
+    """Refits on one workbench; null: thresholds at the base model; near: what is about that, if known already; starts:
+    set -> vector to begin a refit at.
     """
 
     bench: Workbench
-    near: Around
     null: NullGains
     critical: float
     chance: Chance
+    near: Around | None = None
     starts: dict[frozenset, np.ndarray] = field(default_factory=dict)
     fits: dict[frozenset, Fit] = field(default_factory=dict)
     tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
@@ -106,7 +106,9 @@ class Refits:
         if key not in self.tried:
             current = self.fit(ids)
             others = [n for n in self.names if n not in key]
-            near = self.near if current is self.near.fit else around(self.bench, current, others, self.near.points)
+            near = self.near
+            if near is None or current is not near.fit:
+                near = around(self.bench, current, others, near.points if near is not None else None)
             beside = screened(self.bench, near, others, self.threshold)
             self.tried[key] = [self._trial(current, name, fit) for name, fit in beside.items()]
         return self.tried[key]

@@ -69,7 +69,7 @@ def select(
     tell("rehearsing on campaigns in which nothing is missing")
     rehearsal = rehearse(bench, near, null, critical, tests, count=REHEARSED * bootstraps, seed=seed + 2)
     first = Refits(
-        bench, near, null, critical, chance_of(bench, bench.samples.y - base.values, seed + 1), fits={frozenset(): base}
+        bench, null, critical, chance_of(bench, bench.samples.y - base.values, seed + 1), near, fits={frozenset(): base}
     )
     decision = decide(first, limit=limit, tell=tell)
     ids, last = decision.ids, decision.evidence

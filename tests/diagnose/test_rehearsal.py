@@ -42,8 +42,7 @@ def both(bench):
     base = bench.fit([bench.start((), np.zeros(3))])[0]
     null = null_of(names)
     critical = null.critical(names, 0.025)
-    near = around(bench, base, [c.id for c in bench.forward.classes])
-    refits = Refits(bench, near, null, critical, chance_of(bench, 0.0 * bench.samples.y, 4), fits={frozenset(): base})
+    refits = Refits(bench, null, critical, chance_of(bench, 0.0 * bench.samples.y, 4), fits={frozenset(): base})
     products = _Products(bench, around(bench, base, names))
     white = base.residual.reshape(len(SPREAD), -1)
     bare = products._centred(bench.samples.y[None])[0]
