@@ -1,4 +1,4 @@
-"""Readings that are linear in an effect: derivatives without a march, and how many harmonics of an edge are asked for."""
+"""Readings that are linear in an effect: derivatives without a march, and how many harmonics an edge asks for."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ POINTS["point_3"] = POINTS["point_2"] + TEST_RIG.span_length
 
 
 def with_edge(plain: Campaign, sizes: np.ndarray) -> Campaign:
-    """The campaign with an edge of cosines of these sizes [m], read by every lateral sensor, zero where yaw is applied."""
+    """The campaign with an edge of cosines of these sizes [m], read by every lateral sensor, zero at the yaw."""
     order = np.arange(1, len(sizes) + 1)[:, None]
 
     def edge(travel, signal, direction):
