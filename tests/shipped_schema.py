@@ -15,3 +15,5 @@ def check(content: dict[str, Any]) -> None:
     assert schema["properties"]["schema"]["const"] == content["schema"]
     assert json.loads(json.dumps(content, allow_nan=False)) == content
     jsonschema.validate(content, schema, cls=jsonschema.Draft202012Validator)
+    if "discovery" in content:
+        check(content["discovery"])

@@ -146,7 +146,7 @@ LOOK = Suspicion(run="r01", signal="y1", kind="swapped", sentence="perhaps", sev
     ],
 )
 def test_the_verdict_in_a_word_and_a_sentence(ids, left, suspicions, word):
-    found = verdict(Judgement(SimpleNamespace(ids=ids), None, left), suspicions)
+    found = verdict(Judgement(SimpleNamespace(ids=ids), None, left, left), suspicions)
     assert found is Verdict(word)
     said = found.sentence("strip", ids, damage(suspicions))
     assert said.count("\n") == 0

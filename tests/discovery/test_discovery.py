@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from shipped_schema import check
 from small_discovery import MODEL, D, campaign, described, discovered, fitted
 
 import belt_sim as bs
@@ -49,7 +50,9 @@ def test_the_written_effect_lets_the_error_fall_in_a_comparison(tmp_path):
     compared = bs.compare(campaign("yaw_creep"), "strip", [str(tmp_path / "found_effect.py")], drawn=False)
     assert compared.error.fit.after < 0.8 * compared.error.fit.before
     assert {p.name for p in tmp_path.glob("*.png")} == {f"{n}.png" for n in drawings(described("yaw_creep"))}
-    read = read_discovery(json.loads((tmp_path / "discovery.json").read_text()))
+    content = json.loads((tmp_path / "discovery.json").read_text())
+    check(content)
+    read = read_discovery(content)
     assert discovery_json(read) == discovery_json(described("yaw_creep"))
 
 
