@@ -47,7 +47,7 @@ WRONG = [
     (["tension=[1,2"], "write key=value"),
     (["~tension"], "no key can be left out"),
     (["--tension=4"], "no such flag"),
-    (["effects=[foo]"], "effects = foo: use one of camber, cant, crown"),
+    (["effects=[foo]"], "effects = foo: use one of build_up, camber, cant, crown"),
     (["effects=[taper]"], "it would do nothing; give numbers"),
     (["effects=[{id: taper, kappa_t: 0}]"], "would do nothing"),
     (["effects=[{id: taper, kappa: 1}]"], "its parameters are kappa_t, kappa_t_head"),

@@ -28,7 +28,12 @@ SPREAD = Plan(runs=grid(TENSIONS, TEST_YAWS, repeats=0), **SHAPE)
 #: two tensions at both signs and two repeats: noise levels can be read off
 REPEATED = Plan(runs=grid(TENSIONS[::2], TEST_YAWS, repeats=2), **SHAPE)
 MODEL = analytic_model("beam_th2")
-CLASSES = tuple(candidates_of(None, MODEL))
+#: few candidates, since every one is compiled: those that are hidden, and those most like them
+NAMES = (
+    "sag_roll", "taper", "cant", "crown", "yaw_offset_tail", "sensor_gain", "tension_bias", "slip", "wobble",
+    "edge_profile",
+)  # fmt: skip
+CLASSES = tuple(candidates_of(NAMES, MODEL))
 BOOTSTRAPS = 200
 SEED = 5
 
@@ -47,7 +52,7 @@ def campaign(name: str, seed: int = 1) -> Campaign:
 
 
 def examined(name: str, seed: int = 1) -> Findings:
-    """What was found under beam_th2 with the whole library, on its workbench."""
+    """What was found under beam_th2 with CLASSES, on its workbench."""
     return _examined(name, seed)
 
 

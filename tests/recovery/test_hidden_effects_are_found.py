@@ -11,6 +11,7 @@ from belt_sim.diagnosis.examine import examine
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.found import FoundEffect
 from belt_sim.results.verdict import Verdict
+from belt_sim.use_cases.asked import candidates_of
 from belt_sim.virtual_rig.make import make_campaign
 
 WITHIN = 3.0  # u: a true value lies further off in 3 of 1000 campaigns; the seeds here are fixed
@@ -95,6 +96,15 @@ def test_a_turned_sensor_ends_in_cannot_say():
     assert found.effects == ()
     assert ("r01", "wrong_sign") in {(s.run, s.kind) for s in found.suspicions}
     assert found.sentence.startswith("The data look damaged")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["nothing", "sag_roll", "two", "sensor_gain", "stranger"])
+def test_the_whole_library_says_what_few_candidates_say(name):
+    whole = candidates_of(None, MODEL)
+    assert len(whole) > 2 * len(CLASSES)
+    found = describe(examine(campaign(name), MODEL, whole, bootstraps=BOOTSTRAPS, seed=SEED, advise=False), seed=SEED)
+    assert (found.verdict, set(effects(found))) == (diagnosed(name).verdict, set(effects(diagnosed(name))))
 
 
 @pytest.mark.long

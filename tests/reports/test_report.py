@@ -280,7 +280,7 @@ def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
         error=replace(explained.error),
         effect_file="text",
     )
-    told = SimpleNamespace(**vars(explained), discovery=found, final_model=explained.final_model)
+    told = replace(explained, discovery=found)
     text = render(told)
     page = Page(text)
     for said in (found.sentence, "yaw of the tail pulley", "κ|κ|", "one speed only", "found_effect.py"):
@@ -291,5 +291,5 @@ def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
     np.testing.assert_allclose(lines[0]["y"], 1e-5 * s, atol=1e-12)
     assert lines[0]["line"]["color"] != lines[1]["line"]["color"]
     np.testing.assert_allclose(second["data"][-1]["y"], 0.24 * x, rtol=1e-5)
-    nothing = SimpleNamespace(**{**vars(told), "discovery": SimpleNamespace(found=False)})
+    nothing = replace(told, discovery=SimpleNamespace(found=False))
     assert "What was discovered" not in render(nothing)
