@@ -55,6 +55,8 @@ def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
         out.print(str(action))
     if d.unknown is not None and (found is None or found.law is None):
         out.print(f"unknown: {d.unknown}")
+    elif d.unknown is not None and d.unknown.nearest:
+        out.print(f"nearest known effect: {d.unknown.nearest}, but {d.unknown.why}")
     out.print("")
     law = ("found_effect.py",) if found is not None and found.effect_file else ()
     for name in ("report.html", "effects.yaml", "diagnosis.json", *law):
