@@ -280,7 +280,7 @@ def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
         error=replace(explained.error),
         effect_file="text",
     )
-    told = SimpleNamespace(**vars(explained), discovery=found, final_model=explained.final_model)
+    told = SimpleNamespace(**{**vars(explained), "discovery": found}, final_model=explained.final_model)
     text = render(told)
     page = Page(text)
     for said in (found.sentence, "yaw of the tail pulley", "κ|κ|", "one speed only", "found_effect.py"):
