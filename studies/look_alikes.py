@@ -22,8 +22,8 @@ FAINT = 0.1  # standard deviations that a parameter's scale must move the readin
 
 def look_alikes(config: dict[str, Any]) -> None:
     """Print every pair above ``above``."""
-    campaign = _kept(make_campaign(seed=int(config["seed"]), base=config["model"])[0], config["tensions"])
-    model = analytic_model(config["model"])
+    campaign = _kept(make_campaign(seed=int(config["seed"]), base=config["base"])[0], config["tensions"])
+    model = analytic_model(config["base"])
     bench = workbench(campaign, model, tuple(candidates_of(None, model)))
     bases = spanned(bench)
     print(f"{len(campaign.runs)} runs, {len(campaign.signals)} signals\n\n| effect | beside | cosine |\n|---|---|---|")

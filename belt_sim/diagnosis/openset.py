@@ -12,10 +12,11 @@ import numpy as np
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.null import NoiseSource, NullGains
 from belt_sim.diagnosis.structures import structures
-from belt_sim.diagnosis.waves import wave_gains, wavelengths
+from belt_sim.diagnosis.waves import EACH_ITS_PHASE, wave_gains, wavelengths
 from belt_sim.diagnosis.workbench import Workbench
 
 LEVEL = 0.015  # the candidates spend the rest of the 4 % of false alarms
+SPECTRUM = 1.5  # a wander whose spectrum is not the stated one looks like waves of their own phase with this much more
 FAINT = 1e-6  # of the largest direction of a family; what is smaller is not in these readings
 
 
@@ -57,6 +58,8 @@ class OpenTests:
     def look(self, residual: np.ndarray) -> OpenSet:
         """The tests of one whitened residual (N,): the most significant of each family."""
         gains, _, names = _gains(self.bench, self.families, apart(residual[None], self.inside))
+        for n in names.get(EACH_ITS_PHASE, ()):
+            gains[n] = gains[n] / SPECTRUM
         log_p = {n: self.null.log_p(n, float(g[0])) for n, g in gains.items()}
         worst = {n: min(tests, key=lambda t: log_p[t]) for n, tests in names.items() if tests}
         failed = [n for n, t in worst.items() if log_p[t] < self.critical]

@@ -46,9 +46,9 @@ class Judgement:
 
 def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = None) -> Judgement:
     """Test what the chosen set leaves; where that fails, keep only what is needed beside the unknown."""
+    if not found.chosen.ids:  # nothing was fitted, so that nothing can fail where it was not
+        return _base_alone(found, found.base_left, look)
     first = found.base_left.and_failed(beyond_floor(found, found.base_held_out))
-    if not found.chosen.ids:
-        return _base_alone(found, first, look)
     left = open_set(found.bench, found.chosen, bootstraps=bootstraps, seed=seed)
     left = left.and_failed(beyond_floor(found, found.held_out))
     use = _better_model(found)

@@ -23,6 +23,7 @@ from belt_sim.results.errors import Change, Errors
 from belt_sim.results.found import Estimate
 
 KEPT = 120  # points of a curve against a variable, a tension
+DRAWN = 600  # points of the law as a line
 
 
 def describe(found: Discovered, *, config: Any = None) -> Discovery:
@@ -172,7 +173,7 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
         keep = np.flatnonzero(np.isfinite(pu))
         keep = keep[:: max(1, len(keep) // KEPT)]
         points.append(Against(tension=float(tension), x=px[keep], u=pu[keep]))
-    line = np.linspace(float(np.min(x)), float(np.max(x)), KEPT)
+    line = np.linspace(float(np.min(x)), float(np.max(x)), DRAWN)
     return tuple(points), Against(tension=0.0, x=line, u=_drawn(found, line, by_travel))
 
 

@@ -61,12 +61,18 @@ def _term(t: Term, tag: str, numbers) -> str:
     if numbers and f"size{tag}" in numbers:
         value, u, _ = numbers[f"size{tag}"]
         unit = size_unit(t)
-        size = f"({words.with_u(value, u)}) {'' if unit == '1' else unit + ' '}× "
+        size = f"{_sized(value, u)} {'' if unit == '1' else unit + ' '}× "
     elif numbers and f"cos{tag}" in numbers:
         (c, u, _), (s, v, _) = numbers[f"cos{tag}"], numbers[f"sin{tag}"]
-        size = f"({words.with_u(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0))}) {t.place.unit} × "
+        size = f"{_sized(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0))} {t.place.unit} × "
     power = f" × tension^{t.exponent:.2g}" if not numbers and t.exponent else ""
     return f"{size}{' '.join(parts)}{power}"
+
+
+def _sized(value: float, u: float) -> str:
+    """A size ± u, in brackets."""
+    text = words.with_u(value, u)
+    return text if text.startswith("(") else f"({text})"
 
 
 def looks_like(survey: Survey, law: Law) -> str:

@@ -189,7 +189,10 @@ def law(against: Sequence[Any], curve: Any, found: Any, unit: str) -> dict[str, 
         data.append({"type": "scatter", "x": numbers(one.x), "y": numbers(one.u), "name": label, **dots})
     if curve is not None:
         data.append(_line(numbers(curve.x), curve.u, "law", INK, "y"))
-    variable = f"{found.variable} [{found.variable_unit}]" if found is not None else ""
+    variable = ""
+    if found is not None:
+        by_travel = found.variable_unit == "1" or "yaw" in found.variable
+        variable = "belt travel [m]" if by_travel else f"{found.variable} [{found.variable_unit}]"
     return {"data": data, "layout": _unknown(variable, unit)}
 
 

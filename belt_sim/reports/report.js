@@ -66,13 +66,7 @@ for (const fold of document.querySelectorAll("details")) fold.addEventListener("
 dark.addEventListener("change", again);
 
 window.addEventListener("beforeprint", () => {
-  // The browser's own word that a place has another width; a window that is resized is only one of the reasons.
-const widths = new ResizeObserver((entries) => {
-  for (const { target } of entries) if (target.classList.contains("js-plotly-plot") && target.clientWidth) Plotly.Plots.resize(target);
-});
-for (const place of document.querySelectorAll(".plot")) widths.observe(place);
-
-for (const fold of document.querySelectorAll("details")) fold.open = true;
+  for (const fold of document.querySelectorAll("details")) fold.open = true;
   again();
   for (const place of document.querySelectorAll(".js-plotly-plot")) {
     const width = place.closest(".plots") ? PRINTED_WIDTH / 2 - 12 : PRINTED_WIDTH;

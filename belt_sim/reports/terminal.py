@@ -36,6 +36,9 @@ def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
     """Verdict, where it fails, effects, ranking, errors, next runs."""
     out = _console()
     out.print(f"\n[bold]{d.verdict}[/bold]: {d.sentence}")
+    found = d.discovery if d.discovery is not None and d.discovery.found else None
+    if found is not None:
+        out.print(found.sentence)
     out.print(d.where.sentence)
     out.print(d.where.boundary_sentence)
     for s in d.suspicions:
@@ -50,10 +53,13 @@ def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
         out.print(str(pair))
     for action in d.next_runs[:SHOWN_ACTIONS]:
         out.print(str(action))
-    if d.unknown is not None:
+    if d.unknown is not None and (found is None or found.law is None):
         out.print(f"unknown: {d.unknown}")
+    elif d.unknown is not None and d.unknown.nearest:
+        out.print(f"nearest known effect: {d.unknown.nearest}, but {d.unknown.why}")
     out.print("")
-    for name in ("report.html", "effects.yaml", "diagnosis.json"):
+    law = ("found_effect.py",) if found is not None and found.effect_file else ()
+    for name in ("report.html", "effects.yaml", "diagnosis.json", *law):
         out.print(str(folder / name), soft_wrap=True)
 
 
