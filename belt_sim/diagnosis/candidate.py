@@ -27,9 +27,11 @@ def _found(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> dic
         declared = slot.effect.parameters[slot.name]
         value, u, (low, high) = float(x * slot.scale), float(dx * slot.scale), declared.plausible
         of_effect = found.setdefault(slot.effect.id, {})
-        if value - COVERAGE_95 * u <= low and value + COVERAGE_95 * u >= high:
+        least, most = value - COVERAGE_95 * u, value + COVERAGE_95 * u
+        if least <= low and most >= high:
             continue  # the readings exclude nothing of what a machine could have
-        there = low <= value <= high or abs(value - declared.null) <= 2.0 * u
+        shapes = declared.modifier and least <= high and most >= low  # it is no size, and may be what a machine has
+        there = low <= value <= high or abs(value - declared.null) <= 2.0 * u or shapes
         of_effect[slot.name] = Estimate(value, u, declared.unit, bool(there))
     return found
 

@@ -26,8 +26,8 @@ class EdgeGuide(Effect):
     parity = "odd"
     heavy = True
     parameters = {
-        "stiffness": Parameter(unit="N/m", meaning="rollers of the upper span", plausible=(1e3, 1e8), scale=1e5),
-        "stiffness_lower": Parameter(unit="N/m", meaning="rollers of the lower span", plausible=(1e3, 1e8), scale=1e5),
+        "stiffness": Parameter(unit="N/m", meaning="rollers of the upper span", plausible=(10.0, 1e8), scale=1e5),
+        "stiffness_lower": Parameter(unit="N/m", meaning="rollers of the lower span", plausible=(10.0, 1e8), scale=1e5),
         "gap": Parameter(
             unit="m",
             meaning="play between edge and roller",
