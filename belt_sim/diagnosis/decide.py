@@ -95,12 +95,12 @@ def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None]
 
 
 def swapped(evidence: Evidence, ids: Ids, tell: Callable[[str], None] = lambda text: None) -> Ids:
-    """The set after single effects were replaced while that fits better."""
+    """The set after single effects were replaced while that fits better, or where no machine could have them so."""
     for _ in range(MAX_EFFECTS):
         for name in ids:
             rest = tuple(i for i in ids if i != name)
             trials = evidence.trials(rest)
-            own = next((t.score for t in trials if t.id == name), -np.inf)
+            own = next((t.score for t in trials if t.id == name and t.passes), -np.inf)
             winner = max((t for t in trials if t.passes), key=lambda t: t.score, default=None)
             if winner is not None and winner.id != name and winner.score > own + NESTING:
                 tell(f"{winner.id} explains more than {name}")

@@ -5,7 +5,10 @@ import time
 from pathlib import Path
 from typing import Any
 
+from belt_sim.campaign import read_campaign
+from belt_sim.results.written import diagnosis_json
 from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.use_cases.diagnose import diagnose
 from belt_sim.virtual_rig import Plan, grid, make_campaign
 
 PLAN = Plan(runs=grid((10 * N_PER_MM2, 30 * N_PER_MM2), (-0.042 * DEGREE, 0.042 * DEGREE)), length=20.0)
@@ -33,6 +36,12 @@ def oracle(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any
     assert sorted(p.name for p in folder.iterdir()) == ["campaign.yaml", "runs.csv", "signals.csv"]
     assert base == "strip"
     return answer_of(*hidden(seed))
+
+
+def few(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+    """The diagnosis, asked of few effects: every one is compiled."""
+    names = ["cant", "taper", "crown", "yaw_offset_head", "sensor_gain"]
+    return diagnosis_json(diagnose(read_campaign(folder), base, names, bootstraps=bootstraps, seed=seed))
 
 
 def slow_oracle(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:

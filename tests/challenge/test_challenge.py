@@ -145,9 +145,10 @@ def test_a_further_run_is_of_the_same_line(tmp_path):
     assert abs(fresh.signals["y1"] - same.signals["y1"]).max() < 1.5e-3 < abs(same.signals["y1"]).max()
 
 
-def test_the_diagnosis_itself_answers(tmp_path):
+@pytest.mark.parametrize("who", ["small_challenge:few", pytest.param("diagnosis", marks=pytest.mark.long)])
+def test_the_diagnosis_itself_answers(who, tmp_path):
     """One effect, large, on a small plan: named, beside what plain methods say."""
-    own = Task(seed=1, out=tmp_path, source="small_challenge:draw", bootstraps=100)
+    own = Task(seed=1, out=tmp_path, source="small_challenge:draw", ablation=who, bootstraps=100)
     (result,) = run_challenge(own, 1, workers=1)
     found = facts_of(result)
     assert (found.outcome, list(found.named)) == ("right", ["cant"])
