@@ -21,6 +21,8 @@ from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver,
 from belt_sim.results.label import CampaignLabel
 from belt_sim.results.verdict import Verdict, other_model
 
+ALIKE_SHOWN = 3  # look-alikes in a sentence
+
 
 def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     """The findings as a result, without drawings."""
@@ -58,7 +60,14 @@ def _sentence(d: Findings) -> str:
     if d.verdict == Verdict.NONE_KNOWN and use is not None:
         return other_model(model, use.model)
     named = d.judgement.named.ids if d.verdict != Verdict.CANNOT_SAY else ()
-    return d.verdict.sentence(model, named, damage(d.suspicions))
+    return d.verdict.sentence(model, [_or_alike(d, name) for name in named], damage(d.suspicions))
+
+
+def _or_alike(d: Findings, name: str) -> str:
+    """An effect with what these readings cannot tell from it: no name is said surer than it is."""
+    alike = list(dict.fromkeys(r.other for r in d.rivals if r.effect == name))
+    more = ", ..." if len(alike) > ALIKE_SHOWN else ""
+    return f"{name} (or {', '.join(alike[:ALIKE_SHOWN])}{more})" if alike else name
 
 
 def _by(d: Findings, seed: int) -> dict[str, Any]:
