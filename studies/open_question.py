@@ -151,7 +151,7 @@ def needed(c: Candidate, cases: dict[float, Case]) -> float | None:
 
 def open_question(config: dict[str, Any]) -> None:
     """The table."""
-    model = analytic_model(config["model"])
+    model = analytic_model(config["base"])
     tensions = [*config["tensions"]]
     cases = {t: case_from(config | {"tension": t}) for t in tensions}
     plain = {t: model.steady_rate(c) for t, c in cases.items()}

@@ -69,10 +69,10 @@ def sensitivity(config: dict[str, Any]) -> None:
     curves = {}
     for tension in config["tensions"]:
         case = case_from(config | {"tension": tension})
-        middle = moved(case, config["model"], config["travel"])
+        middle = moved(case, config["base"], config["travel"])
         table.add_row(f"{tension:g}", "", *(f"{v / MM:.4f}" for v in middle.figures))
         for what in ("tension", "modulus"):
-            pair = band(case, config["model"], config["travel"], config["share"], what)
+            pair = band(case, config["base"], config["travel"], config["share"], what)
             change = [100 * (m.figures / middle.figures - 1) for m in pair]
             table.add_row("", what, *(f"{a:+.1f} / {b:+.1f}" for a, b in zip(*change, strict=True)))
             curves[tension, what] = pair
@@ -86,10 +86,10 @@ def sensitivity(config: dict[str, Any]) -> None:
 def _rates(config: dict[str, Any], tension: float) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Rates read over READ and late [m/m]: lowest, middle, highest, by what is uncertain."""
     case = case_from(config | {"tension": float(tension)})
-    middle = moved(case, config["model"], READ[-1][1]).figures[2:]
+    middle = moved(case, config["base"], READ[-1][1]).figures[2:]
     rates = {}
     for what in ("tension", "modulus"):
-        both = np.array([m.figures[2:] for m in band(case, config["model"], READ[-1][1], config["share"], what)])
+        both = np.array([m.figures[2:] for m in band(case, config["base"], READ[-1][1], config["share"], what)])
         rates[what] = (np.minimum(both.min(axis=0), middle), middle, np.maximum(both.max(axis=0), middle))
     return rates
 

@@ -49,8 +49,8 @@ def followed(
     again = answerer(ablation)(place, bootstraps, truth.seed, truth.base)
     named, hidden = {e["id"] for e in again["effects"]}, {e["id"] for e in truth.effects}
     pairs = [sorted((c["a"], c["b"])) for c in again["confusables"]]
-    resolved = hidden <= named and sorted(advice["separates"]) not in pairs
-    return advice | {"verdict": again["verdict"], "named": sorted(named), "resolved": resolved}
+    told_apart = hidden <= named and sorted(advice["separates"]) not in pairs
+    return advice | {"verdict": again["verdict"], "named": sorted(named), "resolved": told_apart}
 
 
 def advised_run(campaign: Campaign, action: str) -> tuple[Run, tuple[SignalSheet, ...]]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.diagnosis.alternatives import Alternatives, best_of_grid, on_grids, shapes_at
+from belt_sim.diagnosis.alternatives import Alternatives, Point, best_of_grid, on_grids, shapes_at
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 
@@ -15,16 +15,16 @@ STARTS = 3  # points of a grid from which a refit starts
 @dataclass(frozen=True)
 class Around:
     """slopes: position in the parameter vector -> shape (R, S, n) per unit; where the derivative at null vanishes while
-    a plausible size moves the readings, the secant to that size stands in its place, and weak (effect id -> pairs of
-    position and value) says from where a search may start. alternatives: effect id -> shapes of its parameters at every
-    point of its grid; points: the best of them, which are starts as well.
+    a plausible size moves the readings, the secant to that size stands in its place, and weak (effect id -> points,
+    each pairs of position and value) says from where a search may start. alternatives: effect id -> shapes of its
+    parameters at every point of its grid; points: the best of them, which are starts as well.
     """
 
     fit: Fit
     slopes: dict[int, np.ndarray]
-    weak: dict[str, list[tuple[int, float]]]
+    weak: dict[str, list[Point]]
     alternatives: dict[str, Alternatives] = field(default_factory=dict)
-    points: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
+    points: dict[str, list[Point]] = field(default_factory=dict)
 
     def shapes(self, bench: Workbench, name: str) -> np.ndarray | Alternatives:
         """Shapes (k, R, S, n) of one effect; of an effect with a grid, those at every point of it."""
@@ -50,9 +50,7 @@ class Around:
         )
 
 
-def around(
-    bench: Workbench, fit: Fit, ids: Sequence[str], points: Mapping[str, list[tuple[int, float]]] | None = None
-) -> Around:
+def around(bench: Workbench, fit: Fit, ids: Sequence[str], points: Mapping[str, list[Point]] | None = None) -> Around:
     """Derivatives of the predictions near ``fit`` along every parameter of the effects ``ids``.
 
     points: of grids, from where a search may start (``Around.points`` of another fit); by default grids are gone
@@ -66,9 +64,6 @@ def around(
     if points is None:
         grids = on_grids(bench, fit, ids)
         alternatives = {i: found for i, (found, _) in grids.items()}
-        points = {
-            i: [pair for k in best_of_grid(bench, fit, found)[:STARTS] for pair in at[k]]
-            for i, (found, at) in grids.items()
-        }
-    weak = {i: [pair for pair in starts if pair[0] in bench.forward.index(i)] + points.get(i, []) for i in ids}
-    return Around(fit, slopes, {i: pairs for i, pairs in weak.items() if pairs}, alternatives, dict(points))
+        points = {i: [at[k] for k in best_of_grid(bench, fit, found)[:STARTS]] for i, (found, at) in grids.items()}
+    weak = {i: [(s,) for s in starts if s[0] in bench.forward.index(i)] + points.get(i, []) for i in ids}
+    return Around(fit, slopes, {i: found for i, found in weak.items() if found}, alternatives, dict(points))

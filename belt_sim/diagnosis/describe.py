@@ -65,9 +65,14 @@ def _sentence(d: Findings) -> str:
 
 def _or_alike(d: Findings, name: str) -> str:
     """An effect with what these readings cannot tell from it: no name is said surer than it is."""
-    alike = list(dict.fromkeys(r.other for r in d.rivals if r.effect == name))
+    alike = _alike(d, name)
     more = ", ..." if len(alike) > ALIKE_SHOWN else ""
     return f"{name} (or {', '.join(alike[:ALIKE_SHOWN])}{more})" if alike else name
+
+
+def _alike(d: Findings, name: str) -> tuple[str, ...]:
+    """What these readings cannot tell from an effect."""
+    return tuple(dict.fromkeys(r.other for r in d.rivals if r.effect == name))
 
 
 def _by(d: Findings, seed: int) -> dict[str, Any]:
@@ -96,7 +101,7 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
             numbers={n: float(getattr(there[name], n)) for n in there[name].parameters},
             parameters=seen[name],
             probability=weights[name],
-            confusable_with=tuple(dict.fromkeys(r.other for r in d.rivals if r.effect == name)),
+            confusable_with=_alike(d, name),
             rejected=d.verdict.rejects_model,
             source_file=getattr(type(there[name]), "source_file", None),
         )

@@ -38,16 +38,6 @@ class Metric:
         direction, share = self.shared
         return flat - share * (flat @ direction)[..., None] * direction
 
-    def matrix_transpose(self, rows: np.ndarray) -> np.ndarray:
-        """A^T rows for the whitening matrix A: rows (k, N) -> (k, R, S, n)."""
-        direction, share = self.shared
-        flat = rows - share * (rows @ direction)[:, None] * direction
-        runs, signals, n, _ = self.roots.shape
-        blocks = flat.reshape(len(rows), runs, signals * n)
-        shrunk = np.stack([_shrink(blocks[:, r], *self.local[r]) for r in range(runs)], axis=1)
-        white = shrunk.reshape(len(rows), runs, signals, n)
-        return np.matmul(self.roots.swapaxes(-1, -2), white[..., None])[..., 0]
-
     def chi2(self, residual: np.ndarray) -> np.ndarray:
         """Squared length of whitened residuals (..., R, S, n) -> (...)."""
         return np.sum(self.whiten(residual) ** 2, axis=-1)

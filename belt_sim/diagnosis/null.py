@@ -1,7 +1,8 @@
 """What happens when nothing is missing: a parametric bootstrap of the whole pipeline, noise estimation included.
 
 Readings are simulated with the estimated noise and nuisances; levels are estimated from their repeats again; every
-candidate is refitted in its linear range; a modifier, which has none, counts as one more degree of freedom.
+candidate is refitted in its linear range, at every point of its grid; a modifier without a grid, which has no such
+range, counts as one more degree of freedom.
 Thresholds come from these gains, not from a table.
 """
 
@@ -61,9 +62,9 @@ def null_gains(
 ) -> NullGains:
     """Bootstrap the gains of candidates on top of the current model.
 
-    shapes: name -> predicted shapes (k, R, S, n) of each candidate in its linear range, or
-    alternatives of which the best counts; current (c, R, S, n): shapes
-    of what is fitted already; base (R, S, n): predictions; count: replicates; tick(n) is told of progress.
+    shapes: name -> predicted shapes (k, R, S, n) of each candidate in its linear range, or alternatives of which the
+    best counts; current (c, R, S, n): shapes of what is fitted already; base (R, S, n): predictions;
+    count: replicates; tick(n) is told of progress.
     """
     rng = np.random.default_rng(seed)
     families = {_CURRENT: current.reshape(-1, *base.shape)}

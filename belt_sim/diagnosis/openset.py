@@ -16,7 +16,9 @@ from belt_sim.diagnosis.waves import EACH_ITS_PHASE, wave_gains, wavelengths
 from belt_sim.diagnosis.workbench import Workbench
 
 LEVEL = 0.015  # the candidates spend the rest of the 4 % of false alarms
-SPECTRUM = 1.5  # a wander whose spectrum is not the stated one looks like waves of their own phase with this much more
+#: wander is modelled as exponential; one of Matern 3/2 has up to 1.3 times the variance of the exponential that fits it
+#: best at some wavelength, and looks like waves of their own phase there; levels read off a few repeats add to that
+SPECTRUM = 1.5
 FAINT = 1e-6  # of the largest direction of a family; what is smaller is not in these readings
 
 
@@ -52,14 +54,12 @@ class OpenTests:
 
     def fails(self, residuals: np.ndarray) -> np.ndarray:
         """Which of whitened residuals (B, N) fail at least one test, (B,)."""
-        gains, _, _ = _gains(self.bench, self.families, apart(residuals, self.inside))
+        gains, _ = self._counted(residuals)
         return np.any([g > self.null.threshold(n, self.critical) for n, g in gains.items()], axis=0)
 
     def look(self, residual: np.ndarray) -> OpenSet:
         """The tests of one whitened residual (N,): the most significant of each family."""
-        gains, _, names = _gains(self.bench, self.families, apart(residual[None], self.inside))
-        for n in names.get(EACH_ITS_PHASE, ()):
-            gains[n] = gains[n] / SPECTRUM
+        gains, names = self._counted(residual[None])
         log_p = {n: self.null.log_p(n, float(g[0])) for n, g in gains.items()}
         worst = {n: min(tests, key=lambda t: log_p[t]) for n, tests in names.items() if tests}
         failed = [n for n, t in worst.items() if log_p[t] < self.critical]
@@ -71,6 +71,12 @@ class OpenTests:
             threshold={n: self.null.threshold(t, self.critical) for n, t in worst.items()},
             wavelength={n: lengths[names[n].index(t)] for n, t in worst.items() if t != n},
         )
+
+    def _counted(self, residuals: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, list[str]]]:
+        """Test -> gains (B,) of whitened residuals (B, N) as they are judged; family -> its tests."""
+        gains, _, names = _gains(self.bench, self.families, apart(residuals, self.inside))
+        own = names.get(EACH_ITS_PHASE, ())
+        return gains | {n: gains[n] / SPECTRUM for n in own}, names
 
 
 def open_tests(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> OpenTests:

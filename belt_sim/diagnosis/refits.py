@@ -185,9 +185,10 @@ def best_of(bench: Workbench, near: Around, names: Sequence[str]) -> dict[str, F
     for name in names:
         starts.append(near.with_effect(bench, name))  # from null, so that no super-model ends above its sub-model
         owners.append(name)
-        for position, value in near.weak.get(name, ()):
+        for point in near.weak.get(name, ()):
             vector = near.fit.vector.copy()
-            vector[position] = value
+            for position, value in point:
+                vector[position] = value
             starts.append(bench.start((*near.fit.ids, name), vector))
             owners.append(name)
     best: dict[str, Fit] = {}

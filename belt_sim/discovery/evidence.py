@@ -17,7 +17,6 @@ from belt_sim.discovery.places import TENSION, Place, place_columns
 KNOTS = 64
 LENGTHS = (0.04, 0.12, 0.4, 1.2)  # of the record
 HEIGHTS = np.logspace(-1.0, 7.0, 17)  # of a^2 times the mean information of a knot
-POOLS = ("odd", "even", "each run")
 
 
 @dataclass(frozen=True)

@@ -33,18 +33,8 @@ COURSES = {
     "wave'": "xp.sin(2.0 * xp.pi * s / p)",
 }
 SHAPED = ("saturated", "beyond")  # shapes that have a number
-TIMED = ("rise", "fade", "after", "during", "wave")  # courses that have one; "during" has a second, how long
 STEADY = ("always", "travel", "root")
 UNITS = {"one": "1", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
-WORDS = {
-    "one": "",
-    "beta": "the commanded yaw",
-    "y": "the belt's place y there",
-    "alpha": "the contact angle",
-    "kappa": "the curvature (entry moment) there",
-    "shown": "the place y that it sees",
-    "rate": "the speed dy/dt that it sees",
-}
 WIDE = (0.05, 0.1, 0.2)  # of the record, how long something lasts
 PARTS = 12  # of the record, for onsets
 RISES = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # of the record

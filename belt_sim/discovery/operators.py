@@ -13,8 +13,6 @@ from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import in_float64
 
-NEVER = 1e-6  # a row this small, in sigma per unit of a place's usual size, is not there
-
 
 @dataclass(frozen=True, kw_only=True)
 class Operators:

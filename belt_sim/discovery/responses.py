@@ -21,7 +21,7 @@ from belt_sim.jax_setup import compiled, in_float64
 from belt_sim.laws.span import response
 
 CELLS = 240  # of the input along the longest run, at most
-Y, ANGLE, MOMENT, TILT = 0, 4, 8, 10  # first rows of what is kept, see Responses
+Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see Responses
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from belt_sim.discovery.places import Place
 from belt_sim.discovery.survey import Law, Survey, Term
 
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)
-FIRSTS, SECONDS, REFINED = 12, 12, 24
+FIRSTS, SECONDS = 12, 12
 STEP_OF_GRID = 1.8  # ratio to the next knee or length of the grid
 HIDDEN = 2e-3  # share of a column that must be left beside what is chosen
 TERM, NUMBER, WAVE, EXPONENT, APART = 26.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2

@@ -1,7 +1,6 @@
 """Linearise: the laws of an analytic model and its effects, differentiated at a working point."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -11,7 +10,8 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.effects.around_engine import as_driven
-from belt_sim.effects.base import Effect, uses
+from belt_sim.effects.base import AFTER_ENGINE, Effect, overrides, uses
+from belt_sim.errors import CannotRepresent
 from belt_sim.jax_setup import compiled, in_float64
 from belt_sim.laws.runup import RunUp, Yaw
 from belt_sim.laws.wrap import RunOff
@@ -24,9 +24,13 @@ _CORRECTIONS = 3  # yaw and moment answer to each other where the drive gives wa
 def linear_belt(case: Case, model: Composition, effects: Sequence[Effect] = ()) -> LinearBelt:
     """The plant of ``case`` under ``model`` with ``effects``, around the straight belt.
 
-    Raises CannotRepresent for an effect that the model cannot honour.
+    Raises CannotRepresent for an effect that the model, or a linear plant, cannot honour.
     """
     model.admit(effects)
+    for effect in effects:
+        if overrides(effect, (*AFTER_ENGINE, "slide")):
+            reason = "a linear plant gives where the belt is, not what a sensor shows of it, and it does not slip"
+            raise CannotRepresent(f"effects = {effect.id}: {reason}; leave it out")
     driven = as_driven(case, effects)
     limp = model.span(case).limp
     constant, now, delayed, drive = (np.asarray(x) for x in _derivatives(driven, tuple(effects), model=model))
@@ -87,6 +91,6 @@ def _rate(spans: Spans, x, late, yaws):
     state = spans.state(zero, zero, y, alpha, off, yaw)
     push = RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2))
     for e in uses(spans.effects, "runup"):
-        push = e.runup(push, replace(state), spans.case)
+        push = e.runup(push, state, spans.case)
     moved = jnp.stack([-alpha + push.drift, -(state.kappa + push.turn)], axis=1)
     return moved.ravel()

@@ -48,18 +48,6 @@ def test_half_the_wander_is_seen_as_too_small(stated):
     assert np.mean(quiet**2) < 0.95
 
 
-def test_the_transpose_is_the_transpose(stated):
-    rng = np.random.default_rng(4)
-    x, rows = rng.standard_normal((3, *bench().samples.y.shape)), rng.standard_normal((4, stated.whiten(x0()).size))
-    direct = stated.whiten(x) @ rows.T
-    turned = np.einsum("xrsn,krsn->xk", x, stated.matrix_transpose(rows))
-    np.testing.assert_allclose(turned, direct, rtol=EXACT, atol=EXACT * np.abs(direct).max())
-
-
-def x0() -> np.ndarray:
-    return np.zeros_like(bench().samples.y)
-
-
 def test_blank_readings_weigh_nothing():
     b, y = bench(), bench().samples.y.copy()
     y[1, 0, 10:30] = np.nan

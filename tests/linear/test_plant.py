@@ -79,6 +79,12 @@ def test_a_schedule_meets_its_plants_and_what_lies_between():
         schedule.at(40)
 
 
+@pytest.mark.parametrize("effect", [{"id": "sensor_gain", "g1": 0.01}, {"id": "slip", "inverse_friction": 6.0}])
+def test_what_a_linear_plant_cannot_do_is_said(effect):
+    with pytest.raises(bs.BeltError, match=f"effects = {effect['id']}: a linear plant"):
+        bs.linearise(model="strip", rig="test_rig", tension=10, effects=[effect])
+
+
 def test_what_cannot_be_asked_is_said():
     plant = bs.linearise(model="strip", rig="test_rig", tension=10)
     with pytest.raises(bs.InputError, match="positive"):

@@ -12,13 +12,17 @@ def warmed(s, line, time_constant: float):
     return time_constant * -np.expm1(-s / line.speed / time_constant)
 
 
-def time_by_lot(plan, rng) -> dict[str, float]:
-    """A time constant between a tenth of the record and thrice it, or, one time in three, a linear drift."""
-    lasts = plan.length / plan.runs[0].speed
-    drawn = math.exp(rng.uniform(math.log(0.1 * lasts), math.log(3 * lasts)))
-    return {"time_constant": SLOWEST if rng.random() < 1 / 3 else min(max(drawn, 30.0), SLOWEST)}
+class Warming:
+    """Mixed into a fault with a ``time_constant``."""
 
+    @classmethod
+    def shape_by_lot(cls, plan, rng):
+        """A time constant between a tenth of the record and thrice it, or, one time in three, a linear drift."""
+        lasts = plan.length / plan.runs[0].speed
+        drawn = math.exp(rng.uniform(math.log(0.1 * lasts), math.log(3 * lasts)))
+        return {"time_constant": SLOWEST if rng.random() < 1 / 3 else min(max(drawn, 30.0), SLOWEST)}
 
-def times(plan) -> tuple[dict[str, float], ...]:
-    """A linear drift, and one that settles within the record."""
-    return {"time_constant": SLOWEST}, {"time_constant": max(30.0, 0.3 * plan.length / plan.runs[0].speed)}
+    @classmethod
+    def shapes(cls, plan):
+        """A linear drift, and one that settles within the record."""
+        return {"time_constant": SLOWEST}, {"time_constant": max(30.0, 0.3 * plan.length / plan.runs[0].speed)}

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 from belt_sim.virtual_rig.fault import Fault, Size
+from belt_sim.virtual_rig.faults._at_a_place import AtAPlace
 from belt_sim.virtual_rig.load import force_at
 
 
 @dataclass(frozen=True, kw_only=True)
-class IdlerSkew(Fault):
+class IdlerSkew(AtAPlace, Fault):
     id = "idler_skew"
     sizes = {"force": Size(unit="N", typical=0.2, limit=50.0)}
     lot = 23
@@ -19,11 +20,3 @@ class IdlerSkew(Fault):
 
     def push(self, s, line, load, free, kept):
         return self.force * line.direction, kept
-
-    @classmethod
-    def shape_by_lot(cls, plan, rng):
-        return {"place": float(rng.uniform(0.1, 0.9))}
-
-    @classmethod
-    def shapes(cls, plan):
-        return tuple({"place": place} for place in (0.15, 0.4, 0.6, 0.85))

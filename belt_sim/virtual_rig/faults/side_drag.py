@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 from belt_sim.virtual_rig.fault import Fault, Size
+from belt_sim.virtual_rig.faults._at_a_place import AtAPlace
 from belt_sim.virtual_rig.load import couple_at
 
 
 @dataclass(frozen=True, kw_only=True)
-class SideDrag(Fault):
+class SideDrag(AtAPlace, Fault):
     id = "side_drag"
     sizes = {"moment": Size(unit="N m", typical=0.5, limit=50.0)}
     lot = 24
@@ -20,11 +21,3 @@ class SideDrag(Fault):
 
     def push(self, s, line, load, free, kept):
         return self.moment + 0 * free, kept
-
-    @classmethod
-    def shape_by_lot(cls, plan, rng):
-        return {"place": float(rng.uniform(0.1, 0.9))}
-
-    @classmethod
-    def shapes(cls, plan):
-        return tuple({"place": place} for place in (0.15, 0.4, 0.6, 0.85))

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 from belt_sim.virtual_rig.fault import TAIL, Fault, Size
-from belt_sim.virtual_rig.faults._warming import SLOWEST, time_by_lot, times, warmed
+from belt_sim.virtual_rig.faults._warming import SLOWEST, Warming, warmed
 
 
 @dataclass(frozen=True, kw_only=True)
-class TaperDrift(Fault):
+class TaperDrift(Warming, Fault):
     id = "taper_drift"
     sizes = {"rate": Size(unit="1/(m s)", typical=2e-7, limit=2e-5)}
     lot = 17
@@ -16,11 +16,3 @@ class TaperDrift(Fault):
 
     def turn(self, s, line, y, kappa):
         return self.rate * warmed(s, line, self.time_constant) * TAIL
-
-    @classmethod
-    def shape_by_lot(cls, plan, rng):
-        return time_by_lot(plan, rng)
-
-    @classmethod
-    def shapes(cls, plan):
-        return times(plan)
