@@ -10,7 +10,7 @@ setup: $(STAMP)
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --upgrade -c constraints.txt pip
-	$(BIN)/pip install --quiet -c constraints.txt -e '.[dev,watch,studies,control]'
+	$(BIN)/pip install --quiet -c constraints.txt -e '.[dev,watch,studies,control,app,sweeps,docs]'
 	touch $(STAMP)
 
 demo: setup
