@@ -1,12 +1,13 @@
 """The command line: every command is a Hydra application; errors of the user are one line and a non-zero exit."""
 
 import importlib
+import keyword
 import os
 import sys
 from collections.abc import Callable
 from typing import Any
 
-from belt_sim.cli_errors import one_line, ordered, refused
+from belt_sim.cli_errors import files_named, one_line, ordered, refused
 from belt_sim.errors import BeltError, Reported
 from belt_sim.paths import CONF
 
@@ -14,6 +15,7 @@ COMMANDS = {
     "simulate": "one model, one case: curves and late rates",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
     "diagnose": "which physical effect the model lacks",
+    "import": "a logger's files (CSV, xlsx ...) -> a campaign",
     "virtual-rig": "make a campaign with a hidden effect",
     "reveal": "what was hidden in such a campaign",
     "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
@@ -43,7 +45,7 @@ def run(arguments: list[str]) -> int:
     reason = refused(arguments[1:])
     if reason:
         return _complain(reason)
-    sys.argv = [f"belt-sim {command}", *ordered(arguments[1:])]
+    sys.argv = [f"belt-sim {command}", *ordered(files_named(command, arguments[1:]))]
     try:
         return _hydra(command)
     except Reported:
@@ -97,7 +99,8 @@ def _hydra(command: str) -> int:
 
 def _task(command: str) -> Callable[[Any], None]:
     """The function behind a command, imported only when it is asked for."""
-    return importlib.import_module(f"belt_sim.commands.{command.replace('-', '_')}").run
+    name = f"{command}_" if keyword.iskeyword(command) else command.replace("-", "_")
+    return importlib.import_module(f"belt_sim.commands.{name}").run
 
 
 def _complain(message: str, status: int = 1) -> int:

@@ -3,6 +3,7 @@
 import os
 import secrets
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -20,12 +21,15 @@ from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2, to_si
 DIGITS = 15
 
 
-def write_campaign(campaign: Campaign, folder: str | Path, *, overwrite: bool = False) -> Campaign:
+def write_campaign(
+    campaign: Campaign, folder: str | Path, *, overwrite: bool = False, instead: Mapping[str, str] | None = None
+) -> Campaign:
     """Write a campaign folder in one go and return it as read back (SI values equal to 15 digits).
 
     The files are written to a temporary folder beside it, read back, and only then renamed. An existing
     folder raises InputError unless it is empty or ``overwrite`` is set, which replaces the campaign's own
     files and keeps all others. A campaign that the reader would refuse raises CampaignError; nothing is left.
+    instead: name -> text of files that are written as they are: a sheet with comments, or files of other kinds.
     """
     folder = Path(folder)
     there = folder.exists()
@@ -37,7 +41,7 @@ def write_campaign(campaign: Campaign, folder: str | Path, *, overwrite: bool = 
     fresh = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
     fresh.mkdir()
     try:
-        for name, text in _texts(campaign).items():
+        for name, text in (_texts(campaign) | dict(instead or {})).items():
             (fresh / name).write_text(text, encoding="utf-8", newline="\n")
         back = read_campaign(fresh)
         _put(fresh, folder)
@@ -51,11 +55,12 @@ def _put(fresh: Path, folder: Path) -> None:
     if not folder.exists() or not any(folder.iterdir()):
         os.rename(fresh, folder)
         return
+    new = {path.name for path in fresh.iterdir()}
     old = fresh.with_name(fresh.name + ".old")
     os.rename(folder, old)
     os.rename(fresh, folder)
     for path in old.iterdir():
-        if path.name not in FILES:
+        if path.name not in (*FILES, *new):
             os.rename(path, folder / path.name)
     shutil.rmtree(old)
 
