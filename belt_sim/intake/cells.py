@@ -8,9 +8,10 @@ import pandas as pd
 
 #: What loggers write where they have nothing to say.
 MISSING = (
-    "nan NaN NAN na NA N/A n/a null NULL None - -- --- #NV #N/A #WERT! #VALUE! #DIV/0! #BEZUG! #REF! ERR Err Error OVL OL "
-    "INVALID invalid"
-).split()
+    *("nan", "NaN", "NAN", "na", "NA", "N/A", "n/a", "null", "NULL", "None", "-", "--", "---"),
+    *("#NV", "#N/A", "#WERT!", "#VALUE!", "#DIV/0!", "#BEZUG!", "#REF!"),
+    *("ERR", "Err", "Error", "OVL", "OL", "INVALID", "invalid"),
+)
 _MISSING = frozenset(["", *MISSING])
 _POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\Z")
 _COMMA = re.compile(r"[+-]?(?:\d+,?\d*|,\d+)(?:[eE][+-]?\d+)?\Z")

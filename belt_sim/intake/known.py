@@ -11,7 +11,7 @@ _FROM_FILES = ("its column", "the mean of its column", "travel over time", "the 
 
 
 def mapping_used(
-    entry: MappingEntry, used: dict[str, tuple[Used, ...]], made: list[Made], rates: dict[str, Any], step: float
+    entry: MappingEntry, used: dict[str, tuple[Used, ...]], made: list[Made], step: float
 ) -> dict[str, Any]:
     """Plain data that ``understand`` accepts."""
     stated = {k: v for k, v in _plain(entry.model_dump(by_alias=True, exclude_unset=True)).items() if k != "schema"}
@@ -28,7 +28,6 @@ def mapping_used(
     out |= {"columns": columns}
     if runs:
         out["runs"] = runs | {k: v for k, v in stated.get("runs", {}).items() if k not in runs}
-    out |= rates
     if step > 0.0:
         out["step_m"] = f"{step:g}"
     return out

@@ -1,7 +1,6 @@
 """Tables of steady rates (one row a run, as published tables and digitised figures are) -> runs and steady rates."""
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -19,13 +18,12 @@ RATES = ("rate1", "rate2", "rate3", "rate4")
 
 @dataclass(frozen=True, kw_only=True)
 class Rated:
-    """runs and their rates; names: of the runs in the mapping; written: what goes into the mapping."""
+    """runs and their rates; names: of the runs in the mapping."""
 
     runs: tuple[Run, ...] = ()
     steady: tuple[SteadyRate, ...] = ()
     missing: list[Question] = field(default_factory=list)
     names: tuple[str, ...] = ()
-    written: dict[str, Any] = field(default_factory=dict)
 
 
 def rates_of(tables: list[tuple[LoggedTable, tuple[Used, ...]]], mapping: MappingEntry, section: float | None) -> Rated:

@@ -56,9 +56,8 @@ def used_columns(logged: Logged, mapping: MappingEntry) -> tuple[dict[str, tuple
         raise InputError(f"columns.{unknown[0]}", unknown[0], "", remedy)
     questions: dict[tuple[str, ...], Question] = {}
     used: dict[str, tuple[Used, ...]] = {}
-    taken = [e.name for e in mapping.columns.values() if e.name]
     for table in logged.tables:
-        found = []
+        found, taken = [], [e.name for e in mapping.columns.values() if e.name]
         for column in table.columns:
             one = _used(column, mapping.columns.get(column.name, ColumnEntry()), taken)
             if one.role == "signal" and not one.at:
@@ -110,7 +109,7 @@ def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str
 
 def _signal_name(column: Column, at: str, taken: list[str]) -> str:
     """y1 to y4 and tilt by place; a second one of a place gets a letter."""
-    base = {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}.get(at, f"y{at[-1:]}" if at else column.name)
+    base = {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}.get(at, f"y{at[-1:]}" if at else "y")
     own = [base, *(f"{base}{c}" for c in "bcdefghijk")]
     return next((n for n in own if n not in taken and n not in RESERVED), column.name)
 

@@ -68,7 +68,7 @@ def _pieces(file: Path, scan: Scan, names: list[str]) -> Iterator[pd.DataFrame]:
         "encoding_errors": "replace" if scan.encoding == "cp1252" else "strict",
         "decimal": layout.decimal,
         "thousands": layout.thousands,
-        "na_values": MISSING,
+        "na_values": list(MISSING),
         "skipinitialspace": True,
         "skip_blank_lines": False,
         "chunksize": PIECE,

@@ -5,25 +5,22 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.campaign import Campaign, Run, SignalSheet
-from belt_sim.campaign.nouns import PLACES, Machine, SettingsSheet, Source
+from belt_sim.campaign import Campaign, Run
+from belt_sim.campaign.nouns import Source
 from belt_sim.campaign.runs import REPEAT_TOLERANCE
 from belt_sim.errors import InputError
 from belt_sim.intake.known import mapping_used
 from belt_sim.intake.machine import belt_of, machine_of
 from belt_sim.intake.mapping import MappingEntry, mapping_of
-from belt_sim.intake.noise import noise_of
 from belt_sim.intake.nouns import Logged
-from belt_sim.intake.proposal import ColumnUse, NoiseRead, Proposal, Question
-from belt_sim.intake.rates import rates_of
+from belt_sim.intake.proposal import ColumnUse, Proposal, Question
+from belt_sim.intake.rates import Rated, rates_of
 from belt_sim.intake.resample import cut_alike, from_yaw, resampled, step_for
-from belt_sim.intake.roles import WRITTEN, Used, used_columns
+from belt_sim.intake.roles import Used, used_columns
+from belt_sim.intake.signals import number_of, settings_of, signals_of
 from belt_sim.intake.stated import KINDS, questions, unknown_runs
 from belt_sim.intake.tracks import Made, made_of
-from belt_sim.intake.units import UNITS, quantity
-
-#: Stated when the mapping says nothing: relative error of the tension, of the yaw [rad], of a sensor's scale.
-TENSION_REL, YAW_U, GAIN = 0.01, 5e-6, 0.005
+from belt_sim.intake.units import UNITS
 
 
 def understand(logged: Logged, mapping: Any = None) -> Proposal:
@@ -35,24 +32,14 @@ def understand(logged: Logged, mapping: Any = None) -> Proposal:
     used, missing = used_columns(logged, entry)
     machine, remarks, more = machine_of(entry)
     belt, of_belt, further = belt_of(entry)
-    remarks |= of_belt
     missing += more + further
     section = belt.width.value * belt.thickness.value if belt else float("nan")
-    tables = [(t, used[t.name]) for t in logged.tables]
-    ready = not any(q.path[-1] == "role" for q in missing)
-    made, asked, names = made_of(tables, entry, section) if ready else ([], [], list(entry.runs))
-    rated = rates_of([(t, u) for t, u in tables if t.kind == "rates"], entry, section)
-    missing += asked + rated.missing
-    if ready and not asked:
-        unknown_runs(entry, [*names, *rated.names])
-    for run in made:
-        missing += questions(run.key, run.settings.numbers, run.file)
+    made, rated, asked = _found(logged, used, entry, section, [q.path[-1] for q in missing])
+    missing += asked
     notes = [n for t in logged.tables for n in t.notes] + [f"{m.key}: {n}" for m in made for n in m.notes]
-    if ready and not made and not rated.runs and not missing:
-        raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
-    runs, told, step = _runs(made, entry, used)
-    notes += told
-    signals, noise, of_signals = _signals(runs, entry, used, _span(machine))
+    runs, told, step = _runs(made, entry)
+    signals, noise, of_signals = signals_of(runs, entry, used, machine.centre_distance.value if machine else 10.0)
+    settings, of_settings = settings_of(entry)
     campaign = None
     if not missing and machine is not None and belt is not None:
         campaign = Campaign(
@@ -61,7 +48,7 @@ def understand(logged: Logged, mapping: Any = None) -> Proposal:
             machine=machine,
             belt=belt,
             signals=signals,
-            settings=_settings(entry, remarks),
+            settings=settings,
             runs=(*runs, *rated.runs),
             steady=rated.steady,
         )
@@ -70,15 +57,30 @@ def understand(logged: Logged, mapping: Any = None) -> Proposal:
         columns=_uses(used),
         missing=tuple(dict.fromkeys(missing)),
         campaign=campaign,
-        mapping=mapping_used(entry, used, made, rated.written, step),
+        mapping=mapping_used(entry, used, made, step),
         noise=noise,
-        comments=remarks | of_signals,
-        notes=tuple(notes),
+        comments=remarks | of_belt | of_signals | of_settings,
+        notes=tuple(notes + told),
     )
 
 
-def _span(machine: Machine | None) -> float:
-    return machine.centre_distance.value if machine else 10.0
+def _found(
+    logged: Logged, used: dict[str, tuple[Used, ...]], entry: MappingEntry, section: float, unknown: list[str]
+) -> tuple[list[Made], Rated, list[Question]]:
+    """Runs of records, runs of rates, and what is missing of them; unknown: kinds of questions that are open."""
+    tables = [(t, used[t.name]) for t in logged.tables]
+    rated = rates_of([(t, u) for t, u in tables if t.kind == "rates"], entry, section)
+    if "role" in unknown:
+        return [], rated, rated.missing
+    made, asked, names = made_of(tables, entry, section)
+    if not asked:
+        unknown_runs(entry, [*names, *rated.names])
+    missing = rated.missing + asked
+    for run in made:
+        missing += questions(run.key, run.settings.numbers, run.file)
+    if not made and not rated.runs and not missing and not unknown:
+        raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
+    return made, rated, missing
 
 
 def _uses(used: dict[str, tuple[Used, ...]]) -> tuple[ColumnUse, ...]:
@@ -98,14 +100,12 @@ def _uses(used: dict[str, tuple[Used, ...]]) -> tuple[ColumnUse, ...]:
     )
 
 
-def _runs(
-    made: list[Made], entry: MappingEntry, used: dict[str, tuple[Used, ...]]
-) -> tuple[list[Run], list[str], float]:
+def _runs(made: list[Made], entry: MappingEntry) -> tuple[list[Run], list[str], float]:
     """Runs on one grid, their readings counted from the yaw, repeats recognised; remarks; the step [m]."""
     if not made:
         return [], [], 0.0
     notes: list[str] = []
-    step = _number(entry.step_m, "step_m") if entry.step_m else step_for([m.track for m in made])
+    step = number_of(entry.step_m, "step_m") if entry.step_m else step_for([m.track for m in made])
     tracks = [resampled(m.track, step) for m in made]
     if step > 0.0:
         rows = sum(len(m.track.travel) for m in made)
@@ -166,88 +166,3 @@ def _same(a: Run, b: Run) -> bool:
         for k in ("tension", "yaw", "yaw_head", "speed")
     )
     return near and a.direction == b.direction and abs(a.yaw_at - b.yaw_at) <= 0.05 * max(a.yaw_at, 0.0)
-
-
-def _signals(
-    runs: list[Run], entry: MappingEntry, used: dict[str, tuple[Used, ...]], span: float
-) -> tuple[tuple[SignalSheet, ...], dict[str, NoiseRead], dict[str, str]]:
-    """Sheets of the signals, what was read off them, and remarks on each number."""
-    found: dict[str, Used] = {}
-    for columns in used.values():
-        for u in columns:
-            if u.role == "signal" and u.at:
-                found.setdefault(u.name, u)
-    sheets, noise, remarks = [], {}, {}
-    for name, u in found.items():
-        if not any(name in r.signals for r in runs):
-            continue
-        noise[name] = noise_of(name, runs, span)
-        sheets.append(_sheet(name, u, noise[name]))
-        key = f"signals.{name}"
-        remarks[f"{key}.white"] = "stated" if u.entry.white else f"from {noise[name].white_from}"
-        remarks[f"{key}.zero"] = "stated" if u.entry.zero else f"from {noise[name].zero_from}"
-        remarks[f"{key}.gain"] = "stated" if u.entry.gain else "assumed, no data tell it; state the sensor's accuracy"
-        remarks[f"{key}.wander"] = "stated" if u.entry.wander else f"from {noise[name].wander_from}"
-    return tuple(sheets), noise, remarks
-
-
-def _sheet(name: str, u: Used, read: NoiseRead) -> SignalSheet:
-    kind = PLACES[u.at]
-    own, where = u.entry, f"columns.{u.column.name}"
-
-    def si(text: str | None, key: str, otherwise: float) -> float:
-        return otherwise if text is None else _size(text, WRITTEN[kind], f"{where}.{key}")
-
-    white = read.white
-    if own.axis is not None:
-        (p0, p1), (v0, v1) = own.axis.pixel, own.axis.value
-        white = max(white, abs((v1 - v0) / (p1 - p0)) * own.axis.u * u.factor)
-    wander_sd, length = (read.wander, read.length) if own.wander is None else (0.0, 1.0)
-    if own.wander is not None:
-        wander_sd = _size(own.wander.sd, WRITTEN[kind], f"{where}.wander.sd")
-        length = _number(own.wander.length_m, f"{where}.wander.length_m")
-    return SignalSheet(
-        name=name,
-        at=u.at,
-        kind=kind,
-        unit=WRITTEN[kind],
-        white=_three(si(own.white, "white", white)),
-        zero=_three(si(own.zero, "zero", read.zero)),
-        gain=GAIN if own.gain is None else _number(own.gain, f"{where}.gain", "number"),
-        wander_sd=_three(wander_sd),
-        wander_length=length,
-    )
-
-
-def _size(text: str, unit: str, where: str) -> float:
-    value, _, own = quantity(text, (UNITS[unit][0],), unit, where)
-    if value < 0.0:
-        raise InputError(where, text, "", "one sigma; must not be negative")
-    return value * UNITS[own][1]
-
-
-def _number(text: str, where: str, kind: str = "length") -> float:
-    value, _, unit = quantity(text, (kind,), "m" if kind == "length" else "1", where)
-    if value < 0.0:
-        raise InputError(where, text, "", "must not be negative")
-    return value * UNITS[unit][1]
-
-
-def _three(x: float) -> float:
-    return float(f"{x:.3g}")
-
-
-def _settings(entry: MappingEntry, remarks: dict[str, str]) -> SettingsSheet:
-    asked = entry.settings
-    if asked.tension_rel is None:
-        remarks["settings.tension_rel"] = "assumed, no data tell it; state how well the tension is known"
-    if asked.yaw is None:
-        remarks["settings.yaw"] = "assumed, no data tell it; state how well a run hits its yaw"
-    yaw = YAW_U if asked.yaw is None else _size(asked.yaw, "urad", "settings.yaw")
-    relative = (
-        TENSION_REL if asked.tension_rel is None else _number(asked.tension_rel, "settings.tension_rel", "number")
-    )
-    return SettingsSheet(tension_rel=relative, yaw_u=yaw)
-
-
-__all__ = ["Question", "understand"]
