@@ -14,6 +14,8 @@ from belt_sim.intake.scan import Scan
 
 #: Rows that are read at a time, and kept in all: what is beyond is averaged.
 PIECE, KEPT = 100_000, 400_000
+#: What tells columns of one name apart.
+LETTERS = "bcdefghijklmnopqrstuvwxyz"
 #: Rows by which it is decided what a column holds.
 SAMPLE = 200
 
@@ -45,13 +47,13 @@ def read_text(file: Path, scan: Scan, key: int | None = None) -> tuple[dict[str,
 
 
 def unique(names: tuple[str, ...]) -> list[str]:
-    """Names of columns, no two alike: a second ``y`` becomes ``y (2)``, a blank ``column_3``."""
+    """Names of columns, no two alike: a second ``y`` becomes ``y (b)`` (a number would name a place)."""
     found: list[str] = []
     for k, name in enumerate(names):
-        name, n = name or f"column_{k + 1}", 2
-        base = name
+        name = base = name or f"column_{k + 1}"
+        letters = iter(LETTERS)
         while name in found:
-            name, n = f"{base} ({n})", n + 1
+            name = f"{base} ({next(letters, f'no {k + 1}')})"
         found.append(name)
     return found
 
