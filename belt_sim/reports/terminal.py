@@ -5,6 +5,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table as RichTable
 
+from belt_sim.results.check import Check
 from belt_sim.results.comparison import Comparison, runs_table, steady_table
 from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_table, ranking_table
 from belt_sim.results.simulation import Simulation
@@ -30,6 +31,16 @@ def tell_comparison(c: Comparison, folder: Path) -> None:
         for line in c.changes():
             out.print(line)
     out.print(str(folder), soft_wrap=True)
+
+
+def tell_check(c: Check, folder: Path) -> None:
+    """What is wrong, what would show, and what could not be told apart."""
+    out = console()
+    for table in c.tables():
+        out.print(rich_table(table))
+    for line in c.lines():
+        out.print(line, soft_wrap=True, markup=False)
+    out.print(str(folder / "check.json"), soft_wrap=True)
 
 
 def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
