@@ -16,6 +16,7 @@ COMMANDS = {
     "compare": "a model against a measured campaign: where it agrees, where it fails",
     "diagnose": "which physical effect the model lacks",
     "import": "a logger's files (CSV, xlsx ...) -> a campaign",
+    "new": "an empty, commented campaign with the runs that a diagnosis needs",
     "check": "the linter, and what a campaign can and cannot tell",
     "virtual-rig": "make a campaign with a hidden effect",
     "reveal": "what was hidden in such a campaign",

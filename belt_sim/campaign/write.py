@@ -3,7 +3,7 @@
 import os
 import secrets
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,13 @@ def write_campaign(
     files and keeps all others. A campaign that the reader would refuse raises CampaignError; nothing is left.
     instead: name -> text of files that are written as they are: a sheet with comments, or files of other kinds.
     """
+    return put_folder(_texts(campaign) | dict(instead or {}), folder, overwrite=overwrite, check=read_campaign)
+
+
+def put_folder(
+    texts: Mapping[str, str], folder: str | Path, *, overwrite: bool, check: Callable[[Path], Campaign]
+) -> Campaign:
+    """Files of a campaign (name -> text) as a folder, once ``check`` has read them; all of them or nothing."""
     folder = Path(folder)
     there = folder.exists()
     if there and not folder.is_dir():
@@ -41,9 +48,9 @@ def write_campaign(
     fresh = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
     fresh.mkdir()
     try:
-        for name, text in (_texts(campaign) | dict(instead or {})).items():
+        for name, text in texts.items():
             (fresh / name).write_text(text, encoding="utf-8", newline="\n")
-        back = read_campaign(fresh)
+        back = check(fresh)
         _put(fresh, folder)
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
@@ -67,7 +74,7 @@ def _put(fresh: Path, folder: Path) -> None:
 
 def _texts(campaign: Campaign) -> dict[str, str]:
     sheet = yaml.safe_dump(_sheet(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None)
-    texts = {"campaign.yaml": sheet, "runs.csv": _runs(campaign.runs)}
+    texts = {"campaign.yaml": sheet, "runs.csv": runs_text(campaign.runs)}
     if any(len(run.travel) for run in campaign.runs):
         texts["signals.csv"] = _signals(campaign)
     if campaign.steady:
@@ -144,7 +151,8 @@ def _cells(si: np.ndarray, scale: float = 1.0) -> list[str]:
     return ["" if x != x else repr(float(f"{x:.{DIGITS}g}")) for x in (np.asarray(si, dtype=float) / scale).tolist()]
 
 
-def _runs(runs: tuple[Run, ...]) -> str:
+def runs_text(runs: tuple[Run, ...]) -> str:
+    """runs.csv."""
     columns = [
         [run.name for run in runs],
         _cells(np.array([run.tension for run in runs]), N_PER_MM2),

@@ -1,11 +1,13 @@
 """What an import understood, in the terminal."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 
 from belt_sim.campaign import Campaign
+from belt_sim.intake.plan import Planned
 from belt_sim.intake.proposal import Proposal
 from belt_sim.reports.terminal import console, rich_table
 from belt_sim.results.table import Table
@@ -73,3 +75,23 @@ def noise_table(proposal: Proposal) -> Table:
         rows.append((name, white, wander, f"{n.length:.3g}", zero, n.wander_from))
     columns = ("signal", "white", "wander", "over m", "zero", "wander read off")
     return Table(title="Noise (mm or mrad, one sigma)", columns=columns, rows=rows, left=("signal", "wander read off"))
+
+
+def tell_plan(planned: Sequence[Planned], folder: Path, travel: float) -> None:
+    """The planned runs and what each is good for."""
+    rows = [
+        (
+            p.run.name,
+            f"{p.run.tension / N_PER_MM2:g}",
+            f"{p.run.yaw / DEGREE:+.3g}",
+            f"{p.run.speed:g}",
+            f"{p.run.direction:+.0f}",
+            p.good_for,
+        )
+        for p in planned
+    ]
+    columns = ("run", "N/mm2", "yaw deg", "m/s", "direction", "good for")
+    title = f"Runs to measure, {travel:g} m each"
+    console().print(rich_table(Table(title=title, columns=columns, rows=rows, left=("run", "good for"))))
+    print(f"campaign  {folder} (campaign.yaml: replace what says REPLACE; plan.md: this table)")
+    print(f"next      belt-sim check campaign={folder} travel={travel:g}")
