@@ -120,7 +120,8 @@ def cut_alike(groups: list[list[int]], tracks: list[Track]) -> list[Track]:
 
 def counted_from_yaw(tracks: list[Track], yaw_at: list[float]) -> tuple[list[Track], list[str]]:
     """Readings counted from where each point was when the yaw was applied [m], and what was taken off, in words."""
-    out, off = [], {}
+    out: list[Track] = []
+    off: dict[str, list[float]] = {}
     for track, at in zip(tracks, yaw_at, strict=True):
         starts = {name: at_yaw(track.travel, y, at) for name, y in track.signals.items()}
         signals = {name: np.round(y - starts[name], DECIMALS) for name, y in track.signals.items()}
