@@ -72,8 +72,7 @@ def _hydra(command: str) -> int:
         try:
             _task(command)(cfg)
         except BeltError as error:
-            _complain(str(error))
-            failures.append(str(error))
+            failures.append(_failed(error))
             if os.getpid() != here:  # a parallel launcher's worker: only an exception reaches the parent
                 raise Reported(str(error)) from error
 
@@ -81,6 +80,8 @@ def _hydra(command: str) -> int:
         hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(job)()
     except (HydraException, OmegaConfBaseException) as error:
         return _complain(one_line(error, command))
+    except SystemExit as ended:  # a sweep with cases that failed
+        return int(ended.code or 0)
     except BrokenPipeError:  # the reader of our output has gone, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -98,6 +99,14 @@ def _hydra(command: str) -> int:
 def _task(command: str) -> Callable[[Any], None]:
     """The function behind a command, imported only when it is asked for."""
     return importlib.import_module(f"belt_sim.commands.{command.replace('-', '_')}").run
+
+
+def _failed(error: BeltError) -> str:
+    from belt_sim.commands.failed import leave_failure
+
+    _complain(str(error))
+    leave_failure(str(error))
+    return str(error)
 
 
 def _complain(message: str, status: int = 1) -> int:
