@@ -12,6 +12,7 @@ from belt_sim.paths import CONF
 
 COMMANDS = {
     "simulate": "one model, one case: curves and late rates",
+    "map": "very many cases of an analytic model, as one table",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
     "diagnose": "which physical effect the model lacks",
     "virtual-rig": "make a campaign with a hidden effect",
