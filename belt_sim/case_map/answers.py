@@ -89,7 +89,7 @@ def _told(curves: Curves, travel: np.ndarray, at: tuple[float, ...]) -> list[Any
     y = jnp.asarray(curves.y) / si.MM
     unit = np.eye(len(travel))  # rates and positions are sums over records: their weights
     slopes = late_rates(Curves(travel=travel, y=unit))
-    positions = np.array([[np.interp(s, travel, row) for row in unit] for s in at]).reshape(len(at), -1)
+    positions = np.array([[np.interp(s, travel, row) for row in unit] for s in at]).reshape(len(at), len(travel))
     rates, end = y @ slopes, y[:, -1]
     late = late_records(travel)
     line = y[0, late].mean() + rates[0] * (travel - travel[late].mean())

@@ -1,6 +1,5 @@
 """Map: many cases of an analytic model, a row each, streamed to disk."""
 
-import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from belt_sim.provenance import config_hash
 from belt_sim.use_cases.asked import effects_of, fitted_model
 
 MOST = 10**9  # cases
+PLACES = (1.0, 10.0)  # [m] of travel
 #: settings that change where a map goes and how it is made, not what it says
 _MANNER = ("out", "pictures", "workers", "show")
 
@@ -75,12 +75,15 @@ def case_map(config: Mapping[str, Any]) -> CaseMap:
     if closed and effects:
         raise InputError("effects", effects[0].id, "", "closed forms read no effects; give a travel in m")
     corners = _corners(axes, plain, case, effects)
+    asked = _asked(model, axes, plain, corners, bool(effects))
+    if config["show"] not in (None, *columns_of(asked)):
+        raise InputError("show", config["show"], "", f"use one of {', '.join(columns_of(asked))}")
     return CaseMap(
         config=config,
         plan=plan,
         case=case,
         effects=effects,
-        asked=_asked(model, axes, plain, corners, bool(effects)),
+        asked=asked,
         part=_whole("part", config["part"]),
         workers=os.cpu_count() or 1 if config["workers"] is None else _whole("workers", config["workers"]),
     )
@@ -112,12 +115,7 @@ def _written(plain: Mapping[str, Any], values: Mapping[str, float]) -> dict[str,
 def _asked(
     model: AnalyticModel, axes: Sequence[Axis], plain: Mapping[str, Any], corners: Sequence[Case], effects: bool
 ) -> Asked:
-    travel, at = plain["travel"], plain["at"] or []
-    if not isinstance(at, Sequence) or isinstance(at, str):
-        raise InputError("at", at, "m", "give a list of travels, e.g. at=[1,10]")
-    for s in at:
-        if isinstance(s, bool) or not isinstance(s, int | float) or not math.isfinite(s) or not 0 <= s <= (travel or 0):
-            raise InputError("at", s, "m", "give travels between 0 and travel")
+    travel = plain["travel"]
     plan = (0, 0, 0)
     if travel is not None:
         plans = [plan_steps(c, travel=travel, step=model.step, keep=model.keep) for c in corners]
@@ -126,10 +124,22 @@ def _asked(
         model=model,
         keys=tuple(a.key for a in axes),
         travel=None if travel is None else float(travel),
-        at=tuple(float(s) for s in at),
+        at=() if travel is None else _places(plain["at"], float(travel)),
         plan=plan,
         steady=not effects,
     )
+
+
+def _places(at: Any, travel: float) -> tuple[float, ...]:
+    """Travels [m] at which positions are told."""
+    if at is None:
+        return tuple(s for s in PLACES if s <= travel)
+    if not isinstance(at, Sequence) or isinstance(at, str):
+        raise InputError("at", at, "m", "give a list of travels, e.g. at=[1,10]")
+    for s in at:
+        if isinstance(s, bool) or not isinstance(s, int | float) or not 0 <= s <= travel:
+            raise InputError("at", s, "m", f"give travels from 0 to {travel:g}")
+    return tuple(float(s) for s in at)
 
 
 def leave_map(folder: Path, made: CaseMap, provenance: Mapping[str, Any], told: Callable[[int], None]) -> int:
