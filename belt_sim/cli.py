@@ -67,11 +67,11 @@ def _hydra(command: str) -> int:
     prepare()
     started, failures, here = False, [], os.getpid()
 
-    def job(cfg: Any) -> None:
+    def job(cfg: Any) -> Any:
         nonlocal started
         started = True
         try:
-            _task(command)(cfg)
+            return _task(command)(cfg)
         except BeltError as error:
             failures.append(_failed(error))
             if os.getpid() != here:  # a parallel launcher's worker: only an exception reaches the parent
@@ -97,7 +97,7 @@ def _hydra(command: str) -> int:
     return 1 if failures else 0
 
 
-def _task(command: str) -> Callable[[Any], None]:
+def _task(command: str) -> Callable[[Any], Any]:
     """The function behind a command, imported only when it is asked for."""
     return importlib.import_module(f"belt_sim.commands.{command.replace('-', '_')}").run
 
