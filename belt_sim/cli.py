@@ -1,12 +1,13 @@
 """The command line: every command is a Hydra application; errors of the user are one line and a non-zero exit."""
 
 import importlib
+import keyword
 import os
 import sys
 from collections.abc import Callable
 from typing import Any
 
-from belt_sim.cli_errors import one_line, ordered, refused
+from belt_sim.cli_errors import files_named, one_line, ordered, refused
 from belt_sim.errors import BeltError, Reported
 from belt_sim.paths import CONF
 
@@ -15,6 +16,9 @@ COMMANDS = {
     "map": "very many cases of an analytic model, as one table",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
     "diagnose": "which physical effect the model lacks",
+    "import": "a logger's files (CSV, xlsx ...) -> a campaign",
+    "new": "an empty, commented campaign with the runs that a diagnosis needs",
+    "check": "the linter, and what a campaign can and cannot tell",
     "virtual-rig": "make a campaign with a hidden effect",
     "reveal": "what was hidden in such a campaign",
     "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
@@ -44,7 +48,7 @@ def run(arguments: list[str]) -> int:
     reason = refused(arguments[1:])
     if reason:
         return _complain(reason)
-    sys.argv = [f"belt-sim {command}", *ordered(arguments[1:])]
+    sys.argv = [f"belt-sim {command}", *ordered(files_named(command, arguments[1:]))]
     try:
         return _hydra(command)
     except Reported:
@@ -99,7 +103,8 @@ def _hydra(command: str) -> int:
 
 def _task(command: str) -> Callable[[Any], Any]:
     """The function behind a command, imported only when it is asked for."""
-    return importlib.import_module(f"belt_sim.commands.{command.replace('-', '_')}").run
+    name = f"{command}_" if keyword.iskeyword(command) else command.replace("-", "_")
+    return importlib.import_module(f"belt_sim.commands.{name}").run
 
 
 def _failed(error: BeltError) -> str:
