@@ -18,8 +18,9 @@ def frame(here: str) -> None:
     """Header with the pages and the choice of light or dark."""
     ui.add_css(CSS)
     ui.page_title(f"belt_sim: {PAGES[here]}")
+    ui.colors(primary="#1f6fb0")
     dark = ui.dark_mode(None)
-    with ui.header().classes("top"), ui.element("div").classes("inner"):
+    with ui.header(fixed=False).classes("top"), ui.element("div").classes("inner"):
         ui.label("belt_sim").classes("name")
         for path, name in PAGES.items():
             ui.link(name, path).classes("here" if path == here else "")
@@ -50,12 +51,12 @@ def told(line: str, kind: str = "") -> None:
     ui.label(line).classes(f"told {kind}".strip()).props("role=status" if kind else "role=alert")
 
 
-def facts(rows: Mapping[str, str]) -> None:
-    """Numbers with their names beneath."""
+def facts(rows: Mapping[str, str], kind: str = "") -> None:
+    """Numbers with their names beneath; kind "wide": long ones."""
     cells = "".join(
         f'<div class="fact"><b>{html.escape(v)}</b><span>{html.escape(k)}</span></div>' for k, v in rows.items()
     )
-    ui.html(cells, sanitize=False).classes("facts")
+    ui.html(cells, sanitize=False).classes(f"facts {kind}")
 
 
 def table(

@@ -6,35 +6,40 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run
-from belt_sim.pictures.colours import POINT_NAMES
 from belt_sim.reports.figures import CLEAR, FONT, numbers
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import KILO
 
 GREY, FAINT = "#7d8a97", "rgba(125,138,151,0.28)"
 POINTS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4, as colours.POINTS
+POINT_NAMES = ("1 upper, tail", "2 lower, tail", "3 lower, head", "4 upper, head")
 SPANS = (POINTS[0], POINTS[3])  # upper, lower
 #: names of colours in the figures of reports, here
 NAMED = {"--ink": GREY, "--faint": GREY, "--line": FAINT, "--before": POINTS[3], "--after": POINTS[0]}
 NAMED |= {"--band": "rgba(125,138,151,0.25)", "--track": CLEAR}
 AXIS = {"gridcolor": FAINT, "zerolinecolor": GREY, "linecolor": FAINT, "automargin": True}
+LEGEND = {"orientation": "h", "yanchor": "bottom", "y": 1.02, "x": 0, "font": {"size": 12}}
+MARGIN = {"l": 56, "r": 10, "t": 34, "b": 44}
 CONFIG = {"displaylogo": False, "displayModeBar": False, "responsive": True}
 PA_PER_N_MM2 = 1e6
 
 
 def figure(data: list[dict[str, Any]], x: str, y: str, height: int, **layout: Any) -> dict[str, Any]:
     """A figure with labelled axes and its legend above."""
-    legend = {"orientation": "h", "yanchor": "bottom", "y": 1.02, "x": 0, "font": {"size": 12}}
     common = {"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "font": {**FONT, "color": GREY}, "height": height}
-    axes = {"xaxis": {**AXIS, "title": {"text": x}}, "yaxis": {**AXIS, "title": {"text": y}}}
-    look = {"margin": {"l": 56, "r": 10, "t": 34, "b": 44}, "legend": legend, "hovermode": "x unified"}
+    axes = {"xaxis": {**AXIS, "title": _title(x)}, "yaxis": {**AXIS, "title": _title(y)}}
+    look = {"margin": MARGIN, "legend": LEGEND, "hovermode": "x unified"}
     look["hoverlabel"] = {"bgcolor": "rgba(40,48,56,0.92)", "font": {"color": "#ffffff"}}
     return {"data": data, "layout": {**common, **axes, **look, "showlegend": True, **layout}, "config": CONFIG}
 
 
+def _title(text: str) -> dict[str, Any]:
+    return {"text": text, "font": {"size": 13}}
+
+
 def line(x: Any, y: Any, name: str, colour: str, **more: Any) -> dict[str, Any]:
     """A curve; ``more`` as plotly takes it."""
-    look = {"color": colour, "width": 2, **more.pop("line", {})}
+    look = {"color": colour, "width": 2, "simplify": False, **more.pop("line", {})}
     return {"type": "scatter", "mode": "lines", "x": numbers(x), "y": numbers(y), "name": name, "line": look, **more}
 
 
@@ -68,7 +73,7 @@ def edges(shown: Simulation) -> dict[str, Any] | None:
         "slacker edge [N/mm²]",
         240,
         shapes=[below],
-        yaxis={**AXIS, "rangemode": "tozero", "title": {"text": "slacker edge [N/mm²]"}},
+        yaxis={**AXIS, "rangemode": "tozero", "title": _title("slacker edge [N/mm²]")},
     )
 
 
@@ -81,7 +86,9 @@ def measured(campaign: Campaign, run: Run) -> dict[str, Any]:
         at = sheets[name].at.replace("_", " ")
         more = {"mode": "lines+markers", "marker": {"size": 4}, "line": {"width": 1}}
         data.append(line(run.travel, KILO * values, f"{name} ({at})", POINTS[k % len(POINTS)], **more))
-    return figure(data, "belt travel [m]", f"reading [{' or '.join(units)}]", 320)
+    end = float(run.travel[-1]) if len(run.travel) else 1.0
+    along = {**AXIS, "range": [-0.01 * end, 1.01 * end], "title": _title("belt travel [m]")}
+    return figure(data, "", f"reading [{' or '.join(units)}]", 320, xaxis=along)
 
 
 def _unit(kind: str) -> str:
@@ -89,8 +96,17 @@ def _unit(kind: str) -> str:
 
 
 def of_report(made: dict[str, Any]) -> dict[str, Any]:
-    """A figure of ``reports.figures`` with this page's colours."""
-    return {**_named(made), "config": CONFIG}
+    """A figure of ``reports.figures`` with this page's colours, and a legend."""
+    named = _named(made)
+    for trace in named["data"]:
+        trace["showlegend"] = trace.get("yaxis", "y") == "y" and trace.get("name") is not None
+        if trace.get("mode") == "markers":
+            trace["marker"]["opacity"] = 0.9
+    for axis in ("xaxis", "yaxis", "yaxis2"):
+        if axis in named["layout"]:
+            named["layout"][axis]["title"] = _title(named["layout"][axis]["title"]["text"])
+    layout = {**named["layout"], "showlegend": True, "legend": LEGEND, "margin": MARGIN}
+    return {"data": named["data"], "layout": layout, "config": CONFIG}
 
 
 def _named(x: Any) -> Any:

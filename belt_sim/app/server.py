@@ -56,7 +56,7 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
     print(f"belt_sim is open at {address}; only this machine can reach it. Ctrl-C ends it.", flush=True)
     if show:
         threading.Timer(1.0, webbrowser.open, (address,)).start()
-    config = uvicorn.Config(outer, log_level="warning", ws_max_size=2**24, timeout_graceful_shutdown=2)
+    config = uvicorn.Config(outer, log_level="warning", loop="asyncio", ws_max_size=2**24, timeout_graceful_shutdown=2)
     uvicorn.Server(config).run(sockets=[ear])
 
 

@@ -52,6 +52,7 @@ def _compare(request: Mapping[str, Any], say: Say) -> None:
     """A comparison into the folder."""
     say(stage="reading")
     from belt_sim.campaign import read_campaign
+    from belt_sim.reports.page import worst
     from belt_sim.use_cases.compare import compare
     from belt_sim.use_cases.leave import leave_comparison
 
@@ -61,7 +62,9 @@ def _compare(request: Mapping[str, Any], say: Say) -> None:
     say(stage="drawing")
     leave_comparison(folder, found, pictures=True)
     tables = [vars(t) for t in found.tables()]
-    _leave(folder, lines=list(found.lines()), tables=tables, panels=_panels(found, found.final_model))
+    _leave(
+        folder, lines=list(found.lines()), tables=tables, panels=_panels(found), first=worst(found.drawings.overlays)
+    )
 
 
 def _diagnose(request: Mapping[str, Any], say: Say) -> None:
@@ -84,12 +87,12 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     _leave(folder, verdict=str(found.verdict), lines=[found.sentence], effects=effects)
 
 
-def _panels(found: Any, final: str) -> list[dict[str, Any]]:
-    """Figures of measured and modelled curves, run by run, the worst first."""
+def _panels(found: Any) -> list[dict[str, Any]]:
+    """Figures of measured and modelled curves, run by run."""
     from belt_sim.reports import figures
 
     return [
-        {"title": panel.title, "figure": figures.overlay(panel, found.base_model, final)}
+        {"title": panel.title, "figure": figures.overlay(panel, found.base_model, found.final_model)}
         for panel in found.drawings.overlays
     ]
 

@@ -27,7 +27,9 @@ def asking(desk: Desk) -> None:
         _effects_on_the_desk(desk)
         with ui.expansion("More about the diagnosis").classes("w-full"):
             names = {i: words(i) for i in sorted(library(), key=words)}
-            tried = ui.select(names, multiple=True, label="effects to try (none chosen: all that can be told)")
+            tried = ui.select(
+                names, multiple=True, with_input=True, label="effects to try (none chosen: all that can be told)"
+            )
             tried.props("use-chips").bind_value(_kept, "candidates").classes("w-full").props("data-name=candidates")
             count = ui.number(
                 "synthetic repeats that the threshold of chance is taken from", min=MIN_BOOTSTRAPS, precision=0

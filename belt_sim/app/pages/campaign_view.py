@@ -24,7 +24,7 @@ def campaign_view(desk: Desk) -> None:
     if campaign is None:
         return
     with look.card("2. What was understood", str(campaign)):
-        look.facts(_facts(campaign))
+        look.facts(_facts(campaign), "wide")
         for found in desk.suspicions:
             look.told(f"{found.kind.replace('_', ' ')}: {found.sentence}")
         recorded = {r.name: r for r in campaign.runs if r.signals}
@@ -51,6 +51,8 @@ def _facts(campaign: Campaign) -> dict[str, str]:
         return words.with_u(q.value / size, q.u / size, unit)
 
     machine = {label: shown(getattr(campaign.machine, n), s, u) for n, (label, s, u) in MACHINE.items()}
+    if campaign.machine.head_radius == campaign.machine.tail_radius:
+        machine = {"pulleys apart": machine["pulleys apart"], "pulley radius": machine["head radius"]}
     return machine | {label: shown(getattr(campaign.belt, n), s, u) for n, (label, s, u) in BELT.items()}
 
 

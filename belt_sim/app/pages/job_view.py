@@ -40,7 +40,8 @@ def _running(job: Job) -> None:
 
     move()
     ui.timer(0.5, move)
-    ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative")
+    with ui.element("div").classes("line"):
+        ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative")
 
 
 def _finished(desk: Desk, job: Job) -> None:
@@ -81,8 +82,9 @@ def _compared(content: dict[str, Any]) -> None:
     panels = content["panels"]
     if panels:
         names = {k: p["title"] for k, p in enumerate(panels)}
-        chooser = ui.select(names, value=0, label="run and sensor").classes("w-full")
-        drawn = ui.plotly(plots.of_report(panels[0]["figure"])).props("data-name=overlay")
+        first = content["first"]
+        chooser = ui.select(names, value=first, label="run and sensor").classes("w-full")
+        drawn = ui.plotly(plots.of_report(panels[first]["figure"])).props("data-name=overlay")
         chooser.on_value_change(lambda e: drawn.update_figure(plots.of_report(panels[e.value]["figure"])))
     for t in content["tables"]:
         look.table(t["columns"], t["rows"], title=t["title"], left=t["left"], marked=t["marked"])

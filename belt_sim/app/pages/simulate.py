@@ -66,21 +66,20 @@ def add() -> None:
         view = View()
         look.frame("/")
         with ui.element("div").classes("split"):
-            with ui.element("div"):
-                _settings(view)
-            with ui.element("div"):
+            with ui.element("div").classes("set"):
+                _sliders(view)
+            with ui.element("div").classes("curve"):
                 _answers(view)
+            with ui.element("div").classes("more"):
+                _choices(view)
         ui.timer(0.05, lambda: _compute(view), once=True)
 
 
-def _settings(view: View) -> None:
-    async def moved() -> None:
-        await _compute(view)
-
+def _sliders(view: View) -> None:
     def setting(name: str, label: str, low: float, high: float, step: float) -> None:
         async def to(value: float) -> None:
             setattr(view, name, value)
-            await moved()
+            await _compute(view)
 
         labelled_slider(label, getattr(view, name), low, high, step, to, mark=name)
 
@@ -89,15 +88,20 @@ def _settings(view: View) -> None:
         setting("yaw", "yaw of the tail pulley [degrees]", -0.2, 0.2, 0.002)
         setting("travel", "belt travel [m]", 5.0, LONGEST, 1.0)
 
-        async def choose(name: str, value: Any) -> None:
-            setattr(view, name, value)
+
+def _choices(view: View) -> None:
+    async def moved() -> None:
+        await _compute(view)
+
+    def pick(name: str, label: str, options: dict[str, str]) -> ui.select:
+        async def choose(event: Any) -> None:
+            setattr(view, name, event.value)
             await moved()
 
-        def pick(name: str, label: str, options: dict[str, str]) -> ui.select:
-            value = getattr(view, name)
-            made = ui.select(options, value=value, label=label, on_change=lambda e: choose(name, e.value))
-            return made.classes("w-full").props(f"data-name={name}")
+        made = ui.select(options, value=getattr(view, name), label=label, on_change=choose)
+        return made.classes("w-full").props(f"data-name={name}")
 
+    with look.card("Model and machine"):
         pick("model", "model", TITLES)
         pick("beside", "beside it, dotted", {"": "none"} | TITLES)
         rig = pick("rig", "machine", RIGS)
@@ -143,7 +147,7 @@ def _effects(view: View, moved: Any) -> None:
                 step = (high - low) / 200.0
                 labelled_slider(f"{p.meaning}{unit}", numbers[name], low, high, step, to, mark=f"{effect_id}.{name}")
 
-    select = ui.select(names, multiple=True, label="effects", value=[], on_change=chosen)
+    select = ui.select(names, multiple=True, with_input=True, label="effects", value=[], on_change=chosen)
     select.props("use-chips").classes("w-full").props("data-name=effects")
     sizes()
 
@@ -155,11 +159,10 @@ def _start(effect_id: str) -> dict[str, float]:
 
 def _answers(view: View) -> None:
     with look.card("Where the belt runs"):
+        view.places["curves"] = ui.plotly(plots.figure([], "", "", 420)).props("data-name=curves")
+        view.places["said"] = ui.element("div").classes("card-lines").props("data-name=said")
         view.places["facts"] = ui.element("div").classes("w-full").props("data-name=facts")
-        view.places["curves"] = ui.plotly(plots.figure([], "belt travel [m]", "lateral position [mm]", 420)).mark(
-            "curves"
-        )
-        view.places["said"] = ui.element("div").classes("w-full card-lines").props("data-name=said")
+        ui.label("Late rates of points 1-4: over the last fifth of the travel shown.").classes("soft small")
     with look.card("How slack its edges become") as below:
         view.places["edges"] = ui.plotly(plots.figure([], "", "", 240))
     view.places["edges_card"] = below
@@ -208,13 +211,13 @@ def _show(view: View, shown: Simulation, beside: Simulation | None) -> None:
 
 def _facts(s: Simulation) -> dict[str, str]:
     """Late rates, offsets, sag and the slackest edge."""
-    found = {f"late rate at {k}, mm per m": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
+    found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
     if s.steady_rate is not None:
-        found["rate in the end, mm per m"] = thousandths(s.steady_rate)
+        found["rate in the end [mm/m]"] = thousandths(s.steady_rate)
     upper, lower = s.offsets or (None, None)
-    found |= {"y1 − y4, mm": thousandths(upper), "y3 − y2, mm": thousandths(lower), "sag, mm": thousandths(s.sag)}
+    found |= {"y1 − y4 [mm]": thousandths(upper), "y3 − y2 [mm]": thousandths(lower), "sag [mm]": thousandths(s.sag)}
     slackest = s.slackest_edge
-    found["slackest edge, N/mm²"] = NONE if slackest is None else fixed(slackest / plots.PA_PER_N_MM2, 1)
+    found["slackest edge [N/mm²]"] = NONE if slackest is None else fixed(slackest / plots.PA_PER_N_MM2, 1)
     return found
 
 
