@@ -15,6 +15,8 @@ from belt_sim.campaign.read import FILES
 from belt_sim.campaign.shipped import campaign_folder
 from belt_sim.errors import BeltError, InputError
 
+TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
+
 
 @dataclass
 class Desk:
@@ -76,6 +78,11 @@ class Desk:
             return str(error).replace(f" in {folder}", "").splitlines()
         return []
 
+    def take_effects(self, effects: list[dict[str, Any]], name: str) -> None:
+        """Put effects on the desk."""
+        self.effects, self.effects_name = effects, name
+        self.changed()
+
     def forget_effects(self) -> None:
         """Take the effects off the desk."""
         self.effects, self.effects_name = [], ""
@@ -90,7 +97,7 @@ class Desk:
         number = len(self.jobs) + 1
         folder = self.folder / f"{task}_{number}"
         asked = {"task": task, "model": model, "campaign": str(self.campaign_folder), "folder": str(folder), **request}
-        job = Job(asked, folder, f"{task} {self.campaign.title} with {model}", total)
+        job = Job(asked, folder, f"{TITLES[task]} of {self.campaign.title}, {model}", total)
         self.jobs.append(job)
         self.changed()
         listening = asyncio.create_task(self._listen(job))

@@ -28,8 +28,11 @@ def read_effects(name: str, data: bytes) -> list[dict[str, Any]]:
     problems: list[Problem] = []
     parse(text, name, problems)  # syntax, anchors, aliases
     if problems:
-        raise CampaignError(problems)
-    content = yaml.safe_load(text)
+        raise CampaignError(problems[:1])
+    try:
+        content = yaml.safe_load(text)
+    except yaml.YAMLError as error:  # a tag
+        raise InputError("effects", name, "", "not plain YAML; write names and numbers, without tags") from error
     if not isinstance(content, Mapping) or content.get("schema") != SCHEMA or not _is_list(content.get("effects")):
         raise InputError("effects", name, "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
     found = [_flat(name, entry) for entry in content["effects"] or []]

@@ -45,8 +45,8 @@ class Job:
 
     @property
     def share(self) -> float | None:
-        """How much is done, 0 to 1; None where nothing counts."""
-        return min(self.done / self.total, 1.0) if self.total and self.done else None
+        """How much of what counts is done, 0 to 1; None before and after."""
+        return self.done / self.total if 0 < self.done < self.total else None
 
     async def run(self) -> None:
         """Start the worker and listen to it until it ends."""

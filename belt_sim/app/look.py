@@ -18,7 +18,6 @@ def frame(here: str) -> None:
     """Header with the pages and the choice of light or dark."""
     ui.add_css(CSS)
     ui.page_title(f"belt_sim: {PAGES[here]}")
-    ui.colors(primary="#1f6fb0")
     dark = ui.dark_mode(None)
     with ui.header(fixed=False).classes("top"), ui.element("div").classes("inner"):
         ui.label("belt_sim").classes("name")

@@ -8,11 +8,11 @@ import os
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from belt_sim.errors import BeltError
+from belt_sim.errors import BeltError, InputError
 from belt_sim.files import write_json
 
 Say = Callable[..., None]
@@ -34,6 +34,7 @@ def main() -> None:
     request = json.loads(sys.stdin.readline())
     threading.Thread(target=_leave_with_the_asker, daemon=True).start()
     try:
+        _of_the_library(request["effects"] or [])
         _TASKS[request["task"]](request, say)
         say(finished=True)
     except BeltError as error:
@@ -41,6 +42,17 @@ def main() -> None:
     except Exception as error:
         traceback.print_exc()
         say(failed=f"it broke down ({type(error).__name__}: {error}); log.txt in the folder of this result says where")
+
+
+def _of_the_library(effects: Sequence[Any]) -> None:
+    """Raise InputError for effects that are code, wherever they come from."""
+    from belt_sim.app.effects_file import NO_CODE
+    from belt_sim.effects.library import library
+
+    for entry in effects:
+        name = str(entry["id"] if isinstance(entry, Mapping) else entry)
+        if name not in library():
+            raise InputError("effects", name, "", NO_CODE)
 
 
 def _leave_with_the_asker() -> None:
@@ -83,8 +95,9 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     found = diagnose(campaign, request["model"], **asked, progress=progress, config=dict(request))
     say(stage="drawing")
     leave_diagnosis(folder, found, pictures=True)
-    effects = [e.as_setting() for e in found.effects]
-    _leave(folder, verdict=str(found.verdict), lines=[found.sentence], effects=effects)
+    effects = [{"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
+    verdict = {"verdict": str(found.verdict), "headline": found.verdict.headline}
+    _leave(folder, **verdict, lines=[found.sentence], effects=effects)
 
 
 def _panels(found: Any) -> list[dict[str, Any]]:

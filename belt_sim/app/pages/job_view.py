@@ -17,7 +17,7 @@ def job_view(desk: Desk) -> None:
     job = desk.job
     if job is None:
         return
-    with look.card(f"4. {job.title[0].upper()}{job.title[1:]}"):
+    with look.card(f"4. {job.title}"):
         if job.running:
             _running(job)
             return
@@ -60,15 +60,13 @@ def _diagnosed(desk: Desk, number: int, content: dict[str, Any]) -> None:
     """The verdict, a way to compare again, and the report."""
     kind = "good" if content["verdict"] in GOOD else ""
     for line in content["lines"]:
-        look.told(f"{content['verdict'].replace('_', ' ')}: {line}", kind)
+        look.told(f"{content['headline']}. {line}", kind)
     with ui.element("div").classes("line"):
         ui.link("Report in a tab of its own", f"/results/{number}/report", new_tab=True)
         if content["effects"]:
 
             def again() -> None:
-                desk.effects = [{"id": e["id"], **e["parameters"]} for e in content["effects"]]
-                desk.effects_name = "the diagnosis"
-                desk.changed()
+                desk.take_effects(content["effects"], "the diagnosis")
 
             ui.button("Use what was found in compare", on_click=again).props("flat no-caps dense")
     source = f"/results/{number}/report"

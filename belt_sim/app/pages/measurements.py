@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from nicegui import ui
+from nicegui import run, ui
 
 from belt_sim.app import look
 from belt_sim.app.desk import Desk
@@ -22,7 +22,6 @@ def add(desk: Desk) -> None:
     @ui.page("/measurements", title="belt_sim")
     def page() -> None:
         look.frame("/measurements")
-        _drop(desk)
         parts = _Parts(desk)
         ui.timer(OFTEN, parts.look)
 
@@ -31,42 +30,48 @@ class _Parts:
     """What follows the desk: drawn again when its version changes."""
 
     def __init__(self, desk: Desk) -> None:
-        self.desk, self.version, self.campaign = desk, desk.version, desk.campaign
+        self.desk, self.version, self.seen = desk, desk.version, self._now(desk)
         self.said = ui.refreshable(_said)
         self.what = ui.refreshable(campaign_view)
         self.ask = ui.refreshable(asking)
         self.result = ui.refreshable(job_view)
-        for part in (self.said, self.what, self.ask, self.result):
+        with _drop(desk):
+            self.said(desk)
+        for part in (self.what, self.ask, self.result):
             part(desk)
 
     def look(self) -> None:
         """Draw again what has changed."""
         if self.version == self.desk.version:
             return
-        self.version = self.desk.version
-        if self.campaign is not self.desk.campaign:
-            self.campaign = self.desk.campaign
+        self.version, before = self.desk.version, self.seen
+        self.seen = self._now(self.desk)
+        if self.seen[0] is not before[0]:
             self.what.refresh()
-        for part in (self.said, self.ask, self.result):
-            part.refresh()
+        if self.seen[1:] != before[1:]:
+            self.result.refresh()
+        self.said.refresh()
+        self.ask.refresh()
+
+    @staticmethod
+    def _now(desk: Desk) -> tuple[Any, int, str]:
+        """The campaign, and how far the work is."""
+        return desk.campaign, len(desk.jobs), desk.job.state if desk.job else ""
 
 
-def _drop(desk: Desk) -> None:
+def _drop(desk: Desk) -> Any:
     """Where files are dropped, and samples to try."""
 
     async def dropped(event: Any) -> None:
         files = [(file.name, await file.read()) for file in event.files]
         event.sender.reset()
-        desk.drop(files)
+        await run.io_bound(desk.drop, files)
 
     def refused() -> None:
         desk.changed(f"files: refused; at most {MAX_UPLOAD // MEBI} MB at a time")
 
-    with look.card(
-        "1. Drop your files",
-        f"{', '.join(FILES)}, a zip of them; an effects.yaml. Up to {MAX_UPLOAD // MEBI} MB. "
-        "They stay on this machine.",
-    ):
+    room = f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
+    with look.card("1. Drop your files", f"{', '.join(FILES)}, or a zip of them; an effects.yaml. {room}") as made:
         upload = ui.upload(
             multiple=True,
             auto_upload=True,
@@ -80,6 +85,7 @@ def _drop(desk: Desk) -> None:
             ui.label("No measurements at hand? A sample:").classes("soft small")
             chosen = ui.select(shipped(), value="slack_belt").props("dense outlined aria-label=sample")
             ui.button("Open it", on_click=lambda: desk.sample(str(chosen.value))).props("flat no-caps")
+    return made
 
 
 def _said(desk: Desk) -> None:
