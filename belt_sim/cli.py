@@ -24,6 +24,7 @@ COMMANDS = {
     "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
     "challenge": "how often the diagnosis is right, on sealed campaigns",
     "report": "write the report of a diagnosis again",
+    "app": "a local web page: sliders, own measurements, diagnoses",
     "demo": "a diagnosis of a campaign that ships, into outputs/demo",
 }
 
