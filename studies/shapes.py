@@ -10,7 +10,12 @@ from belt_sim.curves import Curves
 from belt_sim.files import write_with
 from belt_sim.frame import Frame
 
-COLUMNS = ("travel_m", "tail_x_m", "yaw_tail_rad", *(f"{side}_{axis}_m" for side in ("left", "right") for axis in "xyz"))
+COLUMNS = (
+    "travel_m",
+    "tail_x_m",
+    "yaw_tail_rad",
+    *(f"{side}_{axis}_m" for side in ("left", "right") for axis in "xyz"),
+)
 
 
 @dataclass
