@@ -20,22 +20,26 @@ COLUMNS = (
 
 @dataclass
 class Shapes:
-    """at [m]: wanted travels; kept: for each of them the first frame that is not before it."""
+    """at [m]: wanted travels; kept: for each of them the first frame that is not before it, or the last there is."""
 
     at: tuple[float, ...]
     kept: dict[float, Frame] = field(default_factory=dict)
+    last: Frame | None = None
 
     def start(self, case: Case, travel: float) -> None:
         """Nothing to do."""
 
     def frame(self, frame: Frame) -> None:
         """Keep it where it is the first at or beyond a wanted travel."""
+        self.last = frame
         for wanted in self.at:
             if wanted not in self.kept and frame.travel >= wanted - 1e-9:
                 self.kept[wanted] = frame
 
     def finish(self, curves: Curves) -> None:
-        """Nothing to do."""
+        """A travel at the very end has no frame beyond it."""
+        if self.last is not None and self.at and max(self.at) not in self.kept:
+            self.kept[max(self.at)] = self.last
 
     def write(self, path: Path) -> Path:
         """One row a station and travel: both edges [m], the tail pulley's axis [m] and yaw [rad]."""

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.gallery import canvas
 from belt_sim.gallery.frame import y_mm
 from belt_sim.gallery.models import case_at
 from belt_sim.gallery.plate import Plate, View, column
@@ -70,7 +69,8 @@ def _moment(ax, y: list[float]) -> None:
                     color=FAINT, linewidth=0.7)  # fmt: skip
     ax.plot([0.0, a], [y[0], y[3]], color=INK, linewidth=1.6)
     ax.plot([0.0, a], [y[1], y[2]], color=INK, linewidth=1.4, linestyle=(0, (4, 2)))
-    for place, k, up in ((0.0, 0, 7), (0.0, 1, -8), (a, 2, -8), (a, 3, 7)):
+    above = 7 if y[3] >= y[2] else -8  # of the two at the head pulley, where point 4 is written
+    for place, k, up in ((0.0, 0, 7), (0.0, 1, -8), (a, 2, -1 - above), (a, 3, above)):
         ax.plot(place, y[k], "o", color=POINTS[k], markersize=6, zorder=3)
         ax.annotate(f"{k + 1}", (place, y[k]), xytext=(-9 if place == 0.0 else 9, up), textcoords="offset points",
                     ha="center", va="center", color=POINTS[k], fontweight="bold")  # fmt: skip

@@ -54,8 +54,8 @@ def _seen_from_above(ax, yaw: float, at: dict, travel: list[float]) -> None:
     a, radius, side = ROPE_EXAMPLE.centre_distance, ROPE_EXAMPLE.tail_radius, 1.0 if yaw < 0.0 else -1.0
     slack = side * np.array([0.0, REACH])
     ax.fill_between([0.0, a], *slack, color=AMBER, alpha=0.15, linewidth=0)
-    words = "axes nearer:\nlower tension"
-    ax.annotate(words, (0.5 * a, side * 0.94 * REACH), ha="center", va="top" if side > 0 else "bottom")
+    place = {"xytext": (0, side * 4), "textcoords": "offset points", "ha": "center"}
+    ax.annotate("axes nearer: lower tension", (0.5 * a, slack[1]), va="bottom" if side > 0 else "top", **place)
     _pulley(ax, 0.0, radius, yaw * ENLARGED)
     _pulley(ax, a, radius, 0.0)
     for k, s in enumerate(travel):

@@ -60,7 +60,7 @@ def _draw(path: Path, n: dict) -> Path:
     for ax in (line, moment):
         canvas.zero_line(ax)
     line.axhline(0.0, color=FAINT, linewidth=0.8)
-    line.set(ylabel="y [mm]", title="Bending line")
+    line.set(ylabel="y [mm]", title="Bending line", ylim=(-1.35, 0.25))
     moment.set(xlabel="x from run-up point 1 [m]", ylabel="bending moment M [N m]", title="Bending moment")
     moment.legend(loc="best")
     style.title(fig, f"{TITLE}: a span between its pulleys, one of them yawed")

@@ -16,7 +16,7 @@ from belt_sim.pictures.colours import CYCLE, FAINT, INK
 
 NUMBER, TITLE = 10, "Real position of points 1 - 4 at low belt tension"
 FINE = np.arange(4.0, 60.5, 0.5)  # [N/mm2]
-NEAR = 0.9  # [m] of the machine that is drawn in front of the tail pulley
+NEAR, TOP = 0.9, 0.045  # [m] of the machine that is drawn in front of the tail pulley; beside its top
 LINKS = 400
 
 
@@ -30,7 +30,8 @@ def plate(view: View) -> Plate:
     caption = (
         "Left: the tail pulley of the test rig from the side, spans as catenaries that touch both pulleys, dots at "
         "points 1 and 2. Right: the angle psi between the point and the top of the pulley, and what is left there of "
-        "the yaw: beta cos(psi) as yaw, beta sin(psi) as roll. Below 0.2 % of the yaw is lost at 7 N/mm2."
+        "the yaw: beta cos(psi) as yaw, beta sin(psi) as roll. At 7 N/mm2 "
+        f"{100.0 * (1.0 - np.cos(float(sag_angle(case_at(7.0))))):.2f} % of the yaw is lost."
     )
     return Plate(number=NUMBER, title=TITLE, caption=caption, numbers=numbers, draw=lambda p: _draw(p, numbers))
 
@@ -51,31 +52,41 @@ def _spans(tension: float) -> dict:
 def _end(span: Catenary) -> np.ndarray:
     """Where it meets the tail pulley, x and z [m]."""
     rise = span.run * np.sinh(span.middle) * (np.sinh(span.half) / span.half)
-    return span.start + [span.run, rise]
+    return span.start + np.array([span.run, rise])
 
 
 @style.picture
 def _draw(path: Path, n: dict) -> Path:
-    fig, axes = canvas.mosaic(9.6, 5.2, [["side", "psi"], ["side", "share"]], width_ratios=[1.35, 1.0])
-    side = axes["side"]
-    turn, radius = np.linspace(0.0, 2.0 * np.pi, 200), TEST_RIG.tail_radius
-    side.fill(radius * np.sin(turn), radius * np.cos(turn), facecolor=FAINT, alpha=0.25, edgecolor=FAINT)
-    side.plot(0.0, 0.0, "+", color=INK)
+    fig, axes = canvas.mosaic(9.6, 6.4, [["side", "psi"], ["top", "share"]], width_ratios=[1.35, 1.0])
+    for ax in (axes["side"], axes["top"]):
+        _pulley_and_spans(ax, n, points=ax is axes["side"])
+        ax.set(xlabel="x from the tail pulley [m]", ylabel="z [m]")
+    axes["side"].set(xlim=(-0.22, NEAR), ylim=(-0.26, 0.26), aspect="equal", title="Tail pulley from the side")
+    axes["side"].legend(loc="center right")
+    radius = TEST_RIG.tail_radius
+    axes["top"].set(xlim=(-0.02, TOP), ylim=(radius - 0.0055, radius + 0.0012), title="Its top, z enlarged")
+    for k, tension in enumerate(MEASURED):
+        psi = [n[f"{tension:g}_N_per_mm2"][f"{name}_psi_mrad"] for name in ("upper", "lower")]
+        axes["psi"].plot([tension] * 2, np.abs(psi), "o", color=CYCLE[k], markersize=5, zorder=4)
+    _against_tension(axes, n)
+    style.title(fig, TITLE)
+    return style.save(fig, path)
+
+
+def _pulley_and_spans(ax, n: dict, *, points: bool) -> None:
+    """The circle of the tail pulley, both spans at each tension, dots where they meet."""
+    turn, radius = np.linspace(0.0, 2.0 * np.pi, 2000), TEST_RIG.tail_radius
+    ax.fill(radius * np.sin(turn), radius * np.cos(turn), facecolor=FAINT, alpha=0.25, edgecolor=FAINT)
+    ax.plot(0.0, 0.0, "+", color=INK)
     for k, tension in enumerate(MEASURED):
         at = n[f"{tension:g}_N_per_mm2"]
         for name, point in (("upper", "1"), ("lower", "2")):
             x, z = at[f"{name}_x_m"], at[f"{name}_z_m"]
-            side.plot(x, z, color=CYCLE[k], linewidth=1.5, label=f"{tension:g} N/mm²" if point == "1" else None)
-            side.plot(x[-1], z[-1], "o", color=CYCLE[k], markersize=5, zorder=4)
-            axes["psi"].plot(tension, at[f"{name}_psi_mrad"], "o", color=CYCLE[k], markersize=5, zorder=4)
-            if k == 0:
-                side.annotate(point, (x[-1], z[-1]), xytext=(2, 8 if point == "1" else -14), textcoords="offset points",
-                              fontweight="bold")  # fmt: skip
-    side.set(xlabel="x from the tail pulley [m]", ylabel="z [m]", xlim=(-0.22, NEAR), aspect="equal")
-    side.legend(loc="center right")
-    _against_tension(axes, n)
-    style.title(fig, TITLE)
-    return style.save(fig, path)
+            ax.plot(x, z, color=CYCLE[k], linewidth=1.5, label=f"{tension:g} N/mm²" if point == "1" else None)
+            ax.plot(x[-1], z[-1], "o", color=CYCLE[k], markersize=5, zorder=4)
+            if k == 0 and points:
+                ax.annotate(point, (x[-1], z[-1]), xytext=(0, 8 if point == "1" else -16), textcoords="offset points",
+                            ha="center", fontweight="bold")  # fmt: skip
 
 
 def _against_tension(axes: dict, n: dict) -> None:
