@@ -52,7 +52,7 @@ class Oblique:
             ]  # fmt: skip
             both = np.concatenate(rings)
             ax.fill(*both[ConvexHull(both).vertices].T, facecolor=FAINT, alpha=0.22, linewidth=0, zorder=1)
-            ax.plot(*rings[0].T, color=FAINT, linewidth=0.9, zorder=1)
+            ax.plot(*rings[1].T, color=FAINT, linewidth=0.9, zorder=1)
 
     def name_pulleys(self, ax: Any) -> None:
         """Which is which."""

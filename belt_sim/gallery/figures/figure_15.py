@@ -37,7 +37,7 @@ def plate(view: View) -> Plate:
 
 @style.picture
 def _draw(path: Path, shapes: list[Shape]) -> Path:
-    fig, axes = style.figure(9.6, 2.4, 1, 3, sharex=True, sharey=True)
+    fig, axes = style.figure(9.6, 2.1, 1, 3, sharex=True, sharey=True)
     for ax, shape in zip(axes[0], shapes, strict=True):
         DRAWN.pulleys(ax, YAW)
         line = DRAWN.flat(np.array([[-0.2, 0.0, 0.0], [ROPE_EXAMPLE.centre_distance + 0.2, 0.0, 0.0]]))
