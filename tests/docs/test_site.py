@@ -1,4 +1,4 @@
-"""The site's own machinery: nothing is loaded from elsewhere, formulas are drawn by the browser, all names are there."""
+"""The site's own machinery: nothing is loaded from elsewhere, formulas can be drawn, all names are there."""
 
 import re
 
