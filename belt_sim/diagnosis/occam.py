@@ -1,24 +1,21 @@
-"""Occam's razor: several known effects are no finding where one law alone does as well as all of them together.
+"""Occam's razor: known effects are no finding where one unknown law does better, or several where it does as well.
 
 Effects that no list holds are imitated by two, three or four that one holds: their columns together span almost
 anything smooth. Every member of a set is charged what chance would give it, and a law what its numbers and its being
-the best of a whole dictionary have to earn; what is left decides, with the odds that a machine has several faults at
-once against one.
+the best of a whole dictionary have to earn. What is left decides, at the odds of what a machine has: one known fault is
+likelier than an unknown law, and several at once are less likely, the more they are.
 """
 
 from belt_sim.diagnosis.select import Selection
 from belt_sim.diagnosis.unknown import Look
 
-SEVERAL = 2  # effects, from which on one law is asked for
-ODDS = 4.6  # chi2 (a likelihood ratio of 10) by which several faults have to explain more than one law
+ODDS = 4.6  # chi2 (a likelihood ratio of 10)
 
 
 def imitated(found: Selection, look: Look) -> tuple[str, ...]:
-    """The law that does as well as the chosen effects together, as a failed test; none where they do better."""
+    """The law that does better than the chosen effects, as a failed test; none where they do."""
     chosen, bench = found.chosen, found.bench
-    if len(chosen.ids) < SEVERAL:
-        return ()
-    worth = found.gain - sum(found.threshold(i) for i in chosen.ids) - ODDS
+    worth = found.gain - sum(found.threshold(i) for i in chosen.ids) + ODDS * likelier(len(chosen.ids))
     law = look.one_law(found.base_bench, found.base, worth)
     if law is None:
         return ()
@@ -26,4 +23,9 @@ def imitated(found: Selection, look: Look) -> tuple[str, ...]:
     gain = base - float(bench.metric.chi2(bench.fitted.y - law.values))
     if gain - law.price < worth:
         return ()
-    return (f"one law explains as much as all of them (chi2 {gain:.0f} for {found.gain:.0f}; {law.words})",)
+    return (f"one law in their place explains as much (chi2 {gain:.0f} for {found.gain:.0f}; {law.words})",)
+
+
+def likelier(effects: int) -> int:
+    """By how many factors of odds so many faults at once are likelier than one unknown law."""
+    return 1 if effects == 1 else 1 - effects

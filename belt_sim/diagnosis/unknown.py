@@ -22,8 +22,8 @@ class Unknown(Protocol):
 
 @dataclass(frozen=True)
 class OneLaw:
-    """A single law in closed loop: what it says, its predictions (R, S, n), and the chi2 that its numbers, and its being
-    the best of so many, had to earn.
+    """A single law in closed loop: what it says, its predictions (R, S, n), and its price: the chi2 that its numbers,
+    and its being the best of so many, had to earn.
     """
 
     words: str

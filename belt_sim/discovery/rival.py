@@ -14,7 +14,7 @@ from belt_sim.discovery.words import formula
 
 REFINED = 8  # laws whose shape numbers are fitted
 TRIES = 2  # laws put into closed loop
-PROMISE = 0.85  # share of a gain that a law has to promise in the linear range
+PROMISE = 0.9  # share of a gain that a law has to promise in the linear range
 
 
 def one_law(survey: Survey, least: float) -> OneLaw | None:
