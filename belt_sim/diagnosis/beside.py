@@ -45,9 +45,9 @@ def members_that_stay(bench: Workbench, fit: Fit, columns: np.ndarray, threshold
     while ids:
         chi2, numbers = _solved(bench, fit, ids, seen, target)
         gains = {i: _solved(bench, fit, _without(ids, i), seen, target)[0] - chi2 for i in ids}
-        weakest = min(ids, key=lambda i: gains[i] - DECISIVE * threshold(i))
-        if gains[weakest] <= DECISIVE * threshold(weakest):
-            ids = _without(ids, weakest)
+        needed = tuple(i for i in ids if gains[i] > DECISIVE * threshold(i))
+        if needed != ids:  # all at once: of several that stand in for each other none is known to be there
+            ids = needed
             continue
         rows = _rows(bench, fit, ids)
         vector = null.copy()

@@ -214,6 +214,7 @@ def _errors(found: Discovered) -> Errors:
         by_condition={
             n: Change(before=before.by_condition[n], after=after.by_condition[n]) for n in after.by_condition
         },
+        untestable=after.untestable,
     )
 
 
