@@ -54,16 +54,18 @@ def test_a_table_of_rates_asks_how_well_they_are_known(tmp_path):
     assert campaign.runs[1].tension == pytest.approx(20e6)
 
 
-def test_an_axis_with_one_mark_is_refused(tmp_path):
+@pytest.mark.parametrize("pixel", [[1], [3, 3]])
+def test_an_axis_with_one_mark_is_refused(pixel, tmp_path):
     (tmp_path / "a.csv").write_text("x,y\n1,1\n2,2\n3,3\n4,5\n")
-    marks = {"x": {"axis": {"pixel": [1], "value": [0, 1]}}, "y": {"at": "point_1", "against": "x"}}
-    with pytest.raises(BeltError, match=r"columns\.x\.axis\.pixel"):
+    marks = {"x": {"axis": {"pixel": pixel, "value": [0, 1]}}, "y": {"at": "point_1", "against": "x"}}
+    with pytest.raises(BeltError, match=r"columns\.x\.axis"):
         understand(read([tmp_path / "a.csv"]), MAPPING | {"columns": marks})
 
 
-@pytest.mark.parametrize(
-    "title", ["tilt: 100 % # not a comment", "a\tb 'quoted' \"twice\"", "- list?", "ümläut — ½", "12"]
-)
+TITLES = ["tilt: 100 % # not a comment", "a\tb 'quoted' \"twice\"", "- list?", "ümläut — ½", "12"]
+
+
+@pytest.mark.parametrize("title", TITLES)
 def test_a_title_comes_back_from_the_commented_sheet(title, tmp_path):
     rows = (FIGURES / "made_up_figure_13.csv", FIGURES / "made_up_figure_13.yaml")
     from belt_sim.intake.mapping import mapping_file
