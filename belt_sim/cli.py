@@ -47,10 +47,11 @@ def run(arguments: list[str]) -> int:
         from belt_sim.demo import demo
 
         return demo(run) if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
-    reason = refused(arguments[1:])
+    settings = files_named(command, arguments[1:])
+    reason = refused(settings)
     if reason:
         return _complain(reason)
-    sys.argv = [f"belt-sim {command}", *ordered(files_named(command, arguments[1:]))]
+    sys.argv = [f"belt-sim {command}", *ordered(settings)]
     try:
         return _hydra(command)
     except Reported:
