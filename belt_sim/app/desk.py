@@ -13,9 +13,12 @@ from belt_sim.app.worker import SHOWN
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
 from belt_sim.campaign.read import FILES
 from belt_sim.campaign.shipped import campaign_folder
+from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
 
 TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
+#: what is asked of a campaign at first: of the model that controllers use
+ASKED = {"model": "beam_th2", "candidates": [], "bootstraps": BOOTSTRAPS}
 
 
 @dataclass
@@ -28,6 +31,7 @@ class Desk:
     suspicions: tuple[Suspicion, ...] = ()
     effects: list[dict[str, Any]] = field(default_factory=list)
     effects_name: str = ""
+    asked: dict[str, Any] = field(default_factory=lambda: dict(ASKED))
     said: list[str] = field(default_factory=list)
     jobs: list[Job] = field(default_factory=list)
     version: int = 0
