@@ -143,3 +143,23 @@ def test_html_in_a_campaign_stays_text(measurements, small, tmp_path):
     drop(measurements, tmp_path / "runs.csv")
     measurements.get_by_role("alert").filter(has_text="<b>r01</b>").wait_for()
     assert not measurements.locator("img, b:text('r01')").count()
+
+
+def test_a_loggers_files_become_a_campaign(measurements, small, tmp_path):
+    rows = [line.split(",") for line in (small / "signals.csv").read_text().splitlines()[1:]]
+    for run, name in (("r01", "lauf1_7Nmm2_-0,042grad.csv"), ("r05", "lauf2_20Nmm2.csv")):
+        said = [";".join(row[1:]).replace(".", ",") for row in rows if row[0] == run]
+        (tmp_path / name).write_text("\n".join(["Bandweg [m];Kante 1 [mm];Kante 4 [mm]", *said]) + "\n")
+    drop(measurements, *tmp_path.glob("lauf*.csv"))
+    measurements.get_by_text("What your files seem to say").wait_for()
+    take = measurements.get_by_role("button", name="take it")
+    assert not take.is_enabled()
+    for group, known in (("machine", "test_rig"), ("belt", "paper_belt")):
+        measurements.locator(f"[data-name={group}]").click()
+        measurements.get_by_role("option", name=known).click()
+    measurements.locator(".grid.runs").get_by_placeholder("-0.042 deg").nth(1).fill("-0.042 deg")
+    measurements.get_by_role("button", name="Look again").click()
+    measurements.wait_for_selector(DRAWN.format("measured"), state="attached")
+    take.click()
+    measurements.get_by_text("2. What was understood").wait_for()
+    measurements.get_by_text("2 runs").wait_for()

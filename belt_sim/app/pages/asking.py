@@ -13,7 +13,7 @@ from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS
 
 def asking(desk: Desk) -> None:
     """The card of questions; nothing without a campaign."""
-    if desk.campaign is None:
+    if desk.campaign is None or desk.importing is not None:
         return
     busy = desk.job is not None and desk.job.running
     with look.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
