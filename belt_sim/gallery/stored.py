@@ -83,7 +83,7 @@ def stored(name: str) -> Stored:
 
 def names() -> list[str]:
     """All stored runs."""
-    return sorted(p.stem for p in PLACE.glob("*.json"))
+    return sorted(p.stem for p in PLACE.glob("*.json") if p.with_suffix(".csv").is_file())
 
 
 def _curves(path: Path) -> Curves:
