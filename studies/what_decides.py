@@ -70,7 +70,7 @@ def fit_of(bench: Workbench, e: Explanation) -> Fit:
 
 
 def separations(campaign: Campaign, config: dict[str, Any]) -> dict[str, Any]:
-    """Every pair, sigma of what is measured, and with each action; with nothing missing, any size of any effect fits."""
+    """Every pair, sigma of what is measured, and with each action; a truth with nothing missing has no size to miss."""
     bench = workbench(campaign, analytic_model("strip"), [Camber, TensionBias])
     found = explanations(config)
     fits = [fit_of(bench, e) for e in found]

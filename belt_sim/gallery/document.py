@@ -9,10 +9,10 @@ from belt_sim.gallery.tables import Cell, Table, markdown_list
 
 INTRODUCTION = """# The paper, figure by figure
 
-Written by `{command}`, which also leaves `index.html` with all pictures and `paper.json` with the numbers behind them.
-`fast=true` leaves the belt in three dimensions out, `figures=[12,13]` picks some. Coordinates are the paper's (x from the tail
-pulley, y to its left: a yaw of -0.042 degrees moves the belt towards +y). Young's modulus (210 GPa) and density (7850 kg/m3) are
-assumed; the paper's measured curves are not in its text, and none is drawn."""
+Written by `{command}`, which also leaves `index.html` with all pictures and `paper.json` with the numbers behind
+them. `fast=true` leaves the belt in three dimensions out, `figures=[12,13]` picks some. Coordinates are the paper's (x
+from the tail pulley, y to its left: a yaw of -0.042 degrees moves the belt towards +y). Young's modulus (210 GPa) and
+density (7850 kg/m3) are assumed; the paper's measured curves are not in its text, and none is drawn."""
 
 
 def document(
@@ -32,8 +32,8 @@ def document(
         "Not computed:",
         markdown_list([f"Figure {number}: {why}" for number, why in sorted(left_out.items())]),
         "## Stored runs in three dimensions",
-        "Too long to repeat for a picture; `python -m studies.paper_store files=outputs/study/NAME.json` puts a run into "
-        "`models/paper`.",
+        "Too long to repeat for a picture; `python -m studies.paper_store files=outputs/study/NAME.json` puts a run "
+        "into `models/paper`.",
         _runs(plates).markdown(),
     ]
     return "\n\n".join(parts) + "\n"
@@ -52,5 +52,3 @@ def _runs(plates: Sequence[Plate]) -> Table:
         cells = (name, f"`{made['command']}`", str(made["commit"])[:7], f"{made['cpu_s']:.0f}", ", ".join(shown))
         rows.append(tuple(Cell(c) for c in cells))
     return Table(("run", "command", "commit", "CPU s", "in figure"), tuple(rows))
-
-

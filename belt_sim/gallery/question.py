@@ -32,10 +32,10 @@ def _what_models_say(judgements: Mapping[str, Mapping[str, Judgement]]) -> list[
         "A slow start (M2) together with a steady rate that is a lot higher at low tension (M3): "
         + (f"{_names(both)}." if both else "no model here has both.")
         + f" The slow start is in {_names(slow)}; the higher steady rate in {_names(fast)}.",
-        f"A slow start together with a higher rate as a record of 10 to 15 m shows it: {_names(early)}. Of the hanging "
-        f"strip the rates at 7 and 10 N/mm2 are {strip[0]} in the long run, but {strip[1]} over 10 to 15 m.",
-        "So the statements of the paper and the strip law agree if the measured rates were read within the first swing of "
-        "the belt, and do not agree if they were steady. Which of the two it was is not in the paper's text, and "
+        f"A slow start together with a higher rate as a record of 10 to 15 m shows it: {_names(early)}. Of the "
+        f"hanging strip the rates at 7 and 10 N/mm2 are {strip[0]} in the long run, but {strip[1]} over 10 to 15 m.",
+        "So the statements of the paper and the strip law agree if the measured rates were read within the first swing "
+        "of the belt, and do not agree if they were steady. Which of the two it was is not in the paper's text, and "
         "computation cannot tell.",
     ]
 
@@ -47,10 +47,11 @@ def _what_would_decide(d: Mapping[str, Any]) -> list[str]:
         f"Compared were {', '.join(d['explanations'])}, each at the size at which 10 N/mm2 is as fast as 40 (sizes: "
         "docs/open_question.md, which has further candidates that do not reach it).",
         f"The single measurement that decides among these is the record at {d['slack_N_per_mm2']:g} N/mm2 itself, in "
-        f"numbers: points 1 and 4 over {d['length_m']:g} m tell every pair apart by at least {one['least_measured']:.0f} "
-        f"sigma (all four tensions: {four['least_measured']:.0f}), the other explanation's size, the sensors' zero, and "
-        f"tension and yaw within their errors refitted; noise {noise['white_mm']:g} mm, wander {noise['wander_mm']:g} mm, "
-        f"tension {100 * noise['tension_relative']:g} %, yaw {noise['yaw_urad']:g} urad.",
+        f"numbers: points 1 and 4 over {d['length_m']:g} m tell every pair apart by at least "
+        f"{one['least_measured']:.0f} sigma (all four tensions: {four['least_measured']:.0f}), the other explanation's "
+        "size, the sensors' zero, and tension and yaw within their errors refitted; noise "
+        f"{noise['white_mm']:g} mm, wander {noise['wander_mm']:g} mm, zero "
+        f"{noise['zero_mm']:g} mm, tension {100 * noise['tension_relative']:g} %, yaw {noise['yaw_urad']:g} urad.",
         f"One further run adds most as: {best}.",
         f"This says nothing of explanations that are not among these. ({d['command']}, commit {d['commit'][:7]}.)",
     ]
