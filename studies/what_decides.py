@@ -41,7 +41,7 @@ class Explanation:
 def explanations(config: dict[str, Any]) -> list[Explanation]:
     """The strip alone, and what lifts its rate at 10 N/mm2 to that at 40."""
     return [
-        Explanation("rates read too early, nothing is missing"),
+        Explanation("records too short, nothing missing"),
         Explanation(f"camber of {config['camber']:.2g} 1/m", "camber", "kappa_c", -config["camber"]),
         Explanation(f"load cell that reads {config['bias']:g} N/mm2 too much", "tension_bias", "bias",
                     -config["bias"] * N_PER_MM2),

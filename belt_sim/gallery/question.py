@@ -31,7 +31,9 @@ def _what_models_say(judgements: Mapping[str, Mapping[str, Judgement]]) -> list[
     return [
         "A slow start (M2) together with a steady rate that is a lot higher at low tension (M3): "
         + (f"{_names(both)}." if both else "no model here has both.")
-        + f" The slow start is in {_names(slow)}; the higher steady rate in {_names(fast)}.",
+        + f" With the slow start: {_names(slow)}. With the higher steady rate: {_names(fast)}"
+        + "".join(f" (start at 7 and 10 N/mm2: {judgements['M2'][m].number})" for m in fast if m not in slow)
+        + ".",
         f"A slow start together with a higher rate as a record of 10 to 15 m shows it: {_names(early)}. Of the "
         f"hanging strip the rates at 7 and 10 N/mm2 are {strip[0]} in the long run, but {strip[1]} over 10 to 15 m.",
         "So the statements of the paper and the strip law agree if the measured rates were read within the first swing "
@@ -44,8 +46,8 @@ def _what_would_decide(d: Mapping[str, Any]) -> list[str]:
     one, four, noise = d["one_run"], d["four_tensions"], d["noise"]
     best = "; ".join(f"{a['words']}: {a['least']:.0f} sigma" for a in one["actions"][:SHOWN])
     return [
-        f"Compared were {', '.join(d['explanations'])}, each at the size at which 10 N/mm2 is as fast as 40 (sizes: "
-        "docs/open_question.md, which has further candidates that do not reach it).",
+        f"Compared were: {'; '.join(d['explanations'])}. Each has the size at which 10 N/mm2 is as fast as 40 (from "
+        "docs/open_question.md, which has further candidates).",
         f"The single measurement that decides among these is the record at {d['slack_N_per_mm2']:g} N/mm2 itself, in "
         f"numbers: points 1 and 4 over {d['length_m']:g} m tell every pair apart by at least "
         f"{one['least_measured']:.0f} sigma (all four tensions: {four['least_measured']:.0f}), the other explanation's "
