@@ -23,7 +23,7 @@ test-long: setup
 	$(BIN)/python -m pytest -m long
 
 docs: setup
-	$(BIN)/python -m sphinx -W --keep-going -n -q -b html -d outputs/docs/.doctrees docs outputs/docs
+	$(BIN)/python -m sphinx -W --keep-going -n -E -q -b html -d outputs/docs/.doctrees docs outputs/docs
 
 bench: setup
 	$(BIN)/python -m studies.bench

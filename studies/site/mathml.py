@@ -1,5 +1,6 @@
 """Formulas as MathML, which browsers draw by themselves: nothing is loaded from anywhere (a Sphinx extension)."""
 
+import re
 from typing import Any
 
 from docutils import nodes
@@ -9,6 +10,12 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 _log = logging.getLogger(__name__)
+_PRIMES = re.compile(r"('+)(?:\^(\w))?")  # of a derivative, and its power
+
+
+def _raised(found: re.Match[str]) -> str:
+    """Primes as an exponent, where docutils would set apostrophes on the line."""
+    return "^{" + r"\prime" * len(found.group(1)) + (f" {found.group(2)}" if found.group(2) else "") + "}"
 
 
 def visit_math(translator: Any, node: nodes.math) -> None:
@@ -26,7 +33,7 @@ def visit_math_block(translator: Any, node: nodes.math_block) -> None:
 def _drawn(node: nodes.Element, block: bool) -> str:
     """The node's LaTeX as MathML; what cannot be read is a warning, and warnings stop the build."""
     try:
-        return tex2mathml(node.astext(), as_block=block)
+        return tex2mathml(_PRIMES.sub(_raised, node.astext()), as_block=block)
     except MathError as error:
         _log.warning("formula %r: %s", node.astext(), error, location=node, type="mathml")
         return ""

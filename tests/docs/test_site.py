@@ -57,9 +57,9 @@ def test_every_public_name_stands_in_the_reference():
 def test_every_effect_has_its_section_with_source_and_numbers():
     for name, effect in library().items():
         said = text(effect)
-        assert said.startswith(f"{name}\n---")
+        assert said.startswith(f"## {name}\n")
         assert effect.reference in said
-        assert f"``{next(iter(effect.parameters))}``" in said
+        assert f"| `{next(iter(effect.parameters))}` |" in said
 
 
 def test_every_page_is_reached_from_the_first():
