@@ -18,7 +18,8 @@ def text(effect: type[Effect]) -> str:
     first = (inspect.getmodule(effect).__doc__ or "").strip().splitlines()[0]  # type: ignore[union-attr]
     facts = [f"law: {effect.law}", f"parity in yaw: {effect.parity}"]
     if effect.tension_exponent is not None:
-        facts.append(f"late rate ~ tension^{effect.tension_exponent:g}")
+        power = f"~ tension^{effect.tension_exponent:g}" if effect.tension_exponent else "does not know the tension"
+        facts.append(f"late rate {power}, when tight")
     if effect.on_belt:
         facts.append("belongs to the belt")
     if effect.only_when_named:

@@ -10,12 +10,16 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 _log = logging.getLogger(__name__)
-_PRIMES = re.compile(r"('+)(?:\^(\w))?")  # of a derivative, and its power
+_APOSTROPHES, _PRIMES = re.compile(r"(?:<mo>'</mo>\s*)+"), "\u2032\u2033\u2034\u2057"
 
 
-def _raised(found: re.Match[str]) -> str:
-    """Primes as an exponent, where docutils would set apostrophes on the line."""
-    return "^{" + r"\prime" * len(found.group(1)) + (f" {found.group(2)}" if found.group(2) else "") + "}"
+def mathml(tex: str, block: bool) -> str:
+    """A formula as MathML, with primes where docutils sets apostrophes; raises MathError."""
+
+    def primes(found: re.Match[str]) -> str:
+        return f"<mo>{_PRIMES[found.group().count('<mo>') - 1]}</mo>"
+
+    return _APOSTROPHES.sub(primes, tex2mathml(tex, as_block=block))
 
 
 def visit_math(translator: Any, node: nodes.math) -> None:
@@ -33,7 +37,7 @@ def visit_math_block(translator: Any, node: nodes.math_block) -> None:
 def _drawn(node: nodes.Element, block: bool) -> str:
     """The node's LaTeX as MathML; what cannot be read is a warning, and warnings stop the build."""
     try:
-        return tex2mathml(_PRIMES.sub(_raised, node.astext()), as_block=block)
+        return mathml(node.astext(), block)
     except MathError as error:
         _log.warning("formula %r: %s", node.astext(), error, location=node, type="mathml")
         return ""
