@@ -34,6 +34,16 @@ class Refit:
             found[slot.name] = (value, u * abs(slot.scale), cls.parameters[slot.name].unit)
         return found
 
+    def certain(self, sigmas: float) -> bool:
+        """Whether the size of every term lies that far from zero; of a wave, its two sizes together."""
+        numbers, squares = self.estimates(), dict[str, float]()
+        for n in self.written.numbers:
+            if not n.modifier:
+                value, u, _ = numbers[n.name]
+                tag = n.name.partition("_")[2]
+                squares[tag] = squares.get(tag, 0.0) + (value / u) ** 2 if u > 0.0 else np.inf
+        return min(squares.values()) >= sigmas**2
+
 
 def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit:
     """Fit a law in closed loop."""

@@ -108,6 +108,7 @@ def _errors(e: dict[str, Any]) -> Errors:
         fit=_change(e.get("fit")),
         held_out=_change(e.get("held_out")),
         by_condition={n: _pair(p) for n, p in e.get("held_out_by_condition", {}).items()},
+        untestable=tuple(e.get("held_out_untestable", ())),
     )
 
 

@@ -198,6 +198,8 @@ def _errors(e: Errors) -> Json:
     content: Json = {name: _change(row) for name, row in e.rows().items()}
     if e.by_condition:
         content["held_out_by_condition"] = {name: _change(row) for name, row in e.by_condition.items()}
+    if e.untestable:
+        content["held_out_untestable"] = list(e.untestable)
     return content | {"noise_floor_mm": e.noise_floor / si.MM}
 
 

@@ -11,7 +11,7 @@ from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.drawings import drawings_of
 from belt_sim.diagnosis.examine import BOOTSTRAPS, examine
 from belt_sim.discovery.describe import describe as describe_discovery
-from belt_sim.discovery.look import Seen, looking
+from belt_sim.discovery.look import Looking, Seen
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import Diagnosis
@@ -59,7 +59,7 @@ def diagnose(
         bootstraps=bootstraps,
         seed=seed,
         advise=advise,
-        look=looking(seed=seed, tell=lambda stage: progress(0, stage)),
+        look=Looking(seed=seed, tell=lambda stage: progress(0, stage)),
         tell=lambda stage: progress(0, stage),
         tick=lambda replicates: progress(replicates, ""),
     )
