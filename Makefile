@@ -23,7 +23,7 @@ test-long: setup
 	$(BIN)/python -m pytest -m long
 
 docs: setup
-	$(BIN)/python -m sphinx -W --keep-going -n -q -b html -d outputs/docs/.doctrees docs outputs/docs
+	$(BIN)/python -m sphinx -W --keep-going -n -E -q -b html -d outputs/docs/.doctrees docs outputs/docs
 
 test-cluster: setup  # as root on Debian: installs Slurm, starts it on this machine and stops it again
 	tests/cluster/slurm.sh start
