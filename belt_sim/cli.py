@@ -1,24 +1,31 @@
 """The command line: every command is a Hydra application; errors of the user are one line and a non-zero exit."""
 
 import importlib
+import keyword
 import os
 import sys
 from collections.abc import Callable
 from typing import Any
 
-from belt_sim.cli_errors import one_line, ordered, refused
+from belt_sim.cli_errors import files_named, one_line, ordered, refused
 from belt_sim.errors import BeltError, Reported
 from belt_sim.paths import CONF
 
 COMMANDS = {
     "simulate": "one model, one case: curves and late rates",
+    "map": "very many cases of an analytic model, as one table",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
     "diagnose": "which physical effect the model lacks",
+    "import": "a logger's files (CSV, xlsx ...) -> a campaign",
+    "new": "an empty, commented campaign with the runs that a diagnosis needs",
+    "check": "the linter, and what a campaign can and cannot tell",
     "virtual-rig": "make a campaign with a hidden effect",
     "reveal": "what was hidden in such a campaign",
     "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
     "challenge": "how often the diagnosis is right, on sealed campaigns",
+    "paper": "the paper's figures from computation, its statements model by model",
     "report": "write the report of a diagnosis again",
+    "app": "a local web page: sliders, own measurements, diagnoses",
     "demo": "a diagnosis of a campaign that ships, into outputs/demo",
 }
 
@@ -43,7 +50,7 @@ def run(arguments: list[str]) -> int:
     reason = refused(arguments[1:])
     if reason:
         return _complain(reason)
-    sys.argv = [f"belt-sim {command}", *ordered(arguments[1:])]
+    sys.argv = [f"belt-sim {command}", *ordered(files_named(command, arguments[1:]))]
     try:
         return _hydra(command)
     except Reported:
@@ -66,14 +73,13 @@ def _hydra(command: str) -> int:
     prepare()
     started, failures, here = False, [], os.getpid()
 
-    def job(cfg: Any) -> None:
+    def job(cfg: Any) -> Any:
         nonlocal started
         started = True
         try:
-            _task(command)(cfg)
+            return _task(command)(cfg)
         except BeltError as error:
-            _complain(str(error))
-            failures.append(str(error))
+            failures.append(_failed(error))
             if os.getpid() != here:  # a parallel launcher's worker: only an exception reaches the parent
                 raise Reported(str(error)) from error
 
@@ -81,6 +87,8 @@ def _hydra(command: str) -> int:
         hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(job)()
     except (HydraException, OmegaConfBaseException) as error:
         return _complain(one_line(error, command))
+    except SystemExit as ended:  # a sweep with cases that failed
+        return int(ended.code or 0)
     except BrokenPipeError:  # the reader of our output has gone, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -95,9 +103,18 @@ def _hydra(command: str) -> int:
     return 1 if failures else 0
 
 
-def _task(command: str) -> Callable[[Any], None]:
+def _task(command: str) -> Callable[[Any], Any]:
     """The function behind a command, imported only when it is asked for."""
-    return importlib.import_module(f"belt_sim.commands.{command.replace('-', '_')}").run
+    name = f"{command}_" if keyword.iskeyword(command) else command.replace("-", "_")
+    return importlib.import_module(f"belt_sim.commands.{name}").run
+
+
+def _failed(error: BeltError) -> str:
+    from belt_sim.commands.failed import leave_failure
+
+    _complain(str(error))
+    leave_failure(str(error))
+    return str(error)
 
 
 def _complain(message: str, status: int = 1) -> int:

@@ -3,6 +3,7 @@
 import difflib
 import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import yaml
 
@@ -36,11 +37,30 @@ FLAGS = (
     "-i",
 )
 SWEEP = ("-m", "--multirun")
+#: flags that a value follows
+WITH_VALUE = ("--cfg", "-c", "--package", "-p", "--config-path", "-cp", "--config-name", "-cn", "--config-dir", "-cd")
+#: key=value, as Hydra takes it
+OVERRIDE = re.compile(r"[+~]*[A-Za-z_][\w./@]*=")
 
 
 def ordered(arguments: Sequence[str]) -> list[str]:
     """The arguments with the sweep flag in front, where Hydra wants it."""
     return [a for a in arguments if a in SWEEP] + [a for a in arguments if a not in SWEEP]
+
+
+def files_named(command: str, arguments: Sequence[str]) -> list[str]:
+    """The arguments of ``import`` with its bare file names as files=[...], quoted as Hydra wants it."""
+    if command != "import":
+        return list(arguments)
+    after = {k + 1 for k, a in enumerate(arguments) if a in WITH_VALUE}
+    bare = [
+        a
+        for k, a in enumerate(arguments)
+        if k not in after and (Path(a).is_file() or not (a.startswith("-") or OVERRIDE.match(a)))
+    ]
+    others = [a for a in arguments if a not in bare]
+    quoted = ",".join("'" + a.replace("\\", "\\\\").replace("'", "\\'") + "'" for a in bare)
+    return [*others, f"files=[{quoted}]"] if bare else others
 
 
 def refused(arguments: Sequence[str]) -> str | None:
