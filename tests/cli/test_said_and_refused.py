@@ -52,7 +52,7 @@ def test_the_virtual_rig_is_the_machine_that_was_asked_for(belt):
     assert answer.status == 0, answer.err
     sheet = yaml.safe_load((belt.folder / "campaign" / "campaign.yaml").read_text(encoding="utf-8"))
     assert float(sheet["machine"]["centre_distance"]["value"]) == 5.0
-    assert float(sheet["belt"]["width"]["value"]) == 0.5
+    assert float(sheet["belt"]["width"]["value"]) == 500.0  # mm
 
 
 def test_the_rates_of_a_sweep_keep_their_sign(belt, monkeypatch):
