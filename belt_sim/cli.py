@@ -15,7 +15,6 @@ from belt_sim.paths import CONF
 
 COMMANDS = {
     "simulate": "one model, one case: curves and late rates",
-    "map": "very many cases of an analytic model, as one table",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
     "diagnose": "which physical effect the model lacks",
     "import": "a logger's files (CSV, xlsx ...) -> a campaign",
@@ -24,6 +23,7 @@ COMMANDS = {
     "virtual-rig": "make a campaign with a hidden effect",
     "reveal": "what was hidden in such a campaign",
     "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
+    "map": "very many cases of an analytic model, as one table",
     "challenge": "how often the diagnosis is right, on sealed campaigns",
     "paper": "the paper's figures from computation, its statements model by model",
     "report": "write the report of a diagnosis again",
