@@ -29,7 +29,7 @@ def tell_comparison(c: Comparison, folder: Path) -> None:
         out.print(rich_table(runs_table(c)))
         out.print(c.where.sentence)
         out.print(c.where.boundary_sentence)
-        for line in c.changes():
+        for line in (*c.changes(), *c.beyond):
             out.print(line)
     out.print(str(folder), soft_wrap=True)
 

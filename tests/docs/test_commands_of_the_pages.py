@@ -69,7 +69,7 @@ def belt_sim_can(words: list[str], monkeypatch) -> None:
     """Compose every job of ``belt-sim COMMAND ...``."""
     command, *given = words
     assert command in COMMANDS, f"no such command: {command}"
-    assert refused(given) is None
+    assert refused(command, given) is None
     given = files_named(command, given)
     given = [w for w in given if not w.startswith("--")]
     if not (CONF / f"{command}.yaml").is_file():
