@@ -133,7 +133,7 @@ def test_questions_are_asked_until_the_answer_can_be_used(monkeypatch, tmp_path)
 
     monkeypatch.setattr(Prompt, "ask", answer)
     logged = read([tmp_path / "a.csv"])
-    proposal = ask.asked(logged, understand(logged, {"columns": {"Laser B [mm]": {"role": "signal"}}}), Out())
+    proposal = ask.asked(logged, {"columns": {"Laser B [mm]": {"role": "signal"}}}, Out())
     assert proposal.missing == ()
     assert proposal.complete().runs[0].tension == 10e6
     assert all(not left for left in answers.values())
