@@ -52,10 +52,11 @@ def run(arguments: list[str]) -> int:
         from belt_sim.demo import demo
 
         return demo(run) if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
-    reason = refused(command, arguments[1:])
+    settings = files_named(command, arguments[1:])
+    reason = refused(command, settings)
     if reason:
         return _complain(reason)
-    sys.argv = [f"belt-sim {command}", *ordered(command, files_named(command, arguments[1:]))]
+    sys.argv = [f"belt-sim {command}", *ordered(command, settings)]
     try:
         return _hydra(command)
     except Reported:
