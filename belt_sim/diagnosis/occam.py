@@ -6,6 +6,8 @@ the best of a whole dictionary have to earn. What is left decides, at the odds o
 likelier than an unknown law, and several at once are less likely, the more they are.
 """
 
+from dataclasses import replace
+
 from belt_sim.diagnosis.select import Selection
 from belt_sim.diagnosis.unknown import Look
 
@@ -16,14 +18,15 @@ def imitated(found: Selection, look: Look) -> tuple[str, ...]:
     """The law that does better than the chosen effects, as a failed test; none where they do."""
     chosen, bench = found.chosen, found.bench
     worth = found.gain - sum(found.threshold(i) for i in chosen.ids) + ODDS * likelier(len(chosen.ids))
-    law = look.one_law(found.base_bench, found.base, worth)
+    before = found.base_bench.at_levels(bench.levels)  # noise as the set is judged by, not swollen by what is missing
+    base = replace(found.base, chi2=float(before.metric.chi2(before.fitted.y - found.base.values)))
+    law = look.one_law(before, base, worth)
     if law is None:
         return ()
-    base = chosen.chi2 + found.gain  # of the base model, on the metric that the set is judged by
-    gain = base - float(bench.metric.chi2(bench.fitted.y - law.values))
+    gain = chosen.chi2 + found.gain - float(bench.metric.chi2(bench.fitted.y - law.values))
     if gain - law.price < worth:
         return ()
-    return (f"one law in their place explains as much (chi2 {gain:.0f} for {found.gain:.0f}; {law.words})",)
+    return (f"one law in their place (it explains a chi2 of {gain:.0f}, they {found.gain:.0f}; {law.words})",)
 
 
 def likelier(effects: int) -> int:

@@ -1,6 +1,6 @@
 """The closed loop: a law put into the march as an effect and fitted with all that was chosen, from its linear sizes."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -65,9 +65,7 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
         if not (number.name.startswith("exponent") and len(np.unique(survey.stated_tension)) == 1):
             free.append(position)
     ids = (*[c.id for c in chosen], file.cls.id)
-    moved = bench.moved_to(vector)
-    levels = survey.bench.levels
-    moved = replace(moved, levels=levels, metric=moved.metric_at(levels))
+    moved = bench.moved_to(vector).at_levels(survey.bench.levels)
     fit = moved.fit([Fit(ids=ids, free=free, vector=vector)])[0]
     left = float(survey.bench.metric.chi2(survey.bench.fitted.y - fit.values))
     return Refit(scored, file, moved, fit, survey.fit.chi2 - min(left, fit.chi2))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from belt_sim.diagnosis import verdict as deciding
+from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.occam import imitated
 from belt_sim.diagnosis.openset import OpenSet
 from belt_sim.diagnosis.unknown import OneLaw
@@ -39,12 +40,13 @@ class Looked:
 
 def chosen_by(gain, ids=("a", "b")):
     """A selection of ``ids`` that explains ``gain`` of BASE_CHI2; a law's one number stands for what it explains."""
-    fit = SimpleNamespace(ids=ids, chi2=BASE_CHI2 - gain, vector=np.zeros(2))
+    fit = Fit(ids=ids, free=[], vector=np.zeros(2), chi2=BASE_CHI2 - gain)
     metric = SimpleNamespace(
         chi2=lambda left: BASE_CHI2 + float(left[0, 0, 0])
     )  # y is 0: left is less what it explains
-    bench = SimpleNamespace(metric=metric, fitted=SimpleNamespace(y=np.zeros((1, 1, 1))))
-    base = SimpleNamespace(ids=(), chi2=BASE_CHI2)
+    still = np.zeros((1, 1, 1))
+    bench = SimpleNamespace(metric=metric, fitted=SimpleNamespace(y=still), levels=None, at_levels=lambda levels: bench)
+    base = Fit(ids=(), free=[], vector=np.zeros(2), chi2=BASE_CHI2, values=still)
     return SimpleNamespace(
         chosen=fit, base=base, bench=bench, base_bench=bench, gain=gain, threshold=lambda name: THRESHOLD,
         base_left=CLEAN.and_failed(("smooth, odd in yaw",)), base_held_out=None, held_out=None,
