@@ -40,6 +40,7 @@ _HOMES = {
     "prepare": "belt_sim.jax_setup",
     "report": "belt_sim.use_cases.report",
     "simulate": "belt_sim.use_cases.simulate",
+    "traced": "belt_sim.use_cases.traced",
 }
 __all__ = list(_HOMES)
 

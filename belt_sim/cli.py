@@ -5,15 +5,16 @@ import keyword
 import os
 import sys
 from collections.abc import Callable
+from importlib.metadata import version
 from typing import Any
 
+import belt_sim.commands.folder_name  # noqa: F401  Hydra names the folders of a sweep by it, in every process
 from belt_sim.cli_errors import files_named, one_line, ordered, refused
 from belt_sim.errors import BeltError, Reported
 from belt_sim.paths import CONF
 
 COMMANDS = {
     "simulate": "one model, one case: curves and late rates",
-    "map": "very many cases of an analytic model, as one table",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
     "diagnose": "which physical effect the model lacks",
     "import": "a logger's files (CSV, xlsx ...) -> a campaign",
@@ -22,6 +23,7 @@ COMMANDS = {
     "virtual-rig": "make a campaign with a hidden effect",
     "reveal": "what was hidden in such a campaign",
     "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
+    "map": "very many cases of an analytic model, as one table",
     "challenge": "how often the diagnosis is right, on sealed campaigns",
     "paper": "the paper's figures from computation, its statements model by model",
     "report": "write the report of a diagnosis again",
@@ -40,6 +42,9 @@ def run(arguments: list[str]) -> int:
     if not arguments or arguments[0] in ("-h", "--help", "help"):
         print(_help())
         return 0 if arguments else 2
+    if arguments[0] in ("--version", "-V", "version"):
+        print(f"belt-sim {version('belt-sim')}")
+        return 0
     command = arguments[0]
     if command not in COMMANDS:
         return _complain(f"command = {command}: use one of {', '.join(COMMANDS)}")
@@ -47,10 +52,10 @@ def run(arguments: list[str]) -> int:
         from belt_sim.demo import demo
 
         return demo(run) if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
-    reason = refused(arguments[1:])
+    reason = refused(command, arguments[1:])
     if reason:
         return _complain(reason)
-    sys.argv = [f"belt-sim {command}", *ordered(files_named(command, arguments[1:]))]
+    sys.argv = [f"belt-sim {command}", *ordered(command, files_named(command, arguments[1:]))]
     try:
         return _hydra(command)
     except Reported:
@@ -68,6 +73,8 @@ def _hydra(command: str) -> int:
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
+    from belt_sim.commands.own_folder import own_folder
+    from belt_sim.commands.run_folder import run_folder
     from belt_sim.jax_setup import prepare
 
     prepare()
@@ -77,7 +84,8 @@ def _hydra(command: str) -> int:
         nonlocal started
         started = True
         try:
-            return _task(command)(cfg)
+            with own_folder(run_folder(), command):
+                return _task(command)(cfg)
         except BeltError as error:
             failures.append(_failed(error))
             if os.getpid() != here:  # a parallel launcher's worker: only an exception reaches the parent

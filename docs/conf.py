@@ -18,6 +18,7 @@ extensions = [
     "studies.site.effect_pages",
 ]
 exclude_patterns = ["challenge"]
+smartquotes = False
 html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = "belt_sim"

@@ -1,4 +1,4 @@
-"""Runs of studies.space_run, thinned, into models/paper: ``python -m studies.paper_store 'files=outputs/study/r*.json'``.
+"""Thinned runs of studies.space_run for models/paper: ``python -m studies.paper_store 'files=outputs/study/r*.json'``.
 
 What is kept is enough for the figures of ``belt-sim paper``: points 1-4 and tilts every SPACING of travel, the shapes,
 and how to make it again.

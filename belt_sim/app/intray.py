@@ -1,4 +1,4 @@
-"""What becomes of dropped files: known names go into a campaign folder, the rest is refused in one line.
+"""What becomes of dropped files: campaigns, effects, a logger's files; the rest is refused in one line.
 
 A file is known by its last name only, so that no path in a name or in a zip leads anywhere else; nothing is unpacked
 but the files of a campaign, and no more of them than ``LARGEST``.
@@ -20,21 +20,27 @@ SHEET = "campaign.yaml"
 LARGEST = MAX_UPLOAD  # bytes of a campaign, unpacked
 MOST_MEMBERS = 2000  # of a zip
 PIECE = MEBI
+LOGGERS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
+MAPPING = "mapping.yaml"  # how a logger's files were understood before
+LONGEST_NAME = 120  # characters
 
 
 @dataclass(frozen=True)
 class Tray:
-    """Dropped files sorted: of a campaign, effects (name, bytes); said: why others were refused."""
+    """Dropped files sorted: of a campaign, of a logger, effects and a mapping (name, bytes); said: why not others."""
 
     campaign: Mapping[str, bytes] = field(default_factory=dict)
+    loggers: Mapping[str, bytes] = field(default_factory=dict)
     effects: tuple[str, bytes] | None = None
+    mapping: tuple[str, bytes] | None = None
     said: tuple[str, ...] = ()
 
 
 def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
     """Sort files by their names; every one that cannot be used has its line."""
     campaign: dict[str, bytes] = {}
-    effects, said = None, []
+    loggers: dict[str, bytes] = {}
+    effects, mapping, said = None, None, []
     for name, data in dropped:
         last = last_name(name)
         try:
@@ -42,25 +48,37 @@ def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
                 campaign[last.lower()] = data
             elif last.lower().endswith(".zip"):
                 campaign |= unpack(last, data)
+            elif last.lower() == MAPPING:
+                mapping = (last, data)
             elif last.lower().endswith((".yaml", ".yml")):
                 effects = (last, data)
+            elif last.lower().endswith(LOGGERS):
+                loggers[safe(last)] = data
             else:
                 raise _unknown(last)
         except BeltError as error:
             said.append(str(error))
-    return Tray(campaign=campaign, effects=effects, said=tuple(said))
+    return Tray(campaign=campaign, loggers=loggers, effects=effects, mapping=mapping, said=tuple(said))
 
 
 def _unknown(name: str) -> InputError:
     """Why a file of this name is of no use."""
     if name.lower().endswith(".py"):
         return InputError("file", quoted(name), "", NO_CODE)
-    return InputError("file", quoted(name), "", f"drop {', '.join(FILES)}, a zip of them, or an effects.yaml")
+    wanted = f"{', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or an effects.yaml"
+    return InputError("file", quoted(name), "", f"drop {wanted}")
 
 
 def last_name(name: str) -> str:
     """The last part of a name, whatever system it came from."""
     return name.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1]
+
+
+def safe(name: str) -> str:
+    """A last name as a file can bear it: what it says of a run stays, what is no letter, digit or mark goes."""
+    kept = "".join(c if c.isalnum() or c in " _-+.,()" else "_" for c in name).lstrip(".")
+    stem, _, end = kept.rpartition(".")
+    return f"{stem[-LONGEST_NAME:] or '_'}.{end}"
 
 
 def unpack(name: str, data: bytes) -> dict[str, bytes]:
@@ -98,9 +116,8 @@ def _members(archive: zipfile.ZipFile, name: str, wanted: Mapping[str, str]) -> 
 
 
 def lay(folder: Path, files: Mapping[str, bytes]) -> Path:
-    """Write files of a campaign into ``folder``; only names of FILES are written."""
+    """Write files into ``folder``, by their last names."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name in FILES:
-        if name in files:
-            (folder / name).write_bytes(files[name])
+    for name, data in files.items():
+        (folder / safe(last_name(name))).write_bytes(data)
     return folder

@@ -3,7 +3,6 @@
 import sys
 import traceback
 from pathlib import Path
-from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.utils import JobReturn, JobStatus
@@ -18,7 +17,12 @@ def leave_failure(message: str) -> None:
     """Write down why the case that runs now has failed, if it is one of a sweep."""
     hydra = HydraConfig.get()
     if hydra.mode is not None and hydra.mode.name == "MULTIRUN":
-        write_text(Path(hydra.runtime.output_dir) / FILE, " ".join(message.split()) + "\n")
+        failure_in(Path(hydra.runtime.output_dir), message)
+
+
+def failure_in(folder: Path, message: str) -> None:
+    """Write down why the case of this folder has failed."""
+    write_text(folder / FILE, " ".join(message.split()) + "\n")
 
 
 def forgive(job: JobReturn) -> None:
@@ -38,6 +42,6 @@ def failures(sweep: Path, since: float) -> dict[Path, str]:
     return {p.parent: p.read_text(encoding="utf-8").strip() for p in found}
 
 
-def begin_again(folder: Any) -> None:
+def begin_again(folder: Path) -> None:
     """Clear away the failure of an earlier attempt."""
-    (Path(folder) / FILE).unlink(missing_ok=True)
+    (folder / FILE).unlink(missing_ok=True)

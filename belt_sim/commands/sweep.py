@@ -76,7 +76,7 @@ def _draw(folder: Path, runs: list[tuple[Path, dict[str, Any]]], table: pd.DataF
     for name, rows in table.sort_values("tension_n_per_mm2").groupby("model", sort=False):
         if rows["tension_n_per_mm2"].nunique() >= MIN_TENSIONS:
             tension, rate = rows["tension_n_per_mm2"].to_numpy(), rows["rate1_mm_per_m"].to_numpy()
-            rates[str(name)] = Rates(tension=tension, rate=abs(rate))
+            rates[str(name)] = Rates(tension=tension, rate=rate)
     if rates:
         rates_picture(folder / "sweep_rates.png", rates, "Late rate of point 1 against tension")
 

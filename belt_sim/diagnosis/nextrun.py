@@ -53,11 +53,11 @@ class Outlook:
         residual, columns = self.bench.metric.whiten(known), b.columns
         before = _rest(residual, columns)
         new = self.white(self.predict(a, [])[0] - self.predict(b, [])[0])
-        slopes = self.white(self.predict(b, b.free)[1])
+        slopes = self.white(self.predict(b, b.free)[1]) if b.free else np.empty((0, *new.shape))
         after = [
             _rest(
                 np.concatenate([residual, new[r]]),
-                np.concatenate([columns.reshape(len(b.free), -1), slopes[:, r]], axis=1),
+                np.concatenate([columns.reshape(len(b.free), residual.size), slopes[:, r]], axis=1),
             )
             for r in range(len(self.actions))
         ]

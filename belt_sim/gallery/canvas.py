@@ -23,8 +23,9 @@ def zero_line(ax: Any) -> None:
     ax.margins(x=0.0)
 
 
-def dimension(ax: Any, begin: tuple[float, float], end: tuple[float, float], words: str, **text: Any) -> None:
+def dimension(ax: Any, ends: Sequence[tuple[float, float]], words: str, **text: Any) -> None:
     """A dimension line between two places, with its name in the middle."""
+    begin, end = ends
     ax.annotate("", end, begin, arrowprops={"arrowstyle": "<->", "color": INK, "linewidth": 1.0, "shrinkA": 0,
                                             "shrinkB": 0})  # fmt: skip
     middle = (0.5 * (begin[0] + end[0]), 0.5 * (begin[1] + end[1]))

@@ -17,7 +17,6 @@ NOT_COMPUTED = {
     4: "a sketch of the angles at the run-up point (eq. 5, 6): a definition; what follows from it is Fig. 6",
     11: "a photograph of the test rig",
 }
-PHOTOGRAPH = {14: "in the paper a photograph: what is drawn here is the same belt, computed"}
 
 
 def module(number: int) -> ModuleType:

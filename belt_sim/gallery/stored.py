@@ -61,6 +61,10 @@ class Stored:
         """Command, code version and cost in a line."""
         return f"{self.command} (commit {str(self.made['commit'])[:7]}, {self.made['cpu_s']:.0f} CPU s)"
 
+    def shape_at(self, travel: float) -> Shape:
+        """The kept shape that is nearest to a travel [m]."""
+        return min(self.shapes, key=lambda shape: abs(shape.travel - travel))
+
     def rates(self) -> tuple[float, float, float]:
         """Mean over points 1-4 of the slopes from SETTLED to the end [m/m], their least and their greatest."""
         s = np.asarray(self.curves.travel)
@@ -83,7 +87,7 @@ def stored(name: str) -> Stored:
 
 def names() -> list[str]:
     """All stored runs."""
-    return sorted(p.stem for p in PLACE.glob("*.json"))
+    return sorted(p.stem for p in PLACE.glob("*.json") if p.with_suffix(".csv").is_file())
 
 
 def _curves(path: Path) -> Curves:

@@ -7,7 +7,7 @@ from belt_sim.intake.roles import Used
 from belt_sim.intake.tracks import Made
 
 #: settings of a run that go into the mapping; what comes from columns is read again
-_FROM_FILES = ("its column", "the mean of its column", "travel over time", "the sign of travel or speed")
+_FROM_FILES = ("its column", "the mean of its column", "travel over time", "the sign of travel or speed", "the step of")
 
 
 def mapping_used(
@@ -30,7 +30,13 @@ def mapping_used(
         out["runs"] = runs | {k: v for k, v in stated.get("runs", {}).items() if k not in runs}
     if step > 0.0:
         out["step_m"] = f"{step:g}"
-    return out
+    return out | {"runs": {k: v for k, v in out["runs"].items() if v}} if "runs" in out else out
+
+
+def in_order(mapping: dict[str, Any]) -> dict[str, Any]:
+    """The mapping with its keys in the order in which they are read best."""
+    names = [name.rstrip("_") for name in MappingEntry.model_fields]
+    return {k: mapping[k] for k in sorted(mapping, key=lambda k: names.index(k) if k in names else len(names))}
 
 
 def _column(u: Used) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping as AnyMapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 
 from belt_sim.campaign.marked_yaml import MarkedYaml, parse
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
@@ -64,6 +64,14 @@ class AxisEntry(Entry):
     value: tuple[float, float]
     log: bool = False
     u: float = 1.0
+
+    @model_validator(mode="after")
+    def _two_marks(self) -> "AxisEntry":
+        if self.pixel[0] == self.pixel[1] or self.value[0] == self.value[1]:
+            raise InputError("axis", "one mark", "", "give two different marks: pixel: [80, 680], value: [0, 25]")
+        if self.log and min(self.value) <= 0.0:
+            raise InputError("axis", min(self.value), "", "an axis with log: true has values above 0")
+        return self
 
 
 class ColumnEntry(Entry):

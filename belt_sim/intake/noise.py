@@ -16,6 +16,7 @@ from belt_sim.intake.proposal import NoiseRead
 
 FEWEST = 20  # samples from which anything is read
 KNOTS = 0.5  # of a span: spacing of the knots of the smooth curve
+LEAST_WHITE = 0.3  # of the scatter from sample to sample, which wander cannot explain alone
 FAINT = 0.1  # of the white noise, below which a wander is none
 DEFAULT_LENGTH = 3.0  # [m], where nothing tells
 LENGTHS = np.exp(np.linspace(np.log(0.3), np.log(20.0), 40))  # [m]
@@ -133,7 +134,7 @@ def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
     lags, halves, weights = _structure(traces)
     if len(lags) < 4:
         return 0.0, DEFAULT_LENGTH, white
-    best = (np.inf, 0.0, DEFAULT_LENGTH, white)
+    best = (np.inf, 0.0, DEFAULT_LENGTH)
     for length in LENGTHS[lags[-1] >= LENGTHS]:
         shape = np.stack([np.ones_like(lags), 1.0 - np.exp(-lags / length)])
         root = np.sqrt(weights) / np.maximum(halves, 1e-30)
@@ -141,9 +142,11 @@ def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
         found = np.maximum(found, 0.0)
         cost = float(np.sum(((found @ shape - halves) * root) ** 2))
         if cost < best[0]:
-            best = (cost, float(np.sqrt(found[1])), float(length), float(np.sqrt(found[0])))
-    _, sd, length, nugget = best
-    return sd, float(f"{length:.2g}"), min(white, nugget) if nugget > 0.5 * white else white
+            best = (cost, float(np.sqrt(found[1])), float(length))
+    _, sd, length = best
+    near = np.exp(-lags[0] / length)
+    of_wander = sd**2 * (6.0 - 8.0 * near + 2.0 * near**2) / 6.0  # its share of the scatter from sample to sample
+    return sd, float(f"{length:.2g}"), float(np.sqrt(max(white**2 - of_wander, (LEAST_WHITE * white) ** 2)))
 
 
 def _structure(traces: list[Trace]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -5,8 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-#: Samples a run that are aimed at, and the longest step that is proposed [m].
-AIMED, LONGEST_STEP = 600, 0.5
+#: Samples a run that are aimed at, and the fewest that a step may leave.
+AIMED, LEFT = 600, 60
+#: Travel from time and speed is a little uneven; a step this share below twice the spacing still has two rows.
+UNEVEN = 0.95
+#: Decimals of a reading in SI that are kept.
+DECIMALS = 10
 #: Repeats are cut to the shortest of them when they differ by less than this share.
 ALIKE = 0.1
 
@@ -36,8 +40,8 @@ def step_for(tracks: list[Track]) -> float:
     if not spacing or _on_one_grid(tracks):
         return 0.0
     longest = max(float(t.travel[-1]) for t in tracks)
-    step = _nice(max(longest / AIMED, 2.0 * max(spacing)))
-    return step if step <= LONGEST_STEP else 0.0
+    step = _nice(max(longest / AIMED, UNEVEN * 2.0 * max(spacing)))
+    return step if step <= longest / LEFT else 0.0
 
 
 def _on_one_grid(tracks: list[Track]) -> bool:
@@ -114,14 +118,20 @@ def cut_alike(groups: list[list[int]], tracks: list[Track]) -> list[Track]:
     return out
 
 
-def from_yaw(track: Track, yaw_at: float) -> tuple[Track, dict[str, float]]:
-    """Readings counted from where each point was when the yaw was applied, and what was taken off [SI]."""
-    off: dict[str, float] = {}
-    signals = {}
-    for name, y in track.signals.items():
-        off[name] = at_yaw(track.travel, y, yaw_at)
-        signals[name] = y - off[name]
-    return Track(name=track.name, travel=track.travel, time=track.time, signals=signals), off
+def counted_from_yaw(tracks: list[Track], yaw_at: list[float]) -> tuple[list[Track], list[str]]:
+    """Readings counted from where each point was when the yaw was applied [m], and what was taken off, in words."""
+    out: list[Track] = []
+    off: dict[str, list[float]] = {}
+    for track, at in zip(tracks, yaw_at, strict=True):
+        starts = {name: at_yaw(track.travel, y, at) for name, y in track.signals.items()}
+        signals = {name: np.round(y - starts[name], DECIMALS) for name, y in track.signals.items()}
+        out.append(Track(name=track.name, travel=track.travel, time=track.time, signals=signals))
+        for name, start in starts.items():
+            off.setdefault(name, []).append(1e3 * start)
+    told = [f"{name} {min(x):.4g} to {max(x):.4g}" for name, x in off.items() if max(map(abs, x)) > 1e-3]
+    if not told:
+        return out, []
+    return out, [f"readings count from where each point was at the yaw; taken off: {', '.join(told)} (mm or mrad)"]
 
 
 def at_yaw(travel: np.ndarray, y: np.ndarray, yaw_at: float) -> float:

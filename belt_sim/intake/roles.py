@@ -1,5 +1,6 @@
 """Columns as they are used: what the mapping says of them, else what was proposed."""
 
+from collections import defaultdict
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -57,9 +58,14 @@ def used_columns(logged: Logged, mapping: MappingEntry) -> tuple[dict[str, tuple
     questions: dict[tuple[str, ...], Question] = {}
     used: dict[str, tuple[Used, ...]] = {}
     for table in logged.tables:
-        found, taken = [], [e.name for e in mapping.columns.values() if e.name]
+        found = []
+        taken: dict[str | None, list[str]] = defaultdict(lambda: [e.name for e in mapping.columns.values() if e.name])
+        along = {e.against for e in mapping.columns.values()}
         for column in table.columns:
-            one = _used(column, mapping.columns.get(column.name, ColumnEntry()), taken)
+            entry = mapping.columns.get(column.name, ColumnEntry())
+            if column.name in along and entry.role is None:
+                entry = entry.model_copy(update={"role": "travel"})
+            one = _used(column, entry, taken[entry.run])
             if one.role == "signal" and not one.at:
                 question = _place_question(column)
                 questions.setdefault(question.path, question)
@@ -102,8 +108,10 @@ def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str
             factor(entry.unit, kinds[0], f"{where}.unit")  # raises
             raise InputError(f"{where}.unit", entry.unit, "", f"give a unit of {' or '.join(kinds)}")
         return unit
-    if column.unit and UNITS[column.unit][0] in kinds:
-        return column.unit
+    if column.unit and UNITS[column.unit][0] in kinds and (column.sure or entry.axis is None):
+        return column.unit  # of pixels no unit can be guessed
+    if entry.role == "travel":
+        return "m"
     return {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}[kinds[0]]
 
 

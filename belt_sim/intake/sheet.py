@@ -32,7 +32,7 @@ MEANING = {
     "settings.tension_rel": "one sigma of how a run hits its stated tension, relative",
     "settings.yaw": "one sigma of how a run hits its stated yaw",
 }
-COLUMN = 62
+COLUMN = 60
 
 
 def sheet_text(campaign: Campaign, remarks: dict[str, str]) -> str:
@@ -72,7 +72,7 @@ def sheet_text(campaign: Campaign, remarks: dict[str, str]) -> str:
 def _line(key: str, value: str, meaning: str, remark: str = "") -> str:
     comment = "; ".join(part for part in (MEANING[meaning], remark) if part)
     text = f"{key}: {value}"
-    return f"{text:{COLUMN}s}# {comment}" if comment else text
+    return f"{text:{COLUMN}s}  # {comment}" if comment else text
 
 
 def _text(text: str) -> str:

@@ -29,10 +29,12 @@ def signals_of(
         noise[name] = noise_of(name, runs, span)
         sheets.append(_sheet(name, u, noise[name]))
         key = f"signals.{name}"
-        remarks[f"{key}.white"] = "stated" if u.entry.white else f"from {noise[name].white_from}"
+        read_off = "one sigma of reading the picture" if u.entry.axis else f"from {noise[name].white_from}"
+        remarks[f"{key}.white"] = "stated" if u.entry.white else read_off
         remarks[f"{key}.zero"] = "stated" if u.entry.zero else f"from {noise[name].zero_from}"
         remarks[f"{key}.gain"] = "stated" if u.entry.gain else "assumed, no data tell it; state the sensor's accuracy"
-        remarks[f"{key}.wander"] = "stated" if u.entry.wander else f"from {noise[name].wander_from}"
+        slow = "none, read by hand" if u.entry.axis else f"from {noise[name].wander_from}"
+        remarks[f"{key}.wander"] = "stated" if u.entry.wander else slow
     return tuple(sheets), noise, remarks
 
 
@@ -46,8 +48,9 @@ def _sheet(name: str, u: Used, read: NoiseRead) -> SignalSheet:
     white = read.white
     if own.axis is not None:
         (p0, p1), (v0, v1) = own.axis.pixel, own.axis.value
-        white = max(white, abs((v1 - v0) / (p1 - p0)) * own.axis.u * u.factor)
-    wander_sd, length = (read.wander, read.length) if own.wander is None else (0.0, 1.0)
+        white = abs((v1 - v0) / (p1 - p0)) * own.axis.u * u.factor  # a hand's error is no sensor's
+    by_hand = own.axis is not None
+    wander_sd, length = (0.0, 1.0) if own.wander is not None or by_hand else (read.wander, read.length)
     if own.wander is not None:
         wander_sd = _size(own.wander.sd, WRITTEN[kind], f"{where}.wander.sd")
         length = number_of(own.wander.length_m, f"{where}.wander.length_m")

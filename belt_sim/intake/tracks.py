@@ -62,8 +62,7 @@ def _views(table: LoggedTable, used: tuple[Used, ...]) -> list[tuple[tuple[Used,
         shared = tuple(b for b in base if along is None or b.role not in ("time", "travel"))
         if along is not None:
             twin = next(v for v in used if v.column is along)
-            length = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}.get(twin.unit, 1.0) if twin.entry.unit else 1.0
-            shared = (*shared, replace(twin, role="travel", unit="m", factor=length))
+            shared = (*shared, twin)
         found.append(((*(b for b in shared if b.role != "signal"), u), u.entry.run))
     rest = tuple(b for b in base if b.role == "signal")
     return [*found, (base, None)] if rest else found

@@ -7,7 +7,6 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Run
 from belt_sim.campaign.nouns import Source
-from belt_sim.campaign.runs import REPEAT_TOLERANCE
 from belt_sim.errors import InputError
 from belt_sim.intake.known import mapping_used
 from belt_sim.intake.machine import belt_of, machine_of
@@ -15,7 +14,8 @@ from belt_sim.intake.mapping import MappingEntry, mapping_of
 from belt_sim.intake.nouns import Logged
 from belt_sim.intake.proposal import ColumnUse, Proposal, Question
 from belt_sim.intake.rates import Rated, rates_of
-from belt_sim.intake.resample import cut_alike, from_yaw, resampled, step_for
+from belt_sim.intake.repeats import snapped, with_repeats
+from belt_sim.intake.resample import counted_from_yaw, cut_alike, resampled, step_for
 from belt_sim.intake.roles import Used, used_columns
 from belt_sim.intake.signals import number_of, settings_of, signals_of
 from belt_sim.intake.stated import KINDS, questions, unknown_runs
@@ -112,20 +112,19 @@ def _runs(made: list[Made], entry: MappingEntry) -> tuple[list[Run], list[str], 
         notes.append(
             f"{rows} rows were averaged over steps of {step:g} m, {sum(len(t.travel) for t in tracks)} are left"
         )
-    runs = [_run(m) for m in made]
-    runs, repeats = _with_repeats(runs, [m.entry.repeat_of is not None for m in made])
-    notes += [f"{r.name} repeats {r.repeat_of}: same settings" for r in repeats]
+    runs = snapped([_run(m) for m in made], [m.settings.told for m in made])
+    runs, repeats = with_repeats(runs, [m.entry.repeat_of is not None for m in made])
+    notes += [f"{r.name}: repeats {r.repeat_of}, same settings" for r in repeats]
     at = {r.name: k for k, r in enumerate(runs)}
     groups = [[k, *(at[r.name] for r in runs if r.repeat_of == first.name)] for k, first in enumerate(runs)]
     tracks = cut_alike([g for g in groups if len(g) > 1], tracks)
-    out = []
-    for run, track in zip(runs, tracks, strict=True):
-        if entry.start == "yaw":
-            track, off = from_yaw(track, run.yaw_at)
-            large = [f"{n} {x * 1e3:.4g}" for n, x in off.items() if abs(x) > 1e-6]
-            if large:
-                notes.append(f"{run.name}: readings count from the yaw; taken off: {', '.join(large)} (mm or mrad)")
-        out.append(replace(run, travel=track.travel, time=track.time, signals=track.signals))
+    if entry.start == "yaw":
+        tracks, told = counted_from_yaw(tracks, [r.yaw_at for r in runs])
+        notes += told
+    out = [
+        replace(run, travel=track.travel, time=track.time, signals=track.signals)
+        for run, track in zip(runs, tracks, strict=True)
+    ]
     return out, notes, step
 
 
@@ -144,25 +143,3 @@ def _run(made: Made) -> Run:
     values.setdefault("yaw", np.nan)
     entry = made.entry
     return Run(name=entry.name or made.key, repeat_of=entry.repeat_of, use=entry.use or "fit", **values)
-
-
-def _with_repeats(runs: list[Run], stated: list[bool]) -> tuple[list[Run], list[Run]]:
-    """Runs at one setting as repeats of the first, with its settings; those that were recognised."""
-    out: list[Run] = []
-    found: list[Run] = []
-    for run, told in zip(runs, stated, strict=True):
-        twin = next((f for f in out if not told and f.repeat_of is None and _same(f, run)), None)
-        if twin is not None:
-            run = replace(run, repeat_of=twin.name, tension=twin.tension, yaw=twin.yaw, yaw_head=twin.yaw_head)
-            run = replace(run, speed=twin.speed, yaw_at=twin.yaw_at)
-            found.append(run)
-        out.append(run)
-    return out, found
-
-
-def _same(a: Run, b: Run) -> bool:
-    near = all(
-        abs(getattr(a, k) - getattr(b, k)) <= 0.5 * REPEAT_TOLERANCE * abs(getattr(a, k))
-        for k in ("tension", "yaw", "yaw_head", "speed")
-    )
-    return near and a.direction == b.direction and abs(a.yaw_at - b.yaw_at) <= 0.05 * max(a.yaw_at, 0.0)

@@ -6,6 +6,7 @@ from typing import Any
 import yaml
 
 from belt_sim.campaign import Campaign, write_campaign
+from belt_sim.intake.known import in_order
 from belt_sim.intake.mapping import FILE
 from belt_sim.intake.proposal import Proposal
 from belt_sim.intake.sheet import sheet_text
@@ -30,7 +31,9 @@ def mapping_text(mapping: dict[str, Any]) -> str:
     """The mapping as YAML, one column or run a line."""
     flow = {"columns", "runs"}
     lines = []
-    for key, value in mapping.items():
+    for key, value in in_order(mapping).items():
+        if value in (None, {}):
+            continue
         if key in flow and isinstance(value, dict):
             lines.append(f"{key}:")
             lines += [f"  {_flow(str(k))}: {_flow(v)}" for k, v in value.items()]

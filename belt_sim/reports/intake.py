@@ -22,8 +22,12 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
         out.print(rich_table(runs_table(proposal.campaign)))
         if proposal.noise:
             out.print(rich_table(noise_table(proposal)))
+    alike: dict[str, list[str]] = {}
     for note in proposal.notes:
-        out.print(note, soft_wrap=True, markup=False)
+        who, _, what = note.partition(": ")
+        alike.setdefault(what or note, []).append(who if what else "")
+    for what, names in alike.items():
+        out.print(f"{_names(names)}: {what}" if any(names) else what, soft_wrap=True, markup=False)
 
 
 def tell_written(folder: Path, pictures: bool) -> None:
@@ -36,15 +40,21 @@ def tell_written(folder: Path, pictures: bool) -> None:
 
 def columns_table(proposal: Proposal) -> Table:
     """Every column, what it became, and why."""
-    rows: list[tuple[str, ...]] = []
+    alike: dict[tuple[str, ...], list[str]] = {}
     marked: list[int] = []
     for use in proposal.columns:
-        if use.role != "ignore" and not use.sure:
-            marked.append(len(rows))
         became = f"{use.signal} at {use.at}" if use.signal and use.at else use.role
-        rows.append((use.table, use.column, became, use.unit, use.why if use.sure else f"{use.why} (a guess)"))
+        row = (use.column, became, use.unit, use.why if use.sure else f"{use.why} (a guess)")
+        if row not in alike and use.role != "ignore" and not use.sure:
+            marked.append(len(alike))
+        alike.setdefault(row, []).append(use.table)
+    rows = [(_names(tables), *row) for row, tables in alike.items()]
     columns = ("table", "column", "is", "unit", "because of")
     return Table(title="Columns", columns=columns, rows=rows, left=columns, marked=marked)
+
+
+def _names(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"
 
 
 def runs_table(campaign: Campaign) -> Table:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table as RichTable
 
 from belt_sim.results.check import Check
@@ -28,7 +29,7 @@ def tell_comparison(c: Comparison, folder: Path) -> None:
         out.print(rich_table(runs_table(c)))
         out.print(c.where.sentence)
         out.print(c.where.boundary_sentence)
-        for line in c.changes():
+        for line in (*c.changes(), *c.beyond):
             out.print(line)
     out.print(str(folder), soft_wrap=True)
 
@@ -87,5 +88,5 @@ def rich_table(table: Table) -> RichTable:
     for name in table.columns:
         shown.add_column(name, justify="left" if name in table.left else "right")
     for k, row in enumerate(table.rows):
-        shown.add_row(*row, style="red" if k in table.marked else None)
+        shown.add_row(*map(escape, row), style="red" if k in table.marked else None)
     return shown

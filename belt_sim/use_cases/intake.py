@@ -1,6 +1,7 @@
 """Import: a logger's files -> a campaign folder, with what was understood shown before it is written."""
 
 from collections.abc import Sequence
+from glob import glob
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ def import_files(
     ask: whether somebody sits at a terminal. Raises CampaignError with a line for every answer that is missing.
     """
     entry = mapping_of(mapping)
-    logged = read(files, entry.format.model_dump(exclude_none=True))
+    logged = read([name for f in files for name in named(f)], entry.format.model_dump(exclude_none=True))
     proposal = understand(logged, entry)
     if draft is not None:
         path = Path(draft)
@@ -43,15 +44,23 @@ def import_files(
         from belt_sim.intake.ask import asked
 
         proposal = asked(logged, proposal)
-    else:
-        tell_proposal(proposal)
-    campaign = write(proposal, folder, overwrite=overwrite)
+    try:
+        campaign = write(proposal, folder, overwrite=overwrite)
+    finally:
+        if not ask:
+            tell_proposal(proposal)
     if pictures:
         from belt_sim.pictures.intake import understood_picture
 
         understood_picture(folder / PICTURE, campaign)
     tell_written(folder, pictures)
     return campaign
+
+
+def named(file: str) -> list[str]:
+    """The files that a name with * or ? stands for, where the shell has left it as it is; else the name itself."""
+    found = [] if Path(file).exists() or not set("*?") & set(file) else sorted(glob(file))
+    return found or [file]
 
 
 def draft_text(proposal: Proposal) -> str:

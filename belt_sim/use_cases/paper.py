@@ -1,14 +1,20 @@
 """Paper: its figures from computation, its statements judged, one page of both."""
 
 from collections.abc import Mapping, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any
 
 from belt_sim.errors import InputError
-from belt_sim.files import write_json
+from belt_sim.files import write_json, write_text
+from belt_sim.gallery.document import document
 from belt_sim.gallery.page import write_page
 from belt_sim.gallery.plate import Plate, View
 from belt_sim.gallery.plates import FIGURES, NOT_COMPUTED, chosen, module
+from belt_sim.gallery.question import answer, what_decides
+from belt_sim.gallery.statements import table
+from belt_sim.gallery.statements.judgement import Judgement
+from belt_sim.gallery.statements.told import criteria, verdicts
 from belt_sim.gallery.stored import stored
 from belt_sim.watch.progress import progress
 
@@ -17,13 +23,28 @@ def paper(folder: Path, config: Mapping[str, Any], provenance: Mapping[str, Any]
     """Write what ``config`` (conf/paper.yaml) asks for into ``folder``; returns what to tell of it."""
     if not isinstance(config["fast"], bool):
         raise InputError("fast", config["fast"], "", "use true or false")
+    target = _document(config["document"])
     view = View(in_space=not config["fast"])
     numbers = chosen(config["figures"], in_space=view.in_space)
     plates = _plates(folder, numbers, view)
     left_out = NOT_COMPUTED | {k: "not asked for" for k in FIGURES if k not in numbers}
-    write_json(folder / "paper.json", _written(plates, left_out, provenance))
-    page = write_page(folder, plates, left_out, _origin(provenance), {})
-    return [f"{len(plates)} figures, {page}"]
+    judgements = table.judgements(in_space=view.in_space)
+    told, question = verdicts(judgements), answer(judgements)
+    write_json(folder / "paper.json", _written(plates, left_out, judgements, question, provenance))
+    parts = {"table": told.html() + criteria().html(), "question": "".join(f"<p>{escape(p)}</p>" for p in question)}
+    made = [write_page(folder, plates, left_out, _origin(provenance), parts)]
+    if target is not None:
+        command = f"belt-sim paper document={target}"
+        made.append(write_text(target, document(plates, left_out, command, told, question)))
+    return [f"{len(plates)} figures, {', '.join(str(p) for p in made)}"]
+
+
+def _document(asked: Any) -> Path | None:
+    if asked is None:
+        return None
+    if not isinstance(asked, str) or Path(asked).suffix != ".md":
+        raise InputError("document", asked, "", "give a file name ending in .md, or null")
+    return Path(asked)
 
 
 def _plates(folder: Path, numbers: Sequence[int], view: View) -> list[Plate]:
@@ -38,7 +59,13 @@ def _plates(folder: Path, numbers: Sequence[int], view: View) -> list[Plate]:
     return plates
 
 
-def _written(plates: Sequence[Plate], left_out: Mapping[int, str], provenance: Mapping[str, Any]) -> dict[str, Any]:
+def _written(
+    plates: Sequence[Plate],
+    left_out: Mapping[int, str],
+    judgements: Mapping[str, Mapping[str, Judgement]],
+    question: Sequence[str],
+    provenance: Mapping[str, Any],
+) -> dict[str, Any]:
     """Everything that is drawn, as numbers."""
     figures = {
         str(p.number): {
@@ -53,6 +80,8 @@ def _written(plates: Sequence[Plate], left_out: Mapping[int, str], provenance: M
     return {
         "schema": "belt-paper/1",
         "figures": figures,
+        "statements": {name: {m: vars(j) for m, j in of.items()} for name, of in judgements.items()},
+        "open_question": {"answer": list(question), "what_decides": what_decides()},
         "left_out": {str(k): why for k, why in sorted(left_out.items())},
         "provenance": dict(provenance),
     }

@@ -9,42 +9,39 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.nodes import nested_parse_with_titles
 
-from belt_sim.effects.base import Effect, overrides
+from belt_sim.effects.base import HOOKS, Effect, overrides
 from belt_sim.effects.library import library
 
 
 def text(effect: type[Effect]) -> str:
-    """An effect as reStructuredText: what its file says first, its law in words, its numbers, its hooks."""
+    """An effect as Markdown: what its file says first, its law in words, its source, its numbers."""
     first = (inspect.getmodule(effect).__doc__ or "").strip().splitlines()[0]  # type: ignore[union-attr]
     facts = [f"law: {effect.law}", f"parity in yaw: {effect.parity}"]
     if effect.tension_exponent is not None:
-        facts.append(f"late rate ~ tension^{effect.tension_exponent:g}")
+        power = f"~ tension^{effect.tension_exponent:g}" if effect.tension_exponent else "does not know the tension"
+        facts.append(f"late rate {power}, when tight")
     if effect.on_belt:
         facts.append("belongs to the belt")
     if effect.only_when_named:
         facts.append("tried only when named")
-    facts.append("hooks: " + ", ".join(f"``{h}``" for h in sorted(overrides(effect))))
-    lines = [effect.id, "-" * len(effect.id), "", f"**{first}**", "", inspect.getdoc(effect) or "", ""]
-    lines += ["; ".join(facts) + ".", "", f"Source: {effect.reference}.", "", *_numbers(effect)]
-    return "\n".join(lines)
+    facts.append("hooks: " + ", ".join(f"`{h}`" for h in HOOKS if h in overrides(effect)))
+    parts = [f"## {effect.id}", f"**{first}**", inspect.getdoc(effect) or "", "; ".join(facts) + "."]
+    return "\n\n".join([*parts, f"Source: {effect.reference}.", _numbers(effect)]) + "\n"
 
 
-def _numbers(effect: type[Effect]) -> list[str]:
-    """The parameters as a list-table; of many alike (harmonics) the first ones."""
+def _numbers(effect: type[Effect]) -> str:
+    """The parameters as a table; of many alike (harmonics) the first ones."""
     shown = list(effect.parameters.items())
     left_out = len(shown) - 4 if len(shown) > 8 else 0
-    rows = [("parameter", "unit", "meaning", "plausible", "null")]
+    rows = ["| parameter | unit | meaning | plausible | null |", "| --- | --- | --- | --- | --- |"]
     for name, p in shown[: 4 if left_out else None]:
         low, high = p.plausible
-        rows.append((f"``{name}``", p.unit, p.meaning, f"{low:g} to {high:g}", f"{p.null:g}"))
-    lines = [".. list-table::", "   :header-rows: 1", ""]
-    for row in rows:
-        lines += [f"   {'* -' if k == 0 else '  -'} {cell}" for k, cell in enumerate(row)]
-    return [*lines, "", f"and {left_out} more of this kind.", ""] if left_out else [*lines, ""]
+        rows.append(f"| `{name}` | {p.unit} | {p.meaning} | {low:g} to {high:g} | {p.null:g} |")
+    return "\n".join(rows) + (f"\n\nand {left_out} more of this kind." if left_out else "")
 
 
 class Effects(Directive):
-    """``{effects}``: a section for every effect of the library."""
+    """``{effects}`` in a Markdown page: a section for every effect of the library."""
 
     def run(self) -> list[nodes.Node]:
         """The sections."""

@@ -72,12 +72,12 @@ def _in_words(name: str, value: float) -> str:
 
 
 def table() -> str:
-    """A Markdown table, an effect a row: source, checks, and whether any of them is independent."""
-    lines = ["| effect | source | checked | stands on |", "| --- | --- | --- | --- |"]
+    """A Markdown table, an effect a row: the independent routes, if any, all checks, the source."""
+    lines = ["| effect | stands on | checked | source of the equation |", "| --- | --- | --- | --- |"]
     for name, checks in sorted(evidence().items()):
         said = "<br>".join(f"**{ROUTES[c.route]}**: {c.what}" for c in checks)
         routes = dict.fromkeys(ROUTES[c.route] for c in checks if c.route in INDEPENDENT)
-        lines.append(f"| {name} | {library()[name].reference} | {said} | {', '.join(routes) or 'consistency only'} |")
+        lines.append(f"| {name} | {', '.join(routes) or 'consistency only'} | {said} | {library()[name].reference} |")
     return "\n".join(lines) + "\n"
 
 

@@ -1,5 +1,6 @@
 """Formulas as MathML, which browsers draw by themselves: nothing is loaded from anywhere (a Sphinx extension)."""
 
+import re
 from typing import Any
 
 from docutils import nodes
@@ -9,6 +10,16 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 _log = logging.getLogger(__name__)
+_APOSTROPHES, _PRIMES = re.compile(r"(?:<mo>'</mo>\s*)+"), "\u2032\u2033\u2034\u2057"
+
+
+def mathml(tex: str, block: bool) -> str:
+    """A formula as MathML, with primes where docutils sets apostrophes; raises MathError."""
+
+    def primes(found: re.Match[str]) -> str:
+        return f"<mo>{_PRIMES[found.group().count('<mo>') - 1]}</mo>"
+
+    return _APOSTROPHES.sub(primes, tex2mathml(tex, as_block=block))
 
 
 def visit_math(translator: Any, node: nodes.math) -> None:
@@ -26,7 +37,7 @@ def visit_math_block(translator: Any, node: nodes.math_block) -> None:
 def _drawn(node: nodes.Element, block: bool) -> str:
     """The node's LaTeX as MathML; what cannot be read is a warning, and warnings stop the build."""
     try:
-        return tex2mathml(node.astext(), as_block=block)
+        return mathml(node.astext(), block)
     except MathError as error:
         _log.warning("formula %r: %s", node.astext(), error, location=node, type="mathml")
         return ""

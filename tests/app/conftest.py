@@ -17,7 +17,7 @@ from belt_sim.paths import CAMPAIGNS, ROOT
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 STARTS_WITHIN = 120.0  # [s], on a busy machine
-PATIENCE = 15_000  # [ms] for anything that a page shows
+PATIENCE = 60_000  # [ms] for anything that a page shows
 ENDS_WITHIN = 20.0  # [s]
 
 

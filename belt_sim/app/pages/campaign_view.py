@@ -21,7 +21,7 @@ BELT = {
 def campaign_view(desk: Desk) -> None:
     """The card of the campaign on the desk; nothing without one."""
     campaign = desk.campaign
-    if campaign is None:
+    if campaign is None or desk.importing is not None:
         return
     with look.card("2. What was understood", str(campaign)):
         look.facts(_facts(campaign), "wide")
@@ -29,13 +29,16 @@ def campaign_view(desk: Desk) -> None:
             look.told(f"{found.kind.replace('_', ' ')}: {found.sentence}")
         recorded = {r.name: r for r in campaign.runs if r.signals}
         if recorded:
-            _curves(campaign, recorded)
+            curves(campaign, recorded)
+        if desk.taken is not None:
+            with ui.element("div").classes("line"):
+                ui.button("Change how the files were read", on_click=desk.back_to_import).props("flat no-caps dense")
         with ui.expansion("All runs and sensors").classes("w-full"):
             _runs(campaign)
             _signals(campaign)
 
 
-def _curves(campaign: Campaign, recorded: dict[str, Run]) -> None:
+def curves(campaign: Campaign, recorded: dict[str, Run]) -> None:
     """The curves of one run, to be chosen."""
     first = next(iter(recorded))
     labels = {n: f"{n}: {words.tension(r.tension)} N/mm², yaw {words.yaw(r.yaw)}°" for n, r in recorded.items()}

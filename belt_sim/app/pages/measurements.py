@@ -9,6 +9,7 @@ from belt_sim.app.desk import Desk
 from belt_sim.app.guard import MAX_UPLOAD, MEBI
 from belt_sim.app.pages.asking import asking
 from belt_sim.app.pages.campaign_view import campaign_view
+from belt_sim.app.pages.import_view import import_view
 from belt_sim.app.pages.job_view import job_view
 from belt_sim.campaign.read import FILES
 from belt_sim.campaign.shipped import shipped
@@ -32,12 +33,13 @@ class _Parts:
     def __init__(self, desk: Desk) -> None:
         self.desk, self.version, self.seen = desk, desk.version, self._now(desk)
         self.said = ui.refreshable(_said)
+        self.reading = ui.refreshable(import_view)
         self.what = ui.refreshable(campaign_view)
         self.ask = ui.refreshable(asking)
         self.result = ui.refreshable(job_view)
         with _drop(desk):
             self.said(desk)
-        for part in (self.what, self.ask, self.result):
+        for part in (self.reading, self.what, self.ask, self.result):
             part(desk)
 
     def look(self) -> None:
@@ -46,17 +48,17 @@ class _Parts:
             return
         self.version, before = self.desk.version, self.seen
         self.seen = self._now(self.desk)
-        if self.seen[0] is not before[0]:
+        if self.seen[:2] != before[:2]:
             self.what.refresh()
-        if self.seen[1:] != before[1:]:
+        if self.seen[2:] != before[2:]:
             self.result.refresh()
-        self.said.refresh()
-        self.ask.refresh()
+        for part in (self.reading, self.said, self.ask):
+            part.refresh()
 
     @staticmethod
-    def _now(desk: Desk) -> tuple[Any, int, str]:
-        """The campaign, and how far the work is."""
-        return desk.campaign, len(desk.jobs), desk.job.state if desk.job else ""
+    def _now(desk: Desk) -> tuple[int, bool, int, str]:
+        """The campaign, whether one is being imported, and how far the work is."""
+        return id(desk.campaign), desk.importing is None, len(desk.jobs), desk.job.state if desk.job else ""
 
 
 def _drop(desk: Desk) -> Any:
@@ -71,7 +73,8 @@ def _drop(desk: Desk) -> Any:
         desk.changed(f"files: refused; at most {MAX_UPLOAD // MEBI} MB at a time")
 
     room = f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
-    with look.card("1. Drop your files", f"{', '.join(FILES)}, or a zip of them; an effects.yaml. {room}") as made:
+    kinds = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them."
+    with look.card("1. Drop your files", f"{kinds} {room}") as made:
         upload = ui.upload(
             multiple=True,
             auto_upload=True,

@@ -1,6 +1,7 @@
 """Fig. 2: the characteristic moving curve of the upper span of a highly tensioned belt."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -50,12 +51,12 @@ def _draw(path: Path, n: dict) -> Path:
     low, high = np.interp(READ, s, y4)
     ax.plot([begin, end, end], [low, low, high], color=POINTS[3], linewidth=1.0)
     velocity = f"Δx\nsteady-state velocity\nΔy/Δx = {n['steady_rate_mm_per_m']:.3f} mm/m"
-    below = {"xytext": (0, -4), "textcoords": "offset points", "ha": "center", "va": "top"}
+    below: dict[str, Any] = {"xytext": (0, -4), "textcoords": "offset points", "ha": "center", "va": "top"}
     ax.annotate(velocity, (0.5 * (begin + end), low), **below)
     ax.annotate("Δy", (end, 0.5 * (low + high)), xytext=(5, 0), textcoords="offset points", va="center")
     ends = [(ACROSS, float(np.interp(ACROSS, s, y))) for y in (y4, y1)]
     words = f"steady-state\noffset {n['steady_offset_mm']:.2f} mm"
-    canvas.dimension(ax, *ends, words, ha="right", xytext=(-6, 0))
+    canvas.dimension(ax, ends, words, ha="right", xytext=(-6, 0))
     ax.set(xlabel=canvas.TRAVEL_LABEL, ylabel=canvas.Y_LABEL, xlim=(0.0, TRAVEL))
     ax.legend(loc="upper left")
     style.title(fig, f"{TITLE}: {n['tension_N_per_mm2']:g} N/mm², upper span")

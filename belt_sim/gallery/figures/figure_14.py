@@ -51,7 +51,7 @@ def _span(name: str) -> SpanShape:
     off, up = SPANS[name]
     curves = moving("strip", TENSION)
     k = int(np.argmin(np.abs(np.asarray(curves.travel) - AT)))
-    ends = [(float(rows[off, k]), float(rows[up, k])) for rows in (curves.y, curves.angle)]
+    ends = [(float(r[off, k]), float(r[up, k])) for r in (np.asarray(curves.y), np.asarray(curves.angle))]
     return span_shape(case_at(TENSION), analytic_model("strip"), *ends)
 
 
@@ -62,7 +62,7 @@ def _machine_x(name: str, shape: SpanShape) -> np.ndarray:
 
 def _in_space() -> dict:
     """Tilt along both spans of the stored belt."""
-    shape = min(stored(IN_SPACE).shapes, key=lambda s: abs(s.travel - AT))
+    shape = stored(IN_SPACE).shape_at(AT)
     x, z = shape.middle[:, 0], shape.middle[:, 2]
     angle = tilt(shape.left, shape.right)
     found: dict = {"travel_m": shape.travel}

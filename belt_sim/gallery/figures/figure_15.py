@@ -22,7 +22,7 @@ DRAWN = Oblique(width=1.0, lateral=50.0, height=1.0, tilt=1.0, radius=ROPE_EXAMP
 def plate(view: View) -> Plate:
     """Particles of the stored rope in 3D at three travels."""
     run = stored(RUN)
-    shapes = [min(run.shapes, key=lambda s, at=at: abs(s.travel - at)) for at in MOMENTS]
+    shapes = [run.shape_at(travel) for travel in MOMENTS]
     numbers = {"travel_m": column([s.travel for s in shapes]), "particles": len(shapes[0].left)}
     for k, shape in enumerate(shapes):
         x, y, z = shape.middle.T

@@ -1,6 +1,7 @@
 """Fig. 16: the moving diagram of the upper span of a highly tensioned particle chain."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -48,7 +49,7 @@ def _draw(path: Path, n: dict) -> Path:
     fig, [[ax]] = style.figure(8.0, 4.6)
     for k, name in SHOWN.items():
         ax.plot(n["law_travel_m"], n[f"law_y{k}_mm"], color=POINTS[k - 1], linewidth=1.2)
-        look = {"color": POINTS[k - 1], "markersize": 3.2, "markeredgewidth": 0.0}
+        look: dict[str, Any] = {"color": POINTS[k - 1], "markersize": 3.2, "markeredgewidth": 0.0}
         ax.plot(n["travel_m"][::4], n[f"y{k}_mm"][::4], "o", label=name, **look)
     canvas.zero_line(ax)
     ax.plot([], [], color=INK, linewidth=1.2, label="rope model")

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +21,9 @@ TENSION, CHORD, PIECE = 40.0, 0.04, 0.48  # [N/mm2]; [m] between particles; [m],
 ARRANGEMENTS = {
     ("longitudinal",): ("grid_40_lines", "longitudinal", PINK),
     ("longitudinal", "transverse"): ("grid_40_square", "longitudinal and transverse", AMBER),
-    ("longitudinal", "transverse", "diagonal"): ("grid_40", "and diagonal", BLUE),
+    ("longitudinal", "transverse", "diagonal"): ("grid_40", "longitudinal, transverse and diagonal", BLUE),
 }
+WITHOUT, ALL = (name for _, name, _ in [*ARRANGEMENTS.values()][1:])
 DRAWN_AT = 0.08  # [m], the deflection of the softest piece in the drawing
 
 
@@ -38,7 +40,7 @@ def plate(view: View) -> Plate:
             "travel_m": column(curves.travel),
             "y1_mm": column(y_mm(curves.y[0])),
         }
-    least, most = (numbers[n]["piece_give_um_per_N"] for n in ("and diagonal", "longitudinal and transverse"))
+    least, most = (numbers[n]["piece_give_um_per_N"] for n in (ALL, WITHOUT))
     caption = (
         f"Two lines of particles {1e3 * CHORD:g} mm apart at {TENSION:g} N/mm2. Above: a piece of {PIECE:g} m, its "
         "ends held, pushed sideways by 1 N in its middle (statics of the bonds, all at the same enlargement): without "
@@ -61,19 +63,22 @@ def _pushed(bonds: tuple[str, ...], length: float | None) -> PushedSpan:
 @style.picture
 def _draw(path: Path, n: dict, pieces: dict[str, PushedSpan]) -> Path:
     names = [name for _, name, _ in ARRANGEMENTS.values()]
-    fig, axes = canvas.mosaic(9.6, 7.0, [names, ["runs"] * 3], height_ratios=[1.0, 1.7])
+    fig, axes = canvas.mosaic(9.6, 6.6, [names, ["runs"] * 3], height_ratios=[0.85, 1.7])
     enlarged = DRAWN_AT / max(p.give for p in pieces.values())
     for bonds, (_, name, colour) in ARRANGEMENTS.items():
         _piece(axes[name], pieces[name], bonds, enlarged, colour)
         axes[name].set_title(f"{name}\n{n[name]['piece_give_um_per_N']:.2g} µm/N", fontsize=style.FONT)
-        axes["runs"].plot(n[name]["travel_m"][::2], n[name]["y1_mm"][::2], "o", color=colour, markersize=3.4,
-                          markeredgewidth=0.0, label=f"particles, {name}", zorder=3)  # fmt: skip
+        look: dict[str, Any] = {"markersize": 3.4, "markeredgewidth": 0.0}
+        if bonds == ("longitudinal",):  # it runs as the next one does, which would hide it
+            look = {"markersize": 7.0, "markerfacecolor": "none"}
+        axes["runs"].plot(n[name]["travel_m"][::2], n[name]["y1_mm"][::2], "o", color=colour, label=f"bonds {name}",
+                          zorder=3, **look)  # fmt: skip
     end = max(n[name]["travel_m"][-1] for name in names)
     for model in ("rope", "strip"):
         law = moving(model, TENSION)
         near = np.asarray(law.travel) <= end + 1e-9
-        look = {"color": FAINT if model == "rope" else INK, "linewidth": 1.4, "label": LOOKS[model].words}
-        axes["runs"].plot(np.asarray(law.travel)[near], y_mm(np.asarray(law.y)[0, near]), **look)
+        line = {"color": FAINT if model == "rope" else INK, "linewidth": 1.4, "label": LOOKS[model].words}
+        axes["runs"].plot(np.asarray(law.travel)[near], y_mm(np.asarray(law.y)[0, near]), **line)
     canvas.zero_line(axes["runs"])
     axes["runs"].set(xlabel=canvas.TRAVEL_LABEL, ylabel="lateral position y of point 1 [mm]")
     axes["runs"].legend(loc="upper left")
@@ -94,3 +99,5 @@ def _piece(ax, piece: PushedSpan, bonds: tuple[str, ...], enlarged: float, colou
     ax.plot(*piece.rest.reshape(-1, 2).T, "o", color=FAINT, markersize=3, zorder=1)
     ax.plot(*place.reshape(-1, 2).T, "o", color=INK, markersize=4, zorder=3)
     canvas.bare(ax)
+    width = float(np.ptp(piece.rest[..., 1]))
+    ax.set(xlim=(-0.02, PIECE + 0.02), ylim=(-0.5 * width - 0.02, 0.5 * width + DRAWN_AT + 0.02))

@@ -28,7 +28,7 @@ Judge = Callable[[Behaviour, Behaviour], Judgement]  # (a model, the beam of 2nd
 
 @dataclass(frozen=True, kw_only=True)
 class Statement:
-    """name, as M2; says: the paper's statement; criterion: what a model has to do, with the tolerance; judge: does it."""
+    """name, as M2; says: the paper's statement; criterion: what a model has to do, in words; judge: does it."""
 
     name: str
     says: str

@@ -23,11 +23,11 @@ def judge(model: Behaviour, beam: Behaviour) -> Judgement:
 
 M1 = Statement(
     name="M1",
-    says='at 40 N/mm2 measurement and beam of 2nd order differ "significantly", but "both show the same behaviour"',
+    says='at 40 N/mm2 the measurement "differs significantly" from the beam, but "both show the same behaviour"',
     criterion=(
-        f"point 1 over 25 m: contradicted where it is less than {100 * SEEN:g} % of the beam's largest y apart from the "
-        f"beam of 2nd order, or its slopes are correlated with the beam's by less than {ALIKE:g}; else not addressed: by "
-        "how much, and to which side, the measurement differs is not in the paper's text"
+        f"point 1 over 25 m: contradicted where it is less than {100 * SEEN:g} % of the beam's largest y apart from "
+        f"the beam of 2nd order, or its slopes are correlated with the beam's by less than {ALIKE:g}; else not "
+        "addressed: by how much, and to which side, the measurement differs is not in the paper's text"
     ),
     judge=judge,
 )

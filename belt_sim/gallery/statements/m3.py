@@ -34,7 +34,7 @@ M3 = Statement(
 M3_READ = Statement(
     name="M3, read early",
     says="the same, if the rates were read while the belt was still in its transient",
-    criterion=f"mean slope of point 1 from {READ[0]:g} to {READ[1]:g} m at 7 and at 10 N/mm2: both at least {A_LOT:g} times "
-    "that at 40",
+    criterion=f"mean slope of point 1 from {READ[0]:g} to {READ[1]:g} m at 7 and at 10 N/mm2: both at least "
+    f"{A_LOT:g} times that at 40",
     judge=judge_read,
 )
