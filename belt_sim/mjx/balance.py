@@ -89,7 +89,7 @@ def forces(
     """On all nodes of the chain [N], (3 m, n), and those of the spans' stretch on the outermost stations held, by pulley
     and end (2, 2, 3 m). nodes [m], (m, 3, n); twist [N/m], (n,)."""
     size = 3 * shape.lines
-    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share, curved=False).slope
+    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share).slope
     both = cell + twisted(nodes, twist, belt.twist.stretched, curved=False).slope
     down = jnp.zeros((shape.lines, 3)).at[:, 2].set(-belt.mass * belt.gravity).reshape(size, 1)
     on_nodes = down - both[:size] - jnp.roll(both[size:], 1, axis=-1) + springs.force
@@ -98,11 +98,19 @@ def forces(
 
 
 def factorise(
-    shape: Shape, belt: Belt, nodes: Array, places: Places, twist: Array, springs: Springs, share: Array, moves: Array
+    shape: Shape,
+    belt: Belt,
+    nodes: Array,
+    taut: Array,
+    places: Places,
+    twist: Array,
+    springs: Springs,
+    share: Array,
+    moves: Array,
 ) -> Stiffness:
-    """moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin."""
+    """taut [m], (m, 3, n): the chain in its last equilibrium, whose tension counts; moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin."""
     size = 3 * shape.lines
-    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share, curved=True).curvature
+    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share, taut=taut).curvature
     assert cell is not None
     entry, leave = cell[:, :, places.entry - 1], cell[:, :, places.exit]
     couple = twisted(nodes, twist, belt.twist.stretched, curved=True).curvature

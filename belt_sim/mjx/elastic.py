@@ -40,15 +40,16 @@ class Cell(NamedTuple):
     curvature: Array | None
 
 
-def stretched(ties: Ties, bonds: bool, places: Array, stations: Array, share: Array, *, curved: bool) -> Cell:
+def stretched(
+    ties: Ties, bonds: bool, places: Array, stations: Array, share: Array, *, taut: Array | None = None
+) -> Cell:
     """Of membrane or bonds. places [m], shape (m, 3, n); stations, shape (n,): their numbers; share: of the camber;
-    curved: whether the curvature is wanted."""
+    taut [m], like places, if the curvature is wanted: places in equilibrium, whose tension stiffens the belt across.
+    """
     lines, _, n = places.shape
-    after = jnp.roll(places, -1, axis=-1)
-    slope, curvature = jnp.zeros((6 * lines, n)), jnp.zeros((6 * lines, 6 * lines, n)) if curved else None
+    slope, curvature = jnp.zeros((6 * lines, n)), jnp.zeros((6 * lines, 6 * lines, n)) if taut is not None else None
     for j in range(lines - 1):
-        corners = jnp.stack([places[j], places[j + 1], after[j], after[j + 1]])
-        apart = jnp.stack([corners[to] - corners[start] for start, to in EDGES])
+        apart = _apart(places, j)
         free = ties.length[j] + share * ties.natural[j]
         free = free if free.shape[-1] == 1 else free[:, stations]
         odd = (stations + j) % 2 == 1
@@ -57,10 +58,18 @@ def stretched(ties: Ties, bonds: bool, places: Array, stations: Array, share: Ar
         by_corner = by_corner.reshape(6, 12, n)
         rows = np.concatenate([3 * v + np.arange(3) for v in (j, j + 1, lines + j, lines + j + 1)])
         slope = slope.at[rows].add((by_square[:, None] * by_corner).sum(axis=0))
-        if curved:
-            bent = _curvature(by_square, law, by_corner)
+        if curvature is not None and taut is not None:
+            tension = _law(ties, j, bonds, (_apart(taut, j) ** 2).sum(axis=1), free, odd)[0]
+            bent = _curvature(tension, law, by_corner)
             curvature = curvature.at[rows[:, None], rows].add(bent) if lines > 2 else bent
     return Cell(slope, curvature)
+
+
+def _apart(places: Array, j: int) -> Array:
+    """The six edges of the quadrilaterals between lines j and j + 1 [m], shape (6, 3, n)."""
+    after = jnp.roll(places, -1, axis=-1)
+    corners = (places[j], places[j + 1], after[j], after[j + 1])
+    return jnp.stack([corners[to] - corners[start] for start, to in EDGES])
 
 
 def _law(ties: Ties, j: int, bonds: bool, square: Array, free: Array, odd: Array) -> tuple[Array, Array]:

@@ -72,14 +72,14 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
             wraps, belt.surfaces, pose
         )
     places = chain(shape, wraps)
-    nodes = state.nodes[..., places.stations]
-    nodes = _led(shape, belt.line_y, nodes, _held(wraps, pose, places, nodes), places, moved / belt.chord)
+    taut = state.nodes[..., places.stations]
+    nodes = _led(shape, belt.line_y, taut, _held(wraps, pose, places, taut), places, moved / belt.chord)
     for end in (FIRST, LAST):
         wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(
             wraps, belt.surfaces, pose
         )
     places = parted(shape, wraps, places.stations)
-    nodes, tail, tension, residual = _balanced(shape, belt, wraps, nodes, tail, poses, places, state, command)
+    nodes, tail, tension, residual = _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command)
     nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
@@ -90,14 +90,14 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     return State(nodes, wraps, tail[0], tail[1], tension, command.travel, residual)
 
 
-def _balanced(shape, belt, wraps, nodes, tail, poses, places, state, command):
+def _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command):
     """Nodes in equilibrium, slide and spin of the tail pulley, tension, and the residual."""
     pose = poses(tail)
     twist = torsion(belt, _behind(shape, wraps, belt, pose), places, state.tension)
     springs = Springs(jnp.zeros((3 * shape.lines, 1)), jnp.zeros((3 * shape.lines, 1)))
     nodes = _held(wraps, pose, places, nodes)
     moves = _moves(shape, wraps, pose)
-    stiffness = factorise(shape, belt, nodes, places, twist, springs, command.share, moves)
+    stiffness = factorise(shape, belt, nodes, taut, places, twist, springs, command.share, moves)
     for _ in range(_CORRECTIONS):
         on_nodes, at_ends = forces(shape, belt, nodes, places, twist, springs, command.share)
         on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL])
