@@ -14,7 +14,7 @@ from omegaconf import OmegaConf
 from pages import PAGES, Command, commands, missing, name
 
 from belt_sim.cli import COMMANDS, run
-from belt_sim.cli_errors import SWEEP, refused
+from belt_sim.cli_errors import SWEEP, files_named, refused
 from belt_sim.config import case_from, model_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.paths import CAMPAIGNS, CONF, ROOT
@@ -69,7 +69,8 @@ def belt_sim_can(words: list[str], monkeypatch) -> None:
     """Compose every job of ``belt-sim COMMAND ...``."""
     command, *given = words
     assert command in COMMANDS, f"no such command: {command}"
-    assert refused(given) is None
+    assert refused(command, given) is None
+    given = files_named(command, given)
     given = [w for w in given if not w.startswith("--")]
     if not (CONF / f"{command}.yaml").is_file():
         assert not given, f"{command} takes no settings"
