@@ -25,7 +25,9 @@ def read(files: Sequence[str | Path], form: Mapping[str, str] | None = None) -> 
     """
     paths = [Path(f) for f in files]
     if not paths:
-        raise InputError("files", "[]", "", "name at least one file of your logger")
+        raise InputError(
+            "files", "[]", "", "name the files of your logger after the command, as belt-sim import a.csv b.csv"
+        )
     twice = next((p for k, p in enumerate(paths) if p in paths[:k]), None)
     if twice is not None:
         raise InputError("files", twice, "", "is named twice; name each file once")
