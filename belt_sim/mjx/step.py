@@ -30,7 +30,7 @@ from belt_sim.mjx.wrap import (
 )
 
 _CALM = 0.02  # [s], as in wrap/contact.py
-_CORRECTIONS = 2
+_CORRECTIONS = 1
 
 
 class State(NamedTuple):
