@@ -1,12 +1,8 @@
 """The command line: every command is a Hydra application; errors of the user are one line and a non-zero exit."""
 
-import importlib
-import keyword
 import os
 import sys
-from collections.abc import Callable
 from importlib.metadata import version
-from typing import Any
 
 import belt_sim.commands.folder_name  # noqa: F401  Hydra names the folders of a sweep by it, in every process
 from belt_sim.cli_errors import files_named, one_line, ordered, refused
@@ -52,10 +48,11 @@ def run(arguments: list[str]) -> int:
         from belt_sim.demo import demo
 
         return demo(run) if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
-    reason = refused(command, arguments[1:])
+    settings = files_named(command, arguments[1:])
+    reason = refused(command, settings)
     if reason:
         return _complain(reason)
-    sys.argv = [f"belt-sim {command}", *ordered(command, files_named(command, arguments[1:]))]
+    sys.argv = [f"belt-sim {command}", *ordered(command, settings)]
     try:
         return _hydra(command)
     except Reported:
@@ -73,26 +70,13 @@ def _hydra(command: str) -> int:
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
-    from belt_sim.commands.own_folder import own_folder
-    from belt_sim.commands.run_folder import run_folder
+    from belt_sim.commands.job import Jobs
     from belt_sim.jax_setup import prepare
 
     prepare()
-    started, failures, here = False, [], os.getpid()
-
-    def job(cfg: Any) -> Any:
-        nonlocal started
-        started = True
-        try:
-            with own_folder(run_folder(), command):
-                return _task(command)(cfg)
-        except BeltError as error:
-            failures.append(_failed(error))
-            if os.getpid() != here:  # a parallel launcher's worker: only an exception reaches the parent
-                raise Reported(str(error)) from error
-
+    jobs = Jobs(command)
     try:
-        hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(job)()
+        hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(jobs.run)()
     except (HydraException, OmegaConfBaseException) as error:
         return _complain(one_line(error, command))
     except SystemExit as ended:  # a sweep with cases that failed
@@ -105,24 +89,10 @@ def _hydra(command: str) -> int:
             f"{error.filename or 'files'} = {error.strerror or error}: choose a folder that can be written"
         )
     except ValueError as error:
-        if started:
+        if jobs.started:
             raise
         return _complain(one_line(error, command))
-    return 1 if failures else 0
-
-
-def _task(command: str) -> Callable[[Any], Any]:
-    """The function behind a command, imported only when it is asked for."""
-    name = f"{command}_" if keyword.iskeyword(command) else command.replace("-", "_")
-    return importlib.import_module(f"belt_sim.commands.{name}").run
-
-
-def _failed(error: BeltError) -> str:
-    from belt_sim.commands.failed import leave_failure
-
-    _complain(str(error))
-    leave_failure(str(error))
-    return str(error)
+    return 1 if jobs.failures else 0
 
 
 def _complain(message: str, status: int = 1) -> int:

@@ -1,9 +1,11 @@
 """The server of the app: on the loopback address, until it is stopped."""
 
+import contextlib
 import html
 import io
 import socket
 import threading
+import traceback
 import webbrowser
 import zipfile
 from pathlib import Path
@@ -22,6 +24,7 @@ from belt_sim.errors import InputError
 
 ADDRESS = "127.0.0.1"
 REPORT = "report.html"
+PATIENCE = 30.0  # [s] for a tab that does not answer before it is forgotten
 #: a page made from data may draw itself; it may neither load, send, nor reach the app it stands in
 SANDBOX = (
     "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
@@ -57,7 +60,8 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
     if show:
         threading.Timer(1.0, webbrowser.open, (address,)).start()
     config = uvicorn.Config(outer, log_level="warning", loop="asyncio", ws_max_size=2**24, timeout_graceful_shutdown=2)
-    uvicorn.Server(config).run(sockets=[ear])
+    with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
+        uvicorn.Server(config).run(sockets=[ear])
 
 
 def application(desk: Desk, port: int) -> FastAPI:
@@ -67,9 +71,23 @@ def application(desk: Desk, port: int) -> FastAPI:
     measurements.add(desk)
     _results(outer, desk)
     pages_app.on_shutdown(desk.close)
-    ui.run_with(outer, title="belt_sim", favicon=ICON, dark=None, tailwind=False, show_welcome_message=False)
+    pages_app.on_exception(_tell)
+    ui.run_with(
+        outer,
+        title="belt_sim",
+        favicon=ICON,
+        dark=None,
+        tailwind=False,
+        reconnect_timeout=PATIENCE,
+        show_welcome_message=False,
+    )
     outer.add_middleware(Guard, port=port)
     return outer
+
+
+def _tell(error: Exception) -> None:
+    """What broke in a page goes to the terminal, whole."""
+    traceback.print_exception(error)
 
 
 def _results(outer: FastAPI, desk: Desk) -> None:

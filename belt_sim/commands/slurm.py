@@ -3,6 +3,7 @@
 Only what is missing is submitted; a job that is lost (killed, out of memory or of time) is listed and stops nothing.
 """
 
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from belt_sim.commands.failed import failure_in
 from belt_sim.commands.run_folder import kept
 from belt_sim.errors import BeltError
 
+ASKED_EVERY = 30.0  # [s], at least, of Slurm, whether a job has been lost
 #: settings of a job that submitit knows for every kind of cluster; the others are Slurm's
 _COMMON = ("timeout_min", "cpus_per_task", "mem_gb", "name")
 
@@ -128,11 +130,22 @@ def _case(worker: Worker, number: int, overrides: Sequence[str]) -> Case:
         HydraConfig.instance().cfg = before
 
 
+def _wait(job: Any) -> None:
+    """Until the job has ended. A lost one leaves no file: submitit by itself asks Slurm ever less often."""
+    asked = time.monotonic()
+    while not job.done():
+        time.sleep(0.5)
+        if time.monotonic() - asked > ASKED_EVERY:
+            job.done(force_check=True)
+            asked = time.monotonic()
+
+
 def _collected(bundle: Sequence[Case], job: Any) -> Iterator[JobReturn]:
     """What the cases of a job returned; of a job that was lost, nothing, and why."""
     from submitit.core.utils import UncompletedJobError
 
     try:
+        _wait(job)
         yield from job.results()[0]
     except UncompletedJobError:
         for case in bundle:

@@ -17,14 +17,15 @@ ODDS = 4.6  # chi2 (a likelihood ratio of 10)
 def imitated(found: Selection, look: Look) -> tuple[str, ...]:
     """The law that does better than the chosen effects, as a failed test; none where they do."""
     chosen, bench = found.chosen, found.bench
-    worth = found.gain - sum(found.threshold(i) for i in chosen.ids) + ODDS * likelier(len(chosen.ids))
+    charged = [found.threshold(i) for i in chosen.ids]
+    worth = found.gain - sum(charged) + ODDS * likelier(len(chosen.ids))
     before = found.base_bench.at_levels(bench.levels)  # noise as the set is judged by, not swollen by what is missing
     base = replace(found.base, chi2=float(before.metric.chi2(before.fitted.y - found.base.values)))
     law = look.one_law(before, base, worth)
     if law is None:
         return ()
     gain = chosen.chi2 + found.gain - float(bench.metric.chi2(bench.fitted.y - law.values))
-    if gain - law.price < worth:
+    if gain - max(law.price, *charged) < worth:  # the law that says what an effect says is no cheaper than that
         return ()
     return (f"one law in their place (it explains a chi2 of {gain:.0f}, they {found.gain:.0f}; {law.words})",)
 

@@ -1,11 +1,15 @@
 """The paper beside its computation as a document in Markdown."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
+from belt_sim.files import write_with
 from belt_sim.gallery.plate import Plate
 from belt_sim.gallery.statements.told import criteria
 from belt_sim.gallery.stored import stored
 from belt_sim.gallery.tables import Cell, Table, markdown_list
+
+IMAGES, SHOWN = "images", (12, 13, 14)  # pictures that stand in the document, in a folder beside it
 
 INTRODUCTION = """# The paper, figure by figure
 
@@ -28,6 +32,7 @@ def document(
         "## The open question",
         "\n\n".join(question),
         "## Figures",
+        *(f"![Figure {p.number}: {p.title}]({IMAGES}/paper_{p.number}.png)" for p in plates if p.number in SHOWN),
         _figures(plates).markdown(),
         "Not computed:",
         markdown_list([f"Figure {number}: {why}" for number, why in sorted(left_out.items())]),
@@ -37,6 +42,17 @@ def document(
         _runs(plates).markdown(),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def lay_pictures(target: Path, folder: Path, plates: Sequence[Plate]) -> None:
+    """The document's own pictures beside it, from the run folder."""
+    for plate in plates:
+        if plate.number in SHOWN:
+            _copy(folder / plate.file, target.parent / IMAGES / f"paper_{plate.number}.png")
+
+
+def _copy(source: Path, target: Path) -> None:
+    write_with(target, lambda draft: draft.write_bytes(source.read_bytes()))
 
 
 def _figures(plates: Sequence[Plate]) -> Table:

@@ -14,10 +14,14 @@ from belt_sim.intake.understand import understand
 from belt_sim.reports.intake import tell_proposal
 
 
-def asked(logged: Logged, proposal: Proposal, out: Console | None = None) -> Proposal:
-    """The proposal with every question answered and confirmed by whoever sits at the terminal."""
+def asked(logged: Logged, stated: dict[str, Any] | None = None, out: Console | None = None) -> Proposal:
+    """The proposal with every question answered and confirmed by whoever sits at the terminal.
+
+    stated: the mapping as far as it is there already.
+    """
     out = out or Console(highlight=False)
-    mapping = copy.deepcopy(proposal.mapping)
+    mapping = copy.deepcopy(stated or {})
+    proposal = understand(logged, mapping)
     while True:
         tell_proposal(proposal, out)
         if proposal.missing:

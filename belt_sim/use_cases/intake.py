@@ -43,7 +43,7 @@ def import_files(
     if ask:
         from belt_sim.intake.ask import asked
 
-        proposal = asked(logged, proposal)
+        proposal = asked(logged, entry.model_dump(by_alias=True, exclude_unset=True))
     try:
         campaign = write(proposal, folder, overwrite=overwrite)
     finally:

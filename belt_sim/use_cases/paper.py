@@ -7,10 +7,10 @@ from typing import Any
 
 from belt_sim.errors import InputError
 from belt_sim.files import write_json, write_text
-from belt_sim.gallery.document import document
+from belt_sim.gallery.document import document, lay_pictures
 from belt_sim.gallery.page import write_page
 from belt_sim.gallery.plate import Plate, View
-from belt_sim.gallery.plates import FIGURES, NOT_COMPUTED, chosen, module
+from belt_sim.gallery.plates import FIGURES, IN_SPACE, NOT_COMPUTED, chosen, module
 from belt_sim.gallery.question import answer, what_decides
 from belt_sim.gallery.statements import table
 from belt_sim.gallery.statements.judgement import Judgement
@@ -27,15 +27,15 @@ def paper(folder: Path, config: Mapping[str, Any], provenance: Mapping[str, Any]
     view = View(in_space=not config["fast"])
     numbers = chosen(config["figures"], in_space=view.in_space)
     plates = _plates(folder, numbers, view)
-    left_out = NOT_COMPUTED | {k: "not asked for" for k in FIGURES if k not in numbers}
+    left_out = NOT_COMPUTED | {k: _why_not(k, view) for k in FIGURES if k not in numbers}
     judgements = table.judgements(in_space=view.in_space)
     told, question = verdicts(judgements), answer(judgements)
     write_json(folder / "paper.json", _written(plates, left_out, judgements, question, provenance))
     parts = {"table": told.html() + criteria().html(), "question": "".join(f"<p>{escape(p)}</p>" for p in question)}
     made = [write_page(folder, plates, left_out, _origin(provenance), parts)]
     if target is not None:
-        command = f"belt-sim paper document={target}"
-        made.append(write_text(target, document(plates, left_out, command, told, question)))
+        made.append(write_text(target, document(plates, left_out, _command(config), told, question)))
+        lay_pictures(target, folder, plates)
     return [f"{len(plates)} figures, {', '.join(str(p) for p in made)}"]
 
 
@@ -45,6 +45,19 @@ def _document(asked: Any) -> Path | None:
     if not isinstance(asked, str) or Path(asked).suffix != ".md":
         raise InputError("document", asked, "", "give a file name ending in .md, or null")
     return Path(asked)
+
+
+def _why_not(number: int, view: View) -> str:
+    three_dimensional = number in IN_SPACE and not view.in_space
+    return "a belt in three dimensions, left out by fast=true" if three_dimensional else "not asked for"
+
+
+def _command(config: Mapping[str, Any]) -> str:
+    """What writes the document again."""
+    words = ["belt-sim paper"]
+    words += ["fast=true"] if config["fast"] else []
+    words += [f"figures={config['figures']}".replace(" ", "")] if config["figures"] is not None else []
+    return " ".join([*words, f"document={config['document']}"])
 
 
 def _plates(folder: Path, numbers: Sequence[int], view: View) -> list[Plate]:

@@ -1,6 +1,7 @@
-"""The catalogue of effects, from the effects themselves: the directive ``effects`` (a Sphinx extension)."""
+"""The catalogue of effects, from the effects themselves: directives ``effects`` and ``models`` (a Sphinx extension)."""
 
 import inspect
+from collections.abc import Iterator
 from typing import Any
 
 from docutils import nodes
@@ -9,6 +10,7 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.nodes import nested_parse_with_titles
 
+from belt_sim.effect_table import table
 from belt_sim.effects.base import HOOKS, Effect, overrides
 from belt_sim.effects.library import library
 
@@ -43,17 +45,29 @@ def _numbers(effect: type[Effect]) -> str:
 class Effects(Directive):
     """``{effects}`` in a Markdown page: a section for every effect of the library."""
 
+    def texts(self) -> Iterator[tuple[str, str]]:
+        """What to put there: pieces of Markdown, each with a name for messages."""
+        yield from ((f"effect {e.id}", text(e)) for e in library().values())
+
     def run(self) -> list[nodes.Node]:
-        """The sections."""
+        """The nodes of all pieces."""
         here = nodes.section()
         here.document = self.state.document
-        for effect in library().values():
-            source = f"effect {effect.id}"
-            nested_parse_with_titles(self.state, StringList(text(effect).splitlines(), source=source), here)
+        for source, markdown in self.texts():
+            nested_parse_with_titles(self.state, StringList(markdown.splitlines(), source=source), here)
         return here.children
+
+
+class Models(Effects):
+    """``{models}`` in a Markdown page: which model can represent which effect."""
+
+    def texts(self) -> Iterator[tuple[str, str]]:
+        """The table of the README."""
+        yield "model x effect table", table()
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Called by Sphinx."""
     app.add_directive("effects", Effects)
+    app.add_directive("models", Models)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -19,6 +19,7 @@ BEGIN, END = "<!-- evidence -->", "<!-- end -->"
 ROUTES = {
     "shell": "shell",
     "3d": "3D belt",
+    "against": "3D belt, against it",
     "elements": "elements",
     "formula": "formula",
     "symmetry": "turned machine",
@@ -77,7 +78,10 @@ def table() -> str:
     for name, checks in sorted(evidence().items()):
         said = "<br>".join(f"**{ROUTES[c.route]}**: {c.what}" for c in checks)
         routes = dict.fromkeys(ROUTES[c.route] for c in checks if c.route in INDEPENDENT)
-        lines.append(f"| {name} | {', '.join(routes) or 'consistency only'} | {said} | {library()[name].reference} |")
+        stands = ", ".join(routes) or "consistency only"
+        if any(c.route == "against" for c in checks):
+            stands += "; **3D disagrees**"
+        lines.append(f"| {name} | {stands} | {said} | {library()[name].reference} |")
     return "\n".join(lines) + "\n"
 
 

@@ -49,7 +49,7 @@ def served(tmp_path_factory) -> Iterator[Served]:
     stopper.cancel()
     yield Served(found.group(0), int(found.group(1)), folder, process)
     process.send_signal(signal.SIGINT)
-    process.wait(ENDS_WITHIN)
+    assert process.wait(ENDS_WITHIN) == 0
 
 
 @pytest.fixture(scope="session")

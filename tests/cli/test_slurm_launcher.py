@@ -27,6 +27,9 @@ def test_a_job_that_is_lost_is_listed_and_stops_nothing(belt, monkeypatch):
     class Lost:
         job_id, state = "7_1", "OUT_OF_MEMORY"
 
+        def done(self, force_check=False):
+            return True
+
         def results(self):
             raise submitit.core.utils.UncompletedJobError("killed")
 

@@ -71,6 +71,14 @@ def test_one_effect_gives_way_to_a_law_that_explains_clearly_more_only():
     assert imitated(chosen_by(400.0, ("a",)), Looked(explains=420.0))
 
 
+def test_a_law_is_no_cheaper_than_the_effect_that_says_the_same():
+    """An effect with a wide grid has a high threshold; its twin among the laws, as good, may not undercut that."""
+    found = chosen_by(400.0, ("a",))
+    found.threshold = lambda name: 60.0
+    assert imitated(found, Looked(explains=402.0)) == ()
+    assert imitated(found, Looked(explains=406.0))
+
+
 def test_the_more_faults_at_once_the_more_they_have_to_explain():
     """Three: 400 - 3 x 12 - 9.2 + 25 = 379.8."""
     assert imitated(chosen_by(400.0, ("a", "b", "c")), Looked(explains=378.0)) == ()

@@ -14,7 +14,7 @@ from omegaconf import OmegaConf
 from pages import PAGES, Command, commands, missing, name
 
 from belt_sim.cli import COMMANDS, run
-from belt_sim.cli_errors import SWEEP, refused
+from belt_sim.cli_errors import SWEEP, files_named, refused
 from belt_sim.config import case_from, model_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.paths import CAMPAIGNS, CONF, ROOT
@@ -46,7 +46,7 @@ def jobs(words) -> list[list[str]]:
 def composed(folder, config: str, overrides) -> dict:
     """A configuration as Hydra puts it together, but for its own part."""
     with initialize_config_dir(version_base="1.3", config_dir=str(folder)):
-        return OmegaConf.to_container(compose(config_name=config, overrides=overrides))  # type: ignore[return-value]
+        return OmegaConf.to_container(compose(config_name=config, overrides=overrides), resolve=True)  # type: ignore[return-value]
 
 
 def mean_something(command: str, cfg: dict) -> None:
@@ -69,7 +69,8 @@ def belt_sim_can(words: list[str], monkeypatch) -> None:
     """Compose every job of ``belt-sim COMMAND ...``."""
     command, *given = words
     assert command in COMMANDS, f"no such command: {command}"
-    assert refused(given) is None
+    assert refused(command, given) is None
+    given = files_named(command, given)
     given = [w for w in given if not w.startswith("--")]
     if not (CONF / f"{command}.yaml").is_file():
         assert not given, f"{command} takes no settings"

@@ -1,6 +1,5 @@
 """Figures of the paper: their numbers against closed forms, and the command that leaves them."""
 
-
 import numpy as np
 import pytest
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from nicegui import ui
+from nicegui import run, ui
 
 from belt_sim.app import look
 from belt_sim.app.desk import Desk
@@ -16,6 +16,10 @@ from belt_sim.reports.intake import noise_table, runs_table
 from belt_sim.results.table import Table
 
 NUMBERS = "numbers of my own"
+POINTS = (
+    "Points 1 and 2: upper and lower end at the tail pulley, the one that yaws; "
+    "3 and 4: lower and upper end at the head pulley."
+)
 WHERE = {"": "–"} | {p: p.replace("_", " ") for p in PLACES}
 EXAMPLES = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "direction": "1", "yaw_at": "0 m"}
 
@@ -51,18 +55,24 @@ def import_view(desk: Desk) -> None:
     if now is None:
         return
     form = Form()
+
+    async def again() -> None:
+        await run.io_bound(desk.answer, form.changed())
+
+    async def take() -> None:
+        await run.io_bound(desk.take, form.changed())
+
     why = "Mend what is wrong, answer what is asked, and look again until it is right. Then take it."
     with look.card("2. What your files seem to say", why):
         _columns(form, now)
         _questions(form, now)
         _runs(form, now)
         with ui.element("div").classes("line"):
-            ui.button("Look again", on_click=lambda: desk.answer(form.changed())).props("no-caps outline")
+            ui.button("Look again", on_click=again).props("no-caps outline")
         if now.ready:
             _understood(now)
         with ui.element("div").classes("line"):
-            take = ui.button("This is right: take it", on_click=lambda: desk.take(form.changed())).props("no-caps")
-            take.set_enabled(now.ready)
+            ui.button("This is right: take it", on_click=take).props("no-caps").set_enabled(now.ready)
 
 
 def _columns(form: Form, now: Import) -> None:
@@ -81,6 +91,7 @@ def _columns(form: Form, now: Import) -> None:
             form.select((*place, "at"), WHERE, use.at)
             form.select((*place, "sign"), {"1": "+", "-1": "−"}, now.answers.get((*place, "sign"), "1"))
             ui.label(use.why if use.sure else f"{use.why} (a guess)").classes("soft small")
+    ui.label(POINTS).classes("soft small")
 
 
 def _questions(form: Form, now: Import) -> None:
@@ -89,13 +100,15 @@ def _questions(form: Form, now: Import) -> None:
         for group in GROUPS:
             options = {"": NUMBERS} | {n: n for n in now.known(group)}
             form.select((group,), options, now.answers.get((group,), ""), label=group)
-    for q in now.questions:
-        ui.label(q.text[:1].upper() + q.text[1:])
-        value = now.answers.get(q.path, "")
-        if q.options:
-            form.select(q.path, {"": "choose"} | {o: o for o in q.options}, value)
-        else:
-            form.input(q.path, value, f"e.g. {q.example}", shown=value or q.proposed)
+    with ui.element("div").classes("questions"):
+        for q in now.questions:
+            with ui.element("div"):
+                ui.label(q.text[:1].upper() + q.text[1:])
+                value = now.answers.get(q.path, "")
+                if q.options:
+                    form.select(q.path, {"": "choose"} | {o: o for o in q.options}, value)
+                else:
+                    form.input(q.path, value, f"e.g. {q.example}", shown=value or q.proposed)
 
 
 def _runs(form: Form, now: Import) -> None:

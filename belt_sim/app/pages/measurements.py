@@ -69,6 +69,9 @@ def _drop(desk: Desk) -> Any:
         event.sender.reset()
         await run.io_bound(desk.drop, files)
 
+    async def sample() -> None:
+        await run.io_bound(desk.sample, str(chosen.value))
+
     def refused() -> None:
         desk.changed(f"files: refused; at most {MAX_UPLOAD // MEBI} MB at a time")
 
@@ -87,7 +90,7 @@ def _drop(desk: Desk) -> Any:
         with ui.element("div").classes("line"):
             ui.label("No measurements at hand? A sample:").classes("soft small")
             chosen = ui.select(shipped(), value="slack_belt").props("dense outlined aria-label=sample")
-            ui.button("Open it", on_click=lambda: desk.sample(str(chosen.value))).props("flat no-caps")
+            ui.button("Open it", on_click=sample).props("flat no-caps")
     return made
 
 

@@ -13,7 +13,7 @@ from belt_sim.paper import YAW
 
 GRID = np.round(np.arange(0.0, TRAVEL + 0.05, 0.1), 9)  # [m] of travel
 RECORDS = {7.0: "flex_7", 10.0: "flex_10", 20.0: "flex_20", 40.0: "flex_40"}
-SETTLED = RECORDS | {10.0: "flex_10_far"}  # stored runs that late rates are taken from
+SETTLED = RECORDS | {7.0: "flex_7_far", 10.0: "flex_10_far"}  # stored runs that late rates are taken from
 FLAT = ("beam_th1", "beam_th2", "ernst_beam")  # by assumption the belt stays in one plane: its tilt is none
 
 

@@ -28,9 +28,11 @@ Judge = Callable[[Behaviour, Behaviour], Judgement]  # (a model, the beam of 2nd
 
 @dataclass(frozen=True, kw_only=True)
 class Statement:
-    """name, as M2; says: the paper's statement; criterion: what a model has to do, in words; judge: does it."""
+    """name, as M2; about: in a few words; says: the paper's statement; criterion: what a model has to do, in words;
+    judge: does it."""
 
     name: str
+    about: str
     says: str
     criterion: str
     judge: Judge

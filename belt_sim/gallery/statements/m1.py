@@ -23,6 +23,7 @@ def judge(model: Behaviour, beam: Behaviour) -> Judgement:
 
 M1 = Statement(
     name="M1",
+    about="alike at 40 N/mm2",
     says='at 40 N/mm2 the measurement "differs significantly" from the beam, but "both show the same behaviour"',
     criterion=(
         f"point 1 over 25 m: contradicted where it is less than {100 * SEEN:g} % of the beam's largest y apart from "

@@ -27,12 +27,14 @@ def _faster(rate: Callable[[float], float]) -> Judgement:
 
 M3 = Statement(
     name="M3",
+    about="faster for good",
     says='"the steady-state velocity of the low-tensioned belt is a lot higher" than at high tension',
     criterion=f"steady rate at 7 and at 10 N/mm2: both at least {A_LOT:g} times that at 40",
     judge=judge_steady,
 )
 M3_READ = Statement(
     name="M3, read early",
+    about="faster over 10 to 15 m",
     says="the same, if the rates were read while the belt was still in its transient",
     criterion=f"mean slope of point 1 from {READ[0]:g} to {READ[1]:g} m at 7 and at 10 N/mm2: both at least "
     f"{A_LOT:g} times that at 40",

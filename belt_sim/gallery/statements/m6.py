@@ -27,6 +27,7 @@ def _point_1(name: str) -> tuple[np.ndarray, np.ndarray]:
 
 M6 = Statement(
     name="M6",
+    about="within rope and Th 1. O",
     says="rope and beam of 1st order delimit an area in which all curves of the beam of 2nd order are",
     criterion=(
         "point 1 over 25 m at 7, 10, 20 and 40 N/mm2 leaves that area by at most "

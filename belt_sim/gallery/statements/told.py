@@ -14,7 +14,10 @@ def verdicts(judgements: Mapping[str, Mapping[str, Judgement]]) -> Table:
     """A row a statement, a column a model: the verdict and the number that it rests on."""
     models = list(next(iter(judgements.values())))
     rows = [
-        (Cell(name), *(Cell(_words(of[model]), KINDS[of[model].verdict]) for model in models))
+        (
+            Cell(f"{name}: {STATEMENTS[name].about}"),
+            *(Cell(_words(of[model]), KINDS[of[model].verdict]) for model in models),
+        )
         for name, of in judgements.items()
     ]
     return Table(("", *(LOOKS[m].words for m in models)), tuple(rows))

@@ -40,8 +40,8 @@ class Scene:
     apart: Apart | None = None
 
 
-def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, Scene]:
-    """The scene, and its specification, not yet compiled."""
+def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> Scene:
+    """The scene: the belt's nodes laid round the pulleys."""
     case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
     loop, laid = laid_loop(case, options.dx), case
     apart = Apart.of(case, loop) if options.tensioning == "koller" else None
@@ -49,6 +49,13 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
         laid, loop = apart.slack, laid_loop(apart.slack, options.dx, len(loop.x))
     early = options.run_in + (apart.travel if apart else 0.0)
     mesh = _cambered(belt.mesh(laid, loop, options), loop, parts, laid, early)
+    return Scene(case, options, parts, mesh, loop, early, apart)
+
+
+def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, Scene]:
+    """The scene, and its specification, not yet compiled."""
+    scene = lay_out(case, belt, options, parts)
+    case, mesh, loop = scene.case, scene.mesh, scene.loop
     spec = mujoco.MjSpec()
     spec.modelname = "belt on two pulleys"
     set_solver(spec, options.dt, parts.gravity)
@@ -64,7 +71,7 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
     pulleys = np.zeros(STATION_JOINTS)
     pulleys[TAIL_SLIDE] = loop.centre_distance - float(case.rig.centre_distance)
     spec.add_key(name="laid", qpos=np.concatenate([pulleys, (mesh.laid - mesh.rest).ravel()]))
-    return spec, Scene(case, options, parts, mesh, loop, early, apart)
+    return spec, scene
 
 
 def _add_cameras(spec: mujoco.MjSpec, length: float) -> None:

@@ -1,0 +1,158 @@
+"""Static equilibrium of the spans between held stations, with the tail pulley on its slide and its free axis.
+
+One factorisation of the block-tridiagonal stiffness, then a few corrections with it. The chain of blocks is the whole
+loop, cut in the middle of the head's wrap; rows of held stations are unit blocks, which part the spans.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jax import Array
+
+from belt_sim.mjx.belt import Belt, Shape
+from belt_sim.mjx.blocks import Level, factorised, solved
+from belt_sim.mjx.elastic import stretched, twisted
+from belt_sim.mjx.wrap import FIRST, HEAD, LAST, TAIL, Wrap
+
+
+class Places(NamedTuple):
+    """Of the chain: numbers of its stations (n,), which of them are free and which lie on the tail pulley (n,), and
+    the places of the outermost stations held, by pulley and end (2, 2)."""
+
+    stations: Array
+    free: Array
+    on_tail: Array
+    ends: Array
+
+    @property
+    def entry(self) -> Array:
+        """Place of the tail's first station."""
+        return self.ends[TAIL, FIRST]
+
+    @property
+    def exit(self) -> Array:
+        """Place of the tail's last station."""
+        return self.ends[TAIL, LAST]
+
+
+class Springs(NamedTuple):
+    """Springs on the heights or sides of free nodes in the rotated chain: stiffness [N/m] and force [N], (3 m, n)."""
+
+    stiffness: Array
+    force: Array
+
+
+class Stiffness(NamedTuple):
+    """A factorised equilibrium. levels: of the chain; entry, exit (6 m, 6 m): stiffness of the cells at the tail's ends;
+    follows (3 m, 2, n): how the free nodes follow the tail pulley's slide and spin, and moves (2, 3 m, 2), its outermost
+    stations; tail (2, 2): change of force and moment on it by them."""
+
+    levels: list[Level]
+    entry: Array
+    exit: Array
+    follows: Array
+    moves: Array
+    tail: Array
+
+
+def chain(shape: Shape, wraps: Wrap) -> Places:
+    """The loop cut in the middle of the head's wrap."""
+    start = (wraps.first[HEAD] + wraps.last[HEAD]) // 2
+    return parted(shape, wraps, (start + jnp.arange(shape.stations)) % shape.stations)
+
+
+def parted(shape: Shape, wraps: Wrap, stations: Array) -> Places:
+    """The chain of these stations, which begins within the head's wrap, as the wraps part it."""
+    at = jnp.arange(shape.stations)
+    ends = jnp.stack([wraps.first - stations[0], wraps.last - stations[0]], axis=1) % shape.stations
+    (before_head, after_head), (entry, leaves) = ends
+    free = ((at > after_head) & (at < entry)) | ((at > leaves) & (at < before_head))
+    return Places(stations, free, (at >= entry) & (at <= leaves), ends)
+
+
+def torsion(belt: Belt, behind: Array, places: Places, tension: Array) -> Array:
+    """Stiffness of the couples of each cell [N/m], (n,); behind [m], (2, 2): how far the outermost stations lie behind
+    the tangent points, by pulley and end."""
+    whole = tension * belt.twist.tense + belt.twist.still
+    stiffness = jnp.full(len(places.stations), whole - tension * belt.twist.own)
+    behind = jnp.clip(behind, -0.5 * belt.chord, 0.5 * belt.chord)
+    seems = whole * (belt.chord / (belt.chord - behind) - 1.0)
+    for pulley in (HEAD, TAIL):
+        stiffness = stiffness.at[places.ends[pulley, FIRST] - 1].add(seems[pulley, FIRST])
+        stiffness = stiffness.at[places.ends[pulley, LAST]].add(seems[pulley, LAST])
+    return stiffness
+
+
+def forces(
+    shape: Shape, belt: Belt, nodes: Array, places: Places, twist: Array, springs: Springs, share: Array
+) -> tuple[Array, Array]:
+    """On all nodes of the chain [N], (3 m, n), and those of the spans' stretch on the outermost stations held, by pulley
+    and end (2, 2, 3 m). nodes [m], (m, 3, n); twist [N/m], (n,)."""
+    size = 3 * shape.lines
+    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share).slope
+    both = cell + twisted(nodes, twist, belt.twist.stretched, curved=False).slope
+    down = jnp.zeros((shape.lines, 3)).at[:, 2].set(-belt.mass * belt.gravity).reshape(size, 1)
+    on_nodes = down - both[:size] - jnp.roll(both[size:], 1, axis=-1) + springs.force
+    first, last = cell[size:, places.ends[:, FIRST] - 1], cell[:size, places.ends[:, LAST]]
+    return on_nodes, -jnp.stack([first, last]).transpose(2, 0, 1)
+
+
+def factorise(
+    shape: Shape,
+    belt: Belt,
+    nodes: Array,
+    taut: Array,
+    places: Places,
+    twist: Array,
+    springs: Springs,
+    share: Array,
+    moves: Array,
+) -> Stiffness:
+    """taut [m], (m, 3, n): the chain in its last equilibrium, whose tension counts; moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin."""
+    size = 3 * shape.lines
+    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share, taut=taut).curvature
+    assert cell is not None
+    entry, leave = cell[:, :, places.entry - 1], cell[:, :, places.exit]
+    couple = twisted(nodes, twist, belt.twist.stretched, curved=True).curvature
+    cell = cell + couple
+    free = places.free
+    diagonal = cell[:size, :size] + jnp.roll(cell[size:, size:], 1, axis=-1)
+    unit = jnp.eye(size)[:, :, None]
+    diagonal = jnp.where(free, diagonal + springs.stiffness[:, None] * unit, unit)
+    beside = jnp.where(free & jnp.roll(free, -1), cell[:size, size:], 0.0)
+    levels = factorised(diagonal, beside)
+    pulls = jnp.zeros((size, 2, shape.stations))
+    pulls = pulls.at[:, :, places.entry - 1].add(-cell[:size, size:, places.entry - 1] @ moves[0])
+    pulls = pulls.at[:, :, places.exit + 1].add(-cell[size:, :size, places.exit] @ moves[1])
+    follows = solved(levels, pulls)
+    at_tail = -jnp.stack(
+        [
+            entry[size:, :size] @ follows[:, :, places.entry - 1] + entry[size:, size:] @ moves[0],
+            leave[:size, size:] @ follows[:, :, places.exit + 1] + leave[:size, :size] @ moves[1],
+        ]
+    )
+    tail = jnp.einsum("eip,eiq->pq", moves, at_tail)
+    return Stiffness(levels, entry, leave, follows, moves, tail)
+
+
+def corrected(
+    shape: Shape, belt: Belt, stiffness: Stiffness, on_nodes: Array, places: Places, lacking: Array
+) -> tuple[Array, Array]:
+    """Moves of the free nodes (3 m, n) [m] and of the tail pulley (2,) [m, rad] towards equilibrium.
+
+    lacking (2,): force [N] and moment [N m] on the tail pulley, which are to become 0.
+    """
+    size = 3 * shape.lines
+    alone = solved(stiffness.levels, jnp.where(places.free, on_nodes, 0.0)[:, None])[:, 0]
+    felt = -jnp.stack(
+        [
+            stiffness.entry[size:, :size] @ alone[:, places.entry - 1],
+            stiffness.exit[:size, size:] @ alone[:, places.exit + 1],
+        ]
+    )
+    lacking = lacking + jnp.einsum("eip,ei->p", stiffness.moves, felt)
+    (a, b), (c, d) = stiffness.tail
+    fixed = belt.length
+    a, b, first = jnp.where(fixed > 0, 1.0, a), jnp.where(fixed > 0, 0.0, b), jnp.where(fixed > 0, 0.0, lacking[0])
+    tail = -jnp.stack([d * first - b * lacking[1], a * lacking[1] - c * first]) / (a * d - b * c)
+    return alone + jnp.einsum("ipn,p->in", stiffness.follows, tail), tail

@@ -1,0 +1,143 @@
+"""A case as arrays: what the engine traces, read off the same scene that is compiled for MuJoCo."""
+
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jax import Array
+
+from belt_sim.case import Case
+from belt_sim.mjx.elastic import Ties, Twist, membrane_law
+from belt_sim.mujoco3d.loads.torsion import Torsion
+from belt_sim.mujoco3d.machine.scene import Scene
+from belt_sim.mujoco3d.mesh.belt import Mesh
+from belt_sim.mujoco3d.mesh.lattice import calibrate
+from belt_sim.mujoco3d.mesh.path import sinking
+from belt_sim.mujoco3d.options import Options
+
+
+class Surfaces(NamedTuple):
+    """Both pulleys, every field of shape (2,): head, tail. radius [m]; extra [m]: how much wider the stations' circle
+    is; sinking: chords along which a station sinks; the others as in belt_sim.scene_parts.PulleySurface."""
+
+    radius: Array
+    extra: Array
+    sinking: Array
+    taper: Array
+    crown: Array
+    wobble: Array
+    wobble_phase: Array
+    cant: Array
+    yaw_offset: Array
+    yaw_compliance: Array
+
+
+class Belt(NamedTuple):
+    """The numbers of one case.
+
+    chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
+    gravity [m/s2]; load [N]: on the tail pulley's slide; length [1]: 1 where the slide is fixed instead, else 0;
+    pace [m/s]; level [m]: of the spans' ends above the axes; friction [1]; area [m2], width [m], bending [N m2].
+    """
+
+    ties: Ties
+    twist: Twist
+    surfaces: Surfaces
+    chord: Array
+    mass: Array
+    stiffness: Array
+    line_y: Array
+    gravity: Array
+    load: Array
+    length: Array
+    pace: Array
+    level: Array
+    friction: Array
+    area: Array
+    width: Array
+    bending: Array
+
+
+class Shape(NamedTuple):
+    """What the cases of a batch share: stations, lines, kind of ties, direction of travel, stations that may be off
+    the circle at an end of a wrap."""
+
+    stations: int
+    lines: int
+    bonds: bool
+    sign: int
+    zone: int
+
+
+def belt_of(scene: Scene, kind: str) -> tuple[Shape, Belt]:
+    """The arrays of a scene of ``kind`` "flex" or "grid"; options: fitted to its case."""
+    case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
+    torsion = Torsion.of(case.belt, mesh)
+    surfaces = _surfaces(scene)
+    shape = Shape(
+        stations=mesh.stations,
+        lines=mesh.across,
+        bonds=kind == "grid",
+        sign=int(np.sign(float(case.settings.direction))),
+        zone=int(surfaces.sinking.max()) + 2,
+    )
+    belt = Belt(
+        ties=_ties(case, mesh, options, kind, scene),
+        twist=Twist(torsion.tense, torsion.own, torsion.still, torsion.stretched),
+        surfaces=surfaces,
+        chord=mesh.chord,
+        mass=mesh.mass,
+        stiffness=mesh.line_stiffness,
+        line_y=mesh.line_y,
+        gravity=parts.gravity,
+        load=2.0 * float(case.tension_force),
+        length=float(options.tensioning == "length"),
+        pace=options.pace,
+        level=scene.loop.radius_head,
+        friction=parts.friction,
+        area=float(case.belt.area),
+        width=float(case.belt.width),
+        bending=float(case.belt.bending_stiffness),
+    )
+    return shape, jax.tree.map(lambda v: np.asarray(v, float), belt)
+
+
+def _surfaces(scene: Scene) -> Surfaces:
+    both = (scene.parts.head, scene.parts.tail)
+    chord = scene.mesh.chord
+    same: dict[str, Any] = {f: np.array([getattr(s, f) for s in both], float) for f in Surfaces._fields[3:]}
+    radius = np.array([s.radius for s in both], float)
+    wider = np.array([scene.loop.radius_head, scene.loop.radius_tail]) - radius
+    return Surfaces(radius, wider, np.array([float(sinking(chord, r)) for r in radius]), **same)
+
+
+def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: Scene) -> Ties:
+    """Six edges a quadrilateral, in the order of elastic.EDGES; a bond is counted once."""
+    strips, chord = mesh.across - 1, mesh.chord
+    w = -np.diff(mesh.line_y)
+    diagonal = np.hypot(chord, w)
+    straight = np.stack([w, np.full(strips, chord), diagonal, diagonal, w, np.full(strips, chord)], axis=1)[..., None]
+    natural = np.zeros_like(straight)
+    if scene.parts.camber is not None:
+        natural = _cambered(mesh, w) - straight
+    law, spring = np.zeros((strips, 2, 6, 6)), np.zeros((strips, 6))
+    for j in range(strips):
+        if kind == "flex":
+            width = float(mesh.line_y[0] - mesh.line_y[-1])
+            belt, thick = case.belt, float(case.belt.area) / width
+            law[j] = membrane_law(chord, w[j], thick, float(belt.youngs_modulus), float(belt.poisson_ratio))
+        else:
+            lattice = calibrate(case.belt, chord, mesh.across, options.bonds)
+            along = mesh.line_stiffness / chord
+            cross = lattice.diagonal / diagonal[j]
+            spring[j] = lattice.transverse / w[j], 0.0, cross, cross, 0.0, along[j]
+            spring[j, 1] = along[-1] if j == strips - 1 else 0.0
+    return Ties(law, spring, straight, natural)
+
+
+def _cambered(mesh: Mesh, w: np.ndarray) -> np.ndarray:
+    """Stress-free lengths of the edges of a belt that is curved by nature, shape (m - 1, 6, n)."""
+    along = mesh.lengths.T
+    across = np.broadcast_to(w[:, None], along[1:].shape)
+    diagonal = np.sqrt(w[:, None] ** 2 + along[1:] * along[:-1])
+    return np.stack([across, along[1:], diagonal, diagonal, across, along[:-1]], axis=1)

@@ -1,0 +1,136 @@
+"""Elastic energy of the belt between two neighbouring stations: membrane or bonds, and the couple of torsion.
+
+A cell is a pair of stations, i and i + 1, with m nodes each; between two lines it is a quadrilateral a, b (station i,
+lines j, j + 1), c, d (station i + 1). Its energy is a function of the six squared distances of its corners. The
+membrane is that of MuJoCo's flex: triangles of constant Green strain, diagonals alternating; the bonds are springs.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+#: corners a, b, c, d = 0 .. 3 at the ends of the six edges of a quadrilateral
+EDGES = ((0, 1), (1, 3), (0, 3), (1, 2), (2, 3), (0, 2))
+_SIGNS = np.zeros((6, 4))
+for _k, (_from, _to) in enumerate(EDGES):
+    _SIGNS[_k, _from], _SIGNS[_k, _to] = -1.0, 1.0
+
+
+class Ties(NamedTuple):
+    """What ties the nodes of a belt; q = m - 1 strips, k = n stations, or 1 where all are alike.
+
+    law, shape (q, 2, 6, 6): of the membrane, energy = 1/2 e law e [N/m3] with e the change of the squared lengths, for
+    i + j even and odd; zero for a grid. spring, shape (q, 6): stiffness of the bonds [N/m]; zero for a membrane.
+    length, natural, shape (q, 6, k): stress-free lengths [m] of the straight belt, and what its camber adds to them.
+    """
+
+    law: Array
+    spring: Array
+    length: Array
+    natural: Array
+
+
+class Cell(NamedTuple):
+    """Of cells of m lines: slope (6 m, n) [N] and curvature (6 m, 6 m, n) [N/m] of the energy, by the places of
+    station i, then of station i + 1, each node by node x, y, z."""
+
+    slope: Array
+    curvature: Array | None
+
+
+def stretched(
+    ties: Ties, bonds: bool, places: Array, stations: Array, share: Array, *, taut: Array | None = None
+) -> Cell:
+    """Of membrane or bonds. places [m], shape (m, 3, n); stations, shape (n,): their numbers; share: of the camber;
+    taut [m], like places, if the curvature is wanted: places in equilibrium, whose tension stiffens the belt across.
+    """
+    lines, _, n = places.shape
+    slope, curvature = jnp.zeros((6 * lines, n)), jnp.zeros((6 * lines, 6 * lines, n)) if taut is not None else None
+    for j in range(lines - 1):
+        apart = _apart(places, j)
+        free = ties.length[j] + share * ties.natural[j]
+        free = free if free.shape[-1] == 1 else free[:, stations]
+        odd = (stations + j) % 2 == 1
+        by_square, law = _law(ties, j, bonds, (apart * apart).sum(axis=1), free, odd)
+        by_corner = _SIGNS[:, :, None, None] * (2.0 * apart)[:, None]  # squared lengths by the corners' places
+        by_corner = by_corner.reshape(6, 12, n)
+        rows = np.concatenate([3 * v + np.arange(3) for v in (j, j + 1, lines + j, lines + j + 1)])
+        slope = slope.at[rows].add((by_square[:, None] * by_corner).sum(axis=0))
+        if curvature is not None and taut is not None:
+            tension = _law(ties, j, bonds, (_apart(taut, j) ** 2).sum(axis=1), free, odd)[0]
+            bent = _curvature(tension, law, by_corner)
+            curvature = curvature.at[rows[:, None], rows].add(bent) if lines > 2 else bent
+    return Cell(slope, curvature)
+
+
+def _apart(places: Array, j: int) -> Array:
+    """The six edges of the quadrilaterals between lines j and j + 1 [m], shape (6, 3, n)."""
+    after = jnp.roll(places, -1, axis=-1)
+    corners = (places[j], places[j + 1], after[j], after[j + 1])
+    return jnp.stack([corners[to] - corners[start] for start, to in EDGES])
+
+
+def _law(ties: Ties, j: int, bonds: bool, square: Array, free: Array, odd: Array) -> tuple[Array, Array]:
+    """First and second derivatives of the energy by the squared lengths, shapes (6, n) and (6, 6, n)."""
+    if bonds:
+        length = jnp.sqrt(square)
+        first = 0.5 * ties.spring[j][:, None] * (1.0 - free / length)
+        second = 0.25 * ties.spring[j][:, None] * free / (square * length)
+        return first, jnp.eye(6)[:, :, None] * second[:, None]
+    law = jnp.where(odd, ties.law[j, 1][:, :, None], ties.law[j, 0][:, :, None])
+    return (law * (square - free * free)[None]).sum(axis=1), law
+
+
+def _curvature(by_square: Array, law: Array, by_corner: Array) -> Array:
+    """Second derivatives of a quadrilateral's energy by its corners' places, shape (12, 12, n)."""
+    weighted = (law[:, :, None] * by_corner[None]).sum(axis=1)
+    material = (by_corner[:, :, None] * weighted[:, None]).sum(axis=0)
+    pairs = np.einsum("kp,kq->kpq", _SIGNS, _SIGNS)
+    turning = (2.0 * by_square[:, None, None] * pairs[..., None]).sum(axis=0)  # (4, 4, n)
+    spread = turning[:, None, :, None] * np.eye(3)[None, :, None, :, None]
+    return material + spread.reshape(12, 12, -1)
+
+
+class Twist(NamedTuple):
+    """Torsion that the lines lack (belt_sim.mujoco3d.loads.torsion). tense, own [1/m], still [N/m], stretched [N/m3]."""
+
+    tense: Array
+    own: Array
+    still: Array
+    stretched: Array
+
+
+def twisted(places: Array, stiffness: Array, stretched: Array, *, curved: bool) -> Cell:
+    """Couples on the sections: energy stiffness d^2 / 2 + stretched d^4 / 4, d by how much more the first line rises
+    above the last at station i + 1 than at i [m]. stiffness [N/m], shape (n,); stretched [N/m3]."""
+    lines, _, n = places.shape
+    roll = places[0, 2] - places[-1, 2]
+    more = jnp.roll(roll, -1) - roll
+    by_height = np.zeros(6 * lines)
+    by_height[[2, 3 * lines - 1, 3 * lines + 2, 6 * lines - 1]] = -1.0, 1.0, 1.0, -1.0
+    slope = by_height[:, None] * (stiffness * more + stretched * more**3)
+    if not curved:
+        return Cell(slope, None)
+    square = np.outer(by_height, by_height)[..., None]
+    return Cell(slope, square * (stiffness + 3.0 * stretched * more**2))
+
+
+def membrane_law(chord: float, width: float, thickness: float, modulus: float, poisson_ratio: float) -> np.ndarray:
+    """The energy of a rectangle of two triangles by its squared lengths [N/m3], shape (2, 6, 6): even and odd.
+
+    chord, width [m]: its sides; thickness [m]; modulus [Pa].
+    """
+    places = np.array([[0.0, width], [0.0, 0.0], [chord, width], [chord, 0.0]])
+    plane = np.array([[1.0, poisson_ratio, 0.0], [poisson_ratio, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - poisson_ratio)]])
+    plane *= modulus / (1.0 - poisson_ratio**2)
+    found = np.zeros((2, 6, 6))
+    for odd, triangles in enumerate((((0, 1, 3), (0, 3, 2)), ((0, 1, 2), (1, 3, 2)))):
+        for corners in triangles:
+            pairs = [tuple(sorted((corners[i], corners[(i + 1) % 3]))) for i in range(3)]
+            edges = [EDGES.index(p) for p in pairs]
+            d = np.array([places[b] - places[a] for a, b in pairs])
+            strain = np.linalg.inv(2.0 * np.stack([d[:, 0] ** 2, d[:, 1] ** 2, d[:, 0] * d[:, 1]], axis=1))
+            found[odd][np.ix_(edges, edges)] += 0.5 * chord * width * thickness * strain.T @ plane @ strain
+    return found

@@ -1,0 +1,66 @@
+"""What the machine is told, step by step: rest, run-in, and a stop for every yaw step (mujoco3d/run/stages.py)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.case import Settings
+from belt_sim.mjx.step import Command
+from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
+from belt_sim.mujoco3d.options import Options
+
+_RESTING = 4  # rows at rest in which the spans find their places
+_TURNING = 2  # rows in which a yaw step is made, and one more after it
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Rows of k steps. commands: arrays of shape (rows, k, ...); recorded: rows that stand in the curves, and the row
+    at travel 0 before the yaw, shape (rows,)."""
+
+    commands: Command
+    recorded: np.ndarray
+
+    def padded(self, rows: int) -> "Plan":
+        """With rows of standing still behind it."""
+        more = rows - len(self.recorded)
+        commands = Command(*(np.concatenate([c, np.repeat(c[-1:, -1:], more, 0).repeat(c.shape[1], 1)])
+                             for c in self.commands))  # fmt: skip
+        return Plan(commands, np.concatenate([self.recorded, np.zeros(more, bool)]))
+
+
+def plan_of(settings: Settings, options: Options, travel: float, steps: int, changes: bool) -> Plan:
+    """Of a run over ``travel`` [m] with ``steps`` steps a row; changes: something besides the yaw sets in at 0."""
+    yaw = YawPlan.of(settings)
+    rows: list[tuple[bool, list[tuple[float, np.ndarray, float]]]] = []
+
+    def march(start: float, end: float, done: float) -> None:
+        count = max(math.ceil((end - start) / options.sample - 1e-9), 0)
+        places = start + (end - start) * (np.arange(count * steps) + 1.0) / max(count * steps, 1)
+        told = [(float(s), yaw.angles(float(s), done), float(done >= 0.0)) for s in places]
+        rows.extend((start >= 0.0, told[k * steps : (k + 1) * steps]) for k in range(count))
+
+    def stand(at: float, done: float) -> None:
+        for row in range(_TURNING + 1):
+            told = []
+            for k in range(steps):
+                part = smooth((row * steps + k + 1) / (_TURNING * steps))
+                share = 1.0 if done >= 0.0 else part if at >= 0.0 else 0.0
+                told.append((at, yaw.turning(at, done, part), share))
+            rows.append((False, told))
+
+    done, here = -math.inf, -options.run_in
+    rows.extend((False, [(here, yaw.angles(here, done), 0.0)] * steps) for _ in range(_RESTING))
+    for stop in sorted({s for s in yaw.stops(travel) if s > 0.0} | {0.0}):
+        march(here, stop, done)
+        if stop == 0.0:
+            rows[-1] = (True, rows[-1][1])
+        if stop > 0.0 or changes or 0.0 in yaw.stops(travel):
+            stand(stop, done)
+            done = stop
+        here = stop
+    march(here, travel, done)
+    recorded = np.array([r for r, _ in rows])
+    parts = [np.array([[t[k] for t in told] for _, told in rows]) for k in range(3)]
+    return Plan(Command(*parts), recorded)

@@ -1,0 +1,162 @@
+"""One step of travel: pulleys, anchors, equilibrium, landing.
+
+Inertia is left out: the belt of a 3D run goes at a 35th of its string speed, where it does not matter. So a step is a
+length of travel, not of time. What a run filters over time is filtered over the travel made in that time.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from belt_sim.mjx.balance import Places, Springs, chain, corrected, factorise, forces, parted, torsion
+from belt_sim.mjx.belt import Belt, Shape
+from belt_sim.mjx.wrap import (
+    FIRST,
+    HEAD,
+    LAST,
+    TAIL,
+    Pose,
+    Wrap,
+    axes_of,
+    depth,
+    landed,
+    met,
+    placed,
+    released,
+    sunk,
+    turning,
+)
+
+_CALM = 0.02  # [s], as in wrap/contact.py
+_CORRECTIONS = 1
+
+
+class State(NamedTuple):
+    """nodes [m], (m, 3, n); wraps: of head and tail; tail_x [m], tail_spin [rad]; tension [N]: mean of the spans;
+    travel [m]; residual [N]: largest force left on a free node before the last correction."""
+
+    nodes: Array
+    wraps: Wrap
+    tail_x: Array
+    tail_spin: Array
+    tension: Array
+    travel: Array
+    residual: Array
+
+
+class Command(NamedTuple):
+    """What the machine is told for a step: travel [m] at its end; yaw [rad], (2,): head, tail; share: of yaw offsets,
+    cants and camber that acts."""
+
+    travel: Array
+    yaw: Array
+    share: Array
+
+
+def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
+    """The state after a step."""
+    moved = command.travel - state.travel
+    shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
+    axes = jax.vmap(axes_of, in_axes=(0, 0, None))(belt.surfaces, command.yaw, command.share)
+    spin = shape.sign * command.travel / belt.surfaces.radius[HEAD]
+
+    def poses(tail: Array) -> Pose:
+        return Pose(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([spin, tail[1]]))
+
+    tail = jnp.stack([state.tail_x, state.tail_spin + shape.sign * moved / belt.surfaces.radius[TAIL]])
+    pose, wraps = poses(tail), state.wraps
+    for end in (FIRST, LAST):
+        wraps = jax.vmap(lambda w, s, p, end=end: sunk(shape, w, s, p, end, belt.chord, moved, shaped))(
+            wraps, belt.surfaces, pose
+        )
+    places = chain(shape, wraps)
+    taut = state.nodes[..., places.stations]
+    nodes = _led(shape, belt.line_y, taut, _held(wraps, pose, places, taut), places, moved / belt.chord)
+    for end in (FIRST, LAST):
+        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(
+            wraps, belt.surfaces, pose
+        )
+    places = parted(shape, wraps, places.stations)
+    nodes, tail, tension, residual = _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command)
+    nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
+    share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
+    wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
+    for end in (FIRST, LAST):
+        wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, shaped))(
+            wraps, belt.surfaces, pose
+        )
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, residual)
+
+
+def _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command):
+    """Nodes in equilibrium, slide and spin of the tail pulley, tension, and the residual."""
+    pose = poses(tail)
+    twist = torsion(belt, _behind(shape, wraps, belt, pose), places, state.tension)
+    springs = Springs(jnp.zeros((3 * shape.lines, 1)), jnp.zeros((3 * shape.lines, 1)))
+    nodes = _held(wraps, pose, places, nodes)
+    moves = _moves(shape, wraps, pose)
+    stiffness = factorise(shape, belt, nodes, taut, places, twist, springs, command.share, moves)
+    for _ in range(_CORRECTIONS):
+        on_nodes, at_ends = forces(shape, belt, nodes, places, twist, springs, command.share)
+        on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL])
+        arms = jnp.where(places.on_tail, nodes[:, 0] - tail[0], 0.0).sum(axis=1)
+        lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
+        change, tail_change = corrected(shape, belt, stiffness, on_nodes, places, lacking)
+        tail = tail + tail_change
+        nodes = nodes + change.reshape(nodes.shape)
+        nodes = _held(wraps, poses(tail), places, nodes)
+    residual = jnp.abs(jnp.where(places.free, on_nodes, 0.0)).max()
+    return nodes, tail, -0.5 * on_tail[0], residual
+
+
+def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:
+    """How far the outermost stations lie behind the tangent points [m], by pulley and end (2, 2)."""
+
+    def one(wrap, surface, pose):
+        ends = [k % shape.stations for k in (wrap.first, wrap.last)]
+        middle = [0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]) for k in ends]
+        return jnp.stack([depth(wrap, surface, pose, a, end) for end, a in enumerate(middle)])
+
+    return jax.vmap(one)(wraps, belt.surfaces, pose)
+
+
+def _held(wraps: Wrap, pose: Pose, places: Places, nodes: Array) -> Array:
+    """The chain with its held stations on their anchors [m], (m, 3, n)."""
+    head, tail = jax.vmap(placed)(wraps, pose)[..., places.stations]
+    return jnp.where(places.free, nodes, jnp.where(places.on_tail, tail, head))
+
+
+def _led(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, chords: Array) -> Array:
+    """The chain led on by so many chords: free stations go along their links, held ones where the pulleys take them.
+
+    What a span's ends are taken further than along their links is shared out along the span, linearly, and as a beam
+    bends when they turn in its plane: a link that took it all would be slack or twice as tight.
+    """
+    at, link = jnp.arange(nodes.shape[-1]), jnp.roll(nodes, -1, axis=-1) - nodes
+    along = nodes + chords * (link if shape.sign > 0 else jnp.roll(link, 1, axis=-1) * -1.0)
+    (before_head, after_head), (entry, leaves) = places.ends
+    led = held
+    for start, end in ((after_head, entry), (leaves, before_head)):
+        first, last = (
+            held[..., k] - nodes[..., k] - shape.sign * chords * link[..., j]
+            for k, j in ((start, start), (end, end - 1))
+        )
+        s, length = (at - start) / (end - start), (held[..., end] - held[..., start])[:, 0].mean()
+        turns = [(v[-1, 0] - v[0, 0]) / (line_y[0] - line_y[-1]) for v in (first, last)]
+        turn = turns[0] * (1.0 - 4.0 * s + 3.0 * s**2) + turns[1] * (3.0 * s**2 - 2.0 * s)
+        aside = length * (turns[0] * (s - 2.0 * s**2 + s**3) + turns[1] * (s**3 - s**2))
+        first, last = (v.at[:, 0].set(v[:, 0].mean()) for v in (first, last))
+        moved = along + (1.0 - s) * first[..., None] + s * last[..., None]
+        moved = moved.at[:, 1].add(aside).at[:, 0].add(-line_y[:, None] * turn)
+        led = jnp.where((at > start) & (at < end), moved, led)
+    return led
+
+
+def _moves(shape: Shape, wraps: Wrap, pose: Pose) -> Array:
+    """How the tail's outermost stations move with its slide and its spin, (2, 3 m, 2)."""
+    wrap, at = (jax.tree.map(lambda v: v[TAIL], tree) for tree in (wraps, pose))
+    along = jnp.tile(jnp.array([1.0, 0.0, 0.0]), shape.lines)
+    ends = [turning(wrap, at, k % shape.stations).ravel() for k in (wrap.first, wrap.last)]
+    return jnp.stack([jnp.stack([along, turned], axis=1) for turned in ends])

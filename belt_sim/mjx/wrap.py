@@ -1,0 +1,169 @@
+"""The stations on the pulleys as arrays: the laws of belt_sim.mujoco3d.wrap.touchdown and .contact, without branches.
+
+Every function here is of one pulley; ``both`` makes it one of the two.
+"""
+
+import math
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from belt_sim.mjx.belt import Shape, Surfaces
+
+HEAD, TAIL = 0, 1
+FIRST, LAST = 0, 1  # ends of a wrap
+OUTWARDS = (-1, 1)  # along station numbers
+_EARLIEST, _FORGETTING, _HYSTERESIS = 0.5, 0.5, 0.02  # chords, as in wrap/touchdown.py
+_OUTSIDE = 4  # free stations over which the direction of a span is taken
+both = jax.vmap
+
+
+class Pose(NamedTuple):
+    """Where a pulley is: centre [m], (3,); axes (3, 3), pulley frame to world; spin [rad]."""
+
+    centre: Array
+    axes: Array
+    spin: Array
+
+
+class Wrap(NamedTuple):
+    """As belt_sim.mujoco3d.state.Wrap: first, last (); r, y [m], angle [rad], shape (m, n); lifted [m], (n,);
+    tangent [rad], (2,); slip [m], (m, n, 2): increments of the last step, along the axis and along the turn."""
+
+    first: Array
+    last: Array
+    r: Array
+    y: Array
+    angle: Array
+    lifted: Array
+    tangent: Array
+    slip: Array
+
+
+def axes_of(surface: Surfaces, yaw: Array, share: Array) -> Array:
+    """Rotation (3, 3) of a pulley, as PulleySurface.axes."""
+    turn, roll = yaw + share * surface.yaw_offset, share * surface.cant
+    c, s, cg, sg = jnp.cos(turn), jnp.sin(turn), jnp.cos(roll), jnp.sin(roll)
+    return jnp.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
+
+
+def radius_at(surface: Surfaces, shaped: Array, y: Array, angle: Array) -> Array:
+    """Radius of a station's circle [m]; shaped: 1 where the pulley is what it is, 0 while it is a plain cylinder."""
+    uneven = y * (surface.taper - 0.5 * surface.crown * y)
+    wobble = surface.wobble * y * jnp.sin(angle - surface.wobble_phase)
+    return surface.radius + shaped * (surface.radius * uneven - wobble) + surface.extra
+
+
+def cylinder_coordinates(places: Array, pose: Pose) -> tuple[Array, Array, Array]:
+    """r, y [m] and material angle [rad] of places (m, 3, ...)."""
+    local = jnp.einsum("mi...,ij->mj...", places - _spread(pose.centre, places), pose.axes)
+    x, y, z = local[:, 0], local[:, 1], local[:, 2]
+    return jnp.sqrt(x * x + z * z), y, jnp.arctan2(x, z) - pose.spin
+
+
+def _spread(vector: Array, places: Array) -> Array:
+    return vector.reshape(1, 3, *[1] * (places.ndim - 2))
+
+
+def placed(wrap: Wrap, pose: Pose) -> Array:
+    """Places of the anchors of all stations [m], shape (m, 3, n)."""
+    turned = wrap.angle + pose.spin
+    local = jnp.stack([wrap.r * jnp.sin(turned), wrap.y, wrap.r * jnp.cos(turned)], axis=1)
+    return jnp.einsum("mjn,ij->min", local, pose.axes) + pose.centre[:, None]
+
+
+def turning(wrap: Wrap, pose: Pose, k: Array) -> Array:
+    """How the anchors of station k move with the pulley's spin [m/rad], shape (m, 3)."""
+    turned, r = wrap.angle[:, k] + pose.spin, wrap.r[:, k]
+    local = jnp.stack([r * jnp.cos(turned), jnp.zeros_like(r), -r * jnp.sin(turned)], axis=1)
+    return local @ pose.axes.T
+
+
+def depth(wrap: Wrap, surface: Surfaces, pose: Pose, angle: Array, end: int) -> Array:
+    """How far behind the belt's tangent at ``end`` stations of material angle ``angle`` [rad] lie [m]."""
+    ahead = angle + pose.spin - wrap.tangent[end]
+    return -OUTWARDS[end] * (ahead - math.tau * jnp.rint(ahead / math.tau)) * surface.radius
+
+
+def lift(inside: Array, chord: Array, surface: Surfaces) -> Array:
+    """Height above the circle [m] of stations ``inside`` [m] behind the tangent point (mesh/path.py)."""
+    radius, along = surface.radius, surface.sinking
+    straight = radius / jnp.cos(jnp.minimum(inside, 0.5 * chord) / radius) - radius
+    t = jnp.clip((inside / chord - 0.5) / along, 0.0, 1.0)
+    left = (1.0 - t) ** 2
+    return straight * left * (1.0 + 2.0 * t) + (0.5 * chord**2 / radius * along) * t * left
+
+
+def _apart(flat: Array, r1: Array, r2: Array) -> Array:
+    return 2.0 * jnp.arcsin(jnp.sqrt((flat - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
+
+
+def sunk(
+    shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, end: int, chord: Array, moved: Array, shaped: Array
+) -> Wrap:
+    """The outermost stations at ``end`` on their path for the pulley's present place; moved [m]: what it turned."""
+    outward = OUTWARDS[end]
+    outer = (wrap.first, wrap.last)[end]
+    k = (outer - outward * jnp.arange(shape.zone + 1)) % shape.stations
+    off, r, angle, y = k[:-1], wrap.r[:, k], wrap.angle[:, k], wrap.y[:, k[:-1]]
+    flat = jnp.diff(r) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * jnp.sin(0.5 * jnp.diff(angle)) ** 2
+    lifted = wrap.lifted[off] * jnp.exp(-moved / (_FORGETTING * chord))
+    inside = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1])[:-1], end)
+    on_path = radius_at(surface, shaped, y, angle[:, :-1]) + lift(inside, chord, surface) + lifted
+    turned = _apart(flat, on_path, jnp.concatenate([on_path[:, 1:], r[:, -1:]], axis=1))
+    behind = jnp.cumsum(turned[:, ::-1], axis=1)[:, ::-1]
+    return wrap._replace(
+        lifted=wrap.lifted.at[off].set(lifted),
+        r=wrap.r.at[:, off].set(on_path),
+        angle=wrap.angle.at[:, off].set(angle[:, -1:] + outward * behind),
+    )
+
+
+def met(shape: Shape, wrap: Wrap, pose: Pose, places: Array, share: Array) -> Wrap:
+    """The places where the belt meets the pulley, moved by ``share`` of the way to where the spans' directions say."""
+    tangent = []
+    for end, outer in enumerate((wrap.first, wrap.last)):
+        inner, beyond = ((outer + i * OUTWARDS[end]) % shape.stations for i in (1, _OUTSIDE))
+        along = (places[:, :, beyond] - places[:, :, inner]).sum(axis=0) * OUTWARDS[end]
+        local = along @ pose.axes
+        ahead = jnp.arctan2(-local[2], local[0]) - wrap.tangent[end]
+        tangent.append(wrap.tangent[end] + share * (ahead - math.tau * jnp.rint(ahead / math.tau)))
+    return wrap._replace(tangent=jnp.stack(tangent))
+
+
+def released(shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, end: int, chord: Array) -> Wrap:
+    """Without the outermost station at ``end``, where it has come far enough to be free."""
+    outer = (wrap.first, wrap.last)[end]
+    k = outer % shape.stations
+    inside = depth(wrap, surface, pose, 0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]), end)
+    goes = inside < -(_EARLIEST + _HYSTERESIS) * chord
+    fewer = jnp.where(goes, outer - OUTWARDS[end], outer)
+    slip = wrap.slip.at[:, k].multiply(jnp.where(goes, 0.0, 1.0))
+    return wrap._replace(slip=slip, **{("first", "last")[end]: fewer})
+
+
+def landed(
+    shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, places: Array, end: int, chord: Array, shaped: Array
+) -> Wrap:
+    """With the station next to ``end``, where it has come close enough: at its mean height and at its distance from
+    the one landed before, edge by edge. places [m], shape (m, 3, n): of the belt as one sees it without its layer."""
+    outward = OUTWARDS[end]
+    outer = (wrap.first, wrap.last)[end]
+    k, beside = (outer + outward) % shape.stations, outer % shape.stations
+    nodes = places[:, :, k]
+    r, y, angle = cylinder_coordinates(nodes, pose)
+    lands = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1]), end) > -_EARLIEST * chord
+    circle = radius_at(surface, shaped, y, angle)
+    high = (r - circle).mean()
+    lifted = high - lift(depth(wrap, surface, pose, angle.mean(), end), chord, surface)
+    square = ((nodes - places[:, :, beside]) ** 2).sum(axis=1)
+    turned = _apart(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
+    new = {"r": circle + high, "y": y, "angle": wrap.angle[:, beside] + outward * turned}
+    anchors = {f: (v := getattr(wrap, f)).at[:, k].set(jnp.where(lands, new[f], v[:, k])) for f in new}
+    return wrap._replace(
+        lifted=wrap.lifted.at[k].set(jnp.where(lands, lifted, wrap.lifted[k])),
+        **anchors,
+        **{("first", "last")[end]: jnp.where(lands, outer + outward, outer)},
+    )
