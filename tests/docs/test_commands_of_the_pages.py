@@ -46,7 +46,7 @@ def jobs(words) -> list[list[str]]:
 def composed(folder, config: str, overrides) -> dict:
     """A configuration as Hydra puts it together, but for its own part."""
     with initialize_config_dir(version_base="1.3", config_dir=str(folder)):
-        return OmegaConf.to_container(compose(config_name=config, overrides=overrides))  # type: ignore[return-value]
+        return OmegaConf.to_container(compose(config_name=config, overrides=overrides), resolve=True)  # type: ignore[return-value]
 
 
 def mean_something(command: str, cfg: dict) -> None:

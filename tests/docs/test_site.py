@@ -67,3 +67,10 @@ def test_every_page_is_reached_from_the_first():
     start = (DOCS / "index.md").read_text(encoding="utf-8")
     trees = "\n".join(re.findall(r"```\{toctree\}\n(.*?)```", start, re.DOTALL)).splitlines()
     assert {p.stem for p in DOCS.glob("*.md")} - {"index"} == {t for t in trees if t and not t.startswith(":")}
+
+
+@pytest.mark.parametrize("page", ["README.md", "studies/README.md", "models/README.md", "models/campaigns/README.md"])
+def test_what_a_readme_links_to_is_there(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    links = [link.split("#")[0] for link in re.findall(r"\]\(([^)\s]+)\)", text) if "://" not in link]
+    assert not [link for link in links if not ((ROOT / page).parent / link).exists()]
