@@ -17,7 +17,7 @@ from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Noise, Plan, Setting
 from studies.application import application
 
-BEFORE, LENGTH, SPACING = 5.0, 60.0, 0.25  # [m]: travel before the yaw, from it on, between readings
+BEFORE, LENGTH, SPACING = 5.0, 60.0, 0.1  # [m]: travel before the yaw, from it on, between readings
 TENSIONS, YAW, SPEED = (10.0, 20.0, 40.0), 0.042, 0.5  # [N/mm2], [deg], [m/s]
 HIDDEN = [{"id": "taper", "kappa_t": 4e-6}]
 NOISE = Noise(white=0.01 * MM, wander_sd=0.03 * MM, zero=0.0, tension_rel=0.005)
@@ -25,11 +25,15 @@ MARKS = (103.2, 48.1)  # [mm], where the sensors' own zeros are
 HEADER = "Zeit [s];v Band [m/min];Schwenkwinkel [°];Bandzug [kN];Kante Umlenktrommel [mm];Kante Antriebstrommel [mm]"
 
 
-def plan() -> Plan:
-    """Both signs of yaw at each tension, and two repeats."""
-    common: dict[str, Any] = {"yaw_at": BEFORE, "speed": SPEED}
-    runs = [Setting(tension=t * N_PER_MM2, yaw=s * YAW * DEGREE, **common) for t in TENSIONS for s in (-1, 1)]
-    again = [Setting(tension=runs[k].tension, yaw=runs[k].yaw, repeat_of=k, **common) for k in (1, 4)]
+def plan(rng: np.random.Generator) -> Plan:
+    """Both signs of yaw at each tension, and two repeats; a yaw comes somewhere between two readings."""
+
+    def setting(tension: float, yaw: float, repeat_of: int | None = None) -> Setting:
+        at = BEFORE - SPACING * rng.random()
+        return Setting(tension=tension, yaw=yaw, repeat_of=repeat_of, yaw_at=at, speed=SPEED)
+
+    runs = [setting(t * N_PER_MM2, s * YAW * DEGREE) for t in TENSIONS for s in (-1, 1)]
+    again = [setting(runs[k].tension, runs[k].yaw, k) for k in (1, 4)]
     return Plan(runs=(*runs, *again), length=BEFORE + LENGTH, spacing=SPACING)
 
 
@@ -49,10 +53,11 @@ def logged(run: Run, number: int, section: float, rng: np.random.Generator) -> s
 
 def loggers(config: dict[str, Any]) -> None:
     """Write one file a run."""
-    chosen, seed = plan(), int(config["seed"])
+    seed = int(config["seed"])
+    rng = np.random.default_rng(seed)
+    chosen = plan(rng)
     campaign, _ = make_campaign(hidden=HIDDEN, seed=seed, base="strip", plan=chosen, noise=NOISE)
     section = campaign.belt.width.value * campaign.belt.thickness.value
-    rng = np.random.default_rng(seed)
     for k, run in enumerate(campaign.runs, start=1):
         text = logged(run, k, section, rng).replace("\n", "\r\n")
         print(write_with(Path(config["out"]) / f"lauf_{k:02d}.csv", partial(_put, text=text)))

@@ -72,7 +72,15 @@ def application(desk: Desk, port: int) -> FastAPI:
     _results(outer, desk)
     pages_app.on_shutdown(desk.close)
     pages_app.on_exception(_tell)
-    ui.run_with(outer, title="belt_sim", favicon=ICON, dark=None, tailwind=False, reconnect_timeout=PATIENCE)
+    ui.run_with(
+        outer,
+        title="belt_sim",
+        favicon=ICON,
+        dark=None,
+        tailwind=False,
+        reconnect_timeout=PATIENCE,
+        show_welcome_message=False,
+    )
     outer.add_middleware(Guard, port=port)
     return outer
 

@@ -19,8 +19,11 @@ DRAWN = Oblique(width=5.0, lateral=60.0, height=3.0, tilt=15.0, radius=TEST_RIG.
                 centre_distance=TEST_RIG.centre_distance, half_width=0.5 * PAPER_BELT.width)  # fmt: skip
 
 
-def particle_plate(number: int, title: str, run_name: str) -> Plate:
-    """The stored run of a grid of bonded particles; beside it what the strip law says of points 1 and 4."""
+def particle_plate(number: int, title: str, run_name: str, remark: str = "") -> Plate:
+    """The stored run of a grid of bonded particles; beside it what the strip law says of points 1 and 4.
+
+    remark: of the figure, at the end of its caption.
+    """
     run = stored(run_name)
     shape, law = run.shapes[-1], moving("strip", run.tension)
     within = np.asarray(law.travel) <= run.curves.travel[-1] + 1e-9
@@ -38,7 +41,7 @@ def particle_plate(number: int, title: str, run_name: str) -> Plate:
         f"test rig ({2 * len(shape.left)} particles) at {run.tension:g} N/mm2, {run.made['travel_m']:g} m after a yaw "
         "of -0.042 degrees; width 5, sag 3, sideways movement 60, tilt 45 times enlarged. Point 1 stays within "
         f"{100 * off:.1f} % of the strip law's greatest y. "
-        f"The run cost {run.made['cpu_s']:.0f} CPU s, 60 m would cost about {_whole(run.made):.0f} min."
+        f"The run cost {run.made['cpu_s']:.0f} CPU s, 60 m would cost about {_whole(run.made):.0f} min.{remark}"
     )
     return Plate(number=number, title=title, caption=caption, numbers=numbers, stored=(run_name,),
                  draw=lambda p: _draw(p, numbers, shape, title))  # fmt: skip

@@ -27,6 +27,7 @@ def _what_models_say(judgements: Mapping[str, Mapping[str, Judgement]]) -> list[
     slow, fast, read = (_reproducing(judgements[name]) for name in ("M2", "M3", "M3, read early"))
     both = [m for m in slow if m in fast]
     early = [m for m in slow if m in read]
+    m4 = judgements["M4"]["strip"]
     strip = judgements["M3"]["strip"].number, judgements["M3, read early"]["strip"].number
     return [
         "A slow start (M2) together with a steady rate that is a lot higher at low tension (M3): "
@@ -36,9 +37,10 @@ def _what_models_say(judgements: Mapping[str, Mapping[str, Judgement]]) -> list[
         + ".",
         f"A slow start together with a higher rate as a record of 10 to 15 m shows it: {_names(early)}. Of the "
         f"hanging strip the rates at 7 and 10 N/mm2 are {strip[0]} in the long run, but {strip[1]} over 10 to 15 m.",
-        "So the statements of the paper and the strip law agree if the measured rates were read within the first swing "
-        "of the belt, and do not agree if they were steady. Which of the two it was is not in the paper's text, and "
-        "computation cannot tell.",
+        "So M2 and M3 agree with the strip law if the measured rates were read within the first swing of the belt, and "
+        "M3 does not if they were steady. Which of the two it was is not in the paper's text, and computation cannot "
+        "tell. "
+        f"Of M4 the hanging strip says: {m4.verdict} ({m4.number}).",
     ]
 
 

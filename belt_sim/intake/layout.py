@@ -42,7 +42,8 @@ def layout_of(lines: Sequence[str], asked: dict[str, str] | None = None) -> Layo
     asked = asked or {}
     separators = [asked["separator"]] if asked.get("separator") else SEPARATORS
     decimals = [asked["decimal"]] if asked.get("decimal") else (".", ",")
-    tried = [(_score(lines, s, d), s, d) for s in separators for d in decimals if s != d]
+    quoted = any('"' in line for line in lines)  # only then may a comma be both
+    tried = [(_score(lines, s, d), s, d) for s in separators for d in decimals if s != d or quoted]
     score, separator, decimal = max(tried, key=lambda t: t[0])  # of equals the first
     if score <= 0.0:
         return None

@@ -20,16 +20,17 @@ PLAUSIBLE: dict[str, tuple[tuple[str, ...], float, float]] = {
     "tilt": (("mrad", "deg", "rad"), 2e-5, 0.5),
     "rate": (("mm/m",), 1e-6, 0.2),
 }
+DAY = 86400.0  # [s]
 #: Columns that a table has once.
 ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "u_rate")
 
 
 def proposed(table: LoggedTable) -> LoggedTable:
     """The table with a role, a unit and a place proposed for every column, and its kind."""
-    columns = [_proposed(column) for column in table.columns]
+    columns = _dated([_proposed(column) for column in table.columns])
     for role in ONCE:
         same = [k for k, c in enumerate(columns) if c.role == role]
-        keep = max(same, key=lambda k: (bool(columns[k].unit), not columns[k].is_text, -k), default=None)
+        keep = max(same, key=lambda k: (not columns[k].is_text, columns[k].sure, -k), default=None)
         for k in same:
             if k != keep:
                 columns[k] = replace(columns[k], role="ignore", unit="", why=f"another column is the {role}")
@@ -62,6 +63,24 @@ def _proposed(column: Column) -> Column:
     tilt = role == "signal" and any(w in plain(name) for w in TILT)
     guess, why = _unit_by_size(column, "tilt" if tilt else role)
     return replace(column, role=role, unit=guess, at=at, why=f"its name; {why}")
+
+
+def _dated(columns: list[Column]) -> list[Column]:
+    """A column of dates and one of times of day as one time, so that a night does not begin a new run."""
+    times = [k for k, c in enumerate(columns) if c.role == "time" and not c.is_text]
+    dates = [k for k in times if _whole_days(columns[k].values)]
+    clocks = [k for k in times if k not in dates and np.nanmax(columns[k].values) < DAY]
+    if not dates or not clocks:
+        return columns
+    date, clock = columns[dates[0]], columns[clocks[0]]
+    columns[dates[0]] = replace(date, role="ignore", unit="", why=f"in {clock.name} with the time of day")
+    columns[clocks[0]] = replace(clock, values=date.values + clock.values, why=f"its name, with {date.name}")
+    return columns
+
+
+def _whole_days(values: np.ndarray) -> bool:
+    there = values[np.isfinite(values)]
+    return len(there) > 0 and bool(np.all(there > DAY) and np.all(there % DAY == 0.0))
 
 
 def _role_of_dimension(dimension: str) -> str:

@@ -43,7 +43,7 @@ def _text(path: Path, head: bytes, form: Mapping[str, str]) -> LoggedTable:
     seen = scan(path, encoding, dict(form))
     roles = [role_named(split_unit(n)[0]) for n in seen.layout.names]
     key = next((roles.index(role) for role in ("travel", "time") if role in roles), None)
-    columns, lines, every = read_text(path, seen, key)
+    columns, lines, every, stamps = read_text(path, seen, key)
     notes = [f"{path.name}: {seen.encoding}, {seen.layout.words}, {seen.rows} rows"]
     notes += [f"{path.name}: {note}" for note in seen.notes]
     if every > 1:
@@ -52,7 +52,7 @@ def _text(path: Path, head: bytes, form: Mapping[str, str]) -> LoggedTable:
     return LoggedTable(
         name=path.stem,
         file=path,
-        columns=_columns(columns, seen.layout),
+        columns=_columns(columns, seen.layout, stamps),
         lines=lines,
         starts=tuple(int(k) for k in starts if 0 < k < len(lines)),
         averaged=every,
@@ -62,16 +62,19 @@ def _text(path: Path, head: bytes, form: Mapping[str, str]) -> LoggedTable:
 
 def _workbook(path: Path) -> list[LoggedTable]:
     found = []
-    for sheet, layout, columns, lines in sheets(path):
+    for sheet, layout, columns, lines, stamps in sheets(path):
         notes = (f"{path.name} [{sheet}]: {len(lines)} rows",)
-        found.append(LoggedTable(name=sheet, file=path, columns=_columns(columns, layout), lines=lines, notes=notes))
+        found.append(
+            LoggedTable(name=sheet, file=path, columns=_columns(columns, layout, stamps), lines=lines, notes=notes)
+        )
     if len(found) == 1:
         found = [replace(found[0], name=path.stem)]
     return found
 
 
-def _columns(values: Mapping[str, np.ndarray], layout: Layout) -> tuple[Column, ...]:
-    units = [unit_named(u) or "" if u else "" for u in layout.units]
+def _columns(values: Mapping[str, np.ndarray], layout: Layout, stamps: set[str]) -> tuple[Column, ...]:
+    stated = [unit_named(u) or "" if u else "" for u in layout.units]
+    units = ["s" if n in stamps else u for n, u in zip(values, stated, strict=True)]
     return tuple(Column(name=n, values=v, unit=u) for (n, v), u in zip(values.items(), units, strict=True))
 
 

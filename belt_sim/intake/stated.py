@@ -118,8 +118,9 @@ def from_columns(
             level, at = _step(block, key, values[keep], keep, key in so_far.numbers)
             so_far = so_far.with_(key, _round(level), f"{_round(level / UNITS['deg'][1]):g} deg", "its column")
             if at:
-                where = 0.5 * (travel[at - 1] + travel[at])
-                so_far = so_far.with_("yaw_at", where, f"{where:.6g} m", f"the step of {key}")
+                where, apart = 0.5 * (travel[at - 1] + travel[at]), travel[at] - travel[at - 1]
+                told = f"the step of {key}, somewhere within {apart:.2g} m"
+                so_far = so_far.with_("yaw_at", where, f"{where:.6g} m", told)
     values = block.values("tension")
     if values is not None and np.isfinite(values[keep]).any():
         mean = float(np.nanmean(values[keep]))

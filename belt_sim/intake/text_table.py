@@ -20,8 +20,11 @@ LETTERS = "bcdefghijklmnopqrstuvwxyz"
 SAMPLE = 200
 
 
-def read_text(file: Path, scan: Scan, key: int | None = None) -> tuple[dict[str, np.ndarray], np.ndarray, int]:
-    """Columns by name, line of each row, and how many rows each stands for.
+Read = tuple[dict[str, np.ndarray], np.ndarray, int, set[str]]
+
+
+def read_text(file: Path, scan: Scan, key: int | None = None) -> Read:
+    """Columns by name, line of each row, how many rows each stands for, and which columns were dates or clocks [s].
 
     key: position of the column (time or travel) that must not be averaged across a place where it falls back.
     """
@@ -43,7 +46,8 @@ def read_text(file: Path, scan: Scan, key: int | None = None) -> tuple[dict[str,
         start += len(raw)
     whole = pd.concat(pieces, ignore_index=True)
     columns = {n: _array(whole[n], kind) for n, kind in zip(names, kinds, strict=True)}
-    return columns, np.concatenate(lines), every
+    stamps = {n for n, kind in zip(names, kinds, strict=True) if kind == "time"}
+    return columns, np.concatenate(lines), every, stamps
 
 
 def unique(names: tuple[str, ...]) -> list[str]:

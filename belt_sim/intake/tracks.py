@@ -92,11 +92,12 @@ def _made(
     given = from_columns(block, way.keep, way.travel, section, given)
     given = from_name(block.text, section, given)
     given = _of_way(given, way)
+    notes = (*way.notes, f"yaw_at is {given.told['yaw_at']}") if "yaw_at" in given.told else way.notes
     signals = {u.name: u.si(block.rows[way.keep]) for u in block.used if u.role == "signal"}
     signals = {n: y for n, y in signals.items() if np.isfinite(y).any()}
     track = Track(name=block.name, travel=way.travel, time=way.time, signals=signals)
     file = block.table.file.name
-    return Made(key=block.name, entry=entry, track=track, settings=given, file=file, notes=way.notes)
+    return Made(key=block.name, entry=entry, track=track, settings=given, file=file, notes=notes)
 
 
 def _of_way(settings: Settings, way: Way) -> Settings:

@@ -17,8 +17,12 @@ from belt_sim.intake.text_table import unique
 LARGEST = 2_000_000_000
 
 
-def sheets(file: Path) -> Iterator[tuple[str, Layout, dict[str, np.ndarray], np.ndarray]]:
-    """(sheet, layout, columns, line of each row) of every sheet with a table; raises CampaignError without any."""
+Sheet = tuple[Layout, dict[str, np.ndarray], np.ndarray, set[str]]
+
+
+def sheets(file: Path) -> Iterator[tuple[str, Layout, dict[str, np.ndarray], np.ndarray, set[str]]]:
+    """(sheet, layout, columns, line of each row, columns that were dates or clocks [s]) of every sheet with a table;
+    raises CampaignError without any."""
     import openpyxl
 
     try:
@@ -49,20 +53,29 @@ def _trimmed(rows: list[list[object]]) -> list[list[object]]:
     return [[*row, *[None] * width][:width] for row in rows]
 
 
-def _table(file: Path, sheet: str, rows: list[list[object]]) -> tuple[Layout, dict[str, np.ndarray], np.ndarray] | None:
+def _table(file: Path, sheet: str, rows: list[list[object]]) -> Sheet | None:
     head = [[_text(v) for v in row] for row in rows[:HEAD_LINES]]
     layout = max((of_rows(head, d) for d in (".", ",")), key=lambda x: x is not None)
     if layout is None or len(layout.names) < 2:
         return None
     lines = [n for n, row in enumerate(rows, start=1) if n >= layout.first and any(v not in (None, "") for v in row)]
-    columns = {}
+    columns, stamps = {}, set()
     for k, name in enumerate(unique(layout.names)):
-        columns[name] = _column(file, sheet, name, [rows[n - 1][k] for n in lines], lines)
-    return layout, columns, np.array(lines)
+        cells = [rows[n - 1][k] for n in lines]
+        columns[name] = _column(file, sheet, name, cells, lines)
+        if _are_times(cells):
+            stamps.add(name)
+    return layout, columns, np.array(lines), stamps
 
 
 def _text(value: object) -> str:
     return "" if value is None else f"{value:.15g}" if isinstance(value, float) else str(value)
+
+
+def _are_times(cells: list[object]) -> bool:
+    """Whether most cells are dates or times of day."""
+    filled = [c for c in cells if c is not None and not is_missing(_text(c))]
+    return sum(isinstance(c, str) and is_time(c) for c in filled) > 0.5 * len(filled)
 
 
 def _column(file: Path, sheet: str, name: str, cells: list[object], lines: list[int]) -> np.ndarray:
@@ -70,8 +83,7 @@ def _column(file: Path, sheet: str, name: str, cells: list[object], lines: list[
     filled = [c for c in cells if c is not None and not is_missing(_text(c))]
     texts = [c for c in filled if isinstance(c, str)]
     numeric = len(filled) - len(texts) + sum(is_number(c, ".") or is_number(c, ",") for c in texts)
-    times = sum(map(is_time, texts))
-    if times > 0.5 * len(filled):
+    if _are_times(cells):
         return seconds(pd.Series([_text(c) for c in cells]))
     if numeric <= 0.5 * len(filled):
         return np.array([_text(c) for c in cells], dtype=object)

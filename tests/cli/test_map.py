@@ -126,12 +126,12 @@ def test_killed_it_goes_on_with_what_is_missing(tmp_path):
     command = [sys.executable, "-m", "belt_sim", "map", *grid, "pictures=false", "part=100", f"out={tmp_path}"]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     limit = time.monotonic() + 60.0
-    while len(list(tmp_path.glob("cases/*.parquet"))) < 3 and time.monotonic() < limit:
+    while len(list(tmp_path.glob("cases/[!.]*.parquet"))) < 3 and time.monotonic() < limit:
         time.sleep(0.002)
     process.send_signal(signal.SIGKILL)
     process.communicate()
     assert process.returncode == -signal.SIGKILL
-    before = {p: p.stat().st_ino for p in tmp_path.glob("cases/*.parquet")}
+    before = {p: p.stat().st_ino for p in tmp_path.glob("cases/[!.]*.parquet")}
     assert 3 <= len(before) < 41
     again = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     assert f"done before, kept: {100 * len(before)} cases" in again.stdout

@@ -63,7 +63,27 @@ def backwards() -> bytes:
     return table(["Weg [mm]", "y1 [mm]", "y4 [mm]"], [7e4 - 1e3 * L.travel, L.y1, L.y4], ";").encode()
 
 
+def date_and_clock() -> bytes:
+    clocks = [
+        f"{(23 + int(t + 3590) // 3600) % 24:02d}:{int(t + 3590) // 60 % 60:02d}:{(t + 3590) % 60:06.3f}"
+        for t in L.time
+    ]
+    dates = ["31.12.2024" if t < 10.0 else "01.01.2025" for t in L.time]  # over midnight
+    columns = [dates, [c.replace(".", ",") for c in clocks], 0 * L.time + 0.5, L.y1, L.y4]
+    return table(["Datum", "Uhrzeit", "v [m/s]", "y1 [mm]", "y4 [mm]"], columns, ";", ",").encode()
+
+
+def commas_in_quotes() -> bytes:
+    columns = [[f'"{x:.4f}"'.replace(".", ",") for x in c] for c in (L.travel, L.y1, L.y4)]
+    return table(['"Weg [m]"', '"y1 [mm]"', '"y4 [mm]"'], columns, ",").encode()
+
+
+def told_to_excel() -> bytes:
+    return b"sep=;\n" + table(["Weg [m]", "y1 [mm]", "y4 [mm]"], [L.travel, L.y1, L.y4], ";", ",").encode()
+
+
 FORMATS = [plain, german, timed, units_row, clock, utf16, utf16_bare, quoted, blanks, windows, backwards]
+FORMATS += [date_and_clock, commas_in_quotes, told_to_excel]
 
 
 @pytest.mark.parametrize("make", FORMATS, ids=lambda f: f.__name__)
@@ -198,3 +218,18 @@ def test_a_column_that_is_named_otherwise_is_asked_for_and_answered(tmp_path):
     campaign = write(understand(logged, MAPPING | answers), tmp_path / "out")
     assert campaign.runs[0].travel[-1] == pytest.approx(L.travel[-1], abs=0.06)
     assert campaign.runs[0].signals["y1"][-1] == pytest.approx(-truth(L.travel, -0.73, 1)[-1] * 1e-3, abs=1e-4)
+
+
+def test_days_of_stamps_are_seconds_whatever_their_size(tmp_path):
+    from datetime import datetime, timedelta
+
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append(["Zeitstempel", "y1 [mm]"])
+    for k in range(200):
+        book.active.append([datetime(2024, 5, 1) + timedelta(hours=k), 0.01 * k])
+    book.save(tmp_path / "a.xlsx")
+    column = read([tmp_path / "a.xlsx"]).tables[0].column("Zeitstempel")
+    assert (column.role, column.unit) == ("time", "s")
+    assert np.diff(column.values) == pytest.approx(3600.0)

@@ -1,5 +1,6 @@
 """The work going on with its progress, and the result when it is done."""
 
+from pathlib import Path
 from typing import Any
 
 from nicegui import ui
@@ -53,7 +54,13 @@ def _finished(desk: Desk, job: Job) -> None:
         _compared(content)
     with ui.element("div").classes("line"):
         ui.link("Download everything (zip)", f"/results/{number}/zip").props("data-name=download")
-        ui.label(f"also in {job.folder}").classes("soft small")
+        ui.label(f"also in {_short(job.folder)}").classes("soft small")
+
+
+def _short(folder: Path) -> Path:
+    """A folder as seen from where the app was started."""
+    here = Path.cwd()
+    return folder.relative_to(here) if folder.is_relative_to(here) else folder
 
 
 def _diagnosed(desk: Desk, number: int, content: dict[str, Any]) -> None:

@@ -8,4 +8,5 @@ NUMBER, TITLE = 20, "Low tensioned particle belt"
 
 def plate(view: View) -> Plate:
     """The stored grid at 10 N/mm2."""
-    return particle_plate(NUMBER, TITLE, "grid_10")
+    remark = " The ripples are waves along the spans at that instant; particles nearer to each other were not run."
+    return particle_plate(NUMBER, TITLE, "grid_10", remark)
