@@ -53,7 +53,7 @@ def _locked(path: Path, folder: Path) -> Iterator[None]:
 
 def _there(folder: Path) -> dict[str, tuple[int, ...]]:
     """What tells a file written anew from one that was there: every writer but Rerun's renames into place."""
-    found = {}
+    found: dict[str, tuple[int, ...]] = {}
     for base, folders, names in os.walk(folder):
         folders[:] = [f for f in folders if f != ".hydra"]
         for name in names:
