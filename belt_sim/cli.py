@@ -85,9 +85,8 @@ def _hydra(command: str) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        return _complain(
-            f"{error.filename or 'files'} = {error.strerror or error}: choose a folder that can be written"
-        )
+        where = f"{error.filename or 'files'} = {error.strerror or error}"
+        return _complain(f"{where}: choose a folder that can be written")
     except ValueError as error:
         if jobs.started:
             raise

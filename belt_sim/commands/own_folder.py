@@ -17,7 +17,6 @@ except ImportError:  # not on this system: runs in one folder at once are the us
 
 #: commands whose run makes its folder anew; the others add to what is there
 ANEW = ("simulate", "compare", "diagnose", "export", "virtual-rig")
-_LEFT = "left.json"  # in .hydra: what the last run left
 
 
 @contextmanager
@@ -29,7 +28,7 @@ def own_folder(folder: Path, command: str) -> Iterator[None]:
             before = _there(folder)
             yield
             if command in ANEW:
-                _without_stale(folder, before)
+                _without_stale(folder, before, command)
     except BeltError:
         if folder.is_dir() and {p.name for p in folder.iterdir()} <= {".hydra"}:
             shutil.rmtree(hidden, ignore_errors=True)
@@ -54,7 +53,7 @@ def _locked(path: Path, folder: Path) -> Iterator[None]:
 
 def _there(folder: Path) -> dict[str, tuple[int, ...]]:
     """What tells a file written anew from one that was there: every writer but Rerun's renames into place."""
-    found = {}
+    found: dict[str, tuple[int, ...]] = {}
     for base, folders, names in os.walk(folder):
         folders[:] = [f for f in folders if f != ".hydra"]
         for name in names:
@@ -65,9 +64,9 @@ def _there(folder: Path) -> dict[str, tuple[int, ...]]:
     return found
 
 
-def _without_stale(folder: Path, before: dict[str, tuple[int, ...]]) -> None:
-    """Take away what the run before this one left and this one did not write."""
-    record = folder / ".hydra" / _LEFT
+def _without_stale(folder: Path, before: dict[str, tuple[int, ...]], command: str) -> None:
+    """Take away what the run of this command before this one left and this one did not write."""
+    record = folder / ".hydra" / f"left_by_{command}.json"
     left = sorted(name for name, stamp in _there(folder).items() if before.get(name) != stamp)
     if not left or not record.parent.is_dir():
         return

@@ -43,9 +43,12 @@ class Springs(NamedTuple):
 
 
 class Stiffness(NamedTuple):
-    """A factorised equilibrium. levels: of the chain; entry, exit (6 m, 6 m): stiffness of the cells at the tail's ends;
-    follows (3 m, 2, n): how the free nodes follow the tail pulley's slide and spin, and moves (2, 3 m, 2), its outermost
-    stations; tail (2, 2): change of force and moment on it by them."""
+    """A factorised equilibrium.
+
+    levels: of the chain; entry, exit (6 m, 6 m): stiffness of the cells at the tail's ends; follows (3 m, 2, n): how
+    the free nodes follow the tail pulley's slide and spin; moves (2, 3 m, 2): how its outermost stations do; tail
+    (2, 2): change of force and moment on it by them.
+    """
 
     levels: list[Level]
     entry: Array
@@ -86,8 +89,10 @@ def torsion(belt: Belt, behind: Array, places: Places, tension: Array) -> Array:
 def forces(
     shape: Shape, belt: Belt, nodes: Array, places: Places, twist: Array, springs: Springs, share: Array
 ) -> tuple[Array, Array]:
-    """On all nodes of the chain [N], (3 m, n), and those of the spans' stretch on the outermost stations held, by pulley
-    and end (2, 2, 3 m). nodes [m], (m, 3, n); twist [N/m], (n,)."""
+    """On all nodes of the chain [N], (3 m, n), and those of the spans' stretch on the outermost stations held.
+
+    The latter by pulley and end (2, 2, 3 m). nodes [m], (m, 3, n); twist [N/m], (n,).
+    """
     size = 3 * shape.lines
     cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share).slope
     both = cell + twisted(nodes, twist, belt.twist.stretched, curved=False).slope
@@ -108,7 +113,10 @@ def factorise(
     share: Array,
     moves: Array,
 ) -> Stiffness:
-    """taut [m], (m, 3, n): the chain in its last equilibrium, whose tension counts; moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin."""
+    """Of the chain at ``nodes`` [m], (m, 3, n), whose ``taut`` places are those of its last equilibrium.
+
+    moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin.
+    """
     size = 3 * shape.lines
     cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share, taut=taut).curvature
     assert cell is not None
@@ -135,14 +143,12 @@ def factorise(
     return Stiffness(levels, entry, leave, follows, moves, tail)
 
 
-def corrected(
-    shape: Shape, belt: Belt, stiffness: Stiffness, on_nodes: Array, places: Places, lacking: Array
-) -> tuple[Array, Array]:
+def corrected(belt: Belt, stiffness: Stiffness, on_nodes: Array, places: Places, lacking: Array) -> tuple[Array, Array]:
     """Moves of the free nodes (3 m, n) [m] and of the tail pulley (2,) [m, rad] towards equilibrium.
 
     lacking (2,): force [N] and moment [N m] on the tail pulley, which are to become 0.
     """
-    size = 3 * shape.lines
+    size = on_nodes.shape[0]
     alone = solved(stiffness.levels, jnp.where(places.free, on_nodes, 0.0)[:, None])[:, 0]
     felt = -jnp.stack(
         [

@@ -94,7 +94,7 @@ def _curvature(by_square: Array, law: Array, by_corner: Array) -> Array:
 
 
 class Twist(NamedTuple):
-    """Torsion that the lines lack (belt_sim.mujoco3d.loads.torsion). tense, own [1/m], still [N/m], stretched [N/m3]."""
+    """Torsion that lines lack, as loads.torsion.Torsion. tense, own [1/m], still [N/m], stretched [N/m3]."""
 
     tense: Array
     own: Array
@@ -105,7 +105,7 @@ class Twist(NamedTuple):
 def twisted(places: Array, stiffness: Array, stretched: Array, *, curved: bool) -> Cell:
     """Couples on the sections: energy stiffness d^2 / 2 + stretched d^4 / 4, d by how much more the first line rises
     above the last at station i + 1 than at i [m]. stiffness [N/m], shape (n,); stretched [N/m3]."""
-    lines, _, n = places.shape
+    lines = places.shape[0]
     roll = places[0, 2] - places[-1, 2]
     more = jnp.roll(roll, -1) - roll
     by_height = np.zeros(6 * lines)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import jax
@@ -9,21 +10,145 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case
+from belt_sim.curves import Curves
+from belt_sim.errors import CannotRepresent, InputError, RunFailed
+from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.belt import Belt, Shape, belt_of
 from belt_sim.mjx.measure import reading
 from belt_sim.mjx.plan import Plan, plan_of
 from belt_sim.mjx.step import Command, State, step
 from belt_sim.mjx.wrap import Wrap
 from belt_sim.mujoco3d.machine.scene import Scene, lay_out
+from belt_sim.mujoco3d.mesh.belt import BeltModel
 from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.mesh.membrane import Membrane
-from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.mujoco3d.run.fitted import fitted
 from belt_sim.mujoco3d.state import Pose
 from belt_sim.mujoco3d.wrap.contact import laid_wraps
 from belt_sim.scene_parts import SceneParts
 
-_BELTS = {"grid": Grid, "flex": Membrane}
+#: steps between two rows of the curves
+STEPS = 2
+_BELTS: dict[str, type[BeltModel]] = {"grid": Grid, "flex": Membrane}
+_RUNAWAY = 3.0  # belt widths, as in run/record.py
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A case ready to be traced: what it shares with others of its mesh, its arrays, its state laid, its plan."""
+
+    case: Case
+    shape: Shape
+    belt: Belt
+    state: State
+    plan: Plan
+
+
+def prepared(
+    case: Case, *, belt: str = "flex", travel: float, options: Options | None = None, parts: SceneParts | None = None
+) -> Prepared:
+    """For ``travel`` [m]; raises CannotRepresent for what this engine cannot do."""
+    options = options or Options()
+    parts = parts or SceneParts.undisturbed(case, options.friction)
+    refuse(belt, options, parts)
+    options = fitted(options, case, belt)
+    scene = lay_out(case, _BELTS[belt](), options, parts)
+    shape, arrays = belt_of(scene, belt)
+    changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
+    return Prepared(case, shape, arrays, laid(scene), plan_of(case.settings, options, travel, STEPS, changes))
+
+
+def refuse(belt: str, options: Options, parts: SceneParts) -> None:
+    """Raise CannotRepresent for what only engine=native does."""
+    reasons = {
+        f"model.tensioning = {options.tensioning}": options.tensioning == "koller",
+        f"model.friction = {parts.friction:g}": math.isfinite(parts.friction),
+        f"model = mujoco_{belt}": belt not in _BELTS,
+        "model.bonds without diagonals": belt == "grid" and is_limp(belt, options),
+        "effects = edge_guide": bool(parts.edge_guides),
+        "effects = lift_off": bool(parts.lift_off),
+        "effects = pulley_deflection": any(s.yaw_compliance for s in (parts.head, parts.tail)),
+    }
+    for what, true in reasons.items():
+        if true:
+            raise CannotRepresent(f"{what}: engine=mjx cannot do this; use engine=native")
+
+
+def simulate(case: Case, **asked) -> Curves:
+    """Curves of ``case``; keywords as of ``prepared``. y = 0 at travel 0. Raises RunFailed when it diverges."""
+    found = simulate_batch([case], **{k: [v] if k == "parts" and v else v for k, v in asked.items()})[0]
+    if isinstance(found, RunFailed):
+        raise found
+    return found
+
+
+@in_float64
+def simulate_batch(
+    cases: Sequence[Case],
+    *,
+    belt: str = "flex",
+    travel: float,
+    options: Options | None = None,
+    parts: Sequence[SceneParts] | None = None,
+    chunk: int = 256,
+) -> list[Curves | RunFailed]:
+    """Curves of every case, in order, run over ``travel`` [m] in chunks of at most ``chunk`` at once.
+
+    Cases may differ in everything but the mesh: tension [Pa], yaw schedules [rad], effects (parts), material. A case
+    that fails is a RunFailed, with the curves so far in its ``curves``, and stops no other. Several devices of one
+    host share a chunk. Raises InputError for cases whose meshes have unlike numbers of stations.
+    """
+    several = parts or [None] * len(cases)
+    ready = [
+        prepared(c, belt=belt, travel=travel, options=options, parts=p) for c, p in zip(cases, several, strict=True)
+    ]
+    if len({r.shape for r in ready}) > 1:
+        counts = sorted({r.shape.stations for r in ready})
+        raise InputError("cases", f"{counts} stations", "", "give cases of one mesh and direction to a batch")
+    rows = max(len(r.plan.recorded) for r in ready)
+    devices = jax.device_count()
+    size = min(chunk, math.ceil(len(ready) / devices) * devices)
+    found: list[Curves | RunFailed] = []
+    for begin in range(0, len(ready), size):
+        some = ready[begin : begin + size]
+        filled = [*some, *[some[-1]] * (size - len(some))]
+        trees = [(r.belt, r.state, r.plan.padded(rows).commands) for r in filled]
+        arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
+        if devices > 1:
+            over = jax.sharding.NamedSharding(
+                jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases")
+            )
+            arrays = jax.device_put(arrays, over)
+        table = np.asarray(marched(filled[0].shape, *arrays))
+        found += [curves_of(r, t) for r, t in zip(some, table, strict=False)]
+    return found
+
+
+def curves_of(run: Prepared, table: np.ndarray) -> Curves | RunFailed:
+    """Curves from the rows (rows, 20) of ``marched``."""
+    rows = table[: len(run.plan.recorded)][run.plan.recorded]
+    good = np.isfinite(rows).all(axis=1) & (np.abs(rows[:, :4]).max(axis=1) < _RUNAWAY * float(run.case.belt.width))
+    end = len(rows) if good.all() else int(np.argmin(good))
+    t = rows[:end].T
+    curves = Curves(
+        travel=t[18],
+        y=t[:4] - t[:4, :1],
+        angle=t[4:8],
+        moment=t[8:10],
+        edge_stress=t[10:12],
+        tilt=t[12:14],
+        sag=t[14:16].mean(axis=1) if end else np.zeros(2),
+        extra={"tension": t[16], "tail_x": t[17], "correction": t[19]},
+    )
+    if end == len(rows):
+        return curves
+    failed = RunFailed(
+        f"the belt ran off its pulleys or its equilibrium was lost after {curves.travel[-1] if end else 0:.2f} m: "
+        "turn the yaw back earlier, shorten travel, or use engine=native"
+    )
+    failed.curves = curves
+    return failed
 
 
 def laid(scene: Scene) -> State:
@@ -54,18 +179,24 @@ def laid(scene: Scene) -> State:
         tail_spin=np.array(poses[1].spin),
         tension=np.array(float(scene.case.tension_force)),
         travel=np.array(-scene.early),
-        residual=np.array(0.0),
+        correction=np.array(0.0),
     )
 
 
 @partial(jax.jit, static_argnums=0)
-def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> jnp.ndarray:
-    """Rows of mean readings, shape (rows, 17 + 3): readings, x of the tail pulley [m], travel [m], residual [N]."""
+def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> jax.Array:
+    """Rows of mean readings of a batch, shape (cases, rows, 20); see ``march``."""
+    return jax.vmap(partial(march, shape))(belt, state, commands)
+
+
+def march(shape: Shape, belt: Belt, state: State, commands: Command) -> jax.Array:
+    """Rows of mean readings of one case, shape (rows, 20): readings (mjx/measure.py), x of the tail pulley [m], travel
+    [m], and by how much a node was corrected at most [m]. commands: arrays of shape (rows, steps, ...)."""
 
     def one(state: State, command: Command):
         state = step(shape, belt, state, command)
         read = reading(shape, belt, state.nodes, state.wraps, state.tail_x, command.share)
-        return state, jnp.concatenate([read, jnp.stack([state.tail_x, state.travel, state.residual])])
+        return state, jnp.concatenate([read, jnp.stack([state.tail_x, state.travel, state.correction])])
 
     def row(state: State, commands: Command):
         state, reads = jax.lax.scan(one, state, commands)

@@ -30,12 +30,11 @@ from belt_sim.mjx.wrap import (
 )
 
 _CALM = 0.02  # [s], as in wrap/contact.py
-_CORRECTIONS = 1
 
 
 class State(NamedTuple):
     """nodes [m], (m, 3, n); wraps: of head and tail; tail_x [m], tail_spin [rad]; tension [N]: mean of the spans;
-    travel [m]; residual [N]: largest force left on a free node before the last correction."""
+    travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most."""
 
     nodes: Array
     wraps: Wrap
@@ -43,7 +42,7 @@ class State(NamedTuple):
     tail_spin: Array
     tension: Array
     travel: Array
-    residual: Array
+    correction: Array
 
 
 class Command(NamedTuple):
@@ -75,11 +74,9 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     taut = state.nodes[..., places.stations]
     nodes = _led(shape, belt.line_y, taut, _held(wraps, pose, places, taut), places, moved / belt.chord)
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(
-            wraps, belt.surfaces, pose
-        )
+        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(wraps, belt.surfaces, pose)
     places = parted(shape, wraps, places.stations)
-    nodes, tail, tension, residual = _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command)
+    nodes, tail, tension, correction = _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command)
     nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
@@ -87,28 +84,29 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
         wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, shaped))(
             wraps, belt.surfaces, pose
         )
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, residual)
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction)
 
 
 def _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command):
-    """Nodes in equilibrium, slide and spin of the tail pulley, tension, and the residual."""
+    """Nodes in equilibrium, slide and spin of the tail pulley, tension of the spans, and the largest correction.
+
+    One Newton iteration: from where ``_led`` brings the belt it is exact to some 1e-9 m. A second one with the same
+    factors would be none: the links' directions have changed, and the belt is stiff along them alone.
+    """
     pose = poses(tail)
     twist = torsion(belt, _behind(shape, wraps, belt, pose), places, state.tension)
     springs = Springs(jnp.zeros((3 * shape.lines, 1)), jnp.zeros((3 * shape.lines, 1)))
     nodes = _held(wraps, pose, places, nodes)
     moves = _moves(shape, wraps, pose)
     stiffness = factorise(shape, belt, nodes, taut, places, twist, springs, command.share, moves)
-    for _ in range(_CORRECTIONS):
-        on_nodes, at_ends = forces(shape, belt, nodes, places, twist, springs, command.share)
-        on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL])
-        arms = jnp.where(places.on_tail, nodes[:, 0] - tail[0], 0.0).sum(axis=1)
-        lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
-        change, tail_change = corrected(shape, belt, stiffness, on_nodes, places, lacking)
-        tail = tail + tail_change
-        nodes = nodes + change.reshape(nodes.shape)
-        nodes = _held(wraps, poses(tail), places, nodes)
-    residual = jnp.abs(jnp.where(places.free, on_nodes, 0.0)).max()
-    return nodes, tail, -0.5 * on_tail[0], residual
+    on_nodes, at_ends = forces(shape, belt, nodes, places, twist, springs, command.share)
+    on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL])
+    arms = jnp.where(places.on_tail, nodes[:, 0] - tail[0], 0.0).sum(axis=1)
+    lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
+    change, tail_change = corrected(belt, stiffness, on_nodes, places, lacking)
+    tail = tail + tail_change
+    nodes = _held(wraps, poses(tail), places, nodes + change.reshape(nodes.shape))
+    return nodes, tail, -0.5 * on_tail[0], jnp.abs(change).max()
 
 
 def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:

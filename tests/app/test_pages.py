@@ -21,11 +21,13 @@ def curve_other_than(page, before) -> list[float]:
 
 
 def drop(page, *paths) -> None:
+    """Drop files, and wait until the page has taken them in."""
+    before = page.locator("[data-version]").get_attribute("data-version")
     page.locator("input[type=file]").set_input_files([str(p) for p in paths])
+    page.locator(f"[data-version]:not([data-version='{before}'])").wait_for(state="attached")
 
 
 def alerts(page) -> list[str]:
-    page.get_by_role("alert").first.wait_for()
     return page.get_by_role("alert").all_inner_texts()
 
 
@@ -71,7 +73,7 @@ def test_a_campaign_that_is_dropped_is_shown_and_compared(measurements, small, t
         for file in small.iterdir():
             made.write(file, f"mine/{file.name}")
     drop(measurements, archive)
-    measurements.get_by_text("4 runs").wait_for()
+    measurements.get_by_text("step: 4 runs").wait_for()
     measurements.wait_for_selector(DRAWN.format("measured"), state="attached")
     measurements.get_by_role("button", name="Compare").click()
     measurements.wait_for_selector(DRAWN.format("overlay"), state="attached")
@@ -84,7 +86,7 @@ def test_a_campaign_that_is_dropped_is_shown_and_compared(measurements, small, t
 
 def test_a_small_diagnosis_runs_to_its_report(measurements, small, served):
     drop(measurements, *small.iterdir())
-    measurements.get_by_text("4 runs").wait_for()
+    measurements.get_by_text("step: 4 runs").wait_for()
     measurements.get_by_text("More about the diagnosis").click()
     measurements.get_by_label("effects to try").fill("taper")
     measurements.get_by_role("option", name="Taper: a pulley that is a cone").click()
@@ -107,7 +109,7 @@ def test_a_small_diagnosis_runs_to_its_report(measurements, small, served):
 
 def test_work_can_be_stopped(measurements, small):
     drop(measurements, *small.iterdir())
-    measurements.get_by_text("4 runs").wait_for()
+    measurements.get_by_text("step: 4 runs").wait_for()
     measurements.get_by_role("button", name="Diagnose").click()
     measurements.get_by_role("button", name="Stop").click()
     measurements.get_by_text("Stopped after").wait_for()
@@ -162,4 +164,4 @@ def test_a_loggers_files_become_a_campaign(measurements, small, tmp_path):
     measurements.wait_for_selector(DRAWN.format("measured"), state="attached")
     take.click()
     measurements.get_by_text("2. What was understood").wait_for()
-    measurements.get_by_text("2 runs").wait_for()
+    measurements.get_by_text("grad.csv, lauf2_20Nmm2.csv: 2 runs").wait_for()

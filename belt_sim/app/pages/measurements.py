@@ -95,6 +95,6 @@ def _drop(desk: Desk) -> Any:
 
 
 def _said(desk: Desk) -> None:
-    with ui.element("div").classes("card-lines"):
+    with ui.element("div").classes("card-lines").props(f"data-version={desk.version}"):
         for line in desk.said:
             look.told(line)
