@@ -18,7 +18,7 @@ from belt_sim.pictures import style
 from belt_sim.pictures.colours import FAINT, INK, POINT_NAMES, POINTS
 from belt_sim.registry import model_named
 from belt_sim.si import DEGREE, MM
-from belt_sim.use_cases.centring import Centring, centred_after, centring_asked
+from belt_sim.use_cases.centring import Centring, centring_asked, positions
 from belt_sim.use_cases.simulate import simulate
 from studies.application import application
 
@@ -51,13 +51,15 @@ def _moved(y: np.ndarray, records: int) -> np.ndarray:
 
 
 @style.picture
-def picture(path: Path, law: Curves, space: np.ndarray | None, wanted: Centring, schedule: Schedule) -> Path:
-    """Points 1-4 and the yaw, against travel; space: rows travel, y1..y4 [m, mm]."""
+def picture(
+    path: Path, law: Curves, space: tuple[np.ndarray, np.ndarray] | None, wanted: Centring, schedule: Schedule
+) -> Path:
+    """Points 1-4 and the yaw, against travel; space: travel (n,) and y (4, n) [m] in three dimensions."""
     fig, [[ax], [below]] = style.figure(8.4, 5.6, rows=2, sharex=True, height_ratios=[3, 1])
     for k, (colour, name) in enumerate(zip(POINTS, POINT_NAMES, strict=True)):
         ax.plot(law.travel, (law.y[k] + wanted.start) / MM, color=colour, label=name)
         if space is not None:
-            ax.plot(space[0], space[k + 1] + wanted.start / MM, color=colour, linestyle=":", linewidth=2.6)
+            ax.plot(space[0], (space[1][k] + wanted.start) / MM, color=colour, linestyle=":", linewidth=2.6)
     for level in (-wanted.within, wanted.within):
         ax.axhline(level / MM, color=FAINT, linewidth=0.8)
     ax.set(ylabel="from the middle [mm]")
@@ -71,12 +73,12 @@ def picture(path: Path, law: Curves, space: np.ndarray | None, wanted: Centring,
     return style.save(fig, path)
 
 
-def told(name: str, count: float, y: np.ndarray, travel: np.ndarray, wanted: Centring) -> str:
+def told(name: str, travel: np.ndarray, y: np.ndarray, wanted: Centring) -> str:
     """One line of a run, y (4, n) [m]."""
-    off = np.abs(y + wanted.start).max(axis=0)
-    over = float((-(y + wanted.start) * np.sign(wanted.start)).max())
-    rest = float(off[travel >= count].max()) if count < travel[-1] else float(off[-1])
-    return f"{name}: objective {count:.1f}, then within {rest / MM:.2f} mm, beyond the middle by {over / MM:.2f} mm"
+    centred = wanted.centred(travel, y)
+    rest = wanted.away(y)[travel >= centred].max()
+    over = wanted.overshoot(y)
+    return f"{name}: centred after {centred:.1f} m, within {rest / MM:.2f} mm then, beyond by {over / MM:.2f} mm"
 
 
 def centring(config: dict[str, Any]) -> None:
@@ -87,13 +89,10 @@ def centring(config: dict[str, Any]) -> None:
         print(f"from {by:g} m on, any yaw: within {nearest(case, wanted, by, config) / MM:.2f} mm at best", flush=True)
     law = simulate(case, model=model_named("strip"), travel=config["travel"]).curves
     assert law is not None
-    travel, y = np.asarray(law.travel), np.asarray(law.y)
-    print(told("strip law", wanted.count(travel, y), y, travel, wanted))
-    space = None
-    if config["space"]:
-        file = Path(config["space"])
-        space = np.loadtxt(file, delimiter=",", skiprows=1, usecols=range(5)).T
-        print(told("3D", centred_after(file, wanted), space[1:] * MM, space[0], wanted))
+    print(told("strip law", np.asarray(law.travel), np.asarray(law.y), wanted))
+    space = positions(Path(config["space"])) if config["space"] else None
+    if space is not None:
+        print(told("3D", *space, wanted))
     if config["picture"]:
         print(picture(Path(config["picture"]), law, space, wanted, case.settings.yaw))
 

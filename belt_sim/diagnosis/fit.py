@@ -50,13 +50,11 @@ class Fit:
         return np.linalg.pinv(self.columns @ self.columns.T, hermitian=True)
 
 
-def fit_sets(
-    forward: Forward, metric: Metric, starts: Sequence[Fit], y: np.ndarray | None = None, rounds: int = MAX_ROUNDS
-) -> list[Fit]:
+def fit_sets(forward: Forward, metric: Metric, starts: Sequence[Fit], y: np.ndarray | None = None) -> list[Fit]:
     """Refine every start; all sets advance together, so that a round costs one batch of predictions."""
     target = metric.samples.y if y is None else y
     fits = [replace(f, vector=np.array(f.vector), stale=f.stale or not np.isfinite(f.chi2)) for f in starts]
-    for _ in range(rounds):
+    for _ in range(MAX_ROUNDS):
         active = [f for f in fits if not f.done]
         if not active:
             break

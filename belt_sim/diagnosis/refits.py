@@ -13,15 +13,13 @@ from belt_sim.diagnosis.around import Around, around
 from belt_sim.diagnosis.candidate import has_diverged, is_plausible
 from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.decide import NESTING, Ids
-from belt_sim.diagnosis.fit import MAX_ROUNDS, Fit
+from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.null import NullGains
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import RunFailed
 
 REFITTED = 6  # candidates a round; the others keep what their columns promise
-HEATS = 6  # rounds after which starts of a candidate that lag far behind its best one are given up
-BEHIND = 0.5  # share of the best one's gain that a start must have by then
 PROMISING = 0.3  # share of its threshold that a candidate must promise to be refitted
 
 
@@ -193,19 +191,8 @@ def best_of(bench: Workbench, near: Around, names: Sequence[str]) -> dict[str, F
                 vector[position] = value
             starts.append(bench.start((*near.fit.ids, name), vector))
             owners.append(name)
-    begun = list(zip(owners, bench.fit(starts, rounds=HEATS) if starts else [], strict=True))
-    least = _least(begun)
-    kept = [
-        (n, f) for n, f in begun if n in least and near.fit.chi2 - f.chi2 >= BEHIND * (near.fit.chi2 - least[n].chi2)
-    ]
-    ended = bench.fit([f for _, f in kept], rounds=MAX_ROUNDS - HEATS) if kept else []
-    return _least(list(zip([n for n, _ in kept], ended, strict=True)))
-
-
-def _least(fits: Sequence[tuple[str, Fit]]) -> dict[str, Fit]:
-    """The fit of least chi2 of every candidate, of those that did not diverge."""
     best: dict[str, Fit] = {}
-    for name, fit in fits:
+    for name, fit in zip(owners, bench.fit(starts) if starts else [], strict=True):
         if (name not in best or fit.chi2 < best[name].chi2) and not has_diverged(fit):
             best[name] = fit
     return best

@@ -26,18 +26,24 @@ class Centring:
     within: float
     beyond: float
 
-    def count(self, travel: np.ndarray, y: np.ndarray) -> float:
-        """Travel [m] from which all of y (4, n) [m] stay within; more than all travel where they do not, or overshoot.
+    def away(self, y: np.ndarray) -> np.ndarray:
+        """Distance of the farthest point from the middle [m], shape (n,), of y (4, n) [m]."""
+        return np.asarray(np.abs(y + self.start).max(axis=0))
 
-        It falls as a schedule gets better, so that a search knows where to go.
-        """
-        off = y + self.start
-        away = np.abs(off).max(axis=0)
-        late = np.flatnonzero(away > self.within)
-        centred = float(travel[0] if not len(late) else travel[min(late[-1] + 1, len(travel) - 1)])
-        over = max(float((-off * np.sign(self.start)).max()) - self.beyond, 0.0)
-        left = max(float(away[-1]) - self.within, 0.0)
-        return centred + (OVERSHOT * over + SHORT * left) / si.MM
+    def centred(self, travel: np.ndarray, y: np.ndarray) -> float:
+        """Travel [m] from which all of y (4, n) [m] stay within; the last where they do not."""
+        late = np.flatnonzero(self.away(y) > self.within)
+        return float(travel[0] if not len(late) else travel[min(late[-1] + 1, len(travel) - 1)])
+
+    def overshoot(self, y: np.ndarray) -> float:
+        """How far y (4, n) [m] go beyond the middle [m]."""
+        return max(float((-(y + self.start) * np.sign(self.start)).max()), 0.0)
+
+    def count(self, travel: np.ndarray, y: np.ndarray) -> float:
+        """What a search makes small: travel until centred, and more for overshoot and for what is left at the end."""
+        over = max(self.overshoot(y) - self.beyond, 0.0)
+        left = max(float(self.away(y)[-1]) - self.within, 0.0)
+        return self.centred(travel, y) + (OVERSHOT * over + SHORT * left) / si.MM
 
 
 def centring_asked(asked: Any) -> Centring | None:
@@ -58,7 +64,12 @@ def centring_asked(asked: Any) -> Centring | None:
 
 def centred_after(curves: Path, wanted: Centring) -> float:
     """Centring.count of a run's curves.csv."""
+    return wanted.count(*positions(curves))
+
+
+def positions(curves: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Travel (n,) and y (4, n) [m] of a curves.csv."""
     with curves.open(encoding="utf-8") as lines:
         header = lines.readline().strip().split(",")
         rows = np.loadtxt(lines, delimiter=",", ndmin=2).T
-    return wanted.count(rows[0], np.stack([rows[header.index(f"y{k}_mm")] for k in (1, 2, 3, 4)]) * si.MM)
+    return rows[0], np.stack([rows[header.index(f"y{k}_mm")] for k in (1, 2, 3, 4)]) * si.MM
