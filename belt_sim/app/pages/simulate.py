@@ -24,6 +24,7 @@ OWN = {  # name: (words, value, unit, SI per unit)
     "youngs_modulus": ("Young's modulus", 210.0, "GPa", 1e9),
     "density": ("density", 7850.0, "kg/m³", 1.0),
 }
+LONG = 0.4  # [s] after which it is shown that something is being computed
 OF_RIG = ("centre_distance", "pulley_radius")
 TITLES = {name: f"{name}: {model_named(name).title}" for name in MODELS}  # type: ignore[union-attr]
 
@@ -160,6 +161,9 @@ def _start(effect_id: str) -> dict[str, float]:
 def _answers(view: View) -> None:
     with look.card("Where the belt runs"):
         view.places["curves"] = ui.plotly(plots.figure([], "", "", 420)).props("data-name=curves")
+        busy = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
+        busy.set_visibility(False)
+        view.places["busy"] = busy
         view.places["said"] = ui.element("div").classes("card-lines").props("data-name=said")
         view.places["facts"] = ui.element("div").classes("w-full").props("data-name=facts")
         ui.label("Late rates of points 1-4: over the last fifth of the travel shown.").classes("soft small")
@@ -185,13 +189,24 @@ async def _compute(view: View) -> None:
 
 async def _once(view: View) -> None:
     try:
-        shown = await run.io_bound(simulated, view.asked(view.model))
-        beside = await run.io_bound(simulated, view.asked(view.beside)) if view.beside else None
+        shown = await _simulated(view, view.model)
+        beside = await _simulated(view, view.beside) if view.beside else None
     except BeltError as error:
         _say(view, str(error).splitlines(), [])
         return
     if shown is not None:  # None: the server is being closed
         _show(view, shown, beside)
+
+
+async def _simulated(view: View, model: str) -> Simulation | None:
+    """Computed beside the page; what takes long, as a model that is compiled for the first time, is seen to go on."""
+    work = asyncio.ensure_future(run.io_bound(simulated, view.asked(model)))
+    await asyncio.wait({work}, timeout=LONG)
+    view.places["busy"].set_visibility(not work.done())
+    try:
+        return await work
+    finally:
+        view.places["busy"].set_visibility(False)
 
 
 def _show(view: View, shown: Simulation, beside: Simulation | None) -> None:
