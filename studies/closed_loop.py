@@ -1,0 +1,127 @@
+"""The controller of docs/controller.md on the 3D belt: ``python -m studies.closed_loop``.
+
+The tail pulley stands askew by an unknown angle from travel 0 on; the controller sees y1 alone and turns the pulley.
+Beside it what the linear plant says of the same loop.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import belt_sim as bs
+from belt_sim.config import case_asked
+from belt_sim.files import write_with
+from belt_sim.mujoco3d.machine.drive import Drive
+from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.run.engine import Engine
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.run.measure import reading
+from belt_sim.mujoco3d.run.record import Recorder
+from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.mujoco3d.run.stages import Stage
+from belt_sim.mujoco3d.state import State
+from belt_sim.si import DEGREE, MM
+from belt_sim.watch.progress import ProgressObserver
+from studies.application import application
+
+
+@dataclass
+class Lead:
+    """u = -gain (1 + lead s)/(1 + lag s) y1, s in 1/m of travel; gain [rad/m], lead and lag [m]."""
+
+    gain: float
+    lead: float
+    lag: float
+    travel: float = 0.0
+    slow: float = 0.0
+    zero: float | None = None
+
+    def angle(self, travel: float, y1: float) -> float:
+        """Yaw [rad] that it adds at ``travel`` [m], from y1 [m] there."""
+        self.zero = y1 if self.zero is None else self.zero
+        off, ratio = y1 - self.zero, self.lead / self.lag
+        self.slow += (off - self.slow) * -np.expm1(-(travel - self.travel) / self.lag)
+        self.travel = travel
+        return -self.gain * (ratio * off - (ratio - 1.0) * self.slow)
+
+
+@dataclass
+class Steered:
+    """A stage whose tail pulley is turned by the controller as well, from travel 0 on; told keeps travel and angle."""
+
+    stage: Stage
+    engine: Engine
+    controller: Lead
+    told: list[tuple[float, float]]
+
+    @property
+    def recorded(self) -> bool:
+        return self.stage.recorded
+
+    @property
+    def frame(self) -> float:
+        return self.stage.frame
+
+    def drives(self, state: State) -> Iterator[Drive]:
+        """What the machine is told, and the controller's angle of the tail pulley with it."""
+        for drive in self.stage.drives(state):
+            angle = 0.0
+            if self.recorded and drive.travel > 0.0:
+                angle = self.controller.angle(drive.travel, float(reading(self.engine.scene, state)[0]))
+                self.told.append((drive.travel, angle))
+            yield replace(drive, yaw=drive.yaw + np.array([0.0, angle]))
+
+
+def in_space(config: dict[str, Any]) -> dict[str, np.ndarray]:
+    """travel [m], y1 [mm], y3 [mm] and the controller's yaw [deg] of the loop closed on the 3D belt."""
+    case = case_asked(tension=config["tension"], yaw=config["askew"], travel=config["travel"])
+    run = Run.begin(case, "flex", fitted(Options(), case, "flex"))
+    recorder = Recorder(run.scene, (ProgressObserver("closed loop"),))
+    told: list[tuple[float, float]] = []
+    controller = Lead(config["gain"], config["lead"], config["lag"])
+    for observer in recorder.observers:
+        observer.start(case, config["travel"])
+    for stage in run.stages(config["travel"]):
+        run.through(Steered(stage, run.engine, controller, told), recorder)
+    curves, (at, angle) = recorder.curves(), np.array(told).T
+    yaw = np.interp(np.asarray(curves.travel), at, angle) / DEGREE
+    return {"travel_m": curves.travel, "y1_mm": curves.y[0] / MM, "y3_mm": curves.y[2] / MM, "yaw_deg": yaw}
+
+
+def linear(config: dict[str, Any], travel: np.ndarray) -> np.ndarray:
+    """y1 [mm] of the same loop by the linear plant at ``travel`` [m]."""
+    import control
+
+    from belt_sim.linear.state_space import state_space
+
+    s, speed = control.tf("s"), 0.5
+    plant = bs.linearise(model="strip", tension=config["tension"], speed=speed)
+    steer = config["gain"] * (1 + config["lead"] / speed * s) / (1 + config["lag"] / speed * s)
+    loop = control.feedback(state_space(plant, order=6).to_control()[0, 0], steer)
+    t = np.linspace(0.0, config["travel"] / speed, 6001)
+    _, y = control.step_response(loop, t)
+    return np.interp(travel, t * speed, y) * config["askew"] * DEGREE / MM
+
+
+def closed_loop(config: dict[str, Any]) -> None:
+    """Both, as a table of travels and a csv."""
+    found = in_space(config)
+    law = linear(config, found["travel_m"])
+    table = np.column_stack([*found.values(), law])
+    header = ",".join([*found, "y1_linear_mm"])
+    write_with(Path(config["out"]), lambda p: np.savetxt(p, table, "%.6g", ",", header=header, comments=""))
+    for at in config["at"]:
+        row = [
+            float(np.interp(at, found["travel_m"], v)) for v in (found["y1_mm"], law, found["y3_mm"], found["yaw_deg"])
+        ]
+        print(
+            f"{at:5g} m: y1 {row[0]:+.4f} mm (linear plant {row[1]:+.4f}), y3 {row[2]:+.4f} mm, yaw {row[3]:+.5f} deg"
+        )
+    print(f"at most {np.abs(found['y1_mm'] - law).max():.4f} mm apart, of {np.abs(law).max():.4f} mm")
+
+
+if __name__ == "__main__":
+    application("closed_loop", closed_loop)
