@@ -17,6 +17,8 @@ from belt_sim.discovery.survey import Survey, survey_of
 
 LEVEL = 0.01  # false alarms of the gate when nothing is missing
 DRAWS = 100
+FAR = 1000.0  # chi2
+MOST = 3.0  # slow noise over what is believed of it, at most: levels of a short record may find none at all
 SHOWN = 5
 
 
@@ -63,8 +65,8 @@ def judged(survey: Survey, *, draws: int = DRAWS, seed: int = 0, level: float = 
 
 
 def surprise(gain, sizes):
-    """-log of the chance of a gain by itself."""
-    return -stats.chi2.logsf(gain, sizes)
+    """-log of the chance of a gain by itself; of gains beyond FAR, where scipy's underflows, in proportion to them."""
+    return -stats.chi2.logsf(np.minimum(gain, FAR), sizes) + 0.5 * np.maximum(gain - FAR, 0.0)
 
 
 def by_chance(survey: Survey, *, draws: int, seed: int) -> Chance:
@@ -99,7 +101,13 @@ def _errors(survey: Survey, draws: int, rng: np.random.Generator) -> np.ndarray:
     signals = range(errors.shape[2])
     believed = np.array([[_slow(lv.of(s)) for s in signals] for lv in bench.finder.many(errors)])
     here = np.array([_slow(bench.levels.of(s)) for s in signals])
-    return survey.ground.white(errors * (here / believed)[:, None, :, None])
+    return survey.ground.white(errors * _ratio(here, believed)[:, None, :, None])
+
+
+def _ratio(here: np.ndarray, believed: np.ndarray) -> np.ndarray:
+    """Size of slow noise over the one believed in each draw (draws, S); a draw in which none is seen counts as MOST."""
+    seen = believed > here / MOST
+    return np.where(here > 0.0, np.where(seen, here / np.where(seen, believed, 1.0), MOST), 1.0)
 
 
 def _slow(level: tuple[float, float, float]) -> float:
