@@ -37,7 +37,8 @@ class Belt(NamedTuple):
 
     chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
     gravity [m/s2]; load [N]: on the tail pulley's slide; length [1]: 1 where the slide is fixed instead, else 0;
-    pace [m/s]; level [m]: of the spans' ends above the axes; friction [1]; area [m2], width [m], bending [N m2].
+    pace [m/s]; stride [m]: of a step; level [m]: of the spans' ends above the axes; friction [1]; area [m2], width
+    [m], bending [N m2].
     """
 
     ties: Ties
@@ -51,6 +52,7 @@ class Belt(NamedTuple):
     load: Array
     length: Array
     pace: Array
+    stride: Array
     level: Array
     friction: Array
     area: Array
@@ -69,8 +71,8 @@ class Shape(NamedTuple):
     zone: int
 
 
-def belt_of(scene: Scene, kind: str) -> tuple[Shape, Belt]:
-    """The arrays of a scene of ``kind`` "flex" or "grid"; options: fitted to its case."""
+def belt_of(scene: Scene, kind: str, steps: int) -> tuple[Shape, Belt]:
+    """The arrays of a scene of ``kind`` "flex" or "grid"; options: fitted to its case; steps: to a row."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
     torsion = Torsion.of(case.belt, mesh)
     surfaces = _surfaces(scene)
@@ -93,6 +95,7 @@ def belt_of(scene: Scene, kind: str) -> tuple[Shape, Belt]:
         load=2.0 * float(case.tension_force),
         length=float(options.tensioning == "length"),
         pace=options.pace,
+        stride=options.sample / steps,
         level=scene.loop.radius_head,
         friction=parts.friction,
         area=float(case.belt.area),

@@ -54,7 +54,7 @@ def prepared(
     refuse(belt, options, parts)
     options = fitted(options, case, belt)
     scene = lay_out(case, _BELTS[belt](), options, parts)
-    shape, arrays = belt_of(scene, belt)
+    shape, arrays = belt_of(scene, belt, STEPS)
     changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
     return Prepared(case, shape, arrays, laid(scene), plan_of(case.settings, options, travel, STEPS, changes))
 

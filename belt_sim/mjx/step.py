@@ -74,14 +74,16 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     taut = state.nodes[..., places.stations]
     nodes = _led(shape, belt.line_y, taut, _held(wraps, pose, places, taut), places, moved / belt.chord)
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(wraps, belt.surfaces, pose)
+        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord, belt.stride))(
+            wraps, belt.surfaces, pose
+        )
     places = parted(shape, wraps, places.stations)
     nodes, tail, tension, correction = _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command)
     nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, shaped))(
+        wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, belt.stride, shaped))(
             wraps, belt.surfaces, pose
         )
     return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction)
