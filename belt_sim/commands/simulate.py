@@ -24,7 +24,7 @@ def run(cfg: Any) -> None:
         print(f"done before, kept: {folder}")
         return
     case, model = case_from(config), model_of(model_settings(config["model"]))
-    asked = {k: config[k] for k in ("effects", "travel")}
+    asked = {k: config[k] for k in ("effects", "travel", "engine")}
     observers = observers_of(model, watch, job_title(config), folder)
     with partial_curves_kept(folder):
         found = simulate(case, model=model, **asked, observers=observers, scene_path=folder / "scene.xml")

@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jax import Array
 
 from belt_sim.case import Case
 from belt_sim.mjx.elastic import Ties, Twist, membrane_law
@@ -14,6 +13,7 @@ from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mesh.lattice import calibrate
 from belt_sim.mujoco3d.mesh.path import sinking
 from belt_sim.mujoco3d.options import Options
+from belt_sim.pytree import Numbers as Array
 
 
 class Surfaces(NamedTuple):
@@ -71,8 +71,8 @@ class Shape(NamedTuple):
     zone: int
 
 
-def belt_of(scene: Scene, kind: str, steps: int) -> tuple[Shape, Belt]:
-    """The arrays of a scene of ``kind`` "flex" or "grid"; options: fitted to its case; steps: to a row."""
+def belt_of(scene: Scene, kind: str) -> tuple[Shape, Belt]:
+    """The arrays of a scene of ``kind`` "flex" or "grid"; options: fitted to its case."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
     torsion = Torsion.of(case.belt, mesh)
     surfaces = _surfaces(scene)
@@ -95,7 +95,7 @@ def belt_of(scene: Scene, kind: str, steps: int) -> tuple[Shape, Belt]:
         load=2.0 * float(case.tension_force),
         length=float(options.tensioning == "length"),
         pace=options.pace,
-        stride=options.sample / steps,
+        stride=options.sample / options.steps,
         level=scene.loop.radius_head,
         friction=parts.friction,
         area=float(case.belt.area),

@@ -7,9 +7,9 @@ import math
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import Array
 
 from belt_sim.mjx.belt import Shape, Surfaces
+from belt_sim.pytree import Numbers as Array
 
 HEAD, TAIL = 0, 1
 FIRST, LAST = 0, 1  # ends of a wrap

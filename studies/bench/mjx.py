@@ -13,7 +13,7 @@ import numpy as np
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.errors import RunFailed
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx.run import STEPS, marched, prepared, simulate_batch
+from belt_sim.mjx.run import marched, prepared, simulate_batch
 from belt_sim.mujoco3d.options import Options
 from belt_sim.rig import Belt, Rig
 
@@ -38,7 +38,7 @@ def step_time(cases: int, dx: float) -> tuple[int, float]:
         begun = time.perf_counter()
         jax.block_until_ready(marched(ready[0].shape, *arrays))
         wall = time.perf_counter() - begun
-    return ready[0].shape.stations, 1e3 * wall / (len(ready[0].plan.recorded) * STEPS)
+    return ready[0].shape.stations, 1e3 * wall / (len(ready[0].plan.recorded) * options.steps)
 
 
 def native_beside(travel: float = 1.0) -> None:
