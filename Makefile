@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup demo test test-long bench lint clean
+.PHONY: setup demo test test-long test-cluster docs bench lint clean
 
 setup: $(STAMP)
 
@@ -21,6 +21,13 @@ test: setup
 
 test-long: setup
 	$(BIN)/python -m pytest -m long
+
+docs: setup
+	$(BIN)/python -m sphinx -W --keep-going -n -E -q -b html -d outputs/docs/.doctrees docs outputs/docs
+
+test-cluster: setup  # as root on Debian: installs Slurm, starts it on this machine and stops it again
+	tests/cluster/slurm.sh start
+	$(BIN)/python -m pytest -m cluster; status=$$?; tests/cluster/slurm.sh stop; exit $$status
 
 bench: setup
 	$(BIN)/python -m studies.bench

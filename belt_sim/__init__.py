@@ -17,6 +17,7 @@ _HOMES = {
     "BeltError": "belt_sim.errors",
     "Campaign": "belt_sim.campaign",
     "Case": "belt_sim.case",
+    "Check": "belt_sim.results.check",
     "Comparison": "belt_sim.results.comparison",
     "Curves": "belt_sim.curves",
     "Diagnosis": "belt_sim.results.diagnosis",
@@ -28,6 +29,7 @@ _HOMES = {
     "Settings": "belt_sim.case",
     "Simulation": "belt_sim.results.simulation",
     "Verdict": "belt_sim.results.verdict",
+    "check": "belt_sim.use_cases.check",
     "compare": "belt_sim.use_cases.compare",
     "diagnose": "belt_sim.use_cases.diagnose",
     "discover": "belt_sim.use_cases.discover",
@@ -40,6 +42,7 @@ _HOMES = {
     "prepare": "belt_sim.jax_setup",
     "report": "belt_sim.use_cases.report",
     "simulate": "belt_sim.use_cases.simulate",
+    "traced": "belt_sim.use_cases.traced",
 }
 __all__ = list(_HOMES)
 

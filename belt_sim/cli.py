@@ -1,12 +1,11 @@
 """The command line: every command is a Hydra application; errors of the user are one line and a non-zero exit."""
 
-import importlib
 import os
 import sys
-from collections.abc import Callable
-from typing import Any
+from importlib.metadata import version
 
-from belt_sim.cli_errors import one_line, ordered, refused
+import belt_sim.commands.folder_name  # noqa: F401  Hydra names the folders of a sweep by it, in every process
+from belt_sim.cli_errors import files_named, one_line, ordered, refused
 from belt_sim.errors import BeltError, Reported
 from belt_sim.paths import CONF
 
@@ -14,11 +13,17 @@ COMMANDS = {
     "simulate": "one model, one case: curves and late rates",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
     "diagnose": "which physical effect the model lacks",
+    "import": "a logger's files (CSV, xlsx ...) -> a campaign",
+    "new": "an empty, commented campaign with the runs that a diagnosis needs",
+    "check": "the linter, and what a campaign can and cannot tell",
     "virtual-rig": "make a campaign with a hidden effect",
     "reveal": "what was hidden in such a campaign",
     "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
+    "map": "very many cases of an analytic model, as one table",
     "challenge": "how often the diagnosis is right, on sealed campaigns",
+    "paper": "the paper's figures from computation, its statements model by model",
     "report": "write the report of a diagnosis again",
+    "app": "a local web page: sliders, own measurements, diagnoses",
     "demo": "a diagnosis of a campaign that ships, into outputs/demo",
 }
 
@@ -33,6 +38,9 @@ def run(arguments: list[str]) -> int:
     if not arguments or arguments[0] in ("-h", "--help", "help"):
         print(_help())
         return 0 if arguments else 2
+    if arguments[0] in ("--version", "-V", "version"):
+        print(f"belt-sim {version('belt-sim')}")
+        return 0
     command = arguments[0]
     if command not in COMMANDS:
         return _complain(f"command = {command}: use one of {', '.join(COMMANDS)}")
@@ -40,10 +48,11 @@ def run(arguments: list[str]) -> int:
         from belt_sim.demo import demo
 
         return demo(run) if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
-    reason = refused(arguments[1:])
+    settings = files_named(command, arguments[1:])
+    reason = refused(command, settings)
     if reason:
         return _complain(reason)
-    sys.argv = [f"belt-sim {command}", *ordered(arguments[1:])]
+    sys.argv = [f"belt-sim {command}", *ordered(command, settings)]
     try:
         return _hydra(command)
     except Reported:
@@ -61,43 +70,28 @@ def _hydra(command: str) -> int:
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
+    from belt_sim.commands.job import Jobs
     from belt_sim.jax_setup import prepare
 
     prepare()
-    started, failures, here = False, [], os.getpid()
-
-    def job(cfg: Any) -> None:
-        nonlocal started
-        started = True
-        try:
-            _task(command)(cfg)
-        except BeltError as error:
-            _complain(str(error))
-            failures.append(str(error))
-            if os.getpid() != here:  # a parallel launcher's worker: only an exception reaches the parent
-                raise Reported(str(error)) from error
-
+    jobs = Jobs(command)
     try:
-        hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(job)()
+        hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(jobs.run)()
     except (HydraException, OmegaConfBaseException) as error:
         return _complain(one_line(error, command))
+    except SystemExit as ended:  # a sweep with cases that failed
+        return int(ended.code or 0)
     except BrokenPipeError:  # the reader of our output has gone, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        return _complain(
-            f"{error.filename or 'files'} = {error.strerror or error}: choose a folder that can be written"
-        )
+        where = f"{error.filename or 'files'} = {error.strerror or error}"
+        return _complain(f"{where}: choose a folder that can be written")
     except ValueError as error:
-        if started:
+        if jobs.started:
             raise
         return _complain(one_line(error, command))
-    return 1 if failures else 0
-
-
-def _task(command: str) -> Callable[[Any], None]:
-    """The function behind a command, imported only when it is asked for."""
-    return importlib.import_module(f"belt_sim.commands.{command.replace('-', '_')}").run
+    return 1 if jobs.failures else 0
 
 
 def _complain(message: str, status: int = 1) -> int:

@@ -3,9 +3,11 @@
 import difflib
 import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import yaml
 
+from belt_sim.commands.folder_name import sweep_folder
 from belt_sim.paths import CONF
 
 #: Hydra's own flags that a command takes
@@ -36,14 +38,46 @@ FLAGS = (
     "-i",
 )
 SWEEP = ("-m", "--multirun")
+#: flags that a value follows
+WITH_VALUE = ("--cfg", "-c", "--package", "-p", "--config-path", "-cp", "--config-name", "-cn", "--config-dir", "-cd")
+#: key=value, as Hydra takes it
+OVERRIDE = re.compile(r"[+~]*[A-Za-z_][\w./@]*=")
+OPEN = ("model", "hydra")  # groups that take keys which their files do not list
 
 
-def ordered(arguments: Sequence[str]) -> list[str]:
-    """The arguments with the sweep flag in front, where Hydra wants it."""
-    return [a for a in arguments if a in SWEEP] + [a for a in arguments if a not in SWEEP]
+def ordered(command: str, arguments: Sequence[str]) -> list[str]:
+    """The arguments as Hydra wants them: the sweep flag and its folder in front, quotes round what is not ASCII."""
+    front = [a for a in arguments if a in SWEEP]
+    rest = [a for a in arguments if a not in SWEEP]
+    if front and not any(a.startswith("hydra.sweep.dir=") for a in rest):
+        front.append(f"hydra.sweep.dir='{sweep_folder(command, rest)}'")
+    return front + [_quoted(a) for a in rest]
 
 
-def refused(arguments: Sequence[str]) -> str | None:
+def files_named(command: str, arguments: Sequence[str]) -> list[str]:
+    """The arguments of ``import`` with its bare file names as files=[...], quoted as Hydra wants it."""
+    if command != "import":
+        return list(arguments)
+    after = {k + 1 for k, a in enumerate(arguments) if a in WITH_VALUE}
+    bare = [
+        a
+        for k, a in enumerate(arguments)
+        if k not in after and (Path(a).is_file() or not (a.startswith("-") or OVERRIDE.match(a)))
+    ]
+    others = [a for a in arguments if a not in bare]
+    quoted = ",".join("'" + a.replace("\\", "\\\\").replace("'", "\\'") + "'" for a in bare)
+    return [*others, f"files=[{quoted}]"] if bare else others
+
+
+def _quoted(argument: str) -> str:
+    """Hydra's grammar takes letters beyond ASCII, as paths have them, in quotes alone."""
+    key, equals, value = argument.partition("=")
+    if not equals or argument.isascii() or value[:1] in "'\"[{":
+        return argument
+    return f"{key}='{value.replace(chr(39), chr(92) + chr(39))}'"
+
+
+def refused(command: str, arguments: Sequence[str]) -> str | None:
     """Why these arguments cannot be handed to Hydra; None when they can."""
     for argument in arguments:
         flag = argument.split("=")[0]
@@ -51,6 +85,9 @@ def refused(arguments: Sequence[str]) -> str | None:
             return f"{argument}: no such flag{_nearest(flag, FLAGS)} (settings are written key=value)"
         if argument.startswith("~"):
             return f"{argument}: no key can be left out; give it another value, key=value"
+        added = argument.lstrip("+").split("=")[0].split("@")[0]
+        if argument.startswith("+") and not (added.split(".")[0] in OPEN or (CONF / added).is_dir()):
+            return f"{argument}: no such key{_nearest(added, known_keys(command))}"
     return None
 
 

@@ -13,6 +13,7 @@ from belt_sim.paths import CONF
 from belt_sim.rig import Belt, Rig
 
 MAX_TENSION = 1500.0  # [N/mm2], beyond the strength of belt steel
+MIN_TENSION = 0.1  # [N/mm2]: a tenth of the slackest rope of the paper; a steel belt lies on the floor
 MAX_YAW = 2.0  # [degrees], beyond any steering
 RANGES: dict[str, tuple[float, float, str]] = {
     "rig.centre_distance": (0.1, 500.0, "m"),
@@ -34,8 +35,8 @@ def case_from(cfg: Mapping[str, Any]) -> Case:
     """Rig, belt and settings of a configuration; raises InputError naming the first value that cannot be."""
     rig, belt = rig_from(cfg["rig"]), belt_from(cfg["belt"])
     tension = number(cfg, "tension", unit="N/mm2")
-    if not 0 < tension <= MAX_TENSION:
-        remedy = f"give the tension in N/mm2, above 0 and up to {MAX_TENSION:g}"
+    if not MIN_TENSION <= tension <= MAX_TENSION:
+        remedy = f"give the tension in N/mm2, from {MIN_TENSION:g} to {MAX_TENSION:g}"
         raise InputError("tension", f"{tension:g}", "N/mm2", remedy)
     direction = number(cfg, "direction", unit="")
     if direction not in (1, -1):
@@ -47,8 +48,17 @@ def case_from(cfg: Mapping[str, Any]) -> Case:
         speed=ranged(cfg, "speed"),
         direction=float(direction),
     )
-    ranged(cfg, "travel")
+    _within_travel(settings, ranged(cfg, "travel"))
     return Case(rig=rig, belt=belt, settings=settings)
+
+
+def _within_travel(settings: Settings, travel: float) -> None:
+    """A yaw that comes after the end was not meant."""
+    for name in ("yaw", "yaw_head"):
+        late = [float(at) for at in np.asarray(getattr(settings, name).at) if at > 0.0 and at >= travel]
+        if late:
+            remedy = f"the travel ends at {travel:g} m; make it longer or leave this step out"
+            raise InputError(f"{name}.at", f"{late[0]:g}", "m", remedy)
 
 
 def case_asked(**settings: Any) -> Case:

@@ -40,11 +40,17 @@ def late_rates(curves: Curves, share: float = LATE_SHARE) -> np.ndarray:
     They go through the last two records at least.
     """
     travel = np.asarray(curves.travel)
-    late = travel >= travel[-1] - share * (travel[-1] - travel[0])
-    late[-2:] = True
+    late = late_records(travel, share)
     s = travel[late] - travel[late].mean()
     y = np.asarray(curves.y)[:, late]
     return np.asarray((y - y.mean(axis=1, keepdims=True)) @ s / (s @ s))
+
+
+def late_records(travel: np.ndarray, share: float = LATE_SHARE) -> np.ndarray:
+    """Which records of ``travel`` (n,) count as late, shape (n,) of bool: the last ``share`` of it, two at least."""
+    late = np.asarray(travel >= travel[-1] - share * (travel[-1] - travel[0]))
+    late[-2:] = True
+    return late
 
 
 def offsets(curves: Curves) -> tuple[float, float]:

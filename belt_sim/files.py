@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -28,3 +29,21 @@ def write_with(path: Path, writer: Callable[[Path], Any]) -> Path:
     finally:
         temporary.unlink(missing_ok=True)
     return path
+
+
+def clear_drafts(folder: Path) -> None:
+    """Remove the temporary files of ``write_with`` whose process has died while it wrote them."""
+    for path in folder.glob(".*"):
+        named = re.fullmatch(r"\.(.+)\.(\d+)(\.\w+)?", path.name)
+        if named and path.is_file() and not _alive(int(named.group(2))):
+            path.unlink(missing_ok=True)
+
+
+def _alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True

@@ -37,15 +37,17 @@ def in_float64(function: Callable[..., Any]) -> Callable[..., Any]:
 def prepare() -> None:
     """Set JAX up for this process: CPU, unfused arithmetic, compiled code kept under BELT_SIM_CACHE or ~/.cache.
 
-    What the environment already says (JAX_PLATFORMS, xla_cpu_max_isa in XLA_FLAGS) stays.
+    BELT_SIM_CACHE=off keeps none: every process then compiles everything itself, a minute for a diagnosis. What the
+    environment already says (JAX_PLATFORMS, xla_cpu_max_isa in XLA_FLAGS) stays.
     """
     os.environ.setdefault("JAX_PLATFORMS", "cpu")
     jax.config.update("jax_platforms", os.environ["JAX_PLATFORMS"])
     flags = os.environ.get("XLA_FLAGS", "")
     if "xla_cpu_max_isa" not in flags:
         os.environ["XLA_FLAGS"] = f"{flags} {_UNFUSED}".strip()
-    folder = Path(os.environ.get("BELT_SIM_CACHE", Path.home() / ".cache" / "belt_sim" / "jax"))
-    jax.config.update("jax_compilation_cache_dir", str(folder))
+    folder = os.environ.get("BELT_SIM_CACHE", str(Path.home() / ".cache" / "belt_sim" / "jax"))
+    jax.config.update("jax_enable_compilation_cache", folder != "off")
+    jax.config.update("jax_compilation_cache_dir", None if folder == "off" else folder)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 

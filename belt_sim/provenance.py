@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shlex
 import subprocess
 import sys
 from importlib.metadata import PackageNotFoundError, version
@@ -17,7 +18,7 @@ def provenance(config: Any = None) -> dict[str, Any]:
     return {
         "versions": {p: _version(p) for p in PACKAGES} | {"python": sys.version.split()[0]},
         "commit": _commit(),
-        "command": " ".join(["belt-sim", *sys.argv[1:]]),
+        "command": _command(),
         "config_sha256": config_hash(config) if config is not None else None,
     }
 
@@ -25,6 +26,12 @@ def provenance(config: Any = None) -> dict[str, Any]:
 def config_hash(config: Any) -> str:
     """SHA-256 of a configuration (mappings, lists, numbers, strings)."""
     return hashlib.sha256(json.dumps(config, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _command() -> str:
+    """The command line; the entry point puts ``belt-sim simulate`` and the like in front."""
+    program = sys.argv[0] if sys.argv[0].startswith("belt-sim") else "belt-sim"
+    return shlex.join([*program.split(), *sys.argv[1:]])
 
 
 def _version(package: str) -> str | None:

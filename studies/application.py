@@ -36,5 +36,5 @@ def application(name: str, study: Callable[[dict[str, Any]], None]) -> None:
             sys.exit(f"{name}: {error}")
 
     prepare()
-    sys.argv[1:] = ordered([*_PLAIN, *sys.argv[1:]])
+    sys.argv[1:] = ordered(name, [*_PLAIN, *sys.argv[1:]])
     hydra.main(version_base="1.3", config_path=str(HERE / "conf"), config_name=name)(job)()

@@ -1,8 +1,9 @@
 """One 3D run and what it cost: python -m studies.space_run name=r40 tension=40 travel=70 model.friction=0.15 ...
 
 Leaves OUT/NAME.csv (the curves, as of belt-sim simulate) and OUT/NAME.json: configuration, resolved options, late
-rates, sags, cost. The tables of docs/three_dimensions.md are made of these files. Says every tenth of the way how far
-it is; asked to stop (SIGTERM, Ctrl-C, ``limit``) it leaves what it has.
+rates, sags, cost. The tables of docs/three_dimensions.md are made of these files. ``shapes=[0,10]`` leaves the belt in
+space at those travels as well (NAME_shapes.csv). Says every tenth of the way how far it is; asked to stop (SIGTERM,
+Ctrl-C, ``limit``) it leaves what it has.
 """
 
 import json
@@ -27,6 +28,7 @@ from belt_sim.si import MM, MM_PER_M
 from belt_sim.tables import write_curves
 from belt_sim.watch.progress import ProgressObserver
 from studies.application import application
+from studies.shapes import Shapes
 
 
 def space_run(config: dict[str, Any]) -> None:
@@ -36,8 +38,10 @@ def space_run(config: dict[str, Any]) -> None:
     signal.alarm(int(config["limit"]))
     case, effects, model = case_from(config), load_effects(config["effects"]), space_model(config["model"])
     begun, failure = time.process_time(), None
+    shapes = Shapes(tuple(float(s) for s in config["shapes"]))
+    watch = (ProgressObserver(config["name"]), shapes)
     try:
-        curves = model.run(case, effects, travel=float(config["travel"]), observers=(ProgressObserver(config["name"]),))
+        curves = model.run(case, effects, travel=float(config["travel"]), observers=watch)
     except RunFailed as error:
         curves, failure = error.curves, str(error)
     signal.alarm(0)
@@ -45,6 +49,8 @@ def space_run(config: dict[str, Any]) -> None:
     report = {"config": config, "options": asdict(model.options), "failure": failure, "cpu_s": cpu, **figures(curves)}
     path = Path(config["out"]) / f"{config['name']}.json"
     write_curves(path.with_suffix(".csv"), curves)
+    if shapes.kept:
+        shapes.write(path.with_name(f"{path.stem}_shapes.csv"))
     write_text(path, json.dumps(report | {"provenance": provenance(config)}, indent=2))
     print(path, "late mm/m", report["late_rates_mm_per_m"], f"cpu {cpu:.0f} s", failure or "")
 

@@ -75,14 +75,56 @@ def march_traced(case: Case, effects, travel, *, model: Composition, plan) -> Cu
     return _driven_traced(as_driven(case, effects), effects, travel, model=model, plan=plan)
 
 
-def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
-    """The march itself."""
-    records, stride, slots = plan
-    effects = (*model.built_in, *effects)
+def march_open(
+    case: Case,
+    effects,
+    spacing,
+    steps,
+    *,
+    model: Composition,
+    room: int,
+    slots: int,
+    only: tuple[str, ...] = ("y", "tilt"),
+) -> Curves:
+    """The same with ``steps`` of ``spacing`` [m], each kept, that are known only when it runs: one compilation serves
+    any travel and step.
+
+    room: records that are returned (more than ``steps``; beyond the last step nothing changes any more); slots: of the
+    wrap's history; only: which curves, of y, angle, moment and tilt.
+    """
+    case = as_driven(case, effects)
+    spans = _spans(case, (*model.built_in, *effects), model)
+    advance = _stepper(spans, spacing)
+
+    def one(k, loop):
+        carry, rows = loop
+        carry = advance(carry, k)
+        seen = _observe(carry, spans)
+        return carry, {n: row.at[k + 1].set(seen[n]) for n, row in rows.items()}
+
+    start = _start(spans, slots)
+    first = _observe(start, spans)
+    rows = {n: jnp.zeros((room, *first[n].shape)).at[0].set(first[n]) for n in only}
+    carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
+    beyond, last = jnp.arange(room)[:, None] > steps, _observe(carry, spans)
+    places, order = _places(case)
+    curves = {n: jnp.where(beyond, last[n], row).T for n, row in rows.items()}
+    curves = {n: rows[places if n in ("y", "angle") else order] for n, rows in curves.items()}
+    return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
+
+
+def _spans(case: Case, effects, model: Composition) -> Spans:
+    """The spans of a case as it is driven."""
     span = model.span(case)
     for e in uses(effects, "span"):
         span = e.span(span, case)
-    spans = Spans.of(case, effects, span)
+    return Spans.of(case, effects, span)
+
+
+def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
+    """The march itself."""
+    records, stride, slots = plan
+    spans = _spans(case, (*model.built_in, *effects), model)
     spacing = travel / (records * stride)
     advance = _stepper(spans, spacing)
 
@@ -97,7 +139,7 @@ def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> 
     _, rows = jax.lax.scan(record, start, jnp.arange(records))
     first = _observe(start, spans)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
-    return _curves(rows, case, span, spacing * stride * jnp.arange(records + 1))
+    return _curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
 
 
 _march_jit = compiled(_driven_traced, static_argnames=("model", "plan"))
@@ -232,10 +274,7 @@ def _observe(carry, spans):
 
 def _curves(rows, case, span, travel) -> Curves:
     """Sort what was kept by place: points 1-4, upper and lower span; on reversed travel the spans change places."""
-    forward = case.settings.direction > 0
-    # kept order: run-up tail, run-up head, run-off tail, run-off head
-    places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([2, 0, 3, 1]))
-    spans = jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))
+    places, spans = _places(case)
     moment = rows["moment"].T[spans]
     edge = case.settings.tension - jnp.abs(moment) * 6.0 / (case.belt.width**2 * case.belt.thickness)
     sag = case.sag_curvature * span.length**2 / 8.0
@@ -248,3 +287,11 @@ def _curves(rows, case, span, travel) -> Curves:
         tilt=rows["tilt"].T[spans],
         sag=jnp.stack([sag, sag]),
     )
+
+
+def _places(case: Case):
+    """Of what was kept (run-up tail, run-up head, run-off tail, run-off head; spans up tail and head): which belongs to
+    the points 1-4, and which to the upper and the lower span."""
+    forward = case.settings.direction > 0
+    places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([2, 0, 3, 1]))
+    return places, jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))

@@ -40,13 +40,26 @@ def ritzinger_rate(case: Case) -> float:
 
 def required_moment(case: Case, beta: float) -> float:
     """T_requ = (F1 - F2) b/2 [N m] for a yaw beta > 0 [rad] (paper eq. 16)."""
+    tight, slack = edge_tensions(case, beta)
+    return (tight - slack) * case.belt.width / 2.0
+
+
+def edge_tilt(case: Case, beta: float) -> float:
+    """Tilt [rad] at mid-span that the unlike sags q L^2/(8 F1), q L^2/(8 F2) of both edge ropes make over the width."""
+    tight, slack = edge_tensions(case, beta)
+    weight = float(case.weight_per_length) / 2.0 * float(case.rig.span_length) ** 2
+    return weight / 8.0 * (1.0 / slack - 1.0 / tight) / case.belt.width
+
+
+def edge_tensions(case: Case, beta: float) -> tuple[float, float]:
+    """Horizontal tensions F1, F2 [N] of the edge whose chord a yaw beta > 0 [rad] lengthens, and of the other."""
     weight = float(case.weight_per_length) / 2.0
     stiffness = case.belt.youngs_modulus * case.belt.area / 2.0
     force, chord, b = float(case.tension_force) / 2.0, float(case.rig.span_length), case.belt.width
     unstretched = _rope_length(force, chord, weight) / (1.0 + force / stiffness)
     tight = _tension(unstretched, chord + b * beta / 2, weight, stiffness, force)
     slack = _tension(unstretched, chord - b * beta / 2, weight, stiffness, force)
-    return (tight - slack) * b / 2.0
+    return tight, slack
 
 
 def _rope_length(force: float, chord: float, weight: float) -> float:

@@ -21,9 +21,14 @@ def runup_weights(case: Case, model: Composition) -> tuple[float, float]:
     span = model.span(case)
     if span.limp:
         return 1.0, 1.0
-    ky, _, ku, _, _ = np.asarray(_answers(case, model.built_in, span).runup).T
-    tail, head = -ku / (ky * span.length)
+    tail, head = _w1(np.asarray(_answers(case, model.built_in, span).runup), span.length)
     return float(tail), float(head)
+
+
+def _w1(runup, length):
+    """w1 of both spans, shape (2,), from the rows (2, 5) of their answers at the run-up."""
+    ky, _, ku, _, _ = runup.T
+    return -ku / (ky * length)
 
 
 def steady_rate(case: Case, model: Composition) -> float:
@@ -32,9 +37,19 @@ def steady_rate(case: Case, model: Composition) -> float:
     w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h), which is the sheet's formula for equal pulleys; w1 - w0 of one
     span and of the other, should they be unlike, count half each.
     """
-    w1 = sum(runup_weights(case, model)) / 2.0
+    return float(_rate(case, sum(runup_weights(case, model)) / 2.0))
+
+
+def steady_traced(case: Case, model: Composition):
+    """The same for use inside jit and vmap."""
+    span = model.span(case)
+    w1 = 1.0 if span.limp else jnp.mean(_w1(held_answers(case, model.built_in, span).runup, span.length))
+    return _rate(case, w1)
+
+
+def _rate(case: Case, w1):
     rig, settings = case.rig, case.settings
-    yaw = float(settings.yaw.last() - settings.yaw_head.last())
+    yaw = settings.yaw.last() - settings.yaw_head.last()
     return rig.span_length * (2 * w1 - 1) * yaw / (2 * rig.span_length + rig.wrap_tail + rig.wrap_head)
 
 

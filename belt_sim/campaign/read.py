@@ -23,8 +23,8 @@ def read_campaign(folder: str | Path) -> Campaign:
     """
     folder = campaign_folder(folder)
     problems: list[Problem] = []
-    contents = _contents(folder, problems)
-    texts = {name: text for name, data in contents.items() if (text := _text(name, data, problems)) is not None}
+    contents = contents_of(folder, problems)
+    texts = {name: text for name, data in contents.items() if (text := text_of(name, data, problems)) is not None}
     sheet, names = read_sheet(texts["campaign.yaml"], problems) if "campaign.yaml" in texts else (None, None)
     rows = read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else None
     sheets = sheet.signals if sheet else None
@@ -43,12 +43,12 @@ def read_campaign(folder: str | Path) -> Campaign:
         settings=sheet.settings,
         runs=tuple(recorded.get(name, run) for name, run in rows.runs.items()),
         steady=steady,
-        sha256=_hash(contents),
+        sha256=hash_of(contents),
     )
 
 
-def _contents(folder: Path, problems: list[Problem]) -> dict[str, bytes]:
-    """The bytes of the campaign's files that are there."""
+def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True) -> dict[str, bytes]:
+    """The bytes of the campaign's files that are there; measured: whether there must be data among them."""
     try:
         present = sorted(path.name for path in folder.iterdir())
     except (OSError, ValueError) as error:
@@ -60,7 +60,7 @@ def _contents(folder: Path, problems: list[Problem]) -> dict[str, bytes]:
         raise CampaignError(problems) from None
     others = [name for name in present if name not in FILES]
     missing = [name for name in REQUIRED_FILES if name not in present]
-    if not any(name in present for name in DATA_FILES):
+    if measured and not any(name in present for name in DATA_FILES):
         missing.append("signals.csv")
     for name in missing:
         near = did_you_mean(name, others) if others else ""
@@ -79,7 +79,7 @@ def _contents(folder: Path, problems: list[Problem]) -> dict[str, bytes]:
     return contents
 
 
-def _text(name: str, data: bytes, problems: list[Problem]) -> str | None:
+def text_of(name: str, data: bytes, problems: list[Problem]) -> str | None:
     """The file as text, with or without a byte-order mark."""
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
@@ -112,7 +112,8 @@ def _check_records(
             )
 
 
-def _hash(contents: dict[str, bytes]) -> str:
+def hash_of(contents: dict[str, bytes]) -> str:
+    """SHA-256 of the campaign's files."""
     digest = hashlib.sha256()
     for name in sorted(contents):
         digest.update(f"{name} {len(contents[name])}\n".encode())

@@ -143,6 +143,9 @@ def read_signals(
             _check_rising(table, index, "time_s", time, "s")
         if rows is None or name not in rows.runs:
             continue
+        if len(index) == 1 and len(problems) == before:
+            remedy = "is the only reading of its run; give readings on the way, or the late rates in steady.csv"
+            table.refuse(index[0], "travel_m", float(travel[index[0]]), "m", remedy)
         signals = {signal: column[index] for signal, column in columns.items() if np.isfinite(column[index]).any()}
         own = time[index] if time is not None and np.isfinite(time[index]).any() else None
         recorded[name] = dataclasses.replace(rows.runs[name], travel=travel[index], time=own, signals=signals)

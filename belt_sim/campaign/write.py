@@ -3,6 +3,7 @@
 import os
 import secrets
 import shutil
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -20,13 +21,23 @@ from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2, to_si
 DIGITS = 15
 
 
-def write_campaign(campaign: Campaign, folder: str | Path, *, overwrite: bool = False) -> Campaign:
+def write_campaign(
+    campaign: Campaign, folder: str | Path, *, overwrite: bool = False, instead: Mapping[str, str] | None = None
+) -> Campaign:
     """Write a campaign folder in one go and return it as read back (SI values equal to 15 digits).
 
     The files are written to a temporary folder beside it, read back, and only then renamed. An existing
     folder raises InputError unless it is empty or ``overwrite`` is set, which replaces the campaign's own
     files and keeps all others. A campaign that the reader would refuse raises CampaignError; nothing is left.
+    instead: name -> text of files that are written as they are: a sheet with comments, or files of other kinds.
     """
+    return put_folder(_texts(campaign) | dict(instead or {}), folder, overwrite=overwrite, check=read_campaign)
+
+
+def put_folder(
+    texts: Mapping[str, str], folder: str | Path, *, overwrite: bool, check: Callable[[Path], Campaign]
+) -> Campaign:
+    """Files of a campaign (name -> text) as a folder, once ``check`` has read them; all of them or nothing."""
     folder = Path(folder)
     there = folder.exists()
     if there and not folder.is_dir():
@@ -37,9 +48,9 @@ def write_campaign(campaign: Campaign, folder: str | Path, *, overwrite: bool = 
     fresh = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
     fresh.mkdir()
     try:
-        for name, text in _texts(campaign).items():
+        for name, text in texts.items():
             (fresh / name).write_text(text, encoding="utf-8", newline="\n")
-        back = read_campaign(fresh)
+        back = check(fresh)
         _put(fresh, folder)
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
@@ -51,18 +62,19 @@ def _put(fresh: Path, folder: Path) -> None:
     if not folder.exists() or not any(folder.iterdir()):
         os.rename(fresh, folder)
         return
+    new = {path.name for path in fresh.iterdir()}
     old = fresh.with_name(fresh.name + ".old")
     os.rename(folder, old)
     os.rename(fresh, folder)
     for path in old.iterdir():
-        if path.name not in FILES:
+        if path.name not in (*FILES, *new):
             os.rename(path, folder / path.name)
     shutil.rmtree(old)
 
 
 def _texts(campaign: Campaign) -> dict[str, str]:
     sheet = yaml.safe_dump(_sheet(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None)
-    texts = {"campaign.yaml": sheet, "runs.csv": _runs(campaign.runs)}
+    texts = {"campaign.yaml": sheet, "runs.csv": runs_text(campaign.runs)}
     if any(len(run.travel) for run in campaign.runs):
         texts["signals.csv"] = _signals(campaign)
     if campaign.steady:
@@ -139,7 +151,8 @@ def _cells(si: np.ndarray, scale: float = 1.0) -> list[str]:
     return ["" if x != x else repr(float(f"{x:.{DIGITS}g}")) for x in (np.asarray(si, dtype=float) / scale).tolist()]
 
 
-def _runs(runs: tuple[Run, ...]) -> str:
+def runs_text(runs: tuple[Run, ...]) -> str:
+    """runs.csv."""
     columns = [
         [run.name for run in runs],
         _cells(np.array([run.tension for run in runs]), N_PER_MM2),

@@ -16,15 +16,17 @@ def run(cfg: Any) -> None:
     from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS, diagnose, whole
     from belt_sim.use_cases.leave import leave_diagnosis, leave_recording
     from belt_sim.watch.asked import watch_asked
-    from belt_sim.watch.progress import progress
+    from belt_sim.watch.progress import in_stages, progress
 
     watch = watch_asked(config["watch"], "auto", "rrd")
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out")}
     campaign = read_campaign(str(config["campaign"]))
     count = whole("bootstraps", config["bootstraps"], MIN_BOOTSTRAPS)
-    with progress(count, f"diagnosing {campaign.title}") as done:
-        found = diagnose(campaign, config["model"]["name"], **asked, progress=done, tell=print, config=config)
-    leave_diagnosis(folder, found, pictures=config["pictures"])
-    if watch == "rrd":
-        leave_recording(folder, campaign, found)
+    with progress(1.0, f"diagnosing {campaign.title}") as done:
+        stages = in_stages(done, count)
+        found = diagnose(campaign, config["model"]["name"], **asked, progress=stages, tell=print, config=config)
+        stages(0, "writing the report")
+        leave_diagnosis(folder, found, pictures=config["pictures"])
+        if watch == "rrd":
+            leave_recording(folder, campaign, found)
     tell_diagnosis(found, folder)

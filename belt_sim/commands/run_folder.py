@@ -33,11 +33,16 @@ def done_before(folder: Path, config: dict[str, Any]) -> bool:
     mode = HydraConfig.get().mode
     if mode is None or mode.name != "MULTIRUN":
         return False
+    if not kept(folder, config):
+        return False
+    (folder / "summary.json").touch()  # it belongs to this sweep too
+    return True
+
+
+def kept(folder: Path, config: Any) -> bool:
+    """Whether the folder holds the result of this very configuration."""
     try:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return False
-    if summary.get("provenance", {}).get("config_sha256") != config_hash(config):
-        return False
-    (folder / "summary.json").touch()  # it belongs to this sweep too
-    return True
+    return bool(summary.get("provenance", {}).get("config_sha256") == config_hash(config))

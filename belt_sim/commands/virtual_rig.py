@@ -1,15 +1,24 @@
 """belt-sim virtual-rig: a campaign with a hidden effect."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from hydra.core.hydra_config import HydraConfig
+
 from belt_sim.commands.run_folder import plain, run_folder
+from belt_sim.config import belt_from, rig_from
 from belt_sim.errors import InputError
+from belt_sim.rig import GRAVITY
 
 
 def run(cfg: Any) -> None:
     """Write a campaign with its sealed truth."""
     config = plain(cfg)
+    if (config["engine"] == "mujoco" or config["plan"] is not None) and (asked := _machine_asked()):
+        raise InputError(
+            asked[0], "", "", "goes with engine=line and plan=null; a plan brings its own machine and belt"
+        )
     folder = Path(config["out"]) if config["out"] else run_folder() / "campaign"
     hidden = config["hidden"]
     if isinstance(hidden, str) and hidden != "random":
@@ -36,7 +45,7 @@ def _line(folder: Path, hidden: Any, config: dict) -> str:
 
     seed, base, plan = config["seed"], config["base"], config["plan"]
     if plan is None:
-        return run_virtual_rig(folder, hidden=hidden, seed=seed, base=base)
+        return run_virtual_rig(folder, hidden=hidden, seed=seed, base=base, plan=_on_machine(config))
     if plan != "random" and (isinstance(plan, bool) or not isinstance(plan, int)):
         raise InputError("plan", plan, "", "give the number of a plan, or random")
     if hidden == "random":
@@ -47,3 +56,28 @@ def _line(folder: Path, hidden: Any, config: dict) -> str:
         raise InputError("plan", plan, "", "goes with hidden=random; give the number of a plan")
     _, chosen, noise = plan_by_number(plan)
     return run_virtual_rig(folder, hidden=hidden, seed=seed, base=base, plan=chosen, noise=noise)
+
+
+def _machine_asked() -> list[str]:
+    """Overrides of rig and belt on the command line."""
+    overrides = HydraConfig.get().overrides.task
+    return [o for o in overrides if o.lstrip("+").startswith(("rig", "belt"))]
+
+
+def _on_machine(config: dict) -> Any:
+    """The runs of the test rig on the machine and belt that were asked for, known as surely as its own."""
+    from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Plan
+
+    rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
+    if float(rig.gravity) != GRAVITY:
+        raise InputError(
+            "rig.gravity", f"{float(rig.gravity):g}", "m/s2", f"a campaign is measured on earth, {GRAVITY:g}"
+        )
+    machine = {n: replace(q, value=float(getattr(rig, n))) for n, q in vars(TEST_RIG).items()}
+    sheet = {n: _alike(q, float(getattr(belt, n))) for n, q in vars(TEST_BELT).items()}
+    return Plan(machine=replace(TEST_RIG, **machine), belt=replace(TEST_BELT, **sheet))
+
+
+def _alike(known: Any, value: float) -> Any:
+    """A quantity of another value, known to the same share of it."""
+    return replace(known, value=value, u=known.u * value / known.value)

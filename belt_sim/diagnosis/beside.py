@@ -2,8 +2,8 @@
 
 The unknown enters as free columns: what a discovery found its input to be, or else a smooth curve of its own in every
 run and signal, with the waves in which the open-set test saw something. An effect stays when it is needed beside them:
-its gain over the set without it beats its threshold, and its numbers are plausible. Everything is linear about the fit
-of the whole set.
+its gain over the set without it beats its threshold by far (what is unknown was in nobody's mind when thresholds were
+made), and its numbers are plausible. Everything is linear about the fit of the whole set.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,6 +17,8 @@ from belt_sim.diagnosis.openset import OpenSet, apart, basis
 from belt_sim.diagnosis.structures import noise_size, rows_of, structures
 from belt_sim.diagnosis.waves import wave_shapes
 from belt_sim.diagnosis.workbench import Workbench
+
+DECISIVE = 3.0  # times its threshold that an effect has to gain beside something unknown
 
 
 def unknown_columns(bench: Workbench, test: OpenSet) -> np.ndarray:
@@ -43,9 +45,9 @@ def members_that_stay(bench: Workbench, fit: Fit, columns: np.ndarray, threshold
     while ids:
         chi2, numbers = _solved(bench, fit, ids, seen, target)
         gains = {i: _solved(bench, fit, _without(ids, i), seen, target)[0] - chi2 for i in ids}
-        weakest = min(ids, key=lambda i: gains[i] - threshold(i))
-        if gains[weakest] <= threshold(weakest):
-            ids = _without(ids, weakest)
+        needed = tuple(i for i in ids if gains[i] > DECISIVE * threshold(i))
+        if needed != ids:  # all at once: of several that stand in for each other none is known to be there
+            ids = needed
             continue
         rows = _rows(bench, fit, ids)
         vector = null.copy()

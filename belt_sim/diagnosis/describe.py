@@ -161,6 +161,7 @@ def _errors(d: Findings) -> Errors:
             name: Change(before=before.by_condition[name], after=after.by_condition[name])
             for name in after.by_condition
         },
+        untestable=after.untestable,
     )
 
 

@@ -20,6 +20,7 @@ from belt_sim.results.found import NextRun
 from belt_sim.results.verdict import Verdict
 
 BOOTSTRAPS = 1000
+FEWEST = 100  # where the data are damaged: nothing is chosen, and little depends on chance
 
 
 def _long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
@@ -79,6 +80,7 @@ def examine(
     suspect = suspicions(campaign) or offsets(bench, base.values)
     damaged = any(s.severity == "stop" for s in suspect)  # then nothing is added: only what is there is judged
     limit = 0 if damaged else MAX_EFFECTS
+    bootstraps = min(bootstraps, FEWEST) if damaged else bootstraps
     found = select(bench, base, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
     tell("testing what is left")
     judgement = judged(found, bootstraps=max(200, bootstraps // 2), seed=seed, look=None if damaged else look)

@@ -4,6 +4,9 @@ A parameter vector is [effect parameters in units of their scale | stiffness | t
 relative, relative and in radians, the same for every run (a run's own setting error is small and enters linearly,
 through the derivative). Many points are computed at once; derivatives are differences of neighbouring points, which
 share the point they start from. Heavy effects are compiled in only where they are not null.
+
+Points and runs are marched as one list of rows, a fixed number at a time, over as many steps as the campaign needs: one
+compilation serves campaigns of any number of runs, samples, travel and step.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,19 +20,20 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.march import march_traced, plan_steps
-from belt_sim.case import Case, Schedule
+from belt_sim.analytic.march import march_open, plan_steps
+from belt_sim.case import Case, Schedule, Settings
 from belt_sim.diagnosis import linear_readings
-from belt_sim.diagnosis.samples import Samples
+from belt_sim.diagnosis.samples import MAX_SAMPLES, Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import compiled
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
-ROOM = 5.0  # [m] that predicted travel is rounded up to, so that campaigns of much the same length share compiled code
-COLUMNS = 32  # samples of a run are filled up to a multiple of this, for the same reason
-LANES = 8  # points a batch; larger requests are cut, smaller ones padded, so that one shape is compiled
+ROOM = 1024  # records that compiled code has room for; where that is too little, twice as many, and so on
+SLOTS = 16  # the same of the wrap's history
+COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
+ROWS = 128  # runs at points a batch; larger requests are cut, smaller ones padded, so that one shape is compiled
 WORKERS = 2  # batches at once: a march is one long loop, which uses one core
 NUISANCES = ("stiffness", "tension", "yaw")
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
@@ -71,8 +75,10 @@ class Forward:
         self.linear = np.array([s.effect.linear for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
         self._heavy = {c: self.index(c.id) for c in self.classes if c.heavy}
-        self._travel = float(ROOM * np.ceil((samples.end * REACH + 0.5) / ROOM))
-        self._plan = plan_steps(samples.cases, travel=self._travel, step=step, keep=step)
+        travel = samples.end * REACH + 0.5
+        steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
+        self._march = travel / steps, steps
+        self._room = room_for(steps, slots)
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.offset: np.ndarray | float = 0.0
 
@@ -153,20 +159,36 @@ class Forward:
         """Predictions (C, R, S, n) with the heavy effects that are ``active`` and all others."""
         without = {c for c, on in zip(self._heavy, active, strict=True) if not on}
         kept = [k for k, s in enumerate(self.slots) if s.effect not in without]
-        slots = tuple(self.slots[k] for k in kept)
-        march = _compiled(self.model, self._plan, slots, self._travel)
+        march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room)
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]]
-        data = _data(samples)
         runs, _, n = samples.y.shape
+        points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
         places = [PLACES.index(s.at) for s in samples.signals]
+        cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
+        travel, time = samples.travel[:, columns], samples.time[:, columns]
+        found = np.empty((len(points), len(places), n))
 
-        def batch(start: int) -> np.ndarray:
-            part = vector[start : start + LANES]
-            return np.asarray(march(_pad(part), data))[: len(part), :runs, places, :n]
+        def batch(start: int) -> None:
+            rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
+            r = run[rows]
+            settings = jax.tree.map(lambda x: x[r], cases.settings)
+            shown = march(
+                vector[points[rows]],
+                settings,
+                travel[r],
+                time[r],
+                samples.yaw_at[r],
+                cases.rig,
+                cases.belt,
+                *self._march,
+            )
+            part = found[start : start + ROWS]
+            part[:] = np.asarray(shown)[: len(part), places, :n]
 
-        first = batch(0)  # compiles, once, before there are several threads
+        batch(0)  # compiles, once, before there are several threads
         with ThreadPoolExecutor(WORKERS) as pool:
-            return np.concatenate([first, *pool.map(batch, range(LANES, len(vector), LANES))])
+            list(pool.map(batch, range(ROWS, len(points), ROWS)))
+        return found.reshape(len(vector), *samples.y.shape)
 
     def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
         """The effects ``ids`` with the numbers of a parameter vector."""
@@ -177,43 +199,34 @@ class Forward:
 
 
 @cache
-def _compiled(model: Composition, plan, slots, span: float):
-    """Predictions at a batch of points; one compilation for all campaigns of one shape."""
-    one = partial(_one_run, model=model, plan=plan, slots=slots, span=span)
-    axes = (None, Case(rig=None, belt=None, settings=0), 0, 0, 0)  # type: ignore[arg-type]
-    runs = jax.vmap(one, in_axes=axes)
-    return compiled(jax.vmap(lambda vector, data: runs(vector, *data), in_axes=(0, None)))
+def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int):
+    """Predictions at a batch of points and runs."""
+    one = partial(_one_run, model=model, slots=slots, room=room, history=history)
+    return compiled(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)))
 
 
-def _data(samples: Samples):
-    """Cases, travel, time and where yaw was applied, filled up to a shape that many campaigns share."""
-    runs, _, n = samples.y.shape
-    rows = np.minimum(np.arange(_bucket(runs)), runs - 1)
-    columns = np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
-    settings = jax.tree.map(lambda x: x[rows], samples.cases.settings)
-    cases = replace(samples.cases, settings=settings)
-    return cases, samples.travel[rows][:, columns], samples.time[rows][:, columns], samples.yaw_at[rows]
+def room_for(steps: int, slots: int) -> tuple[int, int]:
+    """Records and slots of the wrap's history that compiled code has, for so many."""
+    return _doubled(ROOM, steps + 2), _doubled(SLOTS, slots)
 
 
-def _bucket(runs: int) -> int:
-    """A number of runs that many campaigns share."""
-    size = 1 if runs <= 4 else 2 if runs <= 12 else 4
-    return -(-runs // size) * size
+def _doubled(size: int, least: int) -> int:
+    """``size``, doubled until it is at least ``least``."""
+    while size < least:
+        size *= 2
+    return size
 
 
-def _pad(rows: np.ndarray) -> np.ndarray:
-    missing = -len(rows) % LANES
-    return np.concatenate([rows, np.repeat(rows[:1], missing, axis=0)]) if missing else rows
-
-
-def _one_run(vector, case: Case, travel, time, yaw_at, *, model, plan, slots, span):
+def _one_run(
+    vector, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, *, model, slots, room, history
+):
     """Readings (6, n) of one run at every place."""
     numbers: dict[type[Effect], dict] = {}
     for k, slot in enumerate(slots):
         numbers.setdefault(slot.effect, {})[slot.name] = vector[k] * slot.scale
     effects = tuple(cls(**values) for cls, values in numbers.items())
-    case = _as_set(case, vector[len(slots) :])
-    curves = march_traced(case, effects, span, model=model, plan=plan)
+    case = _as_set(Case(rig=rig, belt=belt, settings=settings), vector[len(slots) :])
+    curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history)
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
     shown = indicate(curves, case, effects, stated, jnp.append(time, yaw_at / case.settings.speed))
     return jnp.concatenate([shown.y[:, :-1] - shown.y[:, -1:], shown.tilt[:, :-1]])

@@ -52,18 +52,18 @@ class Outlook:
         known = a.values - b.values
         residual, columns = self.bench.metric.whiten(known), b.columns
         before = _rest(residual, columns)
-        new = self._white(self._predict(a, [])[0] - self._predict(b, [])[0])
-        slopes = self._white(self._predict(b, b.free)[1])
+        new = self.white(self.predict(a, [])[0] - self.predict(b, [])[0])
+        slopes = self.white(self.predict(b, b.free)[1]) if b.free else np.empty((0, *new.shape))
         after = [
             _rest(
                 np.concatenate([residual, new[r]]),
-                np.concatenate([columns.reshape(len(b.free), -1), slopes[:, r]], axis=1),
+                np.concatenate([columns.reshape(len(b.free), residual.size), slopes[:, r]], axis=1),
             )
             for r in range(len(self.actions))
         ]
         return before, np.array(after)
 
-    def _predict(self, fit: Fit, free: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    def predict(self, fit: Fit, free: list[int]) -> tuple[np.ndarray, np.ndarray]:
         """Values (R, S, n) and slopes (k, R, S, n) of every action; a belt turned over carries its effects along."""
         count = max(1, len(free))
         directions = np.zeros((count, self.forward.size))
@@ -81,7 +81,7 @@ class Outlook:
         signs = [-1.0 if t else 1.0 for t in turns]
         return np.array(signs + [1.0] * len(NUISANCES))
 
-    def _white(self, x: np.ndarray) -> np.ndarray:
+    def white(self, x: np.ndarray) -> np.ndarray:
         """Whitened action by action: (..., actions, m)."""
         white = self.metric.whiten(x)
         return white.reshape(*white.shape[:-1], len(self.actions), -1)

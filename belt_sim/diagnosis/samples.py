@@ -10,6 +10,7 @@ from belt_sim.case import Case
 from belt_sim.errors import InputError
 
 MAX_SAMPLES = 320  # per run; denser records are averaged in bins, which loses nothing that a belt can do
+JUMP = 0.1  # [m] about the change of yaw in which a tilt is not judged: it jumps there, within one step of the march
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,10 +46,12 @@ def samples_of(campaign: Campaign) -> Samples:
     n = max(len(t[0]) for t in thinned)
     shape = (len(runs), len(names), n)
     travel, time, y = np.zeros(shape[::2]), np.zeros(shape[::2]), np.full(shape, np.nan)
-    for k, (s, t, values, _) in enumerate(thinned):
+    tilts = [k for k, signal in enumerate(campaign.signals) if signal.kind == "tilt"]
+    for k, (s, t, values, per_bin) in enumerate(thinned):
         travel[k, : len(s)], travel[k, len(s) :] = s, s[-1]
         time[k, : len(s)], time[k, len(s) :] = t, t[-1]
         y[k, :, : len(s)] = values
+        y[k, tilts, : len(s)] = np.where(_jumping(runs[k], s, per_bin), np.nan, y[k, tilts, : len(s)])
     return Samples(
         runs=runs,
         signals=campaign.signals,
@@ -67,6 +70,12 @@ def stack_cases(cases: list[Case]) -> Case:
         lambda *leaves: np.stack([np.asarray(x, dtype=float) for x in leaves]), *[c.settings for c in cases]
     )
     return Case(rig=cases[0].rig, belt=cases[0].belt, settings=settings)
+
+
+def _jumping(run: Run, travel: np.ndarray, per_bin: int) -> np.ndarray:
+    """Which samples (n,) at ``travel``, means of ``per_bin``, are of before and after the change of yaw."""
+    half = 0.5 * float(np.median(np.diff(travel))) if per_bin > 1 and len(travel) > 1 else 0.0
+    return np.abs(travel - run.yaw_at) <= max(JUMP, half)
 
 
 def _thin(run: Run, names: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:

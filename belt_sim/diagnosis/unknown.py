@@ -1,6 +1,6 @@
 """The seam for what no effect of the library is: what a search for unknown laws hands to the verdict."""
 
-from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -20,5 +20,22 @@ class Unknown(Protocol):
         """Shapes (k, R, S, n) of what is left, to refit effects beside it; none where nothing was found."""
 
 
-#: (workbench, fit, whether another test has shown already that something is left) -> what is seen beside the fit
-Look = Callable[[Workbench, Fit, bool], Unknown]
+@dataclass(frozen=True)
+class OneLaw:
+    """A single law in closed loop: what it says, its predictions (R, S, n), and its price: the chi2 that its numbers,
+    and its being the best of so many, had to earn.
+    """
+
+    words: str
+    values: np.ndarray
+    price: float
+
+
+class Look(Protocol):
+    """The search for unknown laws."""
+
+    def __call__(self, bench: Workbench, fit: Fit, failed: bool) -> Unknown:
+        """What is seen beside ``fit``; failed: whether another test has shown already that something is left."""
+
+    def one_law(self, bench: Workbench, fit: Fit, least: float) -> OneLaw | None:
+        """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``."""

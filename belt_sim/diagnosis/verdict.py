@@ -10,6 +10,7 @@ from belt_sim.diagnosis.beside import members_that_stay, unknown_columns
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.ladder import Rung, better_model, ladder
+from belt_sim.diagnosis.occam import imitated
 from belt_sim.diagnosis.openset import OpenSet, open_set
 from belt_sim.diagnosis.select import Selection
 from belt_sim.diagnosis.unknown import Look, Unknown
@@ -57,12 +58,13 @@ def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = 
     unknown = look(found.bench, found.chosen, bool(left.failed)) if look is not None else None
     left = left.and_failed(unknown.failed if unknown is not None else ())
     if not left.failed:
-        return Judgement(found.chosen, found.held_out, left, first, unknown=unknown)
+        imitating = imitated(found, look) if look is not None else ()
+        if not imitating:
+            return Judgement(found.chosen, found.held_out, left, first, unknown=unknown)
+        return _nothing_named(found, first, left.and_failed(imitating), look)
     stays = members_that_stay(found.bench, found.chosen, _columns(found, left, unknown), found.threshold)
     if stays is None:
-        judgement = _base_instead(found, first, left, None)
-        unknown = look(found.base_bench, found.base, True) if look is not None else None
-        return replace(judgement, unknown=unknown)
+        return _nothing_named(found, first, left, look)
     if look is not None and stays.ids != found.chosen.ids:
         alone = found.bench.fit([found.bench.start(stays.ids, stays.vector)])[0]
         unknown = look(found.bench, alone, True)
@@ -77,6 +79,12 @@ def _base_alone(found: Selection, first: OpenSet, look: Look | None) -> Judgemen
     return Judgement(found.base, found.base_held_out, first, first, use_model=use, unknown=unknown)
 
 
+def _nothing_named(found: Selection, first: OpenSet, left: OpenSet, look: Look | None) -> Judgement:
+    """Something is missing that no effect can be named for: what is seen beside the base model."""
+    unknown = look(found.base_bench, found.base, True) if look is not None else None
+    return replace(_base_instead(found, first, left, None), unknown=unknown)
+
+
 def _base_instead(found: Selection, first: OpenSet, left: OpenSet, use: Rung | None) -> Judgement:
     """No effect that was chosen can be named."""
     failed = first if first.failed else first.and_failed(left.failed)
@@ -84,9 +92,10 @@ def _base_instead(found: Selection, first: OpenSet, left: OpenSet, use: Rung | N
 
 
 def _columns(found: Selection, left: OpenSet, unknown: Unknown | None) -> np.ndarray:
-    """What else may be there beside the chosen set: what was discovered, or else anything smooth."""
-    columns = unknown.columns() if unknown is not None else ()
-    return np.asarray(columns) if len(columns) else unknown_columns(found.bench, left)
+    """What else may be there beside the chosen set: anything smooth, and what was discovered."""
+    smooth = unknown_columns(found.bench, left)
+    columns = unknown.columns() if unknown is not None else smooth[:0]
+    return np.concatenate([columns, smooth])
 
 
 def _better_model(found: Selection) -> Rung | None:

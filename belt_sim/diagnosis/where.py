@@ -112,7 +112,7 @@ def boundary(found: list[Cell]) -> tuple[float | None, str]:
     good = worst <= k
     span = f"{tensions[0]:g} to {tensions[-1]:g} N/mm2"
     if good.all():
-        return None, f"Adequate at every tension measured ({span})."
+        return None, f"Cell by cell within the uncertainty of the comparison at every tension measured ({span})."
     if not good.any():
         return None, f"Inadequate at every tension measured ({span})."
     flips = np.flatnonzero(np.diff(good.astype(int)))

@@ -42,6 +42,10 @@ class Workbench:
         """The metric with other noise levels."""
         return metric_of(self.fitted, levels, self.shapes, self.shared)
 
+    def at_levels(self, levels: Levels) -> "Workbench":
+        """The workbench with other noise levels."""
+        return replace(self, levels=levels, metric=self.metric_at(levels))
+
     def moved_to(self, vector: np.ndarray) -> "Workbench":
         """The workbench with noise levels and nuisance shapes taken at ``vector``, and every run's settings near it."""
         shapes, shared, values = _shapes(self.campaign, self.samples, self.forward, vector)

@@ -82,6 +82,9 @@ def limits(found: Discovered) -> tuple[str, ...]:
 def _nothing(found: Discovered) -> str:
     if len(found.survey.bench.samples.runs) < FEWEST:
         return "Too few runs to say what is missing."
+    if found.left:
+        p = words.number(found.gate.p, 2)
+        return f"What is left follows no law and has no place that these readings tell (p {p} by chance)."
     return f"Nothing is missing that these readings show (p {words.number(found.gate.p, 2)} by chance)."
 
 
@@ -211,6 +214,7 @@ def _errors(found: Discovered) -> Errors:
         by_condition={
             n: Change(before=before.by_condition[n], after=after.by_condition[n]) for n in after.by_condition
         },
+        untestable=after.untestable,
     )
 
 

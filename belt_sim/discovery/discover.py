@@ -18,18 +18,21 @@ FEWEST = 3  # runs, below which no law is guessed
 DESCRIBED = 0.7  # of what a free course explains; a law that explains less does not describe it
 TRIES = 2  # laws put into closed loop
 DOUBTFUL = 0.6  # frequency, below which a rival is tried in closed loop too
+SUGGESTIVE = 0.05  # p of the gate, above which what other tests have seen is not given a place either
+CERTAIN = 2.0  # sigma that the size of every term must be from zero
 
 
 @dataclass(frozen=True, kw_only=True)
 class Discovered:
     """survey, gate and courses of the search; course: of the greatest evidence; choice and refit: None where nothing is
-    missing, or no law describes it."""
+    missing, or no law describes it; left: another test has shown that something is left."""
 
     survey: Survey
     gate: Gate
     courses: tuple[Course, ...]
     choice: Choice | None = None
     refit: Refit | None = None
+    left: bool = False
 
     @property
     def found(self) -> bool:
@@ -64,18 +67,18 @@ def discover(
     survey = survey_of(bench, fit)
     gate, _ = judged(survey, draws=draws, seed=seed, level=level)
     courses = tuple(survey.courses())
-    if not (gate.failed or failed) or len(bench.samples.runs) < FEWEST:
-        return Discovered(survey=survey, gate=gate, courses=courses)
+    seen = gate.failed or (failed and gate.p < SUGGESTIVE)
+    if not seen or len(bench.samples.runs) < FEWEST:
+        return Discovered(survey=survey, gate=gate, courses=courses, left=failed)
     tell("looking for the law of what is left")
     informed = survey.informed(courses[0])
     choice = choose(informed, courses[0])
     enough = DESCRIBED * choice.possible
     if choice.best.gain < max(enough, gate.threshold):
-        return Discovered(survey=informed, gate=gate, courses=courses, choice=choice)
-    closed = [refit(informed, s) for s in _tried(choice)]
-    best = max(closed, key=lambda r: r.gain - cost(r.scored.law))
-    kept = best if best.gain >= enough else None
-    return Discovered(survey=informed, gate=gate, courses=courses, choice=choice, refit=kept)
+        return Discovered(survey=informed, gate=gate, courses=courses, choice=choice, left=failed)
+    closed = [r for r in (refit(informed, s) for s in _tried(choice)) if r.gain >= enough and r.certain(CERTAIN)]
+    best = max(closed, key=lambda r: r.gain - cost(r.scored.law), default=None)
+    return Discovered(survey=informed, gate=gate, courses=courses, choice=choice, refit=best, left=failed)
 
 
 def _tried(choice: Choice) -> list[Scored]:

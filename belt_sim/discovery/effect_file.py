@@ -5,7 +5,7 @@ import sys
 import types
 from dataclasses import dataclass, field
 
-from belt_sim.discovery.effect_text import BEND, TEMPLATE
+from belt_sim.discovery.effect_text import BEND, TEMPLATE, needed
 from belt_sim.discovery.forms import COURSES, SHAPES
 from belt_sim.discovery.places import TENSION
 from belt_sim.discovery.survey import Law, Term
@@ -64,6 +64,8 @@ def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int
         numbers += own
         bodies.append(_input(term, tag, tension))
         hooks.setdefault(_hook(term), []).append((k, term))
+    inputs = "\n".join(bodies)
+    called = "\n".join(_HOOKS[hook](terms, points) for hook, terms in hooks.items())
     text = TEMPLATE.format(
         said=said,
         id=ID,
@@ -71,8 +73,9 @@ def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int
         parity=parity(law),
         parameters="".join(_declared(n) for n in numbers),
         fields="".join(f"    {n.name}: float = {n.value if n.modifier or final else 0.0!r}\n" for n in numbers),
-        inputs="\n".join(bodies),
-        hooks="\n".join(_HOOKS[hook](terms, points) for hook, terms in hooks.items()),
+        inputs=inputs,
+        hooks=called,
+        **needed(inputs + called),
     )
     return Written(text, numbers, effect_of(text))
 

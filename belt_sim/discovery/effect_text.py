@@ -1,5 +1,39 @@
 """The text of a found effect's file, with places for its law."""
 
+#: what a law may call: name -> its text
+HELPERS = {
+    "_commanded": '''def _commanded(case, travel):
+    """The yaw as commanded [rad]."""
+    return angle_at(case.settings.yaw, travel) + angle_at(case.settings.yaw_head, travel)
+
+
+''',
+    "_since": '''def _since(case, travel):
+    """Travel since the yaw was set [m]."""
+    return jnp.maximum(travel - case.settings.yaw.at[0], 0.0)
+
+
+''',
+    "_rate": '''def _rate(reading, row, case, reach=0.25):
+    """dy/dt of a reading [m/s]."""
+    order = jnp.argsort(reading.seen)
+    s, y = reading.seen[order], reading.y[row][order]
+    low, high = (jnp.clip(reading.seen + h, s[0], s[-1]) for h in (-reach, reach))
+    return (jnp.interp(high, s, y) - jnp.interp(low, s, y)) / (high - low) * case.settings.speed
+
+
+''',
+}
+
+#: what the file imports, and the word by which it needs that
+IMPORTS = {
+    "import jax\n": "jax.jvp",
+    "import jax.numpy as jnp\n\n": "",
+    "from belt_sim.effects.base import Effect, Parameter, effect\n": "",
+    "from belt_sim.laws.drive import angle_at\n": "angle_at",
+    "from belt_sim.laws.span import response\n": "response(",
+}
+
 BEND = '''    def influence(self, span, case):
         """What a relative change of tension adds to the span's curvatures, per unit of its boundary values."""
 
@@ -22,33 +56,9 @@ TEMPLATE = '''"""A law found in data, not yet understood: rename it once you kno
 
 from dataclasses import dataclass, replace
 
-import jax
-import jax.numpy as jnp
+{imports}
 
-from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.drive import angle_at
-from belt_sim.laws.span import response
-
-
-def _commanded(case, travel):
-    """The yaw as commanded [rad]."""
-    return angle_at(case.settings.yaw, travel) + angle_at(case.settings.yaw_head, travel)
-
-
-def _since(case, travel):
-    """Travel since the yaw was set [m]."""
-    return jnp.maximum(travel - case.settings.yaw.at[0], 0.0)
-
-
-def _rate(reading, row, case, reach=0.25):
-    """dy/dt of a reading [m/s]."""
-    order = jnp.argsort(reading.seen)
-    s, y = reading.seen[order], reading.y[row][order]
-    low, high = (jnp.clip(reading.seen + h, s[0], s[-1]) for h in (-reach, reach))
-    return (jnp.interp(high, s, y) - jnp.interp(low, s, y)) / (high - low) * case.settings.speed
-
-
-@effect
+{helpers}@effect
 @dataclass(frozen=True, kw_only=True)
 class Found(Effect):
     """{said}"""
@@ -62,3 +72,12 @@ class Found(Effect):
 {fields}
 {inputs}
 {hooks}'''
+
+
+def needed(body: str) -> dict[str, str]:
+    """The imports and helpers of a file with this ``body``."""
+    helpers = "".join(text for name, text in HELPERS.items() if f"{name}(" in body)
+    return {
+        "imports": "".join(line for line, word in IMPORTS.items() if word in helpers + body).rstrip(),
+        "helpers": f"\n{helpers}",
+    }

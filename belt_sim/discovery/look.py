@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.unknown import Look
+from belt_sim.diagnosis.unknown import OneLaw
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.discover import Discovered, discover, unknown_columns
 from belt_sim.discovery.gate import DRAWS
+from belt_sim.discovery.rival import one_law
+from belt_sim.discovery.survey import survey_of
 from belt_sim.discovery.words import formula
 
 
@@ -35,10 +37,19 @@ class Seen:
         return np.empty((0, *self.discovered.survey.bench.samples.y.shape))
 
 
-def looking(*, seed: int, draws: int = DRAWS, tell: Callable[[str], None] = lambda text: None) -> Look:
+@dataclass(frozen=True)
+class Looking:
     """The test with its settings; draws: campaigns simulated with nothing missing."""
 
-    def look(bench: Workbench, fit: Fit, failed: bool) -> Seen:
-        return Seen(discover(bench, fit, draws=draws, seed=seed, failed=failed, tell=tell))
+    seed: int
+    draws: int = DRAWS
+    tell: Callable[[str], None] = lambda text: None
 
-    return look
+    def __call__(self, bench: Workbench, fit: Fit, failed: bool) -> Seen:
+        """What is seen beside ``fit``."""
+        return Seen(discover(bench, fit, draws=self.draws, seed=self.seed, failed=failed, tell=self.tell))
+
+    def one_law(self, bench: Workbench, fit: Fit, least: float) -> OneLaw | None:
+        """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``."""
+        self.tell("asking whether one law explains as much")
+        return one_law(survey_of(bench, fit), least)

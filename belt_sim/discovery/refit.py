@@ -1,6 +1,6 @@
 """The closed loop: a law put into the march as an effect and fitted with all that was chosen, from its linear sizes."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,6 +34,16 @@ class Refit:
             found[slot.name] = (value, u * abs(slot.scale), cls.parameters[slot.name].unit)
         return found
 
+    def certain(self, sigmas: float) -> bool:
+        """Whether the size of every term lies that far from zero; of a wave, its two sizes together."""
+        numbers, squares = self.estimates(), dict[str, float]()
+        for n in self.written.numbers:
+            if not n.modifier:
+                value, u, _ = numbers[n.name]
+                tag = n.name.partition("_")[2]
+                squares[tag] = squares.get(tag, 0.0) + (value / u) ** 2 if u > 0.0 else np.inf
+        return min(squares.values()) >= sigmas**2
+
 
 def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit:
     """Fit a law in closed loop."""
@@ -55,9 +65,7 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
         if not (number.name.startswith("exponent") and len(np.unique(survey.stated_tension)) == 1):
             free.append(position)
     ids = (*[c.id for c in chosen], file.cls.id)
-    moved = bench.moved_to(vector)
-    levels = survey.bench.levels
-    moved = replace(moved, levels=levels, metric=moved.metric_at(levels))
+    moved = bench.moved_to(vector).at_levels(survey.bench.levels)
     fit = moved.fit([Fit(ids=ids, free=free, vector=vector)])[0]
     left = float(survey.bench.metric.chi2(survey.bench.fitted.y - fit.values))
     return Refit(scored, file, moved, fit, survey.fit.chi2 - min(left, fit.chi2))

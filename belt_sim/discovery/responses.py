@@ -11,8 +11,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.analytic.march import march_traced, plan_steps
+from belt_sim.analytic.march import march_open, plan_steps
 from belt_sim.case import Case
+from belt_sim.diagnosis.forward import room_for
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.effects.around_engine import true_travel
@@ -20,6 +21,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import compiled, in_float64
 from belt_sim.laws.span import response
 
+RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most
 Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see Responses
 
@@ -63,32 +65,37 @@ def responses(bench: Workbench, vector: np.ndarray, ids) -> Responses:
     step = forward.step * max(2, int(np.ceil(far / CELLS / forward.step)))
     cells = int(np.ceil(far / step)) + 1
     travel = step * (cells + 1)
-    plan = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
-    curves, pulses = _compiled(forward.model, plan)(effects, samples.cases, step, travel)
+    steps, _, slots = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
+    march = _compiled(forward.model, *room_for(steps, slots))
+    runs = np.arange(-(-len(samples.runs) // RUNS) * RUNS).clip(max=len(samples.runs) - 1)
+    found = []
+    for rows in runs.reshape(-1, RUNS):
+        settings = jax.tree.map(lambda x, rows=rows: np.asarray(x)[rows], samples.cases.settings)
+        found.append(march(effects, replace(samples.cases, settings=settings), step, travel / steps, steps))
+    curves, pulses = (np.concatenate(rows)[: len(samples.runs), ..., : steps + 1] for rows in zip(*found, strict=True))
     return Responses(
-        grid=step * np.arange(cells),
-        fine=np.linspace(0.0, travel, plan[0] + 1),
-        curves=np.asarray(curves),
-        pulses=np.asarray(pulses),
+        grid=step * np.arange(cells), fine=np.linspace(0.0, travel, steps + 1), curves=curves, pulses=pulses
     )
 
 
 @cache
-def _compiled(model, plan):
-    return compiled(partial(_respond, model=model, plan=plan))
+def _compiled(model, room: int, history: int):
+    one = partial(_respond, model=model, room=room, history=history)
+    axes = (None, Case(rig=None, belt=None, settings=0), None, None, None)  # type: ignore[arg-type]
+    return compiled(jax.vmap(one, in_axes=axes))
 
 
-def _respond(effects: tuple[Effect, ...], cases: Case, step, travel, *, model, plan):
-    def one(case):
-        def rows(heights):
-            pulse = Pulse(**dict(zip(CHANNELS, heights, strict=True)), middle=step, half=step)
-            return _sorted(march_traced(case, (*effects, pulse), travel, model=model, plan=plan), case)
+def _respond(effects: tuple[Effect, ...], case: Case, step, spacing, steps, *, model, room, history):
+    """Rows (12, n) of one run, and what a pulse at each channel adds (channels, 12, n)."""
 
-        none = jnp.zeros(len(CHANNELS))
-        along = jax.vmap(lambda d: jax.jvp(rows, (none,), (d,)))(jnp.eye(len(CHANNELS)))
-        return along[0][0], along[1]
+    def rows(heights):
+        pulse = Pulse(**dict(zip(CHANNELS, heights, strict=True)), middle=step, half=step)
+        march = partial(march_open, model=model, room=room, slots=history, only=("y", "angle", "moment", "tilt"))
+        return _sorted(march(case, (*effects, pulse), spacing, steps), case)
 
-    return jax.vmap(one, in_axes=(Case(rig=None, belt=None, settings=0),))(cases)  # type: ignore[arg-type]
+    none = jnp.zeros(len(CHANNELS))
+    along = jax.vmap(lambda d: jax.jvp(rows, (none,), (d,)))(jnp.eye(len(CHANNELS)))
+    return along[0][0], along[1]
 
 
 def _sorted(curves, case):

@@ -28,6 +28,20 @@ IN_MARCH = ("span", "hold", "bend", "yaw", "runup", "slide", "wrap")
 IN_SCENE = ("scene",)
 AFTER_ENGINE = ("encoder", "seen", "sensor")
 HOOKS = (*BEFORE_ENGINE, *IN_MARCH, *IN_SCENE, *AFTER_ENGINE)
+#: the laws that a hook may change; the scene is the geometric half of any of them
+LAW_OF_HOOK = {
+    "settings": ("drive",),
+    "span": ("span",),
+    "hold": ("run-up",),
+    "bend": ("span",),
+    "yaw": ("drive", "run-up", "wrap"),
+    "runup": ("run-up",),
+    "slide": ("run-up",),
+    "wrap": ("wrap",),
+    "encoder": ("sensor",),
+    "seen": ("sensor",),
+    "sensor": ("sensor",),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,6 +167,7 @@ def effect(cls):
         raise InputError(f"{cls.__name__}.parameters", sorted(names ^ set(cls.parameters)), "", "declare each once")
     if hidden := names & {*HOOKS, "influence"}:
         raise InputError(f"{cls.__name__}.parameters", sorted(hidden), "", "hooks have these names; choose others")
+    cls.declared = True
     return pytree(cls)
 
 

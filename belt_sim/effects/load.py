@@ -1,9 +1,6 @@
 """Effects as people name them: ids, Python files of their own, mappings with numbers, or an effects.yaml."""
 
-import hashlib
-import importlib.util
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,10 +8,12 @@ from typing import Any
 import yaml
 
 from belt_sim.effects.base import Effect
-from belt_sim.effects.library import effects_in, library
+from belt_sim.effects.library import library
+from belt_sim.effects.own_file import own_effects
 from belt_sim.errors import InputError
 
 SCHEMA = "belt-effects/1"
+BEYOND = 100.0  # times the largest plausible value: more is a slip of the pen
 
 
 def load_classes(spec: Any) -> dict[str, type[Effect]]:
@@ -110,43 +109,11 @@ def _relative_to(path: Path, item: Any) -> Any:
 
 def _classes_of(name: str) -> dict[str, type[Effect]]:
     if name.endswith(".py"):
-        return _from_file(Path(name))
+        return own_effects(Path(name))
     known = library()
     if name not in known:
         raise InputError("effects", name, "", f"use one of {', '.join(known)}, or a .py file of your own")
     return {name: known[name]}
-
-
-def _from_file(path: Path) -> dict[str, type[Effect]]:
-    """Effects of a user's Python file."""
-    if not path.is_file():
-        raise InputError("effects", str(path), "", "no such file")
-    path = path.resolve()
-    module_name = "user_effect_" + hashlib.sha256(str(path).encode()).hexdigest()[:12]
-    if module_name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(module_name, path)
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[module_name] = module
-        try:
-            spec.loader.exec_module(module)
-        except Exception as error:
-            del sys.modules[module_name]
-            reason = f"{type(error).__name__}: {error}"
-            raise InputError("effects", str(path), "", f"the file does not import: {reason}") from error
-    found = effects_in(sys.modules[module_name])
-    if not found:
-        raise InputError(
-            "effects", str(path), "", "it defines no Effect with an id; see README, 'An effect of your own'"
-        )
-    for cls in found.values():
-        cls.source_file = str(path)  # type: ignore[attr-defined]
-        if cls.id in library():
-            raise InputError(
-                "effects", cls.id, "", f"the library has an effect of this id; rename yours in {path.name}"
-            )
-    return found
 
 
 def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
@@ -156,6 +123,7 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
             unit = cls.parameters[name].unit
             raise InputError(f"effects.{cls.id}.{name}", value, unit, "give a finite number (write 2.0e-5, not 2e-5)")
+        _refuse_absurd(cls, name, float(value))
     built = cls(**{n: float(v) for n, v in numbers.items()})
     if built.is_null():
         example = next(iter(cls.parameters))
@@ -166,3 +134,13 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
             f"it would do nothing; give numbers, e.g. effects=[{{id:{cls.id},{example}:...}}]",
         )
     return built
+
+
+def _refuse_absurd(cls: type[Effect], name: str, value: float) -> None:
+    """No machine is a hundred times beyond what is plausible."""
+    parameter = cls.parameters[name]
+    most = BEYOND * max(abs(p) for p in parameter.plausible)
+    if abs(value) > most:
+        low, high = parameter.plausible
+        remedy = f"give at most {most:g} {parameter.unit}; {low:g} to {high:g} is plausible"
+        raise InputError(f"effects.{cls.id}.{name}", f"{value:g}", parameter.unit, remedy)

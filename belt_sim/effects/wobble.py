@@ -26,6 +26,9 @@ class Wobble(Effect):
 
     After fifty turns a radius that is off by a few per mille has shifted the phase by a radian, so the radii's own
     errors belong to the effect.
+
+    So swings an axle. A pulley askew on a shaft that runs true is a taper (beta/R) sin(s/R) that turns, and moves the
+    belt three times as far on a short rig: docs/how_far.md.
     """
 
     id = "wobble"

@@ -9,6 +9,7 @@ itself comes on top. In a hanging span k_u integrates to 1 + Z times the integra
 
 from dataclasses import dataclass
 
+import jax
 import jax.numpy as jnp
 
 from belt_sim.laws.span import Span, condensed, inverse
@@ -86,6 +87,7 @@ def no_bend() -> Bend:
     return Bend(runup=zero, runoff=zero, natural_runup=zero, natural_runoff=zero, tilt=zero)
 
 
+@jax.jit  # many effects ask for it: it is traced once for all of them
 def along(span: Span) -> Along:
     """The fields of a span, by halving what ``condensed`` gives of half of it."""
     kl2, g, roll, _ = numbers(span)

@@ -125,6 +125,7 @@ def response(span: Span) -> Response:
     )
 
 
+@jax.jit
 def condensed(kl2, g, share):
     """((P, Q), (R, S)) of the ``share`` of a span: f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1 between its two ends.
 

@@ -167,6 +167,12 @@ class Solver:
             self.model.tendon_lengthspring[:] = lengths[:, None]
 
 
+_OF_THE_SCENE = """ A belt laid round its pulleys: load the key frame "laid" and look, camera "side" or "above".
+     What holds the belt on the pulleys - springs whose anchors turn with them - is set step by step by belt_sim and
+     does not stand in this file: stepped by MuJoCo alone, as its viewer does, the belt falls off. Pause the viewer, or
+     watch a run with belt-sim simulate watch=rerun. """
+
+
 def mjcf(spec: mujoco.MjSpec) -> str:
     """A compiled specification as MJCF that loads as the model that was run, to the last digit.
 
@@ -190,6 +196,7 @@ def mjcf(spec: mujoco.MjSpec) -> str:
         element.set("thickness", _full([flex.thickness]))
     for element, key in zip(tree.iter("key"), spec.keys, strict=True):
         element.set("qpos", _full(key.qpos))
+    tree.insert(0, ET.Comment(_OF_THE_SCENE))
     return ET.tostring(tree, encoding="unicode")
 
 

@@ -112,9 +112,7 @@ def headline(d: Diagnosis) -> str:
 
 def falls(error: Errors) -> list[dict]:
     """The error before and after, over all and by held-out condition: lengths [%] on one linear scale, and values."""
-    rows = {"held out": error.held_out, "fitted": error.fit} | {
-        f"without {n}": c for n, c in error.by_condition.items()
-    }
+    rows = {"held out": error.held_out, "fitted": error.fit} | error.left_out()
     there = {name: change for name, change in rows.items() if change is not None}
     values = [v for change in there.values() for v in (change.before, change.after) if np.isfinite(v)]
     full = max([error.noise_floor, *values, 1e-12])

@@ -3,8 +3,10 @@
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table as RichTable
 
+from belt_sim.results.check import Check
 from belt_sim.results.comparison import Comparison, runs_table, steady_table
 from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_table, ranking_table
 from belt_sim.results.simulation import Simulation
@@ -20,21 +22,31 @@ def tell_simulation(s: Simulation, folder: Path) -> None:
 
 def tell_comparison(c: Comparison, folder: Path) -> None:
     """Error of every run and signal, before and after, and where the model fails."""
-    out = _console()
+    out = console()
     if c.steady:
-        out.print(_rich(steady_table(c)))
+        out.print(rich_table(steady_table(c)))
     if c.where is not None:
-        out.print(_rich(runs_table(c)))
+        out.print(rich_table(runs_table(c)))
         out.print(c.where.sentence)
         out.print(c.where.boundary_sentence)
-        for line in c.changes():
+        for line in (*c.changes(), *c.beyond):
             out.print(line)
     out.print(str(folder), soft_wrap=True)
 
 
+def tell_check(c: Check, folder: Path) -> None:
+    """What is wrong, what would show, and what could not be told apart."""
+    out = console()
+    for table in c.tables():
+        out.print(rich_table(table))
+    for line in c.lines():
+        out.print(line, soft_wrap=True, markup=False)
+    out.print(str(folder / "check.json"), soft_wrap=True)
+
+
 def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
     """Verdict, where it fails, effects, ranking, errors, next runs."""
-    out = _console()
+    out = console()
     out.print(f"\n[bold]{d.verdict}[/bold]: {d.sentence}")
     found = d.discovery if d.discovery is not None and d.discovery.found else None
     if found is not None:
@@ -47,8 +59,8 @@ def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
         out.print(line)
     for e in d.effects:
         out.print(f"  {e}".replace(e.id, f"[bold]{e.id}[/bold]", 1))
-    out.print(_rich(ranking_table(d.ranking)))
-    out.print(_rich(error_table(d.error)))
+    out.print(rich_table(ranking_table(d.ranking)))
+    out.print(rich_table(error_table(d.error)))
     for pair in d.confusables:
         out.print(str(pair))
     for action in d.next_runs[:SHOWN_ACTIONS]:
@@ -63,16 +75,18 @@ def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
         out.print(str(folder / name), soft_wrap=True)
 
 
-def _console() -> Console:
+def console() -> Console:
+    """A console wide enough for the tables."""
     out = Console(highlight=False)
     out.width = max(out.width, MIN_WIDTH)
     return out
 
 
-def _rich(table: Table) -> RichTable:
+def rich_table(table: Table) -> RichTable:
+    """A table of a result for the terminal."""
     shown = RichTable(title=table.title, title_justify="left")
     for name in table.columns:
         shown.add_column(name, justify="left" if name in table.left else "right")
     for k, row in enumerate(table.rows):
-        shown.add_row(*row, style="red" if k in table.marked else None)
+        shown.add_row(*map(escape, row), style="red" if k in table.marked else None)
     return shown

@@ -21,7 +21,7 @@ class Comparison(Shown):
     """Error of every run and signal of ``base_model``, before and after ``effects``, and where the model fails.
 
     where: None when the campaign states steady rates only; steady: those rates, point by point; error: None without a
-    lateral signal.
+    lateral signal; beyond: limits of its validity that the model is used beyond, a sentence each.
     """
 
     base_model: str
@@ -33,6 +33,7 @@ class Comparison(Shown):
     steady: tuple[SteadyError, ...]
     provenance: Mapping[str, Any]
     drawings: Drawings = field(default_factory=Drawings)
+    beyond: tuple[str, ...] = ()
 
     @property
     def final_model(self) -> str:
@@ -44,6 +45,7 @@ class Comparison(Shown):
         said = [f"{self.final_model} against {self.campaign.title}"]
         if self.where is not None:
             said += [self.where.sentence, self.where.boundary_sentence, *self.changes()]
+        said += self.beyond
         return said
 
     def changes(self) -> list[str]:

@@ -101,7 +101,7 @@ def ranking_table(ranking: Sequence[Candidate]) -> Table:
 
 def error_table(error: Errors) -> Table:
     """The fall of the error, over all and by held-out condition."""
-    changes = error.rows() | {f"without {name}": row for name, row in error.by_condition.items()}
+    changes = error.rows() | error.left_out()
     rows = [(name, words.column(row.before), words.column(row.after)) for name, row in changes.items()]
     return Table(
         f"error (noise floor {words.fixed(1e3 * error.noise_floor, 3)} mm)", ("rms in mm", "before", "after"), rows

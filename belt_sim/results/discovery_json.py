@@ -73,7 +73,10 @@ def _law(c: dict[str, Any]) -> FoundLaw:
 def _errors(c: dict[str, Any]) -> Errors:
     change = {n: None if c[n] is None else Change(**c[n]) for n in ("fit", "held_out")}
     return Errors(
-        noise_floor=c["noise_floor"], by_condition={n: Change(**v) for n, v in c["by_condition"].items()}, **change
+        noise_floor=c["noise_floor"],
+        by_condition={n: Change(**v) for n, v in c["by_condition"].items()},
+        untestable=tuple(c.get("untestable", ())),
+        **change,
     )
 
 

@@ -20,12 +20,21 @@ class Change:
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """Over the fitted runs, over what was held out, by held-out condition, and what noise alone leaves [m]."""
+    """Over the fitted runs, over what was held out, by held-out condition, and what noise alone leaves [m].
+
+    untestable: conditions that alone show one of the numbers, so that leaving them out tests nothing.
+    """
 
     noise_floor: float
     fit: Change | None = None
     held_out: Change | None = None
     by_condition: Mapping[str, Change] = field(default_factory=dict)
+    untestable: tuple[str, ...] = ()
+
+    def left_out(self) -> dict[str, Change]:
+        """The changes by held-out condition, in words that say which of them test nothing."""
+        note = " (not testable by hold-out)"
+        return {f"without {n}{note if n in self.untestable else ''}": row for n, row in self.by_condition.items()}
 
     def rows(self) -> dict[str, Change]:
         """The changes that there are, by name."""

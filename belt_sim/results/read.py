@@ -28,7 +28,7 @@ from belt_sim.results.found import (
 from belt_sim.results.label import CampaignLabel
 from belt_sim.results.verdict import Verdict
 from belt_sim.results.words import KILO
-from belt_sim.results.written import MICRO, RUNS
+from belt_sim.results.written import DIAGNOSIS, DRAWINGS, MICRO, RUNS
 
 KINDS = {unit: kind for kind, unit in UNITS.items()}
 
@@ -42,8 +42,11 @@ def read_diagnosis(folder: Path) -> Diagnosis:
         remedy = "give the run folder of a diagnosis (it holds diagnosis.json and drawings.json)"
         raise InputError("diagnosis", str(folder), "", remedy) from error
     try:
-        if content["runs_schema"] != RUNS:
-            raise KeyError("runs_schema")
+        for key, wanted in (("schema", DIAGNOSIS), ("runs_schema", RUNS)):
+            if content[key] != wanted:
+                raise ValueError(f"{key} is {content[key]!r}, not {wanted}")
+        if drawn["schema"] != DRAWINGS:
+            raise ValueError(f"drawings.json has the schema {drawn['schema']!r}")
         return _diagnosis(content, _drawings(drawn))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         remedy = f"written by another version of belt-sim or damaged ({error}); run belt-sim diagnose again"
@@ -108,6 +111,7 @@ def _errors(e: dict[str, Any]) -> Errors:
         fit=_change(e.get("fit")),
         held_out=_change(e.get("held_out")),
         by_condition={n: _pair(p) for n, p in e.get("held_out_by_condition", {}).items()},
+        untestable=tuple(e.get("held_out_untestable", ())),
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves, late_rates, offsets
+from belt_sim.curves import LATE_SHARE, Curves, late_rates, offsets
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent
 from belt_sim.results import words
@@ -19,6 +19,7 @@ from belt_sim.validity import Limit, warning
 
 POINTS = (1, 2, 3, 4)
 SPANS = ("upper", "lower")
+SETTLED, SETTLED_RATE = 0.05, 1e-6  # [1], [m/m]: rates that differ by less are one
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -42,6 +43,28 @@ class Simulation(Shown):
     def rates(self) -> np.ndarray:
         """Late slopes dy/ds of points 1-4 [m/m], shape (4,)."""
         return np.full(4, self.steady_rate) if self.curves is None else late_rates(self.curves)
+
+    @property
+    def settled(self) -> bool:
+        """True when all points move at one rate, and did so before: what the late slopes mean to show.
+
+        Within 5 % of the mean, or 1 um per m; a formula for the steady rate is.
+        """
+        if self.curves is None:
+            return True
+        before = Curves(
+            travel=np.asarray(self.curves.travel)[: -self._late], y=np.asarray(self.curves.y)[:, : -self._late]
+        )
+        if len(before.travel) < 3:
+            return False
+        rates = np.concatenate([self.rates, late_rates(before, LATE_SHARE / (1.0 - LATE_SHARE))])
+        return bool(np.ptp(rates) <= max(SETTLED * abs(rates.mean()), SETTLED_RATE))
+
+    @property
+    def _late(self) -> int:
+        """Records in the last share of the travel."""
+        travel = np.asarray(self.curves.travel)  # type: ignore[union-attr]
+        return int(np.sum(travel > travel[-1] - LATE_SHARE * (travel[-1] - travel[0])))
 
     @property
     def offsets(self) -> tuple[float, float] | None:
@@ -85,6 +108,11 @@ class Simulation(Shown):
         """Late rates, and a warning when an edge goes slack or the model is used beyond its validity."""
         rates = "  ".join(f"{k}: {words.column(r, sign=True)}" for k, r in zip(POINTS, self.rates, strict=True))
         said = [f"{self.title}: late rates in mm per m at points {rates}"]
+        if not self.settled:
+            steady = (
+                "" if self.steady_rate is None else f"; the steady rate is {words.column(self.steady_rate, sign=True)}"
+            )
+            said.append(f"not settled: these are slopes over the last fifth of the travel{steady}")
         slack = self.slackest_edge
         if slack is not None and slack < 0:
             stress = words.fixed(slack / 1e6, 1)

@@ -42,6 +42,7 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> Json:
         "rate_mm_per_m": {str(k): float(r) / si.MM_PER_M for k, r in zip(POINTS, s.rates, strict=True)},
         "offset_mm": {k: None if e is None else e / si.MM for k, e in ends.items()},
     }
+    content["settled"] = s.settled
     if s.sag is not None:
         content["sag_mm"] = s.sag / si.MM
     if s.slackest_edge is not None:
@@ -68,6 +69,7 @@ def comparison_json(c: Comparison) -> Json:
     content |= {"error": _errors(c.error)} if c.error is not None else {}
     if c.where is not None:
         content |= {"where": _where(c.where), "runs_schema": RUNS, "per_run": [run_json(r) for r in c.per_run]}
+    content |= {"beyond_validity": list(c.beyond)} if c.beyond else {}
     content["provenance"] = dict(c.provenance)
     drifts = [_drift(d) for pair in c.drawings.drifts for d in pair if d is not None]
     content |= {"drift": drifts} if drifts else {}
@@ -198,6 +200,8 @@ def _errors(e: Errors) -> Json:
     content: Json = {name: _change(row) for name, row in e.rows().items()}
     if e.by_condition:
         content["held_out_by_condition"] = {name: _change(row) for name, row in e.by_condition.items()}
+    if e.untestable:
+        content["held_out_untestable"] = list(e.untestable)
     return content | {"noise_floor_mm": e.noise_floor / si.MM}
 
 

@@ -6,7 +6,7 @@ from typing import Any
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.analytic.ritzinger import RitzingerFormula
 from belt_sim.effects.base import Effect
-from belt_sim.effects.library import tried
+from belt_sim.effects.library import library, tried
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.model import Model, SteadyModel
@@ -64,6 +64,9 @@ def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | N
     asked: a list of ids, .py files and Effect classes, all of which must be possible; or None for the library without
     ``leave_out`` (None: without what is tried only when it is named). Raises InputError, CannotRepresent.
     """
+    for name in leave_out or ():
+        if name not in library():
+            raise InputError("leave_out", name, "", f"use ids of the library: {', '.join(library())}")
     if asked is None:
         return [c for c in tried(leave_out).values() if model.refusal(c) is None]
     entries = asked if isinstance(asked, Sequence) and not isinstance(asked, str) else [asked]

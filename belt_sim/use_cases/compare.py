@@ -20,6 +20,7 @@ from belt_sim.results.comparison import Comparison
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import SteadyError
 from belt_sim.use_cases.asked import analytic, effects_of, fitted_model, refuse
+from belt_sim.use_cases.beyond import beyond_in_runs
 
 STEADY_TRAVEL = 300.0  # [m]; the strip's transient at 7 N/mm2 is longer than 100 m
 
@@ -51,6 +52,7 @@ def compare(
         where=where(bench, after),
         per_run=run_errors(bench, before, after),
         drawings=drawings(bench, (base, before), shown, mapped=after) if drawn else Drawings(),
+        beyond=beyond_in_runs(campaign, fitted_model(chosen), [e.id for e in acting]),
     )
 
 

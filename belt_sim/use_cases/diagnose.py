@@ -11,14 +11,14 @@ from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.drawings import drawings_of
 from belt_sim.diagnosis.examine import BOOTSTRAPS, examine
 from belt_sim.discovery.describe import describe as describe_discovery
-from belt_sim.discovery.look import Seen, looking
+from belt_sim.discovery.look import Looking, Seen
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.use_cases.asked import candidates_of, fitted_model
 from belt_sim.use_cases.beyond import beyond_in_runs
 
-MIN_BOOTSTRAPS = 100
+MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
 
 
 def diagnose(
@@ -42,7 +42,7 @@ def diagnose(
     provenance. Raises InputError, CannotRepresent, RunFailed.
     """
     whole("seed", seed, 0)
-    whole("bootstraps", bootstraps, MIN_BOOTSTRAPS)
+    whole("bootstraps", bootstraps, MIN_BOOTSTRAPS, MAX_BOOTSTRAPS)
     if not any(s.kind == "lateral" for s in campaign.signals):
         raise InputError(
             "signals", "no point", "", "a diagnosis needs the lateral position of at least one of points 1-4"
@@ -59,7 +59,7 @@ def diagnose(
         bootstraps=bootstraps,
         seed=seed,
         advise=advise,
-        look=looking(seed=seed, tell=lambda stage: progress(0, stage)),
+        look=Looking(seed=seed, tell=lambda stage: progress(0, stage)),
         tell=lambda stage: progress(0, stage),
         tick=lambda replicates: progress(replicates, ""),
     )
@@ -70,10 +70,12 @@ def diagnose(
     return replace(found, admitted=admitted, drawings=drawings_of(findings), beyond=beyond, discovery=discovery)
 
 
-def whole(name: str, value: Any, least: int) -> int:
-    """``value`` if it is a whole number of at least ``least``; raises InputError otherwise."""
+def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
+    """``value`` if it is a whole number of at least ``least`` and at most ``most``; raises InputError otherwise."""
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise InputError(name, value, "", f"give a whole number of at least {least}")
+    if most is not None and value > most:
+        raise InputError(name, value, "", f"give a whole number of at most {most}")
     return value
 
 

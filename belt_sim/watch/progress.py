@@ -15,6 +15,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.frame import Frame
 
+_REPLICATES, _STAGE = 0.1, 1.0 / 6.0  # shares of what is left of a work in stages
 LINE_EVERY = 0.10  # share of the work between two lines where there is no terminal
 
 
@@ -88,6 +89,23 @@ def progress(total: float, title: str, console: Console | None = None) -> Iterat
         yield done
     finally:
         shown.close()
+
+
+def in_stages(done: Callable[..., None], replicates: int) -> Callable[[int, str], None]:
+    """Work out of 1 whose stages are not known beforehand: ``done`` of ``progress(1.0, ...)``, as (replicates, stage).
+
+    All replicates are a tenth of it, and every stage takes a sixth of what is left where it begins, so that the end is
+    not announced before it is there.
+    """
+    gone = 0.0
+
+    def tell(count: int, stage: str) -> None:
+        nonlocal gone
+        step = _REPLICATES * (count / replicates) * (1.0 - gone) if count else _STAGE * (1.0 - gone)
+        gone += step
+        done(step, stage)
+
+    return tell
 
 
 class ProgressObserver:

@@ -11,6 +11,7 @@ from belt_sim.files import write_json
 from belt_sim.jax_setup import prepare
 from belt_sim.paths import ROOT
 from belt_sim.provenance import provenance
+from studies.bench.diagnosis import diagnosis_figures
 from studies.bench.speed import batch_figures, delay_figures, plain_figures
 from studies.bench.warm import warm_start
 
@@ -25,9 +26,10 @@ def main() -> None:
     console = Console()
     console.print("strip model, 100 m of travel, four curves kept every 0.1 m")
     batch, plain, delay = batch_figures(), plain_figures(), delay_figures()
-    warm = warm_start()
+    warm, diagnosis = warm_start(), diagnosis_figures()
     console.print(_contenders(batch, plain, delay))
     console.print(_limits(batch, warm))
+    console.print(_diagnosis(diagnosis))
     content = {
         "schema": SCHEMA,
         "batch": batch,
@@ -35,6 +37,7 @@ def main() -> None:
         "jitcdde": delay,
         "ratio": {"plain_loop": _ratio(plain, batch), "jitcdde": _ratio(delay, batch)},
         "warm_start": warm,
+        "diagnosis": diagnosis,
         "machine": {"cores": os.cpu_count(), "load": os.getloadavg()[0], "processor": platform.processor()},
         "provenance": provenance(),
     }
@@ -69,6 +72,15 @@ def _limits(batch, warm) -> Table:
     table.add_row("belt-sim simulate, first call", f"{warm['first_s']:.2f} s", "")
     table.add_row("belt-sim simulate, later calls", f"{warm['warm_s']:.2f} s", f"{WARM_LIMIT:.0f} s")
     table.add_row("the same with its picture", f"{warm['warm_with_picture_s']:.2f} s", f"{WARM_LIMIT:.0f} s")
+    return table
+
+
+def _diagnosis(figures) -> Table:
+    table = Table("a diagnosis, all candidates", "processor time")
+    table.add_row("a prediction of all runs, compiled for one campaign", f"{figures['old_ms']:.1f} ms")
+    table.add_row("the same, compiled once for all", f"{figures['new_ms']:.1f} ms")
+    table.add_row("they differ by", f"{figures['apart_m']:.1e} m")
+    table.add_row(f"one effect, {figures['bootstraps']} bootstraps, end to end", f"{figures['diagnosis_s']:.1f} s")
     return table
 
 

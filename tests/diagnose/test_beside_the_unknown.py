@@ -27,3 +27,26 @@ def test_a_slow_effect_goes_and_a_sharp_one_stays():
     everything = members_that_stay(bench, fit, np.empty((0, *bench.samples.y.shape)), lambda name: THRESHOLD)
     assert everything is not None
     assert everything.ids == ("drift", "sharp")
+
+
+def test_effects_that_stand_in_for_each_other_both_go():
+    """Either would explain what is there; one of them is not named because the other was struck out first."""
+    sharp = WHITE.white * (np.arange(COUNT) % 7 == 0) * np.ones((len(SPREAD), 1, 1))
+    alike = sharp + 0.1 * WHITE.white * (np.arange(COUNT) % 5 == 0)
+    noise = WHITE.white * np.random.default_rng(2).normal(size=(len(SPREAD), 1, COUNT))
+    bench = linear_bench(SPREAD, y=8.0 * sharp + noise, shapes={"one": sharp, "other": alike})
+    columns = unknown_columns(bench, NOTHING_SEEN)
+    for ids, left in ((("one",), ("one",)), (("one", "other"), None)):
+        fit = bench.fit([bench.start(ids, np.zeros(2))])[0]
+        stays = members_that_stay(bench, fit, columns, lambda name: 10.0 * THRESHOLD)
+        assert (stays and stays.ids) == left
+
+
+def test_what_is_just_needed_does_not_stay():
+    sharp = WHITE.white * (np.arange(COUNT) % 7 == 0) * np.ones((len(SPREAD), 1, 1))
+    bench = linear_bench(SPREAD, y=1.0 * sharp, shapes={"sharp": sharp})
+    fit = bench.fit([bench.start(("sharp",), np.zeros(1))])[0]
+    seen = fit.chi2 + float(np.sum(fit.columns**2))  # what it explains when nothing else is there
+    nothing = np.empty((0, *bench.samples.y.shape))
+    assert members_that_stay(bench, fit, nothing, lambda name: seen / 1.5) is None
+    assert members_that_stay(bench, fit, nothing, lambda name: seen / 4.0) is not None

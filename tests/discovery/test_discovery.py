@@ -13,6 +13,7 @@ from belt_sim.diagnosis.workbench import workbench
 from belt_sim.discovery.describe import describe
 from belt_sim.discovery.discover import discover, unknown_columns
 from belt_sim.discovery.gate import gate
+from belt_sim.discovery.look import Looking
 from belt_sim.errors import InputError
 from belt_sim.results.discovery_json import discovery_json, read_discovery
 from belt_sim.use_cases.discover import drawings, leave_discovery
@@ -68,6 +69,30 @@ def test_the_columns_of_the_unknown_leave_nothing_for_the_gate():
 def test_the_gate_closes_on_what_is_missing_only():
     assert gate(*fitted("yaw_creep"), draws=40).failed
     assert not gate(*fitted(), draws=40).failed
+
+
+def test_what_only_other_tests_have_seen_is_given_no_place():
+    found = describe(discover(*fitted(), draws=40, failed=True))
+    assert not found.found
+    assert "no place" in found.sentence
+
+
+def test_one_law_explains_what_was_hidden_and_is_not_sought_for_more():
+    bench, fit = fitted("yaw_creep")
+    look = Looking(seed=0, draws=40)
+    law = look.one_law(bench, fit, 0.5 * D**2)
+    assert law is not None
+    assert "yaw of the tail pulley" in law.words
+    assert fit.chi2 - bench.metric.chi2(bench.fitted.y - law.values) > EXPLAINED * D**2
+    assert law.price > 10.0  # it is the best of thousands
+    assert look.one_law(bench, fit, 1.5 * D**2) is None
+    assert look.one_law(*fitted(), 20.0) is None  # nothing is hidden
+
+
+def test_the_written_effect_holds_nothing_that_it_does_not_call():
+    text = described("yaw_creep").effect_file
+    assert "_since(case" in text
+    assert [word for word in ("_rate", "response", "import jax\n") if word in text] == []
 
 
 def test_too_few_runs_are_said_and_no_law_is_guessed():

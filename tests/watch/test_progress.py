@@ -5,7 +5,7 @@ import io
 from moving_belt import case, curves, frames
 from rich.console import Console
 
-from belt_sim.watch.progress import ProgressObserver, progress
+from belt_sim.watch.progress import ProgressObserver, in_stages, progress
 from belt_sim.watch.together import Together
 
 
@@ -18,6 +18,21 @@ def test_without_a_terminal_a_line_each_tenth():
     assert len(lines) == 10
     assert lines[4].startswith("bootstrap:  50 %")
     assert lines[-1].startswith("bootstrap: 100 %")
+
+
+def test_stages_move_the_bar_and_never_end_it():
+    console = Console(file=io.StringIO(), force_terminal=False, width=120)
+    with progress(1.0, "diagnosing", console) as done:
+        tell = in_stages(done, 200)
+        tell(0, "laying out")
+        for _ in range(4):
+            tell(50, "")
+        for k in range(30):
+            tell(0, f"stage {k}")
+    lines = console.file.getvalue().splitlines()
+    assert len(lines) >= 5
+    assert "stage" in lines[-1]
+    assert not any(": 100 %" in line for line in lines)
 
 
 def test_a_run_tells_travel_speed_and_time_left():

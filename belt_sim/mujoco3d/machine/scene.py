@@ -61,6 +61,7 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
     set_solver(spec, options.dt, parts.gravity)
     spec.stat.extent = 2.0
     spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+    _add_cameras(spec, float(case.rig.centre_distance))
     _add_station(spec, "head", 0.0, parts.head, loop.radius_head, case, options)
     _add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
     make_factorised(spec, "head-yaw")
@@ -71,6 +72,13 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
     pulleys[TAIL_SLIDE] = loop.centre_distance - float(case.rig.centre_distance)
     spec.add_key(name="laid", qpos=np.concatenate([pulleys, (mesh.laid - mesh.rest).ravel()]))
     return spec, scene
+
+
+def _add_cameras(spec: mujoco.MjSpec, length: float) -> None:
+    """Where one sees the whole machine from: the side (sag) and above (lateral movement)."""
+    far = length + 0.5
+    spec.worldbody.add_camera(name="side", pos=[length / 2, -far, 0.2], xyaxes=[1, 0, 0, 0, 0, 1])
+    spec.worldbody.add_camera(name="above", pos=[length / 2, 0, far], xyaxes=[1, 0, 0, 0, 1, 0])
 
 
 def _cambered(mesh: Mesh, loop: Loop, parts: SceneParts, case: Case, early: float) -> Mesh:

@@ -1,0 +1,123 @@
+"""What becomes of dropped files: campaigns, effects, a logger's files; the rest is refused in one line.
+
+A file is known by its last name only, so that no path in a name or in a zip leads anywhere else; nothing is unpacked
+but the files of a campaign, and no more of them than ``LARGEST``.
+"""
+
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+
+from belt_sim.app.effects_file import NO_CODE
+from belt_sim.app.guard import MAX_UPLOAD, MEBI
+from belt_sim.campaign.problems import quoted
+from belt_sim.campaign.read import FILES
+from belt_sim.errors import BeltError, InputError
+
+SHEET = "campaign.yaml"
+LARGEST = MAX_UPLOAD  # bytes of a campaign, unpacked
+MOST_MEMBERS = 2000  # of a zip
+PIECE = MEBI
+LOGGERS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
+MAPPING = "mapping.yaml"  # how a logger's files were understood before
+LONGEST_NAME = 120  # characters
+
+
+@dataclass(frozen=True)
+class Tray:
+    """Dropped files sorted: of a campaign, of a logger, effects and a mapping (name, bytes); said: why not others."""
+
+    campaign: Mapping[str, bytes] = field(default_factory=dict)
+    loggers: Mapping[str, bytes] = field(default_factory=dict)
+    effects: tuple[str, bytes] | None = None
+    mapping: tuple[str, bytes] | None = None
+    said: tuple[str, ...] = ()
+
+
+def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
+    """Sort files by their names; every one that cannot be used has its line."""
+    campaign: dict[str, bytes] = {}
+    loggers: dict[str, bytes] = {}
+    effects, mapping, said = None, None, []
+    for name, data in dropped:
+        last = last_name(name)
+        try:
+            if last.lower() in FILES:
+                campaign[last.lower()] = data
+            elif last.lower().endswith(".zip"):
+                campaign |= unpack(last, data)
+            elif last.lower() == MAPPING:
+                mapping = (last, data)
+            elif last.lower().endswith((".yaml", ".yml")):
+                effects = (last, data)
+            elif last.lower().endswith(LOGGERS):
+                loggers[safe(last)] = data
+            else:
+                raise _unknown(last)
+        except BeltError as error:
+            said.append(str(error))
+    return Tray(campaign=campaign, loggers=loggers, effects=effects, mapping=mapping, said=tuple(said))
+
+
+def _unknown(name: str) -> InputError:
+    """Why a file of this name is of no use."""
+    if name.lower().endswith(".py"):
+        return InputError("file", quoted(name), "", NO_CODE)
+    wanted = f"{', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or an effects.yaml"
+    return InputError("file", quoted(name), "", f"drop {wanted}")
+
+
+def last_name(name: str) -> str:
+    """The last part of a name, whatever system it came from."""
+    return name.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1]
+
+
+def safe(name: str) -> str:
+    """A last name as a file can bear it: what it says of a run stays, what is no letter, digit or mark goes."""
+    kept = "".join(c if c.isalnum() or c in " _-+.,()" else "_" for c in name).lstrip(".")
+    stem, _, end = kept.rpartition(".")
+    return f"{stem[-LONGEST_NAME:] or '_'}.{end}"
+
+
+def unpack(name: str, data: bytes) -> dict[str, bytes]:
+    """The files of the one campaign in a zip: those that lie beside its campaign.yaml."""
+    try:
+        with zipfile.ZipFile(BytesIO(data)) as archive:
+            members = [m for m in archive.infolist() if not m.is_dir()]
+            if len(members) > MOST_MEMBERS:
+                raise InputError("zip", quoted(name), "", f"holds more than {MOST_MEMBERS} files; zip one campaign")
+            sheets = [m for m in members if last_name(m.filename) == SHEET and "__MACOSX" not in m.filename]
+            if len(sheets) != 1:
+                many = f"holds {len(sheets)} campaigns" if sheets else f"holds no {SHEET}"
+                raise InputError("zip", quoted(name), "", f"{many}; zip the folder of one campaign")
+            beside = sheets[0].filename.removesuffix(SHEET)
+            return dict(_members(archive, name, {f"{beside}{file}": file for file in FILES}))
+    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, OSError, EOFError) as error:
+        raise InputError("zip", quoted(name), "", f"cannot be unpacked ({error}); zip it again") from error
+
+
+def _members(archive: zipfile.ZipFile, name: str, wanted: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
+    """Wanted members and their bytes, stopping where they grow beyond ``LARGEST`` (whatever the zip says of itself)."""
+    room = LARGEST
+    for member in archive.namelist():
+        if member not in wanted:
+            continue
+        pieces = []
+        with archive.open(member) as stream:
+            while piece := stream.read(PIECE):
+                room -= len(piece)
+                if room < 0:
+                    remedy = f"unpacks to more than {LARGEST // MEBI} MB; thin the signals out"
+                    raise InputError("zip", quoted(name), "", remedy)
+                pieces.append(piece)
+        yield wanted[member], b"".join(pieces)
+
+
+def lay(folder: Path, files: Mapping[str, bytes]) -> Path:
+    """Write files into ``folder``, by their last names."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, data in files.items():
+        (folder / safe(last_name(name))).write_bytes(data)
+    return folder

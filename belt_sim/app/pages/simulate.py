@@ -1,0 +1,245 @@
+"""The page of sliders: tension, yaw, travel, machine, model and effects; curves at once."""
+
+import asyncio
+from dataclasses import dataclass, field
+from typing import Any
+
+from nicegui import run, ui
+
+from belt_sim.app import look, plots
+from belt_sim.app.pages.controls import labelled_slider
+from belt_sim.app.sliders import LONGEST, MODELS, Asked, choices, reach, simulated, warnings, words
+from belt_sim.effects.library import library
+from belt_sim.errors import BeltError
+from belt_sim.registry import model_named
+from belt_sim.results.simulation import Simulation
+from belt_sim.results.words import NONE, fixed, thousandths
+
+RIGS = {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example", "own": "my machine"}
+OWN = {  # name: (words, value, unit, SI per unit)
+    "centre_distance": ("distance of the pulleys", 11.28, "m", 1.0),
+    "pulley_radius": ("pulley radius", 0.17, "m", 1.0),
+    "width": ("belt width", 200.0, "mm", 1e-3),
+    "thickness": ("belt thickness", 0.3, "mm", 1e-3),
+    "youngs_modulus": ("Young's modulus", 210.0, "GPa", 1e9),
+    "density": ("density", 7850.0, "kg/m³", 1.0),
+}
+LONG = 0.4  # [s] after which it is shown that something is being computed
+OF_RIG = ("centre_distance", "pulley_radius")
+TITLES = {name: f"{name}: {model_named(name).title}" for name in MODELS}  # type: ignore[union-attr]
+
+
+@dataclass
+class View:
+    """Settings of one tab, and the places where the answer is shown."""
+
+    model: str = "strip"
+    beside: str = ""
+    rig: str = "test_rig"
+    tension: float = 10.0
+    yaw: float = -0.042
+    travel: float = 60.0
+    own: dict[str, float] = field(default_factory=lambda: {n: v for n, (_, v, _, _) in OWN.items()})
+    effects: dict[str, dict[str, float]] = field(default_factory=dict)
+    places: dict[str, Any] = field(default_factory=dict)
+    wanted: bool = False
+    busy: bool = False
+
+    def asked(self, model: str) -> Asked:
+        """What the sliders say, for a model; effects that it cannot have are left out."""
+        there = choices(model)
+        machine: dict[str, Any] = {}
+        if self.rig == "own":
+            si = {n: self.own[n] * OWN[n][3] for n in OWN}
+            machine["rig"] = {n: v for n, v in si.items() if n in OF_RIG} | {"gravity": 9.81}
+            machine["belt"] = {n: v for n, v in si.items() if n not in OF_RIG} | {"poisson_ratio": 0.3}
+        else:
+            machine["rig"] = self.rig
+        effects = {i: numbers for i, numbers in self.effects.items() if i in there}
+        return Asked(model, self.tension, self.yaw, self.travel, effects, **machine)
+
+
+def add() -> None:
+    """Serve the page."""
+
+    @ui.page("/", title="belt_sim")
+    def page() -> None:
+        view = View()
+        look.frame("/")
+        with ui.element("div").classes("split"):
+            with ui.element("div").classes("set"):
+                _sliders(view)
+            with ui.element("div").classes("curve"):
+                _answers(view)
+            with ui.element("div").classes("more"):
+                _choices(view)
+        ui.timer(0.05, lambda: _compute(view), once=True)
+
+
+def _sliders(view: View) -> None:
+    def setting(name: str, label: str, low: float, high: float, step: float) -> None:
+        async def to(value: float) -> None:
+            setattr(view, name, value)
+            await _compute(view)
+
+        labelled_slider(label, getattr(view, name), low, high, step, to, mark=name)
+
+    with look.card("What is set"):
+        setting("tension", "tension [N/mm²]", 2.0, 80.0, 0.5)
+        setting("yaw", "yaw of the tail pulley [degrees]", -0.2, 0.2, 0.002)
+        setting("travel", "belt travel [m]", 5.0, LONGEST, 1.0)
+
+
+def _choices(view: View) -> None:
+    async def moved() -> None:
+        await _compute(view)
+
+    def pick(name: str, label: str, options: dict[str, str]) -> ui.select:
+        async def choose(event: Any) -> None:
+            setattr(view, name, event.value)
+            await moved()
+
+        made = ui.select(options, value=getattr(view, name), label=label, on_change=choose)
+        return made.classes("w-full").props(f"data-name={name}")
+
+    with look.card("Model and machine"):
+        pick("model", "model", TITLES)
+        pick("beside", "beside it, dotted", {"": "none"} | TITLES)
+        rig = pick("rig", "machine", RIGS)
+        with ui.element("div").classes("w-full").bind_visibility_from(rig, "value", value="own"):
+            _own(view, moved)
+    with look.card("What may be wrong", "Add an effect and move its size."):
+        _effects(view, moved)
+
+
+def _own(view: View, moved: Any) -> None:
+    """Numbers of one's own machine and belt."""
+    for name, (label, value, unit, _) in OWN.items():
+
+        async def to(event: Any, name: str = name) -> None:
+            if event.value is not None:
+                view.own[name] = float(event.value)
+                await moved()
+
+        ui.number(f"{label} [{unit}]", value=value, on_change=to).props("dense debounce=400").classes("w-full")
+
+
+def _effects(view: View, moved: Any) -> None:
+    """A list of effects, and a slider for each number of those chosen."""
+    names = {i: words(i) for i in sorted(library(), key=words)}
+
+    async def chosen(event: Any) -> None:
+        view.effects = {i: view.effects.get(i) or _start(i) for i in event.value}
+        sizes.refresh()
+        await moved()
+
+    @ui.refreshable
+    def sizes() -> None:
+        for effect_id, numbers in view.effects.items():
+            ui.label(words(effect_id)).classes("small")
+            for name, p in library()[effect_id].parameters.items():
+
+                async def to(value: float, numbers: dict[str, float] = numbers, name: str = name) -> None:
+                    numbers[name] = value
+                    await moved()
+
+                low, high, _ = reach(p)
+                unit = f" [{p.unit}]" if p.unit != "1" else ""
+                step = (high - low) / 200.0
+                labelled_slider(f"{p.meaning}{unit}", numbers[name], low, high, step, to, mark=f"{effect_id}.{name}")
+
+    select = ui.select(names, multiple=True, with_input=True, label="effects", value=[], on_change=chosen)
+    select.props("use-chips").classes("w-full").props("data-name=effects")
+    sizes()
+
+
+def _start(effect_id: str) -> dict[str, float]:
+    """Numbers of an effect of a size that matters."""
+    return {n: reach(p)[2] for n, p in library()[effect_id].parameters.items()}
+
+
+def _answers(view: View) -> None:
+    with look.card("Where the belt runs"):
+        view.places["curves"] = ui.plotly(plots.figure([], "", "", 420)).props("data-name=curves")
+        busy = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
+        busy.set_visibility(False)
+        view.places["busy"] = busy
+        view.places["said"] = ui.element("div").classes("card-lines").props("data-name=said")
+        view.places["facts"] = ui.element("div").classes("w-full").props("data-name=facts")
+        ui.label("Late rates of points 1-4: over the last fifth of the travel shown.").classes("soft small")
+    with look.card("How slack its edges become") as below:
+        view.places["edges"] = ui.plotly(plots.figure([], "", "", 240))
+    view.places["edges_card"] = below
+
+
+async def _compute(view: View) -> None:
+    """Show what the sliders say; while one computation runs, only the latest wish is kept."""
+    view.wanted = True
+    if view.busy:
+        return
+    view.busy = True
+    try:
+        while view.wanted:
+            view.wanted = False
+            await _once(view)
+            await asyncio.sleep(0.03)
+    finally:
+        view.busy = False
+
+
+async def _once(view: View) -> None:
+    try:
+        shown = await _simulated(view, view.model)
+        beside = await _simulated(view, view.beside) if view.beside else None
+    except BeltError as error:
+        _say(view, str(error).splitlines(), [])
+        return
+    if shown is not None:  # None: the server is being closed
+        _show(view, shown, beside)
+
+
+async def _simulated(view: View, model: str) -> Simulation | None:
+    """Computed beside the page; what takes long, as a model that is compiled for the first time, is seen to go on."""
+    work = asyncio.ensure_future(run.io_bound(simulated, view.asked(model)))
+    await asyncio.wait({work}, timeout=LONG)
+    view.places["busy"].set_visibility(not work.done())
+    try:
+        return await work
+    finally:
+        view.places["busy"].set_visibility(False)
+
+
+def _show(view: View, shown: Simulation, beside: Simulation | None) -> None:
+    places = view.places
+    places["curves"].update_figure(plots.lateral(shown, beside))
+    slacker = plots.edges(shown)
+    places["edges_card"].set_visibility(slacker is not None)
+    if slacker is not None:
+        places["edges"].update_figure(slacker)
+    places["facts"].clear()
+    with places["facts"]:
+        look.facts(_facts(shown))
+    left_out = [words(i) for i in view.effects if i not in choices(view.model)]
+    calm = [f"{view.model} cannot have this effect: {name}" for name in left_out]
+    _say(view, warnings(shown), calm)
+
+
+def _facts(s: Simulation) -> dict[str, str]:
+    """Late rates, offsets, sag and the slackest edge."""
+    found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
+    if s.steady_rate is not None:
+        found["rate in the end [mm/m]"] = thousandths(s.steady_rate)
+    upper, lower = s.offsets or (None, None)
+    found |= {"y1 − y4 [mm]": thousandths(upper), "y3 − y2 [mm]": thousandths(lower), "sag [mm]": thousandths(s.sag)}
+    slackest = s.slackest_edge
+    found["slackest edge [N/mm²]"] = NONE if slackest is None else fixed(slackest / plots.PA_PER_N_MM2, 1)
+    return found
+
+
+def _say(view: View, warned: list[str], calm: list[str]) -> None:
+    view.places["said"].clear()
+    with view.places["said"]:
+        for line in warned:
+            look.told(line)
+        for line in calm:
+            look.told(line, "calm")

@@ -1,0 +1,126 @@
+"""The server of the app: on the loopback address, until it is stopped."""
+
+import contextlib
+import html
+import io
+import socket
+import threading
+import traceback
+import webbrowser
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from fastapi import FastAPI
+from fastapi.responses import Response
+from nicegui import app as pages_app
+from nicegui import ui
+
+from belt_sim.app.desk import Desk
+from belt_sim.app.guard import Guard
+from belt_sim.app.pages import measurements, simulate
+from belt_sim.errors import InputError
+
+ADDRESS = "127.0.0.1"
+REPORT = "report.html"
+PATIENCE = 30.0  # [s] for a tab that does not answer before it is forgotten
+#: a page made from data may draw itself; it may neither load, send, nor reach the app it stands in
+SANDBOX = (
+    "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; font-src data:"
+)
+ICON = (
+    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 32 32'><g fill='none' stroke='#1f86cc' stroke-width='3'>"
+    "<circle cx='9' cy='16' r='6'/><circle cx='23' cy='16' r='6'/><path d='M9 10h14M9 22h14'/></g></svg>"
+)
+
+
+def listen(port: int | None) -> socket.socket:
+    """A socket on the loopback address; ``port`` None: any that is free. Raises InputError when it is taken."""
+    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        made.bind((ADDRESS, port or 0))
+        made.listen()
+    except OSError as error:
+        made.close()
+        raise InputError("port", port, "", f"{error.strerror}; choose another, or leave it out") from error
+    return made
+
+
+def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
+    """Serve the pages until Ctrl-C; results go to ``folder``. show: open a browser."""
+    ear = listen(port)
+    chosen = ear.getsockname()[1]
+    address = f"http://{ADDRESS}:{chosen}"
+    desk = Desk(folder)
+    outer = application(desk, chosen)
+    print(f"belt_sim is open at {address}; only this machine can reach it. Ctrl-C ends it.", flush=True)
+    if show:
+        threading.Timer(1.0, webbrowser.open, (address,)).start()
+    config = uvicorn.Config(outer, log_level="warning", loop="asyncio", ws_max_size=2**24, timeout_graceful_shutdown=2)
+    with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
+        uvicorn.Server(config).run(sockets=[ear])
+
+
+def application(desk: Desk, port: int) -> FastAPI:
+    """Pages and files behind the guard."""
+    outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    simulate.add()
+    measurements.add(desk)
+    _results(outer, desk)
+    pages_app.on_shutdown(desk.close)
+    pages_app.on_exception(_tell)
+    ui.run_with(
+        outer,
+        title="belt_sim",
+        favicon=ICON,
+        dark=None,
+        tailwind=False,
+        reconnect_timeout=PATIENCE,
+        show_welcome_message=False,
+    )
+    outer.add_middleware(Guard, port=port)
+    return outer
+
+
+def _tell(error: Exception) -> None:
+    """What broke in a page goes to the terminal, whole."""
+    traceback.print_exception(error)
+
+
+def _results(outer: FastAPI, desk: Desk) -> None:
+    """Reports and zips of the results, by number: no path comes from outside."""
+
+    def answer(number: int, make: Any) -> Response:
+        if not 1 <= number <= len(desk.jobs) or desk.jobs[number - 1].running:
+            return Response("there is no such result", 404, media_type="text/plain")
+        return make(desk.jobs[number - 1].folder)
+
+    @outer.get("/results/{number}/report")
+    def report(number: int) -> Response:
+        return answer(number, _report)
+
+    @outer.get("/results/{number}/zip")
+    def zipped(number: int) -> Response:
+        return answer(number, _zip)
+
+
+def _report(folder: Path) -> Response:
+    if not (folder / REPORT).is_file():
+        return Response("this result has no report", 404, media_type="text/plain")
+    head = {"Content-Security-Policy": SANDBOX, "X-Content-Type-Options": "nosniff", "Cache-Control": "no-store"}
+    return Response((folder / REPORT).read_bytes(), media_type="text/html", headers=head)
+
+
+def _zip(folder: Path) -> Response:
+    """Everything in the folder of a result, and in its subfolders."""
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file():
+                archive.write(path, f"{folder.name}/{path.relative_to(folder)}")
+    name = html.escape(folder.name)
+    head = {"Content-Disposition": f'attachment; filename="{name}.zip"', "Cache-Control": "no-store"}
+    return Response(memory.getvalue(), media_type="application/zip", headers=head)

@@ -1,0 +1,141 @@
+"""What varies over a map: numbers of the machine, the belt, its settings and its effects."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from belt_sim import si
+from belt_sim.case import Case
+from belt_sim.effects.base import Effect
+from belt_sim.errors import InputError
+
+#: setting -> (name of its column, what one unit is in SI)
+SETTINGS = {
+    "tension": ("tension_n_per_mm2", si.N_PER_MM2),
+    "yaw": ("yaw_deg", si.DEGREE),
+    "yaw_head": ("yaw_head_deg", si.DEGREE),
+    "speed": ("speed_m_per_s", 1.0),
+}
+GROUPS = {
+    "rig": ("centre_distance", "pulley_radius", "head_radius", "tail_radius", "gravity"),
+    "belt": ("width", "thickness", "youngs_modulus", "density", "poisson_ratio"),
+}
+SPACINGS = ("even", "ratio")
+_KEYS = {"from", "to", "count", "spacing"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axis:
+    """One number that varies. key: as on the command line (tension, belt.thickness, taper.kappa_t);
+
+    column: of the table; values: what a grid visits, shape (n,), as people write them; unit: one of them in SI;
+    ratio: whether a sample spreads evenly over its logarithm; listed: whether only ``values`` themselves may be met.
+    """
+
+    key: str
+    column: str
+    values: np.ndarray
+    unit: float = 1.0
+    ratio: bool = False
+    listed: bool = False
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """Values at ``share`` (0..1) of the way from the first to the last."""
+        if self.listed:
+            return self.values[np.minimum((share * len(self.values)).astype(int), len(self.values) - 1)]
+        low, high = self.values[0], self.values[-1]
+        return low * (high / low) ** share if self.ratio else low + share * (high - low)
+
+
+def axes_of(config: Mapping[str, Any], sampled: bool) -> tuple[tuple[Axis, ...], dict[str, Any]]:
+    """The axes of a map, and the configuration with the first value of each in its place (of an effect, the last)."""
+    plain, axes = dict(config), []
+    for key, (column, unit) in SETTINGS.items():
+        if key in config and (axis := _axis(key, column, unit, config[key], sampled)):
+            axes.append(axis)
+            plain[key] = float(axis.values[0])
+    for group, names in GROUPS.items():
+        plain[group] = dict(config[group])
+        for name in names:
+            if axis := _axis(f"{group}.{name}", f"{group}_{name}", 1.0, config[group].get(name), sampled):
+                axes.append(axis)
+                plain[group][name] = float(axis.values[0])
+    plain["effects"], found = _of_effects(config["effects"], sampled)
+    if not axes + found:
+        raise InputError("tension", config["tension"], "", "let something vary, e.g. tension=[7,10,20]")
+    return (*axes, *found), plain
+
+
+def _of_effects(asked: Any, sampled: bool) -> tuple[Any, list[Axis]]:
+    if not isinstance(asked, Sequence) or isinstance(asked, str):
+        return asked, []
+    plain: list[Any] = []
+    axes: list[Axis] = []
+    for entry in asked:
+        numbers = dict(entry) if isinstance(entry, Mapping) else {}
+        for name, spec in numbers.items():
+            if axis := _axis(f"{numbers.get('id')}.{name}", f"{numbers.get('id')}_{name}", 1.0, spec, sampled):
+                axes.append(axis)
+                numbers[name] = float(axis.values[-1]) or float(axis.values[0])
+        plain.append(numbers or entry)
+    return plain, axes
+
+
+def _axis(key: str, column: str, unit: float, spec: Any, sampled: bool) -> Axis | None:
+    """The axis that ``spec`` means; None for a number that does not vary, and for a schedule of yaw."""
+    if isinstance(spec, Mapping):
+        values = _range(key, spec, sampled)
+        return Axis(key=key, column=column, values=values, unit=unit, ratio=spec.get("spacing") == "ratio")
+    if not isinstance(spec, Sequence) or isinstance(spec, str) or any(isinstance(x, Mapping) for x in spec):
+        return None
+    if not spec:
+        raise InputError(key, "[]", "", "give at least one value")
+    return Axis(key=key, column=column, values=np.array([_finite(key, x) for x in spec]), unit=unit, listed=True)
+
+
+def _range(key: str, spec: Mapping[str, Any], sampled: bool) -> np.ndarray:
+    if not {"from", "to"} <= set(spec) <= _KEYS or not (sampled or "count" in spec):
+        raise InputError(key, dict(spec), "", "write {from: low, to: high, count: how many, spacing: even or ratio}")
+    low, high = _finite(f"{key}.from", spec["from"]), _finite(f"{key}.to", spec["to"])
+    count, spacing = spec.get("count", 2), spec.get("spacing", "even")
+    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        raise InputError(f"{key}.count", count, "", "give a whole number of at least 1")
+    if spacing not in SPACINGS:
+        raise InputError(f"{key}.spacing", spacing, "", f"use one of {', '.join(SPACINGS)}")
+    if spacing == "ratio" and not low * high > 0:
+        raise InputError(f"{key}.from", low, "", "spacing by ratio needs both ends above 0, or both below")
+    if sampled:
+        return np.array([low, high])
+    return np.geomspace(low, high, count) if spacing == "ratio" else np.linspace(low, high, count)
+
+
+def _finite(key: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(key, value, "", "give a finite number (a power of ten as 2.1e11)")
+    return float(value)
+
+
+def placed(
+    case: Case, effects: tuple[Effect, ...], keys: Sequence[str], values: Any
+) -> tuple[Case, tuple[Effect, ...]]:
+    """``case`` and ``effects`` with ``values`` [SI], shape (axes,), in place of what ``keys`` name; may be traced."""
+    for key, value in zip(keys, values, strict=True):
+        owner, _, name = key.partition(".")
+        if key in SETTINGS:
+            case = replace(case, settings=replace(case.settings, **{key: _setting(case, key, value)}))
+        elif key == "rig.pulley_radius":
+            case = replace(case, rig=replace(case.rig, head_radius=value, tail_radius=value))
+        elif owner in GROUPS:
+            case = replace(case, **{owner: replace(getattr(case, owner), **{name: value})})
+        else:
+            effects = tuple(replace(e, **{name: value}) if e.id == owner else e for e in effects)
+    return case, effects
+
+
+def _setting(case: Case, key: str, value: Any) -> Any:
+    """A number, or for yaw the step to it at travel 0."""
+    now = getattr(case.settings, key)
+    return replace(now, change=value[None]) if key.startswith("yaw") else now * 0.0 + value

@@ -1,0 +1,27 @@
+"""belt-sim check: the linter, and what a campaign can and cannot tell."""
+
+from typing import Any
+
+from belt_sim.commands.run_folder import plain, run_folder
+from belt_sim.errors import InputError
+
+
+def run(cfg: Any) -> None:
+    """Check a campaign or a plan and leave check.json and check.png in the run folder."""
+    config, folder = plain(cfg), run_folder()
+    from belt_sim.files import write_json
+    from belt_sim.reports.terminal import tell_check
+    from belt_sim.results.check import check_json
+    from belt_sim.use_cases.check import check
+
+    for key in ("travel", "step"):
+        if isinstance(config[key], bool) or not isinstance(config[key], int | float) or not config[key] > 0:
+            raise InputError(key, config[key], "m", "give a length in metres")
+    asked = {k: config[k] for k in ("effects", "travel", "step", "advise")}
+    found = check(str(config["campaign"]), config["model"]["name"], **asked, config=config)
+    write_json(folder / "check.json", check_json(found))
+    if config["pictures"] and found.visible:
+        from belt_sim.pictures.check import visible_picture
+
+        visible_picture(folder / "check.png", found.visible, found.campaign.title)
+    tell_check(found, folder)

@@ -1,0 +1,27 @@
+"""belt-sim import: a logger's files -> a campaign."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from belt_sim.commands.run_folder import plain, run_folder
+from belt_sim.errors import InputError
+from belt_sim.use_cases.intake import import_files
+
+
+def run(cfg: Any) -> None:
+    """Read, ask what is missing (in a terminal), show what was understood, and write the folder."""
+    config = plain(cfg)
+    files = [config["files"]] if isinstance(config["files"], str | int | float) else config["files"]
+    if not isinstance(files, list):
+        raise InputError("files", files, "", "write file names after the command, or files=[a.csv,b.csv]")
+    folder = Path(config["out"]) if config["out"] else run_folder() / "campaign"
+    import_files(
+        [str(f) for f in files],
+        folder,
+        mapping=config["mapping"],
+        draft=config["draft"],
+        overwrite=bool(config["overwrite"]),
+        pictures=bool(config["pictures"]),
+        ask=sys.stdin.isatty() and sys.stdout.isatty(),
+    )

@@ -1,0 +1,35 @@
+"""Occam's razor: known effects are no finding where one unknown law does better, or several where it does as well.
+
+Effects that no list holds are imitated by two, three or four that one holds: their columns together span almost
+anything smooth. Every member of a set is charged what chance would give it, and a law what its numbers and its being
+the best of a whole dictionary have to earn. What is left decides, at the odds of what a machine has: one known fault is
+likelier than an unknown law, and several at once are less likely, the more they are.
+"""
+
+from dataclasses import replace
+
+from belt_sim.diagnosis.select import Selection
+from belt_sim.diagnosis.unknown import Look
+
+ODDS = 4.6  # chi2 (a likelihood ratio of 10)
+
+
+def imitated(found: Selection, look: Look) -> tuple[str, ...]:
+    """The law that does better than the chosen effects, as a failed test; none where they do."""
+    chosen, bench = found.chosen, found.bench
+    charged = [found.threshold(i) for i in chosen.ids]
+    worth = found.gain - sum(charged) + ODDS * likelier(len(chosen.ids))
+    before = found.base_bench.at_levels(bench.levels)  # noise as the set is judged by, not swollen by what is missing
+    base = replace(found.base, chi2=float(before.metric.chi2(before.fitted.y - found.base.values)))
+    law = look.one_law(before, base, worth)
+    if law is None:
+        return ()
+    gain = chosen.chi2 + found.gain - float(bench.metric.chi2(bench.fitted.y - law.values))
+    if gain - max(law.price, *charged) < worth:  # the law that says what an effect says is no cheaper than that
+        return ()
+    return (f"one law in their place (it explains a chi2 of {gain:.0f}, they {found.gain:.0f}; {law.words})",)
+
+
+def likelier(effects: int) -> int:
+    """By how many factors of odds so many faults at once are likelier than one unknown law."""
+    return 1 if effects == 1 else 1 - effects

@@ -1,0 +1,69 @@
+"""The models that the gallery sets side by side: their names, their looks, and their answers to the paper's cases."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from belt_sim.analytic.model import analytic_model
+from belt_sim.analytic.ritzinger import ritzinger_rate
+from belt_sim.case import Case
+from belt_sim.curves import Curves
+from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, paper_case
+from belt_sim.pictures.colours import AMBER, BLUE, FAINT, GREEN, INK, PINK, RED, SKY
+from belt_sim.si import N_PER_MM2
+
+TRAVEL = 25.0  # [m] of the moving curves on the test rig
+RECORD = 0.1  # [m] between two of their records
+MEASURED = (7.0, 10.0, 20.0, 40.0)  # [N/mm2], at which the paper speaks of the test rig
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a model is named and drawn."""
+
+    words: str
+    colour: str
+    dashes: tuple[float, ...] = ()
+
+    @property
+    def line(self) -> dict:
+        """For Axes.plot."""
+        return {"color": self.colour, "label": self.words, "linestyle": (0, self.dashes) if self.dashes else "-"}
+
+
+LOOKS = {
+    "rope": Look("rope", FAINT),
+    "beam_th1": Look("beam, Th 1. O", GREEN),
+    "beam_th2": Look("beam, Th 2. O", RED),
+    "ritzinger": Look("Ritzinger (a rate alone)", PINK, (4.0, 1.5, 1.0, 1.5)),
+    "ernst_beam": Look("beam with Ernst's modulus", AMBER, (5.0, 2.0)),
+    "strip": Look("hanging strip", BLUE),
+    "strip_lift_off": Look("hanging strip that lifts off", SKY, (5.0, 2.0)),
+    "mujoco_flex": Look("belt in 3D (stored)", INK),
+}
+MOVING = tuple(n for n in LOOKS if n not in ("ritzinger", "mujoco_flex"))  # have curves of their own
+
+
+def case_at(tension: float, short: bool = False) -> Case:
+    """The paper's belt at ``tension`` [N/mm2], yaw -0.042 degrees at travel 0; on the test rig, or on the short one."""
+    return paper_case(tension * N_PER_MM2, rig=ROPE_EXAMPLE if short else TEST_RIG)
+
+
+@cache
+def moving(model: str, tension: float) -> Curves:
+    """The test rig at ``tension`` [N/mm2] over TRAVEL."""
+    engine = replace(analytic_model(model), keep=RECORD)
+    return engine.run(case_at(tension), travel=TRAVEL)
+
+
+def steady(model: str, tension: float) -> float:
+    """Steady rate [m/m] on the test rig, in closed form."""
+    case = case_at(tension)
+    return ritzinger_rate(case) if model == "ritzinger" else analytic_model(model).steady_rate(case)
+
+
+def read_rate(curves: Curves, begin: float, end: float, point: int = 1) -> float:
+    """Mean slope of a point between two places of the travel [m/m], as one reads it off a record."""
+    y = np.interp([begin, end], np.asarray(curves.travel), np.asarray(curves.y)[point - 1])
+    return float(y[1] - y[0]) / (end - begin)

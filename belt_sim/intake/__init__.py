@@ -1,0 +1,27 @@
+"""From a logger's files to a campaign: ``read`` the files, ``understand`` them by a mapping, ``write`` the folder.
+
+logged = read(["lauf1.csv", "lauf2.csv"])
+proposal = understand(logged, {"machine": "test_rig", "runs": {"lauf1": {"tension": "10 N/mm2", "yaw": "0.04 deg"}}})
+for question in proposal.missing: ...   # put an answer at question.path of the mapping, and understand again
+write(proposal, "my_campaign")
+"""
+
+from belt_sim.intake.nouns import Column, Logged, LoggedTable
+from belt_sim.intake.proposal import ColumnUse, NoiseRead, Proposal, Question
+from belt_sim.intake.read import read
+from belt_sim.intake.understand import understand
+from belt_sim.intake.write import mapping_text, write
+
+__all__ = [
+    "Column",
+    "ColumnUse",
+    "Logged",
+    "LoggedTable",
+    "NoiseRead",
+    "Proposal",
+    "Question",
+    "mapping_text",
+    "read",
+    "understand",
+    "write",
+]

@@ -1,0 +1,127 @@
+"""Machine and belt as the mapping states them: by name of a rig or belt that is known, or by their numbers."""
+
+from typing import Any
+
+import yaml
+
+from belt_sim.campaign import plausible
+from belt_sim.campaign.nouns import BeltSheet, Machine, Quantity
+from belt_sim.errors import InputError
+from belt_sim.intake.mapping import BeltEntry, MachineEntry, MappingEntry
+from belt_sim.intake.proposal import Question
+from belt_sim.intake.units import UNITS, quantity
+from belt_sim.paths import CONF
+
+#: key -> unit without one, range, relative u that is assumed where none is stated, question
+MACHINE: dict[str, tuple[str, plausible.Range, float, str]] = {
+    "centre_distance": ("m", plausible.CENTRE_DISTANCE, 5e-4, "how far apart are the axes of the two pulleys?"),
+    "pulley_radius": ("m", plausible.RADIUS, 3e-3, "what is the radius of the pulleys, to the belt's middle surface?"),
+    "head_radius": ("m", plausible.RADIUS, 3e-3, ""),
+    "tail_radius": ("m", plausible.RADIUS, 3e-3, ""),
+}
+BELT: dict[str, tuple[str, plausible.Range, float, str]] = {
+    "width": ("mm", plausible.WIDTH, 5e-4, "how wide is the belt?"),
+    "thickness": ("mm", plausible.THICKNESS, 1e-2, "how thick is the belt?"),
+    "youngs_modulus": ("GPa", plausible.YOUNGS_MODULUS, 2e-2, "which Young's modulus has the belt (steel: 210 GPa)?"),
+    "density": ("kg/m^3", plausible.DENSITY, 0.0, "which density has the belt (steel: 7850 kg/m^3)?"),
+    "poisson_ratio": ("1", plausible.POISSON_RATIO, 0.0, ""),
+}
+EXAMPLES = {
+    "centre_distance": "11.28 +- 0.005 m",
+    "pulley_radius": "0.170 m",
+    "width": "200 mm",
+    "thickness": "0.3 +- 0.003 mm",
+    "youngs_modulus": "210 +- 4 GPa",
+    "density": "7850 kg/m^3",
+}
+STEEL = {"youngs_modulus": "210 +- 4 GPa", "density": "7850 kg/m^3"}
+
+
+def known(kind: str) -> list[str]:
+    """Names of the rigs or belts that are known."""
+    return sorted(p.stem for p in (CONF / kind).glob("*.yaml"))
+
+
+def machine_of(mapping: MappingEntry) -> tuple[Machine | None, dict[str, str], list[Question]]:
+    """The machine, remarks on its numbers, and what is missing."""
+    written = _written(mapping.machine, "rig", "machine")
+    found, remarks, missing = _quantities(written, MACHINE, "machine")
+    if not missing:
+        pairs = {k for k in ("head_radius", "tail_radius") if k in found}
+        if len(pairs) == 1 or (pairs and "pulley_radius" in found):
+            raise InputError(
+                "machine", ", ".join(pairs), "", "state either pulley_radius, or both head_radius and tail_radius"
+            )
+    if "head_radius" in found or "tail_radius" in found:
+        missing = [q for q in missing if q.path[-1] != "pulley_radius"]
+    if missing:
+        return None, remarks, missing
+    common = found.get("pulley_radius")
+    machine = Machine(
+        centre_distance=found["centre_distance"],
+        head_radius=found.get("head_radius") or common,  # type: ignore[arg-type]
+        tail_radius=found.get("tail_radius") or common,  # type: ignore[arg-type]
+    )
+    if machine.head_radius.value + machine.tail_radius.value >= machine.centre_distance.value:
+        value = machine.centre_distance.value
+        raise InputError("machine.centre_distance", value, "m", "the pulleys overlap; check the radii")
+    return machine, remarks, []
+
+
+def belt_of(mapping: MappingEntry) -> tuple[BeltSheet | None, dict[str, str], list[Question]]:
+    """The belt, remarks on its numbers, and what is missing."""
+    found, remarks, missing = _quantities(_written(mapping.belt, "belt", "belt"), BELT, "belt")
+    if missing:
+        return None, remarks, missing
+    if found["thickness"].value >= found["width"].value:
+        raise InputError("belt.thickness", f"{found['thickness'].value * 1e3:g}", "mm", "must be below the width")
+    return BeltSheet(**found), remarks, []
+
+
+def _written(entry: MachineEntry | BeltEntry | str | None, kind: str, key: str) -> dict[str, str]:
+    """Numbers with units as text, of a name or a mapping."""
+    if entry is None:
+        return {}
+    if not isinstance(entry, str):
+        return {k: v for k, v in entry.model_dump().items() if v is not None}
+    if entry not in known(kind):
+        raise InputError(key, entry, "", f"is no {kind} that is known ({', '.join(known(kind))}); give its numbers")
+    stated: dict[str, Any] = yaml.safe_load((CONF / kind / f"{entry}.yaml").read_text(encoding="utf-8"))
+    units = {"youngs_modulus": "Pa", "density": "kg/m^3", "poisson_ratio": "1"}
+    wanted = MACHINE if kind == "rig" else BELT
+    same = stated.get("head_radius") is None and stated.get("tail_radius") is None
+    skipped = ("head_radius", "tail_radius") if same else ("pulley_radius",)
+    return {
+        k: f"{float(v):.15g} {units.get(k, 'm')}".removesuffix(" 1")
+        for k, v in stated.items()
+        if k in wanted and v is not None and k not in skipped
+    }
+
+
+def _quantities(
+    written: dict[str, str], wanted: dict[str, tuple[str, plausible.Range, float, str]], key: str
+) -> tuple[dict[str, Quantity], dict[str, str], list[Question]]:
+    found, remarks, missing = {}, {}, []
+    for name, (default, bounds, assumed, question) in wanted.items():
+        if name not in written:
+            if question:
+                example, proposed = EXAMPLES[name], STEEL.get(name, "")
+                missing.append(Question(path=(key, name), text=question, example=example, proposed=proposed))
+            continue
+        value, u, unit = quantity(written[name], (bounds.dimension,), default, f"{key}.{name}")
+        scale = UNITS[unit][1]
+        if not bounds.holds(value * scale):
+            low, high = (b * UNITS[bounds.unit or "1"][1] / scale for b in (bounds.low, bounds.high))
+            remedy = (
+                f"must be {low:g} to {high:g} {'' if unit == '1' else unit}".rstrip() + "; check the value and its unit"
+            )
+            raise InputError(f"{key}.{name}", f"{value:g}", "" if unit == "1" else unit, remedy)
+        if u is None and assumed:
+            remarks[f"{key}.{name}"] = "u is assumed, none was stated"
+        spread = assumed * value * scale if u is None else u * scale
+        found[name] = Quantity(value=_clean(value * scale), u=_clean(spread))
+    return found, remarks, missing
+
+
+def _clean(x: float) -> float:
+    return float(f"{x:.12g}")

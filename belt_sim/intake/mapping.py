@@ -1,0 +1,220 @@
+"""The mapping, belt-mapping/1: what the files cannot say, by YAML or as plain Python data."""
+
+from collections.abc import Mapping as AnyMapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
+
+from belt_sim.campaign.marked_yaml import MarkedYaml, parse
+from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
+from belt_sim.errors import InputError
+from belt_sim.intake.nouns import ROLES
+
+SCHEMA = "belt-mapping/1"
+#: Name under which the mapping is left in the campaign folder.
+FILE = "mapping.yaml"
+
+#: A number, alone or with a unit, as ``10``, ``10 N/mm2``, ``11.28 +- 0.005 m``.
+Text = Annotated[str, BeforeValidator(lambda v: v if v is None else str(v))]
+
+
+class Entry(BaseModel):
+    """A mapping of the file: unknown keys are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class SourceEntry(Entry):
+    kind: Literal["measured", "digitised", "synthetic"] = "measured"
+    reference: str = ""
+    licence: str = ""
+
+
+class MachineEntry(Entry):
+    centre_distance: Text | None = None
+    pulley_radius: Text | None = None
+    head_radius: Text | None = None
+    tail_radius: Text | None = None
+
+
+class BeltEntry(Entry):
+    width: Text | None = None
+    thickness: Text | None = None
+    youngs_modulus: Text | None = None
+    density: Text | None = None
+    poisson_ratio: Text | None = None
+
+
+class FormatEntry(Entry):
+    separator: str | None = None
+    decimal: Literal[".", ","] | None = None
+    encoding: str | None = None
+
+
+class WanderEntry(Entry):
+    sd: Text
+    length_m: Text
+
+
+class AxisEntry(Entry):
+    """Two marks of an axis of a digitised picture; u: one sigma of reading it, in pixels."""
+
+    pixel: tuple[float, float]
+    value: tuple[float, float]
+    log: bool = False
+    u: float = 1.0
+
+    @model_validator(mode="after")
+    def _two_marks(self) -> "AxisEntry":
+        if self.pixel[0] == self.pixel[1] or self.value[0] == self.value[1]:
+            raise InputError("axis", "one mark", "", "give two different marks: pixel: [80, 680], value: [0, 25]")
+        if self.log and min(self.value) <= 0.0:
+            raise InputError("axis", min(self.value), "", "an axis with log: true has values above 0")
+        return self
+
+
+class ColumnEntry(Entry):
+    role: str | None = None
+    unit: str | None = None
+    at: str | None = None
+    name: str | None = None
+    sign: float = 1.0
+    run: Text | None = None
+    against: str | None = None
+    white: Text | None = None
+    zero: Text | None = None
+    gain: Text | None = None
+    wander: WanderEntry | None = None
+    axis: AxisEntry | None = None
+
+
+class RunEntry(Entry):
+    name: str | None = None
+    tension: Text | None = None
+    yaw: Text | None = None
+    yaw_head: Text | None = None
+    speed: Text | None = None
+    direction: Text | None = None
+    yaw_at: Text | None = None
+    yaw_at_time: Text | None = None
+    repeat_of: Text | None = None
+    use: Literal["fit", "hold_out"] | None = None
+    skip: bool = False
+
+
+class SettingsEntry(Entry):
+    tension_rel: Text | None = None
+    yaw: Text | None = None
+
+
+class MappingEntry(Entry):
+    schema_: Literal["belt-mapping/1"] = "belt-mapping/1"
+    title: str | None = None
+    source: SourceEntry = SourceEntry()
+    machine: MachineEntry | str | None = None
+    belt: BeltEntry | str | None = None
+    format: FormatEntry = FormatEntry()
+    columns: dict[str, ColumnEntry] = {}
+    all_runs: RunEntry = RunEntry()
+    runs: dict[str, RunEntry] = {}
+    settings: SettingsEntry = SettingsEntry()
+    step_m: Text | None = None
+    start: Literal["yaw", "as_logged"] = "yaw"
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, allow_inf_nan=False, alias_generator=lambda name: name.rstrip("_")
+    )
+
+
+def mapping_of(asked: Any) -> MappingEntry:
+    """The mapping from plain data, a YAML file, or None; raises CampaignError naming line, key and remedy."""
+    if asked is None:
+        return MappingEntry()
+    if isinstance(asked, MappingEntry):
+        return asked
+    if isinstance(asked, AnyMapping):
+        return _checked(_as_text(asked), MarkedYaml(None), "mapping")
+    return mapping_file(Path(asked))
+
+
+def mapping_file(path: Path) -> MappingEntry:
+    """The mapping in a YAML file."""
+    problems: list[Problem] = []
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        cause = getattr(error, "strerror", None) or "not UTF-8 text"
+        remedy = f"cannot be read ({cause}); name a YAML file, or leave mapping out"
+        raise CampaignError([Problem(file=str(path), remedy=remedy)]) from None
+    marked = parse(text, str(path), problems)
+    if problems or marked is None:
+        raise CampaignError(problems)
+    return _checked(marked.tree, marked, str(path))
+
+
+def _as_text(value: Any) -> Any:
+    """Plain data as YAML would hold it; blanks are left out."""
+    if isinstance(value, AnyMapping):
+        return {str(k): _as_text(v) for k, v in value.items() if v not in (None, "")}
+    return [_as_text(v) for v in value] if isinstance(value, list | tuple) else value
+
+
+def _checked(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
+    if not isinstance(tree, dict):
+        raise CampaignError([Problem(file=file, line=1, remedy=f"must be a mapping that begins with schema: {SCHEMA}")])
+    try:
+        entry = MappingEntry.model_validate(tree)
+    except ValidationError as error:
+        raise CampaignError([_problem(d, marked, file) for d in _telling(error)]) from None
+    for name, column in entry.columns.items():
+        if column.role is not None and column.role not in ROLES:
+            line = marked.line(("columns", name, "role"))
+            remedy = did_you_mean(column.role, ROLES)
+            problem = Problem(file=file, line=line, name=f"columns.{name}.role", value=column.role, remedy=remedy)
+            raise CampaignError([problem])
+    return entry
+
+
+def _telling(error: ValidationError) -> list[Any]:
+    """One error a place: of a union, the one about the mapping."""
+    found: dict[tuple, Any] = {}
+    for details in error.errors():
+        where = tuple(p for p in details["loc"] if p not in ("MachineEntry", "BeltEntry", "str"))
+        if details["loc"] and details["loc"][-1] == "str" and len(error.errors()) > 1:
+            continue
+        found.setdefault(where, {**details, "loc": where})
+    return list(found.values())
+
+
+def _problem(details: Any, marked: MarkedYaml, file: str) -> Problem:
+    path = tuple(str(p) for p in details["loc"])
+    value = details["input"] if not isinstance(details["input"], dict | list) else None
+    context = details.get("ctx", {}).get("error")
+    if details["type"] == "extra_forbidden":
+        value, remedy = None, f"unknown key; {did_you_mean(path[-1], _known(path[:-1]))}"
+    elif isinstance(context, InputError):
+        remedy = context.remedy
+    elif details["type"] == "literal_error":
+        remedy = f"must be {details['ctx']['expected']}"
+    else:
+        remedy = {"missing": "is missing; state it"}.get(details["type"], details["msg"])
+    return Problem(file=file, line=marked.line(path), name=".".join(path), value=value, remedy=remedy)
+
+
+def _known(path: tuple[str, ...]) -> list[str]:
+    models: dict[str, type[BaseModel]] = {
+        "source": SourceEntry,
+        "machine": MachineEntry,
+        "belt": BeltEntry,
+        "format": FormatEntry,
+        "columns": ColumnEntry,
+        "runs": RunEntry,
+        "all_runs": RunEntry,
+        "settings": SettingsEntry,
+    }
+    if not path:
+        return [name.rstrip("_") for name in MappingEntry.model_fields]
+    if path[-1] in ("wander", "axis"):
+        return list((WanderEntry if path[-1] == "wander" else AxisEntry).model_fields)
+    return list(models[path[0]].model_fields)

@@ -1,0 +1,189 @@
+"""How large the noise is: white, wander and its length, and the error of zero, read off the runs themselves.
+
+White noise is what scatters from sample to sample. Wander is what two runs at the same settings differ by, or what a
+run without yaw does by itself, beside a straight line (settings and zero). Without either it is what a smooth curve
+leaves of a run: a lower bound, since a belt's own movement must not count.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from belt_sim.campaign import Run
+from belt_sim.campaign.record import MAD_TO_SIGMA
+from belt_sim.intake.proposal import NoiseRead
+
+FEWEST = 20  # samples from which anything is read
+KNOTS = 0.5  # of a span: spacing of the knots of the smooth curve
+LEAST_WHITE = 0.3  # of the scatter from sample to sample, which wander cannot explain alone
+FAINT = 0.1  # of the white noise, below which a wander is none
+DEFAULT_LENGTH = 3.0  # [m], where nothing tells
+LENGTHS = np.exp(np.linspace(np.log(0.3), np.log(20.0), 40))  # [m]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Noise of one signal along the travel [m], shape (n,); share: its variance over that of one run."""
+
+    travel: np.ndarray
+    values: np.ndarray
+    share: float = 1.0
+
+
+def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
+    """Noise of one signal from all runs that have it; span [m]."""
+    own = [r for r in runs if signal in r.signals and np.isfinite(r.signals[signal]).sum() >= 3]
+    white = float(np.median([_white(r.signals[signal]) for r in own])) if own else 0.0
+    told = f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}"
+    pairs = _pairs(own, signal)
+    traces, source = pairs, f"{len(pairs)} pair{'s' if len(pairs) != 1 else ''} of repeats"
+    still = [_trace(r, signal) for r in own if r.yaw == 0.0 and r.yaw_head == 0.0]
+    still = [t for t in still if len(t.travel) >= FEWEST]
+    if still:
+        runs_told = f"{len(still)} run{'s' if len(still) != 1 else ''} at zero yaw"
+        traces, source = [*pairs, *still], f"{source} and {runs_told}" if pairs else runs_told
+    if not traces:
+        traces = [_beside_a_smooth_curve(r, signal, span) for r in own]
+        traces = [t for t in traces if len(t.travel) >= FEWEST]
+        source = "what a smooth curve leaves of single runs: a lower bound; repeat a run to know better"
+    else:
+        traces = [_straightened(t) for t in traces]
+    wander, length, white = _levels(traces, white)
+    white = max(white, _resolution(own, signal) / float(np.sqrt(12.0)), 1e-9)
+    wander = wander if wander > FAINT * white else 0.0
+    zero, zero_from = _zero(own, signal, white, wander)
+    return NoiseRead(
+        white=white,
+        wander=wander,
+        length=length,
+        zero=zero,
+        white_from=told,
+        wander_from=source,
+        zero_from=zero_from,
+    )
+
+
+def _white(y: np.ndarray) -> float:
+    """Scatter from sample to sample by the median second difference, by their rms where most are rounded away."""
+    bend = np.abs(np.diff(y[np.isfinite(y)], 2))
+    if not len(bend):
+        return 0.0
+    by_median = MAD_TO_SIGMA * float(np.median(bend))
+    return (by_median or float(np.sqrt(np.mean(bend**2)))) / np.sqrt(6.0)
+
+
+def _resolution(runs: list[Run], signal: str) -> float:
+    """The smallest step between two readings."""
+    steps = [np.diff(np.unique(r.signals[signal][np.isfinite(r.signals[signal])])) for r in runs]
+    found = np.concatenate(steps) if steps else np.empty(0)
+    found = found[found > 1e-12]
+    return float(found.min()) if len(found) else 0.0
+
+
+def _trace(run: Run, signal: str) -> Trace:
+    there = np.isfinite(run.signals[signal]) & (run.travel >= run.yaw_at)
+    return Trace(run.travel[there], run.signals[signal][there])
+
+
+def _pairs(runs: list[Run], signal: str) -> list[Trace]:
+    """Differences of repeats from their first run, of which each run has half the variance."""
+    first = {r.name: r for r in runs}
+    found = []
+    for run in runs:
+        other = first.get(run.repeat_of or "")
+        if other is None:
+            continue
+        a, b = _trace(run, signal), _trace(other, signal)
+        if min(len(a.travel), len(b.travel)) < FEWEST:
+            continue
+        near = np.isin(np.round(a.travel, 6), np.round(b.travel, 6))
+        if near.sum() < 0.5 * len(a.travel):
+            inside = (a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])
+            difference = a.values[inside] - np.interp(a.travel[inside], b.travel, b.values)
+            found.append(Trace(a.travel[inside], difference / np.sqrt(2.0)))
+            continue
+        at = np.searchsorted(np.round(b.travel, 6), np.round(a.travel[near], 6))
+        found.append(Trace(a.travel[near], (a.values[near] - b.values[at]) / np.sqrt(2.0)))
+    return [t for t in found if len(t.travel) >= FEWEST]
+
+
+def _straightened(trace: Trace) -> Trace:
+    """The trace beside a straight line: an error of zero and of yaw are no wander."""
+    line = np.polynomial.Polynomial.fit(trace.travel, trace.values, 1)
+    return Trace(trace.travel, trace.values - line(trace.travel))
+
+
+def _beside_a_smooth_curve(run: Run, signal: str, span: float) -> Trace:
+    trace = _trace(run, signal)
+    if len(trace.travel) < FEWEST:
+        return trace
+    low, high = trace.travel[0], trace.travel[-1]
+    count = int(np.clip((high - low) / (KNOTS * span), 2, len(trace.travel) // 4))
+    knots = np.concatenate([[low] * 3, np.linspace(low, high, count + 1), [high] * 3])
+    basis = BSpline.design_matrix(trace.travel, knots, 3).toarray()
+    fitted = np.linalg.lstsq(basis, trace.values, rcond=None)[0]
+    return Trace(trace.travel, trace.values - basis @ fitted)
+
+
+def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
+    """(wander sd, wander length, white) of correlated noise exp(-d/length) and white noise, by the structure function.
+
+    Half the mean squared difference over a lag d is white^2 + sd^2 (1 - exp(-d/length)).
+    """
+    lags, halves, weights = _structure(traces)
+    if len(lags) < 4:
+        return 0.0, DEFAULT_LENGTH, white
+    best = (np.inf, 0.0, DEFAULT_LENGTH)
+    for length in LENGTHS[lags[-1] >= LENGTHS]:
+        shape = np.stack([np.ones_like(lags), 1.0 - np.exp(-lags / length)])
+        root = np.sqrt(weights) / np.maximum(halves, 1e-30)
+        found = np.linalg.lstsq((shape * root).T, halves * root, rcond=None)[0]
+        found = np.maximum(found, 0.0)
+        cost = float(np.sum(((found @ shape - halves) * root) ** 2))
+        if cost < best[0]:
+            best = (cost, float(np.sqrt(found[1])), float(length))
+    _, sd, length = best
+    near = np.exp(-lags[0] / length)
+    of_wander = sd**2 * (6.0 - 8.0 * near + 2.0 * near**2) / 6.0  # its share of the scatter from sample to sample
+    return sd, float(f"{length:.2g}"), float(np.sqrt(max(white**2 - of_wander, (LEAST_WHITE * white) ** 2)))
+
+
+def _structure(traces: list[Trace]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lags [m], half the mean squared differences over them, and from how many independent stretches these are."""
+    spacing = [float(np.median(np.diff(t.travel))) for t in traces if len(t.travel) > 2]
+    if not spacing:
+        return np.empty(0), np.empty(0), np.empty(0)
+    step, longest = float(np.median(spacing)), max(float(np.ptp(t.travel)) for t in traces)
+    counts = np.unique(np.round(np.geomspace(1, max(longest / (4.0 * step), 1), 24)).astype(int))
+    lags, halves, weights = [], [], []
+    for count in counts:
+        squares = np.concatenate([(t.values[count:] - t.values[:-count]) ** 2 for t in traces if len(t.values) > count])
+        if len(squares) > 4:
+            lags.append(count * step)
+            halves.append(0.5 * float(np.mean(squares)))
+            weights.append(min(len(squares) / count, 1e3))
+    return np.array(lags), np.array(halves), np.array(weights)
+
+
+def _zero(runs: list[Run], signal: str, white: float, wander: float) -> tuple[float, str]:
+    """One sigma of where y = 0 is: how far repeats and runs without yaw lie apart or what noise makes of it."""
+    first = {r.name: r for r in runs}
+    apart = []
+    for run in runs:
+        other = first.get(run.repeat_of or "")
+        a = _trace(run, signal)
+        reach = a.travel <= a.travel[0] + 0.1 * np.ptp(a.travel) if len(a.travel) else np.empty(0, dtype=bool)
+        if other is not None and reach.sum() >= 3:
+            b = _trace(other, signal)
+            apart.append(
+                float(np.mean(a.values[reach] - np.interp(a.travel[reach], b.travel, b.values))) / np.sqrt(2.0)
+            )
+        elif run.yaw == 0.0 and run.yaw_head == 0.0 and reach.sum() >= 3:
+            apart.append(float(np.mean(a.values[reach])))
+    least = float(np.hypot(0.5 * white, wander))
+    if len(apart) > 1:
+        return max(
+            float(np.sqrt(np.mean(np.square(apart)))), least
+        ), f"where {len(apart)} repeats or zero-yaw runs begin"
+    return least, "the noise of the first readings"

@@ -1,0 +1,134 @@
+"""Units as loggers and people write them: names, brackets, words -> a factor to SI."""
+
+import math
+import re
+
+from belt_sim.errors import InputError
+
+#: unit -> (dimension, factor to SI); force is a stress once the belt's section is known
+UNITS: dict[str, tuple[str, float]] = {
+    "m": ("length", 1.0),
+    "cm": ("length", 1e-2),
+    "mm": ("length", 1e-3),
+    "um": ("length", 1e-6),
+    "rad": ("angle", 1.0),
+    "mrad": ("angle", 1e-3),
+    "mm/m": ("angle", 1e-3),
+    "urad": ("angle", 1e-6),
+    "deg": ("angle", math.pi / 180.0),
+    "s": ("time", 1.0),
+    "ms": ("time", 1e-3),
+    "min": ("time", 60.0),
+    "h": ("time", 3600.0),
+    "m/s": ("speed", 1.0),
+    "mm/s": ("speed", 1e-3),
+    "m/min": ("speed", 1.0 / 60.0),
+    "N/mm2": ("stress", 1e6),
+    "MPa": ("stress", 1e6),
+    "Pa": ("stress", 1.0),
+    "GPa": ("stress", 1e9),
+    "kPa": ("stress", 1e3),
+    "N": ("force", 1.0),
+    "kN": ("force", 1e3),
+    "kg/m^3": ("density", 1.0),
+    "1": ("number", 1.0),
+    "%": ("number", 1e-2),
+}
+#: other spellings -> unit; all in lower case, without blanks
+SPELLINGS = {
+    "metre": "m",
+    "meter": "m",
+    "metres": "m",
+    "millimeter": "mm",
+    "µm": "um",
+    "μm": "um",
+    "mikrometer": "um",
+    "micron": "um",
+    "°": "deg",
+    "degree": "deg",
+    "degrees": "deg",
+    "grad": "deg",
+    "µrad": "urad",
+    "μrad": "urad",
+    "sec": "s",
+    "sek": "s",
+    "seconds": "s",
+    "sekunden": "s",
+    "msec": "ms",
+    "minuten": "min",
+    "std": "h",
+    "mps": "m/s",
+    "m_per_s": "m/s",
+    "mpermin": "m/min",
+    "m_per_min": "m/min",
+    "n/mm²": "N/mm2",
+    "n/mm^2": "N/mm2",
+    "n_per_mm2": "N/mm2",
+    "nmm2": "N/mm2",
+    "nmm-2": "N/mm2",
+    "kg/m3": "kg/m^3",
+    "kg/m³": "kg/m^3",
+    "": "1",
+    "-": "1",
+}
+_LOWER = {name.lower(): name for name in UNITS if name not in ("MPa", "Pa")} | {"mpa": "MPa", "pa": "Pa"}
+_BRACKET = re.compile(r"[\[({<]\s*([^\])}>]*?)\s*[\])}>]")
+_TAIL = re.compile(r"(?:\s+in\s+|\s*/\s*|[\s_]+)(?P<unit>\S+)$")
+
+
+def unit_named(text: str) -> str | None:
+    """The unit that a text names; None when it names none."""
+    text = text.strip().strip("[](){}<>").strip()
+    if text in UNITS:
+        return text
+    key = text.lower().replace(" ", "")
+    found = _LOWER.get(key) or SPELLINGS.get(key)
+    return found if found != "1" or key else None
+
+
+def split_unit(header: str) -> tuple[str, str | None]:
+    """A column's name without its unit, and the unit: ``Kante vorn [mm]``, ``travel_m``, ``Weg in m``."""
+    for bracket in _BRACKET.finditer(header):
+        unit = unit_named(bracket.group(1))
+        if unit:
+            return (header[: bracket.start()] + header[bracket.end() :]).strip(), unit
+    for known in sorted((s for s in SPELLINGS if "_" in s), key=len, reverse=True):
+        if header.lower().endswith("_" + known):
+            return header[: -len(known) - 1], SPELLINGS[known]
+    tail = _TAIL.search(header)
+    unit = unit_named(tail.group("unit")) if tail else None
+    if tail and unit and unit != "1":
+        return header[: tail.start()].strip(), unit
+    return header.strip(), None
+
+
+def factor(unit: str, dimension: str, name: str) -> float:
+    """Factor from ``unit`` to SI; raises InputError for a unit that is unknown or of another kind."""
+    known = unit_named(unit)
+    if known is None or UNITS[known][0] != dimension:
+        names = ", ".join(u for u, (kind, _) in UNITS.items() if kind == dimension)
+        raise InputError(name, unit, "", f"is no unit of {dimension}; use one of {names}")
+    return UNITS[known][1]
+
+
+_QUANTITY = re.compile(
+    r"\s*(?P<value>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(?:(?:\+-|\+/-|±)\s*(?P<u>[\d.,]+(?:[eE][+-]?\d+)?))?\s*(?P<unit>\S.*)?\Z"
+)
+
+
+def quantity(text: object, dimensions: tuple[str, ...], default: str, name: str) -> tuple[float, float | None, str]:
+    """(value, u, unit) of ``10``, ``10 N/mm2`` or ``11.28 +- 0.005 m``; u is None when it is not stated."""
+    found = _QUANTITY.match(str(text).replace("−", "-"))
+    example = f"write it as {'0.3' if default == '1' else '10 ' + default}"
+    if not found:
+        raise InputError(name, text, "", f"is no number with a unit; {example}")
+    unit = unit_named(found.group("unit") or default) if found.group("unit") else default
+    if unit is None or UNITS[unit][0] not in dimensions:
+        names = ", ".join(u for u, (kind, _) in UNITS.items() if kind in dimensions)
+        raise InputError(name, text, "", f"has an unknown unit; use one of {names}")
+    try:
+        value, u = (float(x.replace(",", ".")) if x else None for x in (found.group("value"), found.group("u")))
+    except ValueError:
+        raise InputError(name, text, "", f"is no number; {example}") from None
+    assert value is not None
+    return value, u, unit

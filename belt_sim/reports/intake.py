@@ -1,0 +1,107 @@
+"""What an import understood, in the terminal."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from belt_sim.campaign import Campaign
+from belt_sim.intake.plan import Planned
+from belt_sim.intake.proposal import Proposal
+from belt_sim.reports.terminal import console, rich_table
+from belt_sim.results.table import Table
+from belt_sim.si import DEGREE, MM, N_PER_MM2
+
+
+def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
+    """Columns, runs, noise and remarks."""
+    out = out or console()
+    out.print(rich_table(columns_table(proposal)))
+    if proposal.campaign is not None:
+        out.print(rich_table(runs_table(proposal.campaign)))
+        if proposal.noise:
+            out.print(rich_table(noise_table(proposal)))
+    alike: dict[str, list[str]] = {}
+    for note in proposal.notes:
+        who, _, what = note.partition(": ")
+        alike.setdefault(what or note, []).append(who if what else "")
+    for what, names in alike.items():
+        out.print(f"{_names(names)}: {what}" if any(names) else what, soft_wrap=True, markup=False)
+
+
+def tell_written(folder: Path, pictures: bool) -> None:
+    """Where the campaign is, and what to do next."""
+    print(f"campaign  {folder}")
+    if pictures:
+        print(f"picture   {folder / 'understood.png'}")
+    print(f"next      belt-sim check campaign={folder}, then belt-sim diagnose campaign={folder} model=strip")
+
+
+def columns_table(proposal: Proposal) -> Table:
+    """Every column, what it became, and why."""
+    alike: dict[tuple[str, ...], list[str]] = {}
+    marked: list[int] = []
+    for use in proposal.columns:
+        became = f"{use.signal} at {use.at}" if use.signal and use.at else use.role
+        row = (use.column, became, use.unit, use.why if use.sure else f"{use.why} (a guess)")
+        if row not in alike and use.role != "ignore" and not use.sure:
+            marked.append(len(alike))
+        alike.setdefault(row, []).append(use.table)
+    rows = [(_names(tables), *row) for row, tables in alike.items()]
+    columns = ("table", "column", "is", "unit", "because of")
+    return Table(title="Columns", columns=columns, rows=rows, left=columns, marked=marked)
+
+
+def _names(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"
+
+
+def runs_table(campaign: Campaign) -> Table:
+    """Every run as it would be written."""
+    rows = [
+        (
+            r.name,
+            f"{r.tension / N_PER_MM2:.4g}",
+            f"{r.yaw / DEGREE:+.4g}",
+            f"{r.speed:.3g}",
+            f"{r.direction:+.0f}",
+            f"{r.yaw_at:.3g}",
+            f"{r.travel[-1]:.4g}" if len(r.travel) else "",
+            f"{len(r.travel)}",
+            r.repeat_of or "",
+        )
+        for r in campaign.runs
+    ]
+    columns = ("run", "N/mm2", "yaw deg", "m/s", "direction", "yaw at m", "travel m", "samples", "repeats")
+    return Table(title="Runs", columns=columns, rows=rows, left=("run", "repeats"))
+
+
+def noise_table(proposal: Proposal) -> Table:
+    """What was read off the signals, in mm or mrad."""
+    rows = []
+    for name, n in proposal.noise.items():
+        white, wander, zero = (f"{np.round(x / MM, 6):.3g}" for x in (n.white, n.wander, n.zero))
+        rows.append((name, white, wander, f"{n.length:.3g}", zero, n.wander_from))
+    columns = ("signal", "white", "wander", "over m", "zero", "wander read off")
+    return Table(title="Noise (mm or mrad, one sigma)", columns=columns, rows=rows, left=("signal", "wander read off"))
+
+
+def tell_plan(planned: Sequence[Planned], folder: Path, travel: float) -> None:
+    """The planned runs and what each is good for."""
+    rows = [
+        (
+            p.run.name,
+            f"{p.run.tension / N_PER_MM2:g}",
+            f"{p.run.yaw / DEGREE:+.3g}",
+            f"{p.run.speed:g}",
+            f"{p.run.direction:+.0f}",
+            p.good_for,
+        )
+        for p in planned
+    ]
+    columns = ("run", "N/mm2", "yaw deg", "m/s", "direction", "good for")
+    title = f"Runs to measure, {travel:g} m each"
+    console().print(rich_table(Table(title=title, columns=columns, rows=rows, left=("run", "good for"))))
+    print(f"campaign  {folder} (campaign.yaml: replace what says REPLACE; plan.md: this table)")
+    print(f"next      belt-sim check campaign={folder} travel={travel:g}")

@@ -1,0 +1,169 @@
+"""A check: what is wrong with a campaign, what it can tell, and what not."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from belt_sim.results import words
+from belt_sim.results.label import CampaignLabel
+from belt_sim.results.shown import Shown
+from belt_sim.results.table import Table
+from belt_sim.results.tabular import frame
+
+SHOWN_PAIRS = 15
+WELL = 0.1  # of the largest plausible size
+
+
+@dataclass(frozen=True, kw_only=True)
+class Visible:
+    """The smallest size of an effect that would show, in SI; None where none does.
+
+    parameter: the one of its numbers that shows best; share: that size over the largest that a machine could have.
+    """
+
+    effect: str
+    parameter: str
+    unit: str
+    meaning: str
+    smallest: float | None
+    largest_plausible: float
+    share: float
+
+    @property
+    def word(self) -> str:
+        """How well the effect is seen."""
+        if self.smallest is None:
+            return "not at all"
+        return "well" if self.share < WELL else "when large" if self.share < 1.0 else "not at a plausible size"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """Two effects that could not be told apart: sigma apart at a size that is plain to see; what further run is best,
+    and sigma with it."""
+
+    effects: tuple[str, str]
+    sigma: float
+    action: str
+    sigma_after: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Doubt:
+    """Something in the data that looks like a slip, or in the plan that a diagnosis will miss."""
+
+    kind: str
+    sentence: str
+    stops: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Check(Shown):
+    """What a campaign can tell of what ``base_model`` may lack; planned: whether its runs are still to be measured."""
+
+    campaign: CampaignLabel
+    base_model: str
+    planned: bool
+    runs: int
+    noise: str
+    doubts: tuple[Doubt, ...]
+    visible: tuple[Visible, ...]
+    pairs: tuple[Pair, ...]
+    provenance: Mapping[str, Any]
+
+    def lines(self) -> Sequence[str]:
+        """What is wrong, and what can be seen, in sentences."""
+        state = "is planned" if self.planned else "is a valid campaign"
+        said = [f"{self.campaign.title}: {state}, {self.runs} run{'' if self.runs == 1 else 's'}.", self.noise]
+        said += [f"{d.kind}: {d.sentence}" for d in self.doubts]
+        if self.visible:
+            seen = sum(v.share < 1.0 for v in self.visible)
+            said.append(f"{seen} of {len(self.visible)} effects would show at a size that a machine could have.")
+            said.append(self._alike())
+        return said
+
+    def _alike(self) -> str:
+        if not self.pairs:
+            return "All of them could be told apart, pair by pair, where they are plain to see."
+        helped = sum(p.sigma_after >= 3.0 for p in self.pairs)
+        more = f"; a further run would resolve {helped} of them" if any(p.action for p in self.pairs) else ""
+        return f"{len(self.pairs)} pairs could not be told apart even where they are plain to see (12 sigma){more}."
+
+    def tables(self) -> Sequence[Table]:
+        """Effects by how well they show, and pairs."""
+        tables = [visible_table(self.visible)] if self.visible else []
+        return [*tables, pairs_table(self.pairs)] if self.pairs else tables
+
+    def to_pandas(self) -> Any:
+        """A row an effect, in SI."""
+        return frame([vars(v) for v in self.visible])
+
+
+def visible_table(visible: Sequence[Visible]) -> Table:
+    """The smallest size of every effect that would show."""
+    rows = [
+        (
+            v.effect,
+            v.parameter,
+            words.number(v.smallest, 2),
+            words.number(v.largest_plausible, 2),
+            v.unit,
+            v.word,
+        )
+        for v in visible
+    ]
+    columns = ("effect", "number", "shows from", "a machine has up to", "unit", "seen")
+    hidden = [k for k, v in enumerate(visible) if v.share >= 1.0]
+    title = "What would show (nine times in ten)"
+    return Table(title=title, columns=columns, rows=rows, left=("effect", "number", "unit", "seen"), marked=hidden)
+
+
+def pairs_table(pairs: Sequence[Pair]) -> Table:
+    """Pairs that look alike, the most alike first, and the best further run for each."""
+    rows = [
+        (
+            " - ".join(p.effects),
+            words.number(p.sigma, 2),
+            p.action or words.NONE,
+            words.number(p.sigma_after or None, 2),
+        )
+        for p in pairs[:SHOWN_PAIRS]
+    ]
+    more = f", {SHOWN_PAIRS} of {len(pairs)}" if len(pairs) > SHOWN_PAIRS else ""
+    title = f"What could not be told apart at 12 sigma{more}"
+    columns = ("pair", "sigma apart", "best further run", "sigma with it")
+    return Table(title=title, columns=columns, rows=rows, left=("pair", "best further run"))
+
+
+def check_json(c: Check) -> dict[str, Any]:
+    """The content of check.json; numbers in SI."""
+    return {
+        "schema": "belt-check/1",
+        "campaign": {"title": c.campaign.title, "sha256": c.campaign.sha256},
+        "base_model": c.base_model,
+        "planned": c.planned,
+        "runs": c.runs,
+        "noise": c.noise,
+        "doubts": [{"kind": d.kind, "sentence": d.sentence, "stops": d.stops} for d in c.doubts],
+        "visible": [
+            {
+                "effect": v.effect,
+                "parameter": v.parameter,
+                "unit": v.unit,
+                "smallest": v.smallest,
+                "largest_plausible": v.largest_plausible,
+                "seen": v.word,
+            }
+            for v in c.visible
+        ],
+        "not_told_apart": [
+            {
+                "effects": list(p.effects),
+                "sigma": p.sigma,
+                "best_further_run": p.action or None,
+                "sigma_with_it": p.sigma_after if p.action else None,
+            }
+            for p in c.pairs
+        ],
+        "provenance": dict(c.provenance),
+    }

@@ -1,0 +1,82 @@
+"""How many cases ``belt-sim map`` makes in a second, from one to a million: ``python -m studies.map_rate``.
+
+Each map is made as the command makes it, files and all, by a process that has compiled its march before. Time is told
+both by the clock and as CPU time, which does not mind what else the machine does.
+"""
+
+import resource
+import tempfile
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from belt_sim.files import write_with
+from belt_sim.pictures import style
+from belt_sim.pictures.colours import BLUE, RED
+from belt_sim.use_cases.case_map import case_map, leave_map
+from studies.application import application
+
+NAMES = {True: "march of the strip over {travel:g} m", False: "steady rate in closed form"}
+
+
+def measured(config: Mapping[str, Any], count: int) -> dict[str, Any]:
+    """What a map of ``count`` cases costs: seconds, CPU seconds, MiB on disk, largest MiB of memory so far."""
+    made = case_map({**config, "cases": count})
+    with tempfile.TemporaryDirectory() as scratch:
+        began = time.perf_counter(), time.process_time()
+        leave_map(Path(scratch), made, {}, lambda number: None)
+        seconds, cpu = time.perf_counter() - began[0], time.process_time() - began[1]
+        disk = sum(p.stat().st_size for p in Path(scratch).rglob("*.parquet")) / 2**20
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    row = {"travel_m": config["travel"], "cases": count, "seconds": seconds, "cpu_seconds": cpu}
+    return row | {"disk_mib": disk, "memory_mib": memory}
+
+
+def rows(config: Mapping[str, Any]) -> pd.DataFrame:
+    """A row a number of cases, for marches and for closed forms."""
+    plain = {k: v for k, v in config.items() if k not in ("counts", "table", "picture")}
+    found = []
+    for travel in (None, config["travel"]):
+        asked = {**plain, "travel": travel}
+        for count in config["counts"]:
+            measured(asked, min(count, 1000))  # compiles for chunks of this size
+            found.append(measured(asked, count))
+            print({k: round(v, 3) if isinstance(v, float) else v for k, v in found[-1].items()}, flush=True)
+    return pd.DataFrame(found)
+
+
+@style.picture
+def picture(path: Path, table: pd.DataFrame) -> Path:
+    """Cases per second of CPU time, and memory, against the number of cases."""
+    fig, [[rate, memory]] = style.figure(9.6, 4.2, columns=2)
+    for marched, colour in ((True, BLUE), (False, RED)):
+        part = table[table["travel_m"].notna() == marched]
+        name = NAMES[marched].format(travel=table["travel_m"].max())
+        rate.loglog(part["cases"], part["cases"] / part["cpu_seconds"], "o-", color=colour, label=name)
+        memory.semilogx(part["cases"], part["memory_mib"], "o-", color=colour, label=name)
+    rate.set(xlabel="cases", ylabel="cases a second of CPU time")
+    memory.set(xlabel="cases", ylabel="largest memory of the process so far [MiB]")
+    memory.set_ylim(bottom=0.0)
+    rate.legend(loc="lower right")
+    style.title(fig, "Maps of one to a million cases")
+    return style.save(fig, path)
+
+
+def map_rate(config: dict[str, Any]) -> None:
+    """Measure, or read what was measured; draw."""
+    stored = None if config["table"] is None else Path(config["table"])
+    if stored is not None and stored.is_file():
+        table = pd.read_csv(stored)
+    else:
+        table = rows(config)
+        if stored is not None:
+            write_with(stored, lambda draft: table.to_csv(draft, index=False, float_format="%.4g"))
+    if config["picture"]:
+        print(picture(Path(config["picture"]), table))
+
+
+if __name__ == "__main__":
+    application("map_rate", map_rate)

@@ -1,0 +1,1 @@
+"""The site: what Sphinx needs to build docs/ without a network, and what keeps its words true."""

@@ -1,0 +1,73 @@
+"""The catalogue of effects, from the effects themselves: directives ``effects`` and ``models`` (a Sphinx extension)."""
+
+import inspect
+from collections.abc import Iterator
+from typing import Any
+
+from docutils import nodes
+from docutils.parsers.rst import Directive
+from docutils.statemachine import StringList
+from sphinx.application import Sphinx
+from sphinx.util.nodes import nested_parse_with_titles
+
+from belt_sim.effect_table import table
+from belt_sim.effects.base import HOOKS, Effect, overrides
+from belt_sim.effects.library import library
+
+
+def text(effect: type[Effect]) -> str:
+    """An effect as Markdown: what its file says first, its law in words, its source, its numbers."""
+    first = (inspect.getmodule(effect).__doc__ or "").strip().splitlines()[0]  # type: ignore[union-attr]
+    facts = [f"law: {effect.law}", f"parity in yaw: {effect.parity}"]
+    if effect.tension_exponent is not None:
+        power = f"~ tension^{effect.tension_exponent:g}" if effect.tension_exponent else "does not know the tension"
+        facts.append(f"late rate {power}, when tight")
+    if effect.on_belt:
+        facts.append("belongs to the belt")
+    if effect.only_when_named:
+        facts.append("tried only when named")
+    facts.append("hooks: " + ", ".join(f"`{h}`" for h in HOOKS if h in overrides(effect)))
+    parts = [f"## {effect.id}", f"**{first}**", inspect.getdoc(effect) or "", "; ".join(facts) + "."]
+    return "\n\n".join([*parts, f"Source: {effect.reference}.", _numbers(effect)]) + "\n"
+
+
+def _numbers(effect: type[Effect]) -> str:
+    """The parameters as a table; of many alike (harmonics) the first ones."""
+    shown = list(effect.parameters.items())
+    left_out = len(shown) - 4 if len(shown) > 8 else 0
+    rows = ["| parameter | unit | meaning | plausible | null |", "| --- | --- | --- | --- | --- |"]
+    for name, p in shown[: 4 if left_out else None]:
+        low, high = p.plausible
+        rows.append(f"| `{name}` | {p.unit} | {p.meaning} | {low:g} to {high:g} | {p.null:g} |")
+    return "\n".join(rows) + (f"\n\nand {left_out} more of this kind." if left_out else "")
+
+
+class Effects(Directive):
+    """``{effects}`` in a Markdown page: a section for every effect of the library."""
+
+    def texts(self) -> Iterator[tuple[str, str]]:
+        """What to put there: pieces of Markdown, each with a name for messages."""
+        yield from ((f"effect {e.id}", text(e)) for e in library().values())
+
+    def run(self) -> list[nodes.Node]:
+        """The nodes of all pieces."""
+        here = nodes.section()
+        here.document = self.state.document
+        for source, markdown in self.texts():
+            nested_parse_with_titles(self.state, StringList(markdown.splitlines(), source=source), here)
+        return here.children
+
+
+class Models(Effects):
+    """``{models}`` in a Markdown page: which model can represent which effect."""
+
+    def texts(self) -> Iterator[tuple[str, str]]:
+        """The table of the README."""
+        yield "model x effect table", table()
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Called by Sphinx."""
+    app.add_directive("effects", Effects)
+    app.add_directive("models", Models)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,42 @@
+"""The march as JAX sees it: its derivatives are those of the curves, its batches are its cases."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+import belt_sim as bs
+from belt_sim.config import case_asked
+from belt_sim.effects.load import load_effects
+
+
+def _with_tension(case, tension):
+    return replace(case, settings=replace(case.settings, tension=tension))
+
+
+@pytest.mark.parametrize("model", ["strip", "beam_th2"])
+def test_the_derivative_by_tension_is_that_of_the_curves(model):
+    case, size = case_asked(tension=10, travel=5), 1e3
+    with jax.enable_x64(True):
+        run = bs.traced(case, model, travel=5)
+        slope = jax.grad(lambda tension: run(_with_tension(case, tension)).y[0, -1])(10e6)
+        above, below = (run(_with_tension(case, 10e6 + d)).y[0, -1] for d in (size, -size))
+    assert float(slope) == pytest.approx(float(above - below) / (2 * size), rel=1e-5)
+    assert float(slope) != 0.0
+
+
+def test_the_derivative_by_an_effect_and_a_batch():
+    case = case_asked(tension=10, travel=3)
+    (taper,) = load_effects([{"id": "taper", "kappa_t": 1e-6}])
+    with jax.enable_x64(True):
+        run = bs.traced(case, travel=3)
+        slope = jax.grad(lambda k: run(case, [replace(taper, kappa_t=k)]).y[0, -1])(1e-6)
+        tensions = np.array([7e6, 20e6])
+        ends = jax.vmap(lambda t: run(_with_tension(case, t)).y[:, -1])(tensions)
+    one = bs.simulate(case, effects=[taper], travel=3).curves.y[0, -1]
+    none = bs.simulate(case, travel=3).curves.y[0, -1]
+    assert float(slope) == pytest.approx((one - none) / 1e-6, rel=1e-6)  # the law is linear in the taper
+    for tension, end in zip(tensions, np.asarray(ends), strict=True):
+        wanted = bs.simulate(_with_tension(case, tension), travel=3).curves.y[:, -1]
+        np.testing.assert_allclose(end, wanted, rtol=1e-9, atol=1e-15)

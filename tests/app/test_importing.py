@@ -1,0 +1,76 @@
+"""An import as the page drives it: answers are taken, taken back, and refused in a line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
+
+from belt_sim.app.importing import begin, nested, read_mapping
+from belt_sim.campaign import CampaignError, read_campaign
+
+MACHINE = {("machine",): "test_rig", ("belt",): "paper_belt"}
+
+
+@pytest.fixture
+def logged(tmp_path) -> list[Path]:
+    """Two runs as a German logger writes them; the second says nothing of its yaw."""
+    travel = np.arange(0.0, 20.0, 0.5)
+    paths = []
+    for k, name in enumerate(("lauf1_10Nmm2_-0,042grad.csv", "lauf2_20Nmm2.csv")):
+        y1 = (-1) ** k * 2.0 * (1.0 - np.exp(-travel / 5.0))
+        rows = [f"{s:.2f};{a:.3f};{b:.3f}".replace(".", ",") for s, a, b in zip(travel, y1, 0.1 * y1, strict=True)]
+        path = tmp_path / name
+        path.write_text("\n".join(["Bandweg [m];Kante 1 [mm];Kante 4 [mm]", *rows]) + "\n", encoding="utf-8")
+        paths.append(path)
+    return paths
+
+
+def test_answers_lead_to_a_campaign(logged, tmp_path):
+    now = begin(logged)
+    assert not now.ready
+    assert {q.path[0] for q in now.questions} == {"machine", "belt"}
+    now.answer(MACHINE)
+    (run,) = [r for r in now.runs if not now.setting(r, "yaw")]
+    now.answer({("runs", run, "yaw"): "0.042 deg"})
+    assert now.ready
+    campaign = read_campaign(now.write(tmp_path / "out"))
+    assert [round(r.tension / 1e6) for r in campaign.runs] == [10, 20]
+    assert campaign.runs[0].yaw == pytest.approx(-campaign.runs[1].yaw)
+
+
+def test_a_wrong_answer_is_said_and_can_be_taken_back(logged):
+    now = begin(logged)
+    now.answer({**MACHINE, ("columns", "Kante 1 [mm]", "unit"): "furlong"})
+    assert any("furlong" in line for line in now.said)
+    assert not now.ready
+    now.answer({("columns", "Kante 1 [mm]", "unit"): ""})
+    assert not now.said
+
+
+def test_a_column_moved_to_another_place_is_another_signal(logged):
+    now = begin(logged)
+    now.answer({**MACHINE, ("columns", "Kante 4 [mm]", "at"): "point_3"})
+    assert {u.column: u.at for u in now.proposal.columns}["Kante 4 [mm]"] == "point_3"
+
+
+def test_a_machine_by_its_name_needs_no_numbers(logged):
+    now = begin(logged)
+    now.answer({("belt", "density"): "7800 kg/m^3"})
+    now.answer(MACHINE | {("belt", "density"): "7800 kg/m^3"})
+    assert now.answers == MACHINE
+    now.answer({("belt",): ""})
+    now.answer({("belt", "density"): "7800 kg/m^3"})
+    assert nested({"title": "x"}, now.answers) == {
+        "title": "x",
+        "machine": "test_rig",
+        "belt": {"density": "7800 kg/m^3"},
+    }
+
+
+@pytest.mark.parametrize("data", [b"&a [*a]", b"- 1", b"a: &x 1\nb: *x", b"\x00"])
+def test_a_mapping_that_is_none_is_one_line(data):
+    with pytest.raises(CampaignError) as caught:
+        read_mapping("mapping.yaml", data)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,109 @@
+"""Dropped files: what is taken, and what is refused in one line."""
+
+import io
+import zipfile
+
+import pytest
+
+pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
+
+from belt_sim.app import intray
+from belt_sim.app.effects_file import read_effects
+from belt_sim.app.guard import MAX_UPLOAD, Guard
+from belt_sim.app.server import listen
+from belt_sim.errors import BeltError, InputError
+
+EFFECTS = b"schema: belt-effects/1\neffects:\n  - id: %s\n    parameters:\n      kappa_t: 2.0e-5\n"
+
+
+def zipped(members: dict[str, bytes]) -> bytes:
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+    return memory.getvalue()
+
+
+def test_a_zip_gives_the_files_beside_its_campaign_and_nothing_else():
+    data = zipped({"mine/campaign.yaml": b"a", "mine/runs.csv": b"b", "runs.csv": b"c", "mine/run.sh": b"d"})
+    assert intray.sort_files([("mine.zip", data)]).campaign == {"campaign.yaml": b"a", "runs.csv": b"b"}
+
+
+def test_no_name_leads_out_of_the_folder(tmp_path):
+    data = zipped({"../../campaign.yaml": b"a", "../../runs.csv": b"b", "/etc/signals.csv": b"c"})
+    tray = intray.sort_files([("x.zip", data), ("../../steady.csv", b"d"), ("..\\..\\signals.csv", b"e")])
+    intray.lay(tmp_path / "in", tray.campaign)
+    found = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
+    assert found == {f"in/{name}" for name in ("campaign.yaml", "runs.csv", "steady.csv", "signals.csv")}
+
+
+def test_a_zip_that_swells_is_stopped(monkeypatch):
+    monkeypatch.setattr(intray, "LARGEST", 2 * intray.PIECE)
+    data = zipped({"campaign.yaml": b"a", "signals.csv": b"0" * (3 * intray.PIECE)})
+    (line,) = intray.sort_files([("bomb.zip", data)]).said
+    assert "bomb.zip" in line
+    assert "2 MB" in line
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "told"),
+    [
+        ("photo.png", b"", "photo.png"),
+        ("effect.py", b"import os", "code is not run"),
+        ("two.zip", zipped({"a/campaign.yaml": b"", "b/campaign.yaml": b""}), "2 campaigns"),
+        ("none.zip", zipped({"a.txt": b""}), "no campaign.yaml"),
+        ("broken.zip", b"PK\x03\x04 no", "cannot be unpacked"),
+    ],
+)
+def test_files_of_no_use_have_one_line_each(name, data, told):
+    tray = intray.sort_files([(name, data)])
+    assert not tray.campaign
+    (line,) = tray.said
+    assert told in line
+    assert "\n" not in line
+
+
+def test_effects_are_numbers_for_the_library():
+    assert read_effects("effects.yaml", EFFECTS % b"taper") == [{"id": "taper", "kappa_t": 2e-5}]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        EFFECTS % b"models/effects/wind.py",
+        EFFECTS % b"../taper",
+        b"schema: belt-effects/1\neffects: [taper.py]\n",
+        b"a: &a [x, x]\nb: &b [*a, *a]\neffects: [*b, *b]\n",
+        b"effects: !!python/object/apply:os.system [true]\n",
+        b"\xff\xfe",
+        b"x" * 70_000,
+    ],
+)
+def test_code_and_bombs_are_no_effects(data):
+    with pytest.raises(BeltError) as caught:
+        read_effects("effects.yaml", data)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_guard_lets_its_own_pages_in_and_nobody_else():
+    guard = Guard(None, port=8080)
+    assert guard.refusal({"host": "127.0.0.1:8080"}) is None
+    assert guard.refusal({"host": "localhost:8080", "origin": "http://localhost:8080"}) is None
+    for headers in (
+        {},
+        {"host": "127.0.0.1:8081"},
+        {"host": "evil.example:8080"},
+        {"host": "127.0.0.1:8080", "origin": "http://evil.example"},
+        {"host": "127.0.0.1:8080", "origin": "null"},
+        {"host": "127.0.0.1:8080", "sec-fetch-site": "cross-site"},
+    ):
+        assert guard.refusal(headers)[0] == 403
+    assert guard.refusal({"host": "127.0.0.1:8080", "content-length": str(MAX_UPLOAD + 1)})[0] == 413
+    assert guard.refusal({"host": "127.0.0.1:8080", "transfer-encoding": "chunked"})[0] == 411
+
+
+def test_a_port_that_is_taken_has_its_line():
+    with listen(None) as taken:
+        assert taken.getsockname()[0] == "127.0.0.1"
+        with pytest.raises(InputError, match="port = "):
+            listen(taken.getsockname()[1])

@@ -1,0 +1,167 @@
+"""The pages in a real browser: sliders move curves, dropped campaigns are compared and diagnosed, errors are lines."""
+
+import io
+import zipfile
+
+import pytest
+
+CURVE = "document.querySelector('[data-name=curves]').data?.[0]?.y"
+DRAWN = "[data-name={}] .scatterlayer path.js-line"
+
+
+def simulate_page(page, served) -> list[float]:
+    """The page of sliders, with its first curve."""
+    page.goto(served.address)
+    return curve_other_than(page, None)
+
+
+def curve_other_than(page, before) -> list[float]:
+    page.wait_for_function(f"before => {CURVE} && JSON.stringify({CURVE}) !== JSON.stringify(before)", arg=before)
+    return page.evaluate(CURVE)
+
+
+def drop(page, *paths) -> None:
+    """Drop files, and wait until the page has taken them in."""
+    before = page.locator("[data-version]").get_attribute("data-version")
+    page.locator("input[type=file]").set_input_files([str(p) for p in paths])
+    page.locator(f"[data-version]:not([data-version='{before}'])").wait_for(state="attached")
+
+
+def alerts(page) -> list[str]:
+    return page.get_by_role("alert").all_inner_texts()
+
+
+@pytest.fixture
+def measurements(page, served):
+    """The page of measurements."""
+    page.goto(f"{served.address}/measurements")
+    page.locator("input[type=file]").wait_for(state="attached")
+    return page
+
+
+def test_sliders_change_the_curve(page, served):
+    curve = simulate_page(page, served)
+    facts = page.locator("[data-name=facts]")
+    before = facts.inner_text()
+    for name, key in (("tension", "ArrowRight"), ("yaw", "ArrowLeft"), ("travel", "ArrowRight")):
+        page.locator(f"[data-name=slider-{name}] [tabindex]").focus()
+        for _ in range(4):
+            page.keyboard.press(key)
+        curve = curve_other_than(page, curve)
+    assert facts.inner_text() != before
+    page.locator("[data-name=model]").click()
+    page.get_by_role("option", name="beam_th2").click()
+    page.get_by_label("tension number").fill("2")
+    page.get_by_label("yaw number").fill("0.2")
+    page.get_by_text("edge goes slack").wait_for()
+    page.get_by_text("the spans sag and tilt: use strip").wait_for()
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (1400, "light")])
+def test_nothing_is_wider_than_the_screen(browser, served, width, scheme):
+    tab = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+    tab.goto(served.address)
+    tab.wait_for_selector(DRAWN.format("curves"), state="attached")
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    assert tab.evaluate("document.body.classList.contains('body--dark')") == (scheme == "dark")
+    tab.close()
+
+
+def test_a_campaign_that_is_dropped_is_shown_and_compared(measurements, small, tmp_path):
+    archive = tmp_path / "mine.zip"
+    with zipfile.ZipFile(archive, "w") as made:
+        for file in small.iterdir():
+            made.write(file, f"mine/{file.name}")
+    drop(measurements, archive)
+    measurements.get_by_text("step: 4 runs").wait_for()
+    measurements.wait_for_selector(DRAWN.format("measured"), state="attached")
+    measurements.get_by_role("button", name="Compare").click()
+    measurements.wait_for_selector(DRAWN.format("overlay"), state="attached")
+    assert measurements.locator("section", has_text="Comparison of").locator("td", has_text="r05").count() == 2
+    with measurements.expect_download() as got:
+        measurements.get_by_text("Download everything").click()
+    names = zipfile.ZipFile(io.BytesIO(got.value.path().read_bytes())).namelist()
+    assert {"comparison.json", "overlay.png"} <= {n.split("/")[-1] for n in names}
+
+
+def test_a_small_diagnosis_runs_to_its_report(measurements, small, served):
+    drop(measurements, *small.iterdir())
+    measurements.get_by_text("step: 4 runs").wait_for()
+    measurements.get_by_text("More about the diagnosis").click()
+    measurements.get_by_label("effects to try").fill("taper")
+    measurements.get_by_role("option", name="Taper: a pulley that is a cone").click()
+    measurements.keyboard.press("Escape")
+    measurements.get_by_label("synthetic repeats").fill("100")
+    measurements.locator("label", has_text="model").first.click()
+    measurements.get_by_role("option", name="strip: hanging").click()
+    measurements.get_by_role("button", name="Diagnose").click()
+    measurements.locator("[data-name=stage]").wait_for()
+    measurements.get_by_role("link", name="Simulate").click()  # the page stays alive while it goes on
+    curve_other_than(measurements, None)
+    measurements.go_back()
+    frame = measurements.frame_locator("iframe[title=report]")
+    frame.locator("h1").wait_for(timeout=180_000)
+    frame.locator(".js-plotly-plot .main-svg").first.wait_for(state="attached")
+    assert measurements.locator("iframe").get_attribute("sandbox") == "allow-scripts"
+    answer = measurements.request.get(f"{served.address}{measurements.locator('iframe').get_attribute('src')}")
+    assert answer.headers["content-security-policy"].startswith("sandbox allow-scripts; default-src 'none'")
+
+
+def test_work_can_be_stopped(measurements, small):
+    drop(measurements, *small.iterdir())
+    measurements.get_by_text("step: 4 runs").wait_for()
+    measurements.get_by_role("button", name="Diagnose").click()
+    measurements.get_by_role("button", name="Stop").click()
+    measurements.get_by_text("Stopped after").wait_for()
+    assert measurements.get_by_role("button", name="Diagnose").is_enabled()
+
+
+def test_files_that_cannot_be_used_have_one_clear_line(measurements, small, tmp_path):
+    (tmp_path / "my_effect.py").write_text("raise SystemExit('run')")
+    drop(measurements, tmp_path / "my_effect.py")
+    (line,) = alerts(measurements)
+    assert "code is not run from this page" in line
+
+    (tmp_path / "effects.yaml").write_text("schema: belt-effects/1\neffects:\n  - id: my_effect.py\n")
+    drop(measurements, tmp_path / "effects.yaml")
+    measurements.get_by_role("alert").filter(has_text="effects = my_effect.py").wait_for()
+
+    (tmp_path / "campaign.yaml").write_text(
+        (small / "campaign.yaml").read_text().replace("unit: mm", "unit: furlong", 1)
+    )
+    drop(measurements, tmp_path / "campaign.yaml", small / "runs.csv", small / "signals.csv")
+    measurements.get_by_role("alert").filter(has_text="furlong").wait_for()
+    assert all("\n" not in line for line in alerts(measurements))
+
+
+def test_html_in_a_campaign_stays_text(measurements, small, tmp_path):
+    evil = "<img src=x onerror=document.title=1>"
+    (tmp_path / "campaign.yaml").write_text(
+        (small / "campaign.yaml").read_text().replace("title: A steel belt", f"title: {evil} A steel belt")
+    )
+    drop(measurements, tmp_path / "campaign.yaml", small / "runs.csv", small / "signals.csv")
+    measurements.get_by_text("onerror").first.wait_for()
+    (tmp_path / "runs.csv").write_text((small / "runs.csv").read_text().replace("r01", "<b>r01</b>"))
+    drop(measurements, tmp_path / "runs.csv")
+    measurements.get_by_role("alert").filter(has_text="<b>r01</b>").wait_for()
+    assert not measurements.locator("img, b:text('r01')").count()
+
+
+def test_a_loggers_files_become_a_campaign(measurements, small, tmp_path):
+    rows = [line.split(",") for line in (small / "signals.csv").read_text().splitlines()[1:]]
+    for run, name in (("r01", "lauf1_7Nmm2_-0,042grad.csv"), ("r05", "lauf2_20Nmm2.csv")):
+        said = [";".join(row[1:]).replace(".", ",") for row in rows if row[0] == run]
+        (tmp_path / name).write_text("\n".join(["Bandweg [m];Kante 1 [mm];Kante 4 [mm]", *said]) + "\n")
+    drop(measurements, *tmp_path.glob("lauf*.csv"))
+    measurements.get_by_text("What your files seem to say").wait_for()
+    take = measurements.get_by_role("button", name="take it")
+    assert not take.is_enabled()
+    for group, known in (("machine", "test_rig"), ("belt", "paper_belt")):
+        measurements.locator(f"[data-name={group}]").click()
+        measurements.get_by_role("option", name=known).click()
+    measurements.locator(".grid.runs").get_by_placeholder("-0.042 deg").nth(1).fill("-0.042 deg")
+    measurements.get_by_role("button", name="Look again").click()
+    measurements.wait_for_selector(DRAWN.format("measured"), state="attached")
+    take.click()
+    measurements.get_by_text("2. What was understood").wait_for()
+    measurements.get_by_text("grad.csv, lauf2_20Nmm2.csv: 2 runs").wait_for()

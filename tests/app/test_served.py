@@ -1,0 +1,52 @@
+"""The server itself: loopback only, its own pages only; and the command without its extra."""
+
+import http.client
+import socket
+
+import pytest
+
+from belt_sim.commands import app
+from belt_sim.errors import BeltError
+
+
+def get(served, path="/", **headers) -> tuple[int, str]:
+    connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=20)
+    connection.request("GET", path, headers=headers)
+    answer = connection.getresponse()
+    return answer.status, answer.read().decode(errors="replace")
+
+
+def test_only_the_loopback_address_answers(served):
+    assert get(served)[0] == 200
+    for other in ("127.0.0.2", socket.gethostbyname(socket.gethostname())):
+        if other != "127.0.0.1":
+            with pytest.raises(OSError):  # noqa: PT011
+                socket.create_connection((other, served.port), timeout=5).close()
+
+
+def test_foreign_names_and_pages_are_turned_away(served):
+    assert get(served, Host="evil.example")[0] == 403
+    assert get(served, Origin="http://evil.example")[0] == 403
+    upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13"}
+    key = {"Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="}
+    place = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+    assert get(served, place, Origin="http://evil.example", **upgrade, **key)[0] == 403
+
+
+def test_results_go_by_number(served):
+    for path in ("/results/99/report", "/results/0/zip", "/results/..%2f..%2fetc/zip"):
+        assert get(served, path)[0] in (404, 422)
+
+
+def test_without_its_extra_the_command_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(app, "plain", lambda cfg: cfg)
+    monkeypatch.setattr(app, "find_spec", lambda name: None)
+    with pytest.raises(BeltError, match=r"pip install 'belt-sim\[app\]'"):
+        app.run({"port": None, "open": False})
+
+
+@pytest.mark.parametrize("settings", [{"port": "x"}, {"port": 70000}, {"port": True}, {"open": "maybe"}])
+def test_settings_that_cannot_be(monkeypatch, settings):
+    monkeypatch.setattr(app, "plain", lambda cfg: cfg)
+    with pytest.raises(BeltError, match="give"):
+        app.run({"port": None, "open": True} | settings)

@@ -1,0 +1,47 @@
+"""What the sliders show is what a simulation says, and moving them compiles nothing."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
+
+from belt_sim.analytic import march
+from belt_sim.app.sliders import Asked, choices, reach, simulated, warnings
+from belt_sim.effects.library import library
+from belt_sim.use_cases.simulate import simulate
+
+TAPER = {"taper": {"kappa_t": 2e-5}}
+
+
+def asked(**changes) -> Asked:
+    return Asked(**{"model": "strip", "tension": 10.0, "yaw": -0.042, "travel": 40.0, "effects": TAPER} | changes)
+
+
+def test_a_shorter_travel_is_the_start_of_the_longest():
+    shown = simulated(asked())
+    alone = simulate(tension=10.0, yaw=-0.042, travel=40.0, effects=[{"id": "taper", "kappa_t": 2e-5}])
+    np.testing.assert_allclose(shown.curves.y, np.asarray(alone.curves.y)[:, ::2], atol=1e-9)
+    assert shown.curves.travel[-1] == pytest.approx(40.0)
+
+
+def test_moving_a_slider_compiles_nothing():
+    simulated(asked())
+    compiled = march._march_jit.__wrapped__._cache_size()
+    first = simulated(asked(tension=11.0, yaw=0.1, travel=25.0))
+    second = simulated(asked(tension=30.0, yaw=0.1, effects={"taper": {"kappa_t": -1e-5}}))
+    assert march._march_jit.__wrapped__._cache_size() == compiled
+    assert not np.array_equal(first.curves.y[:, 50], second.curves.y[:, 50])
+
+
+def test_slack_edges_and_limits_are_told():
+    said = " ".join(warnings(simulated(asked(model="beam_th2", tension=3.0, yaw=0.2))))
+    assert "edge goes slack" in said
+    assert "use strip" in said
+
+
+def test_every_number_of_every_effect_has_a_slider_that_reaches_both_ways():
+    for effect_id in choices("strip"):
+        for p in library()[effect_id].parameters.values():
+            low, high, start = reach(p)
+            assert low < high
+            assert low <= start <= high

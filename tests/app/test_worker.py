@@ -1,0 +1,41 @@
+"""Long work in a process of its own: it refuses code, and never outlives whoever asked."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from belt_sim.paths import CAMPAIGNS, ROOT
+
+WITHIN = 90.0  # [s], on a busy machine
+
+
+@pytest.fixture
+def worker():
+    """A worker that waits for its request."""
+    command = [sys.executable, "-m", "belt_sim.app.worker"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    process = subprocess.Popen(command, cwd=ROOT, text=True, **pipes)
+    yield process
+    process.kill()
+    process.wait()
+
+
+def ask(process, folder, effects) -> None:
+    request = {"task": "diagnose", "model": "strip", "campaign": str(CAMPAIGNS / "slack_belt"), "folder": str(folder)}
+    process.stdin.write(json.dumps(request | {"effects": effects, "bootstraps": 1000, "seed": 0}) + "\n")
+    process.stdin.flush()
+
+
+def test_code_is_refused_by_the_worker_too(worker, tmp_path):
+    ask(worker, tmp_path, ["models/effects/wind.py"])
+    assert "code is not run" in json.loads(worker.stdout.readline())["failed"]
+
+
+def test_it_ends_when_nobody_listens_any_more(worker, tmp_path):
+    ask(worker, tmp_path, None)
+    assert json.loads(worker.stdout.readline())["stage"] == "reading"
+    worker.stdin.close()
+    assert worker.wait(WITHIN) == 1
+    assert not (tmp_path / "report.html").exists()

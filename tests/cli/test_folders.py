@@ -1,0 +1,73 @@
+"""A run's folder holds that run and no other; a sweep's folder bears a name that any file system takes."""
+
+import json
+
+import pytest
+
+from belt_sim.commands.folder_name import LONGEST, folder_name, sweep_folder
+from belt_sim.commands.own_folder import own_folder
+from belt_sim.errors import InputError
+
+
+def test_nothing_of_an_earlier_run_stays(belt):
+    belt("simulate", "travel=2")
+    assert (belt.folder / "curves.png").is_file()
+    (belt.folder / "mine.txt").write_text("a note of the user's", encoding="utf-8")
+    belt("simulate", "travel=2", "tension=20", "pictures=false")
+    assert not (belt.folder / "curves.png").exists()
+    assert (belt.folder / "mine.txt").is_file()
+    assert json.loads((belt.folder / "summary.json").read_text())["tension_n_per_mm2"] == 20
+
+
+def test_a_sweep_that_finds_its_runs_done_keeps_them(belt):
+    for _ in range(2):
+        answer = belt("simulate", "-m", "tension=20,40", "travel=2", "pictures=false")
+    assert "done before" in answer.out
+    assert len(list(belt.folder.glob("*/curves.csv"))) == 2
+
+
+def test_two_runs_in_one_folder_are_refused(tmp_path):
+    (tmp_path / ".hydra").mkdir()
+    with (
+        own_folder(tmp_path, "simulate"),
+        pytest.raises(InputError, match="another run is at work there"),
+        own_folder(tmp_path, "simulate"),
+    ):
+        pass
+
+
+def test_a_refused_run_leaves_no_folder(belt):
+    assert belt("simulate", "tension=-4").status == 1
+    assert not belt.folder.exists()
+
+
+def test_letters_beyond_ascii_in_a_path(belt, tmp_path):
+    place = tmp_path / "Förderband läuft's"
+    belt.folder = place
+    answer = belt("simulate", "travel=2", "pictures=false")
+    assert answer.status == 0, answer.err
+    assert (place / "curves.csv").is_file()
+
+
+def test_a_sweep_over_files_makes_one_folder_a_run(belt, tmp_path):
+    table = tmp_path / "effects.yaml"
+    table.write_text("schema: belt-effects/1\neffects: [{id: taper, kappa_t: 1.0e-5}]\n", encoding="utf-8")
+    answer = belt("simulate", "-m", f"effects={table}", "tension=20,40", "travel=2", "pictures=false")
+    assert answer.status == 0, answer.err
+    assert (belt.folder / "sweep.csv").is_file()
+    assert len(list(belt.folder.glob("*/summary.json"))) == 2
+
+
+def test_names_of_folders():
+    assert folder_name("tension=7,yaw=0.1") == "tension=7,yaw=0.1"
+    long = "effects=" + "x" * 400
+    assert len(folder_name(long)) < LONGEST + 10
+    assert folder_name(long) != folder_name(long + "y")
+    assert "/" not in folder_name("effects=/a/b.yaml")
+    assert folder_name("effects=/a/b.yaml") != folder_name("effects=_a_b.yaml")
+
+
+def test_two_sweeps_have_two_folders():
+    one, two = (sweep_folder("simulate", [f"tension={t}"]) for t in ("7,10", "20,40"))
+    assert one != two
+    assert sweep_folder("simulate", ["tension=7,10", "hydra/launcher=joblib"]) == one

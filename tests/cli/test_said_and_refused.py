@@ -1,0 +1,74 @@
+"""What was accepted in silence is refused or told."""
+
+import csv
+import json
+from importlib.metadata import version
+
+import pytest
+import yaml
+
+REFUSED = [
+    (["simulate", "+foo=1"], "+foo=1: no such key"),
+    (["simulate", "tension=0.01"], "tension = 0.01 N/mm2"),
+    (["simulate", "travel=10", "yaw=[{at: 50, yaw: 0.03}]"], "yaw.at = 50 m: the travel ends at 10 m"),
+    (["diagnose", "campaign=slack_belt", "bootstraps=1000000000"], "give a whole number of at most"),
+    (["diagnose", "campaign=slack_belt", "leave_out=[nosuch]"], "leave_out = nosuch: use ids of the library"),
+    (["virtual-rig", "plan=3", "belt.width=0.3"], "goes with engine=line and plan=null"),
+    (["virtual-rig", "rig.gravity=1.6"], "rig.gravity = 1.6 m/s2"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "says"), REFUSED, ids=[" ".join(a) for a, _ in REFUSED])
+def test_refused_in_a_line(belt, arguments, says):
+    answer = belt(*arguments)
+    assert answer.status == 1
+    assert says in answer.err
+    assert len(answer.err.strip().splitlines()) == 1
+
+
+def test_version(belt):
+    answer = belt("--version")
+    assert (answer.status, answer.out.strip()) == (0, f"belt-sim {version('belt-sim')}")
+
+
+def test_late_rates_that_have_not_settled_are_told(belt):
+    answer = belt("simulate", "tension=10", "travel=20", "pictures=false")
+    assert "not settled" in answer.out
+    assert "the steady rate is -0.09" in answer.out
+    assert json.loads((belt.folder / "summary.json").read_text())["settled"] is False
+    settled = belt("simulate", "model=rope", "tension=40", "travel=100", "pictures=false")
+    assert "not settled" not in settled.out
+    assert json.loads((belt.folder / "summary.json").read_text())["settled"] is True
+
+
+def test_the_command_stands_in_the_provenance(belt):
+    belt("simulate", "travel=2", "pictures=false")
+    summary = json.loads((belt.folder / "summary.json").read_text())
+    assert summary["provenance"]["command"].startswith("belt-sim simulate travel=2")
+
+
+def test_the_virtual_rig_is_the_machine_that_was_asked_for(belt):
+    answer = belt("virtual-rig", "rig.centre_distance=5", "belt.width=0.5")
+    assert answer.status == 0, answer.err
+    sheet = yaml.safe_load((belt.folder / "campaign" / "campaign.yaml").read_text(encoding="utf-8"))
+    assert float(sheet["machine"]["centre_distance"]["value"]) == 5.0
+    assert float(sheet["belt"]["width"]["value"]) == 500.0  # mm
+
+
+def test_the_rates_of_a_sweep_keep_their_sign(belt, monkeypatch):
+    from belt_sim import pictures
+
+    drawn = {}
+    monkeypatch.setattr(pictures, "rates_picture", lambda path, rates, title: drawn.update(rates))
+    belt("simulate", "-m", "tension=20,30,40", "travel=2")
+    rows = list(csv.DictReader((belt.folder / "sweep.csv").open(encoding="utf-8")))
+    assert sorted(drawn["strip"].rate) == sorted(float(r["rate1_mm_per_m"]) for r in rows)
+    assert max(drawn["strip"].rate) < 0
+
+
+def test_compare_tells_of_slack_edges(belt):
+    answer = belt("compare", "campaign=slack_belt", "model=beam_th2")
+    summary = json.loads((belt.folder / "comparison.json").read_text(encoding="utf-8"))
+    for sentence in summary.get("beyond_validity", []):
+        assert " ".join(sentence.split()) in " ".join(answer.out.split())
+    assert summary.get("beyond_validity")

@@ -1,0 +1,26 @@
+"""A search by Hydra's Optuna sweeper: simulate returns the number that is to be small."""
+
+import pytest
+import yaml
+
+from belt_sim.use_cases.centring import centred_after, centring_asked
+
+pytest.importorskip("hydra_plugins.hydra_optuna_sweeper")
+
+
+def test_the_best_of_a_few_runs_is_the_best_of_what_they_left(belt):
+    few = ("+experiment=centre_belt", "hydra.sweeper.n_trials=4", "travel=100")
+    answer = belt("simulate", *few)
+    assert answer.status == 0, answer.err
+    wanted = centring_asked({"start": 10.0, "within": 1.0, "beyond": 0.2})
+    reached = [centred_after(p, wanted) for p in belt.folder.glob("*/curves.csv")]
+    best = yaml.safe_load((belt.folder / "optimization_results.yaml").read_text(encoding="utf-8"))
+    assert len(reached) == 4
+    assert best["best_value"] == pytest.approx(min(reached))
+    assert set(best["best_params"]) == {f"steering.{n}" for n in ("first", "turn", "second", "over")}
+
+
+def test_an_objective_that_cannot_be_is_told_in_one_line(belt):
+    answer = belt.simulate("objective=fast")
+    assert answer.status == 1
+    assert answer.err.startswith("belt-sim: objective = fast")

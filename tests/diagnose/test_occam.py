@@ -1,0 +1,125 @@
+"""Several effects are no finding where one law does as well, and what a search for laws sees reaches the verdict."""
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from belt_sim.diagnosis import verdict as deciding
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.occam import imitated
+from belt_sim.diagnosis.openset import OpenSet
+from belt_sim.diagnosis.unknown import OneLaw
+from belt_sim.diagnosis.verdict import judged, verdict
+from belt_sim.results.verdict import Verdict
+
+THRESHOLD, PRICE = 12.0, 25.0
+BASE_CHI2 = 500.0  # of the base model
+CLEAN, SMOOTH = OpenSet((), {}, {}, {}), OpenSet(("smooth, odd in yaw",), {}, {}, {})
+
+
+@dataclass
+class Looked:
+    """A search that sees what is written down: laws it fails the fit for, and what one law explains of BASE_CHI2."""
+
+    failed: tuple[str, ...] = ()
+    explains: float | None = None
+    asked: list = field(default_factory=list)
+
+    def __call__(self, bench, fit, failed):
+        self.asked.append((fit.ids, failed))
+        return SimpleNamespace(failed=self.failed if fit.ids else (), columns=lambda: np.empty((0, 1, 1, 1)))
+
+    def one_law(self, bench, fit, least):
+        self.asked.append("one law")
+        if self.explains is None:
+            return None
+        return OneLaw("yaw: s", np.array([[[self.explains]]]), PRICE)
+
+
+def chosen_by(gain, ids=("a", "b")):
+    """A selection of ``ids`` that explains ``gain`` of BASE_CHI2; a law's one number stands for what it explains."""
+    fit = Fit(ids=ids, free=[], vector=np.zeros(2), chi2=BASE_CHI2 - gain)
+    metric = SimpleNamespace(
+        chi2=lambda left: BASE_CHI2 + float(left[0, 0, 0])
+    )  # y is 0: left is less what it explains
+    still = np.zeros((1, 1, 1))
+    bench = SimpleNamespace(metric=metric, fitted=SimpleNamespace(y=still), levels=None, at_levels=lambda levels: bench)
+    base = Fit(ids=(), free=[], vector=np.zeros(2), chi2=BASE_CHI2, values=still)
+    return SimpleNamespace(
+        chosen=fit, base=base, bench=bench, base_bench=bench, gain=gain, threshold=lambda name: THRESHOLD,
+        base_left=CLEAN.and_failed(("smooth, odd in yaw",)), base_held_out=None, held_out=None,
+    )  # fmt: skip
+
+
+def test_two_effects_that_one_law_does_as_well_as_are_an_imitation():
+    (why,) = imitated(chosen_by(400.0), Looked(explains=410.0))
+    assert "one law" in why
+    assert imitated(chosen_by(400.0), Looked(explains=398.0))  # nearly as well, with one number
+
+
+@pytest.mark.parametrize("explains", [None, 250.0, 395.0])
+def test_two_effects_that_explain_more_than_any_law_stand(explains):
+    """A law has to explain 400 - 2 x 12 - 4.6 + 25 = 396.4 to be worth as much."""
+    assert imitated(chosen_by(400.0), Looked(explains=explains)) == ()
+
+
+def test_one_effect_gives_way_to_a_law_that_explains_clearly_more_only():
+    """One known fault is likelier than an unknown law: 400 - 12 + 4.6 + 25 = 417.6."""
+    assert imitated(chosen_by(400.0, ("a",)), Looked(explains=415.0)) == ()
+    assert imitated(chosen_by(400.0, ("a",)), Looked(explains=420.0))
+
+
+def test_a_law_is_no_cheaper_than_the_effect_that_says_the_same():
+    """An effect with a wide grid has a high threshold; its twin among the laws, as good, may not undercut that."""
+    found = chosen_by(400.0, ("a",))
+    found.threshold = lambda name: 60.0
+    assert imitated(found, Looked(explains=402.0)) == ()
+    assert imitated(found, Looked(explains=406.0))
+
+
+def test_the_more_faults_at_once_the_more_they_have_to_explain():
+    """Three: 400 - 3 x 12 - 9.2 + 25 = 379.8."""
+    assert imitated(chosen_by(400.0, ("a", "b", "c")), Looked(explains=378.0)) == ()
+    assert imitated(chosen_by(400.0, ("a", "b", "c")), Looked(explains=382.0))
+
+
+@pytest.fixture
+def passing(monkeypatch):
+    """All other tests of a verdict pass."""
+    monkeypatch.setattr(deciding, "open_set", lambda *args, **more: CLEAN)
+    monkeypatch.setattr(deciding, "beyond_floor", lambda *args: ())
+    monkeypatch.setattr(deciding, "_better_model", lambda found: None)
+
+
+def test_effects_without_anything_left_are_explained(passing):
+    found = judged(chosen_by(400.0), bootstraps=1, seed=0, look=Looked())
+    assert (verdict(found, ()), found.named.ids) == (Verdict.EXPLAINED, ("a", "b"))
+
+
+def test_an_imitation_is_none_known_and_the_base_model_is_searched(passing):
+    look = Looked(explains=410.0)
+    found = judged(chosen_by(400.0), bootstraps=1, seed=0, look=look)
+    assert (verdict(found, ()), found.named.ids, found.nearest.ids) == (Verdict.NONE_KNOWN, (), ("a", "b"))
+    assert "one law" in found.why
+    assert look.asked == [(("a", "b"), False), "one law", ((), True)]
+
+
+def test_a_law_seen_beside_the_effects_takes_their_names(passing, monkeypatch):
+    monkeypatch.setattr(deciding, "unknown_columns", lambda bench, left: np.empty((0, 1, 1, 1)))
+    monkeypatch.setattr(deciding, "members_that_stay", lambda *args: None)
+    look = Looked(failed=("a law beyond the library",))
+    found = judged(chosen_by(400.0), bootstraps=1, seed=0, look=look)
+    assert (verdict(found, ()), found.named.ids) == (Verdict.NONE_KNOWN, ())
+    assert found.fails == ("a law beyond the library",)
+    assert look.asked == [(("a", "b"), False), ((), True)]
+
+
+def test_what_fails_already_is_told_to_the_search(passing, monkeypatch):
+    monkeypatch.setattr(deciding, "open_set", lambda *args, **more: SMOOTH)
+    monkeypatch.setattr(deciding, "unknown_columns", lambda bench, left: np.empty((0, 1, 1, 1)))
+    monkeypatch.setattr(deciding, "members_that_stay", lambda *args: None)
+    look = Looked()
+    judged(chosen_by(400.0), bootstraps=1, seed=0, look=look)
+    assert look.asked == [(("a", "b"), True), ((), True)]

@@ -1,0 +1,57 @@
+"""Small rules by themselves: numbers that only shape, waves of any spectrum, conditions that test nothing."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from belt_sim.diagnosis import openset
+from belt_sim.diagnosis.candidate import is_possible
+from belt_sim.diagnosis.null import NullGains
+from belt_sim.diagnosis.openset import SPECTRUM, OpenTests
+from belt_sim.diagnosis.waves import EACH_ITS_PHASE
+from belt_sim.effects.base import Parameter
+from belt_sim.results.diagnosis import error_table
+from belt_sim.results.errors import Change, Errors
+
+
+def slot(*, modifier):
+    """A number that a machine has between 0 and 1."""
+    declared = Parameter(unit="1", meaning="play", plausible=(0.0, 1.0), scale=1.0, modifier=modifier)
+    return SimpleNamespace(effect=SimpleNamespace(id="a", parameters={"n": declared}), name="n", scale=1.0, null=0.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "u", "as_size", "as_shape"),
+    [
+        (0.5, 0.1, True, True),
+        (1.2, 0.2, False, True),  # outside, but its interval reaches in: a size is judged by itself, a shape by that
+        (3.0, 0.2, False, False),
+    ],
+)
+def test_a_number_that_only_shapes_is_judged_by_its_interval(value, u, as_size, as_shape):
+    numbers = np.array([value]), np.array([u])
+    assert is_possible([slot(modifier=False)], *numbers) is as_size
+    assert is_possible([slot(modifier=True)], *numbers) is as_shape
+
+
+def test_waves_of_their_own_phase_are_allowed_another_spectrum(monkeypatch):
+    """The same gain counts for less there, since wander need not be what it is modelled as."""
+    gain, tests = 30.0, {EACH_ITS_PHASE: [f"{EACH_ITS_PHASE} 0"], "run r01": ["run r01"]}
+    names = [n for each in tests.values() for n in each]
+    given = {n: np.array([gain]) for n in names}, dict.fromkeys(names, 1), tests
+    monkeypatch.setattr(openset, "_gains", lambda *args: given)
+    monkeypatch.setattr(openset, "wavelengths", lambda bench: np.array([5.0]))
+    null = NullGains({n: np.ones(10) for n in names}, dict.fromkeys(names, 1))
+    open_tests = OpenTests(None, np.empty((0, 3)), {}, null, critical=-14.0)
+    found = open_tests.look(np.zeros(3))
+    assert found.gain == {EACH_ITS_PHASE: pytest.approx(gain / SPECTRUM), "run r01": gain}
+    assert found.failed == ("run r01",)
+    assert found.wavelength == {EACH_ITS_PHASE: 5.0}
+
+
+def test_a_condition_that_tests_nothing_is_said_to():
+    change = Change(before=1e-3, after=1e-4)
+    both = {"7 N/mm2": change, "yaw +": change}
+    rows = [row[0] for row in error_table(Errors(noise_floor=1e-5, by_condition=both, untestable=("yaw +",))).rows]
+    assert rows == ["without 7 N/mm2", "without yaw + (not testable by hold-out)"]

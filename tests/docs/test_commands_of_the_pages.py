@@ -1,0 +1,146 @@
+"""Every command that a page asks a reader to type can be put together; those marked so are run, and print what the
+page says that they print."""
+
+import importlib.util
+import re
+import sys
+
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from omegaconf import OmegaConf
+from pages import PAGES, Command, commands, missing, name
+
+from belt_sim.cli import COMMANDS, run
+from belt_sim.cli_errors import SWEEP, files_named, refused
+from belt_sim.config import case_from, model_settings
+from belt_sim.effects.load import load_classes
+from belt_sim.paths import CAMPAIGNS, CONF, ROOT
+from belt_sim.registry import model_named
+
+ALL = [c for page in PAGES for c in commands(page)]
+OPEN = re.compile(r"=.*\b(?:[A-Z]{1,6}|FOLDER)\b(?!/)")  # a value left to the reader, as tension=T
+STUDIES = ROOT / "studies"
+
+
+@pytest.fixture(autouse=True)
+def _hydra_is_put_back(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["belt-sim"])
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "1")
+    GlobalHydra.instance().clear()
+    yield
+    GlobalHydra.instance().clear()
+
+
+def jobs(words) -> list[list[str]]:
+    """The overrides of every job that a command line starts: one, or those of its sweep."""
+    given = [w for w in words if w not in SWEEP]
+    if len(given) == len(words):
+        return [given]
+    parsed = OverridesParser.create().parse_overrides(given)
+    return [list(job) for job in BasicSweeper.split_arguments(parsed, max_batch_size=None)[0]]
+
+
+def composed(folder, config: str, overrides) -> dict:
+    """A configuration as Hydra puts it together, but for its own part."""
+    with initialize_config_dir(version_base="1.3", config_dir=str(folder)):
+        return OmegaConf.to_container(compose(config_name=config, overrides=overrides), resolve=True)  # type: ignore[return-value]
+
+
+def mean_something(command: str, cfg: dict) -> None:
+    """Raises InputError where the values of ``simulate``, ``compare`` or ``diagnose`` cannot be."""
+    if command == "simulate":
+        case_from(cfg)
+    if command in ("simulate", "compare", "diagnose"):
+        model_named(cfg["model"]["name"])
+        model_settings(cfg["model"])
+    effects = cfg.get("effects") or []
+    if isinstance(effects, list):
+        ids = [e["id"] if isinstance(e, dict) else e for e in effects]
+        load_classes([i for i in ids if not i.startswith("outputs/") and i != "my_effect.py"])
+    campaign = cfg.get("campaign")
+    if campaign and re.fullmatch(r"[a-z]+_[a-z_]+", campaign):
+        assert (CAMPAIGNS / campaign).is_dir()
+
+
+def belt_sim_can(words: list[str], monkeypatch) -> None:
+    """Compose every job of ``belt-sim COMMAND ...``."""
+    command, *given = words
+    assert command in COMMANDS, f"no such command: {command}"
+    assert refused(command, given) is None
+    given = files_named(command, given)
+    given = [w for w in given if not w.startswith("--")]
+    if not (CONF / f"{command}.yaml").is_file():
+        assert not given, f"{command} takes no settings"
+        return
+    monkeypatch.chdir(ROOT)
+    for job in jobs(given):
+        cfg = composed(CONF, command, job)
+        if not OPEN.search(" ".join(given)):
+            mean_something(command, cfg)
+
+
+def study_can(module: str, given: list[str]) -> None:
+    """Find the module of ``python -m MODULE ...`` and, where Hydra reads its settings, compose them."""
+    found = importlib.util.find_spec(module) or importlib.util.find_spec(f"{module}.__main__")
+    assert found, f"no such module: {module}"
+    place = (
+        found.origin if not found.submodule_search_locations else f"{found.submodule_search_locations[0]}/__main__.py"
+    )
+    config = re.search(r'application\("(\w+)"', (ROOT / place).read_text(encoding="utf-8"))
+    if config:
+        search = f"hydra.searchpath=[file://{CONF}]"
+        for job in jobs(given):
+            composed(STUDIES / "conf", config.group(1), [search, *job])
+
+
+@pytest.mark.parametrize("command", dict.fromkeys(ALL), ids=str)
+def test_a_command_can_be_put_together(command: Command, monkeypatch):
+    program, *words = command.words
+    if program == "belt-sim":
+        belt_sim_can(words, monkeypatch)
+    elif program == "make":
+        assert re.search(rf"^{words[0]}:", (ROOT / "Makefile").read_text(), re.MULTILINE), words[0]
+    elif program == "pytest":
+        assert [w for w in words if (ROOT / w.split("::")[0]).exists()], words
+    else:
+        study_can(words[1], words[2:])
+
+
+def run_page(page, marks, place, capsys, monkeypatch) -> None:
+    """Run the marked commands of a page one after another in one folder, which looks like the checkout."""
+    for there in ("models", "docs", "conf"):
+        (place / there).symlink_to(ROOT / there)
+    monkeypatch.chdir(place)
+    for command in commands(page):
+        if command.marked in marks:
+            GlobalHydra.instance().clear()
+            capsys.readouterr()
+            status = run(list(command.words[1:]))
+            out, err = capsys.readouterr()
+            assert status == 0, f"{command}\n{out}{err}"
+            assert not missing(command.output, out), f"{command}\n{out}"
+
+
+def with_mark(mark: str):
+    """Pages that have a command marked so."""
+    return [pytest.param(p, id=name(p)) for p in PAGES if any(c.marked == mark for c in commands(p))]
+
+
+@pytest.mark.parametrize("page", with_mark("run"))
+def test_quick_commands_run_and_print_what_the_page_says(page, tmp_path, capsys, monkeypatch):
+    run_page(page, ("run",), tmp_path, capsys, monkeypatch)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", with_mark("run: long"))
+def test_long_commands_run_and_print_what_the_page_says(page, tmp_path, capsys, monkeypatch):
+    run_page(page, ("run", "run: long"), tmp_path, capsys, monkeypatch)
+
+
+def test_the_pages_are_seen_through():
+    assert len(ALL) > 100
+    assert {c.words[0] for c in ALL} == {"belt-sim", "python", "make", "pytest"}
+    assert any(c.marked == "run" for c in ALL)

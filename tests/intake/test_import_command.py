@@ -1,0 +1,162 @@
+"""belt-sim import as it is typed: file names of any kind, questions in a terminal, drafts, nothing half-written."""
+
+import sys
+
+import pytest
+from hydra.core.global_hydra import GlobalHydra
+from logger_files import MAPPING, log, table
+from rich.prompt import Confirm, Prompt
+
+from belt_sim.campaign import read_campaign
+from belt_sim.cli import run
+from belt_sim.cli_errors import files_named
+from belt_sim.intake import ask, read, understand
+from belt_sim.intake.mapping import mapping_of
+from belt_sim.use_cases.intake import draft_text, import_files
+
+L = log(length=10.0)
+TEXT = table(["travel [m]", "Kante 1 [mm]", "Laser B [mm]"], [L.travel, L.y1, L.y4], ";", ",")
+
+
+@pytest.fixture
+def belt(tmp_path, capsys, monkeypatch):
+    """Calls ``belt-sim`` in a folder of its own: (status, output, errors)."""
+    monkeypatch.setattr(sys, "argv", ["belt-sim"])
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "1")
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        GlobalHydra.instance().clear()
+        capsys.readouterr()
+        status = run([*arguments, "hydra.run.dir=run"])
+        return (status, *capsys.readouterr())
+
+    yield call
+    GlobalHydra.instance().clear()
+
+
+NAMES = ["a.csv", "Läufe 3.csv", "it's (1), [b].csv", "v=0,5.csv", "100%.csv", "$x.csv", "-a.csv"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_file_may_have_any_name(name, belt, tmp_path):
+    (tmp_path / name).write_text(TEXT)
+    status, out, err = belt("import", name, "draft=draft.yaml")
+    assert (status, err) == (0, "")
+    assert (tmp_path / "draft.yaml").is_file()
+    assert "y1 at point_1" in out
+
+
+def test_names_become_one_setting():
+    given = ["a.csv", "out=b", "-m", "--cfg", "job", "c d.csv"]
+    assert files_named("import", given) == ["out=b", "-m", "--cfg", "job", "files=['a.csv','c d.csv']"]
+    assert files_named("simulate", given) == given
+
+
+def test_what_is_missing_is_told_a_line_each_and_nothing_is_left(belt, tmp_path):
+    (tmp_path / "a.csv").write_text(TEXT)
+    status, _, err = belt("import", "a.csv", "out=campaign")
+    assert status == 1
+    lines = err.strip().splitlines()
+    assert any("runs.a.tension" in line and "give it as" in line for line in lines)
+    assert any("columns.Laser B [mm].at" in line for line in lines) or "Laser" not in err
+    assert not (tmp_path / "campaign").exists()
+
+
+def test_a_draft_that_is_filled_in_imports(belt, tmp_path):
+    (tmp_path / "a.csv").write_text(TEXT)
+    belt("import", "a.csv", "draft=draft.yaml")
+    text = (tmp_path / "draft.yaml").read_text()
+    answers = {
+        "tension: null": "tension: 10 N/mm2",
+        "yaw: null": "yaw: -0.042",
+        "at: null": "at: point_4",
+        "centre_distance: null": "centre_distance: 11.28 m",
+        "pulley_radius: null": "pulley_radius: 0.17 m",
+        "width: null": "width: 200 mm",
+        "thickness: null": "thickness: 0.3 mm",
+        "youngs_modulus: null": "youngs_modulus: 210 GPa",
+        "density: null": "density: 7850",
+    }
+    for blank, answer in answers.items():
+        text = text.replace(blank, answer)
+    (tmp_path / "draft.yaml").write_text(text)
+    status, _, err = belt("import", "a.csv", "mapping=draft.yaml", "out=campaign")
+    assert (status, err) == (0, "")
+    campaign = read_campaign(tmp_path / "campaign")
+    assert campaign.runs[0].tension == 10e6
+    assert (tmp_path / "campaign" / "understood.png").stat().st_size > 10_000
+    assert belt("import", "a.csv", "draft=draft.yaml")[0] == 1  # a draft is not overwritten
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["import"], "files"),
+        (["import", "nowhere.csv"], "no such file"),
+        (["import", "a.csv", "mapping=nowhere.yaml"], "cannot be read"),
+        (["import", "a.csv", "maping=x.yaml"], "did you mean mapping?"),
+        (["new", "tensions=[a]"], "tensions"),
+        (["check", "campaign=nowhere"], "there is no such folder"),
+        (["check", "campaign=slack_belt", "step=a"], "step"),
+    ],
+)
+def test_misuse_is_one_line(arguments, words, belt, tmp_path):
+    (tmp_path / "a.csv").write_text(TEXT)
+    status, _, err = belt(*arguments)
+    assert status == 1
+    assert words in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_questions_are_asked_until_the_answer_can_be_used(monkeypatch, tmp_path):
+    (tmp_path / "a.csv").write_text(TEXT)
+    answers = {
+        "Laser": ["point_4"],
+        "axes": ["eleven metres", "test_rig"],
+        "wide": ["paper_belt"],
+        "tension": ["10 bananas", "10"],
+        "yaw": ["-0.042"],
+    }
+    asked: list[str] = []
+    monkeypatch.setattr(Confirm, "ask", lambda *a, **k: True)
+
+    class Out:
+        """A console that remembers what was asked last."""
+
+        def print(self, *what, **how) -> None:
+            asked.append(str(what[0]))
+
+    def answer(*_, **__):
+        question = next(q for q in reversed(asked) if q.startswith("[bold]"))
+        return next(a.pop(0) for word, a in answers.items() if word in question)
+
+    monkeypatch.setattr(Prompt, "ask", answer)
+    logged = read([tmp_path / "a.csv"])
+    proposal = ask.asked(logged, {"columns": {"Laser B [mm]": {"role": "signal"}}}, Out())
+    assert proposal.missing == ()
+    assert proposal.complete().runs[0].tension == 10e6
+    assert all(not left for left in answers.values())
+    assert sum("bananas" in line for line in asked) == 1
+
+
+def test_an_existing_campaign_is_replaced_only_when_asked(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.csv").write_text(TEXT)
+    mapping = MAPPING | {"all_runs": {"tension": 10, "yaw": -0.042}, "columns": {"Laser B [mm]": {"at": "point_4"}}}
+    import_files(["a.csv"], tmp_path / "out", mapping=mapping, pictures=False)
+    (tmp_path / "out" / "notes.txt").write_text("mine")
+    with pytest.raises(Exception, match="not empty"):
+        import_files(["*.csv"], tmp_path / "out", mapping=mapping, pictures=False)
+    import_files(["*.csv"], tmp_path / "out", mapping=mapping, pictures=False, overwrite=True)
+    assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
+
+
+def test_a_draft_names_every_question(tmp_path):
+    (tmp_path / "a.csv").write_text(TEXT)
+    proposal = understand(read([tmp_path / "a.csv"]))
+    text = draft_text(proposal)
+    assert all(q.text in text for q in proposal.missing)
+    (tmp_path / "draft.yaml").write_text(text)
+    again = understand(proposal.logged, mapping_of(tmp_path / "draft.yaml"))
+    assert {q.key for q in again.missing} == {q.key for q in proposal.missing}

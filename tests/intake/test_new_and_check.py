@@ -1,0 +1,143 @@
+"""A template can be checked before anything is measured; what it cannot tell is what kinematics and sign say."""
+
+import json
+
+import numpy as np
+import pytest
+from shipped_schema import check as follows_its_schema
+
+from belt_sim.campaign import CampaignError, read_campaign
+from belt_sim.campaign.plan import is_plan, read_plan
+from belt_sim.errors import BeltError
+from belt_sim.results.check import check_json
+from belt_sim.use_cases.check import check
+from belt_sim.use_cases.new import new
+
+SETTINGS = {
+    "rig": "test_rig",
+    "belt": "paper_belt",
+    "tensions": [10],
+    "yaw": 0.04,
+    "speed": 0.5,
+    "signals": ["point_1", "point_4"],
+    "title": "a plan",
+}
+FEW = ["taper", "camber", "yaw_offset_tail", "sensor_gain", "yaw_backlash"]
+
+
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plan") / "campaign"
+    new(folder, SETTINGS)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def checked(plan):
+    rows = (plan / "runs.csv").read_text().splitlines()
+    few = plan.parent / "few"
+    few.mkdir()
+    for name in ("campaign.yaml", "signals.csv"):
+        (few / name).write_text((plan / name).read_text())
+    (few / "runs.csv").write_text("\n".join(rows[:4]))  # both signs of one yaw, and a repeat
+    return check(few, effects=FEW, travel=40.0, step=0.5)
+
+
+def test_a_template_is_a_plan_with_every_kind_of_run(plan):
+    assert is_plan(plan)
+    campaign = read_plan(plan, travel=60.0, step=0.5)
+    assert {np.sign(r.yaw) for r in campaign.runs} == {-1.0, 0.0, 1.0}
+    assert {r.direction for r in campaign.runs} == {1.0, -1.0}
+    assert any(r.repeat_of for r in campaign.runs)
+    assert len({r.speed for r in campaign.runs}) == 3
+    assert all(s.zero > 0.0 for s in campaign.signals)
+    text = (plan / "plan.md").read_text()
+    assert all(r.name in text for r in campaign.runs)
+
+
+def test_tensions_follow_the_sag_of_the_belt(tmp_path, capsys):
+    new(tmp_path / "a", SETTINGS | {"tensions": None, "yaw": None})
+    tensions = sorted({r.tension / 1e6 for r in read_plan(tmp_path / "a", travel=60.0, step=0.5).runs})
+    assert tensions == pytest.approx([7.6, 16.0, 35.0])  # Lambda = (rho g L)^2 E / 12 sigma^3 = 30, 3, 0.3
+    assert "r14" in capsys.readouterr().out
+
+
+def test_a_plan_is_no_campaign_yet_and_the_loader_says_so(plan):
+    with pytest.raises(CampaignError, match=r"signals\.csv: has a header but no rows"):
+        read_campaign(plan)
+
+
+def test_what_looks_alike_at_one_tension_is_found_with_the_run_that_tells(checked):
+    alike = {frozenset(p.effects): p for p in checked.pairs}
+    assert frozenset({"sensor_gain", "yaw_backlash"}) in alike  # play takes the same share of one yaw every time
+    assert frozenset({"taper", "camber"}) in alike
+    assert "turn the belt over" in alike[frozenset({"taper", "camber"})].action
+    assert alike[frozenset({"taper", "camber"})].sigma_after > 3.0
+    assert frozenset({"taper", "sensor_gain"}) not in alike
+
+
+def test_sizes_are_those_that_the_response_gives(checked):
+    taper = next(v for v in checked.visible if v.effect == "taper")
+    assert taper.smallest is not None
+    assert 1e-8 < taper.smallest < 1e-5
+    assert taper.word == "well"
+
+
+def test_noise_twice_as_large_takes_a_larger_effect(checked, plan):
+    louder = plan.parent / "louder"
+    louder.mkdir()
+    few = plan.parent / "few"
+    text = (few / "campaign.yaml").read_text()
+    for old, twice in (("white: 0.02", "white: 0.2"), ("zero: 0.1", "zero: 1"), ("sd: 0.05", "sd: 0.5")):
+        assert old in text
+        text = text.replace(old, twice)
+    (louder / "campaign.yaml").write_text(text)
+    for name in ("runs.csv", "signals.csv"):
+        (louder / name).write_text((few / name).read_text())
+    loud = check(louder, effects=FEW, travel=40.0, step=0.5, advise=False)
+    sizes = [{v.effect: v.smallest for v in c.visible} for c in (checked, loud)]
+    assert all(1.0 < sizes[1][n] / sizes[0][n] < 10.5 for n in FEW)
+    assert sizes[1]["taper"] / sizes[0]["taper"] > 4.0
+
+
+def test_what_the_plan_lacks_is_said(checked):
+    said = " ".join(d.sentence for d in checked.doubts)
+    for words in ("one tension", "zero yaw", "one direction"):
+        assert words in said
+    assert "repeated" not in said
+    assert checked.planned
+
+
+def test_check_json_follows_its_schema(checked):
+    follows_its_schema(check_json(checked))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"tensions": []}, "tensions"),
+        ({"tensions": ["x"]}, "tensions"),
+        ({"yaw": -1}, "yaw"),
+        ({"signals": ["point1"]}, "did you mean point_1"),
+        ({"speed": True}, "speed"),
+    ],
+)
+def test_settings_of_a_template_that_cannot_be(change, words, tmp_path):
+    with pytest.raises(BeltError, match=words):
+        new(tmp_path / "a", SETTINGS | change)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_broken_folder_is_refused_with_every_fault(plan, tmp_path):
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    (broken / "campaign.yaml").write_text((plan / "campaign.yaml").read_text().replace("unit: mm", "unit: furlong", 1))
+    (broken / "runs.csv").write_text("run,tension_N_per_mm2,yaw_deg\nr01,ten,0.04\n")
+    with pytest.raises(CampaignError) as error:
+        check(broken)
+    assert "furlong" in str(error.value)
+    assert "ten" in str(error.value)
+
+
+def test_check_json_is_json(checked):
+    assert json.loads(json.dumps(check_json(checked), allow_nan=False))["schema"] == "belt-check/1"

@@ -1,0 +1,53 @@
+"""Noise that was put in is read off again, from repeats and from runs without yaw."""
+
+import numpy as np
+import pytest
+
+from belt_sim.campaign import Run
+from belt_sim.intake.noise import noise_of
+
+WHITE, WANDER, LENGTH, ZERO = 1e-5, 4e-5, 3.0, 1e-4
+
+
+def run(name: str, rng, *, yaw: float = 1e-3, repeat_of: str | None = None, spacing: float = 0.25) -> Run:
+    """A run of a smooth movement with white noise, an Ornstein-Uhlenbeck wander, a zero of its own and a yaw error."""
+    travel = np.arange(0.0, 60.0, spacing)
+    wander, keep = np.empty(len(travel)), np.exp(-spacing / LENGTH)
+    wander[0] = rng.standard_normal()
+    for k in range(1, len(travel)):
+        wander[k] = keep * wander[k - 1] + np.sqrt(1.0 - keep**2) * rng.standard_normal()
+    y = 0.3 * yaw * travel + 5.0 * yaw * (1.0 - np.exp(-travel / 5.0))
+    y += 1e-6 * rng.standard_normal() * travel + ZERO * rng.standard_normal()
+    y += WHITE * rng.standard_normal(len(travel)) + WANDER * wander
+    return Run(name=name, tension=1e7, yaw=yaw, repeat_of=repeat_of, travel=travel, signals={"y1": y})
+
+
+@pytest.mark.parametrize("kind", ["repeats", "zero_yaw"])
+def test_levels_come_back(kind):
+    rng = np.random.default_rng(5)
+    found = []
+    for _ in range(12):
+        if kind == "repeats":
+            runs = [run("a", rng), run("b", rng, repeat_of="a"), run("c", rng, repeat_of="a")]
+        else:
+            runs = [run("a", rng), run("b", rng, yaw=0.0), run("c", rng, yaw=0.0)]
+        found.append(noise_of("y1", runs, span=11.28))
+    assert np.median([n.white for n in found]) == pytest.approx(WHITE, rel=0.25)
+    assert np.median([n.wander for n in found]) == pytest.approx(WANDER, rel=0.3)
+    assert 1.2 < np.median([n.length for n in found]) < 5.0
+    assert np.median([n.zero for n in found]) == pytest.approx(ZERO, rel=0.5)
+    assert kind.split("_")[0] in found[0].wander_from
+
+
+def test_without_repeats_it_is_a_lower_bound_and_says_so():
+    found = noise_of("y1", [run("a", np.random.default_rng(1))], span=11.28)
+    assert "lower bound" in found.wander_from
+    assert found.wander < 1.5 * WANDER
+    assert found.zero > 0.0  # no sensor is perfect
+
+
+def test_readings_rounded_to_steps_have_the_noise_of_rounding_at_least():
+    still = run("a", np.random.default_rng(1))
+    coarse = np.round(still.signals["y1"] / 1e-3) * 1e-3
+    found = noise_of("y1", [Run(name="a", tension=1e7, yaw=1e-3, travel=still.travel, signals={"y1": coarse})], 11.28)
+    assert found.white >= 1e-3 / np.sqrt(12.0) * 0.99

@@ -1,0 +1,45 @@
+"""Centring is counted as it reads, and the stored 3D run is centred where the document says."""
+
+import numpy as np
+import pytest
+
+from belt_sim.config import case_from
+from belt_sim.errors import InputError
+from belt_sim.paths import ROOT
+from belt_sim.si import MM
+from belt_sim.use_cases.centring import Centring, centring_asked, positions
+from studies.centring import nearest
+
+WANTED = Centring(start=10 * MM, within=1 * MM, beyond=0.2 * MM)
+
+
+def test_travel_overshoot_and_rest():
+    travel = np.arange(5.0)
+    y = np.array([[0.0, -4.0, -9.5, -10.1, -10.0]]).repeat(4, axis=0) * MM
+    assert WANTED.centred(travel, y) == 2.0
+    assert WANTED.count(travel, y) == pytest.approx(2.0)
+    assert WANTED.count(travel, y - 0.3 * MM) == pytest.approx(2.0 + 50 * 0.2)  # 0.4 mm beyond, 0.2 are allowed
+    assert WANTED.count(travel, y + 3 * MM) == pytest.approx(4.0 + 10 * 2.0)  # 3 mm are left, 1 is allowed
+    one_late = y.copy()
+    one_late[2, 3] = -8.0 * MM
+    assert WANTED.centred(travel, one_late) == 4.0
+    assert Centring(start=-10 * MM, within=1 * MM, beyond=0.2 * MM).count(travel, -y) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("asked", ["fast", {"start": 10}, {"start": "ten", "within": 1, "beyond": 0.2}])
+def test_an_objective_that_cannot_be_is_refused(asked):
+    with pytest.raises(InputError, match="objective"):
+        centring_asked(asked)
+
+
+def test_the_stored_belt_in_3d_is_centred():
+    travel, y = positions(ROOT / "docs" / "data" / "centred_3d.csv")
+    assert WANTED.centred(travel, y) == pytest.approx(79.8, abs=0.1)
+    assert WANTED.overshoot(y) == pytest.approx(0.30 * MM, abs=0.01 * MM)
+
+
+def test_a_longer_way_leaves_no_more(configuration):
+    config = configuration("centring", "tension=40", "travel=80", "every=4")
+    left = [nearest(case_from(config), WANTED, by, config) for by in (24.0, 40.0)]
+    assert left[0] >= left[1] > 0
+    assert left[0] < WANTED.start
