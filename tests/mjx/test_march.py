@@ -3,6 +3,8 @@
 import math
 from dataclasses import replace
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from paper_cases import paper_case
@@ -10,7 +12,8 @@ from paper_cases import paper_case
 import belt_sim as bs
 from belt_sim.case import Schedule
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.mjx.run import simulate_batch
+from belt_sim.jax_setup import in_float64
+from belt_sim.mjx.run import march, prepared, simulate_batch
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 
@@ -61,3 +64,19 @@ def test_the_full_rig_is_beside_mujoco(tension):
     y = np.array([np.interp(native.travel, found.travel, line) for line in found.y])
     assert math.isfinite(y.sum())
     assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
+
+
+@pytest.mark.long
+@in_float64
+def test_the_derivative_by_the_yaw_is_that_of_differences():
+    """Forwards through all steps of a sticking belt; landings take place where they did."""
+    ready = prepared(paper_case(60.0, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE)
+    commands = jax.tree.map(jnp.asarray, ready.plan.commands)
+
+    def last(scale):
+        yawed = commands._replace(yaw=commands.yaw * scale)
+        return march(ready.shape, ready.belt, ready.state, yawed)[-1, 0]
+
+    _, slope = jax.jvp(last, (jnp.array(1.0),), (jnp.array(1.0),))
+    above, below = (last(jnp.array(1.0 + d)) for d in (0.01, -0.01))
+    assert float(slope) == pytest.approx(float(above - below) / 0.02, rel=1e-2)
