@@ -80,3 +80,25 @@ def test_the_derivative_by_the_yaw_is_that_of_differences():
     _, slope = jax.jvp(last, (jnp.array(1.0),), (jnp.array(1.0),))
     above, below = (last(jnp.array(1.0 + d)) for d in (0.01, -0.01))
     assert float(slope) == pytest.approx(float(above - below) / 0.02, rel=1e-2)
+
+
+@pytest.mark.long
+@in_float64
+def test_the_derivative_by_the_tension_is_that_of_differences():
+    """With the belt's length and masses, which follow the tension that it is laid at."""
+    at = [prepared(paper_case(t, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE) for t in (59.4, 60.0, 60.6)]
+    below, middle, above = ((r.belt, r.state) for r in at)
+
+    def last(change):
+        def moved(low, here, high):
+            if not (np.issubdtype(here.dtype, np.floating) and np.isfinite(here).all()):
+                return jnp.asarray(here)  # stations' numbers, and a friction without end
+            return here + change * 0.5 * (high - low)
+
+        belt, state = jax.tree.map(moved, below, middle, above)
+        return march(at[0].shape, belt, state, jax.tree.map(jnp.asarray, at[1].plan.commands))[-1, 0]
+
+    _, slope = jax.jvp(last, (jnp.array(0.0),), (jnp.array(1.0),))
+    whole = [march(r.shape, *jax.tree.map(jnp.asarray, (r.belt, r.state, r.plan.commands)))[-1, 0] for r in at]
+    print(float(slope), float(whole[2] - whole[0]) / 2.0)
+    assert float(slope) == pytest.approx(float(whole[2] - whole[0]) / 2.0, rel=2e-2)
