@@ -1,8 +1,9 @@
-"""The 3D belt over tension x yaw in one batch: ``python -m studies.mjx_map rig=test_rig``.
+"""The 3D belt over tension x yaw in one batch: ``python -m studies.mjx_map FILE.csv [cases a side] [travel]``.
 
 A row a case: late rates of the points, overshoot and retreat of point 1; and how long the batch took.
 """
 
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import late_rates
 from belt_sim.errors import RunFailed
+from belt_sim.paper import PAPER_BELT, TEST_RIG
 from belt_sim.rig import Belt, Rig
 from belt_sim.si import DEGREE, MM, MM_PER_M, N_PER_MM2
 
@@ -52,3 +54,9 @@ def mjx_map(rig: Rig, belt: Belt, tensions: np.ndarray, yaws: np.ndarray, travel
     failed = sum(isinstance(f, RunFailed) for f in found)
     memory = (jax.devices()[0].memory_stats() or {}).get("peak_bytes_in_use", 0) / 1e9
     print(f"{len(cases)} cases of {travel:g} m on {jax.devices()[0]}: {wall:.1f} s, {failed} failed, {memory:.2f} GB")
+
+
+if __name__ == "__main__":
+    side, far = (int(sys.argv[2]) if len(sys.argv) > 2 else 16), (float(sys.argv[3]) if len(sys.argv) > 3 else 60.0)
+    steps = -0.042 * np.arange(1, side + 1) / side
+    mjx_map(TEST_RIG, PAPER_BELT, np.geomspace(5.0, 60.0, side), steps, far, 256, Path(sys.argv[1]))

@@ -11,7 +11,7 @@ from belt_sim.reports.terminal import tell_simulation
 from belt_sim.use_cases.asked import model_of
 from belt_sim.use_cases.centring import Centring, centred_after, centring_asked
 from belt_sim.use_cases.leave import leave_simulation, partial_curves_kept
-from belt_sim.use_cases.simulate import simulate
+from belt_sim.use_cases.simulate import on_engine, simulate
 from belt_sim.use_cases.watched import observers_of, show
 from belt_sim.watch.asked import watch_asked
 
@@ -29,7 +29,7 @@ def run(cfg: Any) -> float | None:
     if done_before(folder, config):
         print(f"done before, kept: {folder}")
         return _reached(folder, wanted)
-    case, model = case_from(config), model_of(model_settings(config["model"]))
+    case, model = case_from(config), on_engine(model_of(model_settings(config["model"])), config["engine"])
     asked = {k: config[k] for k in ("effects", "travel")}
     observers = observers_of(model, watch, job_title(config), folder)
     with partial_curves_kept(folder):

@@ -7,12 +7,12 @@ loop, cut in the middle of the head's wrap; rows of held stations are unit block
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import Array
 
 from belt_sim.mjx.belt import Belt, Shape
 from belt_sim.mjx.blocks import Level, factorised, solved
 from belt_sim.mjx.elastic import stretched, twisted
 from belt_sim.mjx.wrap import FIRST, HEAD, LAST, TAIL, Wrap
+from belt_sim.pytree import Numbers as Array
 
 
 class Places(NamedTuple):

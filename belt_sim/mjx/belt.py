@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jax import Array
 
 from belt_sim.case import Case
 from belt_sim.mjx.elastic import Ties, Twist, membrane_law
@@ -14,6 +13,7 @@ from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mesh.lattice import calibrate
 from belt_sim.mujoco3d.mesh.path import sinking
 from belt_sim.mujoco3d.options import Options
+from belt_sim.pytree import Numbers as Array
 
 
 class Surfaces(NamedTuple):
@@ -37,7 +37,8 @@ class Belt(NamedTuple):
 
     chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
     gravity [m/s2]; load [N]: on the tail pulley's slide; length [1]: 1 where the slide is fixed instead, else 0;
-    pace [m/s]; level [m]: of the spans' ends above the axes; friction [1]; area [m2], width [m], bending [N m2].
+    pace [m/s]; stride [m]: of a step; level [m]: of the spans' ends above the axes; friction [1]; area [m2], width
+    [m], bending [N m2].
     """
 
     ties: Ties
@@ -51,6 +52,7 @@ class Belt(NamedTuple):
     load: Array
     length: Array
     pace: Array
+    stride: Array
     level: Array
     friction: Array
     area: Array
@@ -93,6 +95,7 @@ def belt_of(scene: Scene, kind: str) -> tuple[Shape, Belt]:
         load=2.0 * float(case.tension_force),
         length=float(options.tensioning == "length"),
         pace=options.pace,
+        stride=options.sample / options.steps,
         level=scene.loop.radius_head,
         friction=parts.friction,
         area=float(case.belt.area),

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
+
+from belt_sim.pytree import Numbers as Array
 
 
 class Level(NamedTuple):
@@ -42,7 +43,8 @@ def _turned(blocks: Array) -> Array:
 
 def factorised(diagonal: Array, beside: Array) -> list[Level]:
     """Of a chain with blocks diagonal (b, b, n) and ``beside`` (b, b, n): of row i on unknown i + 1; its last is 0."""
-    size, levels = diagonal.shape[0], []
+    size = diagonal.shape[0]
+    levels: list[Level] = []
     while True:
         if diagonal.shape[-1] % 2 == 0:  # a row that stands alone makes the number odd
             alone = jnp.eye(size)[:, :, None]

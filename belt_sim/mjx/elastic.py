@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
+
+from belt_sim.pytree import Numbers as Array
 
 #: corners a, b, c, d = 0 .. 3 at the ends of the six edges of a quadrilateral
 EDGES = ((0, 1), (1, 3), (0, 3), (1, 2), (2, 3), (0, 2))

@@ -1,10 +1,10 @@
 """What a belt of arrays shows at one instant: the readings of belt_sim.mujoco3d.run.measure."""
 
 import jax.numpy as jnp
-from jax import Array
 
 from belt_sim.mjx.belt import Belt, Shape
 from belt_sim.mjx.wrap import HEAD, TAIL, Wrap
+from belt_sim.pytree import Numbers as Array
 
 _NEAR, _LINKS = 4, 2  # as in run/measure.py
 

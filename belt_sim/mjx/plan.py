@@ -30,9 +30,9 @@ class Plan:
         return Plan(commands, np.concatenate([self.recorded, np.zeros(more, bool)]))
 
 
-def plan_of(settings: Settings, options: Options, travel: float, steps: int, changes: bool) -> Plan:
-    """Of a run over ``travel`` [m] with ``steps`` steps a row; changes: something besides the yaw sets in at 0."""
-    yaw = YawPlan.of(settings)
+def plan_of(settings: Settings, options: Options, travel: float, changes: bool) -> Plan:
+    """Of a run over ``travel`` [m]; changes: something besides the yaw sets in at 0."""
+    yaw, steps = YawPlan.of(settings), options.steps
     rows: list[tuple[bool, list[tuple[float, np.ndarray, float]]]] = []
 
     def march(start: float, end: float, done: float) -> None:

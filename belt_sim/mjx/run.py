@@ -26,10 +26,9 @@ from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.mujoco3d.run.fitted import fitted
 from belt_sim.mujoco3d.state import Pose
 from belt_sim.mujoco3d.wrap.contact import laid_wraps
+from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
-#: steps between two rows of the curves
-STEPS = 2
 _BELTS: dict[str, type[BeltModel]] = {"grid": Grid, "flex": Membrane}
 _RUNAWAY = 3.0  # belt widths, as in run/record.py
 
@@ -56,7 +55,7 @@ def prepared(
     scene = lay_out(case, _BELTS[belt](), options, parts)
     shape, arrays = belt_of(scene, belt)
     changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
-    return Prepared(case, shape, arrays, laid(scene), plan_of(case.settings, options, travel, STEPS, changes))
+    return Prepared(case, shape, arrays, laid(scene), plan_of(case.settings, options, travel, changes))
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
@@ -75,9 +74,12 @@ def refuse(belt: str, options: Options, parts: SceneParts) -> None:
             raise CannotRepresent(f"{what}: engine=mjx cannot do this; use engine=native")
 
 
-def simulate(case: Case, **asked) -> Curves:
-    """Curves of ``case``; keywords as of ``prepared``. y = 0 at travel 0. Raises RunFailed when it diverges."""
-    found = simulate_batch([case], **{k: [v] if k == "parts" and v else v for k, v in asked.items()})[0]
+def simulate(
+    case: Case, *, belt: str = "flex", travel: float, options: Options | None = None, parts: SceneParts | None = None
+) -> Curves:
+    """Curves of ``case`` over ``travel`` [m]. y = 0 at travel 0. Raises RunFailed when it diverges."""
+    several = None if parts is None else [parts]
+    found = simulate_batch([case], belt=belt, travel=travel, options=options, parts=several)[0]
     if isinstance(found, RunFailed):
         raise found
     return found
@@ -99,7 +101,7 @@ def simulate_batch(
     that fails is a RunFailed, with the curves so far in its ``curves``, and stops no other. Several devices of one
     host share a chunk. Raises InputError for cases whose meshes have unlike numbers of stations.
     """
-    several = parts or [None] * len(cases)
+    several: Sequence[SceneParts | None] = parts or [None] * len(cases)
     ready = [
         prepared(c, belt=belt, travel=travel, options=options, parts=p) for c, p in zip(cases, several, strict=True)
     ]
@@ -184,21 +186,21 @@ def laid(scene: Scene) -> State:
 
 
 @partial(jax.jit, static_argnums=0)
-def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> jax.Array:
+def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
     """Rows of mean readings of a batch, shape (cases, rows, 20); see ``march``."""
     return jax.vmap(partial(march, shape))(belt, state, commands)
 
 
-def march(shape: Shape, belt: Belt, state: State, commands: Command) -> jax.Array:
+def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
     """Rows of mean readings of one case, shape (rows, 20): readings (mjx/measure.py), x of the tail pulley [m], travel
     [m], and by how much a node was corrected at most [m]. commands: arrays of shape (rows, steps, ...)."""
 
-    def one(state: State, command: Command):
+    def one(state: State, command: Command) -> tuple[State, Array]:
         state = step(shape, belt, state, command)
         read = reading(shape, belt, state.nodes, state.wraps, state.tail_x, command.share)
         return state, jnp.concatenate([read, jnp.stack([state.tail_x, state.travel, state.correction])])
 
-    def row(state: State, commands: Command):
+    def row(state: State, commands: Command) -> tuple[State, Array]:
         state, reads = jax.lax.scan(one, state, commands)
         return state, jnp.concatenate([reads[:, :-2].mean(axis=0), reads[-1, -2:-1], reads[:, -1:].max(axis=0)])
 

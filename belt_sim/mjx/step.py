@@ -4,14 +4,14 @@ Inertia is left out: the belt of a 3D run goes at a 35th of its string speed, wh
 length of travel, not of time. What a run filters over time is filtered over the travel made in that time.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax import Array
 
 from belt_sim.mjx.balance import Places, Springs, chain, corrected, factorise, forces, parted, torsion
-from belt_sim.mjx.belt import Belt, Shape
+from belt_sim.mjx.belt import Belt, Shape, Surfaces
 from belt_sim.mjx.wrap import (
     FIRST,
     HEAD,
@@ -28,6 +28,7 @@ from belt_sim.mjx.wrap import (
     sunk,
     turning,
 )
+from belt_sim.pytree import Numbers as Array
 
 _CALM = 0.02  # [s], as in wrap/contact.py
 
@@ -74,20 +75,33 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     taut = state.nodes[..., places.stations]
     nodes = _led(shape, belt.line_y, taut, _held(wraps, pose, places, taut), places, moved / belt.chord)
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(wraps, belt.surfaces, pose)
+        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord, belt.stride))(
+            wraps, belt.surfaces, pose
+        )
     places = parted(shape, wraps, places.stations)
     nodes, tail, tension, correction = _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command)
     nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, shaped))(
+        wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, belt.stride, shaped))(
             wraps, belt.surfaces, pose
         )
     return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction)
 
 
-def _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command):
+def _balanced(
+    shape: Shape,
+    belt: Belt,
+    wraps: Wrap,
+    nodes: Array,
+    taut: Array,
+    tail: Array,
+    poses: Callable[[Array], Pose],
+    places: Places,
+    state: State,
+    command: Command,
+) -> tuple[Array, Array, Array, Array]:
     """Nodes in equilibrium, slide and spin of the tail pulley, tension of the spans, and the largest correction.
 
     One Newton iteration: from where ``_led`` brings the belt it is exact to some 1e-9 m. A second one with the same
@@ -112,7 +126,7 @@ def _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, comma
 def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:
     """How far the outermost stations lie behind the tangent points [m], by pulley and end (2, 2)."""
 
-    def one(wrap, surface, pose):
+    def one(wrap: Wrap, surface: Surfaces, pose: Pose) -> Array:
         ends = [k % shape.stations for k in (wrap.first, wrap.last)]
         middle = [0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]) for k in ends]
         return jnp.stack([depth(wrap, surface, pose, a, end) for end, a in enumerate(middle)])

@@ -1,23 +1,21 @@
 """The stations on the pulleys as arrays: the laws of belt_sim.mujoco3d.wrap.touchdown and .contact, without branches.
 
-Every function here is of one pulley; ``both`` makes it one of the two.
+Every function here is of one pulley.
 """
 
 import math
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
-from jax import Array
 
 from belt_sim.mjx.belt import Shape, Surfaces
+from belt_sim.pytree import Numbers as Array
 
 HEAD, TAIL = 0, 1
 FIRST, LAST = 0, 1  # ends of a wrap
 OUTWARDS = (-1, 1)  # along station numbers
-_EARLIEST, _FORGETTING, _HYSTERESIS = 0.5, 0.5, 0.02  # chords, as in wrap/touchdown.py
+_FORGETTING, _HYSTERESIS = 0.5, 0.02  # chords, as in wrap/touchdown.py
 _OUTSIDE = 4  # free stations over which the direction of a span is taken
-both = jax.vmap
 
 
 class Pose(NamedTuple):
@@ -133,19 +131,32 @@ def met(shape: Shape, wrap: Wrap, pose: Pose, places: Array, share: Array) -> Wr
     return wrap._replace(tangent=jnp.stack(tangent))
 
 
-def released(shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, end: int, chord: Array) -> Wrap:
+def earliest(shape: Shape, end: int, chord: Array, stride: Array) -> Array:
+    """How far before the tangent point a station is caught [m]: half a chord on the mean over the steps."""
+    return 0.5 * chord + (0.5 * stride if OUTWARDS[end] == -shape.sign else 0.0)
+
+
+def released(shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, end: int, chord: Array, stride: Array) -> Wrap:
     """Without the outermost station at ``end``, where it has come far enough to be free."""
     outer = (wrap.first, wrap.last)[end]
     k = outer % shape.stations
     inside = depth(wrap, surface, pose, 0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]), end)
-    goes = inside < -(_EARLIEST + _HYSTERESIS) * chord
+    goes = inside < -earliest(shape, end, chord, stride) - _HYSTERESIS * chord
     fewer = jnp.where(goes, outer - OUTWARDS[end], outer)
     slip = wrap.slip.at[:, k].multiply(jnp.where(goes, 0.0, 1.0))
     return wrap._replace(slip=slip, **{("first", "last")[end]: fewer})
 
 
 def landed(
-    shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, places: Array, end: int, chord: Array, shaped: Array
+    shape: Shape,
+    wrap: Wrap,
+    surface: Surfaces,
+    pose: Pose,
+    places: Array,
+    end: int,
+    chord: Array,
+    stride: Array,
+    shaped: Array,
 ) -> Wrap:
     """With the station next to ``end``, where it has come close enough: at its mean height and at its distance from
     the one landed before, edge by edge. places [m], shape (m, 3, n): of the belt as one sees it without its layer."""
@@ -154,7 +165,7 @@ def landed(
     k, beside = (outer + outward) % shape.stations, outer % shape.stations
     nodes = places[:, :, k]
     r, y, angle = cylinder_coordinates(nodes, pose)
-    lands = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1]), end) > -_EARLIEST * chord
+    lands = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1]), end) > -earliest(shape, end, chord, stride)
     circle = radius_at(surface, shaped, y, angle)
     high = (r - circle).mean()
     lifted = high - lift(depth(wrap, surface, pose, angle.mean(), end), chord, surface)

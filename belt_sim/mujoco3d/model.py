@@ -9,11 +9,12 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.around_engine import as_indicated
 from belt_sim.effects.base import IN_MARCH, Effect, overrides
-from belt_sim.errors import CannotRepresent
+from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.options import Options
 from belt_sim.scene_parts import SceneParts
 
+ENGINES = ("native", "mjx")
 _TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
 #: hooks of effects that act through the belt's width, which a rope does not have
 _THROUGH_WIDTH = ("span", "hold", "runup", "slide")
@@ -23,18 +24,25 @@ _THROUGH_WIDTH = ("span", "hold", "runup", "slide")
 class SpaceModel:
     """A 3D belt: "rope", "grid" or "flex".
 
-    options: how it is discretised and driven; control: subtract a run without yaw.
+    options: how it is discretised and driven; control: subtract a run without yaw; engine: "native" (MuJoCo, step by
+    step in time) or "mjx" (quasi-static in JAX, in batches).
     """
 
     belt: str = "flex"
     options: Options = field(default_factory=Options)
     control: bool = False
+    engine: str = "native"
 
     @staticmethod
     def of(belt: str, settings: Mapping[str, Any]) -> "SpaceModel":
         """From the numbers of a configuration; raises InputError for one that is no option."""
-        numbers = {k: v for k, v in settings.items() if k != "control"}
-        return SpaceModel(belt=belt, options=Options.of(numbers), control=bool(settings.get("control", False)))
+        numbers = {k: v for k, v in settings.items() if k not in ("control", "engine")}
+        return SpaceModel(
+            belt=belt,
+            options=Options.of(numbers),
+            control=bool(settings.get("control", False)),
+            engine=engine_named(settings.get("engine")),
+        )
 
     @property
     def name(self) -> str:
@@ -92,9 +100,10 @@ class SpaceModel:
         scene_path: Path | None = None,
     ) -> Curves:
         """Curves over ``travel`` [m] as indicated; scene_path: where to write the MJCF."""
-        from belt_sim.mujoco3d.run.simulate import simulate  # MuJoCo takes a while to load
-
         self.admit(effects)
+        if self.engine == "mjx":
+            return self._run_on_jax(case, effects, travel, observers)
+        from belt_sim.mujoco3d.run.simulate import simulate  # MuJoCo takes a while to load
 
         def engine(driven: Case, far: float) -> Curves:
             return simulate(
@@ -109,3 +118,25 @@ class SpaceModel:
             )
 
         return as_indicated(engine, case, effects, travel)
+
+    def _run_on_jax(
+        self, case: Case, effects: Sequence[Effect], travel: float, observers: Sequence[Observer]
+    ) -> Curves:
+        from belt_sim.mjx.run import simulate
+
+        for what, asked in (("watch", bool(observers)), ("model.control", self.control)):
+            if asked:
+                raise CannotRepresent(f"{what}: engine=mjx cannot do this; use engine=native")
+
+        def engine(driven: Case, far: float) -> Curves:
+            parts = self.parts(driven, effects)
+            return simulate(driven, belt=self.belt, travel=far, options=self.options, parts=parts)
+
+        return as_indicated(engine, case, effects, travel)
+
+
+def engine_named(name: str | None) -> str:
+    """The engine asked for, None = native; raises InputError for an unknown one."""
+    if name not in (None, *ENGINES):
+        raise InputError("engine", name, "", f"use {' or '.join(ENGINES)}")
+    return name or ENGINES[0]

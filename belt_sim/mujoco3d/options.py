@@ -27,7 +27,8 @@ class Options:
     acceleration [m/s2]; settle [s]: time at rest for the sag, and half of it after a yaw step; yaw_time [s]: duration
     of a yaw step; damping [1/s]: drag of the free belt, across its travel, per unit of its mass (limp belts get more);
     hold_stiffness [N/m]: springs that hold a landed node; tail_mass [kg]: inertia of the tail pulley on its slide and
-    about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames.
+    about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames;
+    steps: of engine=mjx, to a point of the curves.
     """
 
     dx: float = 0.025
@@ -46,6 +47,7 @@ class Options:
     tail_mass: float = 60.0
     sample: float = 0.025
     frame: float = 0.1
+    steps: int = 4
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -54,6 +56,8 @@ class Options:
                 raise InputError(f"options.{field.name}", value, "", "give a positive number")
         if self.across < 1 or int(self.across) != self.across:
             raise InputError("options.across", self.across, "nodes", "give 1 (rope), 2 or more")
+        if self.steps < 1:
+            raise InputError("options.steps", self.steps, "", "give 1 or more")
         if isinstance(self.belt_speed, str) and self.belt_speed != AS_THE_CASE:
             raise InputError("options.belt_speed", self.belt_speed, "", f"give m/s, {AS_THE_CASE}, or leave it out")
         if self.tensioning not in TENSIONINGS:

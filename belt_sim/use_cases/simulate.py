@@ -1,7 +1,7 @@
 """Simulate: one case, one model, with or without effects."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ def simulate(
     model: Any = "strip",
     effects: Any = None,
     travel: float = 60.0,
+    engine: str | None = None,
     observers: Sequence[Observer] = (),
     scene_path: Path | None = None,
     **settings: Any,
@@ -31,13 +32,14 @@ def simulate(
 
     settings: as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
     [degrees, or a list of {at, over, yaw}], speed [m/s], direction. model: a name, {name: ..., further settings} or a
-    Model; effects: ids, mappings, .py files or objects. scene_path: where a 3D model writes its scene (MJCF).
+    Model; engine: of a 3D model, "native" (None) or "mjx"; effects: ids, mappings, .py files or objects. scene_path:
+    where a 3D model writes its scene (MJCF).
     """
     if case is not None and settings:
         name, value = next(iter(settings.items()))
         raise InputError(name, value, "", "give either a case or its settings")
     case = case_asked(travel=travel, **settings) if case is None else case
-    chosen, acting = model_of(model), effects_of(effects)
+    chosen, acting = on_engine(model_of(model), engine), effects_of(effects)
     common: dict[str, Any] = {"case": case, "model": chosen.name, "effects": acting, "travel": float(travel)}
     common["beyond"] = beyond(case, chosen, [e.id for e in acting])
     steady = chosen.steady_rate(case) if isinstance(chosen, SteadyModel) and not acting else None
@@ -55,5 +57,17 @@ def _in_space(
 ) -> Simulation:
     """A run in three dimensions, with its numerical settings."""
     curves = model.run(common["case"], effects, travel=common["travel"], observers=observers, scene_path=scene)
-    details = {"options": asdict(model.options)} | ({"scene": scene.name} if scene else {})
+    scene = scene if scene and scene.is_file() else None
+    details = {"options": asdict(model.options), "engine": model.engine} | ({"scene": scene.name} if scene else {})
     return Simulation(**common, curves=curves, details=details)
+
+
+def on_engine(model: Model | SteadyModel, engine: str | None) -> Model | SteadyModel:
+    """The model run by ``engine``; raises InputError for an analytic model asked for anything but "native"."""
+    if engine is None or (engine == "native" and not hasattr(model, "engine")):
+        return model
+    from belt_sim.mujoco3d.model import SpaceModel, engine_named
+
+    if not isinstance(model, SpaceModel):
+        raise InputError("engine", engine, "", f"leave it out: model={model.name} is not a belt in three dimensions")
+    return replace(model, engine=engine_named(engine))

@@ -1,0 +1,104 @@
+"""The quasi-static belt on JAX against MuJoCo's run in time, in batches, and what it refuses."""
+
+import math
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from paper_cases import paper_case
+
+import belt_sim as bs
+from belt_sim.case import Schedule
+from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.jax_setup import in_float64
+from belt_sim.mjx.run import march, prepared, simulate_batch
+from belt_sim.mujoco3d import Options, simulate
+from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
+
+COARSE = Options(dx=0.04, dt=2e-3, run_in=0.3, settle=0.2, acceleration=3.0, steps=2)
+TRAVEL = 1.5
+PARITY = 0.01  # of the largest y: the run in time is as far from itself at half its speed
+
+
+def test_a_batch_is_beside_mujoco_and_each_case_by_itself():
+    yawed = paper_case(60.0, rig=ROPE_EXAMPLE)
+    straight = replace(yawed, settings=replace(yawed.settings, yaw=Schedule.step(0.0)))
+    found, still = simulate_batch([yawed, straight], travel=TRAVEL, options=COARSE)
+    native = simulate(yawed, travel=TRAVEL, options=COARSE)
+    y = np.array([np.interp(native.travel, found.travel, line) for line in found.y])
+    assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
+    assert np.abs(still.y).max() < 1e-7
+    assert np.abs(found.extra["tension"] / float(yawed.tension_force) - 1.0).max() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"model": {"name": "mujoco_flex", "friction": 0.15}}, "friction"),
+        ({"model": {"name": "mujoco_flex", "tensioning": "koller"}}, "koller"),
+        ({"model": "mujoco_rope"}, "mujoco_rope"),
+        ({"model": {"name": "mujoco_flex", "control": True}}, "control"),
+        ({"model": "mujoco_flex", "effects": ["lift_off"]}, "lift_off"),
+    ],
+)
+def test_what_it_cannot_do_is_said_in_a_line(asked, words):
+    with pytest.raises(CannotRepresent, match=words) as refusal:
+        bs.simulate(**asked, engine="mjx", travel=1.0, rig="rope_example")
+    assert "engine=native" in str(refusal.value)
+
+
+def test_engines_are_those_of_belts_in_three_dimensions():
+    with pytest.raises(InputError, match="engine"):
+        bs.simulate(model="strip", engine="mjx", travel=1.0)
+    with pytest.raises(InputError, match="engine"):
+        bs.simulate(model="mujoco_flex", engine="cuda", travel=1.0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("tension", [7.0, 40.0])
+def test_the_full_rig_is_beside_mujoco(tension):
+    case = paper_case(tension, rig=TEST_RIG)
+    found, native = simulate_batch([case], travel=10.0)[0], simulate(case, travel=10.0)
+    y = np.array([np.interp(native.travel, found.travel, line) for line in found.y])
+    assert math.isfinite(y.sum())
+    assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
+
+
+@pytest.mark.long
+@in_float64
+def test_the_derivative_by_the_yaw_is_that_of_differences():
+    """Forwards through all steps of a sticking belt; landings take place where they did."""
+    ready = prepared(paper_case(60.0, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE)
+    commands = jax.tree.map(jnp.asarray, ready.plan.commands)
+
+    def last(scale):
+        yawed = commands._replace(yaw=commands.yaw * scale)
+        return march(ready.shape, ready.belt, ready.state, yawed)[-1, 0]
+
+    _, slope = jax.jvp(last, (jnp.array(1.0),), (jnp.array(1.0),))
+    above, below = (last(jnp.array(1.0 + d)) for d in (0.01, -0.01))
+    assert float(slope) == pytest.approx(float(above - below) / 0.02, rel=1e-2)
+
+
+@pytest.mark.long
+@in_float64
+def test_the_derivative_by_the_tension_is_that_of_differences():
+    """With the belt's length and masses, which follow the tension that it is laid at."""
+    at = [prepared(paper_case(t, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE) for t in (59.4, 60.0, 60.6)]
+    below, middle, above = ((r.belt, r.state) for r in at)
+
+    def last(change):
+        def moved(low, here, high):
+            if not (np.issubdtype(here.dtype, np.floating) and np.isfinite(here).all()):
+                return jnp.asarray(here)  # stations' numbers, and a friction without end
+            return here + change * 0.5 * (high - low)
+
+        belt, state = jax.tree.map(moved, below, middle, above)
+        return march(at[0].shape, belt, state, jax.tree.map(jnp.asarray, at[1].plan.commands))[-1, 0]
+
+    _, slope = jax.jvp(last, (jnp.array(0.0),), (jnp.array(1.0),))
+    whole = [march(r.shape, *jax.tree.map(jnp.asarray, (r.belt, r.state, r.plan.commands)))[-1, 0] for r in at]
+    print(float(slope), float(whole[2] - whole[0]) / 2.0)
+    assert float(slope) == pytest.approx(float(whole[2] - whole[0]) / 2.0, rel=2e-2)
