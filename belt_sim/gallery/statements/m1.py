@@ -1,4 +1,4 @@
-"""M1: at 40 N/mm2 beam of 2nd order and measurement differ, but both show the same behaviour."""
+"""M1: at 40 N/mm2 beam of 2nd order and measurement are apart, but of one kind."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ def judge(model: Behaviour, beam: Behaviour) -> Judgement:
 M1 = Statement(
     name="M1",
     about="alike at 40 N/mm2",
-    says='at 40 N/mm2 the measurement "differs significantly" from the beam, but "both show the same behaviour"',
+    says="at 40 N/mm2 measurement and beam are clearly apart, but of one kind",
     criterion=(
         f"point 1 over 25 m: contradicted where it is less than {100 * SEEN:g} % of the beam's largest y apart from "
         f"the beam of 2nd order, or its slopes are correlated with the beam's by less than {ALIKE:g}; else not "

@@ -20,7 +20,7 @@ def judge(model: Behaviour, beam: Behaviour) -> Judgement:
 M2 = Statement(
     name="M2",
     about="slow start",
-    says='at 7 and 10 N/mm2 the belt "responds more and more slowly", unlike the beam: curves "start less inclined"',
+    says="at 7 and 10 N/mm2 the belt starts with less slope, the slacker the less, and the beam does not",
     criterion=(
         f"y of point 1 after {START:g} m at 7 and at 10 N/mm2, over that at 40: at most {SLOWER:g} times the same "
         "ratio of the beam of 2nd order, and smaller at 7 than at 10"

@@ -28,7 +28,7 @@ def _faster(rate: Callable[[float], float]) -> Judgement:
 M3 = Statement(
     name="M3",
     about="faster for good",
-    says='"the steady-state velocity of the low-tensioned belt is a lot higher" than at high tension',
+    says="once it runs, a slack belt runs much faster sideways than a tight one",
     criterion=f"steady rate at 7 and at 10 N/mm2: both at least {A_LOT:g} times that at 40",
     judge=judge_steady,
 )

@@ -25,7 +25,7 @@ def _sag(tension: float) -> float:
 M5 = Statement(
     name="M5",
     about="tilt",
-    says='below 20 N/mm2 "its catenary is clearly visible" and yawing "also results in a tilt in the cross-section"',
+    says="below 20 N/mm2 the belt is seen to hang, and a yaw to tilt its sections",
     criterion=(
         f"greatest tilt at mid-span within 25 m at 7 and at 10 N/mm2: at least {1e3 * VISIBLE:g} mrad, a millimetre "
         "between the edges (the sag itself is no model's: "
