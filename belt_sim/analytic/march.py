@@ -49,10 +49,24 @@ def march_driven(
     tension = float(case.settings.tension)
     if not tension > 0:
         raise InputError("tension", f"{tension / N_PER_MM2:g}", "N/mm2", "effects leave none; make them weaker")
-    curves = as_numpy(_march_jit(case, tuple(effects), travel, model=model, plan=plan))
+    records, stride, slots = plan
+    spacing, roomy = travel / (records * stride), (_room(records), stride, slots)
+    curves = _first(as_numpy(_march_jit(case, tuple(effects), spacing, model=model, plan=roomy)), records + 1)
     if not np.isfinite(curves.y).all():
         raise RunFailed("y is not finite: weaken the effects or shorten model.step")
     return curves
+
+
+def _room(records: int) -> int:
+    """Records that are marched for ``records``: code compiled for one travel serves others of its size."""
+    size = 2 ** max(math.ceil(math.log2(records)) - 2, 4)
+    return size * math.ceil(records / size)
+
+
+def _first(curves: Curves, records: int) -> Curves:
+    """The first records of curves."""
+    cut = {n: v[..., :records] for n, v in vars(curves).items() if v is not None and n not in ("extra", "sag")}
+    return replace(curves, **cut)
 
 
 def plan_steps(case: Case, *, travel: float, step: float, keep: float) -> tuple[int, int, int]:
@@ -122,10 +136,15 @@ def _spans(case: Case, effects, model: Composition) -> Spans:
 
 
 def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
-    """The march itself."""
+    """The march over ``travel`` [m]."""
+    records, stride, _ = plan
+    return _steps_traced(case, effects, travel / (records * stride), model=model, plan=plan)
+
+
+def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> Curves:
+    """The march itself, in steps of ``spacing`` [m]."""
     records, stride, slots = plan
     spans = _spans(case, (*model.built_in, *effects), model)
-    spacing = travel / (records * stride)
     advance = _stepper(spans, spacing)
 
     def record(carry, k):
@@ -142,7 +161,7 @@ def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> 
     return _curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
 
 
-_march_jit = compiled(_driven_traced, static_argnames=("model", "plan"))
+_march_jit = compiled(_steps_traced, static_argnames=("model", "plan"))
 
 
 def _stepper(spans, spacing):
