@@ -4,6 +4,7 @@ Reads docs/maps/tension_yaw_3d.csv, marches the strip law at its tensions, and d
 """
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -46,7 +47,7 @@ def draw(path: Path, tensions: np.ndarray, yaws: np.ndarray, rows: dict[str, dic
             low = (
                 -limit if row[name].min() < 0.0 < row[name].max() else min(0.0, float(np.sign(row[name].min())) * limit)
             )
-            look = {"cmap": "viridis_r", "vmin": low, "vmax": limit if row[name].max() > 0.0 else 0.0}
+            look: dict[str, Any] = {"cmap": "viridis_r", "vmin": low, "vmax": limit if row[name].max() > 0.0 else 0.0}
             drawn = ax.pcolormesh(tensions, yaws, row[name].T, shading="nearest", **look)
             ax.grid(False)
             ax.set(xscale="log", title=f"{model}" if k else model)

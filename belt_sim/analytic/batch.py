@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.march import KEEP, STEP, march_traced, plan_steps
+from belt_sim.analytic.march import KEEP, STEP, march_traced
+from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError

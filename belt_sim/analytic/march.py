@@ -5,7 +5,6 @@ order in its step and stable for any stiffness of the span. Everything is float6
 laws, vmapped over cases, differentiable in every number of a case and of an effect.
 """
 
-import math
 from dataclasses import replace
 
 import jax
@@ -13,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
+from belt_sim.analytic.plan import first, plan_steps, room_for
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.curves import Curves
@@ -50,38 +50,11 @@ def march_driven(
     if not tension > 0:
         raise InputError("tension", f"{tension / N_PER_MM2:g}", "N/mm2", "effects leave none; make them weaker")
     records, stride, slots = plan
-    spacing, roomy = travel / (records * stride), (_room(records), stride, slots)
-    curves = _first(as_numpy(_march_jit(case, tuple(effects), spacing, model=model, plan=roomy)), records + 1)
+    spacing, roomy = travel / (records * stride), (room_for(records), stride, slots)
+    curves = first(as_numpy(_march_jit(case, tuple(effects), spacing, model=model, plan=roomy)), records + 1)
     if not np.isfinite(curves.y).all():
         raise RunFailed("y is not finite: weaken the effects or shorten model.step")
     return curves
-
-
-def _room(records: int) -> int:
-    """Records that are marched for ``records``: code compiled for one travel serves others of its size."""
-    size = 2 ** max(math.ceil(math.log2(records)) - 2, 4)
-    return size * math.ceil(records / size)
-
-
-def _first(curves: Curves, records: int) -> Curves:
-    """The first records of curves."""
-    cut = {n: v[..., :records] for n, v in vars(curves).items() if v is not None and n not in ("extra", "sag")}
-    return replace(curves, **cut)
-
-
-def plan_steps(case: Case, *, travel: float, step: float, keep: float) -> tuple[int, int, int]:
-    """(records, march steps a record, slots of the wrap's history) for a concrete case."""
-    for name, length in (("travel", travel), ("step", step), ("keep", keep)):
-        if not length > 0:
-            raise InputError(name, length, "m", "give a positive length")
-    records = max(1, math.ceil(travel / keep - 1e-9))
-    stride = max(1, math.ceil(travel / records / step - 1e-9))
-    spacing = travel / records / stride
-    arcs = [np.max(case.rig.wrap_head), np.max(case.rig.wrap_tail)]
-    if spacing > min(np.min(case.rig.wrap_head), np.min(case.rig.wrap_tail)):
-        raise InputError("step", spacing, "m", "use a step shorter than the wrapped arc")
-    slots = int(max(arcs) / spacing) + 3
-    return records, stride, 8 * math.ceil(slots / 8)
 
 
 def march_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
