@@ -4,7 +4,6 @@ import os
 import sys
 from importlib.metadata import version
 
-import belt_sim.commands.folder_name  # noqa: F401  Hydra names the folders of a sweep by it, in every process
 from belt_sim.cli_errors import files_named, one_line, ordered, refused
 from belt_sim.errors import BeltError, Reported
 from belt_sim.paths import CONF

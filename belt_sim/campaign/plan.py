@@ -45,13 +45,4 @@ def read_plan(folder: str | Path, *, travel: float, step: float) -> Campaign:
     for run in rows.runs.values():
         way = np.arange(0.0, run.yaw_at + travel + step / 2.0, step)
         runs.append(replace(run, travel=way, signals={s.name: np.zeros(len(way)) for s in sheet.signals}))
-    return Campaign(
-        title=sheet.title,
-        source=sheet.source,
-        machine=sheet.machine,
-        belt=sheet.belt,
-        signals=sheet.signals,
-        settings=sheet.settings,
-        runs=tuple(runs),
-        sha256=hash_of(contents),
-    )
+    return sheet.campaign(runs, hash_of(contents))

@@ -34,17 +34,7 @@ def read_campaign(folder: str | Path) -> Campaign:
         _check_records(rows, recorded, steady, problems)
     if problems or sheet is None or rows is None:
         raise CampaignError(problems)
-    return Campaign(
-        title=sheet.title,
-        source=sheet.source,
-        machine=sheet.machine,
-        belt=sheet.belt,
-        signals=sheet.signals,
-        settings=sheet.settings,
-        runs=tuple(recorded.get(name, run) for name, run in rows.runs.items()),
-        steady=steady,
-        sha256=hash_of(contents),
-    )
+    return sheet.campaign((recorded.get(name, run) for name, run in rows.runs.items()), hash_of(contents), steady)
 
 
 def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True) -> dict[str, bytes]:

@@ -1,5 +1,6 @@
 """campaign.yaml -> the nouns, with every violation as a problem at its line."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from pydantic import BaseModel, ValidationError
@@ -9,11 +10,14 @@ from belt_sim.campaign.marked_yaml import MarkedYaml, Path, parse
 from belt_sim.campaign.nouns import (
     PLACES,
     BeltSheet,
+    Campaign,
     Machine,
     Quantity,
+    Run,
     SettingsSheet,
     SignalSheet,
     Source,
+    SteadyRate,
 )
 from belt_sim.campaign.plausible import SIGNAL_DIMENSION
 from belt_sim.campaign.problems import Problem, did_you_mean
@@ -63,6 +67,10 @@ class Sheet:
     belt: BeltSheet
     signals: tuple[SignalSheet, ...]
     settings: SettingsSheet
+
+    def campaign(self, runs: Iterable[Run], sha256: str, steady: tuple[SteadyRate, ...] = ()) -> Campaign:
+        """The campaign of these runs."""
+        return Campaign(**vars(self), runs=tuple(runs), steady=steady, sha256=sha256)
 
 
 def read_sheet(text: str, problems: list[Problem]) -> tuple[Sheet | None, frozenset[str] | None]:

@@ -4,8 +4,6 @@ import re
 from collections.abc import Sequence
 from hashlib import sha256
 
-from omegaconf import OmegaConf
-
 LONGEST = 120  # characters; file systems take 255 bytes, and a letter may have four
 
 
@@ -21,6 +19,3 @@ def sweep_folder(command: str, arguments: Sequence[str]) -> str:
     """The folder of a sweep that names none: one for each set of overrides, so that a sweep goes on in its own."""
     swept = sorted(a for a in arguments if "=" in a and not a.startswith(("hydra.", "hydra/")))
     return f"outputs/{command}/sweep/{folder_name(','.join(swept)) or 'all'}"
-
-
-OmegaConf.register_new_resolver("folder_name", folder_name, replace=True)

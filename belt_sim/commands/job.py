@@ -7,10 +7,16 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from omegaconf import OmegaConf
+
 from belt_sim.commands.failed import leave_failure
+from belt_sim.commands.folder_name import folder_name
 from belt_sim.commands.own_folder import own_folder
 from belt_sim.commands.run_folder import run_folder
 from belt_sim.errors import BeltError, Reported
+
+# Hydra names the folders of a sweep by it, in every process that runs jobs
+OmegaConf.register_new_resolver("folder_name", folder_name, replace=True)
 
 
 class Jobs:

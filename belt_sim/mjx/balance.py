@@ -35,13 +35,6 @@ class Places(NamedTuple):
         return self.ends[TAIL, LAST]
 
 
-class Springs(NamedTuple):
-    """Springs on the heights or sides of free nodes in the rotated chain: stiffness [N/m] and force [N], (3 m, n)."""
-
-    stiffness: Array
-    force: Array
-
-
 class Stiffness(NamedTuple):
     """A factorised equilibrium.
 
@@ -86,9 +79,7 @@ def torsion(belt: Belt, behind: Array, places: Places, tension: Array) -> Array:
     return stiffness
 
 
-def forces(
-    shape: Shape, belt: Belt, nodes: Array, places: Places, twist: Array, springs: Springs, share: Array
-) -> tuple[Array, Array]:
+def forces(shape: Shape, belt: Belt, nodes: Array, places: Places, twist: Array, share: Array) -> tuple[Array, Array]:
     """On all nodes of the chain [N], (3 m, n), and those of the spans' stretch on the outermost stations held.
 
     The latter by pulley and end (2, 2, 3 m). nodes [m], (m, 3, n); twist [N/m], (n,).
@@ -97,7 +88,7 @@ def forces(
     cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share).slope
     both = cell + twisted(nodes, twist, belt.twist.stretched, curved=False).slope
     down = jnp.zeros((shape.lines, 3)).at[:, 2].set(-belt.mass * belt.gravity).reshape(size, 1)
-    on_nodes = down - both[:size] - jnp.roll(both[size:], 1, axis=-1) + springs.force
+    on_nodes = down - both[:size] - jnp.roll(both[size:], 1, axis=-1)
     first, last = cell[size:, places.ends[:, FIRST] - 1], cell[:size, places.ends[:, LAST]]
     return on_nodes, -jnp.stack([first, last]).transpose(2, 0, 1)
 
@@ -109,7 +100,6 @@ def factorise(
     taut: Array,
     places: Places,
     twist: Array,
-    springs: Springs,
     share: Array,
     moves: Array,
 ) -> Stiffness:
@@ -126,7 +116,7 @@ def factorise(
     free = places.free
     diagonal = cell[:size, :size] + jnp.roll(cell[size:, size:], 1, axis=-1)
     unit = jnp.eye(size)[:, :, None]
-    diagonal = jnp.where(free, diagonal + springs.stiffness[:, None] * unit, unit)
+    diagonal = jnp.where(free, diagonal, unit)
     beside = jnp.where(free & jnp.roll(free, -1), cell[:size, size:], 0.0)
     levels = factorised(diagonal, beside)
     pulls = jnp.zeros((size, 2, shape.stations))

@@ -172,7 +172,6 @@ def laid(scene: Scene) -> State:
         angle=np.stack([w.angle.T for w in wraps]),
         lifted=np.stack([w.lifted for w in wraps]),
         tangent=np.stack([w.tangent for w in wraps]),
-        slip=np.zeros((2, mesh.across, mesh.stations, 2)),
     )
     return State(
         nodes=np.moveaxis(mesh.laid, 0, -1),

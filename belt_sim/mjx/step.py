@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from belt_sim.mjx.balance import Places, Springs, chain, corrected, factorise, forces, parted, torsion
+from belt_sim.mjx.balance import Places, chain, corrected, factorise, forces, parted, torsion
 from belt_sim.mjx.belt import Belt, Shape, Surfaces
 from belt_sim.mjx.wrap import (
     FIRST,
@@ -109,11 +109,10 @@ def _balanced(
     """
     pose = poses(tail)
     twist = torsion(belt, _behind(shape, wraps, belt, pose), places, state.tension)
-    springs = Springs(jnp.zeros((3 * shape.lines, 1)), jnp.zeros((3 * shape.lines, 1)))
     nodes = _held(wraps, pose, places, nodes)
     moves = _moves(shape, wraps, pose)
-    stiffness = factorise(shape, belt, nodes, taut, places, twist, springs, command.share, moves)
-    on_nodes, at_ends = forces(shape, belt, nodes, places, twist, springs, command.share)
+    stiffness = factorise(shape, belt, nodes, taut, places, twist, command.share, moves)
+    on_nodes, at_ends = forces(shape, belt, nodes, places, twist, command.share)
     on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL])
     arms = jnp.where(places.on_tail, nodes[:, 0] - tail[0], 0.0).sum(axis=1)
     lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])

@@ -28,7 +28,7 @@ class Pose(NamedTuple):
 
 class Wrap(NamedTuple):
     """As belt_sim.mujoco3d.state.Wrap: first, last (); r, y [m], angle [rad], shape (m, n); lifted [m], (n,);
-    tangent [rad], (2,); slip [m], (m, n, 2): increments of the last step, along the axis and along the turn."""
+    tangent [rad], (2,), without its slip: a belt that sticks."""
 
     first: Array
     last: Array
@@ -37,7 +37,6 @@ class Wrap(NamedTuple):
     angle: Array
     lifted: Array
     tangent: Array
-    slip: Array
 
 
 def axes_of(surface: Surfaces, yaw: Array, share: Array) -> Array:
@@ -143,8 +142,7 @@ def released(shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, end: int, 
     inside = depth(wrap, surface, pose, 0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]), end)
     goes = inside < -earliest(shape, end, chord, stride) - _HYSTERESIS * chord
     fewer = jnp.where(goes, outer - OUTWARDS[end], outer)
-    slip = wrap.slip.at[:, k].multiply(jnp.where(goes, 0.0, 1.0))
-    return wrap._replace(slip=slip, **{("first", "last")[end]: fewer})
+    return wrap._replace(**{("first", "last")[end]: fewer})
 
 
 def landed(
