@@ -5,7 +5,7 @@ import zipfile
 
 import pytest
 
-CURVE = "document.querySelector('[data-name=curves]').data?.[0]?.y"
+CURVE = "document.querySelector('[data-name=curves]')?.data?.[0]?.y"
 DRAWN = "[data-name={}] .scatterlayer path.js-line"
 
 
