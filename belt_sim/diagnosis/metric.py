@@ -1,8 +1,8 @@
 """The scale on which a residual is judged: readings whitened by noise, with nuisances integrated out.
 
 x -> (I + N N^T)^(-1/2) L^(-1) x has unit covariance when nothing is missing: L the Cholesky factor of noise.py, N the
-whitened nuisance shapes in units of their prior sigma (zero, gain, tension and yaw setting of every run; stiffness of
-the belt, shared by all).
+whitened nuisance shapes in units of their prior sigma (zero, gain, tension and yaw setting of every run, and where the
+yaw was applied; stiffness of the belt, shared by all).
 """
 
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ def _shrink(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndar
 def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tuple[np.ndarray, np.ndarray]:
     """Shapes in units of one prior sigma: of every run (K, R, S, n), and of the shared stiffness (R, S, n).
 
-    values (R, S, n): predictions; slopes (3, R, S, n): along stiffness, tension, yaw (forward.NUISANCES).
+    values (R, S, n): predictions; slopes (4, R, S, n): along stiffness, tension, yaw, its place (forward.NUISANCES).
     """
     runs, _, n = values.shape
     shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
@@ -60,6 +60,9 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
                 row = np.zeros_like(values)
                 row[:, s] = size * shape
                 shapes.append(row)
+    late = np.array([run.yaw_at_u for run in samples.runs])
+    if late.any():
+        shapes.append(late[:, None, None] * slopes[3])
     return np.stack(shapes), stiffness_sigma(campaign) * slopes[0]
 
 

@@ -131,7 +131,9 @@ def _runs(made: list[Made], entry: MappingEntry) -> tuple[list[Run], list[str], 
 def _run(made: Made) -> Run:
     numbers = made.settings.numbers
     values: dict[str, Any] = {
-        k: numbers[k] for k in ("tension", "yaw", "yaw_head", "speed", "direction", "yaw_at") if k in numbers
+        k: numbers[k]
+        for k in ("tension", "yaw", "yaw_head", "speed", "direction", "yaw_at", "yaw_at_u")
+        if k in numbers
     }
     for key, value in values.items():
         bounds = KINDS[key][2]
