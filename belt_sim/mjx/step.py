@@ -12,6 +12,7 @@ import jax.numpy as jnp
 
 from belt_sim.mjx.balance import Places, chain, corrected, factorise, forces, parted, torsion
 from belt_sim.mjx.belt import Belt, Shape, Surfaces
+from belt_sim.mjx.friction import Slip, pull_on_nodes, slipped
 from belt_sim.mjx.wrap import (
     FIRST,
     HEAD,
@@ -35,7 +36,7 @@ _CALM = 0.02  # [s], as in wrap/contact.py
 
 class State(NamedTuple):
     """nodes [m], (m, 3, n); wraps: of head and tail; tail_x [m], tail_spin [rad]; tension [N]: mean of the spans;
-    travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most."""
+    travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most; slip: None if it sticks."""
 
     nodes: Array
     wraps: Wrap
@@ -44,6 +45,7 @@ class State(NamedTuple):
     tension: Array
     travel: Array
     correction: Array
+    slip: Slip | None = None
 
 
 class Command(NamedTuple):
@@ -80,14 +82,17 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
         )
     places = parted(shape, wraps, places.stations)
     nodes, tail, tension, correction = _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command)
-    nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
+    nodes, pose, slip = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail), state.slip
+    if slip is not None:
+        pull = pull_on_nodes(shape, belt, nodes, command.share)
+        wraps, slip = slipped(shape, belt, wraps, pose, pull, slip, shaped)
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
     for end in (FIRST, LAST):
         wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, belt.stride, shaped))(
             wraps, belt.surfaces, pose
         )
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction)
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip)
 
 
 def _balanced(
