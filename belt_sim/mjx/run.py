@@ -149,7 +149,7 @@ def curves_of(run: Prepared, table: np.ndarray) -> Curves | RunFailed:
     end = len(rows) if good.all() else int(np.argmin(good))
     t = rows[:end].T
     curves = Curves(
-        travel=t[18],
+        travel=np.maximum(t[18], 0.0),
         y=t[:4] - t[:4, :1],
         angle=t[4:8],
         moment=t[8:10],
@@ -207,7 +207,8 @@ def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
 
 def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
     """Rows of mean readings of one case, shape (rows, 20): readings (mjx/measure.py), x of the tail pulley [m], travel
-    [m], and by how much a node was corrected at most [m]. commands: arrays of shape (rows, steps, ...)."""
+    [m], and by how much a node was corrected at most [m]; with friction 5 more (mjx/friction.py), the last of which is
+    the largest, too. commands: arrays of shape (rows, steps, ...)."""
 
     def one(state: State, command: Command) -> tuple[State, Array]:
         state = step(shape, belt, state, command)
@@ -217,8 +218,7 @@ def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
 
     def row(state: State, commands: Command) -> tuple[State, Array]:
         state, reads = jax.lax.scan(one, state, commands)
-        return state, jnp.concatenate(
-            [reads[:, :18].mean(axis=0), reads[-1, 18:19], reads[:, 19:20].max(axis=0), reads[:, 20:24].mean(axis=0), reads[:, 24:].max(axis=0)]
-        )
+        mean, most = reads.mean(axis=0), reads.max(axis=0)
+        return state, mean.at[19].set(most[19]).at[24:].set(most[24:])
 
     return jax.lax.scan(row, state, commands)[1]
