@@ -18,6 +18,7 @@ from hydra.plugins.launcher import Launcher
 from belt_sim.commands.cases import Case, Worker
 from belt_sim.commands.failed import failure_in
 from belt_sim.errors import InputError
+from belt_sim.jax_setup import prepare
 
 ENGINE = "mjx"
 _LOOKED_AFTER = 0.5  # [s], how often a worker looks whether its parent lives
@@ -27,8 +28,7 @@ class Batches(Launcher):
     """Hydra launcher; its settings stand in conf/hydra/launcher/batches.yaml."""
 
     def __init__(self, *, batch: Any, workers: Any) -> None:
-        self.batch = None if batch == "auto" else _whole("batch", batch, "auto")
-        self.workers = len(os.sched_getaffinity(0)) if workers is None else _whole("workers", workers, "null")
+        self.batch, self.workers = batch, workers
         self.given: dict[str, Any] = {}
 
     def setup(self, *, hydra_context: Any, task_function: Any, config: Any) -> None:
@@ -41,22 +41,24 @@ class Batches(Launcher):
             basic = BasicLauncher()
             basic.setup(**self.given)
             return basic.launch(job_overrides, initial_job_idx)
+        batch = None if self.batch == "auto" else _whole("batch", self.batch, "auto")
+        workers = _cores() if self.workers is None else _whole("workers", self.workers, "null")
         setup_globals()
         given = self.given
         worker = Worker(given["hydra_context"], given["config"], given["task_function"], Singleton.get_state())
         cases = worker.cases(job_overrides, initial_job_idx)
         due = [case for case in cases if case.config.get("engine") == ENGINE and not case.done()]
         found = {case.number: worker.run(case) for case in cases if case not in due}
-        found |= dict(self._run(worker, due)) if due else {}
+        found |= dict(_run(worker, due, batch, workers)) if due else {}
         return [found[case.number] for case in cases]
 
-    def _run(self, worker: Worker, cases: Sequence[Case]) -> Iterator[tuple[int, JobReturn]]:
-        import jax
 
-        on_cpu = jax.default_backend() == "cpu"
-        if self.batch is None and on_cpu:
-            return _shared(worker, cases, min(self.workers, len(cases)))
-        return _together(worker, cases, self.batch)
+def _run(worker: Worker, cases: Sequence[Case], batch: int | None, workers: int) -> Iterator[tuple[int, JobReturn]]:
+    import jax
+
+    if batch is None and jax.default_backend() == "cpu":
+        return _shared(worker, cases, min(workers, len(cases)))
+    return _together(worker, cases, batch)
 
 
 def _together(worker: Worker, cases: Sequence[Case], batch: int | None) -> Iterator[tuple[int, JobReturn]]:
@@ -80,7 +82,7 @@ def _shared(worker: Worker, cases: Sequence[Case], workers: int) -> Iterator[tup
     from joblib.externals.loky import ProcessPoolExecutor  # pickles what Hydra made of a command
     from joblib.externals.loky.process_executor import BrokenProcessPool
 
-    with ProcessPoolExecutor(workers, initializer=_end_with, initargs=(os.getpid(),)) as pool:
+    with ProcessPoolExecutor(workers, initializer=_begin, initargs=(os.getpid(),)) as pool:
         due = [(case, pool.submit(worker, [case])) for case in cases]
         for case, job in due:
             try:
@@ -91,8 +93,10 @@ def _shared(worker: Worker, cases: Sequence[Case], workers: int) -> Iterator[tup
                 yield case.number, JobReturn(overrides=case.overrides, status=JobStatus.COMPLETED)
 
 
-def _end_with(parent: int) -> None:
-    """In a worker: end when its parent has been killed, so that its cases can be taken up by the next sweep."""
+def _begin(parent: int) -> None:
+    """In a worker: share the compiled code on disk, and end when ``parent`` has been killed: the next sweep takes up
+    its cases."""
+    prepare()
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -100,6 +104,10 @@ def _end_with(parent: int) -> None:
         os._exit(1)
 
     Thread(target=watch, daemon=True).start()
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _whole(name: str, value: Any, word: str) -> int:

@@ -73,7 +73,7 @@ def test_unlike_meshes_are_batches_of_their_own(monkeypatch):
         "engine": "mjx",
         "travel": 0.3,
     }
-    base |= {"watch": None, "effects": None, "yaw": -0.042}
+    base |= {"watch": None, "effects": None, "yaw": -0.042, "yaw_head": 0.0, "speed": 0.5, "direction": 1}
     found = list(module.batched([{**base, "tension": 40 + k, **c} for k, c in enumerate(kinds)], None))
     assert found[0] == ([4, 5], [None, None])  # their own runs say why
     assert seen == [[40, 42], [41, 43]]
