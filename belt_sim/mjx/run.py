@@ -15,12 +15,14 @@ from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.belt import Belt, Shape, belt_of
 from belt_sim.mjx.handed import handed
+from belt_sim.mjx.limp import Kinks
 from belt_sim.mjx.measure import reading
 from belt_sim.mjx.plan import Plan, plan_of
 from belt_sim.mjx.step import Command, State, step
 from belt_sim.mjx.wrap import Wrap
 from belt_sim.mujoco3d.machine.scene import Scene, lay_out
 from belt_sim.mujoco3d.mesh.belt import BeltModel
+from belt_sim.mujoco3d.mesh.chain import Chain
 from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.mesh.membrane import Membrane
 from belt_sim.mujoco3d.options import Options, is_limp
@@ -30,7 +32,7 @@ from belt_sim.mujoco3d.wrap.contact import laid_wraps
 from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
-_BELTS: dict[str, type[BeltModel]] = {"grid": Grid, "flex": Membrane}
+_BELTS: dict[str, type[BeltModel]] = {"rope": Chain, "grid": Grid, "flex": Membrane}
 _BYTES = 900  # of a case, a station and a pair of lines: 0.85 GB for 256 cases of the full rig
 _SMALL_GPU = 4e9  # bytes, where it does not say
 _MOST = 256  # cases of a chunk on one GPU: more are no faster, and more is lost when it is stopped
@@ -65,16 +67,17 @@ def prepared(
     scene = lay_out(case, _BELTS[belt](), options, parts)
     shape, arrays = belt_of(scene, belt)
     changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
-    return Prepared(case, shape, arrays, laid(scene), plan_of(case.settings, options, travel, changes))
+    state = laid(scene)
+    if shape.limp:
+        state = state._replace(kinks=Kinks.none(state.wraps, shape.sign))
+    return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, changes))
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what only engine=native does."""
     reasons = {
         f"model.tensioning = {options.tensioning}": options.tensioning == "koller",
-        f"model.friction = {parts.friction:g}": math.isfinite(parts.friction),
-        f"model = mujoco_{belt}": belt not in _BELTS,
-        "model.bonds without diagonals": belt == "grid" and is_limp(belt, options),
+        f"model.friction = {parts.friction:g}": math.isfinite(parts.friction) and not is_limp(belt, options),
         "effects = edge_guide": bool(parts.edge_guides),
         "effects = lift_off": bool(parts.lift_off),
         "effects = pulley_deflection": any(s.yaw_compliance for s in (parts.head, parts.tail)),
@@ -82,6 +85,8 @@ def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     for what, true in reasons.items():
         if true:
             raise CannotRepresent(f"{what}: engine=mjx cannot do this; use engine=native")
+    if math.isfinite(parts.friction) and is_limp(belt, options):
+        raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
 
 
 def simulate(
@@ -160,7 +165,7 @@ def curves_of(run: Prepared, table: np.ndarray) -> Curves | RunFailed:
     end = len(rows) if good.all() else int(np.argmin(good))
     t = rows[:end].T
     curves = Curves(
-        travel=t[18],
+        travel=np.maximum(t[18], 0.0),  # before the yaw the belt is straight: its row stands for travel 0
         y=t[:4] - t[:4, :1],
         angle=t[4:8],
         moment=t[8:10],
@@ -227,6 +232,6 @@ def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
 
     def row(state: State, commands: Command) -> tuple[State, Array]:
         state, reads = jax.lax.scan(one, state, commands)
-        return state, jnp.concatenate([reads[:, :-2].mean(axis=0), reads[-1, -2:-1], reads[:, -1:].max(axis=0)])
+        return state, jnp.concatenate([reads[:, :-1].mean(axis=0), reads[:, -1:].max(axis=0)])
 
     return jax.lax.scan(row, state, commands)[1]
