@@ -9,7 +9,7 @@ from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
 
 from belt_sim.diagnosis.contrasts import WINDOW
 from belt_sim.diagnosis.levels import LEVEL_SPREAD, TOGETHER
-from belt_sim.diagnosis.null import NoiseSource, null_gains
+from belt_sim.diagnosis.null import NoiseSource, NullGains, null_gains
 from belt_sim.diagnosis.openset import open_set
 
 DRAWS = 4000
@@ -122,3 +122,16 @@ def test_what_no_effect_explains_is_left_over_and_readings_that_are_met_leave_no
     if named:
         assert max(test.gain, key=lambda n: test.gain[n] if n.startswith("smooth") else 0.0) == named
     assert all((n in test.failed) == (test.gain[n] > test.threshold[n]) for n in test.gain)
+
+
+def test_alternatives_are_so_many_tries_and_no_broader_law():
+    """The best of 30 independent gains of two degrees of freedom exceeds g with 1 - (1 - exp(-g/2))^30."""
+    each = np.random.default_rng(11).chisquare(2, (4000, 30))
+    null = NullGains({"a": each.max(axis=1)}, {"a": 2}, {"a": float(each.mean())})
+    for log_p in (-2.0, -6.5):
+        right = -2.0 * np.log(-np.expm1(np.log1p(-np.exp(log_p)) / 30))
+        assert null.threshold("a", log_p) == pytest.approx(right, abs=0.4)
+        assert float(null.log_p("a", null.threshold("a", log_p))) == pytest.approx(log_p)
+    broader = NullGains(null.gains, null.dof)
+    assert broader.threshold("a", -6.5) > null.threshold("a", -6.5) + 10.0
+    assert float(null.log_p("a", 400.0)) == pytest.approx(-200.0 + np.log(null.tries("a")), abs=0.2)
