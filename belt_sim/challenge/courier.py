@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import tempfile
 import time
 import traceback
 from collections.abc import Callable, Iterator
@@ -47,7 +46,7 @@ class Task:
         return {name: getattr(self, name) for name in ("source", "ablation", "bootstraps")}
 
     def file(self, kind: str) -> Path:
-        """Where a part of this campaign stands: campaigns/SEED and sealed/SEED, answers/SEED.json, results/SEED.json."""
+        """Where a part of this campaign stands: campaigns/SEED, sealed/SEED, answers/SEED.json, results/SEED.json."""
         drawn = kind in ("sealed", "campaigns")
         return (self.of if drawn and self.of else self.out) / kind / (f"{self.seed}" if drawn else f"{self.seed}.json")
 

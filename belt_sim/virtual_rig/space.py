@@ -72,8 +72,8 @@ def make_space_campaign(
 ) -> tuple[Campaign, Truth]:
     """Measure the plan on the 3D belt; the same seed and machine give the same campaign.
 
-    hidden: ids, or dictionaries {"id", parameters in SI}, or as drawn; base: the law that the campaign is meant for, strip
-    unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; name: of the plan; workers:
+    hidden: ids, or dictionaries {"id", parameters in SI}, or as drawn; base: the law that the campaign is meant for,
+    strip unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; name: of the plan; workers:
     processes, one a core; engine: mjx or native, by default mjx where it can do what is hidden.
     """
     what = hidden if isinstance(hidden, Hidden) else _in_scene(hidden)
