@@ -12,6 +12,8 @@ import jax.numpy as jnp
 
 from belt_sim.mjx.balance import Places, chain, corrected, factorise, forces, parted, torsion
 from belt_sim.mjx.belt import Belt, Shape, Surfaces
+from belt_sim.mjx.friction import Slip, pull_on_nodes, slipped
+from belt_sim.mjx.limp import Kinks, aside_of, led_on
 from belt_sim.mjx.wrap import (
     FIRST,
     HEAD,
@@ -35,7 +37,8 @@ _CALM = 0.02  # [s], as in wrap/contact.py
 
 class State(NamedTuple):
     """nodes [m], (m, 3, n); wraps: of head and tail; tail_x [m], tail_spin [rad]; tension [N]: mean of the spans;
-    travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most."""
+    travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most; slip: None if it sticks;
+    kinks: of a limp belt."""
 
     nodes: Array
     wraps: Wrap
@@ -44,6 +47,8 @@ class State(NamedTuple):
     tension: Array
     travel: Array
     correction: Array
+    slip: Slip | None = None
+    kinks: Kinks | None = None
 
 
 class Command(NamedTuple):
@@ -66,7 +71,9 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
         return Pose(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([spin, tail[1]]))
 
     tail = jnp.stack([state.tail_x, state.tail_spin + shape.sign * moved / belt.surfaces.radius[TAIL]])
-    pose, wraps = poses(tail), state.wraps
+    pose, wraps, kinks = poses(tail), state.wraps, state.kinks
+    if kinks is not None:
+        wraps, kinks = led_on(shape, wraps, belt.surfaces, pose, kinks)
     for end in (FIRST, LAST):
         wraps = jax.vmap(lambda w, s, p, end=end: sunk(shape, w, s, p, end, belt.chord, moved, shaped))(
             wraps, belt.surfaces, pose
@@ -79,15 +86,21 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
             wraps, belt.surfaces, pose
         )
     places = parted(shape, wraps, places.stations)
-    nodes, tail, tension, correction = _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command)
-    nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
+    aside = 0.0 if kinks is None else aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
+    nodes, tail, tension, correction = _balanced(
+        shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside
+    )
+    nodes, pose, slip = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail), state.slip
+    if slip is not None:
+        pull = pull_on_nodes(shape, belt, nodes, command.share)
+        wraps, slip = slipped(shape, belt, wraps, pose, pull, slip, shaped)
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
     for end in (FIRST, LAST):
         wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, belt.stride, shaped))(
             wraps, belt.surfaces, pose
         )
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction)
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks)
 
 
 def _balanced(
@@ -101,6 +114,7 @@ def _balanced(
     places: Places,
     state: State,
     command: Command,
+    aside: Array | float,
 ) -> tuple[Array, Array, Array, Array]:
     """Nodes in equilibrium, slide and spin of the tail pulley, tension of the spans, and the largest correction.
 
@@ -109,7 +123,7 @@ def _balanced(
     """
     pose = poses(tail)
     twist = torsion(belt, _behind(shape, wraps, belt, pose), places, state.tension)
-    nodes = _held(wraps, pose, places, nodes)
+    nodes = _held(wraps, pose, places, nodes, aside)
     moves = _moves(shape, wraps, pose)
     stiffness = factorise(shape, belt, nodes, taut, places, twist, command.share, moves)
     on_nodes, at_ends = forces(shape, belt, nodes, places, twist, command.share)
@@ -118,7 +132,7 @@ def _balanced(
     lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
     change, tail_change = corrected(belt, stiffness, on_nodes, places, lacking)
     tail = tail + tail_change
-    nodes = _held(wraps, poses(tail), places, nodes + change.reshape(nodes.shape))
+    nodes = _held(wraps, poses(tail), places, nodes + change.reshape(nodes.shape), aside)
     return nodes, tail, -0.5 * on_tail[0], jnp.abs(change).max()
 
 
@@ -133,17 +147,17 @@ def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:
     return jax.vmap(one)(wraps, belt.surfaces, pose)
 
 
-def _held(wraps: Wrap, pose: Pose, places: Places, nodes: Array) -> Array:
-    """The chain with its held stations on their anchors [m], (m, 3, n)."""
+def _held(wraps: Wrap, pose: Pose, places: Places, nodes: Array, aside: Array | float = 0.0) -> Array:
+    """The chain with its held stations on their anchors, or ``aside`` of them [m], (m, 3, n)."""
     head, tail = jax.vmap(placed)(wraps, pose)[..., places.stations]
-    return jnp.where(places.free, nodes, jnp.where(places.on_tail, tail, head))
+    return jnp.where(places.free, nodes, jnp.where(places.on_tail, tail, head) + aside)
 
 
 def _led(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, chords: Array) -> Array:
     """The chain led on by so many chords: free stations go along their links, held ones where the pulleys take them.
 
-    What a span's ends are taken further than along their links is shared out along the span, linearly, and as a beam
-    bends when they turn in its plane: a link that took it all would be slack or twice as tight.
+    What a span's ends are taken further than along their links is shared out along the span, linearly, and unless it
+    is limp, as a beam bends when they turn in its plane: a link that took it all would be slack or twice as tight.
     """
     at, link = jnp.arange(nodes.shape[-1]), jnp.roll(nodes, -1, axis=-1) - nodes
     along = nodes + chords * (link if shape.sign > 0 else jnp.roll(link, 1, axis=-1) * -1.0)
@@ -154,7 +168,12 @@ def _led(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places,
             held[..., k] - nodes[..., k] - shape.sign * chords * link[..., j]
             for k, j in ((start, start), (end, end - 1))
         )
-        s, length = (at - start) / (end - start), (held[..., end] - held[..., start])[:, 0].mean()
+        s = (at - start) / (end - start)
+        if shape.limp:
+            moved = along + (1.0 - s) * first[..., None] + s * last[..., None]
+            led = jnp.where((at > start) & (at < end), moved, led)
+            continue
+        length = (held[..., end] - held[..., start])[:, 0].mean()
         turns = [(v[-1, 0] - v[0, 0]) / (line_y[0] - line_y[-1]) for v in (first, last)]
         turn = turns[0] * (1.0 - 4.0 * s + 3.0 * s**2) + turns[1] * (3.0 * s**2 - 2.0 * s)
         aside = length * (turns[0] * (s - 2.0 * s**2 + s**3) + turns[1] * (s**3 - s**2))

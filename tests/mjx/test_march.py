@@ -38,7 +38,6 @@ def test_a_batch_is_beside_mujoco_and_each_case_by_itself():
     [
         ({"model": {"name": "mujoco_flex", "friction": 0.15}}, "friction"),
         ({"model": {"name": "mujoco_flex", "tensioning": "koller"}}, "koller"),
-        ({"model": "mujoco_rope"}, "mujoco_rope"),
         ({"model": {"name": "mujoco_flex", "control": True}}, "control"),
         ({"model": "mujoco_flex", "effects": ["lift_off"]}, "lift_off"),
     ],
