@@ -122,7 +122,7 @@ def from_columns(
                 where, apart = 0.5 * (travel[at - 1] + travel[at]), travel[at] - travel[at - 1]
                 told = f"the step of {key}, somewhere within {apart:.2g} m"
                 so_far = so_far.with_("yaw_at", where, f"{where:.6g} m", told)
-                u = _round(0.5 * apart)  # anywhere between two rows, and perhaps at the same place in every run
+                u = _round(apart / np.sqrt(12.0))  # anywhere between two rows
                 so_far = so_far.with_("yaw_at_u", u, f"{u:g} m", told)
     values = block.values("tension")
     if values is not None and np.isfinite(values[keep]).any():
