@@ -24,7 +24,6 @@ from belt_sim.mjx.wrap import (
     depth,
     landed,
     met,
-    placed,
     released,
     sunk,
     turning,
@@ -77,15 +76,28 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
         )
     places = chain(shape, wraps)
     taut = state.nodes[..., places.stations]
-    nodes = _led(shape, belt.line_y, taut, _held(wraps, pose, places, taut), places, moved / belt.chord)
+    anchors = _anchors(wraps, pose, places)
+    nodes = _led(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
     for end in (FIRST, LAST):
         wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord, belt.stride))(
             wraps, belt.surfaces, pose
         )
     places = parted(shape, wraps, places.stations)
-    aside = 0.0 if kinks is None else aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
+    aside: Array | float = (
+        0.0 if kinks is None else aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
+    )
     nodes, tail, tension, correction = _balanced(
-        shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside
+        shape,
+        belt,
+        wraps,
+        jnp.where(places.free, nodes, anchors + aside),
+        taut,
+        tail,
+        poses,
+        places,
+        state,
+        command,
+        aside,
     )
     nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
@@ -117,7 +129,6 @@ def _balanced(
     """
     pose = poses(tail)
     twist = torsion(belt, _behind(shape, wraps, belt, pose), places, state.tension)
-    nodes = _held(wraps, pose, places, nodes, aside)
     moves = _moves(shape, wraps, pose)
     stiffness = factorise(shape, belt, nodes, taut, places, twist, command.share, moves)
     on_nodes, at_ends = forces(shape, belt, nodes, places, twist, command.share)
@@ -126,7 +137,8 @@ def _balanced(
     lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
     change, tail_change = corrected(belt, stiffness, on_nodes, places, lacking)
     tail = tail + tail_change
-    nodes = _held(wraps, poses(tail), places, nodes + change.reshape(nodes.shape), aside)
+    anchors = _anchors(wraps, poses(tail), places) + aside
+    nodes = jnp.where(places.free, nodes + change.reshape(nodes.shape), anchors)
     return nodes, tail, -0.5 * on_tail[0], jnp.abs(change).max()
 
 
@@ -141,10 +153,20 @@ def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:
     return jax.vmap(one)(wraps, belt.surfaces, pose)
 
 
-def _held(wraps: Wrap, pose: Pose, places: Places, nodes: Array, aside: Array | float = 0.0) -> Array:
-    """The chain with its held stations on their anchors, or ``aside`` of them [m], (m, 3, n)."""
-    head, tail = jax.vmap(placed)(wraps, pose)[..., places.stations]
-    return jnp.where(places.free, nodes, jnp.where(places.on_tail, tail, head) + aside)
+def _anchors(wraps: Wrap, pose: Pose, places: Places) -> Array:
+    """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
+
+    The same as wrap.placed, reckoned once a station and not for both pulleys: sines are what a step is slow at.
+    """
+
+    def of(values: Array) -> Array:
+        return jnp.where(places.on_tail, values[TAIL], values[HEAD])
+
+    r, y, angle = (of(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
+    turned = angle + of(pose.spin[:, None])
+    local, axes = (r * jnp.sin(turned), y, r * jnp.cos(turned)), of(pose.axes[..., None])
+    turned_back = [sum(axes[i, j] * local[j] for j in range(3)) for i in range(3)]
+    return jnp.stack(turned_back, axis=1) + of(pose.centre[..., None])
 
 
 def _led(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, chords: Array) -> Array:
