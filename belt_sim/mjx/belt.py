@@ -79,7 +79,7 @@ class Shape(NamedTuple):
     limp: bool = False
 
 
-def belt_of(scene: Scene, kind: str, slips: bool) -> tuple[Shape, Belt]:
+def belt_of(scene: Scene, kind: str, *, slips: bool) -> tuple[Shape, Belt]:
     """The arrays of a scene of ``kind`` "flex", "grid" or "rope"; options: fitted to its case; slips: a belt of its
     batch may."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts

@@ -76,7 +76,7 @@ def prepared(
     options = fitted(options, case, belt)
     scene = lay_out(case, _BELTS[belt](), options, parts)
     slips = math.isfinite(parts.friction) if slips is None else slips
-    shape, arrays = belt_of(scene, belt, slips)
+    shape, arrays = belt_of(scene, belt, slips=slips)
     changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
     state = laid(scene)._replace(slip=Slip.none(shape) if slips else None)
     if shape.limp:
