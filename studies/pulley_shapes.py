@@ -21,27 +21,27 @@ from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.paper import ROPE_EXAMPLE, YAW, paper_case
 from studies.application import application
 
-#: effect with its numbers, travel [m]: cants and wobbles are read late, when their sudden beginning is forgotten
+#: effect with its numbers, travel [m]: cants are read late, and of wobbles the wave, beside how suddenly they begin
 SHAPES: dict[str, tuple[dict[str, Any], float]] = {
     "taper": ({"kappa_t": 1e-3}, 4.0),
     "crown": ({"c": 0.5}, 4.0),
     "pulley_deflection": ({"compliance": 1e-4}, 4.0),
     "unequal_tension": ({"yaw_per_force": 1e-7}, 4.0),
     "cant": ({"gamma": 1e-3}, 16.0),
-    "wobble": ({"beta_cos": 5e-4}, 13.0),
+    "wobble": ({"beta_cos": 5e-4, "beta_sin_head": 5e-4}, 5.0),
 }
-FIRST, SPACING, TURNS = 0.2, 0.02, 5
+FIRST, SPACING, TURNS = 0.2, 0.02, 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class Change:
     """What a shape changes: off, the law's largest error over the largest change; rates [m/m]: mean late slopes of the
-    four points; waves [m]: amplitude of period 2 pi R at point 1; each in 3D and by the law."""
+    four points; waves [m], shape (4, 2): cosine and sine of period 2 pi R at points 1-4; each in 3D and by the law."""
 
     size: float
     off: float
     rates: tuple[float, float]
-    waves: tuple[float, float]
+    waves: tuple[np.ndarray, np.ndarray]
 
 
 def case() -> Case:
@@ -62,7 +62,7 @@ def change(effect: Effect, travel: float, dx: float) -> Change:
         size=float(np.abs(told).max()),
         off=float(np.abs(seen - told).max() / np.abs(told).max()),
         rates=(_rate(seen, at), _rate(told, at)),
-        waves=(_wave(seen[0], at), _wave(told[0], at)),
+        waves=(_waves(seen, at), _waves(told, at)),
     )
 
 
@@ -76,24 +76,24 @@ def _rate(y: np.ndarray, at: np.ndarray) -> float:
     return float(np.polyfit(at[late], y[:, late].mean(axis=0), 1)[0])
 
 
-def _wave(y: np.ndarray, at: np.ndarray) -> float:
-    """Amplitude of what repeats with the pulley's turn, over the last turns, beside a cubic."""
+def _waves(y: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """What repeats with the pulley's turn, over the last turns, beside a power of four, shape (4, 2)."""
     radius = float(case().rig.tail_radius)
     last = at > at[-1] - TURNS * 2 * np.pi * radius
     s = at[last]
-    columns = np.stack([np.cos(s / radius), np.sin(s / radius), *(s**k for k in range(4))], axis=1)
-    cos, sin = np.linalg.lstsq(columns, y[last], rcond=None)[0][:2]
-    return float(np.hypot(cos, sin))
+    columns = np.stack([np.cos(s / radius), np.sin(s / radius), *(s**k for k in range(5))], axis=1)
+    return np.linalg.lstsq(columns, y[:, last].T, rcond=None)[0][:2].T
 
 
 def pulley_shapes(asked: dict[str, Any]) -> None:
     """A row a shape."""
-    table = Table("shape", "largest change mm", "law off", "rate um/m, 3D / law", "wave um, 3D / law")
+    table = Table("shape", "largest change mm", "law off", "rate um/m, 3D / law", "waves of points 1-4 um, 3D / law")
     for name in asked["only"]:
         numbers, travel = SHAPES[name]
         found = change(load_effects([{"id": name, **numbers}])[0], travel, float(asked["dx"]))
-        pairs = [" / ".join(f"{1e6 * v:.1f}" for v in pair) for pair in (found.rates, found.waves)]
-        table.add_row(f"{name} {numbers}", f"{1e3 * found.size:.3f}", f"{found.off:.1%}", *pairs)
+        rates = " / ".join(f"{1e6 * v:.1f}" for v in found.rates)
+        waves = " / ".join(" ".join(f"{1e6 * v:.1f}" for v in np.hypot(*w.T)) for w in found.waves)
+        table.add_row(f"{name} {numbers}", f"{1e3 * found.size:.3f}", f"{found.off:.1%}", rates, waves)
     Console(width=120).print(table)
 
 

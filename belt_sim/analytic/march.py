@@ -154,7 +154,7 @@ def _stepper(spans, spacing):
 
         def correct(_, guess):
             then, _ = guess
-            yaw, push = _forced(effects, commanded, case, now, then)
+            yaw, push = _forced(effects, commanded, case, now, then, spacing)
             y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
             yaw_end = _yaw_now(effects, case, s0 + spacing, then)
             then = spans.state(s0 + spacing, now.travel, y, alpha, off1, yaw_end)
@@ -168,16 +168,25 @@ def _stepper(spans, spacing):
     return advance
 
 
-def _forced(effects, commanded, case, now, then):
-    """Yaw and run-up terms of effects, averaged over the step: yaw by Simpson's rule, as pulleys may wobble."""
+def _forced(effects, commanded, case, now, then, h):
+    """Yaw and run-up terms of effects, averaged over a step of h [m] by Simpson's rule, as pulleys may wobble.
+
+    drift has, too, by how much the trapezoid of the contact angle misses a turn that changes within the step.
+    """
     between = _mean(now, then)
     yaw, push = commanded, _nothing()
     for e in uses(effects, "yaw"):
-        ends = _mean(e.yaw(yaw, now, case), e.yaw(yaw, then, case))
-        yaw = jax.tree.map(lambda end, mid: end + 2.0 * (mid - end) / 3.0, ends, e.yaw(yaw, between, case))
+        yaw = _simpson(*(e.yaw(yaw, at, case) for at in (now, between, then)))
     for e in uses(effects, "runup"):
-        push = _mean(e.runup(push, now, case), e.runup(push, then, case))
+        start, middle, end = (e.runup(push, at, case) for at in (now, between, then))
+        push = _simpson(start, middle, end)
+        push = replace(push, drift=push.drift - h / 12.0 * (end.turn - start.turn))
     return yaw, replace(push, turn=push.turn + between.added)
+
+
+def _simpson(start, middle, end):
+    """Mean over a step; of equal values that value, to the last bit."""
+    return jax.tree.map(lambda ends, mid: ends + 2.0 * (mid - ends) / 3.0, _mean(start, end), middle)
 
 
 def _mean(a, b):

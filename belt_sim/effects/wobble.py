@@ -1,4 +1,4 @@
-"""Wobble: a pulley whose axis does not run true."""
+"""Wobble: a pulley that sits askew on its shaft, or a shaft that is bent."""
 
 import math
 from dataclasses import dataclass, replace
@@ -19,28 +19,36 @@ def _radius(pulley):
     return Parameter(unit="1", meaning=meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True, grid=_RADII)
 
 
+def _taper(cos, sin, travel, radius):
+    """(dR/dy)/R [1/m] at the top of a pulley that turns forwards, or at the bottom of one that turns backwards."""
+    turned = travel / radius
+    return (cos * jnp.sin(turned) - sin * jnp.cos(turned)) / radius
+
+
 @effect
 @dataclass(frozen=True, kw_only=True)
 class Wobble(Effect):
-    """The surface direction swings once a turn: beta + beta_cos cos(s/R) + beta_sin sin(s/R), period 2 pi R.
+    """A taper that turns with the pulley: dtheta_u/ds = -(kappa_u + kappa_t), period 2 pi R; it leaves no drift.
+
+    The axis of the surface swings about the bearings' axis, seen from above by beta_cos cos(s/R) + beta_sin sin(s/R),
+    but no place of the surface ever moves sideways: what the landing belt feels is the radius beside it, which grows
+    towards +y by kappa_t = (beta_cos sin(s/R) - beta_sin cos(s/R))/R where it runs up the tail pulley, and by the
+    opposite on the head. Bearings that themselves move once a turn would be a yaw (docs/theory.md).
 
     After fifty turns a radius that is off by a few per mille has shifted the phase by a radian, so the radii's own
     errors belong to the effect.
-
-    So swings an axle. A pulley askew on a shaft that runs true is a taper (beta/R) sin(s/R) that turns, and moves the
-    belt three times as far on a short rig: docs/how_far.md.
     """
 
     id = "wobble"
     law = "run-up"
-    reference = "physics sheet, section 7"
+    reference = "geometry of a cylinder askew: docs/theory.md; physics sheet, section 7 (taper)"
     parity = "even"
     heavy = True
     parameters = {
-        "beta_cos": _part("in-phase swing of the tail pulley"),
-        "beta_sin": _part("quadrature swing of the tail pulley"),
-        "beta_cos_head": _part("in-phase swing of the head pulley"),
-        "beta_sin_head": _part("quadrature swing of the head pulley"),
+        "beta_cos": _part("askew: yaw of the tail pulley's surface at travel 0"),
+        "beta_sin": _part("the same a quarter of a turn later"),
+        "beta_cos_head": _part("askew: yaw of the head pulley's surface at travel 0"),
+        "beta_sin_head": _part("the same a quarter of a turn later, head pulley"),
         "radius_error": _radius("tail"),
         "radius_error_head": _radius("head"),
     }
@@ -51,13 +59,18 @@ class Wobble(Effect):
     radius_error: float = 0.0
     radius_error_head: float = 0.0
 
-    def yaw(self, yaw, state, case):
-        tail = state.travel / (case.rig.tail_radius * (1.0 + self.radius_error))
-        head = state.travel / (case.rig.head_radius * (1.0 + self.radius_error_head))
+    def runup(self, runup, state, case):
+        tail = case.rig.tail_radius * (1.0 + self.radius_error)
+        head = case.rig.head_radius * (1.0 + self.radius_error_head)
         return replace(
-            yaw,
-            tail=yaw.tail + self.beta_cos * jnp.cos(tail) + self.beta_sin * jnp.sin(tail),
-            head=yaw.head + self.beta_cos_head * jnp.cos(head) + self.beta_sin_head * jnp.sin(head),
+            runup,
+            turn=runup.turn
+            + jnp.stack(
+                [
+                    _taper(self.beta_cos, self.beta_sin, state.travel, tail),
+                    -_taper(self.beta_cos_head, self.beta_sin_head, state.travel, head),
+                ]
+            ),
         )
 
     def scene(self, parts, case):

@@ -1,5 +1,6 @@
 """A case as arrays: what the engine traces, read off the same scene that is compiled for MuJoCo."""
 
+import math
 from typing import Any, NamedTuple
 
 import jax
@@ -7,6 +8,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.mjx.elastic import Ties, Twist, membrane_law
+from belt_sim.mjx.tangent import Grip, grip_of
 from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.machine.scene import Scene
 from belt_sim.mujoco3d.mesh.belt import Mesh
@@ -14,6 +16,8 @@ from belt_sim.mujoco3d.mesh.lattice import calibrate
 from belt_sim.mujoco3d.mesh.path import sinking
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.pytree import Numbers as Array
+
+_SPARE = 4  # stations by which a wrap may be longer than half a turn
 
 
 class Surfaces(NamedTuple):
@@ -37,8 +41,8 @@ class Belt(NamedTuple):
 
     chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
     gravity [m/s2]; load [N]: on the tail pulley's slide; length [1]: 1 where the slide is fixed instead, else 0;
-    pace [m/s]; stride [m]: of a step; level [m]: of the spans' ends above the axes; friction [1]; area [m2], width
-    [m], bending [N m2].
+    pace [m/s]; stride [m]: of a step; level [m]: of the spans' ends above the axes; friction [1], inf = it sticks; area
+    [m2], width [m], bending [N m2]; grip: stiffness against sliding, None in batches of belts that stick.
     """
 
     ties: Ties
@@ -58,22 +62,26 @@ class Belt(NamedTuple):
     area: Array
     width: Array
     bending: Array
+    grip: Grip | None = None
 
 
 class Shape(NamedTuple):
     """What the cases of a batch share: stations, lines, kind of ties, direction of travel, stations that may be off
-    the circle at an end of a wrap, whether its spans resist no bending."""
+    the circle at an end of a wrap, stations that a pulley holds at most (0 if no belt of the batch slips), whether the
+    spans resist no bending."""
 
     stations: int
     lines: int
     bonds: bool
     sign: int
     zone: int
+    held: int = 0
     limp: bool = False
 
 
-def belt_of(scene: Scene, kind: str) -> tuple[Shape, Belt]:
-    """The arrays of a scene of ``kind`` "flex", "grid" or "rope"; options: fitted to its case."""
+def belt_of(scene: Scene, kind: str, *, slips: bool) -> tuple[Shape, Belt]:
+    """The arrays of a scene of ``kind`` "flex", "grid" or "rope"; options: fitted to its case; slips: a belt of its
+    batch may."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
     torsion = Torsion.of(case.belt, mesh) if mesh.across > 1 else None
     surfaces = _surfaces(scene)
@@ -83,10 +91,12 @@ def belt_of(scene: Scene, kind: str) -> tuple[Shape, Belt]:
         bonds=kind != "flex",
         sign=int(np.sign(float(case.settings.direction))),
         zone=int(surfaces.sinking.max()) + 2,
+        held=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if slips else 0,
         limp=is_limp(kind, options),
     )
+    ties = _ties(case, mesh, options, kind, scene)
     belt = Belt(
-        ties=_ties(case, mesh, options, kind, scene),
+        ties=ties,
         twist=Twist(torsion.tense, torsion.own, torsion.still, torsion.stretched) if torsion else Twist(0, 0, 0, 0),
         surfaces=surfaces,
         chord=mesh.chord,
@@ -103,6 +113,7 @@ def belt_of(scene: Scene, kind: str) -> tuple[Shape, Belt]:
         area=float(case.belt.area),
         width=float(case.belt.width),
         bending=float(case.belt.bending_stiffness),
+        grip=grip_of(ties, shape.bonds, mesh, scene.loop) if slips else None,
     )
     return shape, jax.tree.map(lambda v: np.asarray(v, float), belt)
 

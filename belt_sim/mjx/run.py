@@ -14,6 +14,7 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.belt import Belt, Shape, belt_of
+from belt_sim.mjx.friction import COLUMNS, TOLERANCE, Slip
 from belt_sim.mjx.handed import handed
 from belt_sim.mjx.limp import Kinks
 from belt_sim.mjx.measure import reading
@@ -57,17 +58,27 @@ class Prepared:
 
 
 def prepared(
-    case: Case, *, belt: str = "flex", travel: float, options: Options | None = None, parts: SceneParts | None = None
+    case: Case,
+    *,
+    belt: str = "flex",
+    travel: float,
+    options: Options | None = None,
+    parts: SceneParts | None = None,
+    slips: bool | None = None,
 ) -> Prepared:
-    """For ``travel`` [m]; raises CannotRepresent for what this engine cannot do."""
+    """For ``travel`` [m]; slips: a belt of its batch may, None = as the case says.
+
+    Raises CannotRepresent for what this engine cannot do.
+    """
     options = options or Options()
     parts = parts or SceneParts.undisturbed(case, options.friction)
     refuse(belt, options, parts)
     options = fitted(options, case, belt)
     scene = lay_out(case, _BELTS[belt](), options, parts)
-    shape, arrays = belt_of(scene, belt)
+    slips = math.isfinite(parts.friction) if slips is None else slips
+    shape, arrays = belt_of(scene, belt, slips=slips)
     changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
-    state = laid(scene)
+    state = laid(scene)._replace(slip=Slip.none(shape) if slips else None)
     if shape.limp:
         state = state._replace(kinks=Kinks.none(state.wraps, shape.sign))
     return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, changes))
@@ -77,7 +88,6 @@ def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what only engine=native does."""
     reasons = {
         f"model.tensioning = {options.tensioning}": options.tensioning == "koller",
-        f"model.friction = {parts.friction:g}": math.isfinite(parts.friction) and not is_limp(belt, options),
         "effects = edge_guide": bool(parts.edge_guides),
         "effects = lift_off": bool(parts.lift_off),
         "effects = pulley_deflection": any(s.yaw_compliance for s in (parts.head, parts.tail)),
@@ -117,8 +127,10 @@ def simulate_batch(
     host share a chunk. Raises InputError for cases whose meshes have unlike numbers of stations.
     """
     several: Sequence[SceneParts | None] = parts or [None] * len(cases)
+    slips = any(math.isfinite(p.friction if p else (options or Options()).friction) for p in several)
     ready = [
-        prepared(c, belt=belt, travel=travel, options=options, parts=p) for c, p in zip(cases, several, strict=True)
+        prepared(c, belt=belt, travel=travel, options=options, parts=p, slips=slips)
+        for c, p in zip(cases, several, strict=True)
     ]
     if len({r.shape for r in ready}) > 1:
         counts = sorted({r.shape.stations for r in ready})
@@ -159,9 +171,11 @@ def that_fit(shape: Shape) -> int:
 
 
 def curves_of(run: Prepared, table: np.ndarray) -> Curves | RunFailed:
-    """Curves from the rows (rows, 20) of ``marched``."""
+    """Curves from the rows (rows, 20 or more) of ``marched``."""
     rows = table[: len(run.plan.recorded)][run.plan.recorded]
     good = np.isfinite(rows).all(axis=1) & (np.abs(rows[:, :4]).max(axis=1) < _RUNAWAY * float(run.case.belt.width))
+    loose = rows[:, 20:].shape[1] > 0 and rows[:, -1] > TOLERANCE
+    good &= ~np.asarray(loose)
     end = len(rows) if good.all() else int(np.argmin(good))
     t = rows[:end].T
     curves = Curves(
@@ -172,7 +186,7 @@ def curves_of(run: Prepared, table: np.ndarray) -> Curves | RunFailed:
         edge_stress=t[10:12],
         tilt=t[12:14],
         sag=t[14:16].mean(axis=1) if end else np.zeros(2),
-        extra={"tension": t[16], "tail_x": t[17], "correction": t[19]},
+        extra={"tension": t[16], "tail_x": t[17], "correction": t[19], **dict(zip(COLUMNS, t[20:], strict=False))},
     )
     if end == len(rows):
         return curves
@@ -223,15 +237,18 @@ def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
 
 def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
     """Rows of mean readings of one case, shape (rows, 20): readings (mjx/measure.py), x of the tail pulley [m], travel
-    [m], and by how much a node was corrected at most [m]. commands: arrays of shape (rows, steps, ...)."""
+    [m], and by how much a node was corrected at most [m]; with friction 5 more (mjx/friction.py), the last of which is
+    the largest, too. commands: arrays of shape (rows, steps, ...)."""
 
     def one(state: State, command: Command) -> tuple[State, Array]:
         state = step(shape, belt, state, command)
         read = reading(shape, belt, state.nodes, state.wraps, state.tail_x, command.share)
-        return state, jnp.concatenate([read, jnp.stack([state.tail_x, state.travel, state.correction])])
+        most = [] if state.slip is None else [state.slip.columns()]
+        return state, jnp.concatenate([read, jnp.stack([state.tail_x, state.travel, state.correction]), *most])
 
     def row(state: State, commands: Command) -> tuple[State, Array]:
         state, reads = jax.lax.scan(one, state, commands)
-        return state, jnp.concatenate([reads[:, :-1].mean(axis=0), reads[:, -1:].max(axis=0)])
+        mean, most = reads.mean(axis=0), reads.max(axis=0)
+        return state, mean.at[19].set(most[19]).at[24:].set(most[24:])
 
     return jax.lax.scan(row, state, commands)[1]

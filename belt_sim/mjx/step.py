@@ -12,6 +12,7 @@ import jax.numpy as jnp
 
 from belt_sim.mjx.balance import Places, chain, corrected, factorise, forces, parted, torsion
 from belt_sim.mjx.belt import Belt, Shape, Surfaces
+from belt_sim.mjx.friction import Slip, pull_on_nodes, slipped
 from belt_sim.mjx.limp import Kinks, aside_of, led_on
 from belt_sim.mjx.wrap import (
     FIRST,
@@ -35,7 +36,8 @@ _CALM = 0.02  # [s], as in wrap/contact.py
 
 class State(NamedTuple):
     """nodes [m], (m, 3, n); wraps: of head and tail; tail_x [m], tail_spin [rad]; tension [N]: mean of the spans;
-    travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most; kinks: of a limp belt."""
+    travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most; slip: None if it sticks;
+    kinks: of a limp belt."""
 
     nodes: Array
     wraps: Wrap
@@ -44,6 +46,7 @@ class State(NamedTuple):
     tension: Array
     travel: Array
     correction: Array
+    slip: Slip | None = None
     kinks: Kinks | None = None
 
 
@@ -99,14 +102,17 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
         command,
         aside,
     )
-    nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
+    nodes, pose, slip = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail), state.slip
+    if slip is not None:
+        pull = pull_on_nodes(shape, belt, nodes, command.share)
+        wraps, slip = slipped(shape, belt, wraps, pose, pull, slip, shaped)
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
     for end in (FIRST, LAST):
         wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, belt.stride, shaped))(
             wraps, belt.surfaces, pose
         )
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, kinks)
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks)
 
 
 def _balanced(

@@ -78,11 +78,25 @@ def test_repeats_tell_both_noise_levels(white, wander):
 
 
 def test_what_the_model_lacks_does_not_change_the_noise_levels():
-    """Repeats share whatever is missing from the model, so it cancels."""
+    """Repeats share whatever is missing from the model, so it cancels; single runs that hold far more are not asked."""
     b = repeated_bench()
     drawn = errors(b, 1, np.random.default_rng(6))[0]
     missing = 5e-3 * np.sin(b.samples.travel)[:, None, :]
-    assert b.finder(drawn + missing) == b.finder(drawn)
+    repeats_alone = LevelFinder(b.samples, b.shapes)
+    for signal in repeats_alone.signals:
+        signal.fast = ()
+    assert b.finder(drawn + missing) == repeats_alone(drawn)
+
+
+def test_where_repeats_and_single_runs_agree_all_runs_tell_the_white_noise():
+    """Two repeats of 40 readings leave a tenth open; what is fast in all runs leaves less."""
+    b = repeated_bench()
+    repeats_alone = LevelFinder(b.samples, b.shapes)
+    for signal in repeats_alone.signals:
+        signal.fast = ()
+    drawn = errors(b, 30, np.random.default_rng(9))
+    width = [np.std(np.log([lv.white for lv in finder.many(drawn)])) for finder in (b.finder, repeats_alone)]
+    assert width[0] < 0.9 * width[1]
 
 
 def test_a_nuisance_is_what_one_sigma_of_it_does():

@@ -11,7 +11,7 @@ from belt_sim.effects.shear import Shear
 from belt_sim.effects.weld import Passing, Weld
 from belt_sim.effects.wobble import Wobble
 from belt_sim.laws.inside import BoundaryValues, no_bend
-from belt_sim.laws.runup import State, Yaw
+from belt_sim.laws.runup import RunUp, State
 from belt_sim.laws.span import beam_second_order
 from belt_sim.scene_parts import SceneParts
 
@@ -59,24 +59,27 @@ def state(travel, direction):
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 @pytest.mark.parametrize("pulley", ["tail", "head"])
 def test_a_wobbling_pulley_is_the_same_in_the_law_and_in_the_scene(pulley, direction):
-    """An axis yawed by beta brings the surface at +y back by beta y where it faces +x; the pulley turns under it."""
+    """Where the belt runs up, the radius grows towards +y by what the geometry says; an axis yawed by beta brings the
+    surface at +y back by beta y where it faces +x, and the pulley turns under it."""
     cos, sin = 3e-4, -2e-4
     names = ("beta_cos", "beta_sin") if pulley == "tail" else ("beta_cos_head", "beta_sin_head")
     wobble = Wobble(**dict(zip(names, (cos, sin), strict=True)))
     case = paper_case(40, 0.0, rig=UNEQUAL, direction=direction)
     parts = wobble.scene(SceneParts.undisturbed(case), case)
-    other = "head" if pulley == "tail" else "tail"
-    surface, still = getattr(parts, pulley), getattr(parts, other)
-    yaw = Yaw(tail=jnp.zeros(()), head=jnp.zeros(()), roll_runup=jnp.zeros(2), roll_runoff=jnp.zeros(2))
+    own, other = (0, 1) if pulley == "tail" else (1, 0)
+    surface, still = (getattr(parts, ("tail", "head")[k]) for k in (own, other))
+    nothing, y = RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2)), np.array([-0.05, 0.05])
+    top = (pulley == "tail") == (direction > 0)  # the place of the run-up: material angle there at travel 0
     for travel in (0.0, 0.1, 0.3, 0.7):
         turned = travel / surface.radius
-        wanted = cos * np.cos(turned) + sin * np.sin(turned)
-        front, y = 0.5 * np.pi - direction * turned, 0.05
-        at_edges = surface.radius_at(np.array([-y, y]), front)
-        assert -np.diff(at_edges)[0] / (2 * y) == pytest.approx(wanted, abs=EXACT)
-        found = wobble.yaw(yaw, state(travel, direction), case)
-        assert float(getattr(found, pulley)) == pytest.approx(wanted, abs=EXACT)
-        assert float(getattr(found, other)) == still.wobble == 0.0
+        yawed = -np.diff(surface.radius_at(y, 0.5 * np.pi - direction * turned))[0] / 0.1
+        assert yawed == pytest.approx(cos * np.cos(turned) + sin * np.sin(turned), abs=EXACT)
+        landing = surface.radius_at(y, (0.0 if top else np.pi) - direction * turned)
+        wanted = np.diff(landing)[0] / 0.1 / surface.radius
+        found = wobble.runup(nothing, state(travel, direction), case)
+        assert float(found.turn[own]) == pytest.approx(wanted, abs=EXACT)
+        assert float(found.turn[other]) == still.wobble == 0.0
+        assert not found.drift.any()
 
 
 @pytest.mark.parametrize("width", [0.2, 2.0])
