@@ -135,7 +135,7 @@ class NoiseSource:
         errors += self._wander(levels[..., 1], levels[..., 2])
         runs = rng.standard_normal((count, *bench.shapes.shape[:2]))
         errors += np.einsum("ckr,krsn->crsn", runs, bench.shapes)
-        return errors + rng.standard_normal(count)[:, None, None, None] * bench.shared
+        return errors + np.einsum("cm,mrsn->crsn", rng.standard_normal((count, len(bench.shared))), bench.shared)
 
     def _wander(self, size: np.ndarray, length: np.ndarray) -> np.ndarray:
         """Wander (count, R, S, n) at factors (count, S) on its size and length, by recursion along the travel."""

@@ -70,11 +70,12 @@ class Projection:
     def __init__(
         self, samples: Samples, shapes: np.ndarray, shared: np.ndarray, families: Mapping[str, np.ndarray]
     ) -> None:
-        """shapes (K, R, S, n): nuisances of every run; shared (R, S, n): the one of all; families: (k, R, S, n)."""
+        """shapes (K, R, S, n): nuisances of every run; shared (m, R, S, n): those of all; families: (k, R, S, n)."""
         self.samples = samples
-        columns = np.concatenate([shared[None], *families.values()])
-        ends = np.cumsum([1, *(len(f) for f in families.values())])
-        self.families = {n: np.arange(a, b) - 1 for n, (a, b) in zip(families, pairwise(ends), strict=True)}
+        columns = np.concatenate([shared, *families.values()])
+        self.shared = len(shared)
+        ends = np.cumsum([0, *(len(f) for f in families.values())])
+        self.families = {n: np.arange(a, b) for n, (a, b) in zip(families, pairwise(ends), strict=True)}
         runs, signals = samples.y.shape[:2]
         self.keep = np.isfinite(samples.y)
         white = np.where(self.keep, columns[:, :], 0.0)
@@ -101,10 +102,11 @@ class Projection:
             gram[:, a[:, None], a] += products[:, rows[:, None], rows] - products[:, k:, :k] @ onto
             b = raw[r]
             moments[:, a] += b[:, k:] - np.einsum("bk,bkp->bp", b[:, :k], onto[of])
-        share = gram[:, 0] / (1.0 + gram[:, :1, 0])  # the nuisance that all runs share, prior one sigma
-        moments = moments - moments[:, :1] * share[of]
-        gram = gram - share[:, :, None] * gram[:, :1]
-        return Sums(gram[:, 1:, 1:], of, moments[:, 1:], self.families)
+        m = self.shared  # nuisances that all runs share, prior one sigma
+        share = np.linalg.solve(gram[:, :m, :m] + np.eye(m), gram[:, :m])
+        moments = moments - np.einsum("bm,bmp->bp", moments[:, :m], share[of])
+        gram = gram - gram[:, :, :m] @ share
+        return Sums(gram[:, m:, m:], of, moments[:, m:], self.families)
 
     def _turned_columns(self, s: int, length: float) -> np.ndarray:
         if (s, length) not in self._turned:
