@@ -203,7 +203,7 @@ def laid(scene: Scene) -> State:
     mesh, parts, sign = scene.mesh, scene.parts, float(np.sign(float(scene.case.settings.direction)))
     places = ((0.0, parts.head), (scene.loop.centre_distance, parts.tail))
     poses = [
-        Pose(np.array([x, 0.0, 0.0]), surface.axes(0.0, 0.0), -sign * scene.early / surface.radius)
+        Pose(np.array([x, 0.0, 0.0]), surface.axes(0.0, 0.0, askew=0.0), -sign * scene.early / surface.radius)
         for x, surface in places
     ]
     wraps = laid_wraps(

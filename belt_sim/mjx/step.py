@@ -63,11 +63,11 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     """The state after a step."""
     moved = command.travel - state.travel
     shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
-    axes = jax.vmap(axes_of, in_axes=(0, 0, None))(belt.surfaces, command.yaw, command.share)
-    spin = shape.sign * command.travel / belt.surfaces.radius[HEAD]
+    turned = shape.sign * command.travel / belt.surfaces.radius
+    axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0))(belt.surfaces, command.yaw, command.share, turned)
 
     def poses(tail: Array) -> Pose:
-        return Pose(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([spin, tail[1]]))
+        return Pose(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([turned[HEAD], tail[1]]))
 
     tail = jnp.stack([state.tail_x, state.tail_spin + shape.sign * moved / belt.surfaces.radius[TAIL]])
     pose, wraps, kinks = poses(tail), state.wraps, state.kinks
