@@ -27,7 +27,7 @@ from belt_sim.diagnosis import linear_readings
 from belt_sim.diagnosis.samples import MAX_SAMPLES, Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
-from belt_sim.jax_setup import compiled
+from belt_sim.stored_code import kept, own
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
@@ -203,7 +203,16 @@ class Forward:
 def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int):
     """Predictions at a batch of points and runs."""
     one = partial(_one_run, model=model, slots=slots, room=room, history=history)
-    return compiled(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)))
+    named = model_name(model, *dict.fromkeys(s.effect for s in slots))
+    name = named and f"{named} {[f'{s.effect.id}.{s.name}' for s in slots]} {room} {history}"
+    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)), name)
+
+
+def model_name(model: Composition, *effects: type[Effect]) -> str | None:
+    """What compiled code of a model with some effects is stored by; None where somebody's own code is in it."""
+    if not own(model.span, *effects, *map(type, model.built_in)):
+        return None
+    return f"{model.name} {model.span.__module__}.{model.span.__qualname__} {model.built_in} {model.moments}"
 
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:
