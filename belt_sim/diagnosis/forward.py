@@ -68,8 +68,10 @@ class Forward:
         classes: Sequence[type[Effect]],
         step: float = STEP,
         terms: Mapping[str, int] | None = None,
+        like: "Forward | None" = None,
     ) -> None:
-        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved."""
+        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved;
+        like: another with as much room, whose compiled code serves this one too."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
         self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
@@ -79,7 +81,7 @@ class Forward:
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._march = travel / steps, steps
-        self._room = room_for(steps, slots)
+        self._room = room_for(steps, slots) if like is None else like._room
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.offset: np.ndarray | float = 0.0
 

@@ -35,7 +35,6 @@ class Wobble(Effect):
     law = "run-up"
     reference = "physics sheet, section 7"
     parity = "even"
-    heavy = True
     parameters = {
         "beta_cos": _part("in-phase swing of the tail pulley"),
         "beta_sin": _part("quadrature swing of the tail pulley"),
