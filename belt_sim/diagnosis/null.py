@@ -17,7 +17,7 @@ from belt_sim.diagnosis.projection import Projection
 from belt_sim.diagnosis.workbench import Workbench
 
 BATCH = 250
-_CURRENT = ""  # family of what is fitted already
+_CURRENT = "fitted already"  # family of what is fitted already
 
 
 @dataclass(frozen=True)
@@ -69,17 +69,18 @@ def null_gains(
     rng = np.random.default_rng(seed)
     families = {_CURRENT: current.reshape(-1, *base.shape)}
     families |= {n: s.columns if isinstance(s, Alternatives) else s for n, s in shapes.items()}
-    projection = Projection(bench.fitted, bench.shapes, bench.shared, families)
+    choices = {n: s.choices for n, s in shapes.items() if isinstance(s, Alternatives)}
+    projection = Projection(bench.fitted, bench.shapes, bench.shared, families, beside=_CURRENT, choices=choices)
     noise = NoiseSource(bench, bench.samples.y - base, rng)
     gains: dict[str, list[np.ndarray]] = {n: [] for n in shapes}
     dof = dict.fromkeys(shapes, 0)
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
         errors = noise.draw(size)
-        left = projection.sums(errors, bench.finder.many(errors)).beside(_CURRENT)
-        for name, shape in shapes.items():
-            choices = shape.choices if isinstance(shape, Alternatives) else (None,)
-            taken, rank = (np.max(x, axis=0) for x in zip(*(left.gains(name, c) for c in choices), strict=True))
+        left = projection.sums(errors, bench.finder.many(errors))
+        for name in shapes:
+            sets = range(len(projection.sets[name]))
+            taken, rank = (np.max(x, axis=0) for x in zip(*(left.gains(name, k) for k in sets), strict=True))
             free = bench.forward.modifiers(name) if rank.any() else 0
             dof[name] = max(dof[name], int(rank.max()) + free)
             gains[name].append(taken + (rng.chisquare(free, size) if free else 0.0))
