@@ -81,7 +81,7 @@ class Forward:
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._march = travel / steps, steps
-        self._room = room_for(steps, slots) if like is None else like._room
+        self._room: tuple[int, int] = room_for(steps, slots) if like is None else like._room
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.offset: np.ndarray | float = 0.0
 

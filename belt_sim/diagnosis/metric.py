@@ -46,8 +46,9 @@ def _shrink(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndar
 
 
 def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes in units of one prior sigma: of every run (K, R, S, n), and of what all runs share (m, R, S, n): stiffness,
-    and the place of the yaw, which a logger may tell too late in all runs alike.
+    """Shapes in units of one prior sigma: of every run (K, R, S, n), and of what all runs share (m, R, S, n).
+
+    All runs share the stiffness, and the place of the yaw where a logger may tell it too late in all runs alike.
 
     values (R, S, n): predictions; slopes (4, R, S, n): along stiffness, tension, yaw, its place (forward.NUISANCES).
     """
