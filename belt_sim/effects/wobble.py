@@ -9,9 +9,7 @@ import numpy as np
 from belt_sim.effects.base import Effect, Parameter, effect
 
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
-_RUNS_UP = np.array(
-    [-1.0, 1.0]
-)  # forwards on top of the tail and below the head, backwards the other way
+_RUNS_UP = np.array([-1.0, 1.0])  # forwards on top of the tail and below the head, backwards the other way
 
 
 def _part(meaning):

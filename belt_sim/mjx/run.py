@@ -77,11 +77,10 @@ def prepared(
     scene = lay_out(case, _BELTS[belt](), options, parts)
     slips = math.isfinite(parts.friction) if slips is None else slips
     shape, arrays = belt_of(scene, belt, slips)
-    changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
     state = laid(scene)._replace(slip=Slip.none(shape) if slips else None)
     if shape.limp:
         state = state._replace(kinks=Kinks.none(state.wraps, shape.sign))
-    return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, changes))
+    return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, parts.sets_in))
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
@@ -90,6 +89,7 @@ def refuse(belt: str, options: Options, parts: SceneParts) -> None:
         f"model.tensioning = {options.tensioning}": options.tensioning == "koller",
         "effects = edge_guide": bool(parts.edge_guides),
         "effects = lift_off": bool(parts.lift_off),
+        "effects that push at the spans or tilt the machine": bool(parts.pushes or parts.lean or parts.roll),
         "effects = pulley_deflection": any(s.yaw_compliance for s in (parts.head, parts.tail)),
     }
     for what, true in reasons.items():
