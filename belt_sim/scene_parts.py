@@ -133,5 +133,6 @@ class SceneParts:
         return replace(self, edge_guides=(*self.edge_guides, EdgeGuide(**values)))
 
     def with_push(self, **values: Any) -> "SceneParts":
-        """With one more Push of these values."""
-        return replace(self, pushes=(*self.pushes, Push(**values)))
+        """With one more Push of these values, if it pushes at all."""
+        push = Push(**values)
+        return replace(self, pushes=(*self.pushes, push)) if push.along or push.across or push.couple else self
