@@ -155,7 +155,7 @@ def _stepper(spans, spacing):
         commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
 
         def correct(_, guess):
-            then, _ = guess
+            then = replace(guess[0], travel=s0 + spacing)  # as it is; what depends on travel alone is worked out once
             yaw, push = _forced(effects, commanded, case, now, then)
             y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
             yaw_end = _yaw_now(effects, case, s0 + spacing, then)
