@@ -5,6 +5,7 @@ a parameter is known as well as a real machine allows (candidate.prior_sigma): w
 back to null, and the condition counts as one that hold-out cannot test.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,13 +22,15 @@ VISIBLE = 2.0  # sigma by which a number has to move left-out readings before an
 class Condition:
     """One condition left out: -2 log of the density that the rest predicted for it (surprise), errors (m,) [m] of its
     lateral readings, what one sigma of each refitted number moves there (k, m), which record (run and signal) each
-    reading is of (m,), and whether the rest knows the numbers.
+    reading is of (m,), and whether the rest knows the numbers; out (R,): its runs; left (r, S, n): all their errors.
     """
 
     surprise: float
     errors: np.ndarray
     moved: np.ndarray
     record: np.ndarray
+    out: np.ndarray
+    left: np.ndarray
     testable: bool = True
 
     @property
@@ -50,6 +53,15 @@ class HeldOut:
     def by_condition(self) -> dict[str, float]:
         """rms [m] of every condition."""
         return {name: c.rms for name, c in self.conditions.items()}
+
+    @property
+    def tested(self) -> tuple[str, ...]:
+        """Conditions that test something; all where none does."""
+        return tuple(n for n in self.conditions if n not in self.untestable) or tuple(self.conditions)
+
+    def over(self, names: Sequence[str]) -> float:
+        """rms [m] over some conditions."""
+        return float(np.sqrt(np.mean(np.concatenate([self.conditions[n].errors for n in names]) ** 2)))
 
     @property
     def untestable(self) -> tuple[str, ...]:
@@ -91,20 +103,22 @@ def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
     blocks = fit.residual.reshape(runs, -1)
     if not fit.free:
         left = blocks[out].ravel()
-        errors = (bench.samples.y[out] - fit.values[out])[there]
-        return Condition(float(left @ left), errors, np.empty((0, len(errors))), record)
+        errors = bench.samples.y[out] - fit.values[out]
+        return Condition(float(left @ left), errors[there], np.empty((0, len(record))), record, out, errors)
     columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
     here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
     sigma = prior_sigma(bench.forward, fit.free)
     away = fit.vector[fit.free] - bench.forward.null()[fit.free]
     step, root = _refit(rest, blocks[~out].ravel(), sigma, away)
     left = blocks[out].ravel() - step @ here
-    predicted = fit.values[out] + np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
+    errors = bench.samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
     return Condition(
         surprise=_surprise(left, here, rest, sigma),
-        errors=(bench.samples.y[out] - predicted)[there],
+        errors=errors[there],
         moved=root @ fit.slopes[:, out][:, there],
         record=record,
+        out=out,
+        left=errors,
         testable=_is_known(here, root, sigma, away),
     )
 
