@@ -15,6 +15,7 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 
 KNOWN = 0.5  # a number is known without the left-out runs when its u is below this share of what it was before any
+LARGE = 0.9  # of the largest yaw, from which a yaw counts as the largest
 VISIBLE = 2.0  # sigma by which a number has to move left-out readings before anybody asks who knows it
 
 
@@ -70,13 +71,21 @@ class HeldOut:
 
 
 def conditions(bench: Workbench) -> dict[str, np.ndarray]:
-    """Name -> which runs (R,) it leaves out: every tension, every sign of yaw, and the runs marked hold_out."""
+    """Name -> which runs (R,) it leaves out: every tension, every sign of yaw, the largest yaws where there are smaller
+    ones, and the runs marked hold_out.
+
+    The lowest and the highest tension and the largest yaw ask for an extrapolation, in which a wrong law shows first.
+    """
     runs = bench.samples.runs
     fitted = np.array([r.use == "fit" for r in runs])
     tension = np.array([r.tension for r in runs])
     sign = np.array([np.sign(r.yaw) for r in runs])
     found = {f"{t / 1e6:g} N/mm2": (tension == t) & fitted for t in np.unique(tension)}
     found |= {f"yaw {'+' if s > 0 else '-' if s < 0 else '0'}": (sign == s) & fitted for s in np.unique(sign)}
+    size = np.abs([r.yaw for r in runs])
+    large = size > LARGE * np.max(size[fitted], initial=0.0)
+    if np.any(fitted & ~large & (size > 0.0)):
+        found["largest yaw"] = large & fitted
     kept = {n: m for n, m in found.items() if m.any() and not m[fitted].all()}
     if not fitted.all():
         kept["hold_out"] = ~fitted
