@@ -29,12 +29,20 @@ def as_indicated(
     The engine is run as far as the belt goes while the encoder counts that much; its records are spread over what the
     encoder shows, so that without an encoder's error they are read where they are.
     """
+    driven, far = asked_of_engine(case, effects, travel)
+    curves = engine(driven, far)
+    if not any(uses(effects, hook) for hook in AFTER_ENGINE):
+        return curves
+    return as_numpy(indicate(curves, case, effects, np.asarray(curves.travel) * (travel / far)))
+
+
+@in_float64
+def asked_of_engine(case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
+    """The case as driven, and how far an engine has to run it [m] for curves over ``travel`` [m] as indicated."""
     driven = as_driven(case, effects)
     if not any(uses(effects, hook) for hook in AFTER_ENGINE):
-        return engine(driven, travel)
-    far = max(travel, float(true_travel(effects, case, travel)))
-    curves = engine(driven, far)
-    return as_numpy(indicate(curves, case, effects, np.asarray(curves.travel) * (travel / far)))
+        return driven, travel
+    return driven, max(travel, float(true_travel(effects, case, travel)))
 
 
 def as_driven(case: Case, effects: Sequence[Effect]) -> Case:
