@@ -30,7 +30,7 @@ class OwnErrors:
         samples, metric = bench.samples, bench.metric
         if any(r.use != "fit" for r in samples.runs):  # the metric is blind to runs that were held out
             metric = metric_of(samples, bench.levels, bench.shapes, bench.shared)
-        self.shapes = np.concatenate([bench.shapes, bench.shared[None]])
+        self.shapes = np.concatenate([bench.shapes, bench.shared])
         columns = metric.noise_white(self.shapes).swapaxes(0, 1)  # (R, K, S * n)
         self.posterior = np.linalg.inv(columns @ columns.swapaxes(1, 2) + np.eye(len(self.shapes)))
         runs, signals, n = samples.y.shape
