@@ -89,18 +89,9 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     aside: Array | float = (
         0.0 if kinks is None else aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
     )
+    nodes = jnp.where(places.free, nodes, anchors + aside)
     nodes, tail, tension, correction = _balanced(
-        shape,
-        belt,
-        wraps,
-        jnp.where(places.free, nodes, anchors + aside),
-        taut,
-        tail,
-        poses,
-        places,
-        state,
-        command,
-        aside,
+        shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside
     )
     nodes, pose, slip = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail), state.slip
     if slip is not None:
@@ -162,7 +153,7 @@ def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:
 def _anchors(wraps: Wrap, pose: Pose, places: Places) -> Array:
     """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
 
-    The same as wrap.placed, reckoned once a station and not for both pulleys: sines are what a step is slow at.
+    Reckoned once a station and not for both pulleys.
     """
 
     def of(values: Array) -> Array:
