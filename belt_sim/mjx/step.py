@@ -5,7 +5,8 @@ length of travel, not of time. What a run filters over time is filtered over the
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -13,6 +14,8 @@ import jax.numpy as jnp
 from belt_sim.mjx.balance import Places, chain, corrected, factorise, forces, parted, torsion
 from belt_sim.mjx.belt import Belt, Shape, Surfaces
 from belt_sim.mjx.friction import Slip, pull_on_nodes, slipped
+from belt_sim.mjx.guides import pressed
+from belt_sim.mjx.layer import displaced, followed, threaded
 from belt_sim.mjx.limp import Kinks, aside_of, led_on
 from belt_sim.mjx.wrap import (
     FIRST,
@@ -29,6 +32,7 @@ from belt_sim.mjx.wrap import (
     sunk,
     turning,
 )
+from belt_sim.mjx.yielding import given_way, moments
 from belt_sim.pytree import Numbers as Array
 
 _CALM = 0.02  # [s], as in wrap/contact.py
@@ -37,6 +41,7 @@ _CALM = 0.02  # [s], as in wrap/contact.py
 class State(NamedTuple):
     """nodes [m], (m, 3, n); wraps: of head and tail; tail_x [m], tail_spin [rad]; tension [N]: mean of the spans;
     travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most; slip: None if it sticks;
+    turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in mjx/layer.py, or None;
     kinks: of a limp belt."""
 
     nodes: Array
@@ -47,6 +52,8 @@ class State(NamedTuple):
     travel: Array
     correction: Array
     slip: Slip | None = None
+    turned: Array | None = None
+    layer: Array | None = None
     kinks: Kinks | None = None
 
 
@@ -63,7 +70,8 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     """The state after a step."""
     moved = command.travel - state.travel
     shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
-    axes = jax.vmap(axes_of, in_axes=(0, 0, None))(belt.surfaces, command.yaw, command.share)
+    yaw = command.yaw if state.turned is None else command.yaw + state.turned
+    axes = jax.vmap(axes_of, in_axes=(0, 0, None))(belt.surfaces, yaw, command.share)
     spin = shape.sign * command.travel / belt.surfaces.radius[HEAD]
 
     def poses(tail: Array) -> Pose:
@@ -73,37 +81,55 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     pose, wraps, kinks = poses(tail), state.wraps, state.kinks
     if kinks is not None:
         wraps, kinks = led_on(shape, wraps, belt.surfaces, pose, kinks)
-    for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: sunk(shape, w, s, p, end, belt.chord, moved, shaped))(
-            wraps, belt.surfaces, pose
-        )
+    wraps = _at_ends(partial(sunk, shape, chord=belt.chord, moved=moved, shaped=shaped), wraps, belt.surfaces, pose)
     places = chain(shape, wraps)
-    taut = state.nodes[..., places.stations]
-    anchors = _anchors(wraps, pose, places)
-    nodes = _led(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
-    for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord, belt.stride))(
-            wraps, belt.surfaces, pose
-        )
+    taut, chords = state.nodes[..., places.stations], moved / belt.chord
+    held = _held(belt, wraps, pose, state.layer, places, taut)
+    nodes = _led(shape, belt.line_y, taut, held, places, chords)
+    wraps = _at_ends(partial(released, shape, chord=belt.chord, stride=belt.stride), wraps, belt.surfaces, pose)
     places = parted(shape, wraps, places.stations)
-    aside: Array | float = (
-        0.0 if kinks is None else aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
-    )
-    nodes = jnp.where(places.free, nodes, anchors + aside)
+    aside = None if kinks is None else aside_of(shape, wraps, pose, places, taut, chords, kinks, belt.chord)
     nodes, tail, tension, correction = _balanced(
         shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside
     )
-    nodes, pose, slip = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail), state.slip
-    if slip is not None:
-        pull = pull_on_nodes(shape, belt, nodes, command.share)
-        wraps, slip = slipped(shape, belt, wraps, pose, pull, slip, shaped)
+    nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
+    wraps, slip, turned = _yielded(shape, belt, wraps, pose, nodes, state, command)
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
+
+    def lands(w: Wrap, s: Surfaces, p: Pose, layer: Array | None, end: int) -> Wrap:
+        seen = threaded(belt, w, s, p, layer, nodes, end)
+        return landed(shape, w, s, p, seen, end, belt.chord, belt.stride, shaped)
+
+    wraps = _at_ends(lands, wraps, belt.surfaces, pose, state.layer)
+    layer = state.layer
+    if layer is not None:
+        layer = followed(belt, layer, wraps, pose, nodes, command.share, moved)
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, turned, layer, kinks)
+
+
+def _at_ends(change: Callable[..., Wrap], wraps: Wrap, *others: Any) -> Wrap:
+    """Both wraps changed at one end after the other by change(wrap, *others, end=...), others likewise of a pulley."""
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, belt.stride, shaped))(
-            wraps, belt.surfaces, pose
-        )
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks)
+        wraps = jax.vmap(partial(change, end=end))(wraps, *others)
+    return wraps
+
+
+def _yielded(
+    shape: Shape, belt: Belt, wraps: Wrap, pose: Pose, nodes: Array, state: State, command: Command
+) -> tuple[Wrap, Slip | None, Array | None]:
+    """What gives way to the belt's pull in the new equilibrium: anchors that slide, pulleys that turn."""
+    slip, turned = state.slip, state.turned
+    if slip is None and turned is None:
+        return wraps, None, None
+    pull = pull_on_nodes(shape, belt, nodes, command.share)
+    if turned is not None:
+        moment = moments(shape, wraps, pose, nodes, pull)
+        turned = given_way(belt, turned, moment, command.travel - state.travel)
+    if slip is not None:
+        shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
+        wraps, slip = slipped(shape, belt, wraps, pose, pull, slip, shaped)
+    return wraps, slip, turned
 
 
 def _balanced(
@@ -117,7 +143,7 @@ def _balanced(
     places: Places,
     state: State,
     command: Command,
-    aside: Array | float,
+    aside: Array | None,
 ) -> tuple[Array, Array, Array, Array]:
     """Nodes in equilibrium, slide and spin of the tail pulley, tension of the spans, and the largest correction.
 
@@ -126,16 +152,22 @@ def _balanced(
     """
     pose = poses(tail)
     twist = torsion(belt, _behind(shape, wraps, belt, pose), places, state.tension)
+    nodes = _held(belt, wraps, pose, state.layer, places, nodes, aside)
+    press = None
+    if belt.guides is not None:
+        shares = belt.stiffness / belt.stiffness.sum()
+        press = pressed(belt.guides, belt.chord, shares, nodes, places.free)
     moves = _moves(shape, wraps, pose)
-    stiffness = factorise(shape, belt, nodes, taut, places, twist, command.share, moves)
+    stiffness = factorise(shape, belt, nodes, taut, places, twist, command.share, moves, press)
     on_nodes, at_ends = forces(shape, belt, nodes, places, twist, command.share)
+    if press is not None:
+        on_nodes = on_nodes.at[1::3].add(press.force)
     on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL])
     arms = jnp.where(places.on_tail, nodes[:, 0] - tail[0], 0.0).sum(axis=1)
     lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
     change, tail_change = corrected(belt, stiffness, on_nodes, places, lacking)
     tail = tail + tail_change
-    anchors = _anchors(wraps, poses(tail), places) + aside
-    nodes = jnp.where(places.free, nodes + change.reshape(nodes.shape), anchors)
+    nodes = _held(belt, wraps, poses(tail), state.layer, places, nodes + change.reshape(nodes.shape), aside)
     return nodes, tail, -0.5 * on_tail[0], jnp.abs(change).max()
 
 
@@ -150,11 +182,25 @@ def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:
     return jax.vmap(one)(wraps, belt.surfaces, pose)
 
 
-def _anchors(wraps: Wrap, pose: Pose, places: Places) -> Array:
-    """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
+def _held(
+    belt: Belt,
+    wraps: Wrap,
+    pose: Pose,
+    layer: Array | None,
+    places: Places,
+    nodes: Array,
+    aside: Array | None = None,
+) -> Array:
+    """The chain with its held stations on their anchors, or ``aside`` of them [m], (m, 3, n)."""
+    anchors = _anchors(wraps, pose, places)
+    if layer is not None:
+        head, tail = jax.vmap(partial(displaced, belt))(wraps, belt.surfaces, pose, layer)[..., places.stations]
+        anchors = anchors + jnp.where(places.on_tail, tail, head)
+    return jnp.where(places.free, nodes, anchors if aside is None else anchors + aside)
 
-    Reckoned once a station and not for both pulleys.
-    """
+
+def _anchors(wraps: Wrap, pose: Pose, places: Places) -> Array:
+    """Where the chain's stations are held by their pulley [m], (m, 3, n); of free ones it says nothing."""
 
     def of(values: Array) -> Array:
         return jnp.where(places.on_tail, values[TAIL], values[HEAD])

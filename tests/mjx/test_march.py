@@ -38,7 +38,6 @@ def test_a_batch_is_beside_mujoco_and_each_case_by_itself():
     [
         ({"model": {"name": "mujoco_flex", "tensioning": "koller"}}, "koller"),
         ({"model": {"name": "mujoco_flex", "control": True}}, "control"),
-        ({"model": "mujoco_flex", "effects": ["lift_off"]}, "lift_off"),
     ],
 )
 def test_what_it_cannot_do_is_said_in_a_line(asked, words):
