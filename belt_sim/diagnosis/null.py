@@ -19,7 +19,7 @@ from belt_sim.diagnosis.workbench import Workbench
 BATCH = 250
 UPPER = 0.9  # quantile of the bootstrap by which alternatives are counted: below it they say little of the tail
 SMALL = -30.0  # log p, below which the chance of any of several is the sum of theirs
-_CURRENT = ""  # family of what is fitted already
+_CURRENT = "fitted already"  # family of what is fitted already
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,8 @@ def null_gains(
     rng = np.random.default_rng(seed)
     families = {_CURRENT: current.reshape(-1, *base.shape)}
     families |= {n: s.columns if isinstance(s, Alternatives) else s for n, s in shapes.items()}
-    projection = Projection(bench.fitted, bench.shapes, bench.shared, families)
+    choices = {n: s.choices for n, s in shapes.items() if isinstance(s, Alternatives)}
+    projection = Projection(bench.fitted, bench.shapes, bench.shared, families, beside=_CURRENT, choices=choices)
     noise = NoiseSource(bench, bench.samples.y - base, rng)
     gains: dict[str, list[np.ndarray]] = {n: [] for n in shapes}
     alone: dict[str, list[float]] = {n: [] for n, s in shapes.items() if isinstance(s, Alternatives)}
@@ -102,10 +103,10 @@ def null_gains(
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
         errors = noise.draw(size)
-        left = projection.sums(errors, bench.finder.many(errors)).beside(_CURRENT)
-        for name, shape in shapes.items():
-            choices = shape.choices if isinstance(shape, Alternatives) else (None,)
-            every, ranks = zip(*(left.gains(name, c) for c in choices), strict=True)
+        left = projection.sums(errors, bench.finder.many(errors))
+        for name in shapes:
+            sets = range(len(projection.sets[name]))
+            every, ranks = zip(*(left.gains(name, k) for k in sets), strict=True)
             taken, rank = np.max(every, axis=0), np.max(ranks, axis=0)
             free = bench.forward.modifiers(name) if rank.any() else 0
             dof[name] = max(dof[name], int(rank.max()) + free)
@@ -135,7 +136,7 @@ class NoiseSource:
         errors += self._wander(levels[..., 1], levels[..., 2])
         runs = rng.standard_normal((count, *bench.shapes.shape[:2]))
         errors += np.einsum("ckr,krsn->crsn", runs, bench.shapes)
-        return errors + rng.standard_normal(count)[:, None, None, None] * bench.shared
+        return errors + np.einsum("cm,mrsn->crsn", rng.standard_normal((count, len(bench.shared))), bench.shared)
 
     def _wander(self, size: np.ndarray, length: np.ndarray) -> np.ndarray:
         """Wander (count, R, S, n) at factors (count, S) on its size and length, by recursion along the travel."""

@@ -81,13 +81,13 @@ def prepared(
     changes = (
         any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None or parts.lift_off > 0
     )
-    state = laid(scene)._replace(
+    state = laid(scene)
+    state = state._replace(
         slip=Slip.none(shape) if acting.slips else None,
+        kinks=Kinks.none(state.wraps, shape.sign) if shape.limp else None,
         turned=np.zeros(2) if acting.gives_way else None,
         layer=np.zeros((2, 2, shape.lines, 2)) if acting.layered else None,
     )
-    if shape.limp:
-        state = state._replace(kinks=Kinks.none(state.wraps, shape.sign))
     return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, changes))
 
 
@@ -208,7 +208,7 @@ def laid(scene: Scene) -> State:
     mesh, parts, sign = scene.mesh, scene.parts, float(np.sign(float(scene.case.settings.direction)))
     places = ((0.0, parts.head), (scene.loop.centre_distance, parts.tail))
     poses = [
-        Pose(np.array([x, 0.0, 0.0]), surface.axes(0.0, 0.0), -sign * scene.early / surface.radius)
+        Pose(np.array([x, 0.0, 0.0]), surface.axes(0.0, 0.0, askew=0.0), -sign * scene.early / surface.radius)
         for x, surface in places
     ]
     wraps = laid_wraps(

@@ -41,8 +41,8 @@ _CALM = 0.02  # [s], as in wrap/contact.py
 class State(NamedTuple):
     """nodes [m], (m, 3, n); wraps: of head and tail; tail_x [m], tail_spin [rad]; tension [N]: mean of the spans;
     travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most; slip: None if it sticks;
-    turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in mjx/layer.py, or None;
-    kinks: of a limp belt."""
+    kinks: of a limp belt; turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in
+    mjx/layer.py, or None."""
 
     nodes: Array
     wraps: Wrap
@@ -52,9 +52,9 @@ class State(NamedTuple):
     travel: Array
     correction: Array
     slip: Slip | None = None
+    kinks: Kinks | None = None
     turned: Array | None = None
     layer: Array | None = None
-    kinks: Kinks | None = None
 
 
 class Command(NamedTuple):
@@ -70,12 +70,12 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     """The state after a step."""
     moved = command.travel - state.travel
     shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
+    rolled = shape.sign * command.travel / belt.surfaces.radius
     yaw = command.yaw if state.turned is None else command.yaw + state.turned
-    axes = jax.vmap(axes_of, in_axes=(0, 0, None))(belt.surfaces, yaw, command.share)
-    spin = shape.sign * command.travel / belt.surfaces.radius[HEAD]
+    axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0))(belt.surfaces, yaw, command.share, rolled)
 
     def poses(tail: Array) -> Pose:
-        return Pose(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([spin, tail[1]]))
+        return Pose(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
 
     tail = jnp.stack([state.tail_x, state.tail_spin + shape.sign * moved / belt.surfaces.radius[TAIL]])
     pose, wraps, kinks = poses(tail), state.wraps, state.kinks
@@ -84,11 +84,14 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     wraps = _at_ends(partial(sunk, shape, chord=belt.chord, moved=moved, shaped=shaped), wraps, belt.surfaces, pose)
     places = chain(shape, wraps)
     taut, chords = state.nodes[..., places.stations], moved / belt.chord
-    held = _held(belt, wraps, pose, state.layer, places, taut)
-    nodes = _led(shape, belt.line_y, taut, held, places, chords)
+    anchors = _anchors(belt, wraps, pose, state.layer, places)
+    nodes = _led(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, chords)
     wraps = _at_ends(partial(released, shape, chord=belt.chord, stride=belt.stride), wraps, belt.surfaces, pose)
     places = parted(shape, wraps, places.stations)
-    aside = None if kinks is None else aside_of(shape, wraps, pose, places, taut, chords, kinks, belt.chord)
+    if state.layer is not None:
+        anchors = _anchors(belt, wraps, pose, state.layer, places)
+    aside = jnp.zeros(()) if kinks is None else aside_of(shape, wraps, pose, places, taut, chords, kinks, belt.chord)
+    nodes = jnp.where(places.free, nodes, anchors + aside)
     nodes, tail, tension, correction = _balanced(
         shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside
     )
@@ -102,10 +105,10 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
         return landed(shape, w, s, p, seen, end, belt.chord, belt.stride, shaped)
 
     wraps = _at_ends(lands, wraps, belt.surfaces, pose, state.layer)
-    layer = state.layer
-    if layer is not None:
-        layer = followed(belt, layer, wraps, pose, nodes, command.share, moved)
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, turned, layer, kinks)
+    layer = (
+        state.layer if state.layer is None else followed(belt, state.layer, wraps, pose, nodes, command.share, moved)
+    )
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks, turned, layer)
 
 
 def _at_ends(change: Callable[..., Wrap], wraps: Wrap, *others: Any) -> Wrap:
@@ -143,7 +146,7 @@ def _balanced(
     places: Places,
     state: State,
     command: Command,
-    aside: Array | None,
+    aside: Array,
 ) -> tuple[Array, Array, Array, Array]:
     """Nodes in equilibrium, slide and spin of the tail pulley, tension of the spans, and the largest correction.
 
@@ -152,7 +155,6 @@ def _balanced(
     """
     pose = poses(tail)
     twist = torsion(belt, _behind(shape, wraps, belt, pose), places, state.tension)
-    nodes = _held(belt, wraps, pose, state.layer, places, nodes, aside)
     press = None
     if belt.guides is not None:
         shares = belt.stiffness / belt.stiffness.sum()
@@ -167,7 +169,8 @@ def _balanced(
     lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
     change, tail_change = corrected(belt, stiffness, on_nodes, places, lacking)
     tail = tail + tail_change
-    nodes = _held(belt, wraps, poses(tail), state.layer, places, nodes + change.reshape(nodes.shape), aside)
+    anchors = _anchors(belt, wraps, poses(tail), state.layer, places) + aside
+    nodes = jnp.where(places.free, nodes + change.reshape(nodes.shape), anchors)
     return nodes, tail, -0.5 * on_tail[0], jnp.abs(change).max()
 
 
@@ -182,24 +185,7 @@ def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:
     return jax.vmap(one)(wraps, belt.surfaces, pose)
 
 
-def _held(
-    belt: Belt,
-    wraps: Wrap,
-    pose: Pose,
-    layer: Array | None,
-    places: Places,
-    nodes: Array,
-    aside: Array | None = None,
-) -> Array:
-    """The chain with its held stations on their anchors, or ``aside`` of them [m], (m, 3, n)."""
-    anchors = _anchors(wraps, pose, places)
-    if layer is not None:
-        head, tail = jax.vmap(partial(displaced, belt))(wraps, belt.surfaces, pose, layer)[..., places.stations]
-        anchors = anchors + jnp.where(places.on_tail, tail, head)
-    return jnp.where(places.free, nodes, anchors if aside is None else anchors + aside)
-
-
-def _anchors(wraps: Wrap, pose: Pose, places: Places) -> Array:
+def _anchors(belt: Belt, wraps: Wrap, pose: Pose, layer: Array | None, places: Places) -> Array:
     """Where the chain's stations are held by their pulley [m], (m, 3, n); of free ones it says nothing."""
 
     def of(values: Array) -> Array:
@@ -209,7 +195,11 @@ def _anchors(wraps: Wrap, pose: Pose, places: Places) -> Array:
     turned = angle + of(pose.spin[:, None])
     local, axes = (r * jnp.sin(turned), y, r * jnp.cos(turned)), of(pose.axes[..., None])
     turned_back = [sum(axes[i, j] * local[j] for j in range(3)) for i in range(3)]
-    return jnp.stack(turned_back, axis=1) + of(pose.centre[..., None])
+    found = jnp.stack(turned_back, axis=1) + of(pose.centre[..., None])
+    if layer is None:
+        return found
+    moved = jax.vmap(lambda *one: displaced(belt, *one))(wraps, belt.surfaces, pose, layer)
+    return found + of(moved[..., places.stations])
 
 
 def _led(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, chords: Array) -> Array:

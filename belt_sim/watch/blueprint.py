@@ -22,8 +22,8 @@ def space(case: Case, root: str, name: str, look: Look) -> rrb.Spatial3DView:
     whole = length + 2.0 * radius
     eye = rrb.EyeControls3D(
         kind=rrb.Eye3DKind.Orbital,
-        position=[0.98 * whole, -0.44 * whole, 0.24 * whole],
-        look_target=[0.63 * length, 0.0, -0.2 * radius],
+        position=[0.95 * whole, -0.4 * whole, 0.21 * whole],
+        look_target=[0.65 * length, 0.0, -0.3 * radius],
         eye_up=[0.0, 0.0, 1.0],
     )
     return rrb.Spatial3DView(origin=root, name=name, background=BACKGROUND, line_grid=False, eye_controls=eye)

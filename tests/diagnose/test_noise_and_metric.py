@@ -31,7 +31,7 @@ def test_whitened_errors_have_unit_covariance(stated):
     white = stated.whiten(errors(bench(), DRAWS, rng))
     size = white.shape[1]
     assert np.mean(white**2) == pytest.approx(1.0, abs=SIGMAS * np.sqrt(2 / (DRAWS * size)))
-    nuisances = stated.whiten(np.concatenate([bench().shapes, bench().shared[None]]))
+    nuisances = stated.whiten(np.concatenate([bench().shapes, bench().shared]))
     along = np.concatenate([nuisances, rng.standard_normal((20, size))])
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     np.testing.assert_allclose(np.var(white @ along.T, axis=0), 1.0, atol=SIGMAS * np.sqrt(2 / DRAWS))
@@ -63,7 +63,7 @@ def long_bench():
     runs, signals, _ = b.samples.y.shape
     travel = np.tile(np.arange(0.0, 60.0, 0.25), (runs, 1))
     still = np.zeros((runs, signals, travel.shape[1]))
-    return replace(b, samples=replace(b.samples, travel=travel, y=still), shapes=still[None], shared=still)
+    return replace(b, samples=replace(b.samples, travel=travel, y=still), shapes=still[None], shared=still[None])
 
 
 @pytest.mark.parametrize(("white", "wander"), [(0.6, 1.4), (1.4, 0.6)])
@@ -108,7 +108,7 @@ def test_a_nuisance_is_what_one_sigma_of_it_does():
         off.append(b.forward.null())
         off[-1][len(b.forward.slots) + len(off) - 1] = size
     plain, *moved = b.forward.values(np.stack([b.forward.null(), *off]))
-    for shape, there in zip((b.shared, b.shapes[0], b.shapes[1]), moved, strict=True):
+    for shape, there in zip((b.shared[0], b.shapes[0], b.shapes[1]), moved, strict=True):
         wanted = there - plain
         np.testing.assert_allclose(shape, wanted, atol=SECOND_ORDER * np.abs(wanted).max())
 
