@@ -92,9 +92,7 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
         anchors = _anchors(belt, wraps, pose, state.layer, places)
     aside = jnp.zeros(()) if kinks is None else aside_of(shape, wraps, pose, places, taut, chords, kinks, belt.chord)
     nodes = jnp.where(places.free, nodes, anchors + aside)
-    nodes, tail, tension, correction = _balanced(
-        shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside
-    )
+    nodes, tail, tension, most = _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside)
     nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
     wraps, slip, turned = _yielded(shape, belt, wraps, pose, nodes, state, command)
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
@@ -108,7 +106,7 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     layer = (
         state.layer if state.layer is None else followed(belt, state.layer, wraps, pose, nodes, command.share, moved)
     )
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks, turned, layer)
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, most, slip, kinks, turned, layer)
 
 
 def _at_ends(change: Callable[..., Wrap], wraps: Wrap, *others: Any) -> Wrap:
