@@ -5,8 +5,7 @@ length of travel, not of time. What a run filters over time is filtered over the
 """
 
 from collections.abc import Callable
-from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -81,39 +80,54 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     pose, wraps, kinks = poses(tail), state.wraps, state.kinks
     if kinks is not None:
         wraps, kinks = led_on(shape, wraps, belt.surfaces, pose, kinks)
-    wraps = _at_ends(partial(sunk, shape, chord=belt.chord, moved=moved, shaped=shaped), wraps, belt.surfaces, pose)
+    for end in (FIRST, LAST):
+        wraps = jax.vmap(lambda w, s, p, end=end: sunk(shape, w, s, p, end, belt.chord, moved, shaped))(
+            wraps, belt.surfaces, pose
+        )
     places = chain(shape, wraps)
-    taut, chords = state.nodes[..., places.stations], moved / belt.chord
+    taut = state.nodes[..., places.stations]
     anchors = _anchors(belt, wraps, pose, state.layer, places)
-    nodes = _led(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, chords)
-    wraps = _at_ends(partial(released, shape, chord=belt.chord, stride=belt.stride), wraps, belt.surfaces, pose)
+    nodes = _led(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
+    for end in (FIRST, LAST):
+        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord, belt.stride))(
+            wraps, belt.surfaces, pose
+        )
     places = parted(shape, wraps, places.stations)
     if state.layer is not None:
         anchors = _anchors(belt, wraps, pose, state.layer, places)
-    aside = jnp.zeros(()) if kinks is None else aside_of(shape, wraps, pose, places, taut, chords, kinks, belt.chord)
+    aside = aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
     nodes = jnp.where(places.free, nodes, anchors + aside)
-    nodes, tail, tension, most = _balanced(shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside)
+    nodes, tail, tension, correction = _balanced(
+        shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside
+    )
     nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
     wraps, slip, turned = _yielded(shape, belt, wraps, pose, nodes, state, command)
+    wraps, layer = _landed(shape, belt, wraps, pose, nodes, state.layer, command, moved)
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks, turned, layer)
+
+
+def _landed(
+    shape: Shape,
+    belt: Belt,
+    wraps: Wrap,
+    pose: Pose,
+    nodes: Array,
+    layer: Array | None,
+    command: Command,
+    moved: Array,
+) -> tuple[Wrap, Array | None]:
+    """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
+    shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
-
-    def lands(w: Wrap, s: Surfaces, p: Pose, layer: Array | None, end: int) -> Wrap:
-        seen = threaded(belt, w, s, p, layer, nodes, end)
-        return landed(shape, w, s, p, seen, end, belt.chord, belt.stride, shaped)
-
-    wraps = _at_ends(lands, wraps, belt.surfaces, pose, state.layer)
-    layer = (
-        state.layer if state.layer is None else followed(belt, state.layer, wraps, pose, nodes, command.share, moved)
-    )
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, most, slip, kinks, turned, layer)
-
-
-def _at_ends(change: Callable[..., Wrap], wraps: Wrap, *others: Any) -> Wrap:
-    """Both wraps changed at one end after the other by change(wrap, *others, end=...), others likewise of a pulley."""
     for end in (FIRST, LAST):
-        wraps = jax.vmap(partial(change, end=end))(wraps, *others)
-    return wraps
+
+        def lands(w: Wrap, s: Surfaces, p: Pose, layer: Array | None, end: int = end) -> Wrap:
+            seen = threaded(belt, w, s, p, layer, nodes, end)
+            return landed(shape, w, s, p, seen, end, belt.chord, belt.stride, shaped)
+
+        wraps = jax.vmap(lands)(wraps, belt.surfaces, pose, layer)
+    return wraps, layer if layer is None else followed(belt, layer, wraps, pose, nodes, command.share, moved)
 
 
 def _yielded(
@@ -144,7 +158,7 @@ def _balanced(
     places: Places,
     state: State,
     command: Command,
-    aside: Array,
+    aside: Array | float,
 ) -> tuple[Array, Array, Array, Array]:
     """Nodes in equilibrium, slide and spin of the tail pulley, tension of the spans, and the largest correction.
 
@@ -184,7 +198,10 @@ def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:
 
 
 def _anchors(belt: Belt, wraps: Wrap, pose: Pose, layer: Array | None, places: Places) -> Array:
-    """Where the chain's stations are held by their pulley [m], (m, 3, n); of free ones it says nothing."""
+    """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
+
+    The same as wrap.placed, reckoned once a station and not for both pulleys: sines are what a step is slow at.
+    """
 
     def of(values: Array) -> Array:
         return jnp.where(places.on_tail, values[TAIL], values[HEAD])
