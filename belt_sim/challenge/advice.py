@@ -1,6 +1,7 @@
 """Does the advised run tell the pair apart? It is made on the same line, and all is diagnosed again."""
 
 import re
+import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -32,7 +33,7 @@ def promised(answer: Mapping[str, Any]) -> dict[str, Any] | None:
 
 
 def followed(
-    scratch: Path, truth: Truth, answer: Mapping[str, Any], *, ablation: str, bootstraps: int
+    folder: Path, truth: Truth, answer: Mapping[str, Any], *, ablation: str, bootstraps: int
 ) -> dict[str, Any] | None:
     """What the second diagnosis says; resolved: what is hidden is named, and no longer stands in a confusable pair.
 
@@ -41,12 +42,13 @@ def followed(
     advice = promised(answer)
     if advice is None:
         return None
-    campaign = read_campaign(scratch)
+    campaign = read_campaign(folder)
     run, signals = advised_run(campaign, advice["action"])
     longer = measured_further(campaign, truth, run, signals, truth.seed)
-    place = scratch.with_name("further")
-    write_campaign(longer, place)
-    again = answerer(ablation)(place, bootstraps, truth.seed, truth.base)
+    with tempfile.TemporaryDirectory(prefix="belt_challenge_") as scratch:
+        place = Path(scratch) / "further"
+        write_campaign(longer, place)
+        again = answerer(ablation)(place, bootstraps, truth.seed, truth.base)
     named, hidden = {e["id"] for e in again["effects"]}, {e["id"] for e in truth.effects}
     pairs = [sorted((c["a"], c["b"])) for c in again["confusables"]]
     told_apart = hidden <= named and sorted(advice["separates"]) not in pairs

@@ -2,8 +2,6 @@
 
 import hashlib
 import json
-import shutil
-import tempfile
 import time
 import traceback
 from collections.abc import Callable, Iterator
@@ -29,7 +27,7 @@ class Task:
     """One campaign to be answered: its seed, where results go, and how it is drawn and answered.
 
     advised: advice for a next run is followed in every campaign of this number (0: never); others: whether plain
-    methods answer too.
+    methods answer too; of: folder of another challenge whose campaigns are answered, none is drawn.
     """
 
     seed: int
@@ -40,6 +38,7 @@ class Task:
     advised: int = 0
     others: bool = True
     commit: str | None = None
+    of: Path | None = None
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -47,36 +46,39 @@ class Task:
         return {name: getattr(self, name) for name in ("source", "ablation", "bootstraps")}
 
     def file(self, kind: str) -> Path:
-        """Where a part of this campaign stands: sealed/SEED (a folder), answers/SEED.json, results/SEED.json."""
-        return self.out / kind / (f"{self.seed}" if kind == "sealed" else f"{self.seed}.json")
+        """Where a part of this campaign stands: campaigns/SEED, sealed/SEED, answers/SEED.json, results/SEED.json."""
+        drawn = kind in ("sealed", "campaigns")
+        return (self.of if drawn and self.of else self.out) / kind / (f"{self.seed}" if drawn else f"{self.seed}.json")
 
 
 def carry(task: Task) -> None:
     """Draw, seal, answer, reveal; leaves results/SEED.json whatever happens on the way."""
     spent: dict[str, float] = {}
-    mine = Path(tempfile.mkdtemp(prefix="belt_challenge_"))  # a killed run's process may be at the same campaign still
-    scratch = mine / "campaign"
     try:
         with _timed(spent, "draw"):
-            sealed, base = drawn(task, scratch)
+            sealed, base = drawn(task)
         with _timed(spent, "answer"):
-            answer, answer_hash = answered(task, scratch, base)
+            answer, answer_hash = answered(task, base)
         truth = reveal(task.file("sealed"))
-        more = _more(task, scratch, truth, answer, spent)
+        more = _more(task, truth, answer, spent)
         keep(task, answer=answer, answer_sha256=answer_hash, truth=truth, truth_sha256=sealed, seconds=spent, **more)
     except Exception as error:  # the generator's, or this package's own: an outcome too, and shown
         keep(task, answer=crashed(error), truth=None, seconds=spent)
-    finally:
-        shutil.rmtree(mine, ignore_errors=True)
 
 
-def drawn(task: Task, scratch: Path) -> tuple[str, str]:
-    """Leave the campaign in ``scratch``, its truth sealed elsewhere before anybody answers.
+def drawn(task: Task) -> tuple[str, str]:
+    """Leave the campaign in campaigns/SEED, its truth sealed elsewhere before anybody answers.
 
-    Returns the hash of the truth, and the model that the campaign is to be diagnosed with.
+    One that stands there already is not drawn again. Returns the hash of the truth, and the model that the campaign is
+    to be diagnosed with.
     """
+    place, folder = task.file("sealed"), task.file("campaigns")
+    if folder.exists():
+        truth = reveal(place)
+        return truth.sha256(), truth.base
+    if task.of:
+        raise InputError("of", task.of, "", f"holds no campaign {task.seed}")
     campaign, truth = source(task.source)(task.seed)
-    place = task.file("sealed")
     place.mkdir(parents=True, exist_ok=True)
     if (place / HASH).exists():
         if (place / HASH).read_text(encoding="ascii").split()[:1] != [truth.sha256()]:
@@ -85,16 +87,16 @@ def drawn(task: Task, scratch: Path) -> tuple[str, str]:
             seal(truth, place)
     else:
         seal(truth, place)
-    write_campaign(campaign, scratch)
+    write_campaign(campaign, folder, overwrite=True)  # whole or not at all; a killed run's process may be at it still
     return truth.sha256(), truth.base
 
 
-def answered(task: Task, scratch: Path, base: str) -> tuple[dict[str, Any], str]:
+def answered(task: Task, base: str) -> tuple[dict[str, Any], str]:
     """The answer and its hash; once written it is frozen: a run that goes on after a stop takes it as it stands."""
     place = task.file("answers")
     if not place.exists():
         try:
-            answer = answerer(task.ablation)(scratch, task.bootstraps, task.seed, base)
+            answer = answerer(task.ablation)(task.file("campaigns"), task.bootstraps, task.seed, base)
         except Exception as error:  # a crash is an outcome
             answer = crashed(error)
         write_json(place, answer)
@@ -118,21 +120,22 @@ def crashed(error: BaseException | str) -> dict[str, Any]:
     return {"verdict": CRASH, "effects": [], "sentence": f"{type(error).__name__}: {error}{place}"}
 
 
-def _more(task: Task, scratch: Path, truth: Truth, answer: dict[str, Any], spent: dict[str, float]) -> dict[str, Any]:
+def _more(task: Task, truth: Truth, answer: dict[str, Any], spent: dict[str, float]) -> dict[str, Any]:
     """What is learnt after the answer is frozen: how others answer, and whether the advised run tells."""
     from belt_sim.challenge.advice import followed
     from belt_sim.challenge.baselines import others
 
     more: dict[str, Any] = {}
+    folder = task.file("campaigns")
     if answer["verdict"] == CRASH:
         return more
     if task.others:
         with _timed(spent, "others"):
-            more["others"] = _tried(lambda: others(scratch, truth.base, answer))
+            more["others"] = _tried(lambda: others(folder, truth.base, answer))
     if task.advised and task.seed % task.advised == 0:
         with _timed(spent, "advice"):
             again = partial(followed, ablation=task.ablation, bootstraps=task.bootstraps)
-            more["advice"] = _tried(lambda: again(scratch, truth, answer))
+            more["advice"] = _tried(lambda: again(folder, truth, answer))
     return more
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from belt_sim.campaign import Campaign
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig import Truth, random_campaign, random_nothing_campaign, random_stranger_campaign
-from belt_sim.virtual_rig.lot_space import random_space_campaign
+from belt_sim.virtual_rig.space_lot import random_space_campaign
 
 Draw = Callable[[int], tuple[Campaign, Truth]]
 

@@ -1,9 +1,9 @@
 """The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
 
-A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw], the last three
-relative, relative and in radians, the same for every run (a run's own setting error is small and enters linearly,
-through the derivative). Many points are computed at once; derivatives are differences of neighbouring points, which
-share the point they start from. Heavy effects are compiled in only where they are not null.
+A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw], the
+last four relative, relative, in radians and in metres of travel, the same for every run (a run's own setting error is
+small and enters linearly, through the derivative). Many points are computed at once; derivatives are differences of
+neighbouring points, which share the point they start from. Heavy effects are compiled in only where they are not null.
 
 Points and runs are marched as one list of rows, a fixed number at a time, over as many steps as the campaign needs: one
 compilation serves campaigns of any number of runs, samples, travel and step.
@@ -27,7 +27,7 @@ from belt_sim.diagnosis import linear_readings
 from belt_sim.diagnosis.samples import MAX_SAMPLES, Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
-from belt_sim.jax_setup import compiled
+from belt_sim.stored_code import kept, own
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
@@ -36,9 +36,9 @@ SLOTS = 16  # the same of the wrap's history
 COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
 ROWS = 128  # runs at points a batch; larger requests are cut, smaller ones padded, so that one shape is compiled
 WORKERS = 2  # batches at once: a march is one long loop, which uses one core
-NUISANCES = ("stiffness", "tension", "yaw")
+NUISANCES = ("stiffness", "tension", "yaw", "yaw_at")
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
-DIFFERENCES = (1e-5, 1e-5, 1e-8)  # the same of stiffness, tension, yaw [rad]
+DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05)  # the same of stiffness, tension, yaw [rad], its place [m]: half a step
 PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
 
 
@@ -68,8 +68,10 @@ class Forward:
         classes: Sequence[type[Effect]],
         step: float = STEP,
         terms: Mapping[str, int] | None = None,
+        like: "Forward | None" = None,
     ) -> None:
-        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved."""
+        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved;
+        like: another with as much room, whose compiled code serves this one too."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
         self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
@@ -79,7 +81,7 @@ class Forward:
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._march = travel / steps, steps
-        self._room = room_for(steps, slots)
+        self._room: tuple[int, int] = room_for(steps, slots) if like is None else like._room
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.offset: np.ndarray | float = 0.0
 
@@ -203,7 +205,16 @@ class Forward:
 def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int):
     """Predictions at a batch of points and runs."""
     one = partial(_one_run, model=model, slots=slots, room=room, history=history)
-    return compiled(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)))
+    named = model_name(model, *dict.fromkeys(s.effect for s in slots))
+    name = named and f"{named} {[f'{s.effect.id}.{s.name}' for s in slots]} {room} {history}"
+    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)), name)
+
+
+def model_name(model: Composition, *effects: type[Effect]) -> str | None:
+    """What compiled code of a model with some effects is stored by; None where somebody's own code is in it."""
+    if not own(model.span, *effects, *map(type, model.built_in)):
+        return None
+    return f"{model.name} {model.span.__module__}.{model.span.__qualname__} {model.built_in} {model.moments}"
 
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:
@@ -234,11 +245,12 @@ def _one_run(
 
 
 def _as_set(case: Case, nuisance) -> Case:
-    """The case as it was really set: stiffness, tension and yaw off by what ``nuisance`` says."""
-    stiffness, tension, yaw = nuisance
+    """The case as it was really set: stiffness, tension, yaw and its place off by what ``nuisance`` says."""
+    stiffness, tension, yaw, late = nuisance
     belt = replace(case.belt, youngs_modulus=case.belt.youngs_modulus * (1.0 + stiffness))
     schedule = case.settings.yaw
     last = jnp.zeros_like(schedule.change).at[-1].set(yaw)
-    turned = Schedule(at=schedule.at, over=schedule.over, change=schedule.change + last)
-    settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned)
+    turned = Schedule(at=schedule.at + late, over=schedule.over, change=schedule.change + last)
+    head = replace(case.settings.yaw_head, at=case.settings.yaw_head.at + late)
+    settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned, yaw_head=head)
     return Case(rig=case.rig, belt=belt, settings=settings)

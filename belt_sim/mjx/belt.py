@@ -17,7 +17,7 @@ from belt_sim.mujoco3d.machine.scene import Scene
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mesh.lattice import calibrate
 from belt_sim.mujoco3d.mesh.path import sinking
-from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.pytree import Numbers as Array
 
 _SPARE = 4  # stations by which a wrap may be longer than half a turn
@@ -74,7 +74,8 @@ class Belt(NamedTuple):
 
 class Shape(NamedTuple):
     """What the cases of a batch share: stations, lines, kind of ties, direction of travel, stations that may be off
-    the circle at an end of a wrap, stations that a pulley holds at most (0 if no belt of the batch slips)."""
+    the circle at an end of a wrap, stations that a pulley holds at most (0 if no belt of the batch slips), whether the
+    spans resist no bending."""
 
     stations: int
     lines: int
@@ -82,27 +83,29 @@ class Shape(NamedTuple):
     sign: int
     zone: int
     held: int = 0
+    limp: bool = False
 
 
 def belt_of(scene: Scene, kind: str, acting: Acting) -> tuple[Shape, Belt]:
-    """The arrays of a scene of ``kind`` "flex" or "grid"; options: fitted to its case."""
+    """The arrays of a scene of ``kind`` "flex", "grid" or "rope"; options: fitted to its case."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
-    torsion = Torsion.of(case.belt, mesh)
+    torsion = Torsion.of(case.belt, mesh) if mesh.across > 1 else None
     surfaces = _surfaces(scene)
     shape = Shape(
         stations=mesh.stations,
         lines=mesh.across,
-        bonds=kind == "grid",
+        bonds=kind != "flex",
         sign=int(np.sign(float(case.settings.direction))),
         zone=int(surfaces.sinking.max()) + 2,
         held=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if acting.slips else 0,
+        limp=is_limp(kind, options),
     )
     ties = _ties(case, mesh, options, kind, scene)
     if acting.cambered:
         ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
     belt = Belt(
         ties=ties,
-        twist=Twist(torsion.tense, torsion.own, torsion.still, torsion.stretched),
+        twist=Twist(torsion.tense, torsion.own, torsion.still, torsion.stretched) if torsion else Twist(0, 0, 0, 0),
         surfaces=surfaces,
         chord=mesh.chord,
         mass=mesh.mass,
@@ -136,8 +139,11 @@ def _surfaces(scene: Scene) -> Surfaces:
 
 
 def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: Scene) -> Ties:
-    """Six edges a quadrilateral, in the order of elastic.EDGES; a bond is counted once."""
+    """Six edges a quadrilateral, in the order of elastic.EDGES; a bond is counted once. A rope has its links alone."""
     strips, chord = mesh.across - 1, mesh.chord
+    if kind == "rope":
+        link = np.full((1, 1, 1), chord)
+        return Ties(np.zeros((1, 1)), mesh.line_stiffness[:, None] / chord, link, np.zeros_like(link))
     w = -np.diff(mesh.line_y)
     diagonal = np.hypot(chord, w)
     straight = np.stack([w, np.full(strips, chord), diagonal, diagonal, w, np.full(strips, chord)], axis=1)[..., None]

@@ -13,7 +13,7 @@ import numpy as np
 from belt_sim.campaign import Campaign, write_campaign
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
-from belt_sim.errors import InputError
+from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.mujoco3d import Options
 from belt_sim.rig import GRAVITY, Belt, Rig
 from belt_sim.scene_parts import SceneParts
@@ -29,9 +29,9 @@ from belt_sim.virtual_rig.space_plan import SENSORS, space_plan
 from belt_sim.virtual_rig.stated_error import with_simulator_error
 from belt_sim.watch.progress import progress
 
-#: Fine enough for two cores and ten minutes; what it costs in accuracy the campaign file states (stated_error.py).
+#: Fine enough for minutes; what it costs in accuracy the campaign file states (stated_error.py).
 OPTIONS = Options(dx=0.02, run_in=0.0)
-REFERENCE = "belt-sim virtual-rig engine=mujoco: a membrane belt in 3D; {error}"
+REFERENCE = "belt-sim virtual-rig engine=mujoco: a membrane belt in 3D ({engine}); {error}"
 _SALT_BYTES = 16
 _POINTS = {f"point_{k + 1}": k for k in range(4)}
 _TILTS = {"upper_mid_span": 0, "lower_mid_span": 1}
@@ -45,6 +45,7 @@ class SceneRun:
     faults: tuple[Fault, ...]
     options: Options
     travel: float
+    engine: str = "native"
 
 
 def run_space_rig(out: str | Path, *, overwrite: bool = False, **asked) -> str:
@@ -58,34 +59,39 @@ def run_space_rig(out: str | Path, *, overwrite: bool = False, **asked) -> str:
 
 def make_space_campaign(
     *,
-    hidden: Sequence[str | dict] = (),
+    hidden: Hidden | Sequence[str | dict] = (),
     seed: int | None = None,
     base: str | None = None,
     plan: Plan | None = None,
     sensors: Noise = SENSORS,
     options: Options = OPTIONS,
     title: str = "Virtual rig in three dimensions",
+    name: str = "",
     workers: int | None = None,
+    engine: str | None = None,
 ) -> tuple[Campaign, Truth]:
     """Measure the plan on the 3D belt; the same seed and machine give the same campaign.
 
-    hidden: ids, or dictionaries {"id", parameters in SI}; base: the law that the campaign is meant for, strip
-    unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; workers: processes, one a core.
+    hidden: ids, or dictionaries {"id", parameters in SI}, or as drawn; base: the law that the campaign is meant for,
+    strip unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; name: of the plan; workers:
+    processes, one a core; engine: mjx or native, by default mjx where it can do what is hidden.
     """
-    what = _in_scene(hidden)
+    what = hidden if isinstance(hidden, Hidden) else _in_scene(hidden)
     usual = (b for b in reversed(BASES) if not any(b in f.part_of for f in what.faults))
     base = checked_base(base or next(usual), what.faults)
     plan = plan or space_plan()
     seed = secrets.randbits(63) if seed is None else checked_seed(seed)
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
     errors = draw_errors(plan, sensors, streams[0])
-    curves = measure([SceneRun(c, what.faults, options, plan.length) for c in true_cases(plan, base, errors)], workers)
+    cases = true_cases(plan, base, errors)
+    engine = engine or engine_for(cases[0], what.faults, options)
+    curves = measure([SceneRun(c, what.faults, options, plan.length, engine) for c in cases], workers)
     readings = read(plan, curves)
-    for k, (name, place) in enumerate(plan.signals.items()):
-        readings[k] = add_noise(readings[k], plan.travel, sensors.sheet(name, place), sensors, streams[1])
-    stated_noise, words = with_simulator_error(sensors)
-    campaign = campaign_of(plan, stated_noise, readings, title, REFERENCE.format(error=words))
-    return campaign, truth_of(seed, base, what, sensors, errors, None, streams[2].bytes(_SALT_BYTES).hex())
+    for k, (signal, place) in enumerate(plan.signals.items()):
+        readings[k] = add_noise(readings[k], plan.travel, sensors.sheet(signal, place), sensors, streams[1])
+    stated_noise, words = with_simulator_error(sensors, engine)
+    campaign = campaign_of(plan, stated_noise, readings, title, REFERENCE.format(engine=engine, error=words))
+    return campaign, truth_of(seed, base, what, sensors, errors, None, streams[2].bytes(_SALT_BYTES).hex(), name)
 
 
 def _in_scene(hidden: Sequence[str | dict]) -> Hidden:
@@ -155,15 +161,36 @@ def _each(runs: Sequence[SceneRun], workers: int) -> Iterator[tuple[int, Curves]
             pool.shutdown(wait=False, cancel_futures=True)
 
 
+def engine_for(case: Case, faults: Sequence[Fault], options: Options) -> str:
+    """mjx, many times faster, where it can do what the faults make of the scene; otherwise native."""
+    from belt_sim.mjx.run import refuse
+
+    try:
+        refuse("flex", options, scene_parts(case, faults, options))
+    except CannotRepresent:
+        return "native"
+    return "mjx"
+
+
+def scene_parts(case: Case, faults: Sequence[Fault], options: Options) -> SceneParts:
+    """The scene as the faults leave it."""
+    parts = SceneParts.undisturbed(case, options.friction)
+    for fault in faults:
+        parts = fault.scene(parts, case)
+    return parts
+
+
 def run_scene(run: SceneRun) -> Curves:
-    """One run in the scene as the faults leave it, at the speed that the setting states."""
+    """One run in the scene as the faults leave it, at the speed that the setting states (mjx has no inertia)."""
+    parts, travel = scene_parts(run.case, run.faults, run.options), run.travel + 2 * run.options.sample
+    if run.engine == "mjx":
+        from belt_sim.mjx.run import simulate as equilibria
+
+        return equilibria(run.case, belt="flex", travel=travel, options=run.options, parts=parts)
     from belt_sim.mujoco3d import simulate
 
     options = replace(run.options, belt_speed=float(run.case.settings.speed))
-    parts = SceneParts.undisturbed(run.case, options.friction)
-    for fault in run.faults:
-        parts = fault.scene(parts, run.case)
-    return simulate(run.case, belt="flex", travel=run.travel + 2 * options.sample, options=options, parts=parts)
+    return simulate(run.case, belt="flex", travel=travel, options=options, parts=parts)
 
 
 def read(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:

@@ -4,17 +4,19 @@ from dataclasses import replace
 
 from belt_sim.virtual_rig.plan import Noise
 
-#: A share of every reading, and what wanders beside it [m]. Over the runs of a campaign with nothing hidden, against
-#: the 1D line, the best factor of a signal is 1.0 % off 1 (rms; 2.4 % at most), and what it leaves over is 1.6 um
-#: (2.7 um at most). The worst is stated: this error is the same in every repeat, where a diagnosis cannot see it.
-GAIN, WANDER = 0.02, 3e-6
+#: Engine -> a share of every reading, and what wanders beside it [m]: how far a campaign with nothing hidden is off the
+#: 1D line, mesh and law together (python -m studies.space_error). The worst signal is stated: this error is the same in
+#: every repeat, where a diagnosis cannot see it. native: the best factor of a signal is 1.0 % off 1 (rms; 2.4 % at
+#: most), what it leaves over is 1.6 um (2.7 um at most); mjx: 0.3 % (0.5 % at most) and 1.6 um (1.8 um at most).
+OWN_ERROR = {"native": (0.02, 3e-6), "mjx": (0.005, 2e-6)}
 
 
-def with_simulator_error(sensors: Noise) -> tuple[Noise, str]:
+def with_simulator_error(sensors: Noise, engine: str = "native") -> tuple[Noise, str]:
     """The sensors' noise with the simulator's own error added in squares, and a sentence for the file."""
+    gain, wander = OWN_ERROR[engine]
     stated = replace(
         sensors,
-        gain=(sensors.gain**2 + GAIN**2) ** 0.5,
-        wander_sd=(sensors.wander_sd**2 + WANDER**2) ** 0.5,
+        gain=(sensors.gain**2 + gain**2) ** 0.5,
+        wander_sd=(sensors.wander_sd**2 + wander**2) ** 0.5,
     )
-    return stated, f"gain and wander cover the simulator's own error ({GAIN:.1%} of a reading, {WANDER * 1e6:g} um)"
+    return stated, f"gain and wander cover the simulator's own error ({gain:.1%} of a reading, {wander * 1e6:g} um)"

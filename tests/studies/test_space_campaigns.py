@@ -15,9 +15,10 @@ from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.library import fault_of
 from belt_sim.virtual_rig.observe import Errors, observe, true_line
 from belt_sim.virtual_rig.space_plan import SENSORS, space_plan
-from belt_sim.virtual_rig.stated_error import GAIN, WANDER, with_simulator_error
+from belt_sim.virtual_rig.stated_error import OWN_ERROR, with_simulator_error
 from studies.samples import SPACE_SAMPLES
 
+GAIN, WANDER = OWN_ERROR["native"]
 LARGEST = 300_000  # bytes
 SENSED = np.sqrt(SENSORS.white**2 + SENSORS.zero**2 + SENSORS.wander_sd**2)
 #: In one-sigma errors of a reading: 20 signals with a zero and 6 wander lengths each have an rms of 1 +- 0.1.

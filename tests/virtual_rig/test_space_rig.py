@@ -12,12 +12,23 @@ from belt_sim.rig import GRAVITY
 from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.fault import overrides
-from belt_sim.virtual_rig.library import fault_class, fault_of
+from belt_sim.virtual_rig.library import fault_of
+from belt_sim.virtual_rig.make import checked_base
 from belt_sim.virtual_rig.observe import Errors
 from belt_sim.virtual_rig.plan import Setting
-from belt_sim.virtual_rig.space import SceneRun, make_space_campaign, measure, run_scene, run_space_rig, true_cases
-from belt_sim.virtual_rig.space_lot import SETTINGS, small_space_plan, space_setting
+from belt_sim.virtual_rig.space import (
+    SceneRun,
+    engine_for,
+    make_space_campaign,
+    measure,
+    read,
+    run_scene,
+    run_space_rig,
+    true_cases,
+)
+from belt_sim.virtual_rig.space_lot import SETTINGS, space_setting
 from belt_sim.virtual_rig.space_plan import NARROW_BELT, SENSORS, TENSIONS, YAW, space_plan
+from belt_sim.virtual_rig.stated_error import OWN_ERROR
 
 COARSE = Options(dx=0.04, run_in=0.0, settle=0.2)
 TINY = replace(space_plan(), runs=(Setting(tension=40e6, yaw=YAW, speed=1.0),), length=0.5, spacing=0.1)
@@ -106,7 +117,13 @@ def test_the_rig_is_one_where_beam_theory_holds():
 
 def test_a_tiny_campaign_is_written_and_its_truth_opens(tmp_path):
     sha256 = run_space_rig(
-        tmp_path / "c", hidden=[{"id": "taper", "kappa_t": 1e-4}], seed=5, plan=TINY, options=COARSE, workers=1
+        tmp_path / "c",
+        hidden=[{"id": "taper", "kappa_t": 1e-4}],
+        seed=5,
+        plan=TINY,
+        options=COARSE,
+        workers=1,
+        engine="native",
     )
     truth, campaign = reveal(tmp_path / "c"), read_campaign(tmp_path / "c")
     assert truth.sha256() == sha256
@@ -145,11 +162,27 @@ def test_a_run_that_fails_ends_the_campaign():
     assert "\n" not in str(caught.value)
 
 
-def test_settings_by_lot_have_a_scene_and_come_again():
-    drawn = [space_setting(seed) for seed in range(4)]
-    assert drawn == [space_setting(seed) for seed in range(4)]
-    assert {base for base, _ in drawn} <= {"strip", "beam_th2"}
-    for name in filter(None, SETTINGS):
-        assert overrides(fault_class(name), "scene")
-    assert any(hidden for _, hidden in drawn)
-    assert len(small_space_plan().runs) == 5
+def test_settings_by_lot_meet_every_fault_once_and_come_again():
+    """In as many seeds as there are settings; none is part of its base law, and all have a scene."""
+    drawn = [space_setting(seed) for seed in range(len(SETTINGS))]
+    assert [vars(h) for _, h in drawn[:5]] == [vars(space_setting(seed)[1]) for seed in range(5)]
+    assert sorted(f.id for _, h in drawn for f in h.faults) == sorted(filter(None, SETTINGS))
+    for base, hidden in drawn:
+        checked_base(base, hidden.faults)
+        assert all(overrides(f, "scene") for f in hidden.faults)
+        assert all(d > 3 for d in hidden.sizes)
+
+
+@pytest.mark.parametrize(("name", "engine"), [("taper", "mjx"), ("camber", "mjx"), ("slip", "native")])
+def test_the_quick_engine_measures_what_it_can(name, engine):
+    case = true_cases(TINY, "strip", Errors())[0]
+    assert engine_for(case, (fault_of(name),), COARSE) == engine
+
+
+@pytest.mark.long
+def test_both_engines_measure_alike():
+    """Points 1 and 4 after half a metre, within what the file states of the engines' own errors and sensors."""
+    case = true_cases(TINY, "strip", Errors())[0]
+    taper = (fault_of({"id": "taper", "kappa_t": 1e-4}),)
+    native, mjx = (read(TINY, [run_scene(SceneRun(case, taper, FINE, 0.5, e))]) for e in ("native", "mjx"))
+    np.testing.assert_allclose(mjx, native, atol=5e-6, rtol=OWN_ERROR["native"][0])
