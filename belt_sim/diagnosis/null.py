@@ -7,7 +7,7 @@ Thresholds come from these gains, not from a table.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import stats
@@ -26,6 +26,7 @@ class NullGains:
 
     gains: Mapping[str, np.ndarray]
     dof: Mapping[str, int]
+    _thresholds: dict[tuple[str, float], float] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def log_p(self, name: str, gain: float) -> float:
         """log of the probability of so large a gain, by a chi2 law scaled to the bootstrap's mean."""
@@ -47,7 +48,10 @@ class NullGains:
         """The gain of one candidate that has this log p."""
         if self.dof[name] == 0 or not np.isfinite(log_p):
             return float("inf")
-        return float(stats.chi2.isf(np.exp(log_p), self.dof[name]) * self.inflation(name))
+        if (name, log_p) not in self._thresholds:
+            beyond = float(stats.chi2.isf(np.exp(log_p), self.dof[name]))
+            self._thresholds[name, log_p] = beyond * self.inflation(name)
+        return self._thresholds[name, log_p]
 
 
 def null_gains(
