@@ -207,7 +207,7 @@ def test_what_is_published_reads_back_and_tells_failures_with_reasons(tmp_path):
     missed = result(
         truth("library", "taper"), answer_of() | {"ranking": ranking}, others={"iid_bic": answer_of("taper")}
     )
-    path = publish([good, missed], str(tmp_path), {"source": "mix", "ablation": "diagnosis"})
+    path = publish([good, missed], str(tmp_path))
     (back,) = read_published(tmp_path / "challenge")
     assert back.rows == [facts_of(good), facts_of(missed)]
     assert [f.outcome for f in back.others["iid_bic"]] == ["wrong", "right"]
@@ -215,7 +215,7 @@ def test_what_is_published_reads_back_and_tells_failures_with_reasons(tmp_path):
     assert "| right effect first, d = 12 | >= 98% | 1 of 2 |" in text
     assert "taper: gain 5.0 under its threshold 9.0" in text
     assert len(list((tmp_path / "images").iterdir())) == 2
-    assert publish([], str(tmp_path), {}).read_text() == text
+    assert publish([], str(tmp_path)).read_text() == text
 
 
 @pytest.fixture
