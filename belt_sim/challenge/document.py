@@ -34,7 +34,8 @@ each of fourteen faults once, and nothing six times. They are not in the figures
 0.3 % of a reading and 1.6 um (`python -m studies.space_error`), which the campaign's file states.
 """
 _AGAIN = """Plain methods answer every campaign that the diagnosis has answered.
-`belt-sim challenge of=FOLDER publish=docs`, with the folder of a challenge, lets the diagnosis without its parts answer them too; some answer fewer campaigns.
+`belt-sim challenge of=FOLDER publish=docs`, with the folder of a challenge, lets the diagnosis without its parts answer
+them too; some answer fewer campaigns.
 
 """
 _WHO = {
