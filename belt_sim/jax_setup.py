@@ -10,11 +10,13 @@
 import functools
 import os
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import jax
 
+_CUDA = ("jax_cuda12_plugin", "jax_cuda13_plugin")
 _UNFUSED = "--xla_cpu_max_isa=AVX"
 
 
@@ -34,13 +36,16 @@ def in_float64(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def prepare() -> None:
+def prepare(gpu: bool = False) -> None:
     """Set JAX up for this process: CPU, unfused arithmetic, compiled code kept under BELT_SIM_CACHE or ~/.cache.
+
+    gpu: what runs gains by a GPU; take one if there is one and JAX knows it (belt-sim[cuda]).
 
     BELT_SIM_CACHE=off keeps none: every process then compiles everything itself, a minute for a diagnosis. What the
     environment already says (JAX_PLATFORMS, xla_cpu_max_isa in XLA_FLAGS) stays.
     """
-    os.environ.setdefault("JAX_PLATFORMS", "cpu")
+    wanted = "" if gpu and any(find_spec(name) for name in _CUDA) else "cpu"
+    os.environ.setdefault("JAX_PLATFORMS", wanted)  # "": the fastest that there is
     jax.config.update("jax_platforms", os.environ["JAX_PLATFORMS"])
     flags = os.environ.get("XLA_FLAGS", "")
     if "xla_cpu_max_isa" not in flags:

@@ -23,8 +23,8 @@ class PulleySurface:
 
     radius [m], to the belt's middle surface; taper = (dR/dy)/R [1/m]; crown c [1/m2]: local taper -c y;
     cant [rad]: roll of the axis about +x; yaw_offset [rad]: added to the commanded yaw; wobble [rad]: half angle of
-    the cone that the axis describes about the bearings' axis, seen as yaw wobble cos(turned + wobble_phase), where
-    ``turned`` is the rotation since travel 0 along the travel of the upper span from head to tail;
+    the cone that the axis describes about the bearings' axis: yaw wobble cos(spin + wobble_phase), roll wobble
+    sin(spin + wobble_phase), where ``spin`` is the rotation since travel 0, which takes the top towards +x;
     yaw_compliance [rad/(N m)]: the pulley gives way to the belt's moment about z.
     """
 
@@ -37,22 +37,19 @@ class PulleySurface:
     wobble_phase: float = 0.0
     yaw_compliance: float = 0.0
 
-    def radius_at(self, y: Numbers, angle: Numbers) -> Numbers:
-        """Radius [m] at lateral position y [m] and material angle [rad] (from the top towards +x at travel 0).
+    def radius_at(self, y: Numbers) -> Numbers:
+        """Radius [m] at lateral position y [m]: R (1 + taper y - crown y^2 / 2)."""
+        return self.radius * (1.0 + y * (self.taper - 0.5 * self.crown * y))
 
-        R (1 + taper y - crown y^2 / 2) - wobble y sin(angle - phase): the last term is the offset of a tilted axis.
-        """
-        r = self.radius * (1.0 + y * (self.taper - 0.5 * self.crown * y))
-        if self.wobble:
-            r = r - self.wobble * y * np.sin(angle - self.wobble_phase)
-        return r
-
-    def axes(self, yaw: float, share: float = 1.0) -> np.ndarray:
+    def axes(self, yaw: float, share: float = 1.0, spin: float = 0.0, askew: float = 1.0) -> np.ndarray:
         """Rotation matrix (3, 3) from the pulley's frame (y along its axis, not spinning) to the world at this yaw.
 
-        share: how much of yaw offset and cant acts (0 before travel 0, where the machine is aligned).
+        share: how much of yaw offset and cant acts (0 before travel 0, where the machine is aligned); spin [rad];
+        askew: how much of the wobble acts (all of it, but while the belt is being laid).
         """
-        turn, roll = yaw + share * self.yaw_offset, share * self.cant
+        cone, phase = askew * self.wobble, spin + self.wobble_phase
+        turn = yaw + share * self.yaw_offset + cone * math.cos(phase)
+        roll = share * self.cant + cone * math.sin(phase)
         c, s = math.cos(turn), math.sin(turn)
         cg, sg = math.cos(roll), math.sin(roll)
         return np.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])

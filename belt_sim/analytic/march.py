@@ -95,7 +95,8 @@ def march_open(
     carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
     beyond, last = jnp.arange(room)[:, None] > steps, _observe(carry, spans)
     places, order = _places(case)
-    curves = {n: jnp.where(beyond, last[n], row).T for n, row in rows.items()}
+    rows = {n: jnp.where(beyond, last[n], row) for n, row in rows.items()}
+    curves = {n: (row - row[0] if n == "y" else row).T for n, row in rows.items()}
     curves = {n: rows[places if n in ("y", "angle") else order] for n, rows in curves.items()}
     return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
 
@@ -131,6 +132,7 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
     _, rows = jax.lax.scan(record, start, jnp.arange(records))
     first = _observe(start, spans)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
+    rows["y"] = rows["y"] - first["y"]
     return _curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
 
 
@@ -191,12 +193,7 @@ def _nothing() -> RunUp:
 def _yaw(case, angle, *where) -> Yaw:
     """Commanded yaw of both pulleys, by ``angle`` (at a travel, or the mean over a step)."""
     settings = case.settings
-    return Yaw(
-        tail=angle(settings.yaw, *where),
-        head=angle(settings.yaw_head, *where),
-        roll_runup=jnp.zeros(2),
-        roll_runoff=jnp.zeros(2),
-    )
+    return Yaw.of(angle(settings.yaw, *where), angle(settings.yaw_head, *where))
 
 
 def _yaw_now(effects, case, travel, now) -> Yaw:
@@ -211,7 +208,7 @@ def _solve_sticking(now, off, off1, yaw, push, spans, h):
     ky, ko, ku, ro, ru = spans.answer.runup.T
     a = 0.5 * h
     known = (
-        -ky * 0.5 * _partner(off.y + off1.y)
+        ky * (yaw.aside_runup - yaw.aside_runoff - 0.5 * _partner(off.y + off1.y))
         + ku * yaw.runup
         + ko * (yaw.runoff + 0.5 * _partner(off.alpha + off1.alpha))
         + ro * yaw.roll_runoff
@@ -227,9 +224,9 @@ def _solve_limp(now, off, off1, yaw, push, spans, h):
     """One trapezoidal step of dy/ds = theta_p - (y_u - y_o)/L (paper eq. 5, 6)."""
     length = spans.span.length
     a = 0.5 * h / length
-    partner = _partner(off.y + off1.y)
+    partner = _partner(off.y + off1.y) + 2.0 * (yaw.aside_runoff - yaw.aside_runup)
     y = (now.y * (1 - a) + a * partner + h * (yaw.runup + push.drift)) / (1 + a)
-    return y, (y - _partner(off1.y)) / length - yaw.runup
+    return y, spans.slope(y, off1, yaw) - yaw.runup
 
 
 def _partner(runoff):
@@ -257,7 +254,7 @@ def _observe(carry, spans):
     """What is kept of one instant, still in the order (span up the tail, span up the head)."""
     _, now, off, yaw = carry
     return {
-        "y": jnp.concatenate([now.y, off.y]),
+        "y": jnp.concatenate([now.y + yaw.aside_runup, off.y + yaw.aside_runoff[::-1]]),
         "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
         "moment": now.moment,
         "tilt": spans.tilt(now, off, yaw),

@@ -92,10 +92,11 @@ class SettingsSheet:
 class Run:
     """One run: what was set, and what was recorded.
 
-    tension [Pa]; yaw and yaw_head [rad], both applied at travel yaw_at [m]; speed [m/s]; direction +1 or -1;
-    repeat_of names the first run with the same settings. travel [m], shape (n,), increasing from the straight
-    start at 0; time [s], shape (n,), or None; signals: name -> shape (n,) [m or rad], nan where blank.
-    A signal without any value in this run is absent from ``signals``; n = 0 for a run of steady rates only.
+    tension [Pa]; yaw and yaw_head [rad], both applied at travel yaw_at [m], known to yaw_at_u (one sigma); speed
+    [m/s]; direction +1 or -1; repeat_of names the first run with the same settings. travel [m], shape (n,),
+    increasing from the straight start at 0; time [s], shape (n,), or None; signals: name -> shape (n,) [m or rad],
+    nan where blank. A signal without any value in this run is absent from ``signals``; n = 0 for a run of steady
+    rates only.
     """
 
     name: str
@@ -105,6 +106,7 @@ class Run:
     speed: float = 0.5
     direction: float = 1.0
     yaw_at: float = 0.0
+    yaw_at_u: float = 0.0
     repeat_of: str | None = None
     use: Use = "fit"
     travel: np.ndarray = field(default_factory=lambda: np.empty(0))

@@ -67,6 +67,7 @@ YAW = Range("angle", -2.0, 2.0, "deg")
 SPEED = Range("speed", 0.0, 100.0, "m/s", open_low=True)
 DIRECTION = Range("number", -1e9, 1e9, "")  # which of them are directions is said by the reader
 TRAVEL = Range("length", 0.0, 20000.0, "m")
+YAW_AT_U = Range("length", 0.0, 10.0, "m")
 TIME = Range("time", -1e10, 1e10, "s")
 RATE = Range("number", -200.0, 200.0, "", label="mm per m")
 RATE_U = Range("number", 0.0, 200.0, "", open_low=True, label="mm per m")

@@ -1,6 +1,7 @@
 """A campaign folder, belt-campaign/1 -> Campaign."""
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 
 from belt_sim.campaign.nouns import Campaign, Run, SteadyRate
@@ -21,6 +22,19 @@ def read_campaign(folder: str | Path) -> Campaign:
     settings exact, yaw_head 0, speed 0.5 m/s, direction 1, yaw_at 0, use fit; no time.
     Other files in the folder are left alone. A shipped campaign may be named without its path.
     """
+    return _read(folder, whole=True)[0]
+
+
+def read_begun(folder: str | Path) -> tuple[Campaign, tuple[Run, ...]]:
+    """The runs of a folder that are measured as a campaign, and those that are still to be measured.
+
+    Raises CampaignError with every violation found but that some runs, not all of them, have no data yet.
+    """
+    return _read(folder, whole=False)
+
+
+def _read(folder: str | Path, *, whole: bool) -> tuple[Campaign, tuple[Run, ...]]:
+    """The campaign, and its runs without data; whole: whether such runs are refused."""
     folder = campaign_folder(folder)
     problems: list[Problem] = []
     contents = contents_of(folder, problems)
@@ -31,10 +45,27 @@ def read_campaign(folder: str | Path) -> Campaign:
     recorded = read_signals(texts["signals.csv"], names, sheets, rows, problems) if "signals.csv" in texts else {}
     steady = read_steady(texts["steady.csv"], rows, problems) if "steady.csv" in texts else ()
     if rows is not None and not problems:
-        _check_records(rows, recorded, steady, problems)
+        _check_records(rows, recorded, steady, problems, whole=whole)
     if problems or sheet is None or rows is None:
         raise CampaignError(problems)
-    return sheet.campaign((recorded.get(name, run) for name, run in rows.runs.items()), hash_of(contents), steady)
+    data = recorded.keys() | {rate.run for rate in steady}
+    there = [recorded.get(name, run) for name, run in rows.runs.items() if name in data]
+    campaign = sheet.campaign(_repeats_of_what_is_there(there), hash_of(contents), steady)
+    return campaign, tuple(run for name, run in rows.runs.items() if name not in data)
+
+
+def _repeats_of_what_is_there(runs: list[Run]) -> list[Run]:
+    """Repeats of a run that is not among them repeat the first of its repeats that is."""
+    names = {run.name for run in runs}
+    heir: dict[str, str] = {}
+    found = []
+    for run in runs:
+        first = run.repeat_of
+        if first is not None and first not in names:
+            heir.setdefault(first, run.name)
+            run = replace(run, repeat_of=None if heir[first] == run.name else heir[first])
+        found.append(run)
+    return found
 
 
 def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True) -> dict[str, bytes]:
@@ -86,15 +117,16 @@ def text_of(name: str, data: bytes, problems: list[Problem]) -> str | None:
 
 
 def _check_records(
-    rows: RunRows, recorded: dict[str, Run], steady: tuple[SteadyRate, ...], problems: list[Problem]
+    rows: RunRows, recorded: dict[str, Run], steady: tuple[SteadyRate, ...], problems: list[Problem], *, whole: bool
 ) -> None:
-    """Every run has a record or a rate, and its yaw is applied before the record ends."""
+    """Every run has a record or a rate (if it is to be whole), and its yaw is applied before the record ends."""
     rated = {rate.run for rate in steady}
     for name, run in rows.runs.items():
         line = rows.lines[name]
         if name not in recorded and name not in rated:
             remedy = "has no rows in signals.csv or steady.csv; add them or remove the run"
-            problems.append(Problem(file="runs.csv", line=line, name="run", value=name, remedy=remedy))
+            if whole:
+                problems.append(Problem(file="runs.csv", line=line, name="run", value=name, remedy=remedy))
         elif name in recorded and run.yaw_at > (end := float(recorded[name].travel[-1])):
             remedy = f"must be at most {end:.15g} m, where the record of {name} ends"
             problems.append(

@@ -23,6 +23,7 @@ NUMBERS: dict[str, tuple[str, Range, float | None]] = {
     "speed_m_per_s": ("speed", plausible.SPEED, 0.5),
     "direction": ("direction", plausible.DIRECTION, 1.0),
     "yaw_at_m": ("yaw_at", plausible.TRAVEL, 0.0),
+    "u_yaw_at_m": ("yaw_at_u", plausible.YAW_AT_U, 0.0),
 }
 REQUIRED = ("run", "tension_N_per_mm2", "yaw_deg")
 KNOWN = ("run", *NUMBERS, "repeat_of", "use")
@@ -113,6 +114,8 @@ def _check_repeats(runs: dict[str, Run], lines: dict[str, int], problems: list[P
             refuse(run, "repeat_of", run.repeat_of, "", f"is itself a repeat; name {first.repeat_of} instead")
         else:
             for column, (field, bounds, _) in NUMBERS.items():
+                if field == "yaw_at_u":
+                    continue
                 own, its = getattr(run, field), getattr(first, field)
                 if abs(own - its) > REPEAT_TOLERANCE * abs(its):
                     shown, other = (x / plausible.UNITS[bounds.unit][1] for x in (own, its))

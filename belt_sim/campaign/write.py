@@ -4,6 +4,7 @@ import os
 import secrets
 import shutil
 from collections.abc import Callable, Mapping
+from itertools import compress
 from pathlib import Path
 
 import numpy as np
@@ -161,11 +162,13 @@ def runs_text(runs: tuple[Run, ...]) -> str:
         _cells(np.array([run.speed for run in runs])),
         [f"{run.direction:g}" for run in runs],
         _cells(np.array([run.yaw_at for run in runs])),
+        _cells(np.array([run.yaw_at_u for run in runs])),
         [run.repeat_of or "" for run in runs],
         [run.use for run in runs],
     ]
-    rows = (",".join(row) for row in zip(*columns, strict=True))
-    return "\n".join([",".join(KNOWN), *rows, ""])
+    stated = [name != "u_yaw_at_m" or any(run.yaw_at_u for run in runs) for name in KNOWN]
+    rows = (",".join(compress(row, stated)) for row in zip(*columns, strict=True))
+    return "\n".join([",".join(compress(KNOWN, stated)), *rows, ""])
 
 
 def _signals(campaign: Campaign) -> str:

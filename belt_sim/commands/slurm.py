@@ -5,70 +5,20 @@ Only what is missing is submitted; a job that is lost (killed, out of memory or 
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from hydra.core.hydra_config import HydraConfig
 from hydra.core.singleton import Singleton
-from hydra.core.utils import JobReturn, JobStatus, run_job, setup_globals
+from hydra.core.utils import JobReturn, JobStatus
 from hydra.plugins.launcher import Launcher
-from omegaconf import OmegaConf, open_dict
+from omegaconf import OmegaConf
 
+from belt_sim.commands.cases import Case, Worker
 from belt_sim.commands.failed import failure_in
-from belt_sim.commands.run_folder import kept
 from belt_sim.errors import BeltError
 
 ASKED_EVERY = 30.0  # [s], at least, of Slurm, whether a job has been lost
 #: settings of a job that submitit knows for every kind of cluster; the others are Slurm's
 _COMMON = ("timeout_min", "cpus_per_task", "mem_gb", "name")
-
-
-@dataclass(frozen=True)
-class Case:
-    """One case of a sweep: its number, what the command line overrides, its folder, its configuration."""
-
-    number: int
-    overrides: Sequence[str]
-    folder: Path
-    config: Any
-
-    def done(self) -> bool:
-        """Whether its result is there."""
-        return kept(self.folder, self.config)
-
-
-@dataclass(frozen=True)
-class Worker:
-    """Runs cases, here or in a job: what Hydra needs for it."""
-
-    context: Any
-    config: Any
-    task: Any
-    singletons: Any
-
-    def __call__(self, cases: Sequence[Case]) -> list[JobReturn]:
-        Singleton.set_state(self.singletons)
-        setup_globals()
-        return [self.run(case) for case in cases]
-
-    def configured(self, number: int, overrides: Sequence[str]) -> Any:
-        """The whole configuration of a case."""
-        config = self.context.config_loader.load_sweep_config(self.config, list(overrides))
-        with open_dict(config.hydra.job):
-            config.hydra.job.id, config.hydra.job.num = f"case_{number}", number
-        return config
-
-    def run(self, case: Case) -> JobReturn:
-        """One case."""
-        config = self.configured(case.number, case.overrides)
-        return run_job(
-            hydra_context=self.context,
-            task_function=self.task,
-            config=config,
-            job_dir_key="hydra.sweep.dir",
-            job_subdir_key="hydra.sweep.subdir",
-        )
 
 
 class Slurm(Launcher):
@@ -86,7 +36,7 @@ class Slurm(Launcher):
         """Submit what is missing and wait for all of it; what was done before is looked up here."""
         assert self.worker is not None
         worker = Worker(self.worker.context, self.worker.config, self.worker.task, Singleton.get_state())
-        cases = [_case(worker, initial_job_idx + k, overrides) for k, overrides in enumerate(job_overrides)]
+        cases = worker.cases(job_overrides, initial_job_idx)
         found = {case.number: worker.run(case) for case in cases if case.done()}
         due = [case for case in cases if case.number not in found]
         size = max(int(self.cases_per_job), 1)
@@ -115,19 +65,6 @@ class Slurm(Launcher):
 
 def _plain(value: Any) -> Any:
     return OmegaConf.to_container(value) if OmegaConf.is_config(value) else value
-
-
-def _case(worker: Worker, number: int, overrides: Sequence[str]) -> Case:
-    config = worker.configured(number, overrides)
-    before = HydraConfig.instance().cfg
-    HydraConfig.instance().set_config(config)  # a folder's name may depend on the job
-    try:
-        folder = Path(config.hydra.sweep.dir) / str(config.hydra.sweep.subdir)
-        with open_dict(config):
-            del config["hydra"]
-        return Case(number, overrides, folder, OmegaConf.to_container(config, resolve=True))
-    finally:
-        HydraConfig.instance().cfg = before
 
 
 def _wait(job: Any) -> None:

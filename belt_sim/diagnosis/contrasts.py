@@ -65,6 +65,60 @@ class Contrast:
 
 
 @dataclass(frozen=True)
+class Scatter:
+    """What is fast in sums of runs of one signal that were read alike: beside a parabola in every WINDOW of samples.
+
+    A belt hardly moves within so few samples, but a short wave does: it is noise, or more than that. weights (k, R):
+    of k sums over runs, squares adding up to one.
+    """
+
+    weights: np.ndarray
+    signal: int
+    sheet: SignalSheet
+    keep: np.ndarray
+    spacing: float
+    per_bin: float
+
+    @property
+    def count(self) -> int:
+        """Windows of all sums."""
+        return len(self.weights) * (len(self.keep) // WINDOW)
+
+    def read(self, errors: np.ndarray) -> np.ndarray:
+        """Readings (B, R, S, n) -> (B, windows, f), with the stated white noise of unit size."""
+        here = errors[:, :, self.signal][..., self.keep[: len(self.keep) // WINDOW * WINDOW]]
+        rows = np.matmul(self.weights, here) * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
+        return rows.reshape(len(rows), -1, WINDOW) @ _FAST
+
+    def modes(self, length: float) -> tuple[np.ndarray, np.ndarray]:
+        """Variance of wander over that of white noise in every mode (f,), and the modes (f, f), as stated."""
+        size = self.per_bin / max(self.sheet.white, FLOOR) ** 2
+        near = size * wander_kernel(self.sheet, self.spacing * np.arange(WINDOW), length)
+        ratios, modes = np.linalg.eigh(_FAST.T @ near @ _FAST)
+        return np.maximum(ratios, 0.0), modes
+
+
+def scatter(samples: Samples, groups: Sequence[tuple[int, ...]], s: int) -> list[Scatter]:
+    """The fast part of every run of the ``s``-th signal, of repeats that of their mean: the rest is in contrasts."""
+    repeated = {r for group in groups for r in group}
+    there = np.isfinite(samples.y[:, s])
+    found: dict[tuple, tuple[np.ndarray, list[np.ndarray]]] = {}
+    for runs in (*groups, *((r,) for r in range(len(there)) if r not in repeated)):
+        keep = there[list(runs)].all(axis=0)
+        key = (keep.tobytes(), samples.travel[runs[0]].tobytes(), float(samples.per_bin[runs[0]]))
+        alike = np.zeros(len(there))
+        alike[list(runs)] = len(runs) ** -0.5
+        found.setdefault(key, (keep, []))[1].append(alike)
+    scatters = []
+    for (_, travel, per_bin), (keep, weights) in found.items():
+        places = np.flatnonzero(keep)
+        if len(places) >= WINDOW:
+            spacing = float(np.median(np.diff(np.frombuffer(travel)[places])))
+            scatters.append(Scatter(np.stack(weights), s, samples.signals[s], places, spacing, per_bin))
+    return scatters
+
+
+@dataclass(frozen=True)
 class Modes:
     """ratios: variance of wander over that of white noise in every mode, as stated; slow (m, m), fast (f, f): modes."""
 

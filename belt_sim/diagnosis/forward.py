@@ -1,9 +1,9 @@
 """The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
 
-A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw], the last three
-relative, relative and in radians, the same for every run (a run's own setting error is small and enters linearly,
-through the derivative). Many points are computed at once; derivatives are differences of neighbouring points, which
-share the point they start from. Heavy effects are compiled in only where they are not null.
+A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw], the
+last four relative, relative, in radians and in metres of travel, the same for every run (a run's own setting error is
+small and enters linearly, through the derivative). Many points are computed at once; derivatives are differences of
+neighbouring points, which share the point they start from. Heavy effects are compiled in only where they are not null.
 
 Points and runs are marched as one list of rows, a fixed number at a time, over as many steps as the campaign needs: one
 compilation serves campaigns of any number of runs, samples, travel and step.
@@ -36,9 +36,9 @@ SLOTS = 16  # the same of the wrap's history
 COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
 ROWS = 128  # runs at points a batch; larger requests are cut, smaller ones padded, so that one shape is compiled
 WORKERS = 2  # batches at once: a march is one long loop, which uses one core
-NUISANCES = ("stiffness", "tension", "yaw")
+NUISANCES = ("stiffness", "tension", "yaw", "yaw_at")
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
-DIFFERENCES = (1e-5, 1e-5, 1e-8)  # the same of stiffness, tension, yaw [rad]
+DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05)  # the same of stiffness, tension, yaw [rad], its place [m]: half a step
 PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
 
 
@@ -82,7 +82,7 @@ class Forward:
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._march = travel / steps, steps
-        self._room = room_for(steps, slots) if like is None else like._room
+        self._room: tuple[int, int] = room_for(steps, slots) if like is None else like._room
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.offset: np.ndarray | float = 0.0
 
@@ -246,11 +246,12 @@ def _one_run(
 
 
 def _as_set(case: Case, nuisance) -> Case:
-    """The case as it was really set: stiffness, tension and yaw off by what ``nuisance`` says."""
-    stiffness, tension, yaw = nuisance
+    """The case as it was really set: stiffness, tension, yaw and its place off by what ``nuisance`` says."""
+    stiffness, tension, yaw, late = nuisance
     belt = replace(case.belt, youngs_modulus=case.belt.youngs_modulus * (1.0 + stiffness))
     schedule = case.settings.yaw
     last = jnp.zeros_like(schedule.change).at[-1].set(yaw)
-    turned = Schedule(at=schedule.at, over=schedule.over, change=schedule.change + last)
-    settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned)
+    turned = Schedule(at=schedule.at + late, over=schedule.over, change=schedule.change + last)
+    head = replace(case.settings.yaw_head, at=case.settings.yaw_head.at + late)
+    settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned, yaw_head=head)
     return Case(rig=case.rig, belt=belt, settings=settings)

@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 
 from belt_sim.campaign import Run, SignalSheet
-from belt_sim.diagnosis.contrasts import Contrast, contrast
-from belt_sim.diagnosis.noise import Levels
+from belt_sim.diagnosis.contrasts import Contrast, Scatter, contrast, scatter
+from belt_sim.diagnosis.noise import FLOOR, Levels
 from belt_sim.diagnosis.samples import Samples
 
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
@@ -24,6 +24,9 @@ LENGTH_STEP = 1.5  # from one length of the grid to the next
 LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
 UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats may be a stranger's
 MOST = 1.2  # sigmas from the data sheet, of levels of which nothing is known
+MODES = 24  # of a record, into which its Fourier modes are put together
+BEYOND = 9.2  # chi2 (a likelihood ratio of 100) against repeats, beyond which what runs show is not taken for noise
+TIE = 1e-6  # weight of the data sheet where noise says nothing of a level
 
 
 class LevelFinder:
@@ -39,7 +42,12 @@ class LevelFinder:
         if columns is not None and not contrasts:
             contrasts = _single_runs(samples, np.concatenate([shapes, columns]))
         self.signals = [
-            _SignalLevels(signal, [c for c in contrasts if c.signal == s]) for s, signal in enumerate(samples.signals)
+            _SignalLevels(
+                signal,
+                [c for c in contrasts if c.signal == s],
+                scatter(samples, self.groups, s) if self.repeats else [],
+            )
+            for s, signal in enumerate(samples.signals)
         ]
 
     def __call__(self, errors: np.ndarray) -> Levels:
@@ -72,8 +80,9 @@ class LevelFinder:
 class _SignalLevels:
     """The grid of one signal: white factors, wander factors, length factors."""
 
-    def __init__(self, signal: SignalSheet, contrasts: list[Contrast]) -> None:
-        self.contrasts = contrasts
+    def __init__(self, signal: SignalSheet, contrasts: list[Contrast], fast: Sequence[Scatter] = ()) -> None:
+        """fast: what every run shows by itself, beside contrasts of repeats."""
+        self.contrasts, self.fast = contrasts, fast if contrasts else ()
         self.lengths = _lengths(signal)
         f2, logs = FACTORS**2, np.log(FACTORS)
         both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
@@ -90,6 +99,8 @@ class _SignalLevels:
             self.modes.append(modes)
             self.places.append([np.eye(len(classes))[of[a:b]] for a, b in pairwise(ends)])
             self.weights.append((1.0 / variance).reshape(len(FACTORS) ** 2, len(classes)).T)
+        if contrasts:
+            self.spectra, self.modes_of = _spectra(signal, contrasts[0], self.lengths)
 
     def cost(self, errors: np.ndarray) -> np.ndarray:
         """-2 log probability (B, lengths, white factors, wander factors)."""
@@ -101,18 +112,43 @@ class _SignalLevels:
                 np.zeros((len(errors), self.weights[k].shape[0])),
             )
             cost[:, k] += (squares @ self.weights[k]).reshape(cost.shape[0], *cost.shape[2:])
-        return cost
+        return cost + self._of_every_run(errors) if self.fast else cost
+
+    def _of_every_run(self, errors: np.ndarray) -> np.ndarray:
+        """-2 log probability of what is fast in every run, (B, lengths, white factors, wander factors).
+
+        A few repeats tell a level to a tenth, all runs to a hundredth; but runs may hold a short wave that no model
+        has. So either it is noise, or by odds of exp(-BEYOND/2) it is not, and repeats are believed alone.
+        """
+        f2 = FACTORS**2
+        cost = np.zeros((len(errors), len(self.lengths), len(f2), len(f2)))
+        for part in self.fast:
+            z = part.read(errors)
+            for k, length in enumerate(self.lengths):
+                ratios, modes = part.modes(length)
+                variance = f2[:, None, None] + f2[None, :, None] * ratios
+                squares = np.sum((z @ modes) ** 2, axis=1)
+                cost[:, k] += part.count * np.log(variance).sum(axis=2)
+                cost[:, k] += (squares @ (1.0 / variance).reshape(-1, len(ratios)).T).reshape(-1, len(f2), len(f2))
+        cost -= cost.min(axis=(1, 2, 3), keepdims=True)
+        return -2.0 * np.logaddexp(-0.5 * cost, -0.5 * BEYOND)
 
     def best(self, errors: np.ndarray) -> list[tuple[float, float, float]]:
-        """(white, wander, length) on the grid nearest to what is to be expected, for each of the readings."""
+        """(white, wander, length) on the grid whose spectrum stands best for all that the readings leave possible.
+
+        White noise and a short wander stand in for each other along a bent ridge; levels averaged one by one lie
+        inside the bend, where noise is smaller than anywhere on the ridge. So spectra are averaged, and of the grid
+        that spectrum is taken from which normal noise of the mean one is hardest to tell (Kullback and Leibler).
+        """
         if not self.contrasts:
             return [(1.0, 1.0, 1.0)] * len(errors)
-        cost = self.cost(errors)
-        weight = np.exp(-0.5 * (cost - cost.min(axis=(1, 2, 3), keepdims=True)))
-        weight /= weight.sum(axis=(1, 2, 3), keepdims=True)
-        length = _nearest(self.lengths, weight.sum(axis=(2, 3)))
-        white, wander = (_nearest(FACTORS, weight.sum(axis=axes)) for axes in ((1, 3), (1, 2)))
-        return [(float(a), float(b), float(c)) for a, b, c in zip(white, wander, length, strict=True)]
+        cost = self.cost(errors).reshape(len(errors), -1)
+        weight = np.exp(-0.5 * (cost - cost.min(axis=1, keepdims=True)))
+        mean = weight @ self.spectra / weight.sum(axis=1, keepdims=True)
+        apart = (mean * self.modes_of) @ (1.0 / self.spectra).T + np.log(self.spectra) @ self.modes_of
+        nearest = np.argmin(apart + TIE * self.prior.ravel(), axis=1)
+        k, i, j = np.unravel_index(nearest, self.prior.shape)
+        return [(float(a), float(b), float(c)) for a, b, c in zip(FACTORS[i], FACTORS[j], self.lengths[k], strict=True)]
 
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Levels (count, 3) by their probability, spread over the cells of the grid."""
@@ -127,10 +163,21 @@ class _SignalLevels:
         return np.stack([FACTORS[i], FACTORS[j], self.lengths[k]], axis=1) * within
 
 
-def _nearest(grid: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Values of the grid (B,) nearest to the mean logarithm at probabilities ``weight`` (B, grid)."""
-    mean = weight @ np.log(grid)
-    return grid[np.argmin(np.abs(np.log(grid) - mean[:, None]), axis=1)]
+def _spectra(signal: SignalSheet, contrast: Contrast, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Variance (G, K) of the Fourier modes of one record at every point of the grid, and of how many modes each of
+    the K stands for.
+    """
+    count = len(contrast.travel)
+    first = np.unique(np.geomspace(1, count, MODES).astype(int))
+    last = np.append(first[1:], count + 1)
+    turn = np.pi * 0.5 * (first + last - 1) / count  # of the phase from sample to sample
+    spacing = float(np.median(np.diff(contrast.travel)))
+    near = np.exp(-spacing / (lengths * max(signal.wander_length, 1e-6)))[:, None]
+    wander = signal.wander_sd**2 * (1.0 - near**2) / (1.0 - 2.0 * near * np.cos(turn) + near**2)
+    white = max(signal.white, FLOOR) ** 2 / contrast.per_bin
+    f2 = FACTORS**2
+    spectra = f2[:, None, None] * white + f2[:, None] * wander[:, None, None, :]
+    return spectra.reshape(-1, len(first)), (last - first).astype(float)
 
 
 def _lengths(signal: SignalSheet) -> np.ndarray:

@@ -1,8 +1,8 @@
 """The scale on which a residual is judged: readings whitened by noise, with nuisances integrated out.
 
 x -> (I + N N^T)^(-1/2) L^(-1) x has unit covariance when nothing is missing: L the Cholesky factor of noise.py, N the
-whitened nuisance shapes in units of their prior sigma (zero, gain, tension and yaw setting of every run; stiffness of
-the belt, shared by all).
+whitened nuisance shapes in units of their prior sigma (zero, gain, tension and yaw setting of every run, and where the
+yaw was applied; stiffness of the belt, shared by all).
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Metric:
     levels: Levels
     roots: np.ndarray  # (R, S, n, n); zero rows where nothing was measured
     local: tuple[tuple[np.ndarray, np.ndarray], ...]  # a run's nuisances: directions (k, S*n), shrinkage (k,)
-    shared: tuple[np.ndarray, float]
+    shared: tuple[np.ndarray, np.ndarray]  # those of all runs together: (m, N), (m,)
 
     def noise_white(self, x: np.ndarray) -> np.ndarray:
         """L^-1 x, shape (..., R, S*n): white noise, nuisances still in it."""
@@ -37,9 +37,7 @@ class Metric:
         """Unit-covariance vector (..., N) of readings or shapes (..., R, S, n)."""
         white = self.noise_white(x)
         rows = [_shrink(white[..., r, :], *self.local[r]) for r in range(white.shape[-2])]
-        flat = np.concatenate(rows, axis=-1)
-        direction, share = self.shared
-        return flat - share * (flat @ direction)[..., None] * direction
+        return _shrink(np.concatenate(rows, axis=-1), *self.shared)
 
     def chi2(self, residual: np.ndarray) -> np.ndarray:
         """Squared length of whitened residuals (..., R, S, n) -> (...)."""
@@ -51,9 +49,11 @@ def _shrink(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndar
 
 
 def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes in units of one prior sigma: of every run (K, R, S, n), and of the shared stiffness (R, S, n).
+    """Shapes in units of one prior sigma: of every run (K, R, S, n), and of what all runs share (m, R, S, n).
 
-    values (R, S, n): predictions; slopes (3, R, S, n): along stiffness, tension, yaw (forward.NUISANCES).
+    All runs share the stiffness, and the place of the yaw where a logger may tell it too late in all runs alike.
+
+    values (R, S, n): predictions; slopes (4, R, S, n): along stiffness, tension, yaw, its place (forward.NUISANCES).
     """
     runs, _, n = values.shape
     shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
@@ -63,7 +63,12 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
                 row = np.zeros_like(values)
                 row[:, s] = size * shape
                 shapes.append(row)
-    return np.stack(shapes), stiffness_sigma(campaign) * slopes[0]
+    late = np.array([run.yaw_at_u for run in samples.runs])
+    shared = [stiffness_sigma(campaign) * slopes[0]]
+    if late.any():
+        shapes.append(late[:, None, None] * slopes[3])
+        shared.append(shapes[-1])
+    return np.stack(shapes), np.stack(shared)
 
 
 def stiffness_sigma(campaign: Campaign) -> float:
@@ -90,14 +95,12 @@ def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.n
             if key not in seen:
                 seen[key] = whitener(covariance(signal, travel, samples.per_bin[r], levels, s))
             roots[r, s][np.ix_(keep, keep)] = seen[key]
-    bare = Metric(samples, levels, roots, (), (np.zeros(1), 0.0))
+    bare = Metric(samples, levels, roots, (), (np.zeros((0, 1)), np.zeros(0)))
     white = bare.noise_white(shapes)
     local = tuple(_shrinkage(white[:, r]) for r in range(runs))
-    column = np.concatenate([_shrink(row, *local[r]) for r, row in enumerate(bare.noise_white(shared))])
-    length2 = float(column @ column)
-    share = 1.0 - 1.0 / np.sqrt(1.0 + length2)
-    unit = column / np.sqrt(length2) if length2 > 0 else column
-    return Metric(samples, levels, roots, local, (unit, share))
+    common = bare.noise_white(shared)
+    columns = np.concatenate([_shrink(common[:, r], *local[r]) for r in range(runs)], axis=-1)
+    return Metric(samples, levels, roots, local, _shrinkage(columns))
 
 
 def _shrinkage(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -17,41 +17,65 @@ from belt_sim.diagnosis.projection import Projection
 from belt_sim.diagnosis.workbench import Workbench
 
 BATCH = 250
+UPPER = 0.9  # quantile of the bootstrap by which alternatives are counted: below it they say little of the tail
+SMALL = -30.0  # log p, below which the chance of any of several is the sum of theirs
 _CURRENT = "fitted already"  # family of what is fitted already
 
 
 @dataclass(frozen=True)
 class NullGains:
-    """chi2 gains (B,) of every candidate when nothing is missing, and the degrees of freedom of each."""
+    """chi2 gains (B,) of every candidate when nothing is missing, and the degrees of freedom of each.
+
+    alone: of a candidate with alternatives, the mean gain of one of them by itself. The largest of many gains has a
+    larger mean than one gain, but not a broader tail: chance tries more often, not harder. So its law is that of the
+    best of so many independent tries as make the bootstrap's upper tenth.
+    """
 
     gains: Mapping[str, np.ndarray]
     dof: Mapping[str, int]
+    alone: Mapping[str, float] = field(default_factory=dict)
     _thresholds: dict[tuple[str, float], float] = field(default_factory=dict, init=False, repr=False, compare=False)
 
-    def log_p(self, name: str, gain: float) -> float:
-        """log of the probability of so large a gain, by a chi2 law scaled to the bootstrap's mean."""
-        return float(stats.chi2.logsf(max(gain, 0.0) / self.inflation(name), max(self.dof[name], 1)))
+    def log_p(self, name: str, gain):
+        """log of the probability of so large a gain, or of gains (B,)."""
+        once = stats.chi2.logsf(np.maximum(gain, 0.0) / self.inflation(name), max(self.dof[name], 1))
+        return once if name not in self.alone else _of_any(once, self.tries(name))
 
     def inflation(self, name: str) -> float:
         """Mean bootstrap gain over its degrees of freedom; above 1 where noise levels are uncertain."""
-        return max(float(np.mean(self.gains[name])) / max(self.dof[name], 1), 0.5)
+        mean = self.alone.get(name, float(np.mean(self.gains[name])))
+        return max(mean / max(self.dof[name], 1), 0.5)
+
+    def tries(self, name: str) -> float:
+        """How many independent tries the alternatives of a candidate are worth."""
+        if name not in self.alone:
+            return 1.0
+        upper = float(np.quantile(self.gains[name], UPPER))
+        once = float(stats.chi2.cdf(upper / self.inflation(name), max(self.dof[name], 1)))
+        return max(float(np.log(UPPER) / np.log(once)), 1.0) if 0.0 < once < 1.0 else 1.0
 
     def critical(self, names, level: float) -> float:
         """log p that the smallest p of all ``names`` falls below with probability ``level``."""
         names = [n for n in names if self.dof[n] > 0]
         if not names:
             return -np.inf
-        rows = [stats.chi2.logsf(np.maximum(self.gains[n], 0) / self.inflation(n), self.dof[n]) for n in names]
-        return float(np.quantile(np.min(rows, axis=0), level))
+        return float(np.quantile(np.min([self.log_p(n, self.gains[n]) for n in names], axis=0), level))
 
     def threshold(self, name: str, log_p: float) -> float:
         """The gain of one candidate that has this log p."""
         if self.dof[name] == 0 or not np.isfinite(log_p):
             return float("inf")
         if (name, log_p) not in self._thresholds:
-            beyond = float(stats.chi2.isf(np.exp(log_p), self.dof[name]))
-            self._thresholds[name, log_p] = beyond * self.inflation(name)
+            once = -np.expm1(np.log1p(-np.exp(log_p)) / self.tries(name)) if log_p < 0.0 else 1.0
+            self._thresholds[name, log_p] = float(stats.chi2.isf(once, self.dof[name]) * self.inflation(name))
         return self._thresholds[name, log_p]
+
+
+def _of_any(log_p, tries: float):
+    """log of the probability that one of so many tries has a p as small as exp(log_p)."""
+    once = np.exp(np.maximum(log_p, SMALL))
+    with np.errstate(divide="ignore"):
+        return np.where(log_p < SMALL, log_p + np.log(tries), np.log(-np.expm1(tries * np.log1p(-once))))
 
 
 def null_gains(
@@ -77,6 +101,7 @@ def null_gains(
     projection = Projection(bench.fitted, bench.shapes, bench.shared, families, beside=_CURRENT, choices=choices)
     noise = NoiseSource(bench, bench.samples.y - base, rng)
     gains: dict[str, list[np.ndarray]] = {n: [] for n in shapes}
+    alone: dict[str, list[float]] = {n: [] for n, s in shapes.items() if isinstance(s, Alternatives)}
     dof = dict.fromkeys(shapes, 0)
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
@@ -84,12 +109,16 @@ def null_gains(
         left = projection.sums(errors, bench.finder.many(errors))
         for name in shapes:
             sets = range(len(projection.sets[name]))
-            taken, rank = (np.max(x, axis=0) for x in zip(*(left.gains(name, k) for k in sets), strict=True))
+            every, ranks = zip(*(left.gains(name, k) for k in sets), strict=True)
+            taken, rank = np.max(every, axis=0), np.max(ranks, axis=0)
             free = bench.forward.modifiers(name) if rank.any() else 0
             dof[name] = max(dof[name], int(rank.max()) + free)
             gains[name].append(taken + (rng.chisquare(free, size) if free else 0.0))
+            if name in alone:
+                alone[name] += [float(np.mean(every)) + free] * size
         tick(size)
-    return NullGains({n: np.concatenate(g) for n, g in gains.items()}, dof)
+    means = {n: float(np.mean(m)) for n, m in alone.items()}
+    return NullGains({n: np.concatenate(g) for n, g in gains.items()}, dof, means)
 
 
 class NoiseSource:
@@ -110,7 +139,7 @@ class NoiseSource:
         errors += self._wander(levels[..., 1], levels[..., 2])
         runs = rng.standard_normal((count, *bench.shapes.shape[:2]))
         errors += np.einsum("ckr,krsn->crsn", runs, bench.shapes)
-        return errors + rng.standard_normal(count)[:, None, None, None] * bench.shared
+        return errors + np.einsum("cm,mrsn->crsn", rng.standard_normal((count, len(bench.shared))), bench.shared)
 
     def _wander(self, size: np.ndarray, length: np.ndarray) -> np.ndarray:
         """Wander (count, R, S, n) at factors (count, S) on its size and length, by recursion along the travel."""

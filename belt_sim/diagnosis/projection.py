@@ -78,7 +78,7 @@ class Projection:
         beside: str | None = None,
         choices: Mapping[str, Sequence[np.ndarray]] | None = None,
     ) -> None:
-        """shapes (K, R, S, n): nuisances of every run; shared (R, S, n): the one of all; families: (k, R, S, n).
+        """shapes (K, R, S, n): nuisances of every run; shared (m, R, S, n): those of all; families: (k, R, S, n).
 
         beside: a family that is fitted to everything; choices: which columns of a family are fitted together, one set
         after the other; all of them where nothing is said.
@@ -87,9 +87,10 @@ class Projection:
         ends = np.cumsum([0, *(len(f) for f in families.values())])
         places = {n: np.arange(a, b) for n, (a, b) in zip(families, pairwise(ends), strict=True)}
         self.keep = np.isfinite(samples.y)
-        self.columns = np.where(self.keep, np.concatenate([shapes, shared[None], *families.values()]), 0.0)
+        self.columns = np.where(self.keep, np.concatenate([shapes, shared, *families.values()]), 0.0)
         self.local, self.fitted = len(shapes), places[beside] if beside else np.arange(0)
-        first = self.local + 1
+        self.shared = len(shared)
+        first = self.local + self.shared
         self.top = np.concatenate([np.arange(first), first + self.fitted])
         together = {n: [places[n][c] for c in (choices or {}).get(n, [np.arange(len(places[n]))])] for n in families}
         self._pair(together, first)
@@ -116,7 +117,7 @@ class Projection:
         place = {key: k for k, key in enumerate(unique)}
         of = np.array([place[_key(lv, len(self.modes))] for lv in levels])
         raw, tables = self._raw_moments(errors, unique, of), self._tables(unique)
-        k, (i, j) = self.local, self.pairs - self.local
+        k, m, (i, j) = self.local, self.shared, self.pairs - self.local
         moments = np.zeros((len(errors), len(self.columns) - k))
         top = np.zeros((len(unique), len(self.top) - k, len(self.columns) - k))
         products = np.zeros((len(unique), self.pairs.shape[1]))
@@ -126,16 +127,16 @@ class Projection:
             top += rows[:, k:, k:] - rows[:, :k, self.top[k:]].swapaxes(1, 2) @ onto
             products += own - np.sum(rows[:, :k, self.pairs[0]] * onto[:, :, j], axis=1)
             moments += b[:, k:] - np.einsum("bk,bkp->bp", b[:, :k], onto[of])
-        share = top[:, 0] / (1.0 + top[:, 0, :1])  # the nuisance that all runs share, prior one sigma
-        moments -= moments[:, :1] * share[of]
-        products -= share[:, i] * top[:, 0, j]
+        share = np.linalg.solve(top[:, :m, :m] + np.eye(m), top[:, :m])  # nuisances of all runs, prior one sigma
+        moments -= np.einsum("bm,bmp->bp", moments[:, :m], share[of])
+        products -= np.sum(share[:, :, i] * top[:, :m, j], axis=1)
         if len(self.fitted):
-            fitted = 1 + self.fitted
-            rest = top[:, 1:] - share[:, fitted, None] * top[:, :1]
+            fitted = m + self.fitted
+            rest = top[:, m:] - share[:, :, fitted].swapaxes(1, 2) @ top[:, :m]
             onto = _inverse(rest[:, :, fitted])[0] @ rest
             products -= np.sum(rest[:, :, i] * onto[:, :, j], axis=1)
             moments = moments - np.einsum("bc,bcp->bp", moments[:, fitted], onto[of])
-        return Sums(products, of, moments[:, 1:], self.sets)
+        return Sums(products, of, moments[:, m:], self.sets)
 
     def _turned_columns(self, s: int, length: float) -> np.ndarray:
         if (s, length) not in self._turned:

@@ -43,7 +43,8 @@ def _most_likely(metric: Metric, shapes: np.ndarray, errors: np.ndarray) -> np.n
 
 def _slopes(forward: Forward, vector: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     """What one sigma of tension and of yaw do (2, R, S, n) where the runs are set."""
-    directions = np.eye(forward.size)[-len(NUISANCES) + 1 :]
+    end = forward.size - len(NUISANCES)
+    directions = np.eye(forward.size)[end + 1 : end + 3]
     slopes = forward.lanes(np.repeat(vector[None], 2, axis=0), directions)[1]
     slopes[0] /= 1.0 + forward.tension[:, None, None]
     return sigma[:, None, None, None] * slopes

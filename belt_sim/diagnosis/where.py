@@ -50,7 +50,7 @@ def validation_uncertainty(bench: Workbench) -> np.ndarray:
     wander = np.array([s.wander_sd for s in samples.signals])[None, :]
     noise = (np.asarray(levels.white) * white) ** 2 + (np.asarray(levels.wander) * wander) ** 2
     march = 0.0 if bench.march is None else bench.march.error**2
-    return np.sqrt(noise[..., None] + np.sum(bench.shapes**2, axis=0) + bench.shared**2 + march)
+    return np.sqrt(noise[..., None] + np.sum(bench.shapes**2, axis=0) + np.sum(bench.shared**2, axis=0) + march)
 
 
 def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:

@@ -81,7 +81,7 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
     forward = Forward(samples, model, classes, march.step)
     vector = forward.null()
     shapes, shared, values = _shapes(campaign, samples, forward, vector)
-    finder = LevelFinder(samples, shapes, np.concatenate([shared[None], _reachable(forward, vector)]))
+    finder = LevelFinder(samples, shapes, np.concatenate([shared, _reachable(forward, vector)]))
     levels = finder(samples.y - values)
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
@@ -106,7 +106,7 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
 def _noise_only(samples: Samples):
     """Whitening by the stated noise, every setting taken as exact."""
     still = np.zeros_like(samples.y)
-    return metric_of(samples, Levels(), still[None], still).whiten
+    return metric_of(samples, Levels(), still[None], still[None]).whiten
 
 
 def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.ndarray):

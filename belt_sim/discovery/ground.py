@@ -51,13 +51,14 @@ def ground_of(bench: Workbench, fit: Fit) -> Ground:
     """The ground on which an unknown is sought beside ``fit``."""
     metric = replace(bench, shared=np.zeros_like(bench.shared)).metric_at(bench.levels)
     runs = len(bench.samples.runs)
-    shapes = np.concatenate([bench.shared[None], fit.slopes]) if len(fit.free) else bench.shared[None]
+    m = len(bench.shared)
+    shapes = np.concatenate([bench.shared, fit.slopes]) if len(fit.free) else bench.shared
     shared = metric.whiten(shapes).reshape(len(shapes), runs, -1)
     size = np.sqrt(np.sum(shared**2, axis=(1, 2)))
-    size[1:] = np.maximum(size[1:], 1e-12)
-    scale = np.concatenate([[1.0], 1.0 / size[1:]])
+    size[m:] = np.maximum(size[m:], 1e-12)
+    scale = np.concatenate([np.ones(m), 1.0 / size[m:]])
     shared = shared * scale[:, None, None]
-    prior = np.concatenate([[1.0], np.full(len(shapes) - 1, CHOSEN)])
+    prior = np.concatenate([np.ones(m), np.full(len(shapes) - m, CHOSEN)])
     gram = np.einsum("crm,drm->cd", shared, shared) + np.diag(prior)
     residual = metric.whiten(bench.fitted.y - fit.values).reshape(runs, -1)
     return Ground(metric, residual, shared, np.linalg.pinv(gram, hermitian=True))

@@ -10,7 +10,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.case import Case
+from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.jax_setup import in_float64
@@ -29,19 +29,38 @@ def as_indicated(
     The engine is run as far as the belt goes while the encoder counts that much; its records are spread over what the
     encoder shows, so that without an encoder's error they are read where they are.
     """
-    driven = as_driven(case, effects)
-    if not any(uses(effects, hook) for hook in AFTER_ENGINE):
-        return engine(driven, travel)
-    far = max(travel, float(true_travel(effects, case, travel)))
+    driven, far = asked_of_engine(case, effects, travel)
     curves = engine(driven, far)
+    if not any(uses(effects, hook) for hook in AFTER_ENGINE):
+        return curves
     return as_numpy(indicate(curves, case, effects, np.asarray(curves.travel) * (travel / far)))
 
 
+@in_float64
+def asked_of_engine(case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
+    """The case as driven, and how far an engine has to run it [m] for curves over ``travel`` [m] as indicated."""
+    driven = as_driven(case, effects)
+    if not any(uses(effects, hook) for hook in AFTER_ENGINE):
+        return driven, travel
+    return driven, max(travel, float(true_travel(effects, case, travel)))
+
+
 def as_driven(case: Case, effects: Sequence[Effect]) -> Case:
-    """The case with tension and yaw as they are, not as they were commanded (drive law)."""
+    """The case with tension and yaw as they are, not as they were commanded (drive law), and turned when the encoder
+    shows the stated travel, not when the belt has gone so far.
+    """
     for e in uses(effects, "settings"):
         case = replace(case, settings=e.settings(case.settings, case))
-    return case
+    if not uses(effects, "encoder"):
+        return case
+    yaw, head = (_as_shown(s, case, effects) for s in (case.settings.yaw, case.settings.yaw_head))
+    return replace(case, settings=replace(case.settings, yaw=yaw, yaw_head=head))
+
+
+def _as_shown(schedule: Schedule, case: Case, effects: Sequence[Effect]) -> Schedule:
+    """A schedule against what the encoder shows, against the belt's own travel."""
+    at, end = (true_travel(effects, case, x) for x in (schedule.at, schedule.at + schedule.over))
+    return replace(schedule, at=at, over=end - at)
 
 
 def true_travel(effects: Sequence[Effect], case: Case, travel):

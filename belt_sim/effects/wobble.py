@@ -1,13 +1,15 @@
-"""Wobble: a pulley whose axis does not run true."""
+"""Wobble: a pulley that sits askew on its shaft, or a shaft that is bent."""
 
 import math
 from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
+import numpy as np
 
 from belt_sim.effects.base import Effect, Parameter, effect
 
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
+_RUNS_UP = np.array([-1.0, 1.0])  # forwards on top of the tail and below the head, backwards the other way
 
 
 def _part(meaning):
@@ -22,24 +24,26 @@ def _radius(pulley):
 @effect
 @dataclass(frozen=True, kw_only=True)
 class Wobble(Effect):
-    """The surface direction swings once a turn: beta + beta_cos cos(s/R) + beta_sin sin(s/R), period 2 pi R.
+    """The surface swings as one piece about the bearings' line, period 2 pi R; it leaves no drift.
+
+    Its direction is beta_cos cos(s/R) + beta_sin sin(s/R), as of an axle that is yawed; but the axis also rises by
+    gamma = beta_cos sin(s/R) - beta_sin cos(s/R) towards +y where it runs up (falls on reversed travel), which takes
+    the surface aside by R gamma where the belt lies. Both together never carry the belt sideways: dy/ds = -theta, and
+    the belt feels a taper gamma/R that turns (docs/theory.md). At the start it lies straight on the surface.
 
     After fifty turns a radius that is off by a few per mille has shifted the phase by a radian, so the radii's own
     errors belong to the effect.
-
-    So swings an axle. A pulley askew on a shaft that runs true is a taper (beta/R) sin(s/R) that turns, and moves the
-    belt three times as far on a short rig: docs/how_far.md.
     """
 
     id = "wobble"
     law = "run-up"
-    reference = "physics sheet, section 7"
+    reference = "geometry of a cylinder askew: docs/theory.md"
     parity = "even"
     parameters = {
-        "beta_cos": _part("in-phase swing of the tail pulley"),
-        "beta_sin": _part("quadrature swing of the tail pulley"),
-        "beta_cos_head": _part("in-phase swing of the head pulley"),
-        "beta_sin_head": _part("quadrature swing of the head pulley"),
+        "beta_cos": _part("askew: yaw of the tail pulley's surface at travel 0"),
+        "beta_sin": _part("the same a quarter of a turn later"),
+        "beta_cos_head": _part("askew: yaw of the head pulley's surface at travel 0"),
+        "beta_sin_head": _part("the same a quarter of a turn later, head pulley"),
         "radius_error": _radius("tail"),
         "radius_error_head": _radius("head"),
     }
@@ -51,12 +55,20 @@ class Wobble(Effect):
     radius_error_head: float = 0.0
 
     def yaw(self, yaw, state, case):
-        tail = state.travel / (case.rig.tail_radius * (1.0 + self.radius_error))
-        head = state.travel / (case.rig.head_radius * (1.0 + self.radius_error_head))
+        rig, errors = case.rig, jnp.stack([self.radius_error, self.radius_error_head])
+        radius = jnp.stack([rig.tail_radius, rig.head_radius]) * (1.0 + errors)
+        across, along = jnp.stack([self.beta_cos, self.beta_cos_head]), jnp.stack([self.beta_sin, self.beta_sin_head])
+        cos, sin = jnp.cos(state.travel / radius), jnp.sin(state.travel / radius)
+        swing, rise = across * cos + along * sin, across * sin - along * cos
+        aside = radius * rise * _RUNS_UP
         return replace(
             yaw,
-            tail=yaw.tail + self.beta_cos * jnp.cos(tail) + self.beta_sin * jnp.sin(tail),
-            head=yaw.head + self.beta_cos_head * jnp.cos(head) + self.beta_sin_head * jnp.sin(head),
+            tail=yaw.tail + swing[0],
+            head=yaw.head + swing[1],
+            roll_runup=yaw.roll_runup + state.direction * rise,
+            roll_runoff=yaw.roll_runoff + state.direction * rise[::-1],
+            aside_runup=yaw.aside_runup + aside,
+            aside_runoff=yaw.aside_runoff - aside[::-1],
         )
 
     def scene(self, parts, case):

@@ -97,6 +97,7 @@ class RunEntry(Entry):
     speed: Text | None = None
     direction: Text | None = None
     yaw_at: Text | None = None
+    yaw_at_u: Text | None = None
     yaw_at_time: Text | None = None
     repeat_of: Text | None = None
     use: Literal["fit", "hold_out"] | None = None

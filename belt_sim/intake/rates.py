@@ -46,7 +46,7 @@ def rates_of(tables: list[tuple[LoggedTable, tuple[Used, ...]]], mapping: Mappin
             missing += questions(key, settings.numbers, table.file.name)
             if entry.skip or {"tension", "yaw"} - set(settings.numbers):
                 continue
-            numbers = {k: v for k, v in settings.numbers.items() if k not in ("yaw_at", "yaw_at_time")}
+            numbers = {k: v for k, v in settings.numbers.items() if k not in ("yaw_at", "yaw_at_u", "yaw_at_time")}
             name = entry.name or run_name(key)
             runs.append(Run(name=name, use=entry.use or "fit", **numbers))  # type: ignore[arg-type]
             rates = np.array([_one(used, rate, row) for rate in RATES])

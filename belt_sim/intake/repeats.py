@@ -1,5 +1,6 @@
 """Settings that were logged and are meant to be the same, as the same; and runs that repeat others."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -50,7 +51,8 @@ def with_repeats(runs: list[Run], stated: list[bool]) -> tuple[list[Run], list[R
         twin = next((f for f in out if not told and f.repeat_of is None and _same(f, run)), None)
         if twin is not None:
             run = replace(run, repeat_of=twin.name, tension=twin.tension, yaw=twin.yaw, yaw_head=twin.yaw_head)
-            run = replace(run, speed=twin.speed, yaw_at=twin.yaw_at)
+            u = math.hypot(run.yaw_at_u, run.yaw_at - twin.yaw_at)  # taken to be where the first run's was
+            run = replace(run, speed=twin.speed, yaw_at=twin.yaw_at, yaw_at_u=u)
             found.append(run)
         out.append(run)
     return out, found

@@ -24,6 +24,7 @@ KINDS: dict[str, tuple[tuple[str, ...], str, plausible.Range]] = {
     "speed": (("speed",), "m/s", plausible.SPEED),
     "direction": (("number",), "1", plausible.DIRECTION),
     "yaw_at": (("length",), "m", plausible.TRAVEL),
+    "yaw_at_u": (("length",), "m", plausible.YAW_AT_U),
     "yaw_at_time": (("time",), "s", plausible.TIME),
 }
 #: A yaw that moves by less than this share of its largest value stands still.
@@ -117,10 +118,12 @@ def from_columns(
         if values is not None and np.isfinite(values[keep]).any():
             level, at = _step(block, key, values[keep], keep, key in so_far.numbers)
             so_far = so_far.with_(key, _round(level), f"{_round(level / UNITS['deg'][1]):g} deg", "its column")
-            if at:
+            if at and "yaw_at" not in so_far.numbers and "yaw_at_time" not in so_far.numbers:
                 where, apart = 0.5 * (travel[at - 1] + travel[at]), travel[at] - travel[at - 1]
                 told = f"the step of {key}, somewhere within {apart:.2g} m"
                 so_far = so_far.with_("yaw_at", where, f"{where:.6g} m", told)
+                u = _round(apart / np.sqrt(12.0))  # anywhere between two rows
+                so_far = so_far.with_("yaw_at_u", u, f"{u:g} m", told)
     values = block.values("tension")
     if values is not None and np.isfinite(values[keep]).any():
         mean = float(np.nanmean(values[keep]))

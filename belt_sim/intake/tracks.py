@@ -120,6 +120,7 @@ def _written(key: str, value: float) -> str:
         "yaw_head": ("deg", np.pi / 180.0),
         "speed": ("m/s", 1.0),
         "yaw_at": ("m", 1.0),
+        "yaw_at_u": ("m", 1.0),
     }.get(key, ("", 1.0))
     return f"{value / scale:.6g} {unit}".strip()
 

@@ -15,7 +15,7 @@ from belt_sim.intake.nouns import Logged
 from belt_sim.intake.proposal import ColumnUse, Proposal, Question
 from belt_sim.intake.rates import Rated, rates_of
 from belt_sim.intake.repeats import snapped, with_repeats
-from belt_sim.intake.resample import counted_from_yaw, cut_alike, resampled, step_for
+from belt_sim.intake.resample import Track, counted_from_yaw, cut_alike, resampled, step_for
 from belt_sim.intake.roles import Used, used_columns
 from belt_sim.intake.signals import number_of, settings_of, signals_of
 from belt_sim.intake.stated import KINDS, questions, unknown_runs
@@ -114,7 +114,7 @@ def _runs(made: list[Made], entry: MappingEntry) -> tuple[list[Run], list[str], 
         )
     runs = snapped([_run(m) for m in made], [m.settings.told for m in made])
     runs, repeats = with_repeats(runs, [m.entry.repeat_of is not None for m in made])
-    notes += [f"{r.name}: repeats {r.repeat_of}, same settings" for r in repeats]
+    notes += [f"{r.name}: repeats {r.repeat_of}, same settings" for r in repeats] + _blank(tracks)
     at = {r.name: k for k, r in enumerate(runs)}
     groups = [[k, *(at[r.name] for r in runs if r.repeat_of == first.name)] for k, first in enumerate(runs)]
     tracks = cut_alike([g for g in groups if len(g) > 1], tracks)
@@ -128,10 +128,23 @@ def _runs(made: list[Made], entry: MappingEntry) -> tuple[list[Run], list[str], 
     return out, notes, step
 
 
+def _blank(tracks: list[Track]) -> list[str]:
+    """Runs without a signal that others have: a column of that name may be missing in their file."""
+    names = dict.fromkeys(n for t in tracks for n in t.signals)
+    lacking = {t.name: [n for n in names if n not in t.signals] for t in tracks}
+    return [
+        f"{run}: has no {' and no '.join(blank)}, which other runs have; is its column called otherwise there?"
+        for run, blank in lacking.items()
+        if blank
+    ]
+
+
 def _run(made: Made) -> Run:
     numbers = made.settings.numbers
     values: dict[str, Any] = {
-        k: numbers[k] for k in ("tension", "yaw", "yaw_head", "speed", "direction", "yaw_at") if k in numbers
+        k: numbers[k]
+        for k in ("tension", "yaw", "yaw_head", "speed", "direction", "yaw_at", "yaw_at_u")
+        if k in numbers
     }
     for key, value in values.items():
         bounds = KINDS[key][2]

@@ -1,19 +1,26 @@
 """A case as arrays: what the engine traces, read off the same scene that is compiled for MuJoCo."""
 
+import math
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
 from belt_sim.case import Case
+from belt_sim.mjx.acting import Acting
 from belt_sim.mjx.elastic import Ties, Twist, membrane_law
+from belt_sim.mjx.fibres import Fibres
+from belt_sim.mjx.guides import Guides
+from belt_sim.mjx.tangent import Grip, grip_of
 from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.machine.scene import Scene
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mesh.lattice import calibrate
 from belt_sim.mujoco3d.mesh.path import sinking
-from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.pytree import Numbers as Array
+
+_SPARE = 4  # stations by which a wrap may be longer than half a turn
 
 
 class Surfaces(NamedTuple):
@@ -37,8 +44,9 @@ class Belt(NamedTuple):
 
     chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
     gravity [m/s2]; load [N]: on the tail pulley's slide; length [1]: 1 where the slide is fixed instead, else 0;
-    pace [m/s]; stride [m]: of a step; level [m]: of the spans' ends above the axes; friction [1]; area [m2], width
-    [m], bending [N m2].
+    pace [m/s]; stride [m]: of a step; level [m]: of the spans' ends above the axes; friction [1], inf = it sticks;
+    area [m2], width [m], bending [N m2]; holding [N m/rad]: how stiffly both spans hold a pulley against turning,
+    rather too large; grip, guides, fibres: None where none of them acts in a batch.
     """
 
     ties: Ties
@@ -58,34 +66,46 @@ class Belt(NamedTuple):
     area: Array
     width: Array
     bending: Array
+    holding: Array
+    grip: Grip | None = None
+    guides: Guides | None = None
+    fibres: Fibres | None = None
 
 
 class Shape(NamedTuple):
     """What the cases of a batch share: stations, lines, kind of ties, direction of travel, stations that may be off
-    the circle at an end of a wrap."""
+    the circle at an end of a wrap, stations that a pulley holds at most (0 if no belt of the batch slips), whether the
+    spans resist no bending."""
 
     stations: int
     lines: int
     bonds: bool
     sign: int
     zone: int
+    held: int = 0
+    limp: bool = False
 
 
-def belt_of(scene: Scene, kind: str) -> tuple[Shape, Belt]:
-    """The arrays of a scene of ``kind`` "flex" or "grid"; options: fitted to its case."""
+def belt_of(scene: Scene, kind: str, acting: Acting) -> tuple[Shape, Belt]:
+    """The arrays of a scene of ``kind`` "flex", "grid" or "rope"; options: fitted to its case."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
-    torsion = Torsion.of(case.belt, mesh)
+    torsion = Torsion.of(case.belt, mesh) if mesh.across > 1 else None
     surfaces = _surfaces(scene)
     shape = Shape(
         stations=mesh.stations,
         lines=mesh.across,
-        bonds=kind == "grid",
+        bonds=kind != "flex",
         sign=int(np.sign(float(case.settings.direction))),
         zone=int(surfaces.sinking.max()) + 2,
+        held=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if acting.slips else 0,
+        limp=is_limp(kind, options),
     )
+    ties = _ties(case, mesh, options, kind, scene)
+    if acting.cambered:
+        ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
     belt = Belt(
-        ties=_ties(case, mesh, options, kind, scene),
-        twist=Twist(torsion.tense, torsion.own, torsion.still, torsion.stretched),
+        ties=ties,
+        twist=Twist(torsion.tense, torsion.own, torsion.still, torsion.stretched) if torsion else Twist(0, 0, 0, 0),
         surfaces=surfaces,
         chord=mesh.chord,
         mass=mesh.mass,
@@ -101,6 +121,10 @@ def belt_of(scene: Scene, kind: str) -> tuple[Shape, Belt]:
         area=float(case.belt.area),
         width=float(case.belt.width),
         bending=float(case.belt.bending_stiffness),
+        holding=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
+        grip=grip_of(ties, shape.bonds, mesh, scene.loop) if acting.slips else None,
+        guides=Guides.of(parts.edge_guides, acting.guides) if acting.guides else None,
+        fibres=Fibres.of(case, parts.lift_off) if acting.layered else None,
     )
     return shape, jax.tree.map(lambda v: np.asarray(v, float), belt)
 
@@ -115,8 +139,11 @@ def _surfaces(scene: Scene) -> Surfaces:
 
 
 def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: Scene) -> Ties:
-    """Six edges a quadrilateral, in the order of elastic.EDGES; a bond is counted once."""
+    """Six edges a quadrilateral, in the order of elastic.EDGES; a bond is counted once. A rope has its links alone."""
     strips, chord = mesh.across - 1, mesh.chord
+    if kind == "rope":
+        link = np.full((1, 1, 1), chord)
+        return Ties(np.zeros((1, 1)), mesh.line_stiffness[:, None] / chord, link, np.zeros_like(link))
     w = -np.diff(mesh.line_y)
     diagonal = np.hypot(chord, w)
     straight = np.stack([w, np.full(strips, chord), diagonal, diagonal, w, np.full(strips, chord)], axis=1)[..., None]

@@ -25,6 +25,7 @@ class Ties(NamedTuple):
     law, shape (q, 2, 6, 6): of the membrane, energy = 1/2 e law e [N/m3] with e the change of the squared lengths, for
     i + j even and odd; zero for a grid. spring, shape (q, 6): stiffness of the bonds [N/m]; zero for a membrane.
     length, natural, shape (q, 6, k): stress-free lengths [m] of the straight belt, and what its camber adds to them.
+    Of a rope, whose links are all it has, spring and length are of shape (1, 1) and (1, 1, 1).
     """
 
     law: Array
@@ -48,6 +49,8 @@ def stretched(
     taut [m], like places, if the curvature is wanted: places in equilibrium, whose tension stiffens the belt across.
     """
     lines, _, n = places.shape
+    if lines == 1:
+        return _chained(ties, places, taut)
     slope, curvature = jnp.zeros((6 * lines, n)), jnp.zeros((6 * lines, 6 * lines, n)) if taut is not None else None
     for j in range(lines - 1):
         apart = _apart(places, j)
@@ -64,6 +67,20 @@ def stretched(
             bent = _curvature(tension, law, by_corner)
             curvature = curvature.at[rows[:, None], rows].add(bent) if lines > 2 else bent
     return Cell(slope, curvature)
+
+
+def _chained(ties: Ties, places: Array, taut: Array | None) -> Cell:
+    """Of the links of a rope."""
+    apart = jnp.roll(places[0], -1, axis=-1) - places[0]
+    stiffness, free, square = ties.spring[0, 0], ties.length[0, 0, 0], (apart * apart).sum(axis=0)
+    pull = stiffness * (1.0 - free / jnp.sqrt(square)) * apart
+    slope = jnp.concatenate([-pull, pull])
+    if taut is None:
+        return Cell(slope, None)
+    length = jnp.sqrt(((jnp.roll(taut[0], -1, axis=-1) - taut[0]) ** 2).sum(axis=0))
+    along = stiffness * free / (square * jnp.sqrt(square)) * apart[:, None] * apart
+    bent = along + stiffness * (1.0 - free / length) * np.eye(3)[..., None]
+    return Cell(slope, jnp.concatenate([jnp.concatenate([bent, -bent], 1), jnp.concatenate([-bent, bent], 1)]))
 
 
 def _apart(places: Array, j: int) -> Array:
@@ -86,10 +103,11 @@ def _law(ties: Ties, j: int, bonds: bool, square: Array, free: Array, odd: Array
 
 def _curvature(by_square: Array, law: Array, by_corner: Array) -> Array:
     """Second derivatives of a quadrilateral's energy by its corners' places, shape (12, 12, n)."""
-    weighted = (law[:, :, None] * by_corner[None]).sum(axis=1)
-    material = (by_corner[:, :, None] * weighted[:, None]).sum(axis=0)
+    # sums written out: XLA's loops over a leading axis are ten times slower on a CPU
+    weighted = sum(law[:, k, None] * by_corner[None, k] for k in range(6))
+    material = sum(by_corner[k][:, None] * weighted[k][None] for k in range(6))
     pairs = np.einsum("kp,kq->kpq", _SIGNS, _SIGNS)
-    turning = (2.0 * by_square[:, None, None] * pairs[..., None]).sum(axis=0)  # (4, 4, n)
+    turning = sum(2.0 * by_square[k] * pairs[k][..., None] for k in range(6))  # (4, 4, n)
     spread = turning[:, None, :, None] * np.eye(3)[None, :, None, :, None]
     return material + spread.reshape(12, 12, -1)
 

@@ -53,6 +53,9 @@ def _at_axis(shape: Shape, belt: Belt, places: Array, station: Array, x: Array) 
 def _section_forces(shape: Shape, belt: Belt, places: Array, first: Array, share: Array) -> tuple[Array, Array]:
     k = (first + jnp.arange(_LINKS + 1)) % shape.stations
     nodes = places[:, :, k]
+    if shape.lines == 1:
+        links = jnp.sqrt((jnp.diff(nodes[0]) ** 2).sum(axis=0))
+        return belt.stiffness[0] * (links.mean() / belt.ties.length[0, 0, 0] - 1.0), jnp.zeros(())
     natural = belt.ties.length + share * belt.ties.natural
     natural = natural if natural.shape[-1] == 1 else natural[..., k[:-1]]
     free = jnp.concatenate([natural[:, 5], natural[-1:, 1]])

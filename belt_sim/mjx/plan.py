@@ -60,7 +60,7 @@ def plan_of(settings: Settings, options: Options, travel: float, changes: bool) 
             stand(stop, done)
             done = stop
         here = stop
-    march(here, travel, done)
+    march(here, travel + 0.5 * options.sample, done)  # a row stands for its middle
     recorded = np.array([r for r, _ in rows])
     parts = [np.array([[t[k] for t in told] for _, told in rows]) for k in range(3)]
     return Plan(Command(*parts), recorded)

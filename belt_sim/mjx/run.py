@@ -1,7 +1,7 @@
 """Runs of the 3D belt on JAX: one case, or a batch of cases of one mesh at once."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -13,13 +13,18 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
+from belt_sim.mjx.acting import Acting, acting_in
 from belt_sim.mjx.belt import Belt, Shape, belt_of
+from belt_sim.mjx.friction import COLUMNS, TOLERANCE, Slip
+from belt_sim.mjx.handed import handed
+from belt_sim.mjx.limp import Kinks
 from belt_sim.mjx.measure import reading
 from belt_sim.mjx.plan import Plan, plan_of
 from belt_sim.mjx.step import Command, State, step
 from belt_sim.mjx.wrap import Wrap
 from belt_sim.mujoco3d.machine.scene import Scene, lay_out
 from belt_sim.mujoco3d.mesh.belt import BeltModel
+from belt_sim.mujoco3d.mesh.chain import Chain
 from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.mesh.membrane import Membrane
 from belt_sim.mujoco3d.options import Options, is_limp
@@ -29,7 +34,10 @@ from belt_sim.mujoco3d.wrap.contact import laid_wraps
 from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
-_BELTS: dict[str, type[BeltModel]] = {"grid": Grid, "flex": Membrane}
+_BELTS: dict[str, type[BeltModel]] = {"rope": Chain, "grid": Grid, "flex": Membrane}
+_BYTES = 900  # of a case, a station and a pair of lines: 0.85 GB for 256 cases of the full rig
+_SMALL_GPU = 4e9  # bytes, where it does not say
+_MOST = 256  # cases of a chunk on one GPU: more are no faster, and more is lost when it is stopped
 _RUNAWAY = 3.0  # belt widths, as in run/record.py
 
 
@@ -43,49 +51,70 @@ class Prepared:
     state: State
     plan: Plan
 
+    @property
+    def kind(self) -> Hashable:
+        """Cases of one kind can be marched at once."""
+        sizes = (np.shape(leaf) for leaf in jax.tree.leaves((self.belt, self.state)))
+        return self.shape, self.plan.commands.travel.shape[1], tuple(sizes)
+
 
 def prepared(
-    case: Case, *, belt: str = "flex", travel: float, options: Options | None = None, parts: SceneParts | None = None
+    case: Case,
+    *,
+    belt: str = "flex",
+    travel: float,
+    options: Options | None = None,
+    parts: SceneParts | None = None,
+    acting: Acting | None = None,
 ) -> Prepared:
-    """For ``travel`` [m]; raises CannotRepresent for what this engine cannot do."""
+    """For ``travel`` [m]; acting: in its batch, None = in this case.
+
+    Raises CannotRepresent for what this engine cannot do.
+    """
     options = options or Options()
     parts = parts or SceneParts.undisturbed(case, options.friction)
     refuse(belt, options, parts)
     options = fitted(options, case, belt)
     scene = lay_out(case, _BELTS[belt](), options, parts)
-    shape, arrays = belt_of(scene, belt)
-    changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
-    return Prepared(case, shape, arrays, laid(scene), plan_of(case.settings, options, travel, changes))
+    acting = acting or acting_in([parts])
+    shape, arrays = belt_of(scene, belt, acting)
+    changes = (
+        any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None or parts.lift_off > 0
+    )
+    state = laid(scene)
+    state = state._replace(
+        slip=Slip.none(shape) if acting.slips else None,
+        kinks=Kinks.none(state.wraps, shape.sign) if shape.limp else None,
+        turned=np.zeros(2) if acting.gives_way else None,
+        layer=np.zeros((2, 2, shape.lines, 2)) if acting.layered else None,
+    )
+    return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, changes))
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what only engine=native does."""
     reasons = {
         f"model.tensioning = {options.tensioning}": options.tensioning == "koller",
-        f"model.friction = {parts.friction:g}": math.isfinite(parts.friction),
-        f"model = mujoco_{belt}": belt not in _BELTS,
-        "model.bonds without diagonals": belt == "grid" and is_limp(belt, options),
-        "effects = edge_guide": bool(parts.edge_guides),
-        "effects = lift_off": bool(parts.lift_off),
-        "effects = pulley_deflection": any(s.yaw_compliance for s in (parts.head, parts.tail)),
     }
     for what, true in reasons.items():
         if true:
             raise CannotRepresent(f"{what}: engine=mjx cannot do this; use engine=native")
+    if math.isfinite(parts.friction) and is_limp(belt, options):
+        raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
 
 
 def simulate(
     case: Case, *, belt: str = "flex", travel: float, options: Options | None = None, parts: SceneParts | None = None
 ) -> Curves:
     """Curves of ``case`` over ``travel`` [m]. y = 0 at travel 0. Raises RunFailed when it diverges."""
-    several = None if parts is None else [parts]
-    found = simulate_batch([case], belt=belt, travel=travel, options=options, parts=several)[0]
+    several, found = None if parts is None else [parts], handed()
+    if found is None:
+        found = simulate_batch([case], belt=belt, travel=travel, options=options, parts=several)[0]
     if isinstance(found, RunFailed):
         raise found
     return found
 
 
-@in_float64
 def simulate_batch(
     cases: Sequence[Case],
     *,
@@ -93,55 +122,76 @@ def simulate_batch(
     travel: float,
     options: Options | None = None,
     parts: Sequence[SceneParts] | None = None,
-    chunk: int = 256,
+    chunk: int | None = None,
 ) -> list[Curves | RunFailed]:
-    """Curves of every case, in order, run over ``travel`` [m] in chunks of at most ``chunk`` at once.
+    """Curves of every case, in order, run over ``travel`` [m] in chunks of at most ``chunk`` at once (None: that fit).
 
     Cases may differ in everything but the mesh: tension [Pa], yaw schedules [rad], effects (parts), material. A case
     that fails is a RunFailed, with the curves so far in its ``curves``, and stops no other. Several devices of one
     host share a chunk. Raises InputError for cases whose meshes have unlike numbers of stations.
     """
     several: Sequence[SceneParts | None] = parts or [None] * len(cases)
+    friction = (options or Options()).friction
+    acting = acting_in([p or SceneParts.undisturbed(c, friction) for c, p in zip(cases, several, strict=True)])
     ready = [
-        prepared(c, belt=belt, travel=travel, options=options, parts=p) for c, p in zip(cases, several, strict=True)
+        prepared(c, belt=belt, travel=travel, options=options, parts=p, acting=acting)
+        for c, p in zip(cases, several, strict=True)
     ]
     if len({r.shape for r in ready}) > 1:
         counts = sorted({r.shape.stations for r in ready})
         raise InputError("cases", f"{counts} stations", "", "give cases of one mesh and direction to a batch")
+    return [found for some in in_batches(ready, chunk) for found in some]
+
+
+def in_batches(ready: Sequence[Prepared], chunk: int | None) -> Iterator[list[Curves | RunFailed]]:
+    """Curves of cases of one kind, chunk by chunk; see ``simulate_batch``."""
     rows = max(len(r.plan.recorded) for r in ready)
     devices = jax.device_count()
-    size = min(chunk, math.ceil(len(ready) / devices) * devices)
-    found: list[Curves | RunFailed] = []
+    size = min(chunk or that_fit(ready[0].shape), math.ceil(len(ready) / devices) * devices)
     for begin in range(0, len(ready), size):
         some = ready[begin : begin + size]
-        filled = [*some, *[some[-1]] * (size - len(some))]
-        trees = [(r.belt, r.state, r.plan.padded(rows).commands) for r in filled]
-        arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
-        if devices > 1:
-            over = jax.sharding.NamedSharding(
-                jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases")
-            )
-            arrays = jax.device_put(arrays, over)
-        table = np.asarray(marched(filled[0].shape, *arrays))
-        found += [curves_of(r, t) for r, t in zip(some, table, strict=False)]
-    return found
+        table = _chunk_marched([*some, *[some[-1]] * (size - len(some))], rows, devices)
+        yield [curves_of(r, t) for r, t in zip(some, table, strict=False)]
+
+
+@in_float64
+def _chunk_marched(filled: Sequence[Prepared], rows: int, devices: int) -> np.ndarray:
+    """Rows of mean readings of a chunk, shape (cases, rows, 20)."""
+    trees = [(r.belt, r.state, r.plan.padded(rows).commands) for r in filled]
+    arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
+    if devices > 1 and len(filled) % devices == 0:
+        over = jax.sharding.NamedSharding(jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases"))
+        arrays = jax.device_put(arrays, over)
+    return np.asarray(marched(filled[0].shape, *arrays))
+
+
+def that_fit(shape: Shape) -> int:
+    """Cases at once: on a GPU what half of its memory holds, but at most _MOST on each; on a CPU one, as more gain
+    nothing there."""
+    device = jax.devices()[0]
+    if device.platform == "cpu":
+        return 1
+    memory = (device.memory_stats() or {}).get("bytes_limit", _SMALL_GPU)
+    return jax.device_count() * max(min(int(0.5 * memory / (_BYTES * shape.stations * shape.lines**2)), _MOST), 1)
 
 
 def curves_of(run: Prepared, table: np.ndarray) -> Curves | RunFailed:
-    """Curves from the rows (rows, 20) of ``marched``."""
+    """Curves from the rows (rows, 20 or more) of ``marched``."""
     rows = table[: len(run.plan.recorded)][run.plan.recorded]
     good = np.isfinite(rows).all(axis=1) & (np.abs(rows[:, :4]).max(axis=1) < _RUNAWAY * float(run.case.belt.width))
+    loose = rows[:, 20:].shape[1] > 0 and rows[:, -1] > TOLERANCE
+    good &= ~np.asarray(loose)
     end = len(rows) if good.all() else int(np.argmin(good))
     t = rows[:end].T
     curves = Curves(
-        travel=t[18],
+        travel=np.maximum(t[18], 0.0),  # before the yaw the belt is straight: its row stands for travel 0
         y=t[:4] - t[:4, :1],
         angle=t[4:8],
         moment=t[8:10],
         edge_stress=t[10:12],
         tilt=t[12:14],
         sag=t[14:16].mean(axis=1) if end else np.zeros(2),
-        extra={"tension": t[16], "tail_x": t[17], "correction": t[19]},
+        extra={"tension": t[16], "tail_x": t[17], "correction": t[19], **dict(zip(COLUMNS, t[20:], strict=False))},
     )
     if end == len(rows):
         return curves
@@ -158,7 +208,7 @@ def laid(scene: Scene) -> State:
     mesh, parts, sign = scene.mesh, scene.parts, float(np.sign(float(scene.case.settings.direction)))
     places = ((0.0, parts.head), (scene.loop.centre_distance, parts.tail))
     poses = [
-        Pose(np.array([x, 0.0, 0.0]), surface.axes(0.0, 0.0), -sign * scene.early / surface.radius)
+        Pose(np.array([x, 0.0, 0.0]), surface.axes(0.0, 0.0, askew=0.0), -sign * scene.early / surface.radius)
         for x, surface in places
     ]
     wraps = laid_wraps(
@@ -192,15 +242,18 @@ def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
 
 def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
     """Rows of mean readings of one case, shape (rows, 20): readings (mjx/measure.py), x of the tail pulley [m], travel
-    [m], and by how much a node was corrected at most [m]. commands: arrays of shape (rows, steps, ...)."""
+    [m], and by how much a node was corrected at most [m]; with friction 5 more (mjx/friction.py), the last of which is
+    the largest, too. commands: arrays of shape (rows, steps, ...)."""
 
     def one(state: State, command: Command) -> tuple[State, Array]:
         state = step(shape, belt, state, command)
         read = reading(shape, belt, state.nodes, state.wraps, state.tail_x, command.share)
-        return state, jnp.concatenate([read, jnp.stack([state.tail_x, state.travel, state.correction])])
+        most = [] if state.slip is None else [state.slip.columns()]
+        return state, jnp.concatenate([read, jnp.stack([state.tail_x, state.travel, state.correction]), *most])
 
     def row(state: State, commands: Command) -> tuple[State, Array]:
         state, reads = jax.lax.scan(one, state, commands)
-        return state, jnp.concatenate([reads[:, :-2].mean(axis=0), reads[-1, -2:-1], reads[:, -1:].max(axis=0)])
+        mean, most = reads.mean(axis=0), reads.max(axis=0)
+        return state, mean.at[19].set(most[19]).at[24:].set(most[24:])
 
     return jax.lax.scan(row, state, commands)[1]

@@ -7,7 +7,7 @@ from typing import Any
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.effects.around_engine import as_indicated
+from belt_sim.effects.around_engine import as_indicated, asked_of_engine
 from belt_sim.effects.base import IN_MARCH, Effect, overrides
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.frame import Observer
@@ -89,6 +89,11 @@ class SpaceModel:
         for effect in effects:
             parts = effect.scene(parts, case)
         return parts
+
+    def driven(self, case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
+        """What the engine is asked for: the case as driven, and its travel [m]; raises CannotRepresent."""
+        self.admit(effects)
+        return asked_of_engine(case, effects, travel)
 
     def run(
         self,

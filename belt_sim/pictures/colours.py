@@ -33,3 +33,8 @@ DIVERGING = ((0.0, "#16527e"), (0.25, "#6faed6"), (0.5, "#f5f5f2"), (0.75, "#ec9
 def rgb(colour: str) -> tuple[int, int, int]:
     """Red, green, blue [0..255] of ``#rrggbb``."""
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+def pale(colour: str) -> str:
+    """The same colour, paler: a second curve of its kind."""
+    return "#" + "".join(f"{round(0.45 * v + 0.55 * 235):02x}" for v in rgb(colour))

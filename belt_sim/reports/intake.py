@@ -66,7 +66,7 @@ def runs_table(campaign: Campaign) -> Table:
             f"{r.yaw / DEGREE:+.4g}",
             f"{r.speed:.3g}",
             f"{r.direction:+.0f}",
-            f"{r.yaw_at:.3g}",
+            f"{r.yaw_at:.3g}" + (f" +-{r.yaw_at_u:.2g}" if r.yaw_at_u else ""),
             f"{r.travel[-1]:.4g}" if len(r.travel) else "",
             f"{len(r.travel)}",
             r.repeat_of or "",

@@ -59,12 +59,16 @@ class Doubt:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Check(Shown):
-    """What a campaign can tell of what ``base_model`` may lack; planned: whether its runs are still to be measured."""
+    """What a campaign can tell of what ``base_model`` may lack; planned: whether its runs are still to be measured.
+
+    runs: names of those that it is judged by; missing: of those that are still to be measured where others are.
+    """
 
     campaign: CampaignLabel
     base_model: str
     planned: bool
-    runs: int
+    runs: tuple[str, ...]
+    missing: tuple[str, ...] = ()
     noise: str
     doubts: tuple[Doubt, ...]
     visible: tuple[Visible, ...]
@@ -73,14 +77,22 @@ class Check(Shown):
 
     def lines(self) -> Sequence[str]:
         """What is wrong, and what can be seen, in sentences."""
-        state = "is planned" if self.planned else "is a valid campaign"
-        said = [f"{self.campaign.title}: {state}, {self.runs} run{'' if self.runs == 1 else 's'}.", self.noise]
+        said = [f"{self.campaign.title}: {self._state()}.", self.noise]
         said += [f"{d.kind}: {d.sentence}" for d in self.doubts]
         if self.visible:
             seen = sum(v.share < 1.0 for v in self.visible)
             said.append(f"{seen} of {len(self.visible)} effects would show at a size that a machine could have.")
             said.append(self._alike())
         return said
+
+    def _state(self) -> str:
+        """How far the campaign is."""
+        many = f"{len(self.runs)} run{'' if len(self.runs) == 1 else 's'}"
+        if not self.missing:
+            return f"is planned, {many}" if self.planned else f"is a valid campaign, {many}"
+        of = len(self.runs) + len(self.missing)
+        there, still = ", ".join(self.runs), ", ".join(self.missing)
+        return f"{len(self.runs)} of {of} runs are there ({there}), which what follows is about; still missing: {still}"
 
     def _alike(self) -> str:
         if not self.pairs:
@@ -142,7 +154,8 @@ def check_json(c: Check) -> dict[str, Any]:
         "campaign": {"title": c.campaign.title, "sha256": c.campaign.sha256},
         "base_model": c.base_model,
         "planned": c.planned,
-        "runs": c.runs,
+        "runs": len(c.runs),
+        "missing": list(c.missing),
         "noise": c.noise,
         "doubts": [{"kind": d.kind, "sentence": d.sentence, "stops": d.stops} for d in c.doubts],
         "visible": [

@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from belt_sim.campaign import Campaign, read_campaign
+from belt_sim.campaign import Campaign, Run
 from belt_sim.campaign.plan import is_plan, read_plan
+from belt_sim.campaign.read import read_begun
 from belt_sim.diagnosis.describe import label
 from belt_sim.errors import InputError
 from belt_sim.foresight.doubts import doubts
@@ -28,7 +29,7 @@ def check(
     advise: bool = True,
     config: Any = None,
 ) -> Check:
-    """What ``campaign`` (an object, or a folder, whose runs may be planned and not yet measured) can tell.
+    """What ``campaign`` (an object, or a folder, some or all of whose runs may still be to be measured) can tell.
 
     model: an analytic one; effects: as in diagnose; travel, step [m]: of the records of planned runs; advise: look for
     the further run that would tell a pair apart. Raises CampaignError with every fault of a folder.
@@ -36,14 +37,18 @@ def check(
     planned = not isinstance(campaign, Campaign) and is_plan(campaign)
     if planned and not (0.0 < step < travel / 10.0):
         raise InputError("step", step, "m", f"between readings of planned runs; above 0 and below {travel / 10.0:g}")
+    missing: tuple[Run, ...] = ()
     if isinstance(campaign, Campaign):
         read = campaign
+    elif planned:
+        read = read_plan(campaign, travel=travel, step=step)
     else:
-        read = read_plan(campaign, travel=travel, step=step) if planned else read_campaign(campaign)
+        read, missing = read_begun(campaign)
     chosen = fitted_model(model)
     found = doubts(read, planned=planned)
     common: dict[str, Any] = {"campaign": label(read), "base_model": chosen.name, "planned": planned}
-    common |= {"runs": len(read.runs), "provenance": provenance(config) | {"data_sha256": read.sha256}}
+    common |= {"runs": tuple(r.name for r in read.runs), "missing": tuple(r.name for r in missing)}
+    common |= {"provenance": provenance(config) | {"data_sha256": read.sha256}}
     if not any(len(r.travel) for r in read.runs) or not any(s.kind == "lateral" for s in read.signals):
         only = Doubt(kind="plan", sentence="there are no curves of a point: a model can be compared, nothing diagnosed")
         return Check(**common, noise="Steady rates only.", doubts=(*found, only), visible=(), pairs=())

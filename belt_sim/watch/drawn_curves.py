@@ -8,8 +8,8 @@ from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.frame import Frame
 
-SPAN_STATIONS = 40
-WRAP_STATIONS = 24
+SPAN_STATIONS = 16
+WRAP_STATIONS = 14
 
 
 def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:

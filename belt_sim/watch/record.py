@@ -11,18 +11,20 @@ import rerun.blueprint as rrb
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.pictures.colours import AFTER, BEFORE, CYCLE
+from belt_sim.pictures.colours import AFTER, BEFORE, CYCLE, pale
 from belt_sim.si import MM
 from belt_sim.watch import blueprint, drawn_curves, series
+from belt_sim.watch.look import look_of
 from belt_sim.watch.rerun import APPLICATION, RecordingFile, send_blueprint
 from belt_sim.watch.scene import Scene
-from belt_sim.watch.shape import lateral_scale
 
 MRAD = 1e-3
 MEASURED_NAME = "measured"
 MEASURED_COLOUR = "#6b7785"  # readable on Rerun's light and dark grounds
 MODELS = (BEFORE, AFTER, *CYCLE[2:])
-PICTURES = 200  # at most so many pictures of the belt a run
+#: Pictures of the belt in a recording; each run has its share, within FEWEST and MOST.
+PICTURES, FEWEST, MOST = 400, 20, 120
+ROWS = 200  # of a model's curves, at most, in a run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,18 +54,19 @@ def record_curves(
 def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay]) -> None:
     """Write any number of runs to ``path`` (.rrd), one tab a run, all on the travel timeline.
 
-    Logged under runs/RUN: y/NAME/y1..y4 [mm], residual/NAME/y1..y4 (model - measured [mm], at the travel of
-    the measurement), tilt/NAME/upper, lower [mrad]; belt (movements enlarged as the view's name says).
+    Logged under runs/RUN, a column a curve: y/NAME (points 1-4 [mm]; where some were measured, those), residual/NAME
+    (model - measured [mm], at the travel of the measurement), tilt/NAME (upper, lower [mrad]); belt (movements
+    enlarged as the view's name says).
     """
     file, recording = RecordingFile(path), rr.RecordingStream(APPLICATION)
     file.open(recording)
-    tabs = []
-    for name, overlay in runs.items():
-        scale = _log_run(recording, name, overlay)
-        tabs.append(_tab(name, overlay, scale))
+    tabs = [_tab(name, overlay) for name, overlay in runs.items()]
     body = rrb.Tabs(*tabs) if len(tabs) > 1 else tabs[0]
     panels = rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
     send_blueprint(recording, rrb.Blueprint(body, blueprint.time_panel(), *panels))
+    pictures = min(max(PICTURES // len(runs), FEWEST), MOST)
+    for name, overlay in runs.items():
+        _log_run(recording, name, overlay, pictures)
     file.close()
 
 
@@ -77,105 +80,117 @@ def root_of(run: str) -> str:
     return f"runs/{path_part(run)}"
 
 
-def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay) -> float:
-    """Log one run; returns the lateral scale of its picture."""
+@dataclass(frozen=True)
+class _Pen:
+    """Colour and width [px] of curves; those of the head pulley and of the lower span are paler."""
+
+    colour: str
+    width: float = 2.0
+
+    def of(self, paler: bool) -> str:
+        return pale(self.colour) if paler else self.colour
+
+
+def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures: int) -> None:
+    """Log one run."""
     root, measured = root_of(run), overlay.measured
+    wanted = _measured_points(measured)
     for k, (name, curves) in enumerate(overlay.modelled.items()):
-        colour = MODELS[k % len(MODELS)]
-        _log_curves(recording, root, name, curves, colour, 2.0, shown=_measured_points(measured))
+        pen = _Pen(MODELS[k % len(MODELS)])
+        _log_curves(recording, root, name, _fewer(curves), pen, wanted)
         if measured is not None:
-            _log_residual(recording, root, name, curves, measured, colour)
+            error = _residual(curves, measured)
+            _columns(recording, f"{root}/residual/{path_part(name)}", error.travel, _points(error, name, wanted), pen)
     if measured is not None:
-        _log_curves(recording, root, MEASURED_NAME, measured, MEASURED_COLOUR, 1.2)
-    if overlay.case is None or not overlay.modelled:
-        return 1.0
-    return _log_picture(recording, root, overlay.case, list(overlay.modelled.values())[-1])
+        _log_curves(recording, root, MEASURED_NAME, measured, _Pen(MEASURED_COLOUR, 1.2), wanted)
+    if overlay.case is not None and overlay.modelled:
+        _log_picture(recording, root, overlay.case, _shown(overlay), pictures)
 
 
-def _measured_points(measured: Curves | None) -> list[bool]:
-    """Whether points 1-4 were measured; without a measurement all are of interest."""
+def _measured_points(measured: Curves | None) -> tuple[bool, ...]:
+    """Which of points 1-4 were measured; without a measurement all are of interest."""
     if measured is None:
-        return [True] * 4
-    return [bool(np.isfinite(row).any()) for row in np.asarray(measured.y, float)]
+        return (True,) * 4
+    return tuple(bool(np.isfinite(row).any()) for row in np.asarray(measured.y, float))
+
+
+def _fewer(curves: Curves) -> Curves:
+    """Every so many rows of a model's smooth curves, ROWS at most, the last among them."""
+    n = len(curves.travel)
+    rows = np.arange(n)[:: -(-n // ROWS)]
+    rows = rows if rows[-1] == n - 1 else np.append(rows, n - 1)
+    tilt = None if curves.tilt is None else np.asarray(curves.tilt, float)[:, rows]
+    return Curves(travel=np.asarray(curves.travel, float)[rows], y=np.asarray(curves.y, float)[:, rows], tilt=tilt)
 
 
 def _log_curves(
-    recording: rr.RecordingStream,
-    root: str,
-    name: str,
-    curves: Curves,
-    colour: str,
-    width: float,
-    shown: Sequence[bool] = (True,) * 4,
+    recording: rr.RecordingStream, root: str, name: str, curves: Curves, pen: _Pen, wanted: Sequence[bool]
 ) -> None:
-    """Points 1-4 [mm] and the tilts [mrad] of one set of curves; points not ``shown`` start switched off."""
-    for k, y in enumerate(np.asarray(curves.y, float)):
-        path = f"{root}/y/{path_part(name)}/y{k + 1}"
-        _column(recording, path, curves.travel, y / MM, f"y{k + 1} {name}", colour, width, shown[k])
-    if curves.tilt is not None:
-        for side, tilt in zip(("upper", "lower"), np.asarray(curves.tilt, float), strict=True):
-            label = f"{side} {name}"
-            _column(
-                recording,
-                f"{root}/tilt/{path_part(name)}/{side}",
-                curves.travel,
-                tilt / MRAD,
-                label,
-                colour,
-                width,
-            )
+    """The points ``wanted`` of 1-4 [mm] and the tilts [mrad] of one set of curves."""
+    _columns(recording, f"{root}/y/{path_part(name)}", curves.travel, _points(curves, name, wanted), pen)
+    if curves.tilt is not None and np.any(curves.tilt):
+        upper, lower = np.asarray(curves.tilt, float) / MRAD
+        tilts = {f"upper {name}": (upper, False), f"lower {name}": (lower, True)}
+        _columns(recording, f"{root}/tilt/{path_part(name)}", curves.travel, tilts, pen)
 
 
-def _log_residual(
-    recording: rr.RecordingStream, root: str, name: str, curves: Curves, measured: Curves, colour: str
-) -> None:
-    """model - measured at points 1-4 [mm], at the travel of the measurement."""
+def _points(curves: Curves, name: str, wanted: Sequence[bool]) -> dict[str, tuple[np.ndarray, bool]]:
+    """label -> (y [mm], paler) of the points ``wanted``; those at the head pulley are paler."""
+    y = np.asarray(curves.y, float) / MM
+    return {f"{k + 1} {name}": (y[k], k > 1) for k in range(4) if wanted[k]}
+
+
+def _residual(curves: Curves, measured: Curves) -> Curves:
+    """model - measured at points 1-4 [m], at the travel of the measurement."""
     at = np.asarray(measured.travel, float)
     outside = {"left": np.nan, "right": np.nan}  # the model says nothing beyond its own travel
-    for k in range(4):
-        model = np.interp(at, np.asarray(curves.travel, float), np.asarray(curves.y, float)[k], **outside)
-        error = (model - np.asarray(measured.y, float)[k]) / MM
-        path, label = f"{root}/residual/{path_part(name)}/y{k + 1}", f"y{k + 1} {name}"
-        _column(recording, path, at, error, label, colour, 1.5)
+    rows = [np.interp(at, np.asarray(curves.travel, float), row, **outside) for row in np.asarray(curves.y, float)]
+    return Curves(travel=at, y=np.array(rows) - np.asarray(measured.y, float))
 
 
-def _column(
+def _columns(
     recording: rr.RecordingStream,
     path: str,
     travel: np.ndarray,
-    values: np.ndarray,
-    label: str,
-    colour: str,
-    width: float,
-    shown: bool = True,
+    curves: Mapping[str, tuple[np.ndarray, bool]],
+    pen: _Pen,
 ) -> None:
-    """One time series at once; what is not finite was not measured and is left out."""
-    known = np.isfinite(values)
+    """Time series of one name at once; travel at which none is finite was not measured and is left out."""
+    values = np.column_stack([v for v, _ in curves.values()]) if curves else np.empty((len(travel), 0))
+    known = np.isfinite(values).any(axis=1)
     if not known.any():
         return
-    series.style(recording, path, label, colour, width, shown)
+    series.style(recording, path, list(curves), [pen.of(paler) for _, paler in curves.values()], pen.width)
     millimetres = np.rint(np.asarray(travel, float)[known] / MM).astype(np.int64)
     index = rr.TimeColumn(series.TRAVEL, sequence=millimetres)
-    rr.send_columns(path, [index], rr.Scalars.columns(scalars=values[known]), recording=recording)
+    shown = rr.Scalars.columns(scalars=values[known].ravel()).partition([len(curves)] * int(known.sum()))
+    rr.send_columns(path, [index], shown, recording=recording)
 
 
-def _log_picture(recording: rr.RecordingStream, root: str, case: Case, curves: Curves) -> float:
-    """The belt in space, at most PICTURES times; returns its lateral scale."""
-    length = float(curves.travel[-1] - curves.travel[0])
-    scale = float(lateral_scale(case, length))
-    scene = Scene(recording, f"{root}/belt", case, scale)
-    for frame in drawn_curves.frames(case, curves, every=max(length / PICTURES, 0.1)):
+def _log_picture(recording: rr.RecordingStream, root: str, case: Case, curves: Curves, pictures: int) -> None:
+    """The belt in space, at most ``pictures`` times."""
+    length = _length(curves)
+    scene = Scene(recording, f"{root}/belt", case, look_of(case, length))
+    for frame in drawn_curves.frames(case, curves, every=max(length / pictures, 0.1)):
         series.at(recording, frame.travel)
         scene.frame(frame)
-    return scale
 
 
-def _tab(run: str, overlay: Overlay, scale: float) -> rrb.Container:
+def _shown(overlay: Overlay) -> Curves:
+    """The curves whose belt is drawn in space: the last model's."""
+    return list(overlay.modelled.values())[-1]
+
+
+def _length(curves: Curves) -> float:
+    return float(curves.travel[-1] - curves.travel[0])
+
+
+def _tab(run: str, overlay: Overlay) -> rrb.Container:
     """One run: the points beside the residuals and the tilt, the belt in space above."""
     root = root_of(run)
     every = [*overlay.modelled.values(), *([overlay.measured] if overlay.measured is not None else [])]
     travel = max(float(curves.travel[-1]) for curves in every)
-    plots = [blueprint.plot(f"{root}/y", f"{run}: lateral position [mm]", travel)]
+    plots = [blueprint.plot(f"{root}/y", f"{run}: y [mm] over travel [mm]", travel)]
     if overlay.measured is not None:
         plots.append(blueprint.plot(f"{root}/residual", "model - measured [mm]", travel))
     if any(c.tilt is not None for c in overlay.modelled.values()):
@@ -183,5 +198,7 @@ def _tab(run: str, overlay: Overlay, scale: float) -> rrb.Container:
     row = rrb.Horizontal(*plots, name=run)
     if overlay.case is None or not overlay.modelled:
         return row
-    title = f"{run}: belt of {list(overlay.modelled)[-1]}; lateral movement, yaw and tilt x {scale:g}"
-    return rrb.Vertical(blueprint.space(overlay.case, f"{root}/belt", title), row, row_shares=[2, 3], name=run)
+    look = look_of(overlay.case, _length(_shown(overlay)))
+    title = f"{run}, {list(overlay.modelled)[-1]}: {blueprint.words(overlay.case, look)}"
+    picture = blueprint.space(overlay.case, f"{root}/belt", title, look)
+    return rrb.Vertical(picture, row, row_shares=[1, 1], name=run)

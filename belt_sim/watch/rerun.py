@@ -14,16 +14,20 @@ from belt_sim.curves import Curves
 from belt_sim.errors import BeltError
 from belt_sim.frame import Frame
 from belt_sim.watch import blueprint, series
+from belt_sim.watch.look import TRUE, Look, look_of
 from belt_sim.watch.scene import Scene
-from belt_sim.watch.shape import lateral_scale
 
 APPLICATION = "belt-sim"
 DATA_PORT, VIEWER_PORT = 9876, 9090  # Rerun's own defaults
-EVERY = 0.1  # [m] of travel between two pictures
+EVERY = 0.1  # [m] of travel between two readings
+PICTURES = 100  # of the belt, at most, in a run
 
 
 class RerunObserver:
-    """Logs every frame; where to is the business of ``open_sink(recording)`` and ``close_sink()``."""
+    """Logs numbers each ``every`` [m], the belt at most PICTURES times.
+
+    Where to is the business of ``open_sink(recording)`` and ``close_sink()``.
+    """
 
     def __init__(
         self,
@@ -31,21 +35,22 @@ class RerunObserver:
         close_sink: Callable[[], None],
         *,
         every: float = EVERY,
-        scale: float | None = None,
+        look: Look | None = None,
     ) -> None:
-        self.open_sink, self.close_sink, self.every, self.scale = open_sink, close_sink, every, scale
+        self.open_sink, self.close_sink, self.every, self.look = open_sink, close_sink, every, look
+        self.between = every
         self.recording: rr.RecordingStream | None = None
         self.scenes: list[Scene] = []
         self.seen: set[str] = set()
-        self.last = float("-inf")
+        self.last = self.last_picture = float("-inf")
 
     def start(self, case: Case, travel: float) -> None:
         """Open the sink, send the blueprint and everything that does not move."""
         self.recording = rr.RecordingStream(APPLICATION)
         self.open_sink(self.recording)
-        scale = self.scale or lateral_scale(case, travel)
-        send_blueprint(self.recording, blueprint.of_run(case, travel, scale))
-        roots = ((blueprint.TRUE, 1.0), (blueprint.DRAWN, scale))
+        look, self.between = self.look or look_of(case, travel), max(self.every, travel / PICTURES)
+        send_blueprint(self.recording, blueprint.of_run(case, travel, look))
+        roots = ((blueprint.TRUE_ROOT, TRUE), (blueprint.DRAWN_ROOT, look))
         self.scenes = [Scene(self.recording, root, case, k) for root, k in roots]
         series.start(self.recording)
 
@@ -55,8 +60,10 @@ class RerunObserver:
             return
         self.last = frame.travel
         series.at(self.recording, frame.travel, frame.time)
-        for scene in self.scenes:
-            scene.frame(frame)
+        if frame.travel - self.last_picture >= self.between * (1.0 - 1e-6):
+            self.last_picture = frame.travel
+            for scene in self.scenes:
+                scene.frame(frame)
         series.log(self.recording, frame, self.seen)
 
     def finish(self, curves: Curves) -> None:
@@ -96,15 +103,13 @@ class RecordingFile:
             os.replace(self.draft, self.path)
 
 
-def to_file(path: str | os.PathLike, *, every: float = EVERY, scale: float | None = None) -> RerunObserver:
-    """Observer that writes ``path`` (.rrd), a picture each ``every`` [m]; open it with `rerun PATH`."""
+def to_file(path: str | os.PathLike, *, every: float = EVERY, look: Look | None = None) -> RerunObserver:
+    """Observer that writes ``path`` (.rrd), numbers each ``every`` [m]; open it with `rerun PATH`."""
     file = RecordingFile(path)
-    return RerunObserver(file.open, file.close, every=every, scale=scale)
+    return RerunObserver(file.open, file.close, every=every, look=look)
 
 
-def live(
-    *, every: float = EVERY, scale: float | None = None, say: Callable[[str], None] | None = None
-) -> RerunObserver:
+def live(*, every: float = EVERY, look: Look | None = None, say: Callable[[str], None] | None = None) -> RerunObserver:
     """Observer that shows the run in Rerun's own window or, where there is no display, in a web viewer.
 
     ``say`` gets one line with the viewer's address (default: standard error). ``start`` raises BeltError when
@@ -121,7 +126,7 @@ def live(
             reason = str(cause).strip().splitlines()[0]
             raise BeltError(f"watch = rerun: no viewer could be opened ({reason}); use watch=rrd") from cause
 
-    return RerunObserver(open_viewer, lambda: None, every=every, scale=scale)
+    return RerunObserver(open_viewer, lambda: None, every=every, look=look)
 
 
 def _has_display() -> bool:

@@ -7,32 +7,39 @@ import rerun as rr
 
 from belt_sim.case import Case
 from belt_sim.frame import Frame
-from belt_sim.pictures.colours import FAINT, INK, POINT_NAMES, POINTS, rgb
+from belt_sim.pictures.colours import FAINT, INK, POINTS, rgb
 from belt_sim.watch import shape
+from belt_sim.watch.look import TRUE, Look, drawn, full_colour_tilt, thinned
 
 #: Face of a pulley in belt widths, true to scale and enlarged; the axis stands out by STUB faces.
 FACE_TRUE, FACE_DRAWN = 1.6, 3.2
-STUB = 0.35
-PULLEY = (176, 186, 197)
+STUB = 0.2
+PULLEY = (150, 160, 172)
+#: Width of lines and size of dots on the screen [px]: negative radii are that to Rerun.
+EDGE, AXIS, REACH, DOT = -0.7, -1.5, -2.0, -5.0
+#: Marks stand so many pulley radii above the belt, which would hide them.
+ABOVE = 0.04
 #: cylinders stand along z in Rerun; a pulley's axis lies along y
 LYING = rr.RotationAxisAngle(axis=[1, 0, 0], radians=math.pi / 2)
 
 
 class Scene:
-    """One drawing of the machine under ``root``, with lateral movements and small angles times ``scale``."""
+    """One drawing of the machine under ``root``, as the ``look`` has it."""
 
-    def __init__(self, recording: rr.RecordingStream, root: str, case: Case, scale: float = 1.0) -> None:
-        self.recording, self.root, self.case, self.scale = recording, root, case, scale
-        self.full_tilt = shape.full_colour_tilt(case)
+    def __init__(self, recording: rr.RecordingStream, root: str, case: Case, look: Look = TRUE) -> None:
+        self.recording, self.root, self.case, self.look = recording, root, case, look
+        self.full_tilt = full_colour_tilt(case)
         self.stations = 0
+        self.least, self.most = np.full(4, np.inf), np.full(4, -np.inf)
         recording.log(root, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         radii = {"head": case.rig.head_radius, "tail": case.rig.tail_radius}
         for name, radius in radii.items():
             self._pulley(name, float(radius) - 0.5 * float(case.belt.thickness))
+        self._styles()
 
     def _pulley(self, name: str, radius: float) -> None:
         """A grey cylinder along y, its axis, and a faint line where an aligned axis would be."""
-        width = (FACE_TRUE if self.scale == 1.0 else FACE_DRAWN) * float(self.case.belt.width)
+        width = (FACE_TRUE if self.look == TRUE else FACE_DRAWN) * float(self.case.belt.width)
         reach = (0.5 + STUB) * width
         path, log = f"{self.root}/{name}", self.recording.log
         body = rr.Cylinders3D(
@@ -44,44 +51,57 @@ class Scene:
         )
         log(f"{path}/turned/pulley", body, static=True)
         axis = [[[0.0, -reach, 0.0], [0.0, reach, 0.0]]]
-        log(f"{path}/turned/axis", rr.LineStrips3D(axis, colors=[rgb(INK)], radii=[0.006]), static=True)
-        aligned = [[[0.0, -1.5 * reach, 0.0], [0.0, 1.5 * reach, 0.0]]]
-        log(f"{path}/aligned", rr.LineStrips3D(aligned, colors=[rgb(FAINT)], radii=[0.002]), static=True)
+        log(f"{path}/turned/axis", rr.LineStrips3D(axis, colors=[rgb(INK)], radii=[AXIS]), static=True)
+        aligned = [[[0.0, -1.2 * reach, 0.0], [0.0, 1.2 * reach, 0.0]]]
+        log(f"{path}/aligned", rr.LineStrips3D(aligned, colors=[rgb(FAINT)], radii=[EDGE]), static=True)
+
+    def _styles(self) -> None:
+        """What does not change of what moves: colours, sizes, labels."""
+        colours, static = [rgb(c) for c in POINTS], {"static": True}
+        log = self.recording.log
+        log(f"{self.root}/belt/edges", rr.LineStrips3D.from_fields(colors=[rgb(INK)], radii=[EDGE]), **static)
+        dots = rr.Points3D.from_fields(colors=colours, radii=[DOT], labels=list("1234"), show_labels=True)
+        log(f"{self.root}/points", dots, **static)
+        log(f"{self.root}/reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]), **static)
 
     def frame(self, frame: Frame) -> None:
         """Draw one instant."""
-        drawn = shape.enlarged(frame, self.scale)
-        self._belt(drawn, shape.tilt(frame.left, frame.right))
-        self._turn(drawn)
-        self._points(drawn)
+        thin = thinned(frame, float(self.case.rig.tail_radius))
+        shown = drawn(thin, self.look)
+        self._belt(shown, shape.tilt(thin.left, thin.right))
+        self._turn(shown)
+        self._points(shown)
 
-    def _belt(self, drawn: Frame, tilt: np.ndarray) -> None:
+    def _belt(self, shown: Frame, tilt: np.ndarray) -> None:
         """Both edges as closed line strips; between them a ribbon coloured by the true tilt."""
-        log, n = self.recording.log, len(drawn.left)
-        edges = [np.vstack([edge, edge[:1]]) for edge in (drawn.left, drawn.right)]
-        log(f"{self.root}/belt/edges", rr.LineStrips3D(edges, colors=[rgb(INK)], radii=[0.003]))
+        log, n = self.recording.log, len(shown.left)
+        edges = [np.vstack([edge, edge[:1]]).astype(np.float32) for edge in (shown.left, shown.right)]
+        log(f"{self.root}/belt/edges", rr.LineStrips3D.from_fields(strips=edges))
         if n != self.stations:
             log(f"{self.root}/belt/ribbon", rr.Mesh3D.from_fields(triangle_indices=shape.ribbon_triangles(n)))
             self.stations = n
         colours = shape.tilt_colours(tilt, self.full_tilt)
         ribbon = rr.Mesh3D.from_fields(
-            vertex_positions=np.vstack([drawn.left, drawn.right]), vertex_colors=np.vstack([colours, colours])
+            vertex_positions=np.vstack([shown.left, shown.right]).astype(np.float32),
+            vertex_colors=np.vstack([colours, colours]),
         )
         log(f"{self.root}/belt/ribbon", ribbon)
 
-    def _turn(self, drawn: Frame) -> None:
+    def _turn(self, shown: Frame) -> None:
         """Turn both pulleys about +z, put the tail pulley where it stands."""
         log = self.recording.log
-        at = {"head": (0.0, drawn.yaw_head), "tail": (drawn.tail_x, drawn.yaw_tail)}
+        at = {"head": (0.0, shown.yaw_head), "tail": (shown.tail_x, shown.yaw_tail)}
         for name, (x, yaw) in at.items():
             log(f"{self.root}/{name}", rr.Transform3D(translation=[x, 0.0, 0.0]))
             turn = rr.RotationAxisAngle(axis=[0, 0, 1], radians=yaw)
             log(f"{self.root}/{name}/turned", rr.Transform3D(rotation=turn))
 
-    def _points(self, drawn: Frame) -> None:
-        """Points 1-4; the view keeps all earlier dots of ``trail`` in sight."""
-        colours = [rgb(c) for c in POINTS]
-        dots = rr.Points3D(drawn.points, colors=colours, radii=[0.018], labels=[n[0] for n in POINT_NAMES])
-        self.recording.log(f"{self.root}/points", dots)
-        trail = rr.Points3D(drawn.points, colors=colours, radii=[0.01])
-        self.recording.log(f"{self.root}/trail", trail)
+    def _points(self, shown: Frame) -> None:
+        """Points 1-4, each with a line over how far it has been to either side."""
+        at = shown.points * [1.0, 1.0, 1.0 + ABOVE]
+        self.least, self.most = np.minimum(self.least, at[:, 1]), np.maximum(self.most, at[:, 1])
+        ends = [np.column_stack([at[:, 0], y, at[:, 2]]) for y in (self.least, self.most)]
+        log = self.recording.log
+        log(f"{self.root}/points", rr.Points3D.from_fields(positions=at.astype(np.float32)))
+        strips = np.stack(ends, axis=1).astype(np.float32)
+        log(f"{self.root}/reach", rr.LineStrips3D.from_fields(strips=list(strips)))

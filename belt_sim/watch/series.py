@@ -1,6 +1,6 @@
 """Time series of a run, in the units that people read."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import rerun as rr
 
@@ -14,15 +14,15 @@ TIME = "time"
 
 #: SI name -> (plot, label, colour, SI units in one unit drawn)
 KNOWN: dict[str, tuple[str, str, str, float]] = {
-    "tension": ("tension", "tension [N/mm2]", GREEN, N_PER_MM2),
-    "tilt_upper": ("tilt", "upper mid-span [mrad]", BLUE, 1e-3),
-    "tilt_lower": ("tilt", "lower mid-span [mrad]", RED, 1e-3),
-    "entry_moment_upper": ("moment", "upper run-up [N m]", BLUE, 1.0),
-    "entry_moment_lower": ("moment", "lower run-up [N m]", RED, 1.0),
-    "slip_head": ("slip", "head pulley [um]", BLUE, 1e-6),
-    "slip_tail": ("slip", "tail pulley [um]", RED, 1e-6),
-    "sag_upper": ("sag", "upper span [mm]", BLUE, MM),
-    "sag_lower": ("sag", "lower span [mm]", RED, MM),
+    "tension": ("tension", "tension", GREEN, N_PER_MM2),
+    "tilt_upper": ("tilt", "upper", BLUE, 1e-3),
+    "tilt_lower": ("tilt", "lower", RED, 1e-3),
+    "entry_moment_upper": ("moment", "upper run-up", BLUE, 1.0),
+    "entry_moment_lower": ("moment", "lower run-up", RED, 1.0),
+    "slip_head": ("slip", "head pulley", BLUE, 1e-6),
+    "slip_tail": ("slip", "tail pulley", RED, 1e-6),
+    "sag_upper": ("sag", "upper span", BLUE, MM),
+    "sag_lower": ("sag", "lower span", RED, MM),
 }
 
 
@@ -34,11 +34,11 @@ def at(recording: rr.RecordingStream, travel: float, time: float | None = None) 
 
 
 def style(
-    recording: rr.RecordingStream, path: str, name: str, colour: str, width: float = 2.0, shown: bool = True
+    recording: rr.RecordingStream, path: str, names: Sequence[str], colours: Sequence[str], width: float = 2.0
 ) -> None:
-    """Name, colour and line width [px] of one curve, and whether it is drawn from the start."""
-    line = rr.SeriesLines(names=name, colors=[rgb(colour)], widths=width, visible_series=[shown])
-    recording.log(path, line, static=True)
+    """Names, colours and line width [px] of the curves of one path."""
+    lines = rr.SeriesLines(names=names, colors=[rgb(c) for c in colours], widths=[width] * len(names))
+    recording.log(path, lines, static=True)
 
 
 def path_of(name: str) -> str:
@@ -50,9 +50,9 @@ def path_of(name: str) -> str:
 def start(recording: rr.RecordingStream) -> None:
     """Style every curve that is known beforehand."""
     for k, colour in enumerate(POINTS):
-        style(recording, f"series/y/y{k + 1}", f"point {POINT_NAMES[k]} [mm]", colour)
+        style(recording, f"series/y/y{k + 1}", [POINT_NAMES[k].replace(" end", "").replace(" pulley", "")], [colour])
     for name, (_, label, colour, _) in KNOWN.items():
-        style(recording, path_of(name), label, colour)
+        style(recording, path_of(name), [label], [colour])
 
 
 def log(recording: rr.RecordingStream, frame: Frame, seen: set[str]) -> None:
@@ -63,6 +63,6 @@ def log(recording: rr.RecordingStream, frame: Frame, seen: set[str]) -> None:
     numbers: Mapping[str, float] = {"tilt_upper": upper, "tilt_lower": lower, **frame.scalars}
     for name, value in numbers.items():
         if name not in KNOWN and name not in seen:
-            style(recording, path_of(name), f"{name} [SI]", CYCLE[len(seen) % len(CYCLE)])
+            style(recording, path_of(name), [f"{name} [SI]"], [CYCLE[len(seen) % len(CYCLE)]])
         seen.add(name)
         recording.log(path_of(name), rr.Scalars(float(value) / (KNOWN[name][3] if name in KNOWN else 1.0)))

@@ -1,17 +1,10 @@
-"""The belt as it is drawn: tilt of its cross-sections, small movements made large, a ribbon of triangles."""
-
-from dataclasses import replace
+"""The belt as a surface: tilt of its cross-sections, and a ribbon of triangles in its colours."""
 
 import numpy as np
 
-from belt_sim.case import Case
 from belt_sim.frame import Frame
 from belt_sim.pictures.colours import DIVERGING, rgb
 
-#: Lateral scales a picture may have.
-SCALES = (1, 2, 5, 10, 20, 50, 100, 200)
-#: A rope's drift, the largest there is, should be drawn at most so many belt widths wide.
-DRAWN_WIDTHS = 2.0
 #: A cross-section narrower than this [m] is a rope's: it has no tilt.
 ROPE_WIDTH = 1e-6
 
@@ -37,33 +30,6 @@ def mid_span_tilt(frame: Frame) -> tuple[float, float]:
     return float(angles[upper]), float(angles[lower])
 
 
-def lateral_scale(case: Case, travel: float) -> int:
-    """The scale at which the drift of a rope, yaw * travel / 2, stays within DRAWN_WIDTHS belt widths."""
-    yaw = max(abs(float(case.settings.yaw.last())), abs(float(case.settings.yaw_head.last())))
-    drift = max(0.5 * yaw * travel, 1e-9)
-    wanted = DRAWN_WIDTHS * float(case.belt.width) / drift
-    return max((s for s in SCALES if s <= wanted), default=1)
-
-
-def enlarged(frame: Frame, scale: float) -> Frame:
-    """The frame with lateral movements and small angles times ``scale``; lengths, width and sag stay true.
-
-    A centre line (x, y, z) becomes (x, scale y, z); the half cross-section (ex, ey, ez) from there to an edge
-    becomes (scale ex, ey, scale ez): yaw and tilt grow alike, so a stuck belt still lies on its pulley.
-    """
-    left, right = np.asarray(frame.left, float), np.asarray(frame.right, float)
-    centre = 0.5 * (left + right) * [1.0, scale, 1.0]
-    half = 0.5 * (left - right) * [scale, 1.0, scale]
-    return replace(
-        frame,
-        left=centre + half,
-        right=centre - half,
-        points=np.asarray(frame.points, float) * [1.0, scale, 1.0],
-        yaw_tail=frame.yaw_tail * scale,
-        yaw_head=frame.yaw_head * scale,
-    )
-
-
 def ribbon_triangles(stations: int) -> np.ndarray:
     """Triangles of a closed ribbon whose vertices are left[0..n-1], right[0..n-1]; shape (2 n, 3)."""
     here = np.arange(stations)
@@ -79,9 +45,3 @@ def tilt_colours(angles: np.ndarray, full: float) -> np.ndarray:
     stops = [p for p, _ in DIVERGING]
     channels = np.array([rgb(c) for _, c in DIVERGING], float)
     return np.stack([np.interp(at, stops, channels[:, k]) for k in range(3)], axis=-1).astype(np.uint8)
-
-
-def full_colour_tilt(case: Case) -> float:
-    """The tilt that gets the full colour [rad]: ten times the yaw (8 mrad were seen for 0.042 deg)."""
-    yaw = max(abs(float(case.settings.yaw.last())), abs(float(case.settings.yaw_head.last())))
-    return max(10.0 * yaw, 1e-3)

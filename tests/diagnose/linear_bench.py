@@ -67,6 +67,6 @@ def linear_bench(runs, signal=WHITE, *, count=40, per_bin=1.0, levels=None, y=No
     levels = levels or Levels()
     return Workbench(
         campaign=None, samples=samples, fitted=samples, forward=Sum(shapes or {"a": still}), levels=levels,
-        finder=LevelFinder(samples, still[None]), shapes=still[None], shared=still,
-        metric=metric_of(samples, levels, still[None], still),
+        finder=LevelFinder(samples, still[None]), shapes=still[None], shared=still[None],
+        metric=metric_of(samples, levels, still[None], still[None]),
     )  # fmt: skip

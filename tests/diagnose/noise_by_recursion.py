@@ -22,7 +22,7 @@ def errors(
             y[:, r, s] += white * signal.white * rng.standard_normal((count, len(travel)))
     runs = rng.standard_normal((count, *bench.shapes.shape[:2]))
     y += np.einsum("ckr,krsn->crsn", runs, bench.shapes)
-    return y + rng.standard_normal(count)[:, None, None, None] * bench.shared
+    return y + np.einsum("cm,mrsn->crsn", rng.standard_normal((count, len(bench.shared))), bench.shared)
 
 
 def _recursion(steps: np.ndarray, count: int, rng) -> np.ndarray:

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
 
+from belt_sim.diagnosis.contrasts import WINDOW
 from belt_sim.diagnosis.levels import LEVEL_SPREAD, TOGETHER
-from belt_sim.diagnosis.null import NoiseSource, null_gains
+from belt_sim.diagnosis.null import NoiseSource, NullGains, null_gains
 from belt_sim.diagnosis.openset import open_set
 
 DRAWS = 4000
@@ -17,12 +18,19 @@ NORMAL = 0.1  # of a width: the law of a logarithm is not quite normal, and the 
 
 
 def scattered(factor=1.0, runs=REPEATS, count=40):
-    """Repeats that differ exactly as much as white noise of ``factor`` times the stated size would on the average."""
-    rng = np.random.default_rng(8)
-    difference = rng.standard_normal(count)
+    """Repeats that differ exactly as much as white noise of ``factor`` times the stated size would on the average, in
+    what is fast and in the rest.
+    """
+    difference = np.random.default_rng(8).standard_normal(count)
     difference -= difference.mean()
-    difference *= factor * WHITE.white * np.sqrt(2.0 * (count - 1) / np.sum(difference**2))
-    return np.stack([difference, 0.0 * difference])[:, None]
+    parabolas = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW), 3))[0]
+    fast = np.zeros(count)
+    whole = count // WINDOW * WINDOW
+    fast[:whole] = (difference[:whole].reshape(-1, WINDOW) @ (np.eye(WINDOW) - parabolas @ parabolas.T)).ravel()
+    freedom = whole // WINDOW * (WINDOW - 3)
+    parts = ((fast, freedom), (difference - fast, count - 1 - freedom))
+    difference = sum(part * np.sqrt(2.0 * many / np.sum(part**2)) for part, many in parts)
+    return factor * WHITE.white * np.stack([difference, 0.0 * difference])[:, None]
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +60,8 @@ def test_without_repeats_levels_are_drawn_from_the_data_sheet():
 
 
 def test_readings_narrow_a_level_by_their_number(drawn):
-    """The logarithm of a level is known from m differences to 1/sqrt(2 m)."""
-    width = 1.0 / np.sqrt(2.0 * 39 + LEVEL_SPREAD**-2)
+    """The logarithm of a level is known from m differences to 1/sqrt(2 m); what is fast in the mean tells it again."""
+    width = 1.0 / np.sqrt(2.0 * (39 + 25) + LEVEL_SPREAD**-2)
     assert np.mean(drawn[:, 0]) == pytest.approx(0.0, abs=0.3 * width)
     assert np.std(drawn[:, 0]) == pytest.approx(width, rel=NORMAL)
 
@@ -114,3 +122,17 @@ def test_what_no_effect_explains_is_left_over_and_readings_that_are_met_leave_no
     if named:
         assert max(test.gain, key=lambda n: test.gain[n] if n.startswith("smooth") else 0.0) == named
     assert all((n in test.failed) == (test.gain[n] > test.threshold[n]) for n in test.gain)
+
+
+def test_alternatives_are_so_many_tries_and_no_broader_law():
+    """The best of 30 independent gains of two degrees of freedom exceeds g with 1 - (1 - exp(-g/2))^30."""
+    each = np.random.default_rng(11).chisquare(2, (4000, 30))
+    null = NullGains({"a": each.max(axis=1)}, {"a": 2}, {"a": float(each.mean())})
+    for log_p in (-2.0, -6.5):
+        right = -2.0 * np.log(-np.expm1(np.log1p(-np.exp(log_p)) / 30))
+        assert null.threshold("a", log_p) == pytest.approx(right, abs=0.4)
+        assert float(null.log_p("a", null.threshold("a", log_p))) == pytest.approx(log_p)
+    broader = NullGains(null.gains, null.dof)
+    assert broader.threshold("a", -6.5) > null.threshold("a", -6.5) + 10.0
+    far = -200.0 / null.inflation("a") + np.log(null.tries("a"))
+    assert float(null.log_p("a", 400.0)) == pytest.approx(far)

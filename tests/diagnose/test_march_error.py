@@ -43,5 +43,5 @@ def test_the_error_is_what_a_much_finer_march_says(short):
     size = np.abs(values - fine).max()
     assert np.abs(short.march.error).max() == pytest.approx(size, rel=0.2)
     still = np.zeros_like(values)
-    whiten = replace(short, shapes=still[None], shared=still).metric_at(short.levels).whiten
+    whiten = replace(short, shapes=still[None], shared=still[None]).metric_at(short.levels).whiten
     assert np.linalg.norm(whiten(values - fine)) < 1.2 * WANTED

@@ -31,7 +31,7 @@ def test_whitened_errors_have_unit_covariance(stated):
     white = stated.whiten(errors(bench(), DRAWS, rng))
     size = white.shape[1]
     assert np.mean(white**2) == pytest.approx(1.0, abs=SIGMAS * np.sqrt(2 / (DRAWS * size)))
-    nuisances = stated.whiten(np.concatenate([bench().shapes, bench().shared[None]]))
+    nuisances = stated.whiten(np.concatenate([bench().shapes, bench().shared]))
     along = np.concatenate([nuisances, rng.standard_normal((20, size))])
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     np.testing.assert_allclose(np.var(white @ along.T, axis=0), 1.0, atol=SIGMAS * np.sqrt(2 / DRAWS))
@@ -63,7 +63,7 @@ def long_bench():
     runs, signals, _ = b.samples.y.shape
     travel = np.tile(np.arange(0.0, 60.0, 0.25), (runs, 1))
     still = np.zeros((runs, signals, travel.shape[1]))
-    return replace(b, samples=replace(b.samples, travel=travel, y=still), shapes=still[None], shared=still)
+    return replace(b, samples=replace(b.samples, travel=travel, y=still), shapes=still[None], shared=still[None])
 
 
 @pytest.mark.parametrize(("white", "wander"), [(0.6, 1.4), (1.4, 0.6)])
@@ -78,11 +78,25 @@ def test_repeats_tell_both_noise_levels(white, wander):
 
 
 def test_what_the_model_lacks_does_not_change_the_noise_levels():
-    """Repeats share whatever is missing from the model, so it cancels."""
+    """Repeats share whatever is missing from the model, so it cancels; single runs that hold far more are not asked."""
     b = repeated_bench()
     drawn = errors(b, 1, np.random.default_rng(6))[0]
     missing = 5e-3 * np.sin(b.samples.travel)[:, None, :]
-    assert b.finder(drawn + missing) == b.finder(drawn)
+    repeats_alone = LevelFinder(b.samples, b.shapes)
+    for signal in repeats_alone.signals:
+        signal.fast = ()
+    assert b.finder(drawn + missing) == repeats_alone(drawn)
+
+
+def test_where_repeats_and_single_runs_agree_all_runs_tell_the_white_noise():
+    """Two repeats of 40 readings leave a tenth open; what is fast in all runs leaves less."""
+    b = repeated_bench()
+    repeats_alone = LevelFinder(b.samples, b.shapes)
+    for signal in repeats_alone.signals:
+        signal.fast = ()
+    drawn = errors(b, 30, np.random.default_rng(9))
+    width = [np.std(np.log([lv.white for lv in finder.many(drawn)])) for finder in (b.finder, repeats_alone)]
+    assert width[0] < 0.9 * width[1]
 
 
 def test_a_nuisance_is_what_one_sigma_of_it_does():
@@ -94,7 +108,7 @@ def test_a_nuisance_is_what_one_sigma_of_it_does():
         off.append(b.forward.null())
         off[-1][len(b.forward.slots) + len(off) - 1] = size
     plain, *moved = b.forward.values(np.stack([b.forward.null(), *off]))
-    for shape, there in zip((b.shared, b.shapes[0], b.shapes[1]), moved, strict=True):
+    for shape, there in zip((b.shared[0], b.shapes[0], b.shapes[1]), moved, strict=True):
         wanted = there - plain
         np.testing.assert_allclose(shape, wanted, atol=SECOND_ORDER * np.abs(wanted).max())
 

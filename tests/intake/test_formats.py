@@ -233,3 +233,14 @@ def test_days_of_stamps_are_seconds_whatever_their_size(tmp_path):
     column = read([tmp_path / "a.xlsx"]).tables[0].column("Zeitstempel")
     assert (column.role, column.unit) == ("time", "s")
     assert np.diff(column.values) == pytest.approx(3600.0)
+
+
+def test_a_run_whose_column_is_called_otherwise_is_named(tmp_path):
+    for name, edge in (("a", "y4 [mm]"), ("b", "Kante 9")):
+        made = log(length=5.0)
+        (tmp_path / f"{name}.csv").write_text(table(["travel [m]", "y1 [mm]", edge], [made.travel, made.y1, made.y4]))
+    stated = {"columns": {"y1 [mm]": {"at": "point_1"}, "y4 [mm]": {"at": "point_4"}, "Kante 9": {"role": "ignore"}}}
+    runs = {"a": {"tension": "10", "yaw": "-0.042"}, "b": {"tension": "20", "yaw": "-0.042"}}
+    proposal = understand(read(sorted(tmp_path.glob("*.csv"))), MAPPING | stated | {"runs": runs})
+    said = [n for n in proposal.notes if "which other runs have" in n]
+    assert said == ["b: has no y4, which other runs have; is its column called otherwise there?"]

@@ -141,3 +141,26 @@ def test_a_broken_folder_is_refused_with_every_fault(plan, tmp_path):
 
 def test_check_json_is_json(checked):
     assert json.loads(json.dumps(check_json(checked), allow_nan=False))["schema"] == "belt-check/1"
+
+
+def test_a_half_measured_campaign_says_what_is_there_what_is_missing_and_what_it_can_tell(plan, tmp_path):
+    folder = tmp_path / "half"
+    folder.mkdir()
+    for name in ("campaign.yaml", "runs.csv"):
+        (folder / name).write_text((plan / name).read_text())
+    every = read_plan(plan, travel=40.0, step=0.5).runs
+    repeat = next(r for r in every if r.repeat_of)
+    there = [r.name for r in every[:2]] + [repeat.name]
+    there.remove(repeat.repeat_of)  # so that a repeat stands there without its first run
+    rows = [f"{n},{s / 2},0.0,0.0" for n in there for s in range(61)]
+    (folder / "signals.csv").write_text("\n".join(["run,travel_m,y1,y4", *rows, ""]))
+    with pytest.raises(CampaignError, match="add them or remove the run"):
+        read_campaign(folder)  # to compare with, a campaign is to be whole
+    found = check(folder, effects=FEW, advise=False)
+    assert not found.planned
+    assert (set(found.runs), len(found.missing)) == (set(there), len(every) - len(there))
+    assert f"{len(there)} of {len(every)} runs are there" in str(found)
+    assert f"still missing: {', '.join(found.missing)}" in str(found)
+    assert {v.effect for v in found.visible} == set(FEW)
+    assert not any("is repeated" not in d.sentence and "repeat_of" in d.sentence for d in found.doubts)
+    follows_its_schema(check_json(found))

@@ -22,6 +22,8 @@ def test_what_was_put_in_comes_out():
     assert sorted({r.tension / 1e6 for r in campaign.runs}) == pytest.approx(TENSIONS)
     assert [r.repeat_of for r in campaign.runs[-2:]] == ["lauf_02", "lauf_05"]
     assert all(abs(r.yaw_at - (BEFORE - SPACING / 2.0)) < SPACING / 2.0 for r in campaign.runs)
+    for run in campaign.runs:  # a repeat's, too: how far it is from where its first run's was
+        assert SPACING / np.sqrt(12.0) - 1e-3 <= run.yaw_at_u < SPACING
     assert len({tuple(r.travel) for r in campaign.runs}) == 1  # so that repeats compare
     for signal in campaign.signals:
         assert signal.wander_sd == pytest.approx(NOISE.wander_sd, rel=0.4)

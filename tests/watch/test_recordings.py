@@ -6,14 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from moving_belt import case, curves, frames
+from rerun.chunk import RrdReader
 
 from belt_sim.errors import BeltError
 from belt_sim.paper import YAW
 from belt_sim.si import MM
+from belt_sim.watch.look import look_of
 from belt_sim.watch.read_back import read_back
-from belt_sim.watch.record import record_curves
-from belt_sim.watch.rerun import RerunObserver, _free_port, live, to_file
-from belt_sim.watch.shape import lateral_scale, tilt
+from belt_sim.watch.record import Overlay, record_curves, record_runs
+from belt_sim.watch.rerun import PICTURES, RerunObserver, _free_port, live, to_file
+from belt_sim.watch.shape import tilt
 
 SINGLE = 1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m
 TRAVEL = 3.0
@@ -45,7 +47,7 @@ def test_true_edges_come_back_from_the_file(recorded):
 
 def test_drawn_movement_is_the_true_one_times_the_scale(recorded):
     logged, shown = recorded
-    scale = lateral_scale(case(), TRAVEL)
+    scale = look_of(case(), TRAVEL).lateral
     assert scale > 1
     for (left, right), frame in zip(logged["machine/drawn/belt/edges:LineStrips3D:strips"].values, shown, strict=True):
         middle = 0.5 * (left + right)[:-1]
@@ -96,12 +98,16 @@ def test_curves_measurement_and_residual_come_back(tmp_path):
     measured = replace(half, y=half.y + 1e-3)
     record_curves(tmp_path / "c.rrd", {"strip + taper": model}, measured, case=case(), run="r01")
     logged = read_back(tmp_path / "c.rrd")
-    y = np.ravel(logged["runs/r01/y/strip_taper/y3:Scalars:scalars"].values)
-    np.testing.assert_allclose(y, model.y[2] / MM, rtol=1e-12)
-    residual = np.ravel(logged["runs/r01/residual/strip_taper/y1:Scalars:scalars"].values)
+    shown = logged["runs/r01/y/strip_taper:Scalars:scalars"]
+    rows = np.rint(shown.travel_mm * MM / 0.1).astype(int)
+    assert len(rows) <= 200
+    assert rows[[0, -1]].tolist() == [0, 200]
+    np.testing.assert_allclose(np.array(shown.values), model.y[[0, 3]][:, rows].T / MM, rtol=1e-12)
+    residual = np.array(logged["runs/r01/residual/strip_taper:Scalars:scalars"].values)
+    assert residual.shape == (67, 2)  # points 1 and 4 were measured; the last sample lies beyond the model's travel
     np.testing.assert_allclose(residual, -1.0, atol=1e-9)
-    assert len(residual) == 67  # the last sample lies beyond the model's travel
-    assert "runs/r01/residual/strip_taper/y2:Scalars:scalars" not in logged  # point 2 was not measured
+    tilt_rows = np.array(logged["runs/r01/tilt/strip_taper:Scalars:scalars"].values)
+    np.testing.assert_allclose(tilt_rows, model.tilt[:, rows].T / 1e-3, rtol=1e-12)
     assert "runs/r01/belt/belt/edges:LineStrips3D:strips" in logged
 
 
@@ -154,3 +160,36 @@ def test_an_observer_never_started_ignores_frames():
     observer = RerunObserver(lambda recording: None, lambda: None)
     observer.frame(next(frames(1.0)))
     observer.finish(curves(1.0))
+
+
+def test_a_recording_of_a_long_run_and_of_a_campaign_stays_small(tmp_path):
+    """60 m in space; ten runs of a campaign, as a diagnosis leaves it."""
+    observer = to_file(tmp_path / "long.rrd")
+    observer.start(case(), 60.0)
+    for frame in frames(60.0):
+        observer.frame(frame)
+    observer.finish(curves(60.0))
+    logged = read_back(tmp_path / "long.rrd")
+    assert len(logged["series/y/y1:Scalars:scalars"].travel_mm) == 601
+    assert len(logged["machine/drawn/points:Points3D:positions"].travel_mm) <= PICTURES + 1
+    measured = replace(curves(60.0, step=0.5), tilt=None)
+    overlay = Overlay(modelled={"a": curves(60.0), "b": curves(60.0)}, measured=measured, case=case())
+    record_runs(tmp_path / "campaign.rrd", {f"r{k:02d}": overlay for k in range(10)})
+    assert (tmp_path / "long.rrd").stat().st_size < 3e6
+    assert (tmp_path / "campaign.rrd").stat().st_size < 3.5e6
+
+
+def test_no_two_curves_of_a_plot_share_a_colour(tmp_path):
+    overlay = Overlay(modelled={"a": curves(5.0), "b": curves(5.0)}, measured=curves(5.0), case=case())
+    record_runs(tmp_path / "c.rrd", {"r01": overlay})
+    styled = {}
+    for chunk in RrdReader(str(tmp_path / "c.rrd")).stream():
+        batch = chunk.to_record_batch()
+        if "SeriesLines:colors" in batch.schema.names:
+            plot = chunk.entity_path.split("/")[3]
+            styled.setdefault(plot, []).extend(batch.column("SeriesLines:colors").to_pylist()[0])
+    assert sorted(styled) == ["residual", "tilt", "y"]
+    assert len(styled["tilt"]) == 6  # two spans, of two models and of the measurement
+    for plot, colours in styled.items():
+        pairs = 2 if plot != "tilt" else 1  # points 1 and 2 lie side by side, and so do 3 and 4
+        assert len(set(colours)) * pairs == len(colours), plot

@@ -7,7 +7,7 @@ import pytest
 from moving_belt import case, curves, frames
 
 from belt_sim.case import Schedule
-from belt_sim.watch import drawn_curves, shape
+from belt_sim.watch import drawn_curves, look, shape
 from belt_sim.watch.drawn_curves import yaw_at
 
 
@@ -24,7 +24,7 @@ def test_a_rope_has_no_tilt():
 
 def test_scale_one_changes_nothing():
     frame = list(frames(2.0))[-1]
-    same = shape.enlarged(frame, 1.0)
+    same = look.drawn(frame, look.TRUE)
     for name in ("left", "right", "points"):
         np.testing.assert_allclose(getattr(same, name), getattr(frame, name), atol=1e-15)
 
@@ -32,8 +32,9 @@ def test_scale_one_changes_nothing():
 def test_the_enlarged_belt_still_lies_along_the_enlarged_pulley():
     """On the tail wrap the section stands along the pulley's axis, whose yaw grows by the same factor."""
     frame = list(frames(2.0))[-1]
-    drawn = shape.enlarged(frame, 50.0)
+    drawn = look.drawn(frame, look.Look(lateral=50, tilt=10, shortened=4))
     on_tail = frame.left[:, 0] > frame.tail_x + 0.01
+    assert drawn.yaw_tail == pytest.approx(200 * frame.yaw_tail)
     across = (drawn.left - drawn.right)[on_tail]
     np.testing.assert_allclose(-across[:, 0] / across[:, 1], drawn.yaw_tail, rtol=1e-9)
 
@@ -48,9 +49,44 @@ def test_every_side_of_the_ribbon_is_shared_by_two_triangles_or_is_an_edge():
     assert (counts == 2).sum() == 2 * n  # one across and one diagonal a station
 
 
-@pytest.mark.parametrize(("travel", "scale"), [(60.0, 10), (3.0, 200)])
-def test_lateral_scale_keeps_the_drift_within_two_widths(travel, scale):
-    assert shape.lateral_scale(case(), travel) == scale
+@pytest.mark.parametrize(("travel", "lateral"), [(60.0, 10), (3.0, 50)])
+def test_the_look_keeps_the_drift_on_the_pulley_and_the_yaw_small(travel, lateral):
+    chosen = look.look_of(case(), travel)
+    assert chosen == look.Look(lateral=lateral, tilt=10, shortened=4)
+    assert chosen.words() == f"y x {lateral}, tilt x 10, yaw x {4 * lateral}, length / 4"
+    assert look.look_of(case(2.0), travel).shortened == 1
+
+
+def test_a_short_machine_is_drawn_short_and_its_pulleys_round():
+    frame = list(frames(2.0))[-1]
+    drawn = look.drawn(frame, look.Look(shortened=4))
+    assert drawn.tail_x == pytest.approx(frame.tail_x / 4)
+    on_tail = frame.left[:, 0] > frame.tail_x + 0.01
+    middle = 0.5 * (drawn.left + drawn.right)[on_tail]
+    radius = np.hypot(middle[:, 0] - drawn.tail_x, middle[:, 2])
+    np.testing.assert_allclose(radius, float(case().rig.tail_radius), rtol=1e-9)
+
+
+def test_thinning_keeps_the_shape():
+    """900 stations become 160; what lies between those is not moved by more than the eye sees."""
+    frame, radius = list(frames(2.0))[-1], float(case().rig.tail_radius)
+    share = np.linspace(0.0, len(frame.left), 900, endpoint=False)
+    fine = [
+        np.column_stack([np.interp(share, np.arange(len(e) + 1), np.append(c, c[0])) for c in e.T])
+        for e in (frame.left, frame.right)
+    ]
+    thin = look.thinned(replace(frame, left=fine[0], right=fine[1]), radius)
+    assert len(thin.left) == 2 * (look.ON_SPAN + look.ON_WRAP)
+    at = 0.5 * (thin.left + thin.right)
+    on_wrap = (at[:, 0] > frame.tail_x) | (at[:, 0] < 0.0)
+    assert abs(on_wrap.sum() - 2 * look.ON_WRAP) <= 2
+    for edge, whole in zip((thin.left, thin.right), fine, strict=True):
+        nearest = np.linalg.norm(edge[:, None] - whole[None], axis=-1).min(axis=1)
+        spacing = np.linalg.norm(np.diff(whole, axis=0), axis=1).max()
+        assert nearest.max() < 0.51 * spacing
+    assert np.ptp(shape.tilt(thin.left, thin.right)) == pytest.approx(
+        np.ptp(shape.tilt(frame.left, frame.right)), rel=0.02
+    )
 
 
 def test_colours_are_white_without_tilt_and_red_or_blue_with():

@@ -1,0 +1,109 @@
+"""How a belt is drawn: small movements made large, a long machine made short, no more stations than the eye needs."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.frame import Frame
+
+#: Factors a picture may have.
+FACTORS = (1, 2, 5, 10, 20, 50, 100, 200)
+SHORTENINGS = (1, 2, 3, 4, 5, 6, 8, 10)
+#: A rope's drift, the largest there is, should be drawn at most so many belt widths wide.
+DRAWN_WIDTHS = 1.5
+#: The machine should be drawn at most so many belt widths or pulley diameters long.
+DRAWN_LENGTH, DRAWN_DIAMETERS = 15.0, 10.0
+#: Angles [rad] that may be drawn: of a pulley's yaw, and of the tilt that gets the full colour.
+DRAWN_YAW, DRAWN_TILT = 0.2, 0.2
+#: Stations of a drawn 3D belt, at most, on either span and either wrap.
+ON_SPAN, ON_WRAP = 56, 24
+
+
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """y is drawn ``lateral`` times as large, tilt ``tilt`` times, the centre distance divided by ``shortened``."""
+
+    lateral: int = 1
+    tilt: int = 1
+    shortened: int = 1
+
+    @property
+    def plan(self) -> int:
+        """Factor of angles in plan (yaw): a stuck belt still lies straight on its drawn pulley."""
+        return self.lateral * self.shortened
+
+    def words(self) -> str:
+        """What is not true to scale."""
+        parts = [f"y x {self.lateral}", f"tilt x {self.tilt}", f"yaw x {self.plan}"]
+        return ", ".join(parts if self.shortened == 1 else [*parts, f"length / {self.shortened}"])
+
+
+TRUE = Look()
+
+
+def look_of(case: Case, travel: float) -> Look:
+    """A look for ``travel`` [m]: a rope's drift, yaw * travel / 2, within DRAWN_WIDTHS; angles that can be seen."""
+    length, width = float(case.rig.centre_distance), float(case.belt.width)
+    long = max(DRAWN_LENGTH * width, DRAWN_DIAMETERS * 2.0 * float(case.rig.tail_radius))
+    shortened = next((s for s in SHORTENINGS if length / s <= long), SHORTENINGS[-1])
+    yaw = max(_largest_yaw(case), 1e-9)
+    lateral = min(DRAWN_WIDTHS * width / (0.5 * yaw * max(travel, 1e-3)), DRAWN_YAW / (yaw * shortened))
+    return Look(lateral=_factor(lateral), tilt=_factor(DRAWN_TILT / full_colour_tilt(case)), shortened=shortened)
+
+
+def full_colour_tilt(case: Case) -> float:
+    """The tilt that gets the full colour [rad]: twenty times the yaw (18 mrad for 0.042 deg at 10 N/mm2)."""
+    return max(20.0 * _largest_yaw(case), 1e-3)
+
+
+def drawn(frame: Frame, look: Look) -> Frame:
+    """The frame as it is drawn; width, sag and pulleys stay true.
+
+    A centre line (x, y, z) becomes (x', lateral y, z), where x' shortens what lies between the axes. The half
+    cross-section (ex, ey, ez) from there to an edge becomes (plan ex, ey, tilt ez).
+    """
+    left, right = np.asarray(frame.left, float), np.asarray(frame.right, float)
+    centre, half = 0.5 * (left + right), 0.5 * (left - right)
+    points = np.asarray(frame.points, float)
+    centre, points = (_moved(at, frame.tail_x, look) for at in (centre, points))
+    half = half * [look.plan, 1.0, look.tilt]
+    return replace(
+        frame,
+        left=centre + half,
+        right=centre - half,
+        points=points,
+        yaw_tail=frame.yaw_tail * look.plan,
+        yaw_head=frame.yaw_head * look.plan,
+        tail_x=frame.tail_x / look.shortened,
+    )
+
+
+def thinned(frame: Frame, radius: float) -> Frame:
+    """The frame with at most 2 (ON_SPAN + ON_WRAP) stations, dense on the pulleys of ``radius`` [m]."""
+    left, right = np.asarray(frame.left, float), np.asarray(frame.right, float)
+    count = 2 * (ON_SPAN + ON_WRAP)
+    if len(left) <= count:
+        return frame
+    closed = [np.vstack([edge, edge[:1]]) for edge in (left, right)]
+    centre = 0.5 * (closed[0] + closed[1])
+    middle = 0.5 * (centre[:-1, 0] + centre[1:, 0])
+    on_wrap = (middle < 0.0) | (middle > frame.tail_x)
+    spacing = np.where(on_wrap, np.pi * radius / ON_WRAP, frame.tail_x / ON_SPAN)
+    share = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(centre, axis=0), axis=1) / spacing))
+    kept = np.linspace(0.0, share[-1], count, endpoint=False)
+    thin = [np.column_stack([np.interp(kept, share, column) for column in edge.T]) for edge in closed]
+    return replace(frame, left=thin[0], right=thin[1])
+
+
+def _moved(at: np.ndarray, tail_x: float, look: Look) -> np.ndarray:
+    x = np.clip(at[:, 0], 0.0, tail_x)
+    return np.column_stack([at[:, 0] - x + x / look.shortened, at[:, 1] * look.lateral, at[:, 2]])
+
+
+def _largest_yaw(case: Case) -> float:
+    return max(abs(float(case.settings.yaw.last())), abs(float(case.settings.yaw_head.last())))
+
+
+def _factor(wanted: float) -> int:
+    return max((s for s in FACTORS if s <= wanted), default=1)
