@@ -23,8 +23,8 @@ class PulleySurface:
 
     radius [m], to the belt's middle surface; taper = (dR/dy)/R [1/m]; crown c [1/m2]: local taper -c y;
     cant [rad]: roll of the axis about +x; yaw_offset [rad]: added to the commanded yaw; wobble [rad]: half angle of
-    the cone that the axis describes about the bearings' axis, seen as yaw wobble cos(turned + wobble_phase), where
-    ``turned`` is the rotation since travel 0 along the travel of the upper span from head to tail;
+    the cone that the axis describes about the bearings' axis: yaw wobble cos(spin + wobble_phase), roll wobble
+    sin(spin + wobble_phase), where ``spin`` is the rotation since travel 0, which takes the top towards +x;
     yaw_compliance [rad/(N m)]: the pulley gives way to the belt's moment about z.
     """
 
@@ -37,22 +37,19 @@ class PulleySurface:
     wobble_phase: float = 0.0
     yaw_compliance: float = 0.0
 
-    def radius_at(self, y: Numbers, angle: Numbers) -> Numbers:
-        """Radius [m] at lateral position y [m] and material angle [rad] (from the top towards +x at travel 0).
+    def radius_at(self, y: Numbers) -> Numbers:
+        """Radius [m] at lateral position y [m]: R (1 + taper y - crown y^2 / 2)."""
+        return self.radius * (1.0 + y * (self.taper - 0.5 * self.crown * y))
 
-        R (1 + taper y - crown y^2 / 2) - wobble y sin(angle - phase): the last term is the offset of a tilted axis.
-        """
-        r = self.radius * (1.0 + y * (self.taper - 0.5 * self.crown * y))
-        if self.wobble:
-            r = r - self.wobble * y * np.sin(angle - self.wobble_phase)
-        return r
-
-    def axes(self, yaw: float, share: float = 1.0) -> np.ndarray:
+    def axes(self, yaw: float, share: float = 1.0, spin: float = 0.0, askew: float = 1.0) -> np.ndarray:
         """Rotation matrix (3, 3) from the pulley's frame (y along its axis, not spinning) to the world at this yaw.
 
-        share: how much of yaw offset and cant acts (0 before travel 0, where the machine is aligned).
+        share: how much of yaw offset and cant acts (0 before travel 0, where the machine is aligned); spin [rad];
+        askew: how much of the wobble acts (all of it, but while the belt is being laid).
         """
-        turn, roll = yaw + share * self.yaw_offset, share * self.cant
+        cone, phase = askew * self.wobble, spin + self.wobble_phase
+        turn = yaw + share * self.yaw_offset + cone * math.cos(phase)
+        roll = share * self.cant + cone * math.sin(phase)
         c, s = math.cos(turn), math.sin(turn)
         cg, sg = math.cos(roll), math.sin(roll)
         return np.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
@@ -71,13 +68,27 @@ class EdgeGuide:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Push:
+    """What acts at a place of a span from travel 0 on: span "upper" or "lower", x [m]; force [N] along the belt, +x,
+    and across, +y, on its middle; couple [N m] about its normal, which turns +x towards +y."""
+
+    span: str
+    x: float
+    along: float = 0.0
+    across: float = 0.0
+    couple: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class SceneParts:
     """The parts of one scene.
 
     head, tail: PulleySurface; gravity [m/s2]; friction [1], inf = sticking; camber(s) [1/m]: natural in-plane
     curvature of the belt (y'' > 0) against the position s [m] along it at travel 0, counted from point 4 in the order
     of the points 4, 1, 2, 3 (None = straight); edge_guides: rollers beside the spans; lift_off: share of the bending
-    layer with which the belt leaves its pulleys (0 = like a thread, 1 = like a plate).
+    layer with which the belt leaves its pulleys (0 = like a thread, 1 = like a plate); pushes: forces and couples at
+    places of the spans; lean [rad]: of the machine about its long axis, the share of the belt's weight that pulls
+    towards +y; roll [N]: couple per metre about +x on the upper span, which raises the side y > 0.
     """
 
     head: PulleySurface
@@ -87,6 +98,15 @@ class SceneParts:
     camber: Camber | None = None
     edge_guides: tuple[EdgeGuide, ...] = ()
     lift_off: float = 0.0
+    pushes: tuple[Push, ...] = ()
+    lean: float = 0.0
+    roll: float = 0.0
+
+    @property
+    def sets_in(self) -> bool:
+        """Whether something besides the yaw begins at travel 0, for which the belt stands still."""
+        turned = any(s.yaw_offset or s.cant for s in (self.head, self.tail))
+        return turned or self.camber is not None or bool(self.lift_off or self.pushes or self.lean or self.roll)
 
     @staticmethod
     def undisturbed(case: Case, friction: float = math.inf) -> "SceneParts":
@@ -111,3 +131,8 @@ class SceneParts:
     def with_guide(self, **values: Any) -> "SceneParts":
         """With one more EdgeGuide of these values."""
         return replace(self, edge_guides=(*self.edge_guides, EdgeGuide(**values)))
+
+    def with_push(self, **values: Any) -> "SceneParts":
+        """With one more Push of these values, if it pushes at all."""
+        push = Push(**values)
+        return replace(self, pushes=(*self.pushes, push)) if push.along or push.across or push.couple else self

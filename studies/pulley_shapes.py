@@ -1,7 +1,7 @@
 """Pulleys that are no cylinders, in 3D and by the laws of their effects: python -m studies.pulley_shapes
 
 The 3D belt runs on the shapes (``scene`` of each effect) and knows none of their laws. On the short rig at 60 N/mm2,
-after a yaw of -0.042 deg: what a shape changes in y, how far the law is off, late rates, and the wave of period 2 pi R.
+after a yaw of -0.042 deg: what a shape changes in y, how far the law is off, and late rates.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.paper import ROPE_EXAMPLE, YAW, paper_case
 from studies.application import application
 
-#: effect with its numbers, travel [m]: cants are read late, and of wobbles the wave, beside how suddenly they begin
+#: effect with its numbers, travel [m]: cants are read late, when their sudden beginning is forgotten
 SHAPES: dict[str, tuple[dict[str, Any], float]] = {
     "taper": ({"kappa_t": 1e-3}, 4.0),
     "crown": ({"c": 0.5}, 4.0),
@@ -30,18 +30,17 @@ SHAPES: dict[str, tuple[dict[str, Any], float]] = {
     "cant": ({"gamma": 1e-3}, 16.0),
     "wobble": ({"beta_cos": 5e-4, "beta_sin_head": 5e-4}, 5.0),
 }
-FIRST, SPACING, TURNS = 0.2, 0.02, 3
+FIRST, SPACING = 0.2, 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
 class Change:
     """What a shape changes: off, the law's largest error over the largest change; rates [m/m]: mean late slopes of the
-    four points; waves [m], shape (4, 2): cosine and sine of period 2 pi R at points 1-4; each in 3D and by the law."""
+    four points, in 3D and by the law."""
 
     size: float
     off: float
     rates: tuple[float, float]
-    waves: tuple[np.ndarray, np.ndarray]
 
 
 def case() -> Case:
@@ -51,7 +50,7 @@ def case() -> Case:
 
 def change(effect: Effect, travel: float, dx: float) -> Change:
     """Both belts with the effect less without it."""
-    space = SpaceModel(options=Options(dx=dx, dt=2e-3, run_in=0.3, settle=0.3, acceleration=2.0))
+    space = SpaceModel(options=Options(dx=dx, dt=2e-3, run_in=0.0, settle=0.3, acceleration=2.0))
     law = analytic_model("strip")
     at = np.arange(FIRST, travel - 0.05, SPACING)
     seen, told = (
@@ -62,7 +61,6 @@ def change(effect: Effect, travel: float, dx: float) -> Change:
         size=float(np.abs(told).max()),
         off=float(np.abs(seen - told).max() / np.abs(told).max()),
         rates=(_rate(seen, at), _rate(told, at)),
-        waves=(_waves(seen, at), _waves(told, at)),
     )
 
 
@@ -76,24 +74,14 @@ def _rate(y: np.ndarray, at: np.ndarray) -> float:
     return float(np.polyfit(at[late], y[:, late].mean(axis=0), 1)[0])
 
 
-def _waves(y: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """What repeats with the pulley's turn, over the last turns, beside a power of four, shape (4, 2)."""
-    radius = float(case().rig.tail_radius)
-    last = at > at[-1] - TURNS * 2 * np.pi * radius
-    s = at[last]
-    columns = np.stack([np.cos(s / radius), np.sin(s / radius), *(s**k for k in range(5))], axis=1)
-    return np.linalg.lstsq(columns, y[:, last].T, rcond=None)[0][:2].T
-
-
 def pulley_shapes(asked: dict[str, Any]) -> None:
     """A row a shape."""
-    table = Table("shape", "largest change mm", "law off", "rate um/m, 3D / law", "waves of points 1-4 um, 3D / law")
+    table = Table("shape", "largest change mm", "law off", "rate um/m, 3D / law")
     for name in asked["only"]:
         numbers, travel = SHAPES[name]
         found = change(load_effects([{"id": name, **numbers}])[0], travel, float(asked["dx"]))
         rates = " / ".join(f"{1e6 * v:.1f}" for v in found.rates)
-        waves = " / ".join(" ".join(f"{1e6 * v:.1f}" for v in np.hypot(*w.T)) for w in found.waves)
-        table.add_row(f"{name} {numbers}", f"{1e3 * found.size:.3f}", f"{found.off:.1%}", rates, waves)
+        table.add_row(f"{name} {numbers}", f"{1e3 * found.size:.3f}", f"{found.off:.1%}", rates)
     Console(width=120).print(table)
 
 

@@ -95,7 +95,8 @@ def march_open(
     carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
     beyond, last = jnp.arange(room)[:, None] > steps, _observe(carry, spans)
     places, order = _places(case)
-    curves = {n: jnp.where(beyond, last[n], row).T for n, row in rows.items()}
+    rows = {n: jnp.where(beyond, last[n], row) for n, row in rows.items()}
+    curves = {n: (row - row[0] if n == "y" else row).T for n, row in rows.items()}
     curves = {n: rows[places if n in ("y", "angle") else order] for n, rows in curves.items()}
     return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
 
@@ -131,6 +132,7 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
     _, rows = jax.lax.scan(record, start, jnp.arange(records))
     first = _observe(start, spans)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
+    rows["y"] = rows["y"] - first["y"]
     return _curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
 
 
@@ -153,8 +155,8 @@ def _stepper(spans, spacing):
         commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
 
         def correct(_, guess):
-            then, _ = guess
-            yaw, push = _forced(effects, commanded, case, now, then, spacing)
+            then = replace(guess[0], travel=s0 + spacing)  # as it is; what depends on travel alone is worked out once
+            yaw, push = _forced(effects, commanded, case, now, then)
             y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
             yaw_end = _yaw_now(effects, case, s0 + spacing, then)
             then = spans.state(s0 + spacing, now.travel, y, alpha, off1, yaw_end)
@@ -168,25 +170,16 @@ def _stepper(spans, spacing):
     return advance
 
 
-def _forced(effects, commanded, case, now, then, h):
-    """Yaw and run-up terms of effects, averaged over a step of h [m] by Simpson's rule, as pulleys may wobble.
-
-    drift has, too, by how much the trapezoid of the contact angle misses a turn that changes within the step.
-    """
+def _forced(effects, commanded, case, now, then):
+    """Yaw and run-up terms of effects, averaged over the step: yaw by Simpson's rule, as pulleys may wobble."""
     between = _mean(now, then)
     yaw, push = commanded, _nothing()
     for e in uses(effects, "yaw"):
-        yaw = _simpson(*(e.yaw(yaw, at, case) for at in (now, between, then)))
+        ends = _mean(e.yaw(yaw, now, case), e.yaw(yaw, then, case))
+        yaw = jax.tree.map(lambda end, mid: end + 2.0 * (mid - end) / 3.0, ends, e.yaw(yaw, between, case))
     for e in uses(effects, "runup"):
-        start, middle, end = (e.runup(push, at, case) for at in (now, between, then))
-        push = _simpson(start, middle, end)
-        push = replace(push, drift=push.drift - h / 12.0 * (end.turn - start.turn))
+        push = _mean(e.runup(push, now, case), e.runup(push, then, case))
     return yaw, replace(push, turn=push.turn + between.added)
-
-
-def _simpson(start, middle, end):
-    """Mean over a step; of equal values that value, to the last bit."""
-    return jax.tree.map(lambda ends, mid: ends + 2.0 * (mid - ends) / 3.0, _mean(start, end), middle)
 
 
 def _mean(a, b):
@@ -200,12 +193,7 @@ def _nothing() -> RunUp:
 def _yaw(case, angle, *where) -> Yaw:
     """Commanded yaw of both pulleys, by ``angle`` (at a travel, or the mean over a step)."""
     settings = case.settings
-    return Yaw(
-        tail=angle(settings.yaw, *where),
-        head=angle(settings.yaw_head, *where),
-        roll_runup=jnp.zeros(2),
-        roll_runoff=jnp.zeros(2),
-    )
+    return Yaw.of(angle(settings.yaw, *where), angle(settings.yaw_head, *where))
 
 
 def _yaw_now(effects, case, travel, now) -> Yaw:
@@ -220,7 +208,7 @@ def _solve_sticking(now, off, off1, yaw, push, spans, h):
     ky, ko, ku, ro, ru = spans.answer.runup.T
     a = 0.5 * h
     known = (
-        -ky * 0.5 * _partner(off.y + off1.y)
+        ky * (yaw.aside_runup - yaw.aside_runoff - 0.5 * _partner(off.y + off1.y))
         + ku * yaw.runup
         + ko * (yaw.runoff + 0.5 * _partner(off.alpha + off1.alpha))
         + ro * yaw.roll_runoff
@@ -236,9 +224,9 @@ def _solve_limp(now, off, off1, yaw, push, spans, h):
     """One trapezoidal step of dy/ds = theta_p - (y_u - y_o)/L (paper eq. 5, 6)."""
     length = spans.span.length
     a = 0.5 * h / length
-    partner = _partner(off.y + off1.y)
+    partner = _partner(off.y + off1.y) + 2.0 * (yaw.aside_runoff - yaw.aside_runup)
     y = (now.y * (1 - a) + a * partner + h * (yaw.runup + push.drift)) / (1 + a)
-    return y, (y - _partner(off1.y)) / length - yaw.runup
+    return y, spans.slope(y, off1, yaw) - yaw.runup
 
 
 def _partner(runoff):
@@ -266,7 +254,7 @@ def _observe(carry, spans):
     """What is kept of one instant, still in the order (span up the tail, span up the head)."""
     _, now, off, yaw = carry
     return {
-        "y": jnp.concatenate([now.y, off.y]),
+        "y": jnp.concatenate([now.y + yaw.aside_runup, off.y + yaw.aside_runoff[::-1]]),
         "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
         "moment": now.moment,
         "tilt": spans.tilt(now, off, yaw),

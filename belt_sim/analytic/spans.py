@@ -70,9 +70,13 @@ class Spans:
 
     def boundary_values(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> BoundaryValues:
         """Boundary values of both spans."""
-        start, theta_o = off.y[::-1], yaw.runoff + off.alpha[::-1]
-        rows = [y - start, theta_o, yaw.runup + alpha, yaw.roll_runoff, yaw.roll_runup]
+        start, theta_o = off.y[::-1] + yaw.aside_runoff, yaw.runoff + off.alpha[::-1]
+        rows = [y + yaw.aside_runup - start, theta_o, yaw.runup + alpha, yaw.roll_runoff, yaw.roll_runup]
         return BoundaryValues(travel=travel, start=start, ends=jnp.stack(rows), direction=self.case.settings.direction)
+
+    def slope(self, y, off: RunOff, yaw: Yaw) -> jax.Array:
+        """Of straight lines from run-off to run-up [rad], shape (2,)."""
+        return (y + yaw.aside_runup - off.y[::-1] - yaw.aside_runoff) / self.span.length
 
     def bend(self, boundary: BoundaryValues) -> Bend:
         """What effects do between the ends."""

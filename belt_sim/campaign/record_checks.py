@@ -125,25 +125,41 @@ def gaps(campaign: Campaign) -> list[Suspicion]:
 
 
 def noise_out_of_scale(records: list[Record]) -> list[Suspicion]:
-    """Scatter of another magnitude than stated: a unit slipped, in the data or in the sheet."""
+    """Scatter of another magnitude than stated: a unit slipped, in the data or in the sheet.
+
+    A slip of one run shows beside the other runs too. What all runs of a signal show alike is the signal's: a noisier
+    sensor than stated, or a belt's edge that is read too seldom to be followed.
+    """
     ratios: dict[str, dict[str, float]] = defaultdict(dict)
     for record in records:
         if len(record.readings) >= FEWEST and record.measured_noise > 0.0:
             ratios[record.sheet.name][record.run.name] = record.measured_noise / record.stated_noise
     found = []
     for signal, of_run in ratios.items():
-        off = {run: r for run, r in of_run.items() if not 1.0 / NOISE_FACTOR < r < NOISE_FACTOR}
-        if len(off) == len(of_run) and len(off) > 1:
-            typical = float(np.median(list(off.values())))
+        off = {run: r for run, r in of_run.items() if _slipped(r)}
+        odd = {run for run, r in of_run.items() if _slipped(r / _usual(of_run, run))}
+        alone = {run: r for run, r in off.items() if run in odd} if odd <= set(off) else off
+        if len(alone) < len(off):
+            typical = float(np.median(list(of_run.values())))
             sentence = f"its scatter is {typical:.3g} times the stated one in every run: unit or noise is wrong"
             severity: Severity = "stop" if _size_out_of_scale(signal, records) else "look"
             slip = Suspicion(run=None, signal=signal, kind="unit_slip", sentence=sentence, severity=severity)
             found.append(slip)
-            continue
-        for run, ratio in off.items():
+        for run, ratio in alone.items():
             sentence = f"its scatter is {ratio:.3g} times the stated one: its unit slipped, or the sensor broke"
             found.append(Suspicion(run=run, signal=signal, kind="unit_slip", sentence=sentence))
     return found
+
+
+def _slipped(ratio: float) -> bool:
+    """Whether a ratio is of another magnitude."""
+    return not 1.0 / NOISE_FACTOR < ratio < NOISE_FACTOR
+
+
+def _usual(of_run: dict[str, float], run: str) -> float:
+    """Scatter over the stated one in the other runs; as stated where there is none."""
+    others = [r for name, r in of_run.items() if name != run]
+    return float(np.median(others)) if others else 1.0
 
 
 def _size_out_of_scale(signal: str, records: list[Record]) -> bool:

@@ -125,7 +125,8 @@ def _differ(rows: Sequence[np.ndarray]) -> bool:
 def best_of_grid(bench: Workbench, fit: Fit, alternatives: Alternatives) -> list[int]:
     """Points of a grid by what they promise in the linear range, best first."""
     families = {"fit": fit.slopes.reshape(-1, *fit.values.shape), "grid": alternatives.columns}
-    projection = Projection(bench.fitted, bench.shapes, bench.shared, families)
-    left = projection.sums((bench.fitted.y - fit.values)[None], [bench.levels]).beside("fit")
-    gains = [left.gains("grid", choice)[0][0] for choice in alternatives.choices]
+    choices = {"grid": alternatives.choices}
+    projection = Projection(bench.fitted, bench.shapes, bench.shared, families, beside="fit", choices=choices)
+    left = projection.sums((bench.fitted.y - fit.values)[None], [bench.levels])
+    gains = [left.gains("grid", k)[0][0] for k in range(len(alternatives))]
     return [int(k) for k in np.argsort(gains)[::-1]]

@@ -14,10 +14,27 @@ FAINT = 1e-6  # a parameter that moves no reading by this many sigma is not in t
 
 def estimates(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
     """Effect id -> parameter -> Estimate, where the readings say more of a number than its plausible range does."""
-    spread = np.sqrt(np.diag(fit.covariance)) if fit.free else np.empty(0)
-    seen = [k for k in range(len(fit.free)) if np.linalg.norm(fit.columns[k]) >= FAINT]
-    slots = [forward.slots[fit.free[k]] for k in seen]
-    return {i: {} for i in fit.ids} | _found(slots, fit.vector[np.array(fit.free, dtype=int)[seen]], spread[seen])
+    return _estimates(forward, fit, list(range(len(fit.free))))
+
+
+def _estimates(forward: Forward, fit: Fit, rows: Sequence[int]) -> dict[str, dict[str, Estimate]]:
+    """The same of the numbers at ``rows`` of a fit, the others held."""
+    seen = [k for k in rows if np.linalg.norm(fit.columns[k]) >= FAINT]
+    own = fit.columns[list(rows)]
+    spread = dict(zip(rows, np.sqrt(np.diag(np.linalg.pinv(own @ own.T, hermitian=True))), strict=True))
+    slots, values = [forward.slots[fit.free[k]] for k in seen], [fit.vector[fit.free[k]] for k in seen]
+    return {i: {} for i in fit.ids} | _found(slots, np.array(values), np.array([spread[k] for k in seen]))
+
+
+def _given_shapes(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
+    """Estimates with everything held that only shapes what others do.
+
+    At one speed nobody knows from which speed on traction is lost, and so not how much is lost per unit of speed: no
+    number can be told, but that some is lost is known.
+    """
+    slots = [forward.slots[p] for p in fit.free]
+    rows = [k for k, s in enumerate(slots) if not s.effect.parameters[s.name].modifier]
+    return _estimates(forward, fit, rows)
 
 
 def _found(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> dict[str, dict[str, Estimate]]:
@@ -38,7 +55,11 @@ def _found(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> dic
 
 def is_plausible(forward: Forward, fit: Fit) -> bool:
     """True when every effect has a number that was found, all found could be met on a real machine, none diverged."""
-    return not has_diverged(fit) and _all_met(estimates(forward, fit))
+    if has_diverged(fit):
+        return False
+    found = estimates(forward, fit)
+    given = _given_shapes(forward, fit) if not all(found.values()) else {}
+    return _all_met({i: numbers or given[i] for i, numbers in found.items()})
 
 
 def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> bool:

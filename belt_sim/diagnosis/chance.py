@@ -30,7 +30,12 @@ class Chance:
         tested = [n for n in larger.conditions if n not in larger.untestable]
         surprise = sum(larger.conditions[n].surprise - smaller.conditions[n].surprise for n in tested)
         found = ["density"] if tested and surprise >= 0.0 else []
-        return tuple(found + [n for n in tested if self._rises(n, larger, smaller)])
+        return (*found, *self.rises(larger, smaller))
+
+    def rises(self, larger: HeldOut, smaller: HeldOut) -> tuple[str, ...]:
+        """Names of the conditions in which the error in metres rises, whatever the density says."""
+        tested = [n for n in larger.conditions if n not in larger.untestable]
+        return tuple(n for n in tested if self._rises(n, larger, smaller))
 
     def _rises(self, name: str, larger: HeldOut, smaller: HeldOut) -> bool:
         new, old = larger.conditions[name], smaller.conditions[name]

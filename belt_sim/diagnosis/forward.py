@@ -27,7 +27,7 @@ from belt_sim.diagnosis import linear_readings
 from belt_sim.diagnosis.samples import MAX_SAMPLES, Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
-from belt_sim.jax_setup import compiled
+from belt_sim.stored_code import kept, own
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
@@ -68,18 +68,21 @@ class Forward:
         classes: Sequence[type[Effect]],
         step: float = STEP,
         terms: Mapping[str, int] | None = None,
+        like: "Forward | None" = None,
     ) -> None:
-        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved."""
+        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved;
+        like: another with as much room, whose compiled code serves this one too."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
         self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
         self.linear = np.array([s.effect.linear for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
+        self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
         self._heavy = {c: self.index(c.id) for c in self.classes if c.heavy}
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._march = travel / steps, steps
-        self._room = room_for(steps, slots)
+        self._room: tuple[int, int] = room_for(steps, slots) if like is None else like._room
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.offset: np.ndarray | float = 0.0
 
@@ -121,7 +124,7 @@ class Forward:
 
     def null(self) -> np.ndarray:
         """q (size,) with nothing wrong."""
-        return np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
+        return self._null.copy()
 
     def values(self, vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size)."""
@@ -203,7 +206,16 @@ class Forward:
 def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int):
     """Predictions at a batch of points and runs."""
     one = partial(_one_run, model=model, slots=slots, room=room, history=history)
-    return compiled(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)))
+    named = model_name(model, *dict.fromkeys(s.effect for s in slots))
+    name = named and f"{named} {[f'{s.effect.id}.{s.name}' for s in slots]} {room} {history}"
+    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)), name)
+
+
+def model_name(model: Composition, *effects: type[Effect]) -> str | None:
+    """What compiled code of a model with some effects is stored by; None where somebody's own code is in it."""
+    if not own(model.span, *effects, *map(type, model.built_in)):
+        return None
+    return f"{model.name} {model.span.__module__}.{model.span.__qualname__} {model.built_in} {model.moments}"
 
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:

@@ -24,8 +24,8 @@ class MarchError:
 
 def march_error(samples: Samples, model: Composition, whiten) -> MarchError:
     """The longest step, of STEP and its halves, whose error is no longer than WANTED; ``whiten`` as in ``Metric``."""
-    forwards = [Forward(samples, model, (), step) for step in (STEP, STEP / 2)]
-    coarse, fine = (f.values(f.null()[None])[0] for f in forwards)
+    finer = Forward(samples, model, (), STEP / 2)
+    coarse, fine = (f.values(f.null()[None])[0] for f in (Forward(samples, model, (), STEP, like=finer), finer))
     error = (coarse - fine) * ORDER / (ORDER - 1.0)
     size = float(np.linalg.norm(whiten(error)))
     halvings = 0 if size <= WANTED else min(int(np.ceil(np.log(size / WANTED) / np.log(ORDER))), HALVINGS)

@@ -27,8 +27,11 @@ class Metric:
     def noise_white(self, x: np.ndarray) -> np.ndarray:
         """L^-1 x, shape (..., R, S*n): white noise, nuisances still in it."""
         filled = np.where(np.isfinite(x), x, 0.0)
-        white = np.matmul(self.roots, filled[..., None])[..., 0]
-        return white.reshape(*white.shape[:-2], -1)
+        each = filled.reshape(-1, *filled.shape[-3:]).transpose(
+            1, 2, 0, 3
+        )  # all of them by one matrix product a record
+        white = np.matmul(each, self.roots.swapaxes(-1, -2)).transpose(2, 0, 1, 3)
+        return white.reshape(*x.shape[:-2], -1)
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
         """Unit-covariance vector (..., N) of readings or shapes (..., R, S, n)."""
@@ -46,8 +49,9 @@ def _shrink(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndar
 
 
 def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes in units of one prior sigma: of every run (K, R, S, n), and of what all runs share (m, R, S, n): stiffness,
-    and the place of the yaw, which a logger may tell too late in all runs alike.
+    """Shapes in units of one prior sigma: of every run (K, R, S, n), and of what all runs share (m, R, S, n).
+
+    All runs share the stiffness, and the place of the yaw where a logger may tell it too late in all runs alike.
 
     values (R, S, n): predictions; slopes (4, R, S, n): along stiffness, tension, yaw, its place (forward.NUISANCES).
     """

@@ -19,7 +19,7 @@ from belt_sim.diagnosis.workbench import Workbench
 BATCH = 250
 UPPER = 0.9  # quantile of the bootstrap by which alternatives are counted: below it they say little of the tail
 SMALL = -30.0  # log p, below which the chance of any of several is the sum of theirs
-_CURRENT = ""  # family of what is fitted already
+_CURRENT = "fitted already"  # family of what is fitted already
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,7 @@ class NullGains:
     gains: Mapping[str, np.ndarray]
     dof: Mapping[str, int]
     alone: Mapping[str, float] = field(default_factory=dict)
+    _thresholds: dict[tuple[str, float], float] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def log_p(self, name: str, gain):
         """log of the probability of so large a gain, or of gains (B,)."""
@@ -64,8 +65,10 @@ class NullGains:
         """The gain of one candidate that has this log p."""
         if self.dof[name] == 0 or not np.isfinite(log_p):
             return float("inf")
-        once = -np.expm1(np.log1p(-np.exp(log_p)) / self.tries(name)) if log_p < 0.0 else 1.0
-        return float(stats.chi2.isf(once, self.dof[name]) * self.inflation(name))
+        if (name, log_p) not in self._thresholds:
+            once = -np.expm1(np.log1p(-np.exp(log_p)) / self.tries(name)) if log_p < 0.0 else 1.0
+            self._thresholds[name, log_p] = float(stats.chi2.isf(once, self.dof[name]) * self.inflation(name))
+        return self._thresholds[name, log_p]
 
 
 def _of_any(log_p, tries: float):
@@ -94,7 +97,8 @@ def null_gains(
     rng = np.random.default_rng(seed)
     families = {_CURRENT: current.reshape(-1, *base.shape)}
     families |= {n: s.columns if isinstance(s, Alternatives) else s for n, s in shapes.items()}
-    projection = Projection(bench.fitted, bench.shapes, bench.shared, families)
+    choices = {n: s.choices for n, s in shapes.items() if isinstance(s, Alternatives)}
+    projection = Projection(bench.fitted, bench.shapes, bench.shared, families, beside=_CURRENT, choices=choices)
     noise = NoiseSource(bench, bench.samples.y - base, rng)
     gains: dict[str, list[np.ndarray]] = {n: [] for n in shapes}
     alone: dict[str, list[float]] = {n: [] for n, s in shapes.items() if isinstance(s, Alternatives)}
@@ -102,10 +106,10 @@ def null_gains(
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
         errors = noise.draw(size)
-        left = projection.sums(errors, bench.finder.many(errors)).beside(_CURRENT)
-        for name, shape in shapes.items():
-            choices = shape.choices if isinstance(shape, Alternatives) else (None,)
-            every, ranks = zip(*(left.gains(name, c) for c in choices), strict=True)
+        left = projection.sums(errors, bench.finder.many(errors))
+        for name in shapes:
+            sets = range(len(projection.sets[name]))
+            every, ranks = zip(*(left.gains(name, k) for k in sets), strict=True)
             taken, rank = np.max(every, axis=0), np.max(ranks, axis=0)
             free = bench.forward.modifiers(name) if rank.any() else 0
             dof[name] = max(dof[name], int(rank.max()) + free)

@@ -1,11 +1,13 @@
 """Likelihood by projections: what columns and readings weigh at given noise levels, without a covariance matrix.
 
 In the eigenvectors of a signal's wander kernel white noise and wander are both diagonal, so that columns and readings
-are turned into them once; for given noise levels only sums of products are formed. Nuisances with a prior (settings,
-zero and gain of each run, stiffness shared by all) are integrated out of these sums (Woodbury's identity).
+are turned into them once; for given noise levels only sums of products are formed, and of those only the ones between
+columns that are fitted together. Nuisances with a prior (settings, zero and gain of each run, stiffness shared by all)
+are integrated out of these sums (Woodbury's identity), and what is fitted to everything is projected out in the same
+way.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -19,37 +21,36 @@ DEPENDENT = 1e-12  # of the largest eigenvalue of columns of unit length: those 
 
 
 @dataclass(frozen=True)
+class Together:
+    """Columns (k,) that are fitted together, and where their products (k, k) stand among those of all pairs."""
+
+    columns: np.ndarray
+    pairs: np.ndarray
+
+
+@dataclass(frozen=True)
 class Sums:
     """Columns and readings on the scale of the noise, nuisances integrated out.
 
-    gram (U, P, P): products of columns at each of U noise levels; of (B,): which of them belongs to each of B sets of
-    readings; moments (B, P): products of columns and readings; families: name -> positions of its columns.
+    products (U, N): of pairs of columns at each of U noise levels; of (B,): which of them belongs to each of B sets of
+    readings; moments (B, P): products of columns and readings; sets: name -> the columns that are fitted together.
     """
 
-    gram: np.ndarray
+    products: np.ndarray
     of: np.ndarray
     moments: np.ndarray
-    families: Mapping[str, np.ndarray]
+    sets: Mapping[str, Sequence[Together]]
 
-    def beside(self, name: str) -> "Sums":
-        """The same with the columns of one family fitted to everything (rows and products become those of what is
-        left)."""
-        c = self.families[name]
-        if not len(c):
-            return self
-        onto = _inverse(self.gram[:, c[:, None], c])[0] @ self.gram[:, c]
-        gram = self.gram - self.gram[:, :, c] @ onto
-        moments = self.moments - np.einsum("bc,bcp->bp", self.moments[:, c], onto[self.of])
-        return Sums(gram, self.of, moments, self.families)
+    def gram(self, name: str, which: int = 0) -> np.ndarray:
+        """Products (U, k, k) of the columns of a set."""
+        return self.products[:, self.sets[name][which].pairs]
 
-    def gains(self, name: str, choice: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """chi2 (B,) that fitting a family, or a choice of its columns, takes away, and how many of them can be told
-        apart (U,).
-        """
-        c = self.families[name] if choice is None else self.families[name][choice]
+    def gains(self, name: str, which: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """chi2 (B,) that fitting a set takes away, and how many of its columns can be told apart (U,)."""
+        c = self.sets[name][which].columns
         if not len(c):
-            return np.zeros(len(self.moments)), np.zeros(len(self.gram), dtype=int)
-        inverse, rank = _inverse(self.gram[:, c[:, None], c])
+            return np.zeros(len(self.moments)), np.zeros(len(self.products), dtype=int)
+        inverse, rank = _inverse(self.gram(name, which))
         b = self.moments[:, c]
         return np.einsum("bi,bij,bj->b", b, inverse[self.of], b), rank
 
@@ -68,91 +69,123 @@ class Projection:
     """Named families of columns against readings of one campaign, at any noise levels."""
 
     def __init__(
-        self, samples: Samples, shapes: np.ndarray, shared: np.ndarray, families: Mapping[str, np.ndarray]
+        self,
+        samples: Samples,
+        shapes: np.ndarray,
+        shared: np.ndarray,
+        families: Mapping[str, np.ndarray],
+        *,
+        beside: str | None = None,
+        choices: Mapping[str, Sequence[np.ndarray]] | None = None,
     ) -> None:
-        """shapes (K, R, S, n): nuisances of every run; shared (m, R, S, n): those of all; families: (k, R, S, n)."""
+        """shapes (K, R, S, n): nuisances of every run; shared (m, R, S, n): those of all; families: (k, R, S, n).
+
+        beside: a family that is fitted to everything; choices: which columns of a family are fitted together, one set
+        after the other; all of them where nothing is said.
+        """
         self.samples = samples
-        columns = np.concatenate([shared, *families.values()])
-        self.shared = len(shared)
         ends = np.cumsum([0, *(len(f) for f in families.values())])
-        self.families = {n: np.arange(a, b) for n, (a, b) in zip(families, pairwise(ends), strict=True)}
-        runs, signals = samples.y.shape[:2]
+        places = {n: np.arange(a, b) for n, (a, b) in zip(families, pairwise(ends), strict=True)}
         self.keep = np.isfinite(samples.y)
-        white = np.where(self.keep, columns[:, :], 0.0)
-        self.touched = [np.flatnonzero(np.any(white[:, r], axis=(1, 2))) for r in range(runs)]
-        self.local = len(shapes)
-        self.columns = np.concatenate([np.where(self.keep, shapes, 0.0), white])
-        self.modes = [_Modes(samples, s) for s in range(signals)]
+        self.columns = np.where(self.keep, np.concatenate([shapes, shared, *families.values()]), 0.0)
+        self.local, self.fitted = len(shapes), places[beside] if beside else np.arange(0)
+        self.shared = len(shared)
+        first = self.local + self.shared
+        self.top = np.concatenate([np.arange(first), first + self.fitted])
+        together = {n: [places[n][c] for c in (choices or {}).get(n, [np.arange(len(places[n]))])] for n in families}
+        self._pair(together, first)
+        self.modes = [_Modes(samples, s) for s in range(samples.y.shape[1])]
         self._turned: dict[tuple[int, float], np.ndarray] = {}
-        self._products: dict[tuple, list[np.ndarray]] = {}
+        self._known: dict[tuple, np.ndarray] = {}
+
+    def _pair(self, together: Mapping[str, Sequence[np.ndarray]], first: int) -> None:
+        """Number the pairs of columns whose products are asked for: those of ``top`` with all, and those of sets."""
+        place: dict[tuple[int, int], int] = {}
+        self.sets = {}
+        for name, sets in together.items():
+            rows = [[[place.setdefault((min(i, j), max(i, j)), len(place)) for j in c] for i in c] for c in sets]
+            self.sets[name] = [
+                Together(c, np.array(r, dtype=int).reshape(len(c), len(c))) for c, r in zip(sets, rows, strict=True)
+            ]
+        self.pairs = np.array(list(place), dtype=int).reshape(-1, 2).T + first
+        self.one = np.concatenate([np.repeat(self.top, len(self.columns)), self.pairs[0]])
+        self.other = np.concatenate([np.tile(np.arange(len(self.columns)), len(self.top)), self.pairs[1]])
 
     def sums(self, errors: np.ndarray, levels: list[Levels]) -> Sums:
         """Sums for readings (B, R, S, n), each judged at its own noise levels (B,)."""
         unique = sorted({_key(lv, len(self.modes)) for lv in levels})
         place = {key: k for k, key in enumerate(unique)}
         of = np.array([place[_key(lv, len(self.modes))] for lv in levels])
-        raw = self._raw_moments(errors, unique, of)
-        count = self.columns.shape[0] - self.local
-        gram, moments = np.zeros((len(unique), count, count)), np.zeros((len(errors), count))
-        for r, a in enumerate(self.touched):
-            products = self._raw_gram(r, unique)
-            k, rows = self.local, self.local + np.arange(len(a))
-            within = products[:, :k, :k] + np.eye(k)
-            onto = np.linalg.solve(within, products[:, :k, k:])
-            gram[:, a[:, None], a] += products[:, rows[:, None], rows] - products[:, k:, :k] @ onto
-            b = raw[r]
-            moments[:, a] += b[:, k:] - np.einsum("bk,bkp->bp", b[:, :k], onto[of])
-        m = self.shared  # nuisances that all runs share, prior one sigma
-        share = np.linalg.solve(gram[:, :m, :m] + np.eye(m), gram[:, :m])
-        moments = moments - np.einsum("bm,bmp->bp", moments[:, :m], share[of])
-        gram = gram - gram[:, :, :m] @ share
-        return Sums(gram[:, m:, m:], of, moments[:, m:], self.families)
+        raw, tables = self._raw_moments(errors, unique, of), self._tables(unique)
+        k, m, (i, j) = self.local, self.shared, self.pairs - self.local
+        moments = np.zeros((len(errors), len(self.columns) - k))
+        top = np.zeros((len(unique), len(self.top) - k, len(self.columns) - k))
+        products = np.zeros((len(unique), self.pairs.shape[1]))
+        for r, b in enumerate(raw):
+            rows, own = self._products(tables, r)
+            onto = np.linalg.solve(rows[:, :k, self.top[:k]] + np.eye(k), rows[:, :k, k:])
+            top += rows[:, k:, k:] - rows[:, :k, self.top[k:]].swapaxes(1, 2) @ onto
+            products += own - np.sum(rows[:, :k, self.pairs[0]] * onto[:, :, j], axis=1)
+            moments += b[:, k:] - np.einsum("bk,bkp->bp", b[:, :k], onto[of])
+        share = np.linalg.solve(top[:, :m, :m] + np.eye(m), top[:, :m])  # nuisances of all runs, prior one sigma
+        moments -= np.einsum("bm,bmp->bp", moments[:, :m], share[of])
+        products -= np.sum(share[:, :, i] * top[:, :m, j], axis=1)
+        if len(self.fitted):
+            fitted = m + self.fitted
+            rest = top[:, m:] - share[:, :, fitted].swapaxes(1, 2) @ top[:, :m]
+            onto = _inverse(rest[:, :, fitted])[0] @ rest
+            products -= np.sum(rest[:, :, i] * onto[:, :, j], axis=1)
+            moments = moments - np.einsum("bc,bcp->bp", moments[:, fitted], onto[of])
+        return Sums(products, of, moments[:, m:], self.sets)
 
     def _turned_columns(self, s: int, length: float) -> np.ndarray:
         if (s, length) not in self._turned:
             self._turned[s, length] = self.modes[s].turn(self.columns[:, :, s], length)
         return self._turned[s, length]
 
-    def _rows(self, r: int) -> np.ndarray:
-        """Positions of the columns that matter in a run: its nuisances, then what touches it."""
-        return np.concatenate([np.arange(self.local), self.local + self.touched[r]])
+    def _products(self, tables, r: int) -> tuple[np.ndarray, np.ndarray]:
+        """Products in run r at every level, nuisances still in: top (U, t, P), and of all other pairs (U, N)."""
+        found = sum(table[of, r] / white for table, of, white in tables)
+        end = len(self.top) * len(self.columns)
+        return found[:, :end].reshape(len(found), len(self.top), -1), found[:, end:]
 
-    def _raw_gram(self, r: int, unique) -> np.ndarray:
-        """Products (U, k, k) of the columns of a run at every level, nuisances still in."""
-        parts = [[self._product(r, s, key[s]) for key in unique] for s in range(len(self.modes))]
-        return np.sum(parts, axis=0)
+    def _tables(self, unique) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """For each signal products (V, R, N) of all pairs at white noise as stated, which of them belongs to each level
+        (U,), and by what to divide them (U, 1); only the ratio of both noises has to be worked out anew."""
+        tables = []
+        for s in range(len(self.modes)):
+            keys = [(round(key[s][1] / key[s][0], 12), key[s][2]) for key in unique]
+            apart = {key: k for k, key in enumerate(dict.fromkeys(keys))}
+            self._work_out(s, [key for key in apart if (s, key) not in self._known])
+            table = np.stack([self._known[s, key] for key in apart])
+            white = np.array([key[s][0] ** 2 for key in unique])[:, None]
+            tables.append((table, np.array([apart[key] for key in keys]), white))
+        return tables
 
-    def _product(self, r: int, s: int, level) -> np.ndarray:
-        """Products of the columns of a run and signal; only the ratio of both noises has to be worked out anew."""
-        white, wander, length = level
-        key = (s, round(wander / white, 12), length)
-        if key not in self._products:
-            weight = self.modes[s].weight(1.0, wander / white, length)
+    def _work_out(self, s: int, keys) -> None:
+        """Products (R, N) of all pairs of columns for ratios of the noises of a signal, and lengths of its wander."""
+        for length in {length for _, length in keys}:
+            mine = [key for key in keys if key[1] == length]
+            weights = np.stack([self.modes[s].weight(1.0, ratio, length) for ratio, _ in mine])
             turned = self._turned_columns(s, length)
-            found = []
-            for run in range(len(self.touched)):
-                z = turned[self._rows(run), run] * np.sqrt(weight[run])
-                found.append(z @ z.T)
-            self._products[key] = found
-        return self._products[key][r] / white**2
+            runs = turned.shape[1]
+            found = np.stack([weights[:, r] @ (turned[self.one, r] * turned[self.other, r]).T for r in range(runs)], 1)
+            self._known |= {(s, key): rows for key, rows in zip(mine, found, strict=True)}
 
     def _raw_moments(self, errors, unique, of) -> list[np.ndarray]:
-        """Products (B, k) of readings and the columns of each run, nuisances still in."""
-        total = [np.zeros((len(errors), self.local + len(a))) for a in self.touched]
+        """Products (B, P) of readings and the columns of each run, nuisances still in."""
         filled = np.where(self.keep, errors, 0.0)
-        for s in range(len(self.modes)):
+        total = [np.zeros((len(errors), len(self.columns))) for _ in range(filled.shape[1])]
+        for s, modes in enumerate(self.modes):
             lengths = np.array([key[s][2] for key in unique])[of]
             for length in np.unique(lengths):
-                of_length = np.flatnonzero(lengths == length)
-                turned = self.modes[s].turn(filled[of_length][:, :, s], length)
+                here = np.flatnonzero(lengths == length)
+                weights = {k: modes.weight(*unique[k][s]) for k in set(of[here])}
+                turned = modes.turn(filled[here][:, :, s], length)
+                turned *= np.stack([weights[k] for k in of[here]])
                 columns = self._turned_columns(s, length)
-                levels = [unique[k][s] for k in of[of_length]]
-                for level in set(levels):
-                    here = np.array([k for k, lv in enumerate(levels) if lv == level])
-                    weight = self.modes[s].weight(*level)
-                    for r in range(len(total)):
-                        z = columns[self._rows(r), r] * weight[r]
-                        total[r][of_length[here]] += turned[here, r] @ z.T
+                for r, rows in enumerate(total):
+                    rows[here] += turned[:, r] @ columns[:, r].T
         return total
 
 

@@ -46,7 +46,11 @@ class Judgement:
 
 
 def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = None) -> Judgement:
-    """Test what the chosen set leaves; where that fails, keep only what is needed beside the unknown."""
+    """Test what the chosen set leaves; where that fails, keep only what is needed beside the unknown.
+
+    The unknown is what is seen beside the chosen set, and what is seen beside the base model: effects that took most of
+    it for themselves leave a rest that says little of it.
+    """
     if not found.chosen.ids:  # nothing was fitted, so that nothing can fail where it was not
         return _base_alone(found, found.base_left, look)
     first = found.base_left.and_failed(beyond_floor(found, found.base_held_out))
@@ -62,13 +66,31 @@ def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = 
         if not imitating:
             return Judgement(found.chosen, found.held_out, left, first, unknown=unknown)
         return _nothing_named(found, first, left.and_failed(imitating), look)
-    stays = members_that_stay(found.bench, found.chosen, _columns(found, left, unknown), found.threshold)
+    columns = _columns(found, left, unknown)
+    stays = _needed(found, found.chosen, columns)
     if stays is None:
         return _nothing_named(found, first, left, look)
+    if look is not None:
+        bare = look(found.base_bench, found.base, True)
+        stays = _needed(found, found.chosen, np.concatenate([bare.columns(), columns]))
+        if stays is None:
+            return replace(_base_instead(found, first, left, None), unknown=bare)
     if look is not None and stays.ids != found.chosen.ids:
         alone = found.bench.fit([found.bench.start(stays.ids, stays.vector)])[0]
         unknown = look(found.bench, alone, True)
     return Judgement(stays, held_out(found.bench, stays), left, first, found.chosen, left.failed, unknown=unknown)
+
+
+def _needed(found: Selection, fit: Fit, columns: np.ndarray) -> Fit | None:
+    """What of a fit is needed beside unknown ``columns`` and predicts no worse than the base model does; None where
+    nothing is.
+    """
+    stays = members_that_stay(found.bench, fit, columns, found.threshold)
+    if stays is None:
+        return None
+    worse = found.chance.rises(held_out(found.bench, stays), found.base_held_out)
+    chi2 = [float(found.bench.metric.chi2(found.bench.fitted.y - f.values)) for f in (stays, found.base)]
+    return None if worse or chi2[0] > chi2[1] else stays
 
 
 def _base_alone(found: Selection, first: OpenSet, look: Look | None) -> Judgement:

@@ -14,13 +14,14 @@ import numpy as np
 from belt_sim.analytic.march import march_open
 from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case
-from belt_sim.diagnosis.forward import room_for
+from belt_sim.diagnosis.forward import model_name, room_for
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import compiled, in_float64
 from belt_sim.laws.span import response
+from belt_sim.stored_code import kept
 
 RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most
@@ -67,7 +68,7 @@ def responses(bench: Workbench, vector: np.ndarray, ids) -> Responses:
     cells = int(np.ceil(far / step)) + 1
     travel = step * (cells + 1)
     steps, _, slots = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
-    march = _compiled(forward.model, *room_for(steps, slots))
+    march = _compiled(forward.model, tuple(map(type, effects)), *room_for(steps, slots))
     runs = np.arange(-(-len(samples.runs) // RUNS) * RUNS).clip(max=len(samples.runs) - 1)
     found = []
     for rows in runs.reshape(-1, RUNS):
@@ -80,10 +81,11 @@ def responses(bench: Workbench, vector: np.ndarray, ids) -> Responses:
 
 
 @cache
-def _compiled(model, room: int, history: int):
+def _compiled(model, classes, room: int, history: int):
+    named = model_name(model, *classes)
     one = partial(_respond, model=model, room=room, history=history)
     axes = (None, Case(rig=None, belt=None, settings=0), None, None, None)  # type: ignore[arg-type]
-    return compiled(jax.vmap(one, in_axes=axes))
+    return kept(jax.vmap(one, in_axes=axes), named and f"responses {named} {classes} {room} {history}")
 
 
 def _respond(effects: tuple[Effect, ...], case: Case, step, spacing, steps, *, model, room, history):

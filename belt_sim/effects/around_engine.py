@@ -10,7 +10,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.case import Case
+from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.jax_setup import in_float64
@@ -46,10 +46,21 @@ def asked_of_engine(case: Case, effects: Sequence[Effect], travel: float) -> tup
 
 
 def as_driven(case: Case, effects: Sequence[Effect]) -> Case:
-    """The case with tension and yaw as they are, not as they were commanded (drive law)."""
+    """The case with tension and yaw as they are, not as they were commanded (drive law), and turned when the encoder
+    shows the stated travel, not when the belt has gone so far.
+    """
     for e in uses(effects, "settings"):
         case = replace(case, settings=e.settings(case.settings, case))
-    return case
+    if not uses(effects, "encoder"):
+        return case
+    yaw, head = (_as_shown(s, case, effects) for s in (case.settings.yaw, case.settings.yaw_head))
+    return replace(case, settings=replace(case.settings, yaw=yaw, yaw_head=head))
+
+
+def _as_shown(schedule: Schedule, case: Case, effects: Sequence[Effect]) -> Schedule:
+    """A schedule against what the encoder shows, against the belt's own travel."""
+    at, end = (true_travel(effects, case, x) for x in (schedule.at, schedule.at + schedule.over))
+    return replace(schedule, at=at, over=end - at)
 
 
 def true_travel(effects: Sequence[Effect], case: Case, travel):

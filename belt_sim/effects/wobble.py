@@ -4,10 +4,12 @@ import math
 from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
+import numpy as np
 
 from belt_sim.effects.base import Effect, Parameter, effect
 
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
+_RUNS_UP = np.array([-1.0, 1.0])  # forwards on top of the tail and below the head, backwards the other way
 
 
 def _part(meaning):
@@ -19,21 +21,15 @@ def _radius(pulley):
     return Parameter(unit="1", meaning=meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True, grid=_RADII)
 
 
-def _taper(cos, sin, travel, radius):
-    """(dR/dy)/R [1/m] at the top of a pulley that turns forwards, or at the bottom of one that turns backwards."""
-    turned = travel / radius
-    return (cos * jnp.sin(turned) - sin * jnp.cos(turned)) / radius
-
-
 @effect
 @dataclass(frozen=True, kw_only=True)
 class Wobble(Effect):
-    """A taper that turns with the pulley: dtheta_u/ds = -(kappa_u + kappa_t), period 2 pi R; it leaves no drift.
+    """The surface swings as one piece about the bearings' line, period 2 pi R; it leaves no drift.
 
-    The axis of the surface swings about the bearings' axis, seen from above by beta_cos cos(s/R) + beta_sin sin(s/R),
-    but no place of the surface ever moves sideways: what the landing belt feels is the radius beside it, which grows
-    towards +y by kappa_t = (beta_cos sin(s/R) - beta_sin cos(s/R))/R where it runs up the tail pulley, and by the
-    opposite on the head. Bearings that themselves move once a turn would be a yaw (docs/theory.md).
+    Its direction is beta_cos cos(s/R) + beta_sin sin(s/R), as of an axle that is yawed; but the axis also rises by
+    gamma = beta_cos sin(s/R) - beta_sin cos(s/R) towards +y where it runs up (falls on reversed travel), which takes
+    the surface aside by R gamma where the belt lies. Both together never carry the belt sideways: dy/ds = -theta, and
+    the belt feels a taper gamma/R that turns (docs/theory.md). At the start it lies straight on the surface.
 
     After fifty turns a radius that is off by a few per mille has shifted the phase by a radian, so the radii's own
     errors belong to the effect.
@@ -41,9 +37,8 @@ class Wobble(Effect):
 
     id = "wobble"
     law = "run-up"
-    reference = "geometry of a cylinder askew: docs/theory.md; physics sheet, section 7 (taper)"
+    reference = "geometry of a cylinder askew: docs/theory.md"
     parity = "even"
-    heavy = True
     parameters = {
         "beta_cos": _part("askew: yaw of the tail pulley's surface at travel 0"),
         "beta_sin": _part("the same a quarter of a turn later"),
@@ -59,18 +54,21 @@ class Wobble(Effect):
     radius_error: float = 0.0
     radius_error_head: float = 0.0
 
-    def runup(self, runup, state, case):
-        tail = case.rig.tail_radius * (1.0 + self.radius_error)
-        head = case.rig.head_radius * (1.0 + self.radius_error_head)
+    def yaw(self, yaw, state, case):
+        rig, errors = case.rig, jnp.stack([self.radius_error, self.radius_error_head])
+        radius = jnp.stack([rig.tail_radius, rig.head_radius]) * (1.0 + errors)
+        across, along = jnp.stack([self.beta_cos, self.beta_cos_head]), jnp.stack([self.beta_sin, self.beta_sin_head])
+        cos, sin = jnp.cos(state.travel / radius), jnp.sin(state.travel / radius)
+        swing, rise = across * cos + along * sin, across * sin - along * cos
+        aside = radius * rise * _RUNS_UP
         return replace(
-            runup,
-            turn=runup.turn
-            + jnp.stack(
-                [
-                    _taper(self.beta_cos, self.beta_sin, state.travel, tail),
-                    -_taper(self.beta_cos_head, self.beta_sin_head, state.travel, head),
-                ]
-            ),
+            yaw,
+            tail=yaw.tail + swing[0],
+            head=yaw.head + swing[1],
+            roll_runup=yaw.roll_runup + state.direction * rise,
+            roll_runoff=yaw.roll_runoff + state.direction * rise[::-1],
+            aside_runup=yaw.aside_runup + aside,
+            aside_runoff=yaw.aside_runoff - aside[::-1],
         )
 
     def scene(self, parts, case):

@@ -19,7 +19,6 @@ class YawDrift(Effect):
     reference = "first-order warming of a machine frame, any textbook on thermal drift of machine tools"
     parity = "even"
     tension_exponent = 0.0
-    heavy = True
     parameters = {
         "rate": Parameter(
             unit="rad/s", meaning="drift of the tail's yaw at first", plausible=(-1e-5, 1e-5), scale=1e-6

@@ -26,14 +26,23 @@ class RunUp:
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class Yaw:
-    """Yaw of the tail and the head pulley as it is [rad]; roll of the belt where each span runs up and off [rad],
-    shape (2,): span that runs up the tail pulley, span that runs up the head pulley.
+    """Yaw of the tail and the head pulley as it is [rad]; roll of the belt where each span runs up and off [rad], and
+    how far aside the pulley's surface has gone there [m], from which y of the march counts; shape (2,): span that runs
+    up the tail pulley, span that runs up the head pulley.
     """
 
     tail: jnp.ndarray
     head: jnp.ndarray
     roll_runup: jnp.ndarray
     roll_runoff: jnp.ndarray
+    aside_runup: jnp.ndarray
+    aside_runoff: jnp.ndarray
+
+    @staticmethod
+    def of(tail, head) -> "Yaw":
+        """Pulleys that are yawed and no more."""
+        none = jnp.zeros(2)
+        return Yaw(tail=tail, head=head, roll_runup=none, roll_runoff=none, aside_runup=none, aside_runoff=none)
 
     @property
     def runup(self):
@@ -51,7 +60,8 @@ class Yaw:
 class State:
     """What the belt does at one travel; arrays of shape (2,): the span up the tail pulley, the span up the head.
 
-    travel, since [m]: here, and at the instant before (below 0 at the start); y, alpha: at the run-ups [m, rad];
+    travel, since [m]: here, and at the instant before (below 0 at the start); y, alpha: on the pulleys' surfaces, at
+    the run-ups [m, rad];
     kappa, kappa_runoff: curvature at either end [1/m];
     moment, moment_runoff [N m] = EI times the elastic part of kappa; added: the part of kappa that does not come from
     the span's ends [1/m]; stiffness: d kappa / d theta_u of the span [1/m]; bending: its EI

@@ -73,12 +73,12 @@ _derivatives = compiled(_at_rest, static_argnames=("model",))
 
 def _rate(spans: Spans, x, late, yaws):
     """dx/ds of x = (y, alpha) at the tail's, then the head's run-up, when the wraps give ``late`` back."""
-    commanded = Yaw(tail=yaws[0], head=yaws[1], roll_runup=jnp.zeros(2), roll_runoff=jnp.zeros(2))
+    commanded = Yaw.of(yaws[0], yaws[1])
     y, off = x[0::2], RunOff(y=late[0::2], alpha=late[1::2])
     yaw, alpha, zero = commanded, x[1::2], jnp.zeros(())
     for _ in range(_CORRECTIONS):
         if spans.span.limp:
-            alpha = (y - off.y[::-1]) / spans.span.length - yaw.runup
+            alpha = spans.slope(y, off, yaw) - yaw.runup
         state = spans.state(zero, zero, y, alpha, off, yaw)
         gone = RunOff(y=late[0::2], alpha=late[1::2])
         for e in uses(spans.effects, "wrap"):
@@ -87,7 +87,7 @@ def _rate(spans: Spans, x, late, yaws):
         for e in uses(spans.effects, "yaw"):
             yaw = e.yaw(yaw, state, spans.case)
     if spans.span.limp:
-        alpha = (y - off.y[::-1]) / spans.span.length - yaw.runup
+        alpha = spans.slope(y, off, yaw) - yaw.runup
     state = spans.state(zero, zero, y, alpha, off, yaw)
     push = RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2))
     for e in uses(spans.effects, "runup"):

@@ -7,10 +7,12 @@ loop, cut in the middle of the head's wrap; rows of held stations are unit block
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 
 from belt_sim.mjx.belt import Belt, Shape
 from belt_sim.mjx.blocks import Level, factorised, solved
 from belt_sim.mjx.elastic import stretched, twisted
+from belt_sim.mjx.guides import Press
 from belt_sim.mjx.wrap import FIRST, HEAD, LAST, TAIL, Wrap
 from belt_sim.pytree import Numbers as Array
 
@@ -102,10 +104,11 @@ def factorise(
     twist: Array,
     share: Array,
     moves: Array,
+    press: Press | None,
 ) -> Stiffness:
     """Of the chain at ``nodes`` [m], (m, 3, n), whose ``taut`` places are those of its last equilibrium.
 
-    moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin.
+    moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin; press: of guides.
     """
     size = 3 * shape.lines
     cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share, taut=taut).curvature
@@ -115,6 +118,9 @@ def factorise(
     cell = cell + couple
     free = places.free
     diagonal = cell[:size, :size] + jnp.roll(cell[size:, size:], 1, axis=-1)
+    if press is not None:
+        rows = 1 + 3 * np.arange(shape.lines)
+        diagonal = diagonal.at[rows, rows].add(press.stiffness)
     unit = jnp.eye(size)[:, :, None]
     diagonal = jnp.where(free, diagonal, unit)
     beside = jnp.where(free & jnp.roll(free, -1), cell[:size, size:], 0.0)

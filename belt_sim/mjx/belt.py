@@ -7,7 +7,10 @@ import jax
 import numpy as np
 
 from belt_sim.case import Case
+from belt_sim.mjx.acting import Acting
 from belt_sim.mjx.elastic import Ties, Twist, membrane_law
+from belt_sim.mjx.fibres import Fibres
+from belt_sim.mjx.guides import Guides
 from belt_sim.mjx.tangent import Grip, grip_of
 from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.machine.scene import Scene
@@ -41,8 +44,9 @@ class Belt(NamedTuple):
 
     chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
     gravity [m/s2]; load [N]: on the tail pulley's slide; length [1]: 1 where the slide is fixed instead, else 0;
-    pace [m/s]; stride [m]: of a step; level [m]: of the spans' ends above the axes; friction [1], inf = it sticks; area
-    [m2], width [m], bending [N m2]; grip: stiffness against sliding, None in batches of belts that stick.
+    pace [m/s]; stride [m]: of a step; level [m]: of the spans' ends above the axes; friction [1], inf = it sticks;
+    area [m2], width [m], bending [N m2]; holding [N m/rad]: how stiffly both spans hold a pulley against turning,
+    rather too large; grip, guides, fibres: None where none of them acts in a batch.
     """
 
     ties: Ties
@@ -62,7 +66,10 @@ class Belt(NamedTuple):
     area: Array
     width: Array
     bending: Array
+    holding: Array
     grip: Grip | None = None
+    guides: Guides | None = None
+    fibres: Fibres | None = None
 
 
 class Shape(NamedTuple):
@@ -79,9 +86,8 @@ class Shape(NamedTuple):
     limp: bool = False
 
 
-def belt_of(scene: Scene, kind: str, slips: bool) -> tuple[Shape, Belt]:
-    """The arrays of a scene of ``kind`` "flex", "grid" or "rope"; options: fitted to its case; slips: a belt of its
-    batch may."""
+def belt_of(scene: Scene, kind: str, acting: Acting) -> tuple[Shape, Belt]:
+    """The arrays of a scene of ``kind`` "flex", "grid" or "rope"; options: fitted to its case."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
     torsion = Torsion.of(case.belt, mesh) if mesh.across > 1 else None
     surfaces = _surfaces(scene)
@@ -91,10 +97,12 @@ def belt_of(scene: Scene, kind: str, slips: bool) -> tuple[Shape, Belt]:
         bonds=kind != "flex",
         sign=int(np.sign(float(case.settings.direction))),
         zone=int(surfaces.sinking.max()) + 2,
-        held=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if slips else 0,
+        held=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if acting.slips else 0,
         limp=is_limp(kind, options),
     )
     ties = _ties(case, mesh, options, kind, scene)
+    if acting.cambered:
+        ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
     belt = Belt(
         ties=ties,
         twist=Twist(torsion.tense, torsion.own, torsion.still, torsion.stretched) if torsion else Twist(0, 0, 0, 0),
@@ -113,7 +121,10 @@ def belt_of(scene: Scene, kind: str, slips: bool) -> tuple[Shape, Belt]:
         area=float(case.belt.area),
         width=float(case.belt.width),
         bending=float(case.belt.bending_stiffness),
-        grip=grip_of(ties, shape.bonds, mesh, scene.loop) if slips else None,
+        holding=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
+        grip=grip_of(ties, shape.bonds, mesh, scene.loop) if acting.slips else None,
+        guides=Guides.of(parts.edge_guides, acting.guides) if acting.guides else None,
+        fibres=Fibres.of(case, parts.lift_off) if acting.layered else None,
     )
     return shape, jax.tree.map(lambda v: np.asarray(v, float), belt)
 

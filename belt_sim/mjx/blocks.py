@@ -1,9 +1,11 @@
 """Block-tridiagonal systems, symmetric and positive definite, by cyclic reduction.
 
 Every level eliminates every other row of blocks at once, so a chain of n rows takes log2(n) levels. Blocks stand first
-and the rows of the chain last in every array: all arithmetic runs along the chain.
+in every array. The chain is folded into lanes, stretches of it side by side, and they stand last: every other row of
+all lanes lies together in memory, and all arithmetic runs along the lanes.
 """
 
+import math
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -11,10 +13,12 @@ import numpy as np
 
 from belt_sim.pytree import Numbers as Array
 
+_LANES = 64
+
 
 class Level(NamedTuple):
-    """One level of a factorised chain: of the rows that it eliminates, inverse (b, b, k) of the diagonal block, and
-    that times the block on the row before and after, (b, b, k)."""
+    """One level of a factorised chain: of the k rows a lane that it eliminates, inverse (b, b, k, lanes) of the
+    diagonal block, and that times the block on the row before and after, of the same shape."""
 
     inverse: Array
     before: Array
@@ -22,15 +26,18 @@ class Level(NamedTuple):
 
 
 def product(one: Array, other: Array) -> Array:
-    """Products of blocks (a, b, k) and (b, c, k), shape (a, c, k)."""
-    return (one[:, :, None] * other[None]).sum(axis=1)
+    """Products of blocks (a, b, ...) and (b, c, ...), shape (a, c, ...)."""
+    found = one[:, 0, None] * other[None, 0]
+    for k in range(1, one.shape[1]):  # written out, it is faster than a sum over an axis
+        found = found + one[:, k, None] * other[None, k]
+    return found
 
 
 def inverse(block: Array) -> Array:
-    """Inverses of positive definite blocks (b, b, k), by sweeping one row after another."""
+    """Inverses of positive definite blocks (b, b, k, lanes), by sweeping one row after another."""
     for i in range(block.shape[0]):
         here = (np.arange(block.shape[0]) == i)[:, None]
-        cross, corner = (here | here.T)[..., None], (here & here.T)[..., None]
+        cross, corner = (v[..., None, None] for v in (here | here.T, here & here.T))
         pivot = 1.0 / block[i, i]
         others = block - block[:, i, None] * (block[None, i] * pivot)
         block = jnp.where(corner, -pivot, jnp.where(cross, block * pivot, others))
@@ -41,52 +48,76 @@ def _turned(blocks: Array) -> Array:
     return jnp.swapaxes(blocks, 0, 1)
 
 
+def _length(rows: int) -> int:
+    """Rows a lane of a chain of so many: a power of 2 that leaves some _LANES lanes."""
+    return 2 ** max(round(math.log2(rows / _LANES)), 0) if rows > _LANES else rows
+
+
+def _folded(chain: Array, length: int, filling: Array) -> Array:
+    """A chain (b, c, n) in lanes (b, c, length, lanes), one behind the other, filled up at its end."""
+    rows = chain.shape[-1]
+    lanes = math.ceil(rows / length)
+    if lanes * length > rows:
+        more = jnp.broadcast_to(filling[..., 0], (*chain.shape[:-1], lanes * length - rows))
+        chain = jnp.concatenate([chain, more], axis=-1)
+    return jnp.swapaxes(chain.reshape(*chain.shape[:-1], lanes, length), -1, -2)
+
+
+def _before(odd: Array) -> Array:
+    """What stands before each even row, of values at odd ones (b, c, k, lanes)."""
+    last = odd[..., -1:, :]
+    across = jnp.concatenate([jnp.zeros_like(last[..., :1]), last[..., :-1]], axis=-1)
+    return jnp.concatenate([across, odd[..., :-1, :]], axis=-2)
+
+
+def _after(even: Array) -> Array:
+    """What stands behind each odd row, of values at even ones (b, c, k, lanes)."""
+    first = even[..., :1, :]
+    across = jnp.concatenate([first[..., 1:], jnp.zeros_like(first[..., :1])], axis=-1)
+    return jnp.concatenate([even[..., 1:, :], across], axis=-2)
+
+
 def factorised(diagonal: Array, beside: Array) -> list[Level]:
     """Of a chain with blocks diagonal (b, b, n) and ``beside`` (b, b, n): of row i on unknown i + 1; its last is 0."""
-    size = diagonal.shape[0]
+    size, rows = diagonal.shape[0], diagonal.shape[-1]
+    length = _length(rows)
+    alone = jnp.eye(size)[:, :, None, None]
+    diagonal, beside = _folded(diagonal, length, alone), _folded(beside, length, jnp.zeros_like(alone))
     levels: list[Level] = []
-    while True:
-        if diagonal.shape[-1] % 2 == 0:  # a row that stands alone makes the number odd
-            alone = jnp.eye(size)[:, :, None]
-            diagonal = jnp.concatenate([diagonal, alone], axis=-1)
-            beside = jnp.concatenate([beside, jnp.zeros_like(alone)], axis=-1)
-        inner = inverse(diagonal[..., 0::2])
-        if diagonal.shape[-1] == 1:
-            return [*levels, Level(inner, jnp.zeros_like(inner), jnp.zeros_like(inner))]
-        none = jnp.zeros((size, size, 1))
-        right, left = beside[..., 0::2], jnp.concatenate([none, beside[..., 1::2]], axis=-1)
+    while diagonal.shape[-2:] != (1, 1):
+        if diagonal.shape[-2] == 1:  # one row a lane is left: from here on one lane of them all
+            diagonal, beside = (jnp.swapaxes(v, -1, -2) for v in (diagonal, beside))
+        if diagonal.shape[-2] % 2:
+            diagonal = jnp.concatenate([diagonal, jnp.broadcast_to(alone, (size, size, 1, 1))], axis=-2)
+            beside = jnp.concatenate([beside, jnp.zeros_like(alone)], axis=-2)
+        inner, right, left = inverse(diagonal[..., 0::2, :]), beside[..., 0::2, :], _before(beside[..., 1::2, :])
         after, before = product(inner, right), product(inner, _turned(left))
         levels.append(Level(inner, before, after))
-        diagonal = (
-            diagonal[..., 1::2]
-            - product(_turned(right)[..., :-1], after[..., :-1])
-            - product(left[..., 1:], before[..., 1:])
-        )
-        beside = -product(left[..., 1:], after[..., 1:])
+        diagonal = diagonal[..., 1::2, :] - product(_turned(right), after) - _after(product(left, before))
+        beside = -_after(product(left, after))
+    inner = inverse(diagonal)
+    return [*levels, Level(inner, jnp.zeros_like(inner), jnp.zeros_like(inner))]
 
 
 def solved(levels: list[Level], wanted: Array) -> Array:
     """Unknowns (b, c, n) for right-hand sides (b, c, n)."""
     rows, kept = wanted.shape[-1], []
+    wanted = _folded(wanted, _length(rows), jnp.zeros((*wanted.shape[:2], 1, 1)))
     for level in levels[:-1]:
-        if wanted.shape[-1] % 2 == 0:
-            wanted = jnp.concatenate([wanted, jnp.zeros_like(wanted[..., :1])], axis=-1)
-        outer = wanted[..., 0::2]
+        if wanted.shape[-2] == 1:
+            wanted = jnp.swapaxes(wanted, -1, -2)
+        if wanted.shape[-2] % 2:
+            wanted = jnp.concatenate([wanted, jnp.zeros_like(wanted[..., :1, :])], axis=-2)
+        outer = wanted[..., 0::2, :]
         kept.append(product(level.inverse, outer))
         back, on = product(_turned(level.before), outer), product(_turned(level.after), outer)
-        wanted = wanted[..., 1::2] - on[..., :-1] - back[..., 1:]
+        wanted = wanted[..., 1::2, :] - on - _after(back)
     found = product(levels[-1].inverse, wanted)
     for level, alone in zip(reversed(levels[:-1]), reversed(kept), strict=True):
-        count = alone.shape[-1] - 1
-        found = found[..., :count]
-        none = jnp.zeros_like(found[..., :1])
-        before, after = jnp.concatenate([none, found], axis=-1), jnp.concatenate([found, none], axis=-1)
-        outer = alone - product(level.before, before) - product(level.after, after)
-        found = _woven(outer, found)
-    return found[..., :rows]
-
-
-def _woven(outer: Array, inner: Array) -> Array:
-    """Rows 0, 2, 4 ... from ``outer`` (b, c, k + 1), the others from ``inner`` (b, c, k)."""
-    pairs = jnp.stack([outer[..., :-1], inner], axis=-1).reshape(*inner.shape[:-1], -1)
-    return jnp.concatenate([pairs, outer[..., -1:]], axis=-1)
+        count, lanes = alone.shape[-2:]
+        if found.shape[-1] != lanes:
+            found = jnp.swapaxes(found, -1, -2)[..., :lanes]
+        found = found[..., :count, :]
+        outer = alone - product(level.before, _before(found)) - product(level.after, found)
+        found = jnp.stack([outer, found], axis=-2).reshape(*outer.shape[:-2], 2 * count, lanes)
+    return jnp.swapaxes(found, -1, -2).reshape(*found.shape[:2], -1)[..., :rows]

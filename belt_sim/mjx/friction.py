@@ -76,7 +76,7 @@ def _let_slip(
     residual = jnp.where(count > shape.held, jnp.inf, residual)
     y, angle, r = wrap.y[:, k], wrap.angle[:, k], wrap.r[:, k]
     there = y + way[:, 0], angle + way[:, 1] / r
-    wider = radius_at(surface, shaped, *there) - radius_at(surface, shaped, y, angle)
+    wider = radius_at(surface, shaped, there[0]) - radius_at(surface, shaped, y)
     moved = wrap._replace(
         y=wrap.y.at[:, k].set(there[0]), angle=wrap.angle.at[:, k].set(there[1]), r=wrap.r.at[:, k].add(wider)
     )

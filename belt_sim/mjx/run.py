@@ -13,6 +13,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
+from belt_sim.mjx.acting import Acting, acting_in
 from belt_sim.mjx.belt import Belt, Shape, belt_of
 from belt_sim.mjx.friction import COLUMNS, TOLERANCE, Slip
 from belt_sim.mjx.handed import handed
@@ -64,9 +65,9 @@ def prepared(
     travel: float,
     options: Options | None = None,
     parts: SceneParts | None = None,
-    slips: bool | None = None,
+    acting: Acting | None = None,
 ) -> Prepared:
-    """For ``travel`` [m]; slips: a belt of its batch may, None = as the case says.
+    """For ``travel`` [m]; acting: in its batch, None = in this case.
 
     Raises CannotRepresent for what this engine cannot do.
     """
@@ -75,22 +76,23 @@ def prepared(
     refuse(belt, options, parts)
     options = fitted(options, case, belt)
     scene = lay_out(case, _BELTS[belt](), options, parts)
-    slips = math.isfinite(parts.friction) if slips is None else slips
-    shape, arrays = belt_of(scene, belt, slips)
-    changes = any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None
-    state = laid(scene)._replace(slip=Slip.none(shape) if slips else None)
-    if shape.limp:
-        state = state._replace(kinks=Kinks.none(state.wraps, shape.sign))
-    return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, changes))
+    acting = acting or acting_in([parts])
+    shape, arrays = belt_of(scene, belt, acting)
+    state = laid(scene)
+    state = state._replace(
+        slip=Slip.none(shape) if acting.slips else None,
+        kinks=Kinks.none(state.wraps, shape.sign) if shape.limp else None,
+        turned=np.zeros(2) if acting.gives_way else None,
+        layer=np.zeros((2, 2, shape.lines, 2)) if acting.layered else None,
+    )
+    return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, parts.sets_in))
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what only engine=native does."""
     reasons = {
         f"model.tensioning = {options.tensioning}": options.tensioning == "koller",
-        "effects = edge_guide": bool(parts.edge_guides),
-        "effects = lift_off": bool(parts.lift_off),
-        "effects = pulley_deflection": any(s.yaw_compliance for s in (parts.head, parts.tail)),
+        "effects that push at the spans or lean the machine": bool(parts.pushes or parts.lean or parts.roll),
     }
     for what, true in reasons.items():
         if true:
@@ -127,9 +129,10 @@ def simulate_batch(
     host share a chunk. Raises InputError for cases whose meshes have unlike numbers of stations.
     """
     several: Sequence[SceneParts | None] = parts or [None] * len(cases)
-    slips = any(math.isfinite(p.friction if p else (options or Options()).friction) for p in several)
+    friction = (options or Options()).friction
+    acting = acting_in([p or SceneParts.undisturbed(c, friction) for c, p in zip(cases, several, strict=True)])
     ready = [
-        prepared(c, belt=belt, travel=travel, options=options, parts=p, slips=slips)
+        prepared(c, belt=belt, travel=travel, options=options, parts=p, acting=acting)
         for c, p in zip(cases, several, strict=True)
     ]
     if len({r.shape for r in ready}) > 1:
@@ -203,7 +206,7 @@ def laid(scene: Scene) -> State:
     mesh, parts, sign = scene.mesh, scene.parts, float(np.sign(float(scene.case.settings.direction)))
     places = ((0.0, parts.head), (scene.loop.centre_distance, parts.tail))
     poses = [
-        Pose(np.array([x, 0.0, 0.0]), surface.axes(0.0, 0.0), -sign * scene.early / surface.radius)
+        Pose(np.array([x, 0.0, 0.0]), surface.axes(0.0, 0.0, askew=0.0), -sign * scene.early / surface.radius)
         for x, surface in places
     ]
     wraps = laid_wraps(

@@ -13,6 +13,8 @@ import jax.numpy as jnp
 from belt_sim.mjx.balance import Places, chain, corrected, factorise, forces, parted, torsion
 from belt_sim.mjx.belt import Belt, Shape, Surfaces
 from belt_sim.mjx.friction import Slip, pull_on_nodes, slipped
+from belt_sim.mjx.guides import pressed
+from belt_sim.mjx.layer import displaced, followed, threaded
 from belt_sim.mjx.limp import Kinks, aside_of, led_on
 from belt_sim.mjx.wrap import (
     FIRST,
@@ -25,11 +27,11 @@ from belt_sim.mjx.wrap import (
     depth,
     landed,
     met,
-    placed,
     released,
     sunk,
     turning,
 )
+from belt_sim.mjx.yielding import given_way, moments
 from belt_sim.pytree import Numbers as Array
 
 _CALM = 0.02  # [s], as in wrap/contact.py
@@ -38,7 +40,8 @@ _CALM = 0.02  # [s], as in wrap/contact.py
 class State(NamedTuple):
     """nodes [m], (m, 3, n); wraps: of head and tail; tail_x [m], tail_spin [rad]; tension [N]: mean of the spans;
     travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most; slip: None if it sticks;
-    kinks: of a limp belt."""
+    kinks: of a limp belt; turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in
+    mjx/layer.py, or None."""
 
     nodes: Array
     wraps: Wrap
@@ -49,6 +52,8 @@ class State(NamedTuple):
     correction: Array
     slip: Slip | None = None
     kinks: Kinks | None = None
+    turned: Array | None = None
+    layer: Array | None = None
 
 
 class Command(NamedTuple):
@@ -64,11 +69,12 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     """The state after a step."""
     moved = command.travel - state.travel
     shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
-    axes = jax.vmap(axes_of, in_axes=(0, 0, None))(belt.surfaces, command.yaw, command.share)
-    spin = shape.sign * command.travel / belt.surfaces.radius[HEAD]
+    rolled = shape.sign * command.travel / belt.surfaces.radius
+    yaw = command.yaw if state.turned is None else command.yaw + state.turned
+    axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0))(belt.surfaces, yaw, command.share, rolled)
 
     def poses(tail: Array) -> Pose:
-        return Pose(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([spin, tail[1]]))
+        return Pose(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
 
     tail = jnp.stack([state.tail_x, state.tail_spin + shape.sign * moved / belt.surfaces.radius[TAIL]])
     pose, wraps, kinks = poses(tail), state.wraps, state.kinks
@@ -80,27 +86,65 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
         )
     places = chain(shape, wraps)
     taut = state.nodes[..., places.stations]
-    nodes = _led(shape, belt.line_y, taut, _held(wraps, pose, places, taut), places, moved / belt.chord)
+    anchors = _anchors(belt, wraps, pose, state.layer, places)
+    nodes = _led(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
     for end in (FIRST, LAST):
         wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord, belt.stride))(
             wraps, belt.surfaces, pose
         )
     places = parted(shape, wraps, places.stations)
-    aside = 0.0 if kinks is None else aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
+    if state.layer is not None:
+        anchors = _anchors(belt, wraps, pose, state.layer, places)
+    aside = aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
+    nodes = jnp.where(places.free, nodes, anchors + aside)
     nodes, tail, tension, correction = _balanced(
         shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside
     )
-    nodes, pose, slip = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail), state.slip
-    if slip is not None:
-        pull = pull_on_nodes(shape, belt, nodes, command.share)
-        wraps, slip = slipped(shape, belt, wraps, pose, pull, slip, shaped)
+    nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
+    wraps, slip, turned = _yielded(shape, belt, wraps, pose, nodes, state, command)
+    wraps, layer = _landed(shape, belt, wraps, pose, nodes, state.layer, command, moved)
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks, turned, layer)
+
+
+def _landed(
+    shape: Shape,
+    belt: Belt,
+    wraps: Wrap,
+    pose: Pose,
+    nodes: Array,
+    layer: Array | None,
+    command: Command,
+    moved: Array,
+) -> tuple[Wrap, Array | None]:
+    """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
+    shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: landed(shape, w, s, p, nodes, end, belt.chord, belt.stride, shaped))(
-            wraps, belt.surfaces, pose
-        )
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks)
+
+        def lands(w: Wrap, s: Surfaces, p: Pose, layer: Array | None, end: int = end) -> Wrap:
+            seen = threaded(belt, w, s, p, layer, nodes, end)
+            return landed(shape, w, s, p, seen, end, belt.chord, belt.stride, shaped)
+
+        wraps = jax.vmap(lands)(wraps, belt.surfaces, pose, layer)
+    return wraps, layer if layer is None else followed(belt, layer, wraps, pose, nodes, command.share, moved)
+
+
+def _yielded(
+    shape: Shape, belt: Belt, wraps: Wrap, pose: Pose, nodes: Array, state: State, command: Command
+) -> tuple[Wrap, Slip | None, Array | None]:
+    """What gives way to the belt's pull in the new equilibrium: anchors that slide, pulleys that turn."""
+    slip, turned = state.slip, state.turned
+    if slip is None and turned is None:
+        return wraps, None, None
+    pull = pull_on_nodes(shape, belt, nodes, command.share)
+    if turned is not None:
+        moment = moments(shape, wraps, pose, nodes, pull)
+        turned = given_way(belt, turned, moment, command.travel - state.travel)
+    if slip is not None:
+        shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
+        wraps, slip = slipped(shape, belt, wraps, pose, pull, slip, shaped)
+    return wraps, slip, turned
 
 
 def _balanced(
@@ -123,16 +167,22 @@ def _balanced(
     """
     pose = poses(tail)
     twist = torsion(belt, _behind(shape, wraps, belt, pose), places, state.tension)
-    nodes = _held(wraps, pose, places, nodes, aside)
+    press = None
+    if belt.guides is not None:
+        shares = belt.stiffness / belt.stiffness.sum()
+        press = pressed(belt.guides, belt.chord, shares, nodes, places.free)
     moves = _moves(shape, wraps, pose)
-    stiffness = factorise(shape, belt, nodes, taut, places, twist, command.share, moves)
+    stiffness = factorise(shape, belt, nodes, taut, places, twist, command.share, moves, press)
     on_nodes, at_ends = forces(shape, belt, nodes, places, twist, command.share)
+    if press is not None:
+        on_nodes = on_nodes.at[1::3].add(press.force)
     on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL])
     arms = jnp.where(places.on_tail, nodes[:, 0] - tail[0], 0.0).sum(axis=1)
     lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
     change, tail_change = corrected(belt, stiffness, on_nodes, places, lacking)
     tail = tail + tail_change
-    nodes = _held(wraps, poses(tail), places, nodes + change.reshape(nodes.shape), aside)
+    anchors = _anchors(belt, wraps, poses(tail), state.layer, places) + aside
+    nodes = jnp.where(places.free, nodes + change.reshape(nodes.shape), anchors)
     return nodes, tail, -0.5 * on_tail[0], jnp.abs(change).max()
 
 
@@ -147,10 +197,24 @@ def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:
     return jax.vmap(one)(wraps, belt.surfaces, pose)
 
 
-def _held(wraps: Wrap, pose: Pose, places: Places, nodes: Array, aside: Array | float = 0.0) -> Array:
-    """The chain with its held stations on their anchors, or ``aside`` of them [m], (m, 3, n)."""
-    head, tail = jax.vmap(placed)(wraps, pose)[..., places.stations]
-    return jnp.where(places.free, nodes, jnp.where(places.on_tail, tail, head) + aside)
+def _anchors(belt: Belt, wraps: Wrap, pose: Pose, layer: Array | None, places: Places) -> Array:
+    """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
+
+    The same as wrap.placed, reckoned once a station and not for both pulleys: sines are what a step is slow at.
+    """
+
+    def of(values: Array) -> Array:
+        return jnp.where(places.on_tail, values[TAIL], values[HEAD])
+
+    r, y, angle = (of(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
+    turned = angle + of(pose.spin[:, None])
+    local, axes = (r * jnp.sin(turned), y, r * jnp.cos(turned)), of(pose.axes[..., None])
+    turned_back = [sum(axes[i, j] * local[j] for j in range(3)) for i in range(3)]
+    found = jnp.stack(turned_back, axis=1) + of(pose.centre[..., None])
+    if layer is None:
+        return found
+    moved = jax.vmap(lambda *one: displaced(belt, *one))(wraps, belt.surfaces, pose, layer)
+    return found + of(moved[..., places.stations])
 
 
 def _led(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, chords: Array) -> Array:

@@ -39,18 +39,19 @@ class Wrap(NamedTuple):
     tangent: Array
 
 
-def axes_of(surface: Surfaces, yaw: Array, share: Array) -> Array:
+def axes_of(surface: Surfaces, yaw: Array, share: Array, spin: Array) -> Array:
     """Rotation (3, 3) of a pulley, as PulleySurface.axes."""
-    turn, roll = yaw + share * surface.yaw_offset, share * surface.cant
+    phase = spin + surface.wobble_phase
+    turn = yaw + share * surface.yaw_offset + surface.wobble * jnp.cos(phase)
+    roll = share * surface.cant + surface.wobble * jnp.sin(phase)
     c, s, cg, sg = jnp.cos(turn), jnp.sin(turn), jnp.cos(roll), jnp.sin(roll)
     return jnp.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
 
 
-def radius_at(surface: Surfaces, shaped: Array, y: Array, angle: Array) -> Array:
+def radius_at(surface: Surfaces, shaped: Array, y: Array) -> Array:
     """Radius of a station's circle [m]; shaped: 1 where the pulley is what it is, 0 while it is a plain cylinder."""
     uneven = y * (surface.taper - 0.5 * surface.crown * y)
-    wobble = surface.wobble * y * jnp.sin(angle - surface.wobble_phase)
-    return surface.radius + shaped * (surface.radius * uneven - wobble) + surface.extra
+    return surface.radius + shaped * surface.radius * uneven + surface.extra
 
 
 def cylinder_coordinates(places: Array, pose: Pose) -> tuple[Array, Array, Array]:
@@ -62,13 +63,6 @@ def cylinder_coordinates(places: Array, pose: Pose) -> tuple[Array, Array, Array
 
 def _spread(vector: Array, places: Array) -> Array:
     return vector.reshape(1, 3, *[1] * (places.ndim - 2))
-
-
-def placed(wrap: Wrap, pose: Pose) -> Array:
-    """Places of the anchors of all stations [m], shape (m, 3, n)."""
-    turned = wrap.angle + pose.spin
-    local = jnp.stack([wrap.r * jnp.sin(turned), wrap.y, wrap.r * jnp.cos(turned)], axis=1)
-    return jnp.einsum("mjn,ij->min", local, pose.axes) + pose.centre[:, None]
 
 
 def turning(wrap: Wrap, pose: Pose, k: Array) -> Array:
@@ -108,7 +102,7 @@ def sunk(
     flat = jnp.diff(r) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * jnp.sin(0.5 * jnp.diff(angle)) ** 2
     lifted = wrap.lifted[off] * jnp.exp(-moved / (_FORGETTING * chord))
     inside = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1])[:-1], end)
-    on_path = radius_at(surface, shaped, y, angle[:, :-1]) + lift(inside, chord, surface) + lifted
+    on_path = radius_at(surface, shaped, y) + lift(inside, chord, surface) + lifted
     turned = _apart(flat, on_path, jnp.concatenate([on_path[:, 1:], r[:, -1:]], axis=1))
     behind = jnp.cumsum(turned[:, ::-1], axis=1)[:, ::-1]
     return wrap._replace(
@@ -164,7 +158,7 @@ def landed(
     nodes = places[:, :, k]
     r, y, angle = cylinder_coordinates(nodes, pose)
     lands = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1]), end) > -earliest(shape, end, chord, stride)
-    circle = radius_at(surface, shaped, y, angle)
+    circle = radius_at(surface, shaped, y)
     high = (r - circle).mean()
     lifted = high - lift(depth(wrap, surface, pose, angle.mean(), end), chord, surface)
     square = ((nodes - places[:, :, beside]) ** 2).sum(axis=1)

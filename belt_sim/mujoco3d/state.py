@@ -63,9 +63,9 @@ class Wrap:
         """Recompute ``stations`` after first or last changed."""
         self.stations = np.arange(self.first, self.last + 1) % self.r.shape[0]
 
-    def radius_at(self, y, angle):
-        """Radius of a station's circle [m] at y [m] and material angle [rad]."""
-        return self.surface.radius_at(y, angle) + self.extra_radius
+    def radius_at(self, y):
+        """Radius of a station's circle [m] at y [m]."""
+        return self.surface.radius_at(y) + self.extra_radius
 
     def place(self, pose: Pose) -> np.ndarray:
         """World positions of the held nodes' anchors [m], shape (held, m, 3)."""
@@ -83,10 +83,10 @@ class Wrap:
         """Move the held nodes' anchors on the surface by a slip increment [m], shape (held, m, 2)."""
         k = self.stations
         self.slip_increment[k] = increment
-        before = self.radius_at(self.y[k], self.angle[k])
+        before = self.radius_at(self.y[k])
         self.y[k] += increment[..., 0]
         self.angle[k] += increment[..., 1] / self.r[k]
-        self.r[k] += self.radius_at(self.y[k], self.angle[k]) - before
+        self.r[k] += self.radius_at(self.y[k]) - before
 
     def components(self, pose: Pose, vectors: np.ndarray) -> np.ndarray:
         """Parts of world vectors at the held anchors: outwards, along the axis, along the turn; shape (held, m, 3)."""

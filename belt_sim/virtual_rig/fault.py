@@ -71,6 +71,10 @@ class Fault:
         """Curvature added to kappa where the belt runs up [1/m]; y, kappa, result: shape (2, batch)."""
         return 0.0
 
+    def before(self, s, line: Line):
+        """(y, alpha) at the run-ups of tail and head at travels s <= 0 (..., batch), shape (4, ..., batch)."""
+        return 0.0
+
     def recall(self, s: float, past: "Journey"):
         """The same from the past of the belt, shape (2, batch)."""
         return 0.0

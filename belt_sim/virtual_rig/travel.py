@@ -35,7 +35,8 @@ class Journey:
     """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head.
 
     tail_yaw, head_yaw: (n, batch) as they really are; spans: the one that runs to the tail and the one that runs to
-    the head pulley; props: the loads on them.
+    the head pulley; faults: by which the belt creeps on the wraps; began: with which it did not begin straight; props:
+    the loads on the spans.
     """
 
     line: Line
@@ -46,16 +47,18 @@ class Journey:
     head_yaw: np.ndarray
     spans: tuple[Span, Span]
     faults: tuple[Fault, ...] = ()
+    began: tuple[Fault, ...] = ()
     props: list["Prop"] = field(default_factory=list)
 
     def at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
-        """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch); 0 before travel 0."""
+        """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
         k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
         rows = np.arange(first, last).reshape(-1, *(1,) * s.ndim)
         lanes = np.arange(s.shape[-1])
         h = self.nodes[k + 1] - self.nodes[k]
         ends = [a[j, rows, lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
-        return np.where(s < 0, 0.0, _blend((s - self.nodes[k]) / h, h, *ends))
+        since = _blend((s - self.nodes[k]) / h, h, *ends)
+        return np.where(s < 0, sum((f.before(s, self.line)[first:last] for f in self.began), 0.0), since)
 
     def leaving(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch)."""
@@ -96,6 +99,7 @@ def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
         head_yaw=np.zeros((len(nodes), batch)),
         spans=(line.span(), line.span(to_tail=False)),
         faults=tuple(f for f in faults if overrides(f, "creep")),
+        began=tuple(f for f in faults if overrides(f, "before")),
         props=[
             Prop(f, load, (line.direction > 0) == load.upper, np.zeros(batch), np.zeros((len(nodes), batch)))
             for f in faults
@@ -103,7 +107,7 @@ def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
         ],
     )
     road = _Road(past, faults)
-    y = np.zeros((4, batch))
+    y = sum((f.before(np.zeros(batch), line) for f in past.began), np.zeros((4, batch)))
     for k in range(len(nodes) - 1):
         y = road.step(k, y)
     road.store(len(nodes) - 1, y, k)
@@ -117,8 +121,8 @@ class _Road:
         self.past, self.line, self.nodes = past, past.line, past.nodes
         hooks = ("yaw", "yaw_head", "turn", "recall", "slide", "tension")
         self.of = {hook: [f for f in faults if overrides(f, hook)] for hook in hooks}
-        line, nothing = past.line, np.zeros((2, past.state.shape[2]))
-        self.here = nothing, nothing  # what leaves the pulleys at the node at hand
+        line = past.line
+        self.here = past.leaving(np.zeros(past.state.shape[2]))  # what leaves the pulleys at the node at hand
         self.slips = bool(np.isfinite(line.friction).any())
         self.soft = 1 + line.cover * line.bending
         self.yields = bool(np.any(line.compliance))

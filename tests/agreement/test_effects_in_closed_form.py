@@ -11,6 +11,7 @@ from belt_sim.analytic.steady import steady_rate, taper_gain
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.around_engine import indicate
+from belt_sim.effects.encoder_scale import EncoderScale
 from belt_sim.effects.pulley_deflection import PulleyDeflection
 from belt_sim.effects.unequal_tension import UnequalTension
 from belt_sim.laws.run_up_angle import sag_angle
@@ -177,6 +178,18 @@ def test_encoder_that_shows_more_makes_rates_smaller(e):
     assert np.sign(shown.y[0, 45] - plain.y[0, 45]) == -np.sign(e)
 
 
+def test_a_yaw_is_applied_when_the_encoder_shows_its_travel():
+    """What is shown is the record of a belt that was yawed a little earlier or later, over a stretched travel."""
+    e, at = 0.03, 6.0
+    turned, shown = (steered(paper_case(40), Schedule.ramp(YAW, a, a / 3)) for a in (at / (1 + e), at))
+    right, seen = (
+        MODEL.run(case, effects, travel=20.0) for case, effects in ((turned, ()), (shown, (EncoderScale(e=e),)))
+    )
+    for read, belt in zip(seen.y, right.y, strict=True):
+        read_where_it_was = np.interp(right.travel[:-10], seen.travel / (1 + e), read)
+        np.testing.assert_allclose(read_where_it_was, belt[:-10], atol=2e-3 * np.max(np.abs(belt)))
+
+
 def test_sensors_show_gain_offset_and_drift_in_time():
     plain = marched([STILL, paper_case(40)], "beam_th2", travel=100.0)[1]
     numbers = {"sensor_gain": {"g1": 0.1}, "sensor_offset": {"c2": 1e-3}, "sensor_drift": {"d4": 1e-6}}
@@ -249,7 +262,7 @@ def test_deflected_pulleys_are_hollow_in_proportion_to_the_pull():
     np.testing.assert_allclose(bent.y, as_crown.y, atol=EXACT * np.abs(as_crown.y).max())
     parts = PulleyDeflection(compliance=compliance).scene(SceneParts.undisturbed(case), case)
     assert parts.tail.crown == parts.head.crown == pytest.approx(hollow)
-    assert parts.tail.radius_at(0.1, 0.0) > parts.tail.radius_at(0.0, 0.0)  # hollow: thinner where it is loaded most
+    assert parts.tail.radius_at(0.1) > parts.tail.radius_at(0.0)  # hollow: thinner where it is loaded most
 
 
 def test_a_film_slows_a_tight_belt_as_a_rope_says():

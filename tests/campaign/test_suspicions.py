@@ -7,6 +7,8 @@ import pytest
 from roped_campaign import damaged, roped_campaign
 
 from belt_sim.campaign import suspicions
+from belt_sim.campaign.record import records
+from belt_sim.campaign.record_checks import NOISE_FACTOR
 
 #: Clean campaigns looked at; the thresholds leave room for one false alarm in thousands, none is expected.
 CLEAN = 40
@@ -50,6 +52,18 @@ def test_a_slipped_unit_is_named(factor):
     assert seen(damaged(campaign, lambda y: {"y4": factor * y["y4"]}, 2)) == [("r2", "y4", "unit_slip")]
     everywhere = suspicions(damaged(campaign, lambda y: {"y4": factor * y["y4"]}))
     assert [(s.run, s.signal, s.kind) for s in everywhere] == [(None, "y4", "unit_slip")]
+
+
+def test_scatter_that_all_runs_share_is_no_slip_of_some_of_them():
+    """A sheet that states a sixth of the scatter: half of the runs lie a little beyond the limit, half within."""
+    rng, campaign = np.random.default_rng(1), roped_campaign(5)
+    noisy = damaged(campaign, lambda y: {"y4": y["y4"] + 1.14e-4 * rng.standard_normal(len(y["y4"]))})
+    ratios = [r.measured_noise / r.stated_noise for r in records(noisy) if r.sheet.name == "y4"]
+    assert min(ratios) < NOISE_FACTOR < max(ratios)
+    found = suspicions(noisy)
+    assert [(s.run, s.signal, s.severity) for s in found] == [(None, "y4", "look")]
+    slipped = damaged(noisy, lambda y: {"y4": 25.4 * y["y4"]}, 2)
+    assert ("r2", "y4", "unit_slip") in seen(slipped)
 
 
 @pytest.mark.parametrize("factor", [57.3, 17.45, 1 / 57.3, 1 / 17.45])

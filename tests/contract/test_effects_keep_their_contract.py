@@ -57,7 +57,7 @@ def any_arguments():
     )
     now = replace(now, moment=1e6 * now.moment, since=jnp.asarray(-1.0))  # the yaw has just been changed
     yaw = Yaw(
-        tail=jnp.asarray(YAW), head=jnp.asarray(2e-4), roll_runup=jnp.asarray(pair()), roll_runoff=jnp.asarray(pair())
+        **{f.name: jnp.asarray(pair()) for f in fields(Yaw)} | {"tail": jnp.asarray(YAW), "head": jnp.asarray(2e-4)}
     )
     ends = jnp.asarray(draw.normal(size=(5, 2), scale=1e-2))
     held = BoundaryValues(travel=jnp.asarray(3.3), start=jnp.asarray(pair()), ends=ends, direction=jnp.asarray(1.0))

@@ -80,7 +80,7 @@ def test_gains_are_those_of_least_squares_at_any_noise_levels(laid_out):
     samples, _, _, families = laid_out
     errors = 1e-4 * np.random.default_rng(2).normal(size=(9, *samples.y.shape))
     levels = [LEVELS[k % len(LEVELS)] for k in range(len(errors))]
-    left = Projection(*laid_out).sums(errors, levels).beside("current")
+    left = Projection(*laid_out, beside="current").sums(errors, levels)
     wanted = [dense(laid_out, e, lv) for e, lv in zip(errors, levels, strict=True)]
     for name in families:
         gains, rank = left.gains(name)
@@ -92,9 +92,26 @@ def test_sums_are_products_of_what_is_whitened(laid_out):
     samples, shapes, shared, families = laid_out
     errors = 1e-4 * np.random.default_rng(3).normal(size=(2, *samples.y.shape))
     found = Projection(*laid_out).sums(errors, LEVELS[2:])
+    ends = np.cumsum([0, *(len(f) for f in families.values())])
     for k, levels in enumerate(LEVELS[2:]):
         metric = metric_of(samples, levels, shapes, shared)
         columns = metric.whiten(np.concatenate(list(families.values())))
         gram, moments = columns @ columns.T, columns @ metric.whiten(errors[k])
-        np.testing.assert_allclose(found.gram[found.of[k]], gram, rtol=1e-9, atol=1e-9 * np.abs(gram).max())
+        for name, a, b in zip(families, ends[:-1], ends[1:], strict=True):
+            own = found.gram(name)[found.of[k]]
+            np.testing.assert_allclose(own, gram[a:b, a:b], rtol=1e-9, atol=1e-9 * np.abs(gram).max())
         np.testing.assert_allclose(found.moments[k], moments, rtol=1e-9, atol=1e-9 * np.abs(moments).max())
+
+
+def test_columns_of_a_family_may_be_fitted_in_sets(laid_out):
+    """Two of three columns together are a family of two; no readings need be of the same levels."""
+    samples, shapes, shared, families = laid_out
+    errors = 1e-4 * np.random.default_rng(4).normal(size=(3, *samples.y.shape))
+    sets = {"three": [np.array([2, 0]), np.array([1])]}
+    apart = families | {"two": families["three"][[0, 2]], "last": families["three"][1:2]}
+    left = Projection(*laid_out, beside="current", choices=sets).sums(errors, LEVELS[1:])
+    right = Projection(samples, shapes, shared, apart, beside="current").sums(errors, LEVELS[1:])
+    for which, name in enumerate(("two", "last")):
+        gains, rank = left.gains("three", which)
+        assert gains == pytest.approx(right.gains(name)[0], rel=EXACT)
+        np.testing.assert_array_equal(rank, right.gains(name)[1])

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from belt_sim.effects.shear import Shear
 from belt_sim.effects.weld import Passing, Weld
 from belt_sim.effects.wobble import Wobble
 from belt_sim.laws.inside import BoundaryValues, no_bend
-from belt_sim.laws.runup import RunUp, State
+from belt_sim.laws.runup import State, Yaw
 from belt_sim.laws.span import beam_second_order
 from belt_sim.scene_parts import SceneParts
 
@@ -21,6 +22,7 @@ ROUND = float(UNEQUAL.belt_length)
 #: places of the points along the belt, counted from point 4
 POINTS = {4: 0.0, 1: SPAN, 2: SPAN + TAIL_WRAP, 3: 2 * SPAN + TAIL_WRAP}
 EXACT = 1e-12
+SMALL = 1e-7  # products of angles below 1e-3
 
 
 def bends(weld, case, travel):
@@ -59,8 +61,7 @@ def state(travel, direction):
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 @pytest.mark.parametrize("pulley", ["tail", "head"])
 def test_a_wobbling_pulley_is_the_same_in_the_law_and_in_the_scene(pulley, direction):
-    """Where the belt runs up, the radius grows towards +y by what the geometry says; an axis yawed by beta brings the
-    surface at +y back by beta y where it faces +x, and the pulley turns under it."""
+    """Yaw and roll of the scene's axis, and where they take the places on which the belt runs up and off."""
     cos, sin = 3e-4, -2e-4
     names = ("beta_cos", "beta_sin") if pulley == "tail" else ("beta_cos_head", "beta_sin_head")
     wobble = Wobble(**dict(zip(names, (cos, sin), strict=True)))
@@ -68,18 +69,35 @@ def test_a_wobbling_pulley_is_the_same_in_the_law_and_in_the_scene(pulley, direc
     parts = wobble.scene(SceneParts.undisturbed(case), case)
     own, other = (0, 1) if pulley == "tail" else (1, 0)
     surface, still = (getattr(parts, ("tail", "head")[k]) for k in (own, other))
-    nothing, y = RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2)), np.array([-0.05, 0.05])
-    top = (pulley == "tail") == (direction > 0)  # the place of the run-up: material angle there at travel 0
+    above = 1.0 if (pulley == "tail") == (direction > 0) else -1.0  # where it runs up
     for travel in (0.0, 0.1, 0.3, 0.7):
-        turned = travel / surface.radius
-        yawed = -np.diff(surface.radius_at(y, 0.5 * np.pi - direction * turned))[0] / 0.1
-        assert yawed == pytest.approx(cos * np.cos(turned) + sin * np.sin(turned), abs=EXACT)
-        landing = surface.radius_at(y, (0.0 if top else np.pi) - direction * turned)
-        wanted = np.diff(landing)[0] / 0.1 / surface.radius
-        found = wobble.runup(nothing, state(travel, direction), case)
-        assert float(found.turn[own]) == pytest.approx(wanted, abs=EXACT)
-        assert float(found.turn[other]) == still.wobble == 0.0
-        assert not found.drift.any()
+        axes = surface.axes(0.0, spin=direction * travel / surface.radius)
+        found = wobble.yaw(Yaw.of(jnp.zeros(()), jnp.zeros(())), state(travel, direction), case)
+        yawed = cos * np.cos(travel / surface.radius) + sin * np.sin(travel / surface.radius)
+        assert float(getattr(found, pulley)) == pytest.approx(yawed, abs=SMALL)
+        assert np.arctan2(-axes[0, 1], axes[1, 1]) == pytest.approx(yawed, abs=SMALL)
+        for at, side, aside, roll in (
+            (own, above, found.aside_runup, found.roll_runup),
+            (other, -above, found.aside_runoff, found.roll_runoff),
+        ):
+            there = (axes @ [0.0, 0.0, side * surface.radius])[1]
+            assert float(aside[at]) == pytest.approx(there, abs=SMALL * surface.radius)
+            assert float(roll[at]) == pytest.approx(axes[2, 1], abs=SMALL)
+            assert float(aside[1 - at]) == float(roll[1 - at]) == still.wobble == 0.0
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_wobbling_surface_never_carries_the_belt_sideways(direction):
+    """What it points aside, it comes back from: theta_p + d(aside)/ds = 0 at all four places."""
+    case = paper_case(40, 0.0, rig=UNEQUAL, direction=direction)
+    wobble = Wobble(beta_cos=3e-4, beta_sin=-2e-4, beta_cos_head=1e-4, beta_sin_head=4e-4, radius_error=0.01)
+
+    def swung(travel):
+        return wobble.yaw(Yaw.of(jnp.zeros(()), jnp.zeros(())), state(travel, direction), case)
+
+    moved, at = (jax.jacfwd(lambda s: (swung(s).aside_runup, swung(s).aside_runoff))(0.37), swung(0.37))
+    np.testing.assert_allclose(moved[0] + at.runup, 0.0, atol=EXACT)
+    np.testing.assert_allclose(moved[1] + at.runoff, 0.0, atol=EXACT)
 
 
 @pytest.mark.parametrize("width", [0.2, 2.0])

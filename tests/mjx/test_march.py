@@ -36,10 +36,8 @@ def test_a_batch_is_beside_mujoco_and_each_case_by_itself():
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ({"model": {"name": "mujoco_flex", "friction": 0.15}}, "friction"),
         ({"model": {"name": "mujoco_flex", "tensioning": "koller"}}, "koller"),
         ({"model": {"name": "mujoco_flex", "control": True}}, "control"),
-        ({"model": "mujoco_flex", "effects": ["lift_off"]}, "lift_off"),
     ],
 )
 def test_what_it_cannot_do_is_said_in_a_line(asked, words):

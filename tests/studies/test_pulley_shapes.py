@@ -1,6 +1,5 @@
 """Pulleys that are no cylinders, in 3D and by the laws of their effects: taper, crown, cant, wobble ..."""
 
-import numpy as np
 import pytest
 
 from belt_sim.effects.library import library
@@ -9,7 +8,7 @@ from studies.pulley_shapes import SHAPES, change
 RATE = 0.03  # of the late rate, in 4 m that the belt has hardly settled in
 CHANGE = 0.02  # of the largest: dx = 25 mm stands for a span longer by dx
 CANT = 0.01  # of the late rate
-WAVE = 0.03  # of the largest wave: 43 stations a turn of the pulley
+WAVE = 0.06  # of the largest y, 0.1 to 0.2 mm: 43 stations a turn of the pulley
 STATIONS = 0.025  # [m]
 
 pytestmark = [pytest.mark.long, pytest.mark.filterwarnings("ignore:flex")]
@@ -36,6 +35,5 @@ def test_a_canted_pulley_drives_the_belt_as_the_law_says():
 
 @pytest.mark.parametrize("numbers", [{"beta_cos": 5e-4}, {"beta_sin_head": 5e-4}], ids=["tail", "head"])
 def test_pulleys_askew_move_all_points_as_the_law_says(numbers):
-    """Sizes and phases of the waves, at the askew pulley and at the other."""
-    seen, told = change(library()["wobble"](**numbers), SHAPES["wobble"][1], STATIONS).waves
-    np.testing.assert_allclose(seen, told, atol=WAVE * np.abs(told).max())
+    """All along, sizes and phases, at the askew pulley and at the other."""
+    assert change(library()["wobble"](**numbers), SHAPES["wobble"][1], STATIONS).off < WAVE

@@ -19,8 +19,8 @@ AGREE = 1.5e-6  # [m]: the fitter's step of 50 mm under a wobble of 1 mrad; 0.1 
 PASSING = 1e-5  # [m]: a weld, whose passing both integrate on tables of their own; 1e-3 of its movement
 TILTED = 1e-4  # [rad]: the fitter reads the tilt under a load between places; 0.5 % of the tilt
 TRAVEL = 20.0
-#: A bend of the belt also tilts a hanging span, which the line's tilt leaves out.
-NO_TILT = ("camber", "weld")
+#: A bend of the belt also tilts a hanging span, and a pulley askew rolls its ends, which the line's tilt leaves out.
+NO_TILT = ("camber", "weld", "wobble")
 PUSHED = ("edge_guide", "idler_skew", "side_drag")
 TILTS = {"upper": "upper_mid_span", "lower": "lower_mid_span"}
 #: id, parameters here, parameters there (None: the same), base, tension, direction

@@ -6,6 +6,7 @@ import numpy as np
 
 from belt_sim.mujoco3d.machine.drive import Drive
 from belt_sim.mujoco3d.machine.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, Scene
+from belt_sim.mujoco3d.machine.yaw import smooth
 from belt_sim.mujoco3d.mujoco_4 import Solver
 from belt_sim.mujoco3d.state import TAIL, Pose, State
 
@@ -54,7 +55,7 @@ class Pulleys:
         parts, turned = self.scene.parts, -self.sign * self.scene.early
         at = (np.zeros(3), np.array([self.scene.loop.centre_distance, 0.0, 0.0]))
         head, tail = (
-            Pose(centre, surface.axes(0.0, 0.0), turned / surface.radius)
+            Pose(centre, surface.axes(0.0, 0.0, askew=0.0), turned / surface.radius)
             for centre, surface in zip(at, (parts.head, parts.tail), strict=True)
         )
         return head, tail
@@ -94,8 +95,9 @@ class Pulleys:
         compliance = np.array([surface.yaw_compliance for surface in surfaces])
         state.given_way += (compliance * state.loads[:, 2] - state.given_way) * min(dt / _COMPLIANCE_LAG, 1.0)
         turned = state.yaw + state.given_way
+        askew = smooth(state.time / max(0.5 * self.scene.options.settle, dt))
         for pose, surface, yaw in zip(state.poses, surfaces, turned, strict=True):
-            pose.axes = surface.axes(float(yaw), state.share)
+            pose.axes = surface.axes(float(yaw), state.share, pose.spin, askew)
         state.joints[[HEAD_YAW, TAIL_YAW]] = turned
         state.joint_rates[[HEAD_YAW, TAIL_YAW]] = 0.0
 

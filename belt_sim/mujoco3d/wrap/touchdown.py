@@ -44,7 +44,7 @@ def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
     wrap.lifted[off] *= math.exp(-moved / (_FORGETTING * chord))
     inside = depth(wrap, pose, 0.5 * (angle[:-1, 0] + angle[:-1, -1]), end)
     high = lift(inside, chord, wrap.surface.radius) + wrap.lifted[off]
-    r[:-1] = wrap.radius_at(wrap.y[off], angle[:-1]) + high[:, None]
+    r[:-1] = wrap.radius_at(wrap.y[off]) + high[:, None]
     turned = apart_flat(flat, r[:-1], r[1:])
     wrap.r[off] = r[:-1]
     wrap.angle[off] = angle[-1] + end * turned[::-1].cumsum(axis=0)[::-1]
@@ -73,7 +73,7 @@ def land(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, beside: np.ndarray
     outer = wrap.first if end == FIRST else wrap.last
     station, neighbour = ((outer + i * end) % len(wrap.lifted) for i in (1, 0))
     r, y, angle = cylinder_coordinates(nodes, pose)
-    circle = wrap.radius_at(y, angle)
+    circle = wrap.radius_at(y)
     high = float(np.mean(r - circle))
     wrap.lifted[station] = high - lift(depth(wrap, pose, angle.mean(), end), chord, wrap.surface.radius)
     wrap.y[station], wrap.r[station] = y, circle + high
@@ -88,7 +88,7 @@ def land(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, beside: np.ndarray
 def anchor(wrap: Wrap, pose: Pose, station: int, nodes: np.ndarray) -> None:
     """Anchor a station where its nodes are, at their mean height (used before the run)."""
     r, y, angle = cylinder_coordinates(nodes, pose)
-    circle = wrap.radius_at(y, angle)
+    circle = wrap.radius_at(y)
     wrap.y[station], wrap.angle[station], wrap.r[station] = y, angle, circle + np.mean(r - circle)
 
 

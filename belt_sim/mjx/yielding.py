@@ -1,0 +1,33 @@
+"""Pulleys that give way to the belt's moment: what Pulleys does with yaw_compliance, over travel instead of time."""
+
+import jax
+import jax.numpy as jnp
+
+from belt_sim.mjx.belt import Belt, Shape
+from belt_sim.mjx.wrap import Pose, Wrap
+from belt_sim.pytree import Numbers as Array
+
+_LAG = 0.02  # [s], as in machine/pulleys.py
+
+
+def moments(shape: Shape, wraps: Wrap, pose: Pose, nodes: Array, pull: Array) -> Array:
+    """Moments about z [N m] that the belt does to head and tail, (2,); nodes [m], pull [N], (m, 3, n)."""
+
+    def one(wrap: Wrap, pose: Pose) -> Array:
+        count = (wrap.last - wrap.first) % shape.stations
+        held = (jnp.arange(shape.stations) - wrap.first) % shape.stations <= count
+        arms = nodes - pose.centre[:, None]
+        return jnp.where(held, arms[:, 0] * pull[:, 1] - arms[:, 1] * pull[:, 0], 0.0).sum()
+
+    return jax.vmap(one)(wraps, pose)
+
+
+def given_way(belt: Belt, before: Array, moment: Array, moved: Array) -> Array:
+    """Yaw by compliance [rad], (2,), after a step of ``moved`` [m] with ``moment`` [N m] on the pulleys.
+
+    Implicit in the step: with what both spans take from the moment when a pulley turns, taken rather too large.
+    """
+    compliance = belt.surfaces.yaw_compliance
+    slowly = jnp.where(moved > 0.0, belt.pace * _LAG / jnp.where(moved > 0.0, moved, 1.0), 0.0)
+    assert belt.holding is not None
+    return before + (compliance * moment - before) / (1.0 + slowly + compliance * belt.holding)

@@ -1,0 +1,130 @@
+"""Traced code that is kept between processes: it is neither traced nor lowered again.
+
+JAX keeps what XLA compiled, but traces and lowers a function in every process before it looks there: a second for a
+march with all effects in it. Here the lowered function itself (``jax.export``) is found by what made it: the sources
+that may be traced, the versions of JAX, and a name that the caller gives to everything else that the function closes
+over. It stands beside JAX's own cache (``jax_setup.prepare``), which has its compiled code; where that is off nothing
+is kept.
+"""
+
+import hashlib
+import os
+import secrets
+import shutil
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jax
+import jaxlib
+import numpy as np
+from jax import export
+
+from belt_sim.jax_setup import in_float64
+
+VERSIONS_KEPT = 8  # of the sources; code of older ones is deleted
+_HERE = Path(__file__).parent
+_OWN = "belt_sim."
+#: what is traced: the files of this folder itself, and these
+TRACED = ("analytic", "laws", "effects", "diagnosis/forward.py", "discovery/responses.py", "discovery/channels.py")
+
+
+def kept(function: Callable[..., Any], name: str | None) -> Callable[..., Any]:
+    """``function`` jitted in float64; it is stored by ``name``, arguments' shapes and sources.
+
+    name: all that the function closes over, in words; None: nothing is stored. Arguments are pytrees of numbers, the
+    result an array or a tuple of arrays.
+    """
+    ready: dict[Any, Any] = {}
+
+    def call(*args: Any) -> Any:
+        leaves, tree = jax.tree.flatten(args)
+        leaves = [np.asarray(x) for x in leaves]
+        key = tree, tuple((x.shape, x.dtype.str) for x in leaves)
+        if key not in ready:
+            ready[key] = _ready(lambda *flat: function(*jax.tree.unflatten(tree, flat)), leaves, name, key)
+        return ready[key](*leaves)
+
+    return in_float64(call)
+
+
+def own(*things: Any) -> bool:
+    """Whether classes and functions are this package's, so that its sources say what they do."""
+    return all(t.__module__.startswith(_OWN) and "<" not in t.__qualname__ for t in things)
+
+
+def sources() -> list[Path]:
+    """All files whose code may be traced."""
+    found = [*_HERE.glob("*.py")]
+    for part in TRACED:
+        found += [_HERE / part] if part.endswith(".py") else (_HERE / part).rglob("*.py")
+    return sorted(found)
+
+
+def _ready(flat: Callable[..., Any], leaves: list[np.ndarray], name: str | None, key: Any) -> Callable[..., Any]:
+    """From the store, or traced and put there."""
+    folder = None if name is None else _folder()
+    if folder is None:
+        return jax.jit(flat)
+    place = folder / hashlib.sha256(f"{name} {key}".encode()).hexdigest()
+    found = _loaded(place)
+    if found is None:
+        shapes = [jax.ShapeDtypeStruct(x.shape, x.dtype) for x in leaves]
+        content = export.export(jax.jit(flat))(*shapes).serialize()
+        _store(content, place)
+        found = export.deserialize(content)
+    return jax.jit(found.call)
+
+
+def _loaded(place: Path) -> export.Exported | None:
+    """The code of a file; None where there is none or it is damaged."""
+    try:
+        return export.deserialize(bytearray(place.read_bytes()))
+    except Exception:  # whatever a damaged file leads to: it is traced again
+        return None
+
+
+def _store(content: bytes | bytearray, place: Path) -> None:
+    """Write code in one go; a store that cannot be written to costs time only."""
+    scratch = place.with_name(f".{place.name}.{secrets.token_hex(4)}")
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        scratch.write_bytes(content)
+        scratch.replace(place)
+    except OSError:
+        scratch.unlink(missing_ok=True)
+
+
+@cache
+def _folder() -> Path | None:
+    """Where code of these sources stands; None where JAX keeps no cache. That of old sources is deleted."""
+    cache_dir = _setting("jax_compilation_cache_dir")
+    if not cache_dir or not _setting("jax_enable_compilation_cache"):
+        return None
+    top = Path(cache_dir) / "traced"
+    mine = top / _version()
+    try:
+        mine.mkdir(parents=True, exist_ok=True)
+        os.utime(mine)
+        newest = sorted((p for p in top.iterdir() if p.is_dir()), key=lambda p: p.stat().st_mtime, reverse=True)
+    except OSError:
+        return None
+    for old in newest[VERSIONS_KEPT:]:
+        shutil.rmtree(old, ignore_errors=True)
+    return mine
+
+
+def _version() -> str:
+    """Hash of all that decides what code is traced, beside its name: sources, JAX, platform."""
+    found = hashlib.sha256()
+    for path in sources():
+        found.update(path.read_bytes())
+    words = (jax.__version__, jaxlib.__version__, str(_setting("jax_platforms")))
+    found.update(" ".join(words).encode())
+    return found.hexdigest()[:24]
+
+
+def _setting(name: str) -> Any:
+    """Of JAX."""
+    return getattr(jax.config, name)
