@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.mjx.blocks import factorised, solved
 from belt_sim.pytree import Numbers as Array
 
-_ITERATIONS = 12
+_ITERATIONS = 20
 _SHARES = np.array([1.0, 0.5, 0.25, 0.1, 0.03])  # of a Newton step: whole ones alone may go in circles
 _TINY = 1e-300
 
