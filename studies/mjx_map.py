@@ -1,6 +1,7 @@
 """The 3D belt over tension x yaw (x friction): ``python -m studies.mjx_map FILE.csv [side] [travel] [friction ..]``.
 
-side: tensions, and as many yaws; friction: inf, by itself, is a belt that sticks. A row a case: late rates of the points, overshoot and retreat of point 1; and how long the batch took.
+side: tensions, and as many yaws; friction: inf, as it is by itself, is a belt that sticks. A row a case: late rates of
+the points, overshoot and retreat of point 1; and how long it took.
 """
 
 import sys
