@@ -78,9 +78,6 @@ def prepared(
     scene = lay_out(case, _BELTS[belt](), options, parts)
     acting = acting or acting_in([parts])
     shape, arrays = belt_of(scene, belt, acting)
-    changes = (
-        any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None or parts.lift_off > 0
-    )
     state = laid(scene)
     state = state._replace(
         slip=Slip.none(shape) if acting.slips else None,
@@ -88,13 +85,18 @@ def prepared(
         turned=np.zeros(2) if acting.gives_way else None,
         layer=np.zeros((2, 2, shape.lines, 2)) if acting.layered else None,
     )
-    return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, changes))
+    return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, parts.sets_in))
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what only engine=native does."""
-    if options.tensioning == "koller":
-        raise CannotRepresent("model.tensioning = koller: engine=mjx cannot do this; use engine=native")
+    reasons = {
+        f"model.tensioning = {options.tensioning}": options.tensioning == "koller",
+        "effects that push at the spans or lean the machine": bool(parts.pushes or parts.lean or parts.roll),
+    }
+    for what, true in reasons.items():
+        if true:
+            raise CannotRepresent(f"{what}: engine=mjx cannot do this; use engine=native")
     if math.isfinite(parts.friction) and is_limp(belt, options):
         raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
 
