@@ -26,6 +26,7 @@ def asked(config: Mapping[str, Any], folder: Path) -> tuple[Task, dict[str, Any]
         advised=whole("advice", config["advice"], 0),
         others=bool(config["baselines"]),
         commit=provenance()["commit"],
+        of=None if config["of"] is None else Path(config["of"]).resolve(),
     )
     workers = None if config["workers"] is None else whole("workers", config["workers"], 1)
     how = {"workers": workers, "minutes": _positive(config, "minutes"), "patience": _positive(config, "patience")}

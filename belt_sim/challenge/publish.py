@@ -25,7 +25,7 @@ class Published:
     others: dict[str, list[Facts]]
 
 
-def publish(results: Sequence[Mapping[str, Any]], folder: str, config: Mapping[str, Any]) -> Path:
+def publish(results: Sequence[Mapping[str, Any]], folder: str) -> Path:
     """Write FOLDER/challenge/NAME.json from results, and FOLDER/how_often_right.md with pictures from all such files.
 
     Returns the document's path.
@@ -34,7 +34,7 @@ def publish(results: Sequence[Mapping[str, Any]], folder: str, config: Mapping[s
 
     top = Path(folder)
     if results:
-        name = f"{config['source']}_{config['ablation']}".replace(":", "_")
+        name = f"{results[0]['source']}_{results[0]['ablation']}".replace(":", "_")
         write_text(top / "challenge" / f"{name}.json", as_text(results))
     return write_document(top, read_published(top / "challenge"))
 

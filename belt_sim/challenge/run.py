@@ -3,7 +3,7 @@
 import json
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,21 +17,21 @@ PATIENCE = 1800.0  # [s] that one campaign may take
 
 def run_challenge(
     first: Task,
-    count: int,
+    seeds: Sequence[int],
     *,
     workers: int | None = None,
     minutes: float | None = None,
     patience: float = PATIENCE,
     tell: Callable[[dict[str, Any]], None] = lambda result: None,
 ) -> list[dict[str, Any]]:
-    """Answer ``count`` campaigns from the seed of ``first`` on; returns every result that its folder holds.
+    """Answer the campaigns of ``seeds`` as ``first`` says; returns every result that its folder holds.
 
     workers: processes (None: one a core); minutes: no campaign is begun later than that; tell: hears every result as
     it comes. Results that are there already are kept. Raises InputError when the folder holds those of other settings.
     """
     from belt_sim.challenge.pool import share
 
-    tasks = remaining(first, count)
+    tasks = remaining(first, seeds)
     until = time.monotonic() + 60.0 * minutes if minutes is not None else float("inf")
     for task, trouble in share(tasks, carry, workers or cores(), limit=patience, until=until):
         if trouble:
@@ -42,12 +42,12 @@ def run_challenge(
     return results(first.out)
 
 
-def remaining(first: Task, count: int) -> list[Task]:
+def remaining(first: Task, seeds: Sequence[int]) -> list[Task]:
     """What is not there yet; raises InputError when the folder holds results of other settings."""
     there = results(first.out)
     _same_settings(first, there)
     known = {r["seed"] for r in there}
-    return [replace(first, seed=s) for s in range(first.seed, first.seed + count) if s not in known]
+    return [replace(first, seed=s) for s in seeds if s not in known]
 
 
 def results(folder: Path) -> list[dict[str, Any]]:

@@ -77,6 +77,7 @@ class Forward:
         self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
         self.linear = np.array([s.effect.linear for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
+        self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
         self._heavy = {c: self.index(c.id) for c in self.classes if c.heavy}
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
@@ -123,7 +124,7 @@ class Forward:
 
     def null(self) -> np.ndarray:
         """q (size,) with nothing wrong."""
-        return np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
+        return self._null.copy()
 
     def values(self, vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size)."""

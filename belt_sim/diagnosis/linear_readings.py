@@ -83,13 +83,16 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
     """
     runs, signals, n = samples.y.shape
     shapes = np.zeros((len(cls.parameters), runs, signals, n))
-    points = [(s, int(signal.at[-1]) - 1) for s, signal in enumerate(samples.signals) if signal.at.startswith("point")]
-    for r in range(runs):
-        settings = jax.tree.map(lambda x, r=r: x[r], samples.cases.settings)
-        case = replace(samples.cases, settings=settings)
-        shown = _shown(cls, effects, case, np.append(samples.travel[r], samples.yaw_at[r]))
-        for s, point in points:
-            shapes[:, r, s] = shown[:, point, :-1] - shown[:, point, -1:]
+
+    def one(settings, stated):
+        return _shown(cls, effects, replace(samples.cases, settings=settings), stated)
+
+    stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
+    shown = np.asarray(jax.vmap(one)(samples.cases.settings, stated)).swapaxes(0, 1)
+    for s, signal in enumerate(samples.signals):
+        if signal.at.startswith("point"):
+            rows = shown[:, :, int(signal.at[-1]) - 1]
+            shapes[:, :, s] = rows[..., :-1] - rows[..., -1:]
     return shapes
 
 
@@ -101,7 +104,7 @@ def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.
     own = cls.columns(seen, case)
     after = [e for e in uses(effects, "sensor") if type(e) is not cls]  # in proportion to y: gains, not offsets
     if not after:
-        return np.asarray(own)
+        return own
 
     def read(y):
         reading = Reading(travel=jnp.asarray(stated), seen=seen, time=0.0 * seen, y=y, tilt=jnp.zeros((2, len(stated))))
@@ -109,7 +112,7 @@ def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.
             reading = e.sensor(reading, case)
         return reading.y
 
-    return np.asarray(jax.vmap(read)(own) - read(jnp.zeros_like(own[0])))
+    return jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))
 
 
 def slopes(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples) -> np.ndarray:

@@ -34,6 +34,7 @@ class NullGains:
     gains: Mapping[str, np.ndarray]
     dof: Mapping[str, int]
     alone: Mapping[str, float] = field(default_factory=dict)
+    _thresholds: dict[tuple[str, float], float] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def log_p(self, name: str, gain):
         """log of the probability of so large a gain, or of gains (B,)."""
@@ -64,8 +65,10 @@ class NullGains:
         """The gain of one candidate that has this log p."""
         if self.dof[name] == 0 or not np.isfinite(log_p):
             return float("inf")
-        once = -np.expm1(np.log1p(-np.exp(log_p)) / self.tries(name)) if log_p < 0.0 else 1.0
-        return float(stats.chi2.isf(once, self.dof[name]) * self.inflation(name))
+        if (name, log_p) not in self._thresholds:
+            once = -np.expm1(np.log1p(-np.exp(log_p)) / self.tries(name)) if log_p < 0.0 else 1.0
+            self._thresholds[name, log_p] = float(stats.chi2.isf(once, self.dof[name]) * self.inflation(name))
+        return self._thresholds[name, log_p]
 
 
 def _of_any(log_p, tries: float):

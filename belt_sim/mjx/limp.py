@@ -51,12 +51,21 @@ def led_on(shape: Shape, wraps: Wrap, surfaces: Surfaces, poses: Pose, kinks: Ki
 
 
 def aside_of(
-    shape: Shape, wraps: Wrap, poses: Pose, places: Places, taut: Array, moved: Array, kinks: Kinks, chord: Array
-) -> Array:
-    """By how much held stations of the chain stand aside of their anchors [m], shape (m, 3, n).
+    shape: Shape,
+    wraps: Wrap,
+    poses: Pose,
+    places: Places,
+    taut: Array,
+    moved: Array,
+    kinks: Kinks | None,
+    chord: Array,
+) -> Array | float:
+    """By how much held stations of the chain stand aside of their anchors [m], shape (m, 3, n); 0.0 without kinks.
 
     taut [m], (m, 3, n): the chain in its last equilibrium; moved [1]: chords that it has been led on since.
     """
+    if kinks is None:
+        return 0.0
     sign = shape.sign
     off, up = (LAST, FIRST) if sign > 0 else (FIRST, LAST)
     found = jnp.zeros_like(taut)

@@ -95,16 +95,30 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     places = parted(shape, wraps, places.stations)
     if state.layer is not None:
         anchors = _anchors(belt, wraps, pose, state.layer, places)
-    aside: Array | float = (
-        0.0 if kinks is None else aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
-    )
+    aside = aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
     nodes = jnp.where(places.free, nodes, anchors + aside)
     nodes, tail, tension, correction = _balanced(
         shape, belt, wraps, nodes, taut, tail, poses, places, state, command, aside
     )
     nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
     wraps, slip, turned = _yielded(shape, belt, wraps, pose, nodes, state, command)
+    wraps, layer = _landed(shape, belt, wraps, pose, nodes, state.layer, command, moved)
+    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks, turned, layer)
+
+
+def _landed(
+    shape: Shape,
+    belt: Belt,
+    wraps: Wrap,
+    pose: Pose,
+    nodes: Array,
+    layer: Array | None,
+    command: Command,
+    moved: Array,
+) -> tuple[Wrap, Array | None]:
+    """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
+    shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
     for end in (FIRST, LAST):
 
@@ -112,11 +126,8 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
             seen = threaded(belt, w, s, p, layer, nodes, end)
             return landed(shape, w, s, p, seen, end, belt.chord, belt.stride, shaped)
 
-        wraps = jax.vmap(lands)(wraps, belt.surfaces, pose, state.layer)
-    layer = state.layer
-    if layer is not None:
-        layer = followed(belt, layer, wraps, pose, nodes, command.share, moved)
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks, turned, layer)
+        wraps = jax.vmap(lands)(wraps, belt.surfaces, pose, layer)
+    return wraps, layer if layer is None else followed(belt, layer, wraps, pose, nodes, command.share, moved)
 
 
 def _yielded(

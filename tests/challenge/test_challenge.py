@@ -12,9 +12,12 @@ import pytest
 from small_challenge import HIDDEN, PATIENCE, answer_of, draw
 
 from belt_sim.campaign import write_campaign
+from belt_sim.challenge.again import again
+from belt_sim.challenge.answers import ANSWERS
 from belt_sim.challenge.courier import Task
 from belt_sim.challenge.facts import facts_of
 from belt_sim.challenge.run import results, run_challenge
+from belt_sim.challenge.sources import cost
 from belt_sim.challenge.targets import targets
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
@@ -43,7 +46,7 @@ def share(found, name: str):
 @pytest.fixture(scope="module")
 def right(tmp_path_factory):
     out = tmp_path_factory.mktemp("right")
-    return out, run_challenge(task(out, "oracle"), COUNT, workers=2)
+    return out, run_challenge(task(out, "oracle"), range(COUNT), workers=2)
 
 
 def test_the_truth_is_sealed_and_what_was_answered_is_kept(right):
@@ -57,7 +60,7 @@ def test_the_truth_is_sealed_and_what_was_answered_is_kept(right):
 
 def test_who_is_always_right_scores_full_marks_and_who_is_always_wrong_scores_none(right, tmp_path):
     good = right[1]
-    bad = run_challenge(task(tmp_path, "wrong"), COUNT, workers=1)
+    bad = run_challenge(task(tmp_path, "wrong"), range(COUNT), workers=1)
     assert [f.outcome for f in rows(good)] == ["right"] * COUNT
     assert [f.outcome for f in rows(bad)] == ["wrong"] * COUNT
     for found, one, none in ((good, 1.0, 0.0), (bad, 0.0, 1.0)):
@@ -70,7 +73,7 @@ def test_who_is_always_right_scores_full_marks_and_who_is_always_wrong_scores_no
 def test_a_challenge_that_is_done_is_not_done_again(right):
     out, _ = right
     kept = {path: path.stat().st_mtime_ns for path in out.rglob("*.json")}
-    assert len(run_challenge(task(out, "oracle"), COUNT, workers=1)) == COUNT
+    assert len(run_challenge(task(out, "oracle"), range(COUNT), workers=1)) == COUNT
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*.json")} == kept
 
 
@@ -78,22 +81,22 @@ def test_an_answer_is_frozen(tmp_path):
     """A run that was stopped between answer and result takes the answer as it stands."""
     one = task(tmp_path, "wrong")
     write_json(one.file("answers"), answer_of("taper"))
-    (result,) = run_challenge(one, 1, workers=1)
+    (result,) = run_challenge(one, [0], workers=1)
     assert list(facts_of(result).named) == ["taper"]
 
 
 def test_results_of_other_settings_are_not_mixed(right):
     out, _ = right
     with pytest.raises(InputError, match=r"ablation .*choose another hydra.run.dir"):
-        run_challenge(task(out, "wrong"), COUNT, workers=1)
+        run_challenge(task(out, "wrong"), range(COUNT), workers=1)
 
 
 def test_no_time_no_campaign(tmp_path):
-    assert run_challenge(task(tmp_path, "oracle"), COUNT, workers=1, minutes=1e-9) == []
+    assert run_challenge(task(tmp_path, "oracle"), range(COUNT), workers=1, minutes=1e-9) == []
 
 
 def test_a_crash_a_death_and_a_long_silence_cost_their_own_campaign_only(tmp_path):
-    found = run_challenge(task(tmp_path, "troubled"), COUNT, workers=2, patience=PATIENCE)
+    found = run_challenge(task(tmp_path, "troubled"), range(COUNT), workers=2, patience=PATIENCE)
     facts = rows(found)
     assert [f.outcome for f in facts] == ["crash", "crash", "crash", "right"]
     assert "ValueError: no such thing" in facts[0].sentence
@@ -107,7 +110,7 @@ def test_a_truth_that_changed_since_it_was_sealed_is_refused(tmp_path):
     place = one.file("sealed")
     place.mkdir(parents=True)
     (place / HASH).write_text("0123  truth.sealed\n")
-    (result,) = run_challenge(one, 1, workers=1)
+    (result,) = run_challenge(one, [0], workers=1)
     assert "sealed earlier" in result["answer"]["sentence"]
     assert facts_of(result).outcome == "crash"
 
@@ -125,7 +128,7 @@ def test_killed_outright_it_goes_on_where_it_was(tmp_path):
     run.wait()
     kept, there = first.stat().st_mtime_ns, len(results(tmp_path))
     assert 1 <= there < COUNT
-    assert len(run_challenge(task(tmp_path, "slow_oracle"), COUNT, workers=1)) == COUNT
+    assert len(run_challenge(task(tmp_path, "slow_oracle"), range(COUNT), workers=1)) == COUNT
     assert first.stat().st_mtime_ns == kept
     assert [f.outcome for f in rows(results(tmp_path))] == ["right"] * COUNT
 
@@ -148,7 +151,7 @@ def test_a_further_run_is_of_the_same_line(tmp_path):
 def test_the_diagnosis_itself_answers(who, tmp_path):
     """One effect, large, on a small plan: named, beside what plain methods say."""
     own = Task(seed=1, out=tmp_path, source="small_challenge:draw", ablation=who, bootstraps=100)
-    (result,) = run_challenge(own, 1, workers=1)
+    (result,) = run_challenge(own, [1], workers=1)
     found = facts_of(result)
     assert (found.outcome, list(found.named)) == ("right", ["cant"])
     assert set(result["others"]) == {"iid_bic", "sparse", "sysid", "bic", "no_gate"}
@@ -159,8 +162,32 @@ def test_the_diagnosis_itself_answers(who, tmp_path):
 def test_what_was_drawn_is_answered_again_without_being_drawn(right, tmp_path):
     """An ablation on the campaigns of another challenge; a campaign that is not there is a crash, not a new one."""
     out, _ = right
-    again = replace(task(tmp_path, "wrong"), source="no_such:source", of=out)
-    found = run_challenge(again, COUNT + 1, workers=1)
+    others = replace(task(tmp_path, "wrong"), source="no_such:source", of=out)
+    found = run_challenge(others, range(COUNT + 1), workers=1)
     assert [f.outcome for f in rows(found)] == ["wrong"] * COUNT + ["crash"]
     assert "holds no campaign" in found[-1]["answer"]["sentence"]
     assert not (tmp_path / "campaigns").exists()
+
+
+def test_all_others_answer_the_campaigns_of_a_challenge_again(right):
+    """The folder's own source and number of bootstraps hold; results go beside it, by who answers."""
+    out, _ = right
+    first = replace(task(out / "elsewhere", "oracle"), of=out, bootstraps=999, others=True)
+    tasks = {t.ablation: (t, seeds) for t, seeds in again(first)}
+    assert set(tasks) == set(ANSWERS)
+    for name, (one, seeds) in tasks.items():
+        assert (one.source, one.bootstraps, one.others, one.of) == ("small_challenge:draw", 100, False, out)
+        assert one.out == out.with_name(f"small_challenge_draw_{name}")
+        assert seeds == list(range(COUNT))
+    ((alone, _),) = again(replace(first, ablation="no_repeats"))
+    assert alone.ablation == "no_repeats"
+    with pytest.raises(InputError, match="holds no results"):
+        again(replace(first, of=out / "nothing"))
+
+
+def test_what_it_takes_is_told_before_it_begins():
+    assert (
+        cost("mix", 60, 1) == "60 campaigns, 1 process: some 30 min on quiet cores (5 s each to draw, 25 s to answer)"
+    )
+    assert "7 min where only engine=native can" in cost("space", 10, 2)
+    assert cost("my:own", 10, 2) == ""

@@ -207,7 +207,7 @@ def test_what_is_published_reads_back_and_tells_failures_with_reasons(tmp_path):
     missed = result(
         truth("library", "taper"), answer_of() | {"ranking": ranking}, others={"iid_bic": answer_of("taper")}
     )
-    path = publish([good, missed], str(tmp_path), {"source": "mix", "ablation": "diagnosis"})
+    path = publish([good, missed], str(tmp_path))
     (back,) = read_published(tmp_path / "challenge")
     assert back.rows == [facts_of(good), facts_of(missed)]
     assert [f.outcome for f in back.others["iid_bic"]] == ["wrong", "right"]
@@ -215,7 +215,21 @@ def test_what_is_published_reads_back_and_tells_failures_with_reasons(tmp_path):
     assert "| right effect first, d = 12 | >= 98% | 1 of 2 |" in text
     assert "taper: gain 5.0 under its threshold 9.0" in text
     assert len(list((tmp_path / "images").iterdir())) == 2
-    assert publish([], str(tmp_path), {}).read_text() == text
+    assert publish([], str(tmp_path)).read_text() == text
+
+
+def test_campaigns_of_the_3d_belt_stand_under_a_heading_of_their_own(tmp_path):
+    publish([result(truth("library", "taper"), answer_of("taper"))], str(tmp_path))
+    answers = ((40, answer_of()), (41, answer_of("cant")))
+    space = [result(truth("nothing"), answer) | {"source": "space", "seed": s} for s, answer in answers]
+    without = {"source": "space", "ablation": "no_whitening", "seed": 41}
+    publish([result(truth("nothing"), answer_of()) | without], str(tmp_path))
+    above, below = publish(space, str(tmp_path)).read_text().split("## Campaigns of the 3D belt")
+    assert "first_seed=40" not in above
+    assert "first_seed=40 count=2" in below
+    assert "| false alarm when nothing is hidden | <= 5% | 1 of 2 | 9% - 91% |" in below
+    assert "| 41 | nothing: nothing | explained cant | wrong | cant at probability 1.00 |" in below
+    assert "| without whitening (wander taken as white noise) | 0 of 1 |" in below
 
 
 @pytest.fixture

@@ -75,9 +75,9 @@ def test_it_stands_in_jaxs_own_cache_or_nowhere(tmp_path):
         assert find() is None
         jax.config.update("jax_compilation_cache_dir", str(tmp_path))
         for k in range(2 * stored_code.VERSIONS_KEPT):
-            (tmp_path / "executables" / str(k)).mkdir(parents=True)
+            (tmp_path / "traced" / str(k)).mkdir(parents=True)
         assert find().is_dir()
-        assert len(list((tmp_path / "executables").iterdir())) == stored_code.VERSIONS_KEPT
+        assert len(list((tmp_path / "traced").iterdir())) == stored_code.VERSIONS_KEPT
     finally:
         jax.config.update("jax_compilation_cache_dir", before)
 
