@@ -113,7 +113,7 @@ def picture(path: Path, table: pd.DataFrame) -> Path:
 
 def main(arguments: list[str]) -> None:
     """Measure and draw; rows of other devices that the table has already are kept."""
-    prepare(gpu=True)
+    prepare(space=True)
     found = []
     for cases, dx in ON_CPU if jax.default_backend() == "cpu" else ON_GPU:
         found.append(step_time(cases, dx))
