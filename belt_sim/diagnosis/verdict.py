@@ -12,6 +12,7 @@ from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.ladder import Rung, better_model, ladder
 from belt_sim.diagnosis.occam import imitated
 from belt_sim.diagnosis.openset import OpenSet, open_set
+from belt_sim.diagnosis.own_errors import OwnErrors
 from belt_sim.diagnosis.select import Selection
 from belt_sim.diagnosis.unknown import Look, Unknown
 from belt_sim.results.verdict import Verdict
@@ -88,7 +89,9 @@ def _needed(found: Selection, fit: Fit, columns: np.ndarray) -> Fit | None:
     stays = members_that_stay(found.bench, fit, columns, found.threshold)
     if stays is None:
         return None
-    worse = found.chance.rises(held_out(found.bench, stays), found.base_held_out)
+    held, own = held_out(found.bench, stays), OwnErrors(found.bench)
+    worse = bool(found.chance.rises(held, found.base_held_out))
+    worse |= own.rms(held, held.tested) > own.rms(found.base_held_out, held.tested)  # what the report would show
     chi2 = [float(found.bench.metric.chi2(found.bench.fitted.y - f.values)) for f in (stays, found.base)]
     return None if worse or chi2[0] > chi2[1] else stays
 

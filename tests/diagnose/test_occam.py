@@ -125,8 +125,10 @@ def test_what_fails_already_is_told_to_the_search(passing, monkeypatch):
     assert look.asked == [(("a", "b"), True), ((), True)]
 
 
-def judged_with(monkeypatch, *, rises=(), beside_base=True):
-    """A set that leaves something and is needed beside it; beside_base: also beside what is seen with nothing named."""
+def judged_with(monkeypatch, *, rises=(), after=1.0, beside_base=True):
+    """A set that leaves something and is needed beside it; beside_base: also beside what is seen with nothing named;
+    after: its held-out error over that of the base model.
+    """
     found = chosen_by(400.0)
     stays = Fit(ids=("a",), free=[], vector=np.zeros(2), values=np.full((1, 1, 1), 300.0))
     seen = {"base": np.ones((2, 1, 1, 1)), "set": np.zeros((0, 1, 1, 1))}
@@ -142,7 +144,9 @@ def judged_with(monkeypatch, *, rises=(), beside_base=True):
     monkeypatch.setattr(deciding, "open_set", lambda *args, **more: SMOOTH)
     monkeypatch.setattr(deciding, "unknown_columns", lambda bench, left: seen["set"])
     monkeypatch.setattr(deciding, "members_that_stay", needed)
-    monkeypatch.setattr(deciding, "held_out", lambda bench, fit: None)
+    monkeypatch.setattr(deciding, "held_out", lambda bench, fit: SimpleNamespace(tested=("yaw +",)))
+    own = SimpleNamespace(rms=lambda held, names: 1.0 if held is None else after)
+    monkeypatch.setattr(deciding, "OwnErrors", lambda bench: own)
     return judged(found, bootstraps=1, seed=0, look=look)
 
 
@@ -157,6 +161,7 @@ def test_a_name_that_the_unknown_of_the_base_model_replaces_is_none(passing, mon
     assert (verdict(found, ()), found.named.ids) == (Verdict.NONE_KNOWN, ())
 
 
-def test_no_name_stays_with_which_held_out_conditions_are_predicted_worse(passing, monkeypatch):
-    found = judged_with(monkeypatch, rises=("yaw +",))
+@pytest.mark.parametrize("more", [{"rises": ("yaw +",)}, {"after": 1.1}])
+def test_no_name_stays_with_which_held_out_conditions_are_predicted_worse(passing, monkeypatch, more):
+    found = judged_with(monkeypatch, **more)
     assert (verdict(found, ()), found.named.ids) == (Verdict.NONE_KNOWN, ())
