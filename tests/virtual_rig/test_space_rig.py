@@ -183,10 +183,17 @@ def test_settings_by_lot_meet_every_fault_once_and_come_again():
         assert all(d > 3 for d in hidden.sizes)
 
 
-@pytest.mark.parametrize(("name", "engine"), [("taper", "mjx"), ("camber", "mjx"), ("idler_skew", "native")])
-def test_the_quick_engine_measures_what_it_can(name, engine):
+@pytest.mark.parametrize(
+    ("name", "options", "engine"),
+    [
+        ("slip", COARSE, "mjx"),
+        ("idler_skew", COARSE, "native"),
+        ("slip", replace(COARSE, tensioning="koller"), "native"),
+    ],
+)
+def test_the_quick_engine_measures_what_it_can(name, options, engine):
     case = true_cases(TINY, "strip", Errors())[0]
-    assert engine_for(case, (fault_of(name),), COARSE) == engine
+    assert engine_for(case, (fault_of(name),), options) == engine
 
 
 @pytest.mark.long
