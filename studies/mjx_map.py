@@ -1,6 +1,7 @@
 """The 3D belt over tension x yaw (x friction): ``python -m studies.mjx_map FILE.csv [side] [travel] [friction ..]``.
 
-side: tensions, and as many yaws; friction: inf, by itself, is a belt that sticks. A row a case: late rates of the points, overshoot and retreat of point 1; and how long the batch took.
+side: tensions, and as many yaws; friction: inf, as it is by itself, is a belt that sticks. A row a case: late rates of
+the points, overshoot and retreat of point 1; and how long it took.
 """
 
 import sys
@@ -71,5 +72,5 @@ if __name__ == "__main__":
     side, far = (int(sys.argv[2]) if len(sys.argv) > 2 else 16), (float(sys.argv[3]) if len(sys.argv) > 3 else 60.0)
     steps = -0.042 * np.arange(1, side + 1) / side
     asked = cases_of(TEST_RIG, PAPER_BELT, np.geomspace(5.0, 60.0, side), steps)
-    prepare(gpu=True)
+    prepare(space=True)
     mjx_map(asked, [float(f) for f in sys.argv[4:]] or [np.inf], far, Path(sys.argv[1]))

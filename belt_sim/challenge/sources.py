@@ -19,28 +19,18 @@ SOURCES: dict[str, Draw] = {
 }
 
 
-#: Processor seconds that a campaign takes, coarsely: to draw it, and to draw one of the few that are dear; to answer.
-_CHEAP = (5.0, 5.0, 25.0)
-SECONDS: dict[str, tuple[float, float, float]] = {
-    "mix": _CHEAP,
-    "nothing": _CHEAP,
-    "strangers": (15.0, 15.0, 60.0),
-    "space": (30.0, 400.0, 20.0),
-}
-DEAR = 0.15  # share of the campaigns of "space" that only engine=native can measure
+#: Processor seconds that a campaign takes, coarsely: to draw it, and to answer it.
+SECONDS = {"mix": (5.0, 25.0), "nothing": (5.0, 25.0), "strangers": (15.0, 60.0), "space": (30.0, 20.0)}
 
 
 def cost(name: str, count: int, workers: int) -> str:
     """What ``count`` campaigns of a source take, in a sentence; empty for a source of one's own."""
     if name not in SECONDS:
         return ""
-    draw, dear, answer = SECONDS[name]
-    minutes = count * ((1.0 - DEAR) * draw + DEAR * dear + answer) / workers / 60.0
-    told = f"{draw:.0f} s each to draw" + (
-        f" ({dear / 60:.0f} min where only engine=native can)" if dear > draw else ""
-    )
+    draw, answer = SECONDS[name]
+    minutes = max(count * (draw + answer) / workers / 60.0, 1.0)
     many = f"{count} campaigns, {workers} process{'es' if workers > 1 else ''}"
-    return f"{many}: some {max(minutes, 1.0):.0f} min on quiet cores ({told}, {answer:.0f} s to answer)"
+    return f"{many}: some {minutes:.0f} min on quiet cores ({draw:.0f} s each to draw, {answer:.0f} s to answer)"
 
 
 def source(name: str) -> Draw:

@@ -16,10 +16,9 @@ import numpy as np
 import pandas as pd
 
 from belt_sim.case import Case, Schedule, Settings
-from belt_sim.errors import RunFailed
 from belt_sim.files import write_with
 from belt_sim.jax_setup import in_float64, prepare
-from belt_sim.mjx.run import marched, prepared, simulate_batch
+from belt_sim.mjx.run import marched, prepared
 from belt_sim.mujoco3d.options import Options
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, RED
@@ -74,18 +73,20 @@ def bandwidth(numbers: int = 20_000_000) -> float:
     return 3 * 8 * numbers / min(_seconds(triad, b, c) for _ in range(REPEATS))
 
 
-def native_beside(travel: float = 0.5) -> None:
-    """CPU seconds a metre of one case, MuJoCo's run and this engine's."""
+def native_beside(near: float = 0.5, far: float = 2.0) -> None:
+    """CPU seconds a metre of one case, without what a run begins with: MuJoCo's run and this engine's."""
     from belt_sim.mujoco3d.run.simulate import simulate
 
     options = Options(run_in=TRAVEL)
-    assert not isinstance(simulate_batch([case_at(40.0)], travel=travel, options=options)[0], RunFailed)  # compiles
-    begun = time.process_time()
-    simulate(case_at(40.0), travel=travel, options=options)
-    middle = time.process_time()
-    simulate_batch([case_at(40.0)], travel=travel, options=options)
-    native, here = middle - begun, time.process_time() - middle
-    print(f"{travel + TRAVEL:g} m: native {native:.2f} CPU s, mjx {here:.2f} CPU s, {native / here:.1f} times less")
+    spent = []
+    for travel in (near, far):
+        begun = time.process_time()
+        simulate(case_at(40.0), travel=travel, options=options)
+        spent.append(time.process_time() - begun)
+    native = (spent[1] - spent[0]) / (far - near)
+    here = 1e-3 * step_time(1, options.dx)["ms"] * options.steps / options.sample
+    print(f"native {native:.2f} CPU s a metre, mjx {here:.2f}, {native / here:.1f} times less; {near:g} m with its")
+    print(f"beginning take native {spent[0]:.1f} CPU s")
 
 
 @style.picture
@@ -100,18 +101,19 @@ def picture(path: Path, table: pd.DataFrame) -> Path:
             if len(part) > 1:
                 high = part.tail(3)
                 slope = np.polyfit(np.log(high[by]), np.log(high["ms"]), 1)[0]
-                label = f"{device}: slope {slope:.2f} of the last {len(high)}"
+                label = f"{device}: slope {slope:.2f} over the last {len(high)}"
                 axes.loglog(part[by], part["ms"], "o-", color=colour, label=label)
+    cases.set_ylim(bottom=0.05)  # room for the names
     for axes, by in ((cases, "cases"), (stations, "stations")):
         axes.set(xlabel=by, ylabel="ms a step")
-        axes.legend(loc="upper left", fontsize="small")
+        axes.legend(loc="lower right", fontsize="small")
     style.title(fig, "A step of the batched 3D belt")
     return style.save(fig, path)
 
 
 def main(arguments: list[str]) -> None:
     """Measure and draw; rows of other devices that the table has already are kept."""
-    prepare(gpu=True)
+    prepare(space=True)
     found = []
     for cases, dx in ON_CPU if jax.default_backend() == "cpu" else ON_GPU:
         found.append(step_time(cases, dx))

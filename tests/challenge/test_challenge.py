@@ -189,5 +189,5 @@ def test_what_it_takes_is_told_before_it_begins():
     assert (
         cost("mix", 60, 1) == "60 campaigns, 1 process: some 30 min on quiet cores (5 s each to draw, 25 s to answer)"
     )
-    assert "7 min where only engine=native can" in cost("space", 10, 2)
+    assert "2 processes: some 4 min" in cost("space", 10, 2)
     assert cost("my:own", 10, 2) == ""

@@ -8,7 +8,9 @@ import pytest
 
 from belt_sim.diagnosis import openset
 from belt_sim.diagnosis.candidate import estimates, is_plausible, is_possible
+from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.heldout import Condition, HeldOut
 from belt_sim.diagnosis.null import NullGains
 from belt_sim.diagnosis.openset import SPECTRUM, OpenTests
 from belt_sim.diagnosis.waves import EACH_ITS_PHASE
@@ -71,3 +73,17 @@ def test_a_condition_that_tests_nothing_is_said_to():
     both = {"7 N/mm2": change, "yaw +": change}
     rows = [row[0] for row in error_table(Errors(noise_floor=1e-5, by_condition=both, untestable=("yaw +",))).rows]
     assert rows == ["without 7 N/mm2", "without yaw + (not testable by hold-out)"]
+
+
+@pytest.mark.parametrize(("more", "worse"), [(0.0, ()), (-2.0, ()), (2.0, ("density",))])
+def test_a_condition_in_which_nothing_is_asked_speaks_against_no_effect(more, worse):
+    """Runs without yaw are predicted alike with and without what acts on the yaw."""
+
+    def left_out(surprise):
+        still = np.zeros(3)
+        every = np.ones(1, dtype=bool), still[None, None]
+        return HeldOut(
+            0.0, 0.0, {"yaw 0": Condition(surprise, still, np.empty((0, 3)), np.zeros(3, dtype=int), *every)}
+        )
+
+    assert Chance({"yaw 0": np.ones((5, 3))}).worse(left_out(7.0 + more), left_out(7.0)) == worse

@@ -76,7 +76,7 @@ def test_nodes_take_what_the_effects_say(direction):
     np.testing.assert_allclose(forces.sum(axis=(0, 1))[:2], [-drag * direction, 7.0 * direction], rtol=1e-5)
     couple = (nodes[..., 0] * forces[..., 1] - nodes[..., 1] * forces[..., 0]).sum()
     x = (nodes[..., 0] * forces[..., 1]).sum() / forces[..., 1].sum()
-    assert couple - 7.0 * direction * x == pytest.approx(2.0 * direction, rel=1e-3)  # the belt under tension is narrower
+    assert couple - 7.0 * direction * x == pytest.approx(2.0 * direction, rel=1e-3)  # pull narrows it
     assert x == pytest.approx(place * ROPE_EXAMPLE.centre_distance, abs=1e-3)
     held = np.concatenate([state.wraps[k].stations for k in (HEAD, TAIL)])
     assert not forces[held].any()
