@@ -53,7 +53,7 @@ def run(arguments: list[str]) -> int:
         return _complain(reason)
     sys.argv = [f"belt-sim {command}", *ordered(command, settings)]
     try:
-        return _hydra(command, gpu="engine=mjx" in settings)
+        return _hydra(command, space="engine=mjx" in settings)
     except Reported:
         return 1
     except BeltError as error:
@@ -62,7 +62,7 @@ def run(arguments: list[str]) -> int:
         return _complain("stopped; what was finished is kept", status=130)
 
 
-def _hydra(command: str, gpu: bool) -> int:
+def _hydra(command: str, space: bool) -> int:
     """Hand a command to Hydra; a job's BeltError ends it with status 1, the other jobs of a sweep go on."""
     os.environ["HYDRA_FULL_ERROR"] = "1"
     import hydra
@@ -72,7 +72,7 @@ def _hydra(command: str, gpu: bool) -> int:
     from belt_sim.commands.job import Jobs
     from belt_sim.jax_setup import prepare
 
-    prepare(gpu)
+    prepare(space)
     jobs = Jobs(command)
     try:
         hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(jobs.run)()

@@ -36,19 +36,20 @@ def in_float64(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def prepare(gpu: bool = False) -> None:
+def prepare(space: bool = False) -> None:
     """Set JAX up for this process: CPU, unfused arithmetic, compiled code kept under BELT_SIM_CACHE or ~/.cache.
 
-    gpu: what runs gains by a GPU; take one if there is one and JAX knows it (belt-sim[cuda]).
+    space: what runs is a 3D belt of engine=mjx: on a GPU if there is one and JAX knows it (belt-sim[cuda]), else with
+    all that the CPU can do, fused arithmetic as well.
 
     BELT_SIM_CACHE=off keeps none: every process then compiles everything itself, a minute for a diagnosis. What the
     environment already says (JAX_PLATFORMS, xla_cpu_max_isa in XLA_FLAGS) stays.
     """
-    wanted = "" if gpu and any(find_spec(name) for name in _CUDA) else "cpu"
+    wanted = "" if space and any(find_spec(name) for name in _CUDA) else "cpu"
     os.environ.setdefault("JAX_PLATFORMS", wanted)  # "": the fastest that there is
     jax.config.update("jax_platforms", os.environ["JAX_PLATFORMS"])
     flags = os.environ.get("XLA_FLAGS", "")
-    if "xla_cpu_max_isa" not in flags:
+    if "xla_cpu_max_isa" not in flags and not space:
         os.environ["XLA_FLAGS"] = f"{flags} {_UNFUSED}".strip()
     folder = os.environ.get("BELT_SIM_CACHE", str(Path.home() / ".cache" / "belt_sim" / "jax"))
     jax.config.update("jax_enable_compilation_cache", folder != "off")

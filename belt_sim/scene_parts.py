@@ -68,13 +68,27 @@ class EdgeGuide:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Push:
+    """What acts at a place of a span from travel 0 on: span "upper" or "lower", x [m]; force [N] along the belt, +x,
+    and across, +y, on its middle; couple [N m] about its normal, which turns +x towards +y."""
+
+    span: str
+    x: float
+    along: float = 0.0
+    across: float = 0.0
+    couple: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class SceneParts:
     """The parts of one scene.
 
     head, tail: PulleySurface; gravity [m/s2]; friction [1], inf = sticking; camber(s) [1/m]: natural in-plane
     curvature of the belt (y'' > 0) against the position s [m] along it at travel 0, counted from point 4 in the order
     of the points 4, 1, 2, 3 (None = straight); edge_guides: rollers beside the spans; lift_off: share of the bending
-    layer with which the belt leaves its pulleys (0 = like a thread, 1 = like a plate).
+    layer with which the belt leaves its pulleys (0 = like a thread, 1 = like a plate); pushes: forces and couples at
+    places of the spans; lean [rad]: of the machine about its long axis, the share of the belt's weight that pulls
+    towards +y; roll [N]: couple per metre about +x on the upper span, which raises the side y > 0.
     """
 
     head: PulleySurface
@@ -84,6 +98,15 @@ class SceneParts:
     camber: Camber | None = None
     edge_guides: tuple[EdgeGuide, ...] = ()
     lift_off: float = 0.0
+    pushes: tuple[Push, ...] = ()
+    lean: float = 0.0
+    roll: float = 0.0
+
+    @property
+    def sets_in(self) -> bool:
+        """Whether something besides the yaw begins at travel 0, for which the belt stands still."""
+        turned = any(s.yaw_offset or s.cant for s in (self.head, self.tail))
+        return turned or self.camber is not None or bool(self.lift_off or self.pushes or self.lean or self.roll)
 
     @staticmethod
     def undisturbed(case: Case, friction: float = math.inf) -> "SceneParts":
@@ -108,3 +131,8 @@ class SceneParts:
     def with_guide(self, **values: Any) -> "SceneParts":
         """With one more EdgeGuide of these values."""
         return replace(self, edge_guides=(*self.edge_guides, EdgeGuide(**values)))
+
+    def with_push(self, **values: Any) -> "SceneParts":
+        """With one more Push of these values, if it pushes at all."""
+        push = Push(**values)
+        return replace(self, pushes=(*self.pushes, push)) if push.along or push.across or push.couple else self

@@ -13,14 +13,14 @@ SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swifts
 
 
 @contextmanager
-def opened(width: int, height: int, *, dark: bool = False) -> Iterator[Any]:
-    """An empty tab of this size [px]; raises InputError where there is no browser."""
+def opened(width: int, height: int, *, dark: bool = False, webgl: bool = False) -> Iterator[Any]:
+    """An empty tab of this size [px], webgl: that can draw in space; raises InputError where there is no browser."""
     from playwright.sync_api import sync_playwright
 
     path = next(filter(None, map(shutil.which, BROWSERS)), None)
     if path is None:
         raise InputError("browser", "none", "", f"install one of {', '.join(BROWSERS)}")
     with sync_playwright() as p:
-        browser = p.chromium.launch(executable_path=path, args=["--no-sandbox", *SOFTWARE])
+        browser = p.chromium.launch(executable_path=path, args=["--no-sandbox", *(SOFTWARE if webgl else ())])
         yield browser.new_page(viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light")
         browser.close()

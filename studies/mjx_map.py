@@ -1,10 +1,12 @@
-"""The 3D belt over tension x yaw in one batch: ``python -m studies.mjx_map FILE.csv [cases a side] [travel]``.
+"""The 3D belt over tension x yaw (x friction): ``python -m studies.mjx_map FILE.csv [side] [travel] [friction ..]``.
 
-A row a case: late rates of the points, overshoot and retreat of point 1; and how long the batch took.
+side: tensions, and as many yaws; friction: inf, as it is by itself, is a belt that sticks. A row a case: late rates of
+the points, overshoot and retreat of point 1; and how long it took.
 """
 
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +16,15 @@ import numpy as np
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import late_rates
 from belt_sim.errors import RunFailed
+from belt_sim.files import write_text
+from belt_sim.jax_setup import prepare
 from belt_sim.paper import PAPER_BELT, TEST_RIG
 from belt_sim.rig import Belt, Rig
+from belt_sim.scene_parts import SceneParts
 from belt_sim.si import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 HEADER = "tension_n_per_mm2,yaw_deg,rate1,rate2,rate3,rate4,y1_3m_mm,y1_10m_mm,y1_end_mm,most_mm,retreat_mm,worst_um"
+HEADER += ",friction"
 
 
 def cases_of(rig: Rig, belt: Belt, tensions: np.ndarray, yaws: np.ndarray) -> list[Case]:
@@ -30,33 +36,41 @@ def cases_of(rig: Rig, belt: Belt, tensions: np.ndarray, yaws: np.ndarray) -> li
     ]
 
 
-def row(case: Case, curves: Any) -> str:
+def row(case: Case, curves: Any, friction: float) -> str:
     """One line of the table; rates in mm/m."""
     tension, yaw = float(case.settings.tension) / N_PER_MM2, float(np.sum(case.settings.yaw.change)) / DEGREE
     if isinstance(curves, RunFailed):
-        return f"{tension:g},{yaw:g}" + "," * 10
+        return f"{tension:g},{yaw:g}" + "," * 11 + f"{friction:g}"
     y1 = curves.y[0] / MM
     at = [float(np.interp(s, curves.travel, y1)) for s in (3.0, 10.0, curves.travel[-1])]
     ahead = y1 * np.sign(y1[len(y1) // 10])
     highest = np.maximum.accumulate(ahead)
     values = [*(late_rates(curves) / MM_PER_M), *at, float(ahead.max()), float((highest - ahead).max())]
-    return f"{tension:g},{yaw:g}," + ",".join(f"{v:.6g}" for v in (*values, 1e6 * curves.extra["correction"].max()))
+    return f"{tension:g},{yaw:g}," + ",".join(
+        f"{v:.6g}" for v in (*values, 1e6 * curves.extra["correction"].max(), friction)
+    )
 
 
-def mjx_map(rig: Rig, belt: Belt, tensions: np.ndarray, yaws: np.ndarray, travel: float, chunk: int, out: Path) -> None:
-    """Run all and write ``out``; prints the time and the memory that the device used at most."""
+def mjx_map(cases: Sequence[Case], frictions: Sequence[float], travel: float, out: Path) -> None:
+    """Run every case with every friction and write ``out``; prints the time and the device's memory used at most."""
     from belt_sim.mjx.run import simulate_batch
 
-    cases, begun = cases_of(rig, belt, tensions, yaws), time.perf_counter()
-    found = simulate_batch(cases, travel=travel, chunk=chunk)
+    begun, lines, failed = time.perf_counter(), [HEADER], 0
+    for friction in frictions:  # belts that stick make a batch of their own: it is cheaper
+        parts = [SceneParts.undisturbed(case, friction) for case in cases]
+        found = simulate_batch(cases, travel=travel, parts=parts)
+        lines += [row(c, f, friction) for c, f in zip(cases, found, strict=True)]
+        failed += sum(isinstance(f, RunFailed) for f in found)
     wall = time.perf_counter() - begun
-    out.write_text("\n".join([HEADER, *(row(c, f) for c, f in zip(cases, found, strict=True))]) + "\n")
-    failed = sum(isinstance(f, RunFailed) for f in found)
+    write_text(out, "\n".join(lines) + "\n")
     memory = (jax.devices()[0].memory_stats() or {}).get("peak_bytes_in_use", 0) / 1e9
-    print(f"{len(cases)} cases of {travel:g} m on {jax.devices()[0]}: {wall:.1f} s, {failed} failed, {memory:.2f} GB")
+    count, device = len(lines) - 1, jax.devices()[0]
+    print(f"{count} cases of {travel:g} m on {device}: {wall:.1f} s, {failed} failed, {memory:.2f} GB")
 
 
 if __name__ == "__main__":
     side, far = (int(sys.argv[2]) if len(sys.argv) > 2 else 16), (float(sys.argv[3]) if len(sys.argv) > 3 else 60.0)
     steps = -0.042 * np.arange(1, side + 1) / side
-    mjx_map(TEST_RIG, PAPER_BELT, np.geomspace(5.0, 60.0, side), steps, far, 256, Path(sys.argv[1]))
+    asked = cases_of(TEST_RIG, PAPER_BELT, np.geomspace(5.0, 60.0, side), steps)
+    prepare(space=True)
+    mjx_map(asked, [float(f) for f in sys.argv[4:]] or [np.inf], far, Path(sys.argv[1]))

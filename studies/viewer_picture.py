@@ -54,7 +54,7 @@ def picture_of(config: Mapping[str, Any]) -> None:
         port = probe.getsockname()[1]
     rr.serve_web_viewer(web_port=port, open_browser=False)
     width, height = config["size"]
-    with served(file.parent) as address, opened(width, height + BAR, dark=config["dark"]) as page:
+    with served(file.parent) as address, opened(width, height + BAR, dark=config["dark"], webgl=True) as page:
         recording = quote(f"{address}/{file.name}", safe="")
         page.goto(f"http://127.0.0.1:{port}/?renderer=webgl&url={recording}", wait_until="commit")
         page.wait_for_timeout(1000 * config["wait"])

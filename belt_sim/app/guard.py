@@ -9,6 +9,9 @@ from typing import Any
 
 MEBI = 2**20
 MAX_UPLOAD = 256 * MEBI  # bytes of one request
+TOO_LARGE = (
+    f"at most {MAX_UPLOAD // MEBI} MB at a time; drop fewer at once, or give them to belt-sim import in a terminal"
+)
 LOOPBACK = ("127.0.0.1", "localhost")
 
 
@@ -48,5 +51,5 @@ class Guard:
             return 411, "say how long the request is"
         length = headers.get("content-length", "0")
         if not length.isdigit() or int(length) > MAX_UPLOAD:
-            return 413, f"at most {MAX_UPLOAD // MEBI} MB at a time"
+            return 413, TOO_LARGE
         return None

@@ -96,7 +96,7 @@ def _shared(worker: Worker, cases: Sequence[Case], workers: int) -> Iterator[tup
 def _begin(parent: int) -> None:
     """In a worker: share the compiled code on disk, and end when ``parent`` has been killed: the next sweep takes up
     its cases."""
-    prepare()
+    prepare(space=True)
 
     def watch() -> None:
         while os.getppid() == parent:

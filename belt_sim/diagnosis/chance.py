@@ -16,6 +16,7 @@ from belt_sim.diagnosis.workbench import Workbench
 
 DRAWS = 200
 SIGMAS = 3.3  # a rise by more is no chance, for any of a dozen conditions
+UNASKED = 1e-3  # chi2, below which both predict a condition alike
 FLOOR_LEVEL = 0.998  # of the errors that readings show in their worst condition when nothing is missing
 
 
@@ -28,8 +29,9 @@ class Chance:
     def worse(self, larger: HeldOut, smaller: HeldOut) -> tuple[str, ...]:
         """Names of the conditions that ``larger`` predicts worse than ``smaller``; "density" for their whole."""
         tested = [n for n in larger.conditions if n not in larger.untestable]
-        surprise = sum(larger.conditions[n].surprise - smaller.conditions[n].surprise for n in tested)
-        found = ["density"] if tested and surprise >= 0.0 else []
+        surprise = [larger.conditions[n].surprise - smaller.conditions[n].surprise for n in tested]
+        asked = max(map(abs, surprise), default=0.0) > UNASKED  # runs without yaw say nothing of what needs one
+        found = ["density"] if asked and sum(surprise) >= 0.0 else []
         return (*found, *self.rises(larger, smaller))
 
     def rises(self, larger: HeldOut, smaller: HeldOut) -> tuple[str, ...]:

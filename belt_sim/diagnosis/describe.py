@@ -9,14 +9,15 @@ from belt_sim.diagnosis.candidate import estimates
 from belt_sim.diagnosis.confusable import probabilities, selection_frequency
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.ladder import Rung
+from belt_sim.diagnosis.own_errors import errors_of
 from belt_sim.diagnosis.refits import Trial
-from belt_sim.diagnosis.run_errors import overall_errors, run_errors
+from belt_sim.diagnosis.run_errors import run_errors
 from belt_sim.diagnosis.shape_card import shape_card
 from belt_sim.diagnosis.verdict import damage, nearest_words
 from belt_sim.diagnosis.where import where
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis
-from belt_sim.results.errors import Change, Errors
+from belt_sim.results.errors import Errors
 from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NoiseLevels, Tried, Unknown
 from belt_sim.results.label import CampaignLabel
 from belt_sim.results.verdict import Verdict, other_model
@@ -150,19 +151,8 @@ def _finite(value: float) -> float | None:
 
 
 def _errors(d: Findings) -> Errors:
-    over_all = overall_errors(d.found.bench, d.found.base.values, d.judgement.named.values)
-    assert over_all is not None  # a diagnosis has a lateral signal
-    before, after = d.found.base_held_out, d.judgement.named_held_out
-    return Errors(
-        noise_floor=over_all.noise_floor,
-        fit=over_all.fit,
-        held_out=Change(before=before.rms, after=after.rms),
-        by_condition={
-            name: Change(before=before.by_condition[name], after=after.by_condition[name])
-            for name in after.by_condition
-        },
-        untestable=after.untestable,
-    )
+    found, judged = d.found, d.judgement
+    return errors_of(found.bench, found.base, found.base_held_out, judged.named, judged.named_held_out)
 
 
 def _unknown(d: Findings) -> Unknown | None:

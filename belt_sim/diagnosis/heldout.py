@@ -5,6 +5,7 @@ a parameter is known as well as a real machine allows (candidate.prior_sigma): w
 back to null, and the condition counts as one that hold-out cannot test.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,6 +15,7 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 
 KNOWN = 0.5  # a number is known without the left-out runs when its u is below this share of what it was before any
+LARGE = 0.9  # of the largest yaw, from which a yaw counts as the largest
 VISIBLE = 2.0  # sigma by which a number has to move left-out readings before anybody asks who knows it
 
 
@@ -21,13 +23,15 @@ VISIBLE = 2.0  # sigma by which a number has to move left-out readings before an
 class Condition:
     """One condition left out: -2 log of the density that the rest predicted for it (surprise), errors (m,) [m] of its
     lateral readings, what one sigma of each refitted number moves there (k, m), which record (run and signal) each
-    reading is of (m,), and whether the rest knows the numbers.
+    reading is of (m,), and whether the rest knows the numbers; out (R,): its runs; left (r, S, n): all their errors.
     """
 
     surprise: float
     errors: np.ndarray
     moved: np.ndarray
     record: np.ndarray
+    out: np.ndarray
+    left: np.ndarray
     testable: bool = True
 
     @property
@@ -52,19 +56,36 @@ class HeldOut:
         return {name: c.rms for name, c in self.conditions.items()}
 
     @property
+    def tested(self) -> tuple[str, ...]:
+        """Conditions that test something; all where none does."""
+        return tuple(n for n in self.conditions if n not in self.untestable) or tuple(self.conditions)
+
+    def over(self, names: Sequence[str]) -> float:
+        """rms [m] over some conditions."""
+        return float(np.sqrt(np.mean(np.concatenate([self.conditions[n].errors for n in names]) ** 2)))
+
+    @property
     def untestable(self) -> tuple[str, ...]:
         """Conditions that alone show one of the fitted numbers, so that leaving them out tests nothing."""
         return tuple(name for name, c in self.conditions.items() if not c.testable)
 
 
 def conditions(bench: Workbench) -> dict[str, np.ndarray]:
-    """Name -> which runs (R,) it leaves out: every tension, every sign of yaw, and the runs marked hold_out."""
+    """Name -> which runs (R,) it leaves out: every tension, every sign of yaw, the largest yaws where there are smaller
+    ones, and the runs marked hold_out.
+
+    The lowest and the highest tension and the largest yaw ask for an extrapolation, in which a wrong law shows first.
+    """
     runs = bench.samples.runs
     fitted = np.array([r.use == "fit" for r in runs])
     tension = np.array([r.tension for r in runs])
     sign = np.array([np.sign(r.yaw) for r in runs])
     found = {f"{t / 1e6:g} N/mm2": (tension == t) & fitted for t in np.unique(tension)}
     found |= {f"yaw {'+' if s > 0 else '-' if s < 0 else '0'}": (sign == s) & fitted for s in np.unique(sign)}
+    size = np.abs([r.yaw for r in runs])
+    large = size > LARGE * np.max(size[fitted], initial=0.0)
+    if np.any(fitted & ~large & (size > 0.0)):
+        found["largest yaw"] = large & fitted
     kept = {n: m for n, m in found.items() if m.any() and not m[fitted].all()}
     if not fitted.all():
         kept["hold_out"] = ~fitted
@@ -91,20 +112,22 @@ def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
     blocks = fit.residual.reshape(runs, -1)
     if not fit.free:
         left = blocks[out].ravel()
-        errors = (bench.samples.y[out] - fit.values[out])[there]
-        return Condition(float(left @ left), errors, np.empty((0, len(errors))), record)
+        errors = bench.samples.y[out] - fit.values[out]
+        return Condition(float(left @ left), errors[there], np.empty((0, len(record))), record, out, errors)
     columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
     here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
     sigma = prior_sigma(bench.forward, fit.free)
     away = fit.vector[fit.free] - bench.forward.null()[fit.free]
     step, root = _refit(rest, blocks[~out].ravel(), sigma, away)
     left = blocks[out].ravel() - step @ here
-    predicted = fit.values[out] + np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
+    errors = bench.samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
     return Condition(
         surprise=_surprise(left, here, rest, sigma),
-        errors=(bench.samples.y[out] - predicted)[there],
+        errors=errors[there],
         moved=root @ fit.slopes[:, out][:, there],
         record=record,
+        out=out,
+        left=errors,
         testable=_is_known(here, root, sigma, away),
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.heldout import held_out
-from belt_sim.diagnosis.run_errors import overall_errors
+from belt_sim.diagnosis.own_errors import errors_of
 from belt_sim.discovery.discover import FEWEST, Discovered
 from belt_sim.discovery.effect_file import parity
 from belt_sim.discovery.evidence import Course
@@ -19,7 +19,7 @@ from belt_sim.discovery.words import CALLED, formula, looks_like, sentence
 from belt_sim.provenance import provenance
 from belt_sim.results import words
 from belt_sim.results.discovery import Against, Discovery, FoundLaw, PlaceEvidence, RivalLaw, UnknownCourse
-from belt_sim.results.errors import Change, Errors
+from belt_sim.results.errors import Errors
 from belt_sim.results.found import Estimate
 
 KEPT = 120  # points of a curve against a variable, a tension
@@ -204,18 +204,7 @@ def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
 def _errors(found: Discovered) -> Errors:
     assert found.refit is not None
     s, r = found.survey, found.refit
-    over_all = overall_errors(r.bench, s.fit.values, r.fit.values)
-    assert over_all is not None
-    before, after = held_out(s.bench, s.fit), held_out(r.bench, r.fit)
-    return Errors(
-        noise_floor=over_all.noise_floor,
-        fit=over_all.fit,
-        held_out=Change(before=before.rms, after=after.rms),
-        by_condition={
-            n: Change(before=before.by_condition[n], after=after.by_condition[n]) for n in after.by_condition
-        },
-        untestable=after.untestable,
-    )
+    return errors_of(r.bench, s.fit, held_out(s.bench, s.fit), r.fit, held_out(r.bench, r.fit))
 
 
 def _file(found: Discovered, said: str) -> str:

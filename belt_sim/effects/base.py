@@ -86,6 +86,8 @@ class Effect:
     heavy: ClassVar[bool] = False
     #: True for what acts through the roll of a span that hangs, and does nothing to a beam
     hanging: ClassVar[bool] = False
+    #: True for what acts by couples between the pulleys, which a belt without width cannot take
+    wide: ClassVar[bool] = False
     #: True for what adds to the lateral readings in proportion to its parameters and does nothing else: ``columns``
     linear: ClassVar[bool] = False
     parameters: ClassVar[dict[str, Parameter]] = {}

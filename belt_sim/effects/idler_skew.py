@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from belt_sim.effects._upper_span import PLACE
+from belt_sim.effects._upper_span import PLACE, along_machine
 from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.laws.inside import along
 from belt_sim.laws.loads import force_at, from_runoff, on_upper, pushed
@@ -36,3 +36,7 @@ class IdlerSkew(Effect):
     def bend(self, bend, boundary, known, case):
         direction = boundary.direction
         return pushed(bend, known, on_upper(self.force * direction, direction))
+
+    def scene(self, parts, case):
+        across = self.force * float(case.settings.direction)
+        return parts.with_push(span="upper", x=along_machine(self.place, case), across=across)

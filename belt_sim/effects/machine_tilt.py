@@ -1,6 +1,6 @@
 """Machine tilt: a machine that leans to one side about its long axis."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
@@ -34,3 +34,6 @@ class MachineTilt(Effect):
 
     def bend(self, bend, boundary, known, case):
         return pushed(bend, known, jnp.full(2, self.angle * case.weight_per_length))
+
+    def scene(self, parts, case):
+        return replace(parts, lean=parts.lean + self.angle)

@@ -1,6 +1,6 @@
 """Off-centre load: what the upper span carries lies on one side."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.laws.inside import along
@@ -33,3 +33,6 @@ class OffCentreLoad(Effect):
 
     def bend(self, bend, boundary, known, case):
         return pushed(bend, known, on_upper(-self.moment, boundary.direction))
+
+    def scene(self, parts, case):
+        return replace(parts, roll=parts.roll - self.moment)

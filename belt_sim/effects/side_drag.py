@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from belt_sim.effects._upper_span import PLACE
+from belt_sim.effects._upper_span import PLACE, along_machine
 from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.laws.inside import along
 from belt_sim.laws.loads import couple_at, from_runoff, on_upper, pushed
@@ -20,6 +20,7 @@ class SideDrag(Effect):
     law = "span"
     reference = "clamped span under a couple, any textbook; makers' guides: scrapers and skirts"
     parity = "even"
+    wide = True
     parameters = {
         "moment": Parameter(
             unit="N m",
@@ -37,3 +38,8 @@ class SideDrag(Effect):
 
     def bend(self, bend, boundary, known, case):
         return pushed(bend, known, on_upper(self.moment, boundary.direction))
+
+    def scene(self, parts, case):
+        direction, drag = float(case.settings.direction), 2.0 * abs(self.moment) / float(case.belt.width)
+        x = along_machine(self.place, case)
+        return parts.with_push(span="upper", x=x, along=-direction * drag, couple=direction * self.moment)

@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.mjx.blocks import factorised, solved
 from belt_sim.pytree import Numbers as Array
 
-_ITERATIONS = 12
+_ITERATIONS = 20
 _SHARES = np.array([1.0, 0.5, 0.25, 0.1, 0.03])  # of a Newton step: whole ones alone may go in circles
 _TINY = 1e-300
 
@@ -45,8 +45,11 @@ def slip_increments(force: Array, limit: Array, chain: tuple[Array, Array], gues
     def iteration(carry: tuple[Array, Array, Array], _: None) -> tuple[tuple[Array, Array, Array], None]:
         slip, best, least = carry
         held = friction(slip)
-        change = _newton(held + scale * slip, scale, force, limit, chain) - slip
-        slip = slip + _share(slip, change, held, friction(slip + change), bounded) * change
+        ways = [
+            _lowest(slip, s - slip, held, friction(s), bounded)
+            for s in _newton(held + scale * slip, scale, force, limit, chain)
+        ]
+        slip = jnp.where(ways[0][1] <= ways[1][1], ways[0][0], ways[1][0])
         error = wrong(slip)
         better = error < least
         return (slip, jnp.where(better, slip, best), jnp.where(better, error, least)), None
@@ -57,16 +60,21 @@ def slip_increments(force: Array, limit: Array, chain: tuple[Array, Array], gues
     return best, least
 
 
-def _share(slip: Array, change: Array, before: Array, after: Array, limit: Array) -> Array:
-    """That share of a change at which the function is least; before, after [N]: friction without and with all of it."""
+def _lowest(slip: Array, change: Array, before: Array, after: Array, limit: Array) -> tuple[Array, Array]:
+    """Where on the way of a change the function is least, and what it is there.
+
+    before, after [N]: friction without and with all of the change.
+    """
     linear, curve = -(before * change).sum(), ((before - after) * change).sum()
     ways = slip + _SHARES[:, None, None, None] * change
     rubbed = (limit * jnp.sqrt((ways * ways).sum(axis=2))).sum(axis=(1, 2))
-    return jnp.asarray(_SHARES)[jnp.argmin(_SHARES * linear + 0.5 * _SHARES**2 * curve + rubbed)]
+    cost = _SHARES * linear + 0.5 * _SHARES**2 * curve + rubbed
+    best = jnp.argmin(cost)
+    return ways[best], cost[best]
 
 
-def _newton(z: Array, scale: Array, force: Array, limit: Array, chain: tuple[Array, Array]) -> Array:
-    """One iteration from z [N], shape (m, 2, k); scale [N/m]: r."""
+def _newton(z: Array, scale: Array, force: Array, limit: Array, chain: tuple[Array, Array]) -> tuple[Array, Array]:
+    """One iteration from z [N], shape (m, 2, k); scale [N/m]: r. And the same with nodes at rest that went back."""
     lines, _, count = force.shape
     size = 2 * lines
     long = jnp.sqrt((z * z).sum(axis=1))
@@ -83,4 +91,6 @@ def _newton(z: Array, scale: Array, force: Array, limit: Array, chain: tuple[Arr
     diagonal = jnp.where((jnp.eye(size, dtype=bool))[..., None] & ~free[:, None], 1.0, diagonal)
     beside = jnp.where(free[:, None] & jnp.roll(free, -1, axis=-1)[None], chain[1], 0.0).at[..., -1].set(0.0)
     wanted = jnp.where(free, -(force + bounded[:, None] * along).reshape(size, count), 0.0)
-    return solved(factorised(diagonal, beside), wanted[:, None])[:, 0].reshape(force.shape)
+    slip = solved(factorised(diagonal, beside), wanted[:, None])[:, 0].reshape(force.shape)
+    back = ((slip * along).sum(axis=1) < 0.0) & (bounded > 0.0)
+    return slip, jnp.where(back[:, None], 0.0, slip)

@@ -42,6 +42,13 @@ class Slip(NamedTuple):
         return jnp.concatenate([self.total, self.sliding, self.residual.max(keepdims=True)])
 
 
+def worst_so_far(table: np.ndarray, recorded: np.ndarray) -> np.ndarray:
+    """The largest residual since travel 0 at every recorded row of a table (rows, 20 or 25), yaw steps included."""
+    begun = table[int(np.argmax(recorded)) : len(recorded), 24:]
+    found = np.maximum.accumulate(begun.max(axis=1, initial=0.0))
+    return found[recorded[int(np.argmax(recorded)) :]]
+
+
 def pull_on_nodes(shape: Shape, belt: Belt, nodes: Array, share: Array) -> Array:
     """Forces of belt and weight [N] on nodes at ``nodes`` [m], both (m, 3, n) by stations' numbers."""
     size = 3 * shape.lines

@@ -15,7 +15,7 @@ from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.acting import Acting, acting_in
 from belt_sim.mjx.belt import Belt, Shape, belt_of
-from belt_sim.mjx.friction import COLUMNS, TOLERANCE, Slip
+from belt_sim.mjx.friction import COLUMNS, TOLERANCE, Slip, worst_so_far
 from belt_sim.mjx.handed import handed
 from belt_sim.mjx.limp import Kinks
 from belt_sim.mjx.measure import reading
@@ -78,9 +78,6 @@ def prepared(
     scene = lay_out(case, _BELTS[belt](), options, parts)
     acting = acting or acting_in([parts])
     shape, arrays = belt_of(scene, belt, acting)
-    changes = (
-        any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None or parts.lift_off > 0
-    )
     state = laid(scene)
     state = state._replace(
         slip=Slip.none(shape) if acting.slips else None,
@@ -88,13 +85,14 @@ def prepared(
         turned=np.zeros(2) if acting.gives_way else None,
         layer=np.zeros((2, 2, shape.lines, 2)) if acting.layered else None,
     )
-    return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, changes))
+    return Prepared(case, shape, arrays, state, plan_of(case.settings, options, travel, parts.sets_in))
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what only engine=native does."""
     reasons = {
         f"model.tensioning = {options.tensioning}": options.tensioning == "koller",
+        "effects that push at the spans or lean the machine": bool(parts.pushes or parts.lean or parts.roll),
     }
     for what, true in reasons.items():
         if true:
@@ -177,10 +175,10 @@ def that_fit(shape: Shape) -> int:
 
 def curves_of(run: Prepared, table: np.ndarray) -> Curves | RunFailed:
     """Curves from the rows (rows, 20 or more) of ``marched``."""
-    rows = table[: len(run.plan.recorded)][run.plan.recorded]
+    recorded = run.plan.recorded
+    rows, residual = table[: len(recorded)][recorded], worst_so_far(table, recorded)
     good = np.isfinite(rows).all(axis=1) & (np.abs(rows[:, :4]).max(axis=1) < _RUNAWAY * float(run.case.belt.width))
-    loose = rows[:, 20:].shape[1] > 0 and rows[:, -1] > TOLERANCE
-    good &= ~np.asarray(loose)
+    good &= ~(residual > TOLERANCE)
     end = len(rows) if good.all() else int(np.argmin(good))
     t = rows[:end].T
     curves = Curves(
@@ -195,12 +193,21 @@ def curves_of(run: Prepared, table: np.ndarray) -> Curves | RunFailed:
     )
     if end == len(rows):
         return curves
-    failed = RunFailed(
-        f"the belt ran off its pulleys or its equilibrium was lost after {curves.travel[-1] if end else 0:.2f} m: "
-        "turn the yaw back earlier, shorten travel, or use engine=native"
-    )
-    failed.curves = curves
-    return failed
+    return failed(run, curves, float(residual[end]))
+
+
+def failed(run: Prepared, curves: Curves, residual: float) -> RunFailed:
+    """Of a run that got as far as ``curves``; residual: of friction in the row after them."""
+    where = f"after {curves.travel[-1] if len(curves.travel) else 0:.2f} m"
+    why = f"the belt ran off its pulleys or its equilibrium was lost {where}: turn the yaw back earlier, shorten travel"
+    if residual > TOLERANCE:
+        why = (
+            f"friction = {float(run.belt.friction):g}: how far nodes slide was not found {where}, to {residual:.2g} of "
+        )
+        why += f"the largest limit ({TOLERANCE:g} is allowed): raise model.steps"
+    failure = RunFailed(f"{why}, or use engine=native")
+    failure.curves = curves
+    return failure
 
 
 def laid(scene: Scene) -> State:

@@ -56,8 +56,8 @@ def wrapped(grip: Grip, first: Array, count: Array, longest: int) -> tuple[Array
     """The chain of ``count`` stations from number ``first`` on, (2 m, 2 m, longest) twice: diagonal, on the next."""
     at = jnp.arange(longest)
     parity = (first + at) % 2
-    own = grip.own[parity]
-    own = own.at[0].add(-grip.relief_first[parity[0]])
-    own = own.at[count - 1].add(-grip.relief_last[parity[count - 1]])
-    beside = jnp.swapaxes(grip.after[parity], 1, 2)
+    own = jnp.asarray(grip.own)[parity]
+    own = own.at[0].add(-jnp.asarray(grip.relief_first)[parity[0]])
+    own = own.at[count - 1].add(-jnp.asarray(grip.relief_last)[parity[count - 1]])
+    beside = jnp.swapaxes(jnp.asarray(grip.after)[parity], 1, 2)
     return jnp.moveaxis(own, 0, -1), jnp.moveaxis(jnp.where((at < count - 1)[:, None, None], beside, 0.0), 0, -1)

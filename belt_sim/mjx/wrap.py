@@ -65,13 +65,6 @@ def _spread(vector: Array, places: Array) -> Array:
     return vector.reshape(1, 3, *[1] * (places.ndim - 2))
 
 
-def placed(wrap: Wrap, pose: Pose) -> Array:
-    """Places of the anchors of all stations [m], shape (m, 3, n)."""
-    turned = wrap.angle + pose.spin
-    local = jnp.stack([wrap.r * jnp.sin(turned), wrap.y, wrap.r * jnp.cos(turned)], axis=1)
-    return jnp.einsum("mjn,ij->min", local, pose.axes) + pose.centre[:, None]
-
-
 def turning(wrap: Wrap, pose: Pose, k: Array) -> Array:
     """How the anchors of station k move with the pulley's spin [m/rad], shape (m, 3)."""
     turned, r = wrap.angle[:, k] + pose.spin, wrap.r[:, k]

@@ -71,7 +71,7 @@ class SpaceModel:
         in_scene = overrides(effect, ("scene",))
         if overrides(effect, IN_MARCH) and not in_scene:
             return "it has no geometry, so the 3D models refuse it"
-        through = overrides(effect, _THROUGH_WIDTH) or effect.last or effect.on_belt
+        through = overrides(effect, _THROUGH_WIDTH) or effect.last or effect.on_belt or effect.wide or effect.hanging
         if self.belt == "rope" and in_scene and through:
             return "it acts through the width or the moment of the belt, and a rope has neither"
         return None

@@ -15,7 +15,7 @@ from belt_sim.reports import figures
 from belt_sim.results import words
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.drawings import Panel
-from belt_sim.results.errors import Errors
+from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.results.found import Tried
 from belt_sim.results.written import DIAGNOSIS
 
@@ -104,7 +104,7 @@ def weights(found: Any) -> list[dict]:
 
 def headline(d: Diagnosis) -> str:
     """What the effects did to the error, on held-out conditions where there are any."""
-    change = d.error.held_out or d.error.fit
+    change = d.error.own or d.error.held_out or d.error.fit
     if not d.effects or change is None:
         return "How large the error is"
     return "The error falls" if change.after < change.before else "The error does not fall"
@@ -112,7 +112,8 @@ def headline(d: Diagnosis) -> str:
 
 def falls(error: Errors) -> list[dict]:
     """The error before and after, over all and by held-out condition: lengths [%] on one linear scale, and values."""
-    rows = {"held out": error.held_out, "fitted": error.fit} | error.left_out()
+    rows = {"held out, zeros and settings taken off": error.own, "held out": error.held_out, "fitted": error.fit}
+    rows |= error.left_out()
     there = {name: change for name, change in rows.items() if change is not None}
     values = [v for change in there.values() for v in (change.before, change.after) if np.isfinite(v)]
     full = max([error.noise_floor, *values, 1e-12])
@@ -122,7 +123,7 @@ def falls(error: Errors) -> list[dict]:
 
     return [
         {"label": name, "change": c, "before": length(c.before), "after": length(c.after)}
-        | {"floor": length(error.noise_floor)}
+        | {"floor": length(c.floor if isinstance(c, OwnChange) else error.noise_floor)}
         for name, c in there.items()
     ]
 

@@ -60,10 +60,7 @@ class Diagnosis(Shown):
     def lines(self) -> Sequence[str]:
         """The verdict, where the base model fails, the effects, and how the error fell."""
         said = [f"{self.verdict}: {self.sentence}", self.where.sentence, *map(str, self.effects)]
-        if self.error.held_out is not None:
-            before, after = words.thousandths(self.error.held_out.before), words.thousandths(self.error.held_out.after)
-            floor = words.thousandths(self.error.noise_floor)
-            said.append(f"error on held-out conditions {before} -> {after} mm, noise floor {floor} mm")
+        said += _fall(self.error)
         if self.discovery is not None and self.discovery.found:
             said.append(self.discovery.sentence)
         return [*said, *self.beyond, *(str(n) for n in self.next_runs[:1])]
@@ -80,6 +77,17 @@ class Diagnosis(Shown):
     def to_xarray(self) -> Any:
         """rms before and after of every run and signal, in SI."""
         return error_grid(self.per_run)
+
+
+def _fall(error: Errors) -> list[str]:
+    """How the error on held-out conditions fell, beside each run's own zero and settings where that is known."""
+    change, floor, beside = error.held_out, error.noise_floor, ""
+    if error.own is not None:
+        change, floor, beside = error.own, error.own.floor, ", each run's zero and settings taken off"
+    if change is None:
+        return []
+    before, after, least = (words.thousandths(x) for x in (change.before, change.after, floor))
+    return [f"error on held-out conditions{beside} {before} -> {after} mm, noise floor {least} mm"]
 
 
 def ranking_table(ranking: Sequence[Candidate]) -> Table:

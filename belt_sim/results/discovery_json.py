@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.errors import InputError
 from belt_sim.results.discovery import Against, Discovery, FoundLaw, PlaceEvidence, RivalLaw, UnknownCourse
-from belt_sim.results.errors import Change, Errors
+from belt_sim.results.errors import Change, Errors, OwnChange
 from belt_sim.results.found import Estimate
 from belt_sim.results.label import CampaignLabel
 
@@ -76,6 +76,7 @@ def _errors(c: dict[str, Any]) -> Errors:
         noise_floor=c["noise_floor"],
         by_condition={n: Change(**v) for n, v in c["by_condition"].items()},
         untestable=tuple(c.get("untestable", ())),
+        own=None if c.get("own") is None else OwnChange(**c["own"]),
         **change,
     )
 

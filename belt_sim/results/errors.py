@@ -19,10 +19,18 @@ class Change:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Errors:
-    """Over the fitted runs, over what was held out, by held-out condition, and what noise alone leaves [m].
+class OwnChange(Change):
+    """The same beside what each run's zero, gain and settings most likely are; floor: a perfect model's [m]."""
 
-    untestable: conditions that alone show one of the numbers, so that leaving them out tests nothing.
+    floor: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Errors:
+    """Over the fitted runs, over what was held out, by held-out condition, and what the uncertainties alone make [m].
+
+    untestable: conditions that alone show one of the numbers, so that leaving them out tests nothing; own: over what
+    was held out, beside each run's own zero and settings.
     """
 
     noise_floor: float
@@ -30,6 +38,7 @@ class Errors:
     held_out: Change | None = None
     by_condition: Mapping[str, Change] = field(default_factory=dict)
     untestable: tuple[str, ...] = ()
+    own: OwnChange | None = None
 
     def left_out(self) -> dict[str, Change]:
         """The changes by held-out condition, in words that say which of them test nothing."""

@@ -12,7 +12,7 @@ from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery_json import read_discovery
 from belt_sim.results.drawings import Drawings, Drift, FailureMap, Panel
-from belt_sim.results.errors import UNITS, Change, Errors, Features, RunError, Where, Worst
+from belt_sim.results.errors import UNITS, Change, Errors, Features, OwnChange, RunError, Where, Worst
 from belt_sim.results.found import (
     Candidate,
     Confusable,
@@ -112,11 +112,16 @@ def _errors(e: dict[str, Any]) -> Errors:
         held_out=_change(e.get("held_out")),
         by_condition={n: _pair(p) for n, p in e.get("held_out_by_condition", {}).items()},
         untestable=tuple(e.get("held_out_untestable", ())),
+        own=_own(e.get("beside_settings")),
     )
 
 
 def _change(pair: dict[str, float] | None) -> Change | None:
     return None if pair is None else _pair(pair)
+
+
+def _own(own: dict[str, float] | None) -> OwnChange | None:
+    return None if own is None else OwnChange(**vars(_pair(own)), floor=own["noise_floor_mm"] * si.MM)
 
 
 def _pair(pair: dict[str, float]) -> Change:

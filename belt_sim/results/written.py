@@ -202,6 +202,8 @@ def _errors(e: Errors) -> Json:
         content["held_out_by_condition"] = {name: _change(row) for name, row in e.by_condition.items()}
     if e.untestable:
         content["held_out_untestable"] = list(e.untestable)
+    if e.own is not None:
+        content["beside_settings"] = _change(e.own) | {"noise_floor_mm": e.own.floor / si.MM}
     return content | {"noise_floor_mm": e.noise_floor / si.MM}
 
 

@@ -5,6 +5,8 @@ import zipfile
 
 import pytest
 
+from belt_sim.app.guard import MAX_UPLOAD
+
 CURVE = "document.querySelector('[data-name=curves]')?.data?.[0]?.y"
 DRAWN = "[data-name={}] .scatterlayer path.js-line"
 
@@ -132,6 +134,15 @@ def test_files_that_cannot_be_used_have_one_clear_line(measurements, small, tmp_
     drop(measurements, tmp_path / "campaign.yaml", small / "runs.csv", small / "signals.csv")
     measurements.get_by_role("alert").filter(has_text="furlong").wait_for()
     assert all("\n" not in line for line in alerts(measurements))
+
+
+def test_more_than_the_page_takes_is_refused_with_a_way_out(measurements, tmp_path):
+    large = tmp_path / "large.csv"
+    with large.open("wb") as file:
+        file.truncate(MAX_UPLOAD + 1)
+    drop(measurements, large)
+    (line,) = alerts(measurements)
+    assert line.startswith("files: refused; at most 256 MB at a time; drop fewer at once")
 
 
 def test_html_in_a_campaign_stays_text(measurements, small, tmp_path):

@@ -1,5 +1,6 @@
 """Joint refits: a larger set never fits worse, and what is no number never counts as a good fit."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -84,6 +85,13 @@ def test_held_out_conditions_are_whole_conditions():
         kind = 1 if name.startswith("yaw") else 0
         assert len({i[kind] for i in inside}) == 1
         assert not {i[kind] for i in inside} & {o[kind] for o in outside}
+
+
+def test_the_largest_yaw_is_left_out_where_there_are_smaller_ones():
+    b = bench()
+    runs = tuple(replace(r, yaw=r.yaw * (2.0 if k < 3 else 1.0)) for k, r in enumerate(b.samples.runs))
+    found = conditions(replace(b, samples=replace(b.samples, runs=runs)))
+    assert found["largest yaw"].tolist() == [k < 3 for k in range(len(runs))]
 
 
 def test_a_set_is_small_and_every_step_was_kept():

@@ -123,3 +123,40 @@ def test_what_fails_already_is_told_to_the_search(passing, monkeypatch):
     look = Looked()
     judged(chosen_by(400.0), bootstraps=1, seed=0, look=look)
     assert look.asked == [(("a", "b"), True), ((), True)]
+
+
+def judged_with(monkeypatch, *, rises=(), beside_base=True):
+    """A set that leaves something and is needed beside it; beside_base: also beside what is seen with nothing named."""
+    found = chosen_by(400.0)
+    stays = Fit(ids=("a",), free=[], vector=np.zeros(2), values=np.full((1, 1, 1), 300.0))
+    seen = {"base": np.ones((2, 1, 1, 1)), "set": np.zeros((0, 1, 1, 1))}
+    found.chance = SimpleNamespace(rises=lambda larger, smaller: rises)
+    found.bench.fit, found.bench.start = lambda starts: [stays], lambda ids, vector: stays
+
+    def look(bench, fit, failed):
+        return SimpleNamespace(failed=(), columns=lambda: seen["set" if fit.ids else "base"])
+
+    def needed(bench, fit, columns, threshold):
+        return stays if beside_base or not len(columns) else None
+
+    monkeypatch.setattr(deciding, "open_set", lambda *args, **more: SMOOTH)
+    monkeypatch.setattr(deciding, "unknown_columns", lambda bench, left: seen["set"])
+    monkeypatch.setattr(deciding, "members_that_stay", needed)
+    monkeypatch.setattr(deciding, "held_out", lambda bench, fit: None)
+    return judged(found, bootstraps=1, seed=0, look=look)
+
+
+def test_what_is_needed_beside_everything_seen_keeps_its_name(passing, monkeypatch):
+    found = judged_with(monkeypatch)
+    assert (verdict(found, ()), found.named.ids) == (Verdict.PARTLY, ("a",))
+
+
+def test_a_name_that_the_unknown_of_the_base_model_replaces_is_none(passing, monkeypatch):
+    """Beside the rest that a false name leaves, nothing speaks against it; beside the whole unknown much does."""
+    found = judged_with(monkeypatch, beside_base=False)
+    assert (verdict(found, ()), found.named.ids) == (Verdict.NONE_KNOWN, ())
+
+
+def test_no_name_stays_with_which_held_out_conditions_are_predicted_worse(passing, monkeypatch):
+    found = judged_with(monkeypatch, rises=("yaw +",))
+    assert (verdict(found, ()), found.named.ids) == (Verdict.NONE_KNOWN, ())

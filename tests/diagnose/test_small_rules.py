@@ -1,12 +1,16 @@
 """Small rules by themselves: numbers that only shape, waves of any spectrum, conditions that test nothing."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from belt_sim.diagnosis import openset
-from belt_sim.diagnosis.candidate import is_possible
+from belt_sim.diagnosis.candidate import estimates, is_plausible, is_possible
+from belt_sim.diagnosis.chance import Chance
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.heldout import Condition, HeldOut
 from belt_sim.diagnosis.null import NullGains
 from belt_sim.diagnosis.openset import SPECTRUM, OpenTests
 from belt_sim.diagnosis.waves import EACH_ITS_PHASE
@@ -35,6 +39,20 @@ def test_a_number_that_only_shapes_is_judged_by_its_interval(value, u, as_size, 
     assert is_possible([slot(modifier=True)], *numbers) is as_shape
 
 
+def test_an_effect_whose_shape_cannot_be_told_is_there_without_a_number():
+    """Loss and onset of one product: neither is known by itself; that the product is not null is."""
+    loss, onset = slot(modifier=False), slot(modifier=True)
+    both = SimpleNamespace(id="a", parameters={"n": loss.effect.parameters["n"], "m": onset.effect.parameters["n"]})
+    slots = [SimpleNamespace(effect=both, name=n, scale=1.0, null=0.0) for n in ("n", "m")]
+    columns = np.full((2, 5), 10.0)
+    columns[1, 1] += 0.01
+    fit = Fit(ids=("a",), free=[0, 1], vector=np.array([0.5, 0.2]), chi2=1.0, columns=columns, values=np.zeros(1))
+    forward = SimpleNamespace(slots=slots)
+    assert estimates(forward, fit) == {"a": {}}
+    assert is_plausible(forward, fit)
+    assert not is_plausible(forward, replace(fit, vector=np.array([1.5, 0.2])))
+
+
 def test_waves_of_their_own_phase_are_allowed_another_spectrum(monkeypatch):
     """The same gain counts for less there, since wander need not be what it is modelled as."""
     gain, tests = 30.0, {EACH_ITS_PHASE: [f"{EACH_ITS_PHASE} 0"], "run r01": ["run r01"]}
@@ -55,3 +73,17 @@ def test_a_condition_that_tests_nothing_is_said_to():
     both = {"7 N/mm2": change, "yaw +": change}
     rows = [row[0] for row in error_table(Errors(noise_floor=1e-5, by_condition=both, untestable=("yaw +",))).rows]
     assert rows == ["without 7 N/mm2", "without yaw + (not testable by hold-out)"]
+
+
+@pytest.mark.parametrize(("more", "worse"), [(0.0, ()), (-2.0, ()), (2.0, ("density",))])
+def test_a_condition_in_which_nothing_is_asked_speaks_against_no_effect(more, worse):
+    """Runs without yaw are predicted alike with and without what acts on the yaw."""
+
+    def left_out(surprise):
+        still = np.zeros(3)
+        every = np.ones(1, dtype=bool), still[None, None]
+        return HeldOut(
+            0.0, 0.0, {"yaw 0": Condition(surprise, still, np.empty((0, 3)), np.zeros(3, dtype=int), *every)}
+        )
+
+    assert Chance({"yaw 0": np.ones((5, 3))}).worse(left_out(7.0 + more), left_out(7.0)) == worse

@@ -23,7 +23,8 @@ STICKS = {"friction": np.inf, "drag": (0.0, 0.0)}
 
 
 def machine(sign=1.0, **changed):
-    scene = SimpleNamespace(parts=PARTS, case=SimpleNamespace(rig=SimpleNamespace(centre_distance=APART)))
+    case, options = SimpleNamespace(rig=SimpleNamespace(centre_distance=APART)), SimpleNamespace(settle=0.0)
+    scene = SimpleNamespace(parts=PARTS, case=case, options=options)
     numbers = {"load": 0.0, "slide_mass": 20.0, "spin_inertia": 0.3, "slide_drag": 400.0, "spin_drag": 6.0}
     return Pulleys(**{"scene": scene, "sign": sign, "fixed": False} | numbers | changed)
 
@@ -33,7 +34,7 @@ def still():
     joints, rates = np.zeros((2, STATION_JOINTS))
     return SimpleNamespace(
         poses=poses, joints=joints, joint_rates=rates, loads=np.zeros((2, 3)), yaw=np.zeros(2), given_way=np.zeros(2),
-        share=1.0,
+        share=1.0, time=1.0,
     )  # fmt: skip
 
 

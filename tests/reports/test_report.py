@@ -120,8 +120,8 @@ def test_the_page_is_read_from_the_top(text):
 
 def test_the_error_is_said_to_fall_only_where_it_does(explained, text):
     assert "The error falls" in text
-    held_out = replace(explained.error.held_out, after=2 * explained.error.held_out.before)
-    worse = render(replace(explained, error=replace(explained.error, held_out=held_out)))
+    own = replace(explained.error.own, after=2 * explained.error.own.before)
+    worse = render(replace(explained, error=replace(explained.error, own=own)))
     assert "The error does not fall" in worse
     assert "How large the error is" in render(replace(explained, effects=()))
 

@@ -102,6 +102,7 @@ def test_the_scene_is_changed_too_and_twice_is_more(name):
 
 def felt(parts: SceneParts) -> list:
     """The parts as the belt feels them, the camber by where it bends."""
-    guides = [vars(g) for g in parts.edge_guides]
+    guides = [vars(g) for g in (*parts.edge_guides, *parts.pushes)]
     camber = None if parts.camber is None else parts.camber(np.linspace(0.0, 25.0, 501)).tolist()
-    return [parts.head, parts.tail, parts.gravity, parts.friction, camber, guides]
+    loads = [parts.lean, parts.roll, guides]
+    return [parts.head, parts.tail, parts.gravity, parts.friction, camber, loads]

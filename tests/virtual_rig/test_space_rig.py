@@ -9,7 +9,7 @@ from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError, InputError
 from belt_sim.mujoco3d.options import Options
 from belt_sim.rig import GRAVITY
-from belt_sim.scene_parts import PulleySurface, SceneParts
+from belt_sim.scene_parts import PulleySurface, Push, SceneParts
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.fault import overrides
 from belt_sim.virtual_rig.library import fault_of
@@ -65,6 +65,16 @@ def test_a_fault_of_the_pulley_shapes_the_tail_pulley_only(name, parameters, the
 def test_wobble_runs_the_other_way_when_the_travel_is_reversed():
     parts = edited("wobble", direction=-1.0, beta_1=1e-3, phase=0.3)
     assert parts.tail.wobble_phase == -0.3
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_loads_on_the_spans_are_forces_in_the_scene(direction):
+    """On a rig of 2 m and a belt of 0.1 m: an idler pushes the other way on reversed travel, a drag goes against it."""
+    idler = edited("idler_skew", direction, force=2.0, place=0.25)
+    assert idler.pushes == (Push(span="upper", x=0.5, across=2.0 * direction),)
+    drag = edited("side_drag", direction, moment=-0.5, place=0.25)
+    assert drag.pushes == (Push(span="upper", x=0.5, along=-10.0 * direction, couple=-0.5 * direction),)
+    assert (edited("machine_tilt", angle=0.01).lean, edited("off_centre_load", moment=0.01).roll) == (0.01, -0.01)
 
 
 def test_slip_is_friction():
@@ -173,10 +183,17 @@ def test_settings_by_lot_meet_every_fault_once_and_come_again():
         assert all(d > 3 for d in hidden.sizes)
 
 
-@pytest.mark.parametrize(("options", "engine"), [(COARSE, "mjx"), (replace(COARSE, tensioning="koller"), "native")])
-def test_the_quick_engine_measures_what_it_can(options, engine):
+@pytest.mark.parametrize(
+    ("name", "options", "engine"),
+    [
+        ("slip", COARSE, "mjx"),
+        ("idler_skew", COARSE, "native"),
+        ("slip", replace(COARSE, tensioning="koller"), "native"),
+    ],
+)
+def test_the_quick_engine_measures_what_it_can(name, options, engine):
     case = true_cases(TINY, "strip", Errors())[0]
-    assert engine_for(case, (fault_of("slip"),), options) == engine
+    assert engine_for(case, (fault_of(name),), options) == engine
 
 
 @pytest.mark.long

@@ -6,7 +6,7 @@ from nicegui import run, ui
 
 from belt_sim.app import look
 from belt_sim.app.desk import Desk
-from belt_sim.app.guard import MAX_UPLOAD, MEBI
+from belt_sim.app.guard import MAX_UPLOAD, MEBI, TOO_LARGE
 from belt_sim.app.pages.asking import asking
 from belt_sim.app.pages.campaign_view import campaign_view
 from belt_sim.app.pages.import_view import import_view
@@ -73,7 +73,7 @@ def _drop(desk: Desk) -> Any:
         await run.io_bound(desk.sample, str(chosen.value))
 
     def refused() -> None:
-        desk.changed(f"files: refused; at most {MAX_UPLOAD // MEBI} MB at a time")
+        desk.changed(f"files: refused; {TOO_LARGE}")
 
     room = f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
     kinds = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them."

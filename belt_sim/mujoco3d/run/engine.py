@@ -10,6 +10,8 @@ from belt_sim.mujoco3d.loads.camber import Camber
 from belt_sim.mujoco3d.loads.guides import Guides
 from belt_sim.mujoco3d.loads.load import Load
 from belt_sim.mujoco3d.loads.pull import loads_on_pulleys, pull_on_nodes
+from belt_sim.mujoco3d.loads.pushes import Pushes
+from belt_sim.mujoco3d.loads.spread import Spread
 from belt_sim.mujoco3d.loads.sway import Sway
 from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.machine.drive import Drive
@@ -47,19 +49,24 @@ class Engine:
         loads: list[Load] = []
         if mesh.across > 1:
             loads.append(Torsion.of(scene.case.belt, mesh))
+        parts = scene.parts
+        if parts.pushes:
+            loads.append(Pushes(parts.pushes, mesh))
+        if parts.lean or parts.roll:
+            loads.append(Spread(parts.lean * parts.gravity, parts.roll, mesh))
         if limp:
             loads.append(Sway(mesh, int(pulleys.sign), options.damping * mesh.mass, options.dt))
-        slides = math.isfinite(scene.parts.friction) or options.tensioning == "koller"
+        slides = math.isfinite(parts.friction) or options.tensioning == "koller"
         return Engine(
             scene=scene,
             solver=solver,
             pulleys=pulleys,
             loads=tuple(loads),
-            guides=Guides(scene.parts.edge_guides, mesh),
+            guides=Guides(parts.edge_guides, mesh),
             tangent=Tangent.of(mesh, scene.loop, solver, options.dt) if slides else None,
-            camber=Camber.of(mesh, solver) if scene.parts.camber is not None else None,
+            camber=Camber.of(mesh, solver) if parts.camber is not None else None,
             limp=limp,
-            layer=Layer.of(scene.case, mesh, scene.parts.lift_off, options.dt) if scene.parts.lift_off else None,
+            layer=Layer.of(scene.case, mesh, parts.lift_off, options.dt) if parts.lift_off else None,
         )
 
     def lay(self) -> State:

@@ -38,11 +38,8 @@ def stages(scene: Scene, load: float, travel: float) -> list[Stage]:
     """What a run over ``travel`` [m] consists of; load [N]: force that the tail pulley is to carry."""
     options, parts = scene.options, scene.parts
     plan, end = YawPlan.of(scene.case.settings), travel + 0.5 * options.sample
-    changes = (
-        any(s.yaw_offset or s.cant for s in (parts.head, parts.tail)) or parts.camber is not None or parts.lift_off
-    )
     order, done = _tensioned(scene, load), -math.inf
-    for stop in sorted(plan.stops(travel) | ({0.0} if changes else set())):
+    for stop in sorted(plan.stops(travel) | ({0.0} if parts.sets_in else set())):
         order.append(March(options, parts.friction, plan, done, until=stop))
         order.append(YawStop(options, parts.friction, plan, done, at=stop))
         done = stop

@@ -20,3 +20,7 @@ class IdlerSkew(AtAPlace, Fault):
 
     def push(self, s, line, load, free, kept):
         return self.force * line.direction, kept
+
+    def scene(self, parts, case):
+        force = self.force * float(case.settings.direction)
+        return parts.with_push(span="upper", x=self.place * float(case.rig.centre_distance), across=force)

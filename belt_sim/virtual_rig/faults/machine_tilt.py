@@ -1,6 +1,6 @@
 """The machine leans about its long axis: a share of the belt's weight, q angle, pulls both spans towards +y."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from belt_sim.virtual_rig.fault import Fault, Size
 from belt_sim.virtual_rig.load import along_span
@@ -19,3 +19,6 @@ class MachineTilt(Fault):
     def push(self, s, line, load, free, kept):
         weight = line.density * line.gravity * line.width * line.thickness
         return self.angle * weight, kept
+
+    def scene(self, parts, case):
+        return replace(parts, lean=parts.lean + self.angle)

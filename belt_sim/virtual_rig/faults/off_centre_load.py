@@ -1,6 +1,6 @@
 """A load beside the middle of the upper span rolls it, its side y > 0 down; a belt that cannot roll does not move."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from belt_sim.virtual_rig.fault import Fault, Size
 from belt_sim.virtual_rig.load import rolling
@@ -19,3 +19,6 @@ class OffCentreLoad(Fault):
 
     def push(self, s, line, load, free, kept):
         return -self.moment + 0 * free, kept
+
+    def scene(self, parts, case):
+        return replace(parts, roll=parts.roll - self.moment)

@@ -21,3 +21,10 @@ class SideDrag(AtAPlace, Fault):
 
     def push(self, s, line, load, free, kept):
         return self.moment + 0 * free, kept
+
+    def scene(self, parts, case):
+        """The drag itself, against the travel at one edge: on the middle of the belt, and the couple to the edge."""
+        half, travel = 0.5 * float(case.belt.width), float(case.settings.direction)
+        drag = abs(self.moment) / half
+        x = self.place * float(case.rig.centre_distance)
+        return parts.with_push(span="upper", x=x, along=-drag * travel, couple=self.moment * travel)

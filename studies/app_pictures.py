@@ -1,0 +1,129 @@
+"""The pictures of docs/app.md, shot of the app itself: ``python -m studies.app_pictures``.
+
+A server of its own and a browser without a window: the sliders, a logger's files as they are understood, and the report
+of a diagnosis (of a sample in which nothing is hidden, with one candidate, to be quick).
+"""
+
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from belt_sim.errors import InputError
+from belt_sim.paths import MODELS, ROOT
+from studies.application import application
+from studies.browser import opened
+
+PATIENCE = 120_000  # [ms] for anything that the page shows
+DIAGNOSED = 1200.0  # [s] for a diagnosis on a busy machine
+LOGGED = sorted((MODELS / "loggers").glob("lauf_*.csv"))
+DOTTED = "document.querySelector('[data-name=curves]').data.filter(d => d.line?.dash === 'dot').length"
+CURVES = "[data-name={}] .scatterlayer path.js-line"
+
+
+@contextmanager
+def served() -> Iterator[str]:
+    """The address of an app that writes into a folder which goes with it."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "belt_sim", "app", "open=false", f"hydra.run.dir={folder}"]
+        process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        try:
+            yield _address(process)
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.wait(30)
+
+
+def _address(process: subprocess.Popen) -> str:
+    assert process.stdout is not None
+    for line in process.stdout:
+        if found := re.search(r"http://127\.0\.0\.1:\d+", line):
+            return found.group(0)
+    raise InputError("app", "ended", "", "it needs NiceGUI: pip install 'belt-sim[app]'")
+
+
+def simulate(page: Any, address: str) -> Any:
+    """A slack belt at a large yaw, beside the beam model."""
+    page.goto(address)
+    page.wait_for_selector(CURVES.format("curves"), state="attached")
+    page.get_by_label("tension number").fill("7")
+    page.get_by_label("yaw number").fill("-0.15")
+    page.locator("[data-name=beside]").click()
+    page.get_by_role("option", name="beam_th2").click()
+    page.get_by_text("the belt's own stiffness lifts it off").wait_for()
+    page.wait_for_function(f"({DOTTED}) === 4")
+    page.get_by_label("computing").wait_for(state="hidden")
+    page.mouse.click(5, 5)
+    page.wait_for_timeout(500)
+    return page.locator("main, .q-page").first
+
+
+def logged(page: Any, address: str) -> Any:
+    """The card of a logger's files, before what is asked has been answered."""
+    page.goto(f"{address}/measurements")
+    page.locator("input[type=file]").wait_for(state="attached")
+    page.locator("input[type=file]").set_input_files([str(p) for p in LOGGED])
+    for group, name in (("machine", "test_rig"), ("belt", "paper_belt")):
+        page.locator(f"[data-name={group}]").click()
+        page.get_by_role("option", name=name).click()
+    page.get_by_role("button", name="Look again").click()
+    page.get_by_text("How wide is the belt").wait_for(state="detached")
+    page.get_by_text("What your files seem to say").wait_for()
+    page.wait_for_timeout(500)
+    return page.locator("section", has_text="What your files seem to say")
+
+
+def report(page: Any, address: str) -> Any:
+    """The card of a diagnosis with its report."""
+    page.goto(f"{address}/measurements")
+    page.get_by_label("sample", exact=True).click()
+    page.get_by_role("option", name="nothing_hidden").click()
+    page.get_by_role("button", name="Open it").click()
+    page.get_by_text("More about the diagnosis").click()
+    page.get_by_label("effects to try").fill("Taper: a pulley")
+    page.get_by_role("option", name="Taper: a pulley").first.click()
+    page.keyboard.press("Escape")
+    page.get_by_label("synthetic repeats").fill("100")
+    page.locator("label", has_text="model").first.click()
+    page.get_by_role("option", name="strip: hanging").click()
+    page.get_by_role("button", name="Diagnose").click()
+    page.locator("[data-name=stage]").wait_for()
+    page.goto("about:blank")  # a page that shows progress takes time off the work
+    ends = time.monotonic() + DIAGNOSED
+    while not page.request.get(f"{address}/results/1/report").ok:
+        if time.monotonic() > ends:
+            raise InputError("report", "no answer", "", f"the diagnosis took more than {DIAGNOSED:g} s")
+        page.wait_for_timeout(2000)
+    page.goto(f"{address}/measurements")
+    page.frame_locator("iframe[title=report]").locator(".js-plotly-plot .main-svg").first.wait_for(state="attached")
+    page.wait_for_timeout(2000)
+    return page.locator("section", has_text="Diagnosis of")
+
+
+PICTURES = {"simulate": simulate, "import": logged, "report": report}
+
+
+def shoot(config: Mapping[str, Any]) -> None:
+    """One picture after the other, of one app."""
+    folder = Path(config["folder"])
+    unknown = [n for n in config["names"] if n not in PICTURES]
+    if unknown:
+        raise InputError("names", unknown, "", f"use some of {', '.join(PICTURES)}")
+    with served() as address:
+        for name in config["names"]:
+            with opened(*config["size"], dark=config["dark"]) as page:
+                page.set_default_timeout(PATIENCE)
+                seen = PICTURES[name](page, address)
+                seen.scroll_into_view_if_needed()
+                seen.screenshot(path=folder / f"app_{name}.png", timeout=PATIENCE)
+            print(folder / f"app_{name}.png")
+
+
+if __name__ == "__main__":
+    application("app_pictures", shoot)
