@@ -10,6 +10,9 @@ from belt_sim.discovery.effect_file import Written, written
 from belt_sim.discovery.search import Scored, fitted
 from belt_sim.discovery.survey import Survey
 
+FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
+HALVINGS = 40
+
 
 @dataclass(frozen=True)
 class Refit:
@@ -53,7 +56,7 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
     chosen = [c for c in old.classes if c.id in survey.fit.ids]
     bench = workbench(survey.bench.campaign, old.model, [*chosen, file.cls])
     forward = bench.forward
-    vector, free = forward.null(), []
+    vector, free, own = forward.null(), [], []
     for cls in chosen:
         for new, before in zip(forward.index(cls.id), old.index(cls.id), strict=True):
             vector[new] = survey.fit.vector[before]
@@ -62,13 +65,29 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
     for number in file.numbers:
         position = forward.index(file.cls.id)[names.index(number.name)]
         vector[position] = number.value / forward.slots[position].scale
+        own += [] if number.modifier else [position]
         if not (number.name.startswith("exponent") and len(np.unique(survey.stated_tension)) == 1):
             free.append(position)
     ids = (*[c.id for c in chosen], file.cls.id)
+    vector = _on_its_pulleys(bench, vector, own)
     moved = bench.moved_to(vector).at_levels(survey.bench.levels)
     fit = moved.fit([Fit(ids=ids, free=free, vector=vector)])[0]
     left = float(survey.bench.metric.chi2(survey.bench.fitted.y - fit.values))
     return Refit(scored, file, moved, fit, survey.fit.chi2 - min(left, fit.chi2))
+
+
+def _on_its_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> np.ndarray:
+    """``vector`` with the law's ``sizes`` halved until the march's belt goes no further than some times the real one.
+
+    The sizes are those of the linear range; a law that feeds back on itself may run away in the march.
+    """
+    furthest = FURTHEST * float(np.nanmax(np.abs(bench.fitted.y)))
+    for _ in range(HALVINGS):
+        if float(np.max(np.abs(bench.forward.values(vector[None])))) < furthest:
+            break
+        vector = vector.copy()
+        vector[sizes] *= 0.5
+    return vector
 
 
 def effect_file(survey: Survey, scored: Scored, sizes, said: str, *, final: bool = False) -> Written:
