@@ -197,9 +197,15 @@ def covered(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> list[bool]:
 
 
 def removed(error: Mapping[str, Any] | None) -> float | None:
-    """(before - after) / (before - noise floor) of the held-out rms, in mm or m; None with nothing to remove."""
+    """(before - after) / (before - noise floor) of the held-out rms, in mm or m; None with nothing to remove.
+
+    Beside what every held-out run's own zero, gain and settings most likely are, where the answer tells that error: no
+    effect can know those.
+    """
     if not error or not error.get("held_out"):
         return None
+    if own := error.get("beside_settings"):
+        error = {"held_out": own, "noise_floor_mm": own["noise_floor_mm"]}
     unit = "_mm" if "noise_floor_mm" in error else ""
     before, after = (error["held_out"][f"{k}{unit}"] for k in ("before", "after"))
     floor = error[f"noise_floor{unit}"]

@@ -115,6 +115,9 @@ def test_the_reducible_error_is_what_exceeds_the_floor():
     assert facts(hidden, answer_of("taper") | error(1.1, 0.2)).removed == pytest.approx(0.9)
     assert facts(hidden, answer_of("taper") | error(1.1, 1.2)).removed == pytest.approx(-0.1)
     assert facts(hidden, answer_of("taper") | error(0.105, 0.1)).removed is None
+    beside = {"before_mm": 0.5, "after_mm": 0.3, "noise_floor_mm": 0.1}
+    told = error(1.1, 1.2)["error"] | {"beside_settings": beside}
+    assert facts(hidden, answer_of("taper") | {"error": told}).removed == pytest.approx(0.5)
 
 
 def discovery(formula: str, place: str, *rivals: str, found: bool = True):
