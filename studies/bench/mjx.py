@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pandas as pd
+from matplotlib.ticker import LogLocator
 
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.files import write_with
@@ -106,6 +107,10 @@ def picture(path: Path, table: pd.DataFrame) -> Path:
     cases.set_ylim(bottom=0.05)  # room for the names
     for axes, by in ((cases, "cases"), (stations, "stations")):
         axes.set(xlabel=by, ylabel="ms a step")
+        for axis in (axes.xaxis, axes.yaxis):  # plain numbers, few of them between the tens
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_locator(LogLocator(subs=(2, 5)))
+            axis.set_minor_formatter("{x:g}")
         axes.legend(loc="lower right", fontsize="small")
     style.title(fig, "A step of the batched 3D belt")
     return style.save(fig, path)
