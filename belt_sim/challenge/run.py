@@ -1,7 +1,6 @@
 """A challenge: many campaigns, answered in parallel; stopped at any moment, it goes on where it was."""
 
 import json
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -9,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.challenge.courier import Task, carry, crashed, keep
+from belt_sim.cores import cores
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig.seal import SEALED, reveal
 
@@ -70,8 +70,3 @@ def _same_settings(task: Task, there: list[dict[str, Any]]) -> None:
             if result[name] != value:
                 remedy = f"{task.out} holds results with {result[name]}; choose another hydra.run.dir"
                 raise InputError(name, value, "", remedy)
-
-
-def cores() -> int:
-    """Processor cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

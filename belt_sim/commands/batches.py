@@ -17,6 +17,7 @@ from hydra.plugins.launcher import Launcher
 
 from belt_sim.commands.cases import Case, Worker
 from belt_sim.commands.failed import failure_in
+from belt_sim.cores import cores
 from belt_sim.errors import InputError
 from belt_sim.jax_setup import prepare
 
@@ -42,7 +43,7 @@ class Batches(Launcher):
             basic.setup(**self.given)
             return basic.launch(job_overrides, initial_job_idx)
         batch = None if self.batch == "auto" else _whole("batch", self.batch, "auto")
-        workers = _cores() if self.workers is None else _whole("workers", self.workers, "null")
+        workers = cores() if self.workers is None else _whole("workers", self.workers, "null")
         setup_globals()
         given = self.given
         worker = Worker(given["hydra_context"], given["config"], given["task_function"], Singleton.get_state())
@@ -104,10 +105,6 @@ def _begin(parent: int) -> None:
         os._exit(1)
 
     Thread(target=watch, daemon=True).start()
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _whole(name: str, value: Any, word: str) -> int:

@@ -11,9 +11,10 @@ def run(cfg: Any) -> None:
     from belt_sim.challenge.asked import asked
     from belt_sim.challenge.facts import facts_of
     from belt_sim.challenge.publish import publish
-    from belt_sim.challenge.run import cores, remaining, results, run_challenge
+    from belt_sim.challenge.run import remaining, results, run_challenge
     from belt_sim.challenge.sources import cost
     from belt_sim.challenge.told import tell_targets, told
+    from belt_sim.cores import cores
     from belt_sim.watch.progress import progress
 
     config, folder = plain(cfg), run_folder()

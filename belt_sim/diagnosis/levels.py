@@ -82,8 +82,8 @@ class _SignalLevels:
 
     def __init__(self, signal: SignalSheet, contrasts: list[Contrast], fast: Sequence[Scatter] = ()) -> None:
         """fast: what every run shows by itself, beside contrasts of repeats."""
-        self.contrasts, self.fast = contrasts, fast if contrasts else ()
-        self.lengths = _lengths(signal)
+        self.contrasts, self.lengths = contrasts, _lengths(signal)
+        self.fast = [(part, [part.modes(x) for x in self.lengths]) for part in fast] if contrasts else []
         f2, logs = FACTORS**2, np.log(FACTORS)
         both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
         prior = both[0, 0] * (logs[:, None] ** 2 + logs**2) + 2.0 * both[0, 1] * logs[:, None] * logs
@@ -122,10 +122,9 @@ class _SignalLevels:
         """
         f2 = FACTORS**2
         cost = np.zeros((len(errors), len(self.lengths), len(f2), len(f2)))
-        for part in self.fast:
+        for part, of_lengths in self.fast:
             z = part.read(errors)
-            for k, length in enumerate(self.lengths):
-                ratios, modes = part.modes(length)
+            for k, (ratios, modes) in enumerate(of_lengths):
                 variance = f2[:, None, None] + f2[None, :, None] * ratios
                 squares = np.sum((z @ modes) ** 2, axis=1)
                 cost[:, k] += part.count * np.log(variance).sum(axis=2)

@@ -83,6 +83,18 @@ def _chained(ties: Ties, places: Array, taut: Array | None) -> Cell:
     return Cell(slope, jnp.concatenate([jnp.concatenate([bent, -bent], 1), jnp.concatenate([-bent, bent], 1)]))
 
 
+def strains(ties: Ties, nodes: Array, k: Array, share: Array) -> Array:
+    """Mean strain (m,) of the lines over the links between stations k; nodes [m], (m, 3, n); share: of the camber."""
+    links = jnp.diff(nodes[:, :, k])
+    if len(nodes) == 1:
+        free = ties.length[0]
+    else:
+        natural = ties.length + share * ties.natural
+        natural = natural if natural.shape[-1] == 1 else natural[..., k[:-1]]
+        free = jnp.concatenate([natural[:, 5], natural[-1:, 1]])
+    return (jnp.sqrt((links * links).sum(axis=1)) / free - 1.0).mean(axis=1)
+
+
 def _apart(places: Array, j: int) -> Array:
     """The six edges of the quadrilaterals between lines j and j + 1 [m], shape (6, 3, n)."""
     after = jnp.roll(places, -1, axis=-1)

@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from belt_sim.mjx.belt import Belt, Surfaces
+from belt_sim.mjx.elastic import strains
 from belt_sim.mjx.wrap import FIRST, LAST, OUTWARDS, Pose, Wrap, cylinder_coordinates, depth
 from belt_sim.pytree import Numbers as Array
 
@@ -37,17 +38,13 @@ def displacements(belt: Belt, share: Array, nodes: Array, wrap: Wrap, radius: Ar
 
     nodes [m], (m, 3, n); share: of the camber; radius [m].
     """
-    fibres, ties, outward, n = belt.fibres, belt.ties, OUTWARDS[end], nodes.shape[-1]
+    fibres, outward, n = belt.fibres, OUTWARDS[end], nodes.shape[-1]
     assert fibres is not None
     begin = wrap.first - 1 - _LINKS if end == FIRST else wrap.last + 1
     k = (begin + jnp.arange(_LINKS + 1)) % n
-    links = jnp.diff(nodes[:, :, k])
-    natural = ties.length + share * ties.natural
-    natural = natural if natural.shape[-1] == 1 else natural[..., k[:-1]]
-    free = jnp.concatenate([natural[:, 5], natural[-1:, 1]])
-    strain = (jnp.sqrt((links * links).sum(axis=1)) / free).mean(axis=1) - 1.0
+    strain = strains(belt.ties, nodes, k, share)
     stress = fibres.modulus * jnp.maximum(strain, _SLACKEST * jnp.maximum(strain.mean(), 1e-12))
-    local = links.sum(axis=-1) @ pose.axes
+    local = (nodes[:, :, k[-1]] - nodes[:, :, k[0]]) @ pose.axes
     ahead = jnp.arctan2(-local[:, 2], local[:, 0]) - wrap.tangent[end]
     steeper = outward * (ahead - math.tau * jnp.rint(ahead / math.tau))
     layer = jnp.sqrt(fibres.plate / (stress * fibres.thickness))

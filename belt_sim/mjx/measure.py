@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 
 from belt_sim.mjx.belt import Belt, Shape
+from belt_sim.mjx.elastic import strains
 from belt_sim.mjx.wrap import HEAD, TAIL, Wrap
 from belt_sim.pytree import Numbers as Array
 
@@ -52,13 +53,8 @@ def _at_axis(shape: Shape, belt: Belt, places: Array, station: Array, x: Array) 
 
 def _section_forces(shape: Shape, belt: Belt, places: Array, first: Array, share: Array) -> tuple[Array, Array]:
     k = (first + jnp.arange(_LINKS + 1)) % shape.stations
-    nodes = places[:, :, k]
+    strain = strains(belt.ties, places, k, share)
     if shape.lines == 1:
-        links = jnp.sqrt((jnp.diff(nodes[0]) ** 2).sum(axis=0))
-        return belt.stiffness[0] * (links.mean() / belt.ties.length[0, 0, 0] - 1.0), jnp.zeros(())
-    natural = belt.ties.length + share * belt.ties.natural
-    natural = natural if natural.shape[-1] == 1 else natural[..., k[:-1]]
-    free = jnp.concatenate([natural[:, 5], natural[-1:, 1]])
-    strain = (jnp.sqrt((jnp.diff(nodes) ** 2).sum(axis=1)) / free - 1.0).mean(axis=1)
+        return belt.stiffness[0] * strain[0], jnp.zeros(())
     weight = belt.stiffness * belt.line_y
     return belt.stiffness @ strain, -belt.bending * (weight @ strain) / (weight @ belt.line_y)

@@ -28,7 +28,7 @@ class Pose(NamedTuple):
 
 class Wrap(NamedTuple):
     """As belt_sim.mujoco3d.state.Wrap: first, last (); r, y [m], angle [rad], shape (m, n); lifted [m], (n,);
-    tangent [rad], (2,), without its slip: a belt that sticks."""
+    tangent [rad], (2,). Its slip stands in mjx/friction.py."""
 
     first: Array
     last: Array

@@ -29,5 +29,4 @@ def given_way(belt: Belt, before: Array, moment: Array, moved: Array) -> Array:
     """
     compliance = belt.surfaces.yaw_compliance
     slowly = jnp.where(moved > 0.0, belt.pace * _LAG / jnp.where(moved > 0.0, moved, 1.0), 0.0)
-    assert belt.holding is not None
     return before + (compliance * moment - before) / (1.0 + slowly + compliance * belt.holding)

@@ -1,6 +1,5 @@
 """Map: many cases of an analytic model, a row each, streamed to disk."""
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -17,6 +16,7 @@ from belt_sim.case_map.axes import Axis, axes_of, placed
 from belt_sim.case_map.parts import SCHEMA, claim, missing, parquet, stream
 from belt_sim.case_map.plan import Plan
 from belt_sim.config import case_from, model_settings
+from belt_sim.cores import cores
 from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.errors import InputError
 from belt_sim.provenance import config_hash
@@ -85,7 +85,7 @@ def case_map(config: Mapping[str, Any]) -> CaseMap:
         effects=effects,
         asked=asked,
         part=_whole("part", config["part"]),
-        workers=os.cpu_count() or 1 if config["workers"] is None else _whole("workers", config["workers"]),
+        workers=cores() if config["workers"] is None else _whole("workers", config["workers"]),
     )
 
 

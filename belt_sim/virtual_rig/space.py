@@ -1,7 +1,6 @@
 """A campaign measured on the three-dimensional belt: what is hidden is geometry, friction or gravity in the scene."""
 
 import multiprocessing
-import os
 import secrets
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -12,6 +11,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, write_campaign
 from belt_sim.case import Case, Schedule, Settings
+from belt_sim.cores import cores
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.mujoco3d import Options
@@ -138,7 +138,7 @@ def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves
 
     Raises RunFailed when a run diverges; runs that have not begun are then left out.
     """
-    workers = min(workers or os.cpu_count() or 1, len(runs))
+    workers = min(workers or cores(), len(runs))
     found: dict[int, Curves] = {}
     with progress(sum(run.travel for run in runs), "measuring in 3D") as done:
         for k, curves in _each(runs, workers):
