@@ -47,7 +47,7 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
     tension_exponent = 0.0
     on_belt = True
     linear = True
-    min_revolutions = 1.5  # half of the belt is seen twice
+    min_revolutions = 1.0  # seen once, but alike in all runs
     parameters = _declare()
 
     def sensor(self, reading, case):
