@@ -60,6 +60,8 @@ CASES = [
     ("off_centre_load", {"moment": 1e-2}, None, "strip", 10e6, 1.0),
     ("off_centre_load", {"moment": 1e-2}, None, "strip", 40e6, -1.0),
     ("sensor_delay", {"delay": 2.0}, None, "strip", 10e6, 1.0),
+    ("edge_profile", {"cos1": 2e-4, "sin3": 1e-4, "sin7": -5e-5}, None, "strip", 10e6, 1.0),
+    ("edge_profile", {"cos1": 2e-4, "sin3": 1e-4, "sin7": -5e-5}, None, "strip", 40e6, -1.0),
 ]
 
 
