@@ -60,7 +60,9 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     begun = np.broadcast_to(line.yaw_at, (1, len(line.stress)))
     readings = []
     for place in plan.signals.values():
-        value = _seen(journey, faults, place, travelled) - _seen(journey, faults, place, begun, _BEFORE)
+        value = _seen(journey, faults, place, travelled)
+        if place.startswith("point_"):  # set to zero before the yaw; an inclinometer knows what is level
+            value = value - _seen(journey, faults, place, begun, _BEFORE)
         for fault in faults:
             value = fault.read(value, place, travelled, line)
         readings.append(value)
