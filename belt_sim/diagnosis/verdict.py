@@ -57,8 +57,8 @@ def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = 
     if not found.chosen.ids:  # nothing was fitted, so that nothing can fail where it was not
         return _base_alone(found, found.base_left, look)
     if rises := _rises(found, found.held_out):
-        alone = _base_alone(found, found.base_left, look)
-        return alone if alone.use_model else replace(alone, nearest=found.chosen, fails=rises)
+        bare_model = _base_alone(found, found.base_left, look)
+        return bare_model if bare_model.use_model else replace(bare_model, nearest=found.chosen, fails=rises)
     first = found.base_left.and_failed(beyond_floor(found, found.base_held_out))
     left = open_set(found.bench, found.chosen, bootstraps=bootstraps, seed=seed)
     left = left.and_failed(beyond_floor(found, found.held_out))
@@ -72,6 +72,13 @@ def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = 
         if not imitating:
             return Judgement(found.chosen, found.held_out, left, first, unknown=unknown)
         return _nothing_named(found, first, left.and_failed(imitating), look)
+    return _beside_the_unknown(found, first, left, unknown, look)
+
+
+def _beside_the_unknown(
+    found: Selection, first: OpenSet, left: OpenSet, unknown: Unknown | None, look: Look | None
+) -> Judgement:
+    """Something is left beside the chosen set: what of it is needed beside that."""
     columns = _columns(found, left, unknown)
     stays = _needed(found, found.chosen, columns)
     if stays is None:
