@@ -74,7 +74,7 @@ def stack_cases(cases: list[Case]) -> Case:
 
 
 def _jumping(run: Run, travel: np.ndarray, per_bin: int) -> np.ndarray:
-    """Which samples (n,) at ``travel``, means of ``per_bin``, are of before and after the start or the change of yaw."""
+    """Which samples (n,) at ``travel``, means of ``per_bin``, are of before and after the start or a change of yaw."""
     half = 0.5 * float(np.median(np.diff(travel))) if per_bin > 1 and len(travel) > 1 else 0.0
     near = max(JUMP, half)
     return (np.abs(travel) <= near) | (np.abs(travel - run.yaw_at) <= max(near, WITHIN * run.yaw_at_u))
