@@ -13,7 +13,6 @@ from belt_sim.effects.base import Effect
 from belt_sim.effects.library import effects_in
 
 ID = "found_effect"
-SINE = "wave'"
 ODD = ("x", "x|x|", "x^3", "saturated", "beyond")
 _UNITS = {"one": "", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
 _POWER = {"x|x|": 2, "x^2": 2, "x^3": 3}
@@ -111,14 +110,14 @@ def _numbers(term: Term, tag: str, sizes: list) -> list[Number]:
     form = term.form
     unit = size_unit(term)
     what = f"size of {form.shape.replace('x', form.variable)} ({form.course})"
-    if form.course == "wave":
+    if form.waving:
         found = [Number(f"{half}{tag}", unit, f"{what}, {half}", float(sizes.pop(0))) for half in ("cos", "sin")]
     else:
         found = [Number(f"size{tag}", unit, what, float(sizes.pop(0)))]
     if form.knee is not None:
         found.append(Number(f"knee{tag}", _UNITS[form.variable], f"{form.variable} at its knee", form.knee, True))
     if form.at is not None:
-        meaning = "wavelength" if form.course == "wave" else "travel of its course"
+        meaning = "wavelength" if form.waving else "travel of its course"
         found.append(Number(f"at{tag}", "m", meaning, form.at, True))
     if form.wide is not None:
         found.append(Number(f"wide{tag}", "m", "how long it lasts", form.wide, True))
@@ -159,8 +158,8 @@ def _input(term: Term, tag: str, tension: float) -> str:
     def course(name):
         return _put(COURSES[name], f"self.at{tag}", f"self.wide{tag}")
 
-    if form.course == "wave":
-        along = f"(self.cos{tag} * {course('wave')} + self.sin{tag} * {course(SINE)})"
+    if form.waving:
+        along = f"(self.cos{tag} * {course(form.course)} + self.sin{tag} * {course(form.sine().course)})"
     else:
         along = f"self.size{tag} * ({course(form.course)})"
     return (

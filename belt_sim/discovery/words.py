@@ -55,6 +55,7 @@ def _term(t: Term, tag: str, numbers) -> str:
         "after": f"after {at}",
         "during": f"from {at} on for {wide}",
         "wave": f"a wave of {at}",
+        "ring": f"a wave of {at} that fades over {wide}",
     }[form.course]
     parts = [p for p in (shape, course) if p] or ["a constant"]
     size = ""
@@ -79,6 +80,8 @@ def looks_like(survey: Survey, law: Law) -> str:
     """What kind of thing usually has such a law; empty when nothing comes to mind."""
     t = law.terms[0]
     kind, (v, shape, course) = t.place.kind, t.form.family
+    if course == "ring":
+        return "something that swings out after a step"
     if course == "wave":
         return _wave(survey, float(t.form.at or 0.0))
     if v == "one":
