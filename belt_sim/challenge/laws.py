@@ -16,6 +16,7 @@ _PLACES = {
     "sideways shift": "wrap",
     "twist over": "wrap",
     "tension of": "tension",
+    "travel that": "travel",
     "readings of all": "sensor_all",
     "reading of": "sensor",
 }
@@ -31,6 +32,7 @@ _COURSES = (
     ("(1 − exp(", ("exponential", "saturating")),
     ("exp(", ("exponential",)),
     ("after ", ("threshold", "saturating")),
+    ("s²", ("power",)),
     ("√s", ("power", "saturating", "exponential")),
 )
 _TRAVEL = re.compile(r"(^|[ )])s$")
@@ -49,7 +51,8 @@ def place_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
     true = {truth["place"]}
     if truth["place"] == "span":
         true |= SPAN
-    if truth["place"].startswith("sensor_") and truth["place"] != "sensor_all":
+    sensors = {one["place"] for one in said.get("places", ()) if one["place"].startswith("sensor_")}
+    if truth["place"].startswith("sensor_") and (truth["place"] != "sensor_all" or len(sensors) == 1):
         true.add("sensor")  # the generator counts sensors, the finder calls them by their names
     return bool(places & true)
 

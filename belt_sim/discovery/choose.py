@@ -11,11 +11,12 @@ import numpy as np
 
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.loop import Closed, Loop, closed, states_with
-from belt_sim.discovery.places import TENSION, place_columns
-from belt_sim.discovery.search import Scored, cost, distinct, fitted, pairs, refined, singles
-from belt_sim.discovery.survey import Survey
+from belt_sim.discovery.places import TENSION, TRAVEL, place_columns
+from belt_sim.discovery.search import Scored, cost, distinct, exponents_of, fitted, gain_of, pairs, refined, singles
+from belt_sim.discovery.survey import Law, Survey, Term
 
-SINGLES, PAIRS, FIRSTS = 24, 6, 4
+SINGLES, PAIRS, FIRSTS, ALIKE = 24, 6, 4, 8
+POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
 WITHIN = 6.0  # chi2: a likelihood ratio of 20
 MODELLED = 0.02  # of a gain, to which linear columns can be trusted
 AGAIN = 400  # imagined repetitions of the campaign
@@ -44,7 +45,10 @@ def choose(survey: Survey, course: Course) -> Choice:
     firsts = ones[:FIRSTS] if ones[0].gain < possible else []
     beside = [(replace(survey, states=states_with(loop, c)), c.scored) for c in firsts]
     seconds = [(s, distinct(pairs(s, [one]), PAIRS)) for s, one in beside]
-    everything = sorted([*ones, *_judged(loop, seconds)], key=lambda c: -c.score)
+    everything = _merged(ones, _judged(loop, seconds))
+    more = [closed(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
+    everything = _merged(everything, [c for c in more if c is not None])
+    everything = _merged(everything, _judged(loop, _alike(survey, everything[0])))
     best = everything[0]
     close = WITHIN + MODELLED * best.gain
     rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
@@ -66,11 +70,39 @@ def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> lis
     return sorted(found.values(), key=lambda c: -c.score)
 
 
+def _merged(some: Sequence[Closed], more: Sequence[Closed]) -> list[Closed]:
+    """All of both, best first, of those that say the same the best."""
+    found: dict[tuple, Closed] = {}
+    for c in (*some, *more):
+        if c.law.says not in found or c.score > found[c.law.says].score:
+            found[c.law.says] = c
+    return sorted(found.values(), key=lambda c: -c.score)
+
+
+def _alike(survey: Survey, best: Closed) -> list[tuple[Survey, list[Scored]]]:
+    """What may say the same as a law: its terms at other places, and fewer numbers where they have run out of range."""
+    at_work = replace(survey, states=best.states)
+    end, found = float(survey.states.s[-1]), []
+    for k, term in enumerate(best.law.terms):
+        terms = [
+            Term(place, term.form, n)
+            for place in survey.tried
+            if place.name != term.place.name and (place.kind == "sensor") == (term.place.kind == "sensor")
+            for n in exponents_of(survey)
+            if term.form.variable == "one" or place.kind not in (TENSION, TRAVEL)
+        ]
+        if (plain := term.form.plainer(end)) is not None:
+            terms.append(replace(term, form=plain))
+        laws = [Law((*best.law.terms[:k], t, *best.law.terms[k + 1 :])) for t in terms]
+        scored = [Scored(law, g, g - cost(law)) for law in laws for g in (gain_of(at_work, law),)]
+        found += distinct(sorted(scored, key=lambda s: -s.score), ALIKE)
+    return [(at_work, found)]
+
+
 def explained(survey: Survey, course: Course) -> float:
     """chi2 that the mean of a course explains."""
     g, u = survey.ground, course.inputs(survey.ops.grid)
-    squeezed = course.place.name == TENSION
-    felt = [(u * survey.states.squeeze[:, k] if squeezed else u)[None] for _, k in course.place.parts]
+    felt = [(u * survey.states.lever(course.place, *part))[None] for part in course.place.parts]
     column = place_columns(survey.ops, course.place, felt)[0].astype(float)
     return g.left() - g.left(g.residual - column)
 

@@ -25,6 +25,7 @@ SHAPES = {
 COURSES = {
     "always": "1.0 + 0.0 * s",
     "travel": "s",
+    "square": "s**2",
     "root": "xp.sqrt(s + 1e-6)",
     "rise": "1.0 - xp.exp(-s / p)",
     "fade": "xp.exp(-s / p)",
@@ -78,6 +79,14 @@ class Form:
         """The other half of what swings."""
         return replace(self, course=f"{self.course}'")
 
+    def plainer(self, end: float) -> "Form | None":
+        """The form that it comes to when a length is beyond a record of ``end`` [m]: a straight rise, a wave."""
+        if self.course == "rise" and (self.at or 0.0) > end:
+            return replace(self, course="travel", at=None)
+        if self.course == "ring" and (self.wide or 0.0) > end:
+            return replace(self, course="wave", wide=None)
+        return None
+
     def values(self, states: States, part: int | None, signal: str | None) -> np.ndarray:
         """The form along every run, (R, J); part: the pulley, signal: the sensor."""
         x = variable(states, self.variable, part, signal)
@@ -114,7 +123,7 @@ def dictionary(states: States, kind: str) -> list[Form]:
     end = float(states.s[-1])
     timed = [("rise", end * r) for r in RISES] + [("after", end * k / PARTS) for k in range(1, PARTS - 1)]
     courses = [(c, None) for c in STEADY] + timed
-    if kind == "tension":
+    if kind in ("tension", "travel"):
         return [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
     forms = [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
     if kind == "sensor":
@@ -132,8 +141,9 @@ def dictionary(states: States, kind: str) -> list[Form]:
 def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
     """Forms for a law once it is known that something is missing: what rings after a step, and what reads the state and
     comes back with ``periods`` [m] of the machine."""
-    if kind in ("tension", "sensor"):
-        return []
+    square = [Form("one", course="square")]
+    if kind in ("tension", "travel", "sensor"):
+        return square
     end, cell = float(states.s[-1]), float(states.s[1] - states.s[0])
     shortest = SHORTEST * cell
     lengths = end / RATIO ** np.arange(0.0, np.log(end / shortest) / np.log(RATIO))
@@ -145,7 +155,9 @@ def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
         if at * fade < end
     ]
     names = ("beta", "y", "alpha", "kappa") if np.any(states.beta) else ("y", "alpha", "kappa")
-    return rings + [Form(n, course="wave", at=at) for n in names for at in periods if shortest < at < 2.0 * end]
+    return (
+        square + rings + [Form(n, course="wave", at=at) for n in names for at in periods if shortest < at < 2.0 * end]
+    )
 
 
 def windows(states: States, names: tuple[str, ...]) -> list[Form]:

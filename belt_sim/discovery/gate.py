@@ -77,7 +77,7 @@ def by_chance(survey: Survey, *, draws: int, seed: int) -> Chance:
     shared = list(range(draws, len(vectors)))
     along = np.einsum("crm,brm->cb", g.shared, errors)
     most = np.zeros(draws)
-    for place in survey.places:
+    for place in survey.tried:
         p = products(survey, place, vectors)
         for n in exponents_of(survey):
             most = np.maximum(most, _largest(p, survey.weight(n), draws, shared, g.inverse, along))

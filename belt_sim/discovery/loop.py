@@ -7,13 +7,14 @@ judged by what it does, and not by how well the state as read, which holds the u
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from belt_sim.discovery.channels import CHANNELS
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.operators import kept_row
-from belt_sim.discovery.places import TENSION, place_columns
+from belt_sim.discovery.places import place_columns
 from belt_sim.discovery.responses import MOMENT
 from belt_sim.discovery.search import Scored, cost, fitted
 from belt_sim.discovery.states import States
@@ -23,10 +24,14 @@ ROUNDS = 60  # of the iteration at most; those of a Volterra equation converge
 CLOSE = 1e-5  # of the largest state, between rounds
 FURTHEST = 10.0  # times the largest state: a belt that has run away
 STEPS = 8  # of the fit
-ENOUGH = 0.05  # chi2, between steps
+ENOUGH, SAME = 0.05, 1e-4  # chi2 and share of it, between steps
 SHORTER = 4  # halvings of a step
 NUDGE = 1e-3  # of a number, for derivatives
+LONGEST = 3.0  # records, of a length
 NUMBERS = ("knee", "at", "wide")
+
+#: whitened readings (F, R, m) of sets of numbers, and the states with the first
+Run = tuple[np.ndarray, States]
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,9 @@ class Loop:
         """What an input in each cell of a channel adds to a state of a pulley, or of a signal (R, J, J)."""
         key = (name, where, channel)
         if key not in self.kept:
-            self.kept[key] = np.stack([self._one(r, *key) for r in range(len(self.survey.states.tension))]).astype(np.float32)
+            self.kept[key] = np.stack([self._one(r, *key) for r in range(len(self.survey.states.tension))]).astype(
+                np.float32
+            )
         return self.kept[key]
 
     def _one(self, run: int, name: str, where: int, channel: str) -> np.ndarray:
@@ -76,40 +83,51 @@ class Closed:
         return Scored(self.law, self.gain, self.score, tuple(self.sizes))
 
 
-def closed(loop: Loop, law: Law, sizes) -> Closed | None:
+def closed(loop: Loop, law: Law, sizes, steps: int = STEPS) -> Closed | None:
     """The law fitted in closed loop from ``sizes``; None where the belt runs away however small they are made."""
     ground = loop.survey.ground
-    numbers = _numbers(law, sizes)
-    now = None
-    for _ in range(2 * SHORTER):
-        now = _run(loop, law, numbers[None])
-        if now is not None:
-            break
-        numbers = _smaller(law, numbers)
+    numbers, now = _on_its_pulleys(loop, law, _numbers(law, sizes))
     if now is None:
         return None
     none, chi2 = ground.left(), ground.left(ground.residual - now[0][0])
-    for _ in range(STEPS):
-        moved = _moved(law, numbers)
-        others = _run(loop, law, moved, now[1])
-        if others is None:
+    for _ in range(steps):
+        found = _better(loop, law, numbers, now, chi2)
+        if found is None:
             break
-        slopes = (others[0] - now[0]) / np.diagonal(moved - numbers)[:, None, None]
-        step = _step(loop.survey, ground.residual - now[0][0], slopes)
-        for k in range(SHORTER):
-            tried = _allowed(loop.survey, law, numbers, numbers + step * 0.4**k)
-            after = _run(loop, law, tried[None], now[1])
-            better = after is not None and ground.left(ground.residual - after[0][0]) < chi2
-            if better:
-                break
-        if not better:
-            break
-        before, chi2 = chi2, ground.left(ground.residual - after[0][0])
-        numbers, now = tried, after
-        if before - chi2 < ENOUGH + 1e-4 * before:
+        before = chi2
+        numbers, now, chi2 = found
+        if before - chi2 < ENOUGH + SAME * before:
             break
     law, sizes = _read(law, numbers)
     return Closed(law, sizes, none - chi2, now[0][0], now[1])
+
+
+def _on_its_pulleys(loop: Loop, law: Law, numbers: np.ndarray) -> tuple[np.ndarray, Run | None]:
+    """Numbers with sizes halved until the belt does not run away, and what they make."""
+    for _ in range(2 * SHORTER):
+        now = _run(loop, law, numbers[None])
+        if now is not None:
+            return numbers, now
+        numbers = np.concatenate([0.5 * numbers[: _sizes(law)], numbers[_sizes(law) :]])
+    return numbers, None
+
+
+def _better(loop: Loop, law: Law, numbers: np.ndarray, now: Run, chi2: float) -> tuple[np.ndarray, Run, float] | None:
+    """Numbers after a step of Gauss and Newton, what they make, and its chi2; None where no step helps."""
+    ground = loop.survey.ground
+    moved = _moved(law, numbers)
+    others = _run(loop, law, moved, now[1])
+    if others is None:
+        return None
+    slopes = (others[0] - now[0]) / np.diagonal(moved - numbers)[:, None, None]
+    step = _step(loop.survey, ground.residual - now[0][0], slopes)
+    for k in range(SHORTER):
+        tried = _allowed(loop.survey, law, numbers, numbers + step * 0.4**k)
+        after = _run(loop, law, tried[None], now[1])
+        left = np.inf if after is None else ground.left(ground.residual - after[0][0])
+        if after is not None and left < chi2:
+            return tried, after, left
+    return None
 
 
 def _step(survey: Survey, residual: np.ndarray, slopes: np.ndarray) -> np.ndarray:
@@ -128,10 +146,6 @@ def _sizes(law: Law) -> int:
     return sum(2 if t.form.waving else 1 for t in law.terms)
 
 
-def _smaller(law: Law, numbers: np.ndarray) -> np.ndarray:
-    return np.concatenate([0.5 * numbers[: _sizes(law)], numbers[_sizes(law) :]])
-
-
 def _moved(law: Law, numbers: np.ndarray) -> np.ndarray:
     """Sets of numbers (p, p), each with one of them moved a little."""
     count = _sizes(law)
@@ -141,9 +155,9 @@ def _moved(law: Law, numbers: np.ndarray) -> np.ndarray:
 
 
 def _allowed(survey: Survey, law: Law, old: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """New numbers, shape numbers no further than a factor of two from the old, lengths no longer than the record."""
+    """New numbers, shape numbers no further than a factor of two from the old, lengths no longer than some records."""
     count, names = _sizes(law), [n for t in law.terms for n in NUMBERS if getattr(t.form, n) is not None]
-    longest = np.array([np.inf if n == "knee" else np.log(float(survey.states.s[-1])) for n in names])
+    longest = np.array([np.inf if n == "knee" else np.log(LONGEST * float(survey.states.s[-1])) for n in names])
     top = np.minimum(old[count:] + np.log(2.0), np.maximum(longest, old[count:]))
     return np.concatenate([new[:count], np.clip(new[count:], old[count:] - np.log(2.0), top)])
 
@@ -153,12 +167,12 @@ def _read(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:
     count, terms = _sizes(law), []
     left = list(np.exp(numbers[count:]))
     for t in law.terms:
-        changed = {n: float(left.pop(0)) for n in NUMBERS if getattr(t.form, n) is not None}
+        changed: dict[str, Any] = {n: float(left.pop(0)) for n in NUMBERS if getattr(t.form, n) is not None}
         terms.append(replace(t, form=replace(t.form, **changed)))
     return Law(tuple(terms)), numbers[:count]
 
 
-def _run(loop: Loop, law: Law, sets: np.ndarray, begin: States | None = None) -> tuple[np.ndarray, States] | None:
+def _run(loop: Loop, law: Law, sets: np.ndarray, begin: States | None = None) -> Run | None:
     """Whitened readings (F, R, m) that a law makes with each set of numbers (F, p), and the states with the first; None
     where a belt runs away. begin: states to begin the iteration with."""
     laws = [_read(law, numbers) for numbers in sets]
@@ -194,7 +208,7 @@ def _inputs(survey: Survey, law: Law, sizes, states: States) -> list[list[np.nda
         parts = []
         for channel, part in t.place.parts:
             u = weight * sum(c * f.values(states, part, channel) for c, f in zip(own, forms, strict=True))
-            parts.append(u * survey.states.squeeze[:, part] if t.place.name == TENSION else u)
+            parts.append(u * survey.states.lever(t.place, channel, part))
         found.append(parts)
     return found
 

@@ -133,7 +133,7 @@ def singles(survey: Survey, exponents=None) -> list[Scored]:
     vectors = np.concatenate([g.residual[None], g.shared])
     beside = list(range(1, len(vectors)))
     found: list[Scored] = []
-    for place in survey.places:
+    for place in survey.tried:
         p = products(survey, place, vectors)
         for n in exponents_of(survey) if exponents is None else exponents:
             gain = gains(p, survey.weight(n), 1, beside, g.inverse, g.shared_residual[:, None])[:, 0]
@@ -172,7 +172,7 @@ def pairs(survey: Survey, firsts: list[Scored]) -> list[Scored]:
     start = 1 + len(g.shared)
     spans = np.cumsum([start, *[len(c) for c in own]])
     prior = np.linalg.pinv(g.inverse, hermitian=True) - np.einsum("crm,drm->cd", g.shared, g.shared)
-    tables = [products(survey, place, vectors) for place in survey.places]
+    tables = [products(survey, place, vectors) for place in survey.tried]
     found: list[Scored] = []
     for first, low, high in zip(firsts, spans[:-1], spans[1:], strict=True):
         beside = [*range(1, start), *range(low, high)]

@@ -4,7 +4,7 @@ import math
 
 from belt_sim.discovery.effect_file import parity, size_unit
 from belt_sim.discovery.forms import UNITS
-from belt_sim.discovery.places import TENSION
+from belt_sim.discovery.places import TENSION, TRAVEL
 from belt_sim.discovery.refit import Refit
 from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.results import words
@@ -49,6 +49,7 @@ def _term(t: Term, tag: str, numbers) -> str:
     course = {
         "always": "",
         "travel": "s",
+        "square": "s²",
         "root": "√s",
         "rise": f"(1 − exp(−s/({at})))",
         "fade": f"exp(−s/({at}))",
@@ -85,8 +86,11 @@ def looks_like(survey: Survey, law: Law) -> str:
     if course == "wave":
         return _wave(survey, float(t.form.at or 0.0))
     if v == "one":
-        slow = "it warms up or settles" if course in ("travel", "root", "rise") else "it was changed in the run"
-        thing = {"sensor": "a sensor or its stand", TENSION: "the tension", "yaw": "the stand of a pulley"}
+        slow = (
+            "it warms up or settles" if course in ("travel", "square", "root", "rise") else "it was changed in the run"
+        )
+        thing = {"sensor": "a sensor or its stand", "yaw": "the stand of a pulley"}
+        thing |= {TENSION: "the tension", TRAVEL: "the encoder or its wheel"}
         return f"{thing.get(kind, 'the surface of a pulley')}: {slow}"
     if kind == "sensor":
         return "a sensor that answers late" if v == "rate" else "a sensor whose scale is not straight"
