@@ -51,7 +51,7 @@ class Refit:
 
 def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit | None:
     """Fit a law in closed loop; None where the belt of the march runs away with it, however small it is."""
-    _, sizes, _ = fitted(survey, survey.columns(scored.law))
+    sizes = fitted(survey, survey.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
     file = effect_file(survey, scored, sizes, said)
     old = survey.bench.forward
     chosen = [c for c in old.classes if c.id in survey.fit.ids]
