@@ -210,6 +210,8 @@ def removed(error: Mapping[str, Any] | None, least: Mapping[str, float] | None =
     own = error.get("beside_settings")
     if own:
         error = {"held_out": own, "noise_floor_mm": own["noise_floor_mm"]}
+    if own := error.get("own"):  # so a discovered law tells it
+        error = {"held_out": own, "noise_floor": own["floor"]}
     unit = "_mm" if "noise_floor_mm" in error else ""
     before, after = (error["held_out"][f"{k}{unit}"] for k in ("before", "after"))
     floor = error[f"noise_floor{unit}"]

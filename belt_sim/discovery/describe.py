@@ -190,9 +190,10 @@ def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
     assert found.refit is not None
     numbers, form = found.refit.estimates(), found.refit.scored.law.terms[0].form
     at = numbers.get("at", (form.at or 1.0,))[0]
-    if form.course == "wave":
-        phase = 2.0 * np.pi * line / at
-        return numbers["cos"][0] * np.cos(phase) + numbers["sin"][0] * np.sin(phase)
+    if form.waving:
+        halves = (evaluated(COURSES[c])(s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np)
+                  for c in (form.course, form.sine().course))  # fmt: skip
+        return sum(numbers[n][0] * half for n, half in zip(("cos", "sin"), halves, strict=True))
     if by_travel:
         return numbers["size"][0] * evaluated(COURSES[form.course])(
             s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 
 from belt_sim.discovery.effect_text import BEND, TEMPLATE, needed
 from belt_sim.discovery.forms import COURSES, SHAPES
-from belt_sim.discovery.places import TENSION
+from belt_sim.discovery.places import TENSION, TRAVEL
 from belt_sim.discovery.survey import Law, Term
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import effects_in
 
 ID = "found_effect"
-SINE = "wave'"
 ODD = ("x", "x|x|", "x^3", "saturated", "beyond")
 _UNITS = {"one": "", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
 _POWER = {"x|x|": 2, "x^2": 2, "x^3": 3}
@@ -25,6 +24,8 @@ _TIDY = {
     "m/(m)^3": "1/m^2",
     "m/(m/s)": "s",
     "rad/m": "rad/m",
+    "m/m": "1",
+    "m/m^2": "1/m",
     "1/m/(rad)": "1/(m rad)",
 }
 _LAW_OF = {"yaw": "drive", "turn": "run-up", "drift": "run-up", "shift": "wrap", "twist": "wrap", TENSION: "span"}
@@ -95,7 +96,7 @@ def parity(law: Law) -> str:
 
 
 def _odd(t: Term) -> bool:
-    return (t.place.name == TENSION or t.form.variable != "one") and t.form.shape in ODD
+    return (t.place.name in (TENSION, TRAVEL) or t.form.variable != "one") and t.form.shape in ODD
 
 
 def _law(law: Law) -> str:
@@ -104,21 +105,22 @@ def _law(law: Law) -> str:
 
 def _hook(term: Term) -> str:
     kind = term.place.kind
-    return {"turn": "runup", "drift": "runup", "shift": "wrap", "twist": "wrap", TENSION: "bend"}.get(kind, kind)
+    hooks = {"turn": "runup", "drift": "runup", "shift": "wrap", "twist": "wrap", TENSION: "bend", TRAVEL: "encoder"}
+    return hooks.get(kind, kind)
 
 
 def _numbers(term: Term, tag: str, sizes: list) -> list[Number]:
     form = term.form
     unit = size_unit(term)
     what = f"size of {form.shape.replace('x', form.variable)} ({form.course})"
-    if form.course == "wave":
+    if form.waving:
         found = [Number(f"{half}{tag}", unit, f"{what}, {half}", float(sizes.pop(0))) for half in ("cos", "sin")]
     else:
         found = [Number(f"size{tag}", unit, what, float(sizes.pop(0)))]
     if form.knee is not None:
         found.append(Number(f"knee{tag}", _UNITS[form.variable], f"{form.variable} at its knee", form.knee, True))
     if form.at is not None:
-        meaning = "wavelength" if form.course == "wave" else "travel of its course"
+        meaning = "wavelength" if form.waving else "travel of its course"
         found.append(Number(f"at{tag}", "m", meaning, form.at, True))
     if form.wide is not None:
         found.append(Number(f"wide{tag}", "m", "how long it lasts", form.wide, True))
@@ -129,7 +131,7 @@ def size_unit(term: Term) -> str:
     """Unit of a term's size."""
     variable, place = _UNITS[term.form.variable], term.place.unit
     power = _POWER.get(term.form.shape, 1)
-    course = {"travel": "/m", "root": "/m^0.5"}.get(term.form.course, "")
+    course = {"travel": "/m", "square": "/m^2", "root": "/m^0.5"}.get(term.form.course, "")
     if variable == place and power == 1:
         return f"1{course}"
     over = "" if not variable else f"/({variable})^{power}" if power > 1 else f"/({variable})"
@@ -159,8 +161,8 @@ def _input(term: Term, tag: str, tension: float) -> str:
     def course(name):
         return _put(COURSES[name], f"self.at{tag}", f"self.wide{tag}")
 
-    if form.course == "wave":
-        along = f"(self.cos{tag} * {course('wave')} + self.sin{tag} * {course(SINE)})"
+    if form.waving:
+        along = f"(self.cos{tag} * {course(form.course)} + self.sin{tag} * {course(form.sine().course)})"
     else:
         along = f"self.size{tag} * ({course(form.course)})"
     return (
@@ -223,6 +225,11 @@ def _bend(terms, points) -> str:
     return BEND.format(calls=calls)
 
 
+def _encoder(terms, points) -> str:
+    calls = " + ".join(f"self._input{'' if k == 0 else f'_{k + 1}'}(1.0, travel, case)" for k, _ in terms)
+    return f"    def encoder(self, travel, case):\n        return travel + {calls}\n"
+
+
 def _sensor(terms, points) -> str:
     lines = ""
     for k, t in terms:
@@ -241,5 +248,6 @@ _HOOKS = {
     "runup": _at_pulleys("runup", {"turn": "turn", "drift": "drift"}),
     "wrap": _at_pulleys("runoff", {"shift": "y", "twist": "alpha"}),
     "bend": _bend,
+    "encoder": _encoder,
     "sensor": _sensor,
 }

@@ -9,7 +9,7 @@ from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.operators import kept_row
-from belt_sim.discovery.places import TENSION
+from belt_sim.discovery.places import TENSION, TRAVEL, Place
 from belt_sim.discovery.responses import MOMENT, Responses
 
 #: rows of Responses.curves at the run-ups (tail, head)
@@ -37,6 +37,14 @@ class States:
     speed: np.ndarray
     squeeze: np.ndarray
     signals: tuple[str, ...]
+
+    def lever(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
+        """What an input of 1 at a place is to one of its channels: 1, or (R, J)."""
+        if place.name == TENSION:
+            return self.squeeze[:, pulley]
+        if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
+            return np.gradient(self.shown[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
+        return 1.0
 
 
 def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course: Course | None = None) -> States:

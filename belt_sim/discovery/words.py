@@ -4,7 +4,7 @@ import math
 
 from belt_sim.discovery.effect_file import parity, size_unit
 from belt_sim.discovery.forms import UNITS
-from belt_sim.discovery.places import TENSION
+from belt_sim.discovery.places import TENSION, TRAVEL
 from belt_sim.discovery.refit import Refit
 from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.results import words
@@ -49,12 +49,14 @@ def _term(t: Term, tag: str, numbers) -> str:
     course = {
         "always": "",
         "travel": "s",
+        "square": "s²",
         "root": "√s",
         "rise": f"(1 − exp(−s/({at})))",
         "fade": f"exp(−s/({at}))",
         "after": f"after {at}",
         "during": f"from {at} on for {wide}",
         "wave": f"a wave of {at}",
+        "ring": f"a wave of {at} that fades over {wide}",
     }[form.course]
     parts = [p for p in (shape, course) if p] or ["a constant"]
     size = ""
@@ -79,11 +81,16 @@ def looks_like(survey: Survey, law: Law) -> str:
     """What kind of thing usually has such a law; empty when nothing comes to mind."""
     t = law.terms[0]
     kind, (v, shape, course) = t.place.kind, t.form.family
+    if course == "ring":
+        return "something that swings out after a step"
     if course == "wave":
         return _wave(survey, float(t.form.at or 0.0))
     if v == "one":
-        slow = "it warms up or settles" if course in ("travel", "root", "rise") else "it was changed in the run"
-        thing = {"sensor": "a sensor or its stand", TENSION: "the tension", "yaw": "the stand of a pulley"}
+        slow = (
+            "it warms up or settles" if course in ("travel", "square", "root", "rise") else "it was changed in the run"
+        )
+        thing = {"sensor": "a sensor or its stand", "yaw": "the stand of a pulley"}
+        thing |= {TENSION: "the tension", TRAVEL: "the encoder or its wheel"}
         return f"{thing.get(kind, 'the surface of a pulley')}: {slow}"
     if kind == "sensor":
         return "a sensor that answers late" if v == "rate" else "a sensor whose scale is not straight"
