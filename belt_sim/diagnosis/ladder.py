@@ -20,7 +20,7 @@ SURER = 6.0  # chi2: a likelihood ratio of 20
 
 @dataclass(frozen=True)
 class Rung:
-    """Another base model, its chi2 gain over the one that was asked for, the share of what that leaves beyond noise, and
+    """Another base model, its chi2 gain over the one asked for, the share of what that leaves beyond noise, and
     its rms error [m], with nothing fitted."""
 
     model: str

@@ -75,7 +75,8 @@ def discover(
     enough = DESCRIBED * choice.possible
     if choice.best.gain < max(enough, gate.threshold):
         return Discovered(survey=survey, gate=gate, courses=courses, choice=choice, left=failed)
-    closed = [r for r in (refit(survey, s) for s in _tried(choice)) if r.gain >= enough and r.certain(CERTAIN)]
+    fitted = (refit(survey, s) for s in _tried(choice))
+    closed = [r for r in fitted if r is not None and r.gain >= enough and r.certain(CERTAIN)]
     best = max(closed, key=lambda r: r.gain - cost(r.scored.law), default=None)
     return Discovered(survey=survey, gate=gate, courses=courses, choice=choice, refit=best, left=failed)
 

@@ -113,4 +113,4 @@ def _ratio(here: np.ndarray, believed: np.ndarray) -> np.ndarray:
 def _slow(level: tuple[float, float, float]) -> float:
     """Size of the slow part of the noise, which is what laws are mistaken for."""
     _, wander, length = level
-    return wander * float(np.sqrt(length))
+    return wander * float(np.sqrt(abs(length)))

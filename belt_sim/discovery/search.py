@@ -68,7 +68,7 @@ def fitted(survey: Survey, columns: np.ndarray) -> tuple[float, np.ndarray, np.n
     left = own - onto @ ground.inverse @ onto.T
     pull = along - onto @ ground.inverse @ ground.shared_residual
     scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
-    if np.any(np.diag(left) * scale**2 < HIDDEN):
+    if not np.isfinite(left).all() or np.any(np.diag(left) * scale**2 < HIDDEN):
         return 0.0, np.zeros(len(pull)), np.zeros_like(left)
     inverse = np.linalg.pinv(left * np.outer(scale, scale), rcond=1e-6, hermitian=True)
     sizes = scale * (inverse @ (pull * scale))
@@ -124,7 +124,7 @@ def gains(p: Products, weight: np.ndarray, targets: int, beside: list[int], inve
         fine = (det > 1e-6 * np.maximum(left1 * left2, 1e-30)) & (left2 > 0.0)
         top = left2[:, None] * pull1**2 + left1[:, None] * pull2**2 - 2.0 * both[:, None] * pull1 * pull2
         gain[k] = np.where(fine[:, None], top / np.where(fine, det, 1.0)[:, None], gain[k])
-    return gain
+    return np.where(np.isfinite(gain), gain, 0.0)  # a form beyond the range of numbers is no law
 
 
 def singles(survey: Survey, exponents=None) -> list[Scored]:

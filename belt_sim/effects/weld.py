@@ -51,7 +51,7 @@ class Weld(Effect):
     parity = "even"
     heavy = True
     on_belt = True
-    min_revolutions = 2.0
+    min_revolutions = 1.0  # it runs up both pulleys
     parameters = {
         "angle": Parameter(unit="rad", meaning="kink of the belt", plausible=(-2e-3, 2e-3), scale=2e-4),
         "at": Parameter(

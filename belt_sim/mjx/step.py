@@ -16,6 +16,7 @@ from belt_sim.mjx.friction import Slip, pull_on_nodes, slipped
 from belt_sim.mjx.guides import pressed
 from belt_sim.mjx.layer import displaced, followed, threaded
 from belt_sim.mjx.limp import Kinks, aside_of, led_on
+from belt_sim.mjx.loads import forces_on
 from belt_sim.mjx.wrap import (
     FIRST,
     HEAD,
@@ -28,6 +29,7 @@ from belt_sim.mjx.wrap import (
     landed,
     met,
     released,
+    seen,
     sunk,
     turning,
 )
@@ -38,15 +40,13 @@ _CALM = 0.02  # [s], as in wrap/contact.py
 
 
 class State(NamedTuple):
-    """nodes [m], (m, 3, n); wraps: of head and tail; tail_x [m], tail_spin [rad]; tension [N]: mean of the spans;
-    travel [m]; correction [m]: by how much the step's Newton iteration moved a node at most; slip: None if it sticks;
-    kinks: of a limp belt; turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in
-    mjx/layer.py, or None."""
+    """nodes [m], (m, 3, n); wraps, pose: of head and tail; tension [N]: mean of the spans; travel [m]; correction [m]:
+    by how much the step's Newton iteration moved a node at most; slip: None if it sticks; kinks: of a limp belt;
+    turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in mjx/layer.py, or None."""
 
     nodes: Array
     wraps: Wrap
-    tail_x: Array
-    tail_spin: Array
+    pose: Pose
     tension: Array
     travel: Array
     correction: Array
@@ -76,7 +76,8 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     def poses(tail: Array) -> Pose:
         return Pose(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
 
-    tail = jnp.stack([state.tail_x, state.tail_spin + shape.sign * moved / belt.surfaces.radius[TAIL]])
+    spin = state.pose.spin[TAIL] + shape.sign * moved / belt.surfaces.radius[TAIL]
+    tail = jnp.stack([state.pose.centre[TAIL, 0], spin])
     pose, wraps, kinks = poses(tail), state.wraps, state.kinks
     if kinks is not None:
         wraps, kinks = led_on(shape, wraps, belt.surfaces, pose, kinks)
@@ -89,9 +90,7 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     anchors = _anchors(belt, wraps, pose, state.layer, places)
     nodes = _led(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord, belt.stride))(
-            wraps, belt.surfaces, pose
-        )
+        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(wraps, belt.surfaces, pose)
     places = parted(shape, wraps, places.stations)
     if state.layer is not None:
         anchors = _anchors(belt, wraps, pose, state.layer, places)
@@ -102,31 +101,28 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     )
     nodes, pose = jnp.zeros_like(nodes).at[..., places.stations].set(nodes), poses(tail)
     wraps, slip, turned = _yielded(shape, belt, wraps, pose, nodes, state, command)
-    wraps, layer = _landed(shape, belt, wraps, pose, nodes, state.layer, command, moved)
-    return State(nodes, wraps, tail[0], tail[1], tension, command.travel, correction, slip, kinks, turned, layer)
+    wraps, layer = _landed(shape, belt, wraps, pose, nodes, state, command)
+    return State(nodes, wraps, pose, tension, command.travel, correction, slip, kinks, turned, layer)
 
 
 def _landed(
-    shape: Shape,
-    belt: Belt,
-    wraps: Wrap,
-    pose: Pose,
-    nodes: Array,
-    layer: Array | None,
-    command: Command,
-    moved: Array,
+    shape: Shape, belt: Belt, wraps: Wrap, pose: Pose, nodes: Array, state: State, command: Command
 ) -> tuple[Wrap, Array | None]:
     """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
+    moved, layer = command.travel - state.travel, state.layer
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
     shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
     for end in (FIRST, LAST):
 
-        def lands(w: Wrap, s: Surfaces, p: Pose, layer: Array | None, end: int = end) -> Wrap:
-            seen = threaded(belt, w, s, p, layer, nodes, end)
-            return landed(shape, w, s, p, seen, end, belt.chord, belt.stride, shaped)
+        def lands(w: Wrap, s: Surfaces, p: Pose, old: Pose, layer: Array | None, end: int = end) -> Wrap:
+            before, after = (
+                seen(shape, w, s, at, threaded(belt, w, s, at, layer, places, end), end)
+                for at, places in ((old, state.nodes), (p, nodes))
+            )
+            return landed(shape, w, s, p, before, after, end, belt.chord, moved, shaped)
 
-        wraps = jax.vmap(lands)(wraps, belt.surfaces, pose, layer)
+        wraps = jax.vmap(lands)(wraps, belt.surfaces, pose, state.pose, layer)
     return wraps, layer if layer is None else followed(belt, layer, wraps, pose, nodes, command.share, moved)
 
 
@@ -176,6 +172,9 @@ def _balanced(
     on_nodes, at_ends = forces(shape, belt, nodes, places, twist, command.share)
     if press is not None:
         on_nodes = on_nodes.at[1::3].add(press.force)
+    if belt.loads is not None:
+        more = forces_on(belt.loads, belt.chord, belt.stiffness, belt.line_y, belt.mass, nodes)
+        on_nodes = on_nodes + command.share * more.reshape(on_nodes.shape)
     on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL])
     arms = jnp.where(places.on_tail, nodes[:, 0] - tail[0], 0.0).sum(axis=1)
     lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
