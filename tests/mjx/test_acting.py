@@ -187,7 +187,7 @@ def test_a_giving_pulley_comes_to_rest_where_the_moment_holds_it(both):
     belt = both[1].belt
     compliance, stiffness, turned = belt.surfaces.yaw_compliance, 0.7 * float(belt.holding), np.zeros(2)
     for moved in [0.0] * 12 + [0.006] * 60:
-        turned = np.asarray(given_way(belt, turned, 100.0 - stiffness * turned, np.array(moved)))
+        turned = np.asarray(given_way(belt, turned, turned, 100.0 - stiffness * turned, np.array(moved)))
         if moved == 0.0:
             standing = turned
     rest = 100.0 * compliance / (1.0 + compliance * stiffness)
