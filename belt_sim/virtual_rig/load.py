@@ -18,7 +18,6 @@ class Load:
     upper: on the span above (whichever way the belt runs); run_up, run_off: curvature there [1/m]; tilt: roll at
     mid-span [rad]; row, shape (4, batch): y at the load's place per boundary value (y_o, theta_o, y_u, theta_u);
     give: y there per unit of the load. A load that is spread has no place: row and give are 0.
-    along (batch, n): of what bends by nature, the roll at mid-span per unit of natural curvature in an element [m].
     """
 
     upper: bool
@@ -27,7 +26,6 @@ class Load:
     tilt: np.ndarray
     row: np.ndarray
     give: np.ndarray
-    along: np.ndarray | None = None
 
 
 def force_at(line: Line, upper: bool, share) -> Load:
@@ -54,18 +52,15 @@ def rolling(line: Line, upper: bool) -> Load:
     return _spread(line, upper, [2, 3], pair)
 
 
-def bent_by_nature(line: Line, upper: bool) -> Load:
-    """1 rad of roll at mid-span, which natural curvature makes; what the same does to the run-ups is said elsewhere.
+def tilting(line: Line, upper: bool) -> np.ndarray:
+    """Curvature in the middle of every element by 1 N m about the long axis at mid-span, (batch, n) [1/(N m2)].
 
-    By Betti, its roll is EI times the curvature that a unit couple about the long axis at mid-span makes there.
+    By Betti's theorem natural curvature there tilts mid-span by EI times as much.
     """
-    count, none = 2**DOUBLINGS, np.zeros(len(line.stress))
-    loads = np.zeros((len(none), count + 1, 4))
-    loads[:, count // 2, 2] = 1.0
-    nodes = _solved(line, upper, loads)[0]
-    bent = curvature_along(nodes[..., None], line.span_length, line.sag_roll * line.sag_curvature)[..., 0]
-    along = bent * (line.bending * line.span_length / count)[:, None]
-    return Load(upper, none, none, none + 1.0, np.zeros((4, len(none))), none, along)
+    loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
+    loads[:, 2 ** (DOUBLINGS - 1), 2] = 1.0
+    nodes = _solved(line, upper, loads)[0][..., None]
+    return curvature_along(nodes, line.span_length, line.sag_roll * line.sag_curvature)[..., 0]
 
 
 def _spread(line: Line, upper: bool, fields: list[int], pair: np.ndarray) -> Load:

@@ -48,7 +48,10 @@ def true_line(plan: Plan, base: str, errors: Errors) -> Line:
 
 
 def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
-    """Readings without noise [m or rad], shape (signals, n, batch), at the travel that the recorder shows."""
+    """Readings without noise [m or rad], shape (signals, n, batch), at the travel that the recorder shows.
+
+    A lateral sensor reads zero where the yaw is applied; a tilt is against the horizontal.
+    """
     shown = plan.travel[:, None]
     for fault in faults:
         line = fault.set(line)
@@ -61,7 +64,7 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     readings = []
     for place in plan.signals.values():
         value = _seen(journey, faults, place, travelled)
-        if place.startswith("point_"):  # set to zero before the yaw; an inclinometer knows what is level
+        if place.startswith("point_"):
             value = value - _seen(journey, faults, place, begun, _BEFORE)
         for fault in faults:
             value = fault.read(value, place, travelled, line)

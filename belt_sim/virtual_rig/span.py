@@ -92,8 +92,8 @@ def _yielding(stiffness: np.ndarray, yields: tuple[np.ndarray, np.ndarray]) -> n
 
 
 def curvature_along(nodes: np.ndarray, length, sag_curvature) -> np.ndarray:
-    """In-plane curvature kappa = y'' + Z phi in the middle of every element, shape (batch, n - 1, k), of k fields given
-    at nodes, shape (batch, n, 4, k)."""
+    """In-plane curvature kappa = y'' + Z phi in the middle of every element, (batch, n - 1, k), of fields y, y', phi,
+    phi' at the nodes, (batch, n, 4, k)."""
     h = length / (nodes.shape[1] - 1)
     value, _, second = hermite(np.full_like(h, 0.5), h)
     left, right = nodes[:, :-1], nodes[:, 1:]
