@@ -19,10 +19,10 @@ from belt_sim.diagnosis.samples import Samples
 LEVEL_SPREAD = 0.35
 FACTORS = np.exp(np.linspace(np.log(0.2), np.log(5.0), 35))
 TOGETHER = 0.6  # the same of both levels together, where something was read off
-LENGTH_SPREAD = 0.8  # the same of the wander length, which few data sheets give at all
-LENGTH_STEP = 1.5  # from one length of the grid to the next
+LENGTH_SPREAD = 1.0  # the same of the wander length, which few data sheets give at all
+LENGTH_STEP = 1.8  # from one length of the grid to the next
 RARER = 3.0  # chi2 that a smooth wander has to earn
-LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
+LENGTHS = (0.7, 24.0)  # [m] that the grid covers, the stated length apart; its ends pull lengths near them inwards
 UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats may be a stranger's
 MOST = 1.2  # sigmas from the data sheet, of levels of which nothing is known
 MODES = 24  # of a record, into which its Fourier modes are put together
