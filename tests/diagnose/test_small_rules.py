@@ -29,7 +29,8 @@ def slot(*, modifier):
     ("value", "u", "as_size", "as_shape"),
     [
         (0.5, 0.1, True, True),
-        (1.2, 0.2, False, True),  # outside, but its interval reaches in: a size is judged by itself, a shape by that
+        (1.9, 0.2, True, True),  # what a machine could have is good to a factor of two
+        (2.5, 0.9, False, True),  # outside, but its interval reaches in: a size is judged by itself, a shape by that
         (3.0, 0.2, False, False),
     ],
 )
@@ -50,7 +51,7 @@ def test_an_effect_whose_shape_cannot_be_told_is_there_without_a_number():
     forward = SimpleNamespace(slots=slots)
     assert estimates(forward, fit) == {"a": {}}
     assert is_plausible(forward, fit)
-    assert not is_plausible(forward, replace(fit, vector=np.array([1.5, 0.2])))
+    assert not is_plausible(forward, replace(fit, vector=np.array([2.5, 0.2])))
 
 
 def test_waves_of_their_own_phase_are_allowed_another_spectrum(monkeypatch):
