@@ -29,8 +29,8 @@ def readings(correlation, rng):
 @pytest.mark.parametrize(("correlation", "smooth"), [(ROUGH, False), (SLOPED, True)])
 def test_repeats_tell_which_wander_it_is(correlation, smooth):
     rng = np.random.default_rng(1)
-    finder = linear_bench(REPEATS, SIGNAL, count=COUNT).finder
-    found = finder.many(np.stack([readings(correlation, rng) for _ in range(20)]))
+    drawn = [readings(correlation, rng) for _ in range(20)]
+    found = [linear_bench(REPEATS, SIGNAL, count=COUNT, y=y).finder(y) for y in drawn]
     assert np.mean([(lv.of(0)[2] < 0.0) == smooth for lv in found]) >= 0.9
     of_its_kind = [lv.of(0) for lv in found if (lv.of(0)[2] < 0.0) == smooth]
     assert np.mean(np.log([wander for _, wander, _ in of_its_kind])) == pytest.approx(0.0, abs=0.3)
@@ -41,8 +41,8 @@ def test_repeats_tell_which_wander_it_is(correlation, smooth):
 def test_the_slow_part_of_a_wander_is_as_large_as_it_is_whatever_length_the_sheet_states(true):
     """Laws are mistaken for it: wander^2 times length, with which its spectrum begins."""
     rng = np.random.default_rng(3)
-    finder = linear_bench(REPEATS, SIGNAL, count=COUNT).finder
-    found = finder.many(np.stack([readings(np.exp(-APART / true), rng) for _ in range(60)]))
+    drawn = [readings(np.exp(-APART / true), rng) for _ in range(60)]
+    found = [linear_bench(REPEATS, SIGNAL, count=COUNT, y=y).finder(y) for y in drawn]
     slow = [wander**2 * abs(length) / true for _, wander, length in (lv.of(0) for lv in found)]
     assert np.median(slow) == pytest.approx(1.0, rel=0.25)
 
