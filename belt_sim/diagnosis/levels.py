@@ -20,9 +20,9 @@ LEVEL_SPREAD = 0.35
 FACTORS = np.exp(np.linspace(np.log(0.2), np.log(5.0), 35))
 TOGETHER = 0.6  # the same of both levels together, where something was read off
 LENGTH_SPREAD = 0.8  # the same of the wander length, which few data sheets give at all
-LENGTH_STEP = 1.8  # from one length of the grid to the next
+LENGTH_STEP = 1.5  # from one length of the grid to the next
 RARER = 6.0  # chi2 (a likelihood ratio of 20) that a smooth wander has to earn, in all signals together
-LENGTHS = (0.7, 24.0)  # [m] that the grid covers, the stated length apart; its ends pull lengths near them inwards
+LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
 UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats may be a stranger's
 MOST = 1.2  # sigmas from the data sheet, of levels of which nothing is known
 MODES = 24  # of a record, into which its Fourier modes are put together
@@ -106,7 +106,11 @@ class _SignalLevels:
             self.spectra, self.modes_of = _spectra(signal, contrasts[0], self.lengths)
 
     def evidence(self, y: np.ndarray) -> float:
-        """2 log probability of contrasts of readings (R, S, n), all levels together, up to a constant."""
+        """2 log probability of contrasts of readings (R, S, n), all levels together, up to a constant; 0 of readings
+        without any noise, as of a campaign that is planned.
+        """
+        if not any(np.any(part) for c in self.contrasts for part in c.read(y[None])):
+            return 0.0
         cost = self._of_contrasts(y[None])
         return float(2.0 * np.log(np.sum(np.exp(-0.5 * (cost - cost.min())))) - cost.min())
 

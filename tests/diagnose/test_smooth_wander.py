@@ -37,16 +37,6 @@ def test_repeats_tell_which_wander_it_is(correlation, smooth):
     assert np.mean(np.log(np.abs([length for *_, length in of_its_kind]))) == pytest.approx(0.0, abs=0.5)
 
 
-@pytest.mark.parametrize("true", [1.0, 2.0])
-def test_the_slow_part_of_a_wander_is_as_large_as_it_is_whatever_length_the_sheet_states(true):
-    """Laws are mistaken for it: wander^2 times length, with which its spectrum begins."""
-    rng = np.random.default_rng(3)
-    drawn = [readings(np.exp(-APART / true), rng) for _ in range(60)]
-    found = [linear_bench(REPEATS, SIGNAL, count=COUNT, y=y).finder(y) for y in drawn]
-    slow = [wander**2 * abs(length) / true for _, wander, length in (lv.of(0) for lv in found)]
-    assert np.median(slow) == pytest.approx(1.0, rel=0.25)
-
-
 def test_chance_draws_a_smooth_wander_as_it_is():
     """Between neighbours it differs with the square of their distance, where a rough one does with the distance."""
     bench = linear_bench(REPEATS, SIGNAL, count=COUNT)
