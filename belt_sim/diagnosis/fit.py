@@ -95,7 +95,8 @@ def _take(fit: Fit, metric, values, slopes, target) -> None:
             return
         fit.residual, fit.values = metric.whiten(target - values), values
         fit.chi2 = float(fit.residual @ fit.residual)
-    fit.slopes = slopes
+    known = np.isfinite(slopes).all(axis=(1, 2, 3), keepdims=True)  # a hair further on the belt runs away: no direction
+    fit.slopes = slopes = np.where(known, slopes, 0.0)
     fit.columns = metric.whiten(slopes) if fit.free else np.empty((0, len(fit.residual)))
     fit.settled = fit.settled or not fit.free
 

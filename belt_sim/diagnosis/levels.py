@@ -21,7 +21,7 @@ FACTORS = np.exp(np.linspace(np.log(0.2), np.log(5.0), 35))
 TOGETHER = 0.6  # the same of both levels together, where something was read off
 LENGTH_SPREAD = 0.8  # the same of the wander length, which few data sheets give at all
 LENGTH_STEP = 1.5  # from one length of the grid to the next
-RARER = 3.0  # chi2 that a smooth wander has to earn
+RARER = 6.0  # chi2 (a likelihood ratio of 20) that a smooth wander has to earn, in all signals together
 LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
 UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats may be a stranger's
 MOST = 1.2  # sigmas from the data sheet, of levels of which nothing is known
@@ -42,14 +42,14 @@ class LevelFinder:
         self.repeats = len({c.runs for c in contrasts})
         if columns is not None and not contrasts:
             contrasts = _single_runs(samples, np.concatenate([shapes, columns]))
-        self.signals = [
-            _SignalLevels(
-                signal,
-                [c for c in contrasts if c.signal == s],
-                scatter(samples, self.groups, s) if self.repeats else [],
-            )
-            for s, signal in enumerate(samples.signals)
-        ]
+        of_signal = [[c for c in contrasts if c.signal == s] for s in range(len(samples.signals))]
+        fast = [scatter(samples, self.groups, s) if self.repeats else [] for s in range(len(samples.signals))]
+        self.signals = list(map(_SignalLevels, samples.signals, of_signal, fast))
+        if self.repeats:  # these differ by noise alone, whatever the model
+            smooth = [_SignalLevels(*each, smooth=True) for each in zip(samples.signals, of_signal, fast, strict=True)]
+            pairs = zip(smooth, self.signals, strict=True)
+            if sum(a.evidence(samples.y) - b.evidence(samples.y) for a, b in pairs) > RARER:
+                self.signals = smooth
 
     def __call__(self, errors: np.ndarray) -> Levels:
         """Levels to be expected after what a model leaves of the readings (R, S, n)."""
@@ -81,14 +81,16 @@ class LevelFinder:
 class _SignalLevels:
     """The grid of one signal: white factors, wander factors, length factors."""
 
-    def __init__(self, signal: SignalSheet, contrasts: list[Contrast], fast: Sequence[Scatter] = ()) -> None:
-        """fast: what every run shows by itself, beside contrasts of repeats."""
-        self.contrasts, self.lengths = contrasts, _lengths(signal)
+    def __init__(
+        self, signal: SignalSheet, contrasts: list[Contrast], fast: Sequence[Scatter] = (), *, smooth: bool = False
+    ) -> None:
+        """fast: what every run shows by itself, beside contrasts of repeats; smooth: the wander is."""
+        self.contrasts, self.lengths = contrasts, -_lengths(signal) if smooth else _lengths(signal)
         self.fast = [(part, [part.modes(x) for x in self.lengths]) for part in fast] if contrasts else []
         f2, logs = FACTORS**2, np.log(FACTORS)
         both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
         prior = both[0, 0] * (logs[:, None] ** 2 + logs**2) + 2.0 * both[0, 1] * logs[:, None] * logs
-        by_length = np.log(np.abs(self.lengths)) ** 2 / LENGTH_SPREAD**2 + np.where(self.lengths < 0.0, RARER, 0.0)
+        by_length = np.log(np.abs(self.lengths)) ** 2 / LENGTH_SPREAD**2
         self.prior = by_length[:, None, None] + prior
         self.modes, self.places, self.weights = [], [], []
         for k, length in enumerate(self.lengths):
@@ -103,8 +105,21 @@ class _SignalLevels:
         if contrasts:
             self.spectra, self.modes_of = _spectra(signal, contrasts[0], self.lengths)
 
+    def evidence(self, y: np.ndarray) -> float:
+        """2 log probability of contrasts of readings (R, S, n), all levels together, up to a constant; 0 of readings
+        without any noise, as of a campaign that is planned.
+        """
+        if not any(np.any(part) for c in self.contrasts for part in c.read(y[None])):
+            return 0.0
+        cost = self._of_contrasts(y[None])
+        return float(2.0 * np.log(np.sum(np.exp(-0.5 * (cost - cost.min())))) - cost.min())
+
     def cost(self, errors: np.ndarray) -> np.ndarray:
         """-2 log probability (B, lengths, white factors, wander factors)."""
+        cost = self._of_contrasts(errors)
+        return cost + self._of_every_run(errors) if self.fast else cost
+
+    def _of_contrasts(self, errors: np.ndarray) -> np.ndarray:
         cost = np.repeat(self.prior[None], len(errors), axis=0)
         read = [c.read(errors) for c in self.contrasts]
         for k, modes in enumerate(self.modes):
@@ -113,7 +128,7 @@ class _SignalLevels:
                 np.zeros((len(errors), self.weights[k].shape[0])),
             )
             cost[:, k] += (squares @ self.weights[k]).reshape(cost.shape[0], *cost.shape[2:])
-        return cost + self._of_every_run(errors) if self.fast else cost
+        return cost
 
     def _of_every_run(self, errors: np.ndarray) -> np.ndarray:
         """-2 log probability of what is fast in every run, (B, lengths, white factors, wander factors).
@@ -189,12 +204,11 @@ def _of_wander(steps: np.ndarray, turn: np.ndarray, smooth: np.ndarray) -> np.nd
 
 
 def _lengths(signal: SignalSheet) -> np.ndarray:
-    """Factors on the stated wander length; below 0 those of a smooth wander, half as many."""
+    """Factors on the stated wander length."""
     steps = LENGTH_STEP ** np.arange(-8.0, 9.0)
     lengths = steps * max(signal.wander_length, 1e-6)
     inside = (lengths >= LENGTHS[0]) & (lengths <= LENGTHS[1])
-    rough = steps[inside | (steps == 1.0)]
-    return np.concatenate([rough, -rough[::2]]) if signal.wander_sd > 0 else np.ones(1)
+    return steps[inside | (steps == 1.0)] if signal.wander_sd > 0 else np.ones(1)
 
 
 def _classes(ratios: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -78,3 +78,21 @@ def test_the_effect_that_explains_more_stays_or_comes_in(began):
     assert swapped(refits, (began,), said.append) == ("b",)
     np.testing.assert_allclose(refits.fit(("b",)).vector, [0.0, 5.0], atol=1e-3)
     assert said == (["b explains more than a"] if began == "a" else [])
+
+
+def test_a_direction_in_which_the_belt_runs_away_is_none():
+    """The derivative there is no number; the other parameter is fitted, and nothing but numbers comes out."""
+    rng = np.random.default_rng(4)
+    one, other = WHITE.white * rng.normal(size=(2, len(SPREAD), 1, 40))
+    bench = linear_bench(SPREAD, y=3.0 * one, shapes={"one": one, "other": other})
+    lanes = bench.forward.lanes
+
+    def running_away(vectors, directions):
+        values, slopes = lanes(vectors, directions)
+        return values, np.where(directions[:, 1, None, None, None] != 0.0, np.inf, slopes)
+
+    bench.forward.lanes = running_away
+    fit = bench.fit([bench.start(("one", "other"), np.zeros(2))])[0]
+    assert fit.done
+    assert fit.vector == pytest.approx([3.0, 0.0], abs=1e-6)
+    assert np.isfinite(fit.slopes).all()
