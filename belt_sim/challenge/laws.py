@@ -24,11 +24,19 @@ _NAMES = {"yaw": "yaw_{}", "turn": "runup_{}", "drift": "runup_{}", "shift": "wr
 #: sign in a formula -> variable of the generator, the first that is there
 _VARIABLES = (("β", "yaw"), ("κ", "curvature"), ("α", "contact_angle"), ("dy/dt", "y"), ("y", "y"))
 #: mark of a shape in a formula -> form
-_SHAPES = (("saturating", "saturating"), ("beyond", "threshold"), ("|", "power"), ("²", "power"), ("³", "power"))
+_SHAPES = (
+    ("saturating", "saturating"),
+    ("beyond", "threshold"),
+    ("stuck", "threshold"),
+    ("|", "power"),
+    ("²", "power"),
+    ("³", "power"),
+)
 #: mark of a course along the travel -> forms that it may be called, the first that is there
 _COURSES = (
     ("that fades", ("periodic", "exponential")),
     ("a wave of", ("periodic",)),
+    ("a step", ("threshold", "constant")),
     ("(1 − exp(", ("exponential", "saturating")),
     ("exp(", ("exponential",)),
     ("after ", ("threshold", "saturating")),
@@ -36,6 +44,9 @@ _COURSES = (
     ("√s", ("power", "saturating", "exponential")),
 )
 _TRAVEL = re.compile(r"(^|[ )])s$")
+_CLOCK = re.compile(
+    r"(?<![a-z])[st]′|(?<![a-z])t(?=[²/]|$)"
+)  # travel since the yaw was set, or time: courses all the same
 #: What pushes sideways at a span acts on the march through the curvature at its run-up and nowhere else, so that these
 #: places are the same to readings of y
 SPAN = {"runup_tail", "runup_head", "runup_both"}
@@ -96,7 +107,7 @@ def _steady(term: str) -> bool:
 
 def pairs(term: str) -> set[tuple[str, str]]:
     """(variable, form) that one term of a formula can be called by: size × shape of a variable, course × tension^n."""
-    body = term.partition(" × tension^")[0].rpartition(" × ")[2]
+    body = _CLOCK.sub("s", term.partition(" × tension^")[0].rpartition(" × ")[2])
     variable = next((name for sign, name in _VARIABLES if sign in body), "")
     course = next((forms for mark, forms in _COURSES if mark in body), ("linear",) if _TRAVEL.search(body) else ())
     found = {(v, form) for form in course for v in (_WAVES if form == "periodic" else _ALONG)}

@@ -89,7 +89,7 @@ def _alike(survey: Survey, best: Closed) -> list[tuple[Survey, list[Scored]]]:
             for place in survey.tried
             if place.name != term.place.name and (place.kind == "sensor") == (term.place.kind == "sensor")
             for n in exponents_of(survey)
-            if term.form.variable == "one" or place.kind not in (TENSION, TRAVEL)
+            if term.form.variable in ("one", "set") or place.kind not in (TENSION, TRAVEL)
         ]
         if (plain := term.form.plainer(end)) is not None:
             terms.append(replace(term, form=plain))

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.own_errors import errors_of
 from belt_sim.discovery.discover import FEWEST, Discovered
 from belt_sim.discovery.effect_file import parity
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.forms import COURSES, SHAPES, UNITS, variable
+from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, UNITS, stop, variable
 from belt_sim.discovery.forms import formula as evaluated
 from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.words import CALLED, formula, looks_like, sentence
@@ -159,7 +159,7 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
     numbers = found.refit.estimates()
     part, u = term.place.parts[0][1], course.inputs(s.ops.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]
-    by_travel = term.form.variable in ("one", "beta")
+    by_travel = term.form.variable in STATELESS
     x = np.broadcast_to(s.states.s, u.shape)
     if not by_travel:
         x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
@@ -199,7 +199,7 @@ def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
             s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np
         )
     knee = numbers.get("knee", (form.knee,))[0]
-    return numbers["size"][0] * evaluated(SHAPES[form.shape])(x=line, p=knee, xp=np)
+    return numbers["size"][0] * evaluated(SHAPES[form.shape])(x=line, p=knee, s=line, xp=np, stop=stop)
 
 
 def _errors(found: Discovered) -> Errors:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.discovery.channels import CHANNELS
-from belt_sim.discovery.forms import Form
+from belt_sim.discovery.forms import STATELESS, Form
 from belt_sim.discovery.operators import kept_row
 from belt_sim.discovery.places import place_columns
 from belt_sim.discovery.responses import MOMENT
@@ -177,7 +177,7 @@ def _run(loop: Loop, law: Law, sets: np.ndarray, begin: States | None = None) ->
     where a belt runs away. begin: states to begin the iteration with."""
     laws = [_read(law, numbers) for numbers in sets]
     states = [begin or loop.survey.states for _ in laws]
-    reading = any(t.form.variable not in ("one", "beta") for t in law.terms)
+    reading = any(t.form.variable not in STATELESS for t in law.terms)
     largest = {n: float(np.abs(getattr(loop.survey.states, n)).max()) + 1e-12 for n in ("y", "alpha", "kappa", "shown")}
     for _ in range(ROUNDS if reading else 1):
         inputs = [_inputs(loop.survey, one, sizes, at) for (one, sizes), at in zip(laws, states, strict=True)]
@@ -215,9 +215,7 @@ def _inputs(survey: Survey, law: Law, sizes, states: States) -> list[list[np.nda
 
 def _read_by(law: Law) -> set[tuple[str, str | None, int | None]]:
     """What a law reads: variable, and the channel and pulley of the part that reads it."""
-    return {
-        (t.form.variable, *part) for t in law.terms if t.form.variable not in ("one", "beta") for part in t.place.parts
-    }
+    return {(t.form.variable, *part) for t in law.terms if t.form.variable not in STATELESS for part in t.place.parts}
 
 
 def _states(loop: Loop, law: Law, inputs, before: Sequence[States]) -> list[States]:

@@ -20,9 +20,9 @@ READ = (0, 1, 2, 3, MOMENT, MOMENT + 1)
 class States:
     """Along every run, on the grid s (J,) [m].
 
-    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw;
-    since (R, J): travel since it was set; per signal (R, S, J): shown [m] and rate [m/s]; tension, speed (R,); squeeze
-    (R, 2, J): what a relative change of tension adds to kappa.
+    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw; set
+    (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): shown [m] and rate [m/s]; tension,
+    speed (R,); squeeze (R, 2, J): what a relative change of tension adds to kappa.
     """
 
     s: np.ndarray
@@ -30,6 +30,7 @@ class States:
     alpha: np.ndarray
     kappa: np.ndarray
     beta: np.ndarray
+    set: np.ndarray
     since: np.ndarray
     shown: np.ndarray
     rate: np.ndarray
@@ -68,6 +69,7 @@ def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course:
         alpha=-np.gradient(y[:, :2], spacing, axis=-1),
         kappa=rows[:, MOMENT : MOMENT + 2] / bending,
         beta=np.where(since >= 0.0, (yaw + head)[:, None], 0.0),
+        set=np.where(since >= 0.0, 1.0, 0.0),
         since=np.maximum(since, 0.0),
         shown=shown,
         rate=np.gradient(shown, spacing, axis=-1) * speed[:, None, None],

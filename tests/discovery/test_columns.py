@@ -24,7 +24,10 @@ TERMS = {
     "tension": Form("one", course="rise", at=10.0),
     "travel": Form("one", course="travel"),
     "turn_tail": Form("beta", course="ring", at=9.0, wide=12.0),
+    "drift_tail": Form("set", course="rise", at=8.0),
+    "twist_head": Form("set", course="fade", at=20.0, timed=True),
     "sensor_y1": Form("shown", shape="x^2"),
+    "sensor_y4": Form("shown", shape="stuck", knee=2e-4),
     "sensor_all": Form("rate"),
 }
 
