@@ -43,8 +43,12 @@ def by_likelihood(bench: Workbench, fit: Fit, found: Found) -> dict[str, dict[st
         if low.row in crooked:
             slot = slots[low.row]
             ends = sorted(float(side.end * slot.scale) for side in (low, high))
-            own = told[slot.effect.id][slot.name]
-            told[slot.effect.id][slot.name] = replace(own, interval=(ends[0], ends[1]))
+            least, most = slot.effect.parameters[slot.name].plausible
+            own = told[slot.effect.id]
+            if ends[0] <= least and ends[1] >= most:  # the readings exclude nothing of what a machine could have
+                del own[slot.name]
+            else:
+                own[slot.name] = replace(own[slot.name], interval=(ends[0], ends[1]))
     return told
 
 

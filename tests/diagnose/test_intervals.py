@@ -86,8 +86,13 @@ def test_a_curved_number_reaches_further_where_readings_change_less():
 
 
 def test_an_interval_that_readings_leave_open_ends_where_machines_do():
-    found = interval_of(lambda a: np.tanh(a), 1.0, plausible=(-0.5, 9.0))["a"]
-    assert found.interval_95 == pytest.approx((-0.5, 9.0))
+    found = interval_of(lambda a: 2.0 * np.tanh(a) + 6.0 * np.minimum(a, 0.0), 2.0, plausible=(-9.0, 9.0))["a"]
+    assert found.interval_95[1] == pytest.approx(9.0)
+    assert -0.6 < found.interval_95[0] < -0.2
+
+
+def test_a_number_of_which_readings_exclude_nothing_is_not_told():
+    assert "a" not in interval_of(lambda a: np.tanh(a), 1.0, plausible=(-0.5, 9.0))
 
 
 def test_two_numbers_that_do_the_same_are_not_known():
