@@ -207,16 +207,16 @@ def removed(error: Mapping[str, Any] | None, least: Mapping[str, float] | None =
     """
     if not error or not error.get("held_out"):
         return None
-    own = error.get("beside_settings")
-    if own:
-        error = {"held_out": own, "noise_floor_mm": own["noise_floor_mm"]}
-    if own := error.get("own"):  # so a discovered law tells it
-        error = {"held_out": own, "noise_floor": own["floor"]}
+    beside = bool(error.get("beside_settings") or error.get("own"))
+    if told := error.get("beside_settings"):
+        error = {"held_out": told, "noise_floor_mm": told["noise_floor_mm"]}
+    elif told := error.get("own"):  # so a discovered law tells it
+        error = {"held_out": told, "noise_floor": told["floor"]}
     unit = "_mm" if "noise_floor_mm" in error else ""
     before, after = (error["held_out"][f"{k}{unit}"] for k in ("before", "after"))
     floor = error[f"noise_floor{unit}"]
     if least and CRASH not in least:
-        floor = least["beside_settings_mm" if own else "plain_mm"] * (1.0 if unit else si.MM)
+        floor = least["beside_settings_mm" if beside else "plain_mm"] * (1.0 if unit else si.MM)
     if not before > REDUCIBLE * floor:
         return None
     return round(min(1.0, (before - after) / (before - floor)), 4)

@@ -127,7 +127,8 @@ def test_the_reducible_error_is_what_exceeds_what_the_truth_leaves():
     beside = told | {"beside_settings": {"before_mm": 0.5, "after_mm": 0.3, "noise_floor_mm": 0.1}}
     least = {"plain_mm": 0.2, "beside_settings_mm": 0.25}
     assert removed(told, least) == removed(in_metres, least) == pytest.approx(1.0)
-    assert removed(beside, least) == pytest.approx(0.8)
+    discovered = in_metres | {"own": {"before": 5e-4, "after": 3e-4, "floor": 1e-4}}
+    assert removed(beside, least) == removed(discovered, least) == pytest.approx(0.8)
     assert removed(beside, {"crash": "ValueError"}) == removed(beside) == pytest.approx(0.5)
     assert removed(told, {"plain_mm": 1.05, "beside_settings_mm": 0.1}) is None
 
