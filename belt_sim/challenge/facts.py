@@ -207,11 +207,10 @@ def removed(error: Mapping[str, Any] | None, least: Mapping[str, float] | None =
     """
     if not error or not error.get("held_out"):
         return None
-    own = error.get("beside_settings")
+    own = error.get("beside_settings") or error.get("own")  # the latter of a discovered law, in m
     if own:
-        error = {"held_out": own, "noise_floor_mm": own["noise_floor_mm"]}
-    if own := error.get("own"):  # so a discovered law tells it
-        error = {"held_out": own, "noise_floor": own["floor"]}
+        unit = "_mm" if "noise_floor_mm" in own else ""
+        error = {"held_out": own, f"noise_floor{unit}": own[f"noise_floor{unit}" if unit else "floor"]}
     unit = "_mm" if "noise_floor_mm" in error else ""
     before, after = (error["held_out"][f"{k}{unit}"] for k in ("before", "after"))
     floor = error[f"noise_floor{unit}"]

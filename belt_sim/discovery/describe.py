@@ -131,7 +131,7 @@ def _law(found: Discovered) -> FoundLaw:
         variable=CALLED[first.form.variable],
         variable_unit=UNITS[first.form.variable],
         parity=parity(law),
-        exponent=made["exponent"] if many else None,
+        exponent=Estimate(*found.refit.exponent, "1", True) if many else None,
         parameters=made,
         share=min(1.0, found.refit.gain / max(found.choice.possible, 1e-9)),
         frequency=found.choice.frequency,
