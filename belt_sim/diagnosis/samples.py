@@ -1,6 +1,6 @@
 """A campaign's samples as arrays of one shape: runs x signals x samples, thinned where they are needlessly dense."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import numpy as np
@@ -33,6 +33,13 @@ class Samples:
     def end(self) -> float:
         """Longest travel of any run [m]."""
         return float(np.nanmax(self.travel))
+
+    def of_runs(self, which: np.ndarray) -> "Samples":
+        """Those of some runs, by number."""
+        each = {n: getattr(self, n)[which] for n in ("travel", "time", "y", "yaw_at", "per_bin")}
+        settings = jax.tree.map(lambda x: x[which], self.cases.settings)
+        runs = tuple(self.runs[k] for k in which)
+        return replace(self, runs=runs, cases=replace(self.cases, settings=settings), **each)
 
 
 def samples_of(campaign: Campaign) -> Samples:

@@ -65,8 +65,10 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
 
 
 def _phase(seen, case):
-    """2 pi times the place on the belt over its length, of what passes points 1-4, (4, n); what lies at point 4 at
-    travel 0 has none, whichever way the belt goes."""
+    """2 pi times the place on the belt over its length, of what passes points 1-4, shape (4, n).
+
+    What lies at point 4 at travel 0 has none, whichever way the belt goes.
+    """
     rig, direction = case.rig, case.settings.direction
     at_1, at_2 = rig.span_length, rig.span_length + rig.wrap_tail
     along = jnp.stack([at_1, at_2, at_2 + rig.span_length, 0.0 * at_1])  # points 1-4 along the belt from 4

@@ -57,7 +57,7 @@ class Weld(Effect):
         "at": Parameter(
             unit="m",
             meaning="place at travel 0",
-            plausible=(0.0, 300.0),
+            plausible=(-300.0, 300.0),  # it comes back every belt length
             scale=2.0,
             modifier=True,
             grid=tuple(2.6 * k for k in range(9)),  # a belt of 24 m; a shorter one is covered more than once

@@ -21,7 +21,8 @@ from belt_sim.mjx.handed import handed
 from belt_sim.mjx.limp import Kinks
 from belt_sim.mjx.measure import reading
 from belt_sim.mjx.plan import Plan, plan_of
-from belt_sim.mjx.step import Command, State, step
+from belt_sim.mjx.state import Command, State
+from belt_sim.mjx.step import step
 from belt_sim.mujoco3d.machine.scene import Scene, lay_out
 from belt_sim.mujoco3d.mesh.belt import BeltModel
 from belt_sim.mujoco3d.mesh.chain import Chain

@@ -52,7 +52,7 @@ def step_time(cases: int, dx: float) -> dict[str, Any]:
     arrays = jax.tree.map(lambda *v: np.stack(v), *[(r.belt, r.state, r.plan.commands) for r in ready])
     arrays = jax.device_put(arrays)
     march = marched.lower(ready[0].shape, *arrays).compile()
-    steps = len(ready[0].plan.recorded) * options.steps
+    steps = ready[0].plan.commands.travel.size
     taken = min(_seconds(march, *arrays) for _ in range(REPEATS)) / steps
     moved = float((march.cost_analysis() or {}).get("bytes accessed", np.nan))  # the loop's body is counted once
     row = {"device": str(jax.devices()[0].device_kind), "cases": cases, "stations": ready[0].shape.stations}

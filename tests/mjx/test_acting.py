@@ -36,16 +36,17 @@ ACTING = [
     {"id": "yaw_compliance", "c_m": 2e-5},
 ]
 LOADS = [
-    {"id": "idler_skew", "force": 10.0, "place": 0.3},
-    {"id": "side_drag", "moment": 2.0, "place": 0.7},
-    {"id": "machine_tilt", "angle": 0.05},
-    {"id": "off_centre_load", "moment": 0.01},
+    {"id": "idler_skew", "force": 20.0, "place": 0.3},
+    {"id": "side_drag", "moment": 5.0, "place": 0.7},
+    {"id": "machine_tilt", "angle": 0.5},
+    {"id": "off_centre_load", "moment": 0.1},
 ]
 SAME = 1e-9  # of the largest: two codes of one formula
 STIFF = 1e-4  # of the stiffness of a wrap: native reads it off by steps of 1 um
 SETTLED = 1e-6  # of the largest limit; native stops at 1e-3
 PARITY = 0.01  # of the largest y
 FRICTION = 0.15
+LOADED = 5e-5  # [m]
 
 
 def scene_of(*effects, friction=np.inf):
@@ -146,15 +147,14 @@ def test_spans_are_loaded_as_in_the_run_in_time(both):
 
 
 def test_a_loaded_belt_runs_as_in_time():
-    """All of it at once, on a belt that is not yawed, in a batch with one on which nothing acts."""
-    options = replace(COARSE, steps=2)
+    """All of it at once, on a belt that is not yawed."""
     case = paper_case(20.0, 0.0, ROPE_EXAMPLE)
-    parts = [SpaceModel(options=options).parts(case, load_effects(asked)) for asked in (LOADS, [])]
-    found, still = simulate_batch([case] * 2, travel=0.8, options=options, parts=parts)
-    native = simulate(case, travel=0.8, options=options, parts=parts[0])
+    parts = SpaceModel(options=COARSE).parts(case, load_effects(LOADS))
+    found = simulate_batch([case], travel=0.6, options=COARSE, parts=[parts])[0]
+    native = simulate(case, travel=0.6, options=COARSE, parts=parts)
     y = np.array([np.interp(native.travel, found.travel, line) for line in found.y])
+    assert np.abs(native.y).max() > LOADED
     assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
-    assert np.abs(still.y).max() < 1e-3 * np.abs(native.y).max()
 
 
 @in_float64
@@ -187,7 +187,7 @@ def test_a_giving_pulley_comes_to_rest_where_the_moment_holds_it(both):
     belt = both[1].belt
     compliance, stiffness, turned = belt.surfaces.yaw_compliance, 0.7 * float(belt.holding), np.zeros(2)
     for moved in [0.0] * 12 + [0.006] * 60:
-        turned = np.asarray(given_way(belt, turned, 100.0 - stiffness * turned, np.array(moved)))
+        turned = np.asarray(given_way(belt, turned, turned, 100.0 - stiffness * turned, np.array(moved)))
         if moved == 0.0:
             standing = turned
     rest = 100.0 * compliance / (1.0 + compliance * stiffness)
