@@ -15,7 +15,9 @@ from belt_sim.discovery.places import TENSION, TRAVEL, place_columns
 from belt_sim.discovery.search import Scored, cost, distinct, exponents_of, fitted, gain_of, pairs, refined, singles
 from belt_sim.discovery.survey import Law, Survey, Term
 
-SINGLES, PAIRS, FIRSTS, ALIKE = 24, 6, 4, 8
+SINGLES, PAIRS, FIRSTS, ALIKE = 24, 8, 5, 8
+ONE = 0.998  # cosine of readings that are the same
+SHOWN = 12  # rivals
 POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
 WITHIN = 6.0  # chi2: a likelihood ratio of 20
 MODELLED = 0.02  # of a gain, to which linear columns can be trusted
@@ -42,7 +44,7 @@ def choose(survey: Survey, course: Course) -> Choice:
     loop, read = Loop(survey), survey.informed(course)
     ones = _judged(loop, [(s, distinct(singles(s), SINGLES)) for s in (survey, read)])
     possible = explained(survey, course)
-    firsts = ones[:FIRSTS] if ones[0].gain < possible else []
+    firsts = _unlike(survey, ones, FIRSTS) if ones[0].gain < possible else []
     beside = [(replace(survey, states=states_with(loop, c)), c.scored) for c in firsts]
     seconds = [(s, distinct(pairs(s, [one]), PAIRS)) for s, one in beside]
     everything = _merged(ones, _judged(loop, seconds))
@@ -54,7 +56,7 @@ def choose(survey: Survey, course: Course) -> Choice:
     rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
     frequency = _frequency(survey, [best, *rivals])
     simple = next(c for c in everything if len(c.law.terms) == 1)
-    return Choice(best.scored, tuple(c.scored for c in rivals), frequency, simple.scored, possible)
+    return Choice(best.scored, tuple(c.scored for c in rivals[:SHOWN]), frequency, simple.scored, possible)
 
 
 def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> list[Closed]:
@@ -65,9 +67,29 @@ def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> lis
             fine = refined(survey, one)
             _, sizes, _ = fitted(survey, survey.columns(fine.law))
             made = closed(loop, fine.law, sizes)
-            if made is not None and (fine.law.says not in found or made.score > found[fine.law.says].score):
-                found[fine.law.says] = made
+            if made is not None and (plain := _plain(survey, made.law)) != made.law:
+                made = closed(loop, plain, made.sizes)
+            if made is not None and (made.law.says not in found or made.score > found[made.law.says].score):
+                found[made.law.says] = made
     return sorted(found.values(), key=lambda c: -c.score)
+
+
+def _plain(survey: Survey, law: Law) -> Law:
+    """A law without the numbers that have run out of range."""
+    end, cell = float(survey.states.s[-1]), float(survey.states.s[1])
+    return Law(tuple(replace(t, form=t.form.plainer(end, cell) or t.form) for t in law.terms))
+
+
+def _unlike(survey: Survey, laws: Sequence[Closed], count: int) -> list[Closed]:
+    """The first of ``laws`` that do different things to the readings."""
+    some = list(laws[: 4 * count])
+    gram = _against(survey, np.stack([c.readings for c in some]))
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-30))
+    kept: list[int] = []
+    for k in range(len(some)):
+        if all(abs(gram[k, j]) < ONE * size[k] * size[j] for j in kept):
+            kept.append(k)
+    return [some[k] for k in kept[:count]]
 
 
 def _merged(some: Sequence[Closed], more: Sequence[Closed]) -> list[Closed]:
@@ -80,9 +102,8 @@ def _merged(some: Sequence[Closed], more: Sequence[Closed]) -> list[Closed]:
 
 
 def _alike(survey: Survey, best: Closed) -> list[tuple[Survey, list[Scored]]]:
-    """What may say the same as a law: its terms at other places, and fewer numbers where they have run out of range."""
-    at_work = replace(survey, states=best.states)
-    end, found = float(survey.states.s[-1]), []
+    """What may say the same as a law: its terms at other places."""
+    at_work, found = replace(survey, states=best.states), []
     for k, term in enumerate(best.law.terms):
         terms = [
             Term(place, term.form, n)
@@ -91,8 +112,6 @@ def _alike(survey: Survey, best: Closed) -> list[tuple[Survey, list[Scored]]]:
             for n in exponents_of(survey)
             if term.form.variable in ("one", "set") or place.kind not in (TENSION, TRAVEL)
         ]
-        if (plain := term.form.plainer(end)) is not None:
-            terms.append(replace(term, form=plain))
         laws = [Law((*best.law.terms[:k], t, *best.law.terms[k + 1 :])) for t in terms]
         scored = [Scored(law, g, g - cost(law)) for law in laws for g in (gain_of(at_work, law),)]
         found += distinct(sorted(scored, key=lambda s: -s.score), ALIKE)

@@ -76,6 +76,9 @@ def limits(found: Discovered) -> tuple[str, ...]:
         said.append("one speed was run: travel cannot be told from time")
     if sum(s.kind == "lateral" for s in samples.signals) == 1:
         said.append("one sensor: an error of it cannot be told from a movement of the belt")
+    acts = () if not found.found else found.refit.scored.law.terms if found.refit else (found.course,)
+    if any(t.place.kind == "turn" for t in acts):
+        said.append("a turn of the belt at a run-up cannot be told from a sideways push on the span before it")
     return tuple(said)
 
 
@@ -131,7 +134,7 @@ def _law(found: Discovered) -> FoundLaw:
         variable=CALLED[first.form.variable],
         variable_unit=UNITS[first.form.variable],
         parity=parity(law),
-        exponent=made["exponent"] if many else None,
+        exponent=Estimate(*found.refit.exponent, "1", True) if many else None,
         parameters=made,
         share=min(1.0, found.refit.gain / max(found.choice.possible, 1e-9)),
         frequency=found.choice.frequency,

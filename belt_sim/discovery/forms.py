@@ -83,8 +83,11 @@ class Form:
         """The other half of what swings."""
         return replace(self, course=f"{self.course}'")
 
-    def plainer(self, end: float) -> "Form | None":
-        """The form that it comes to when a length is beyond a record of ``end`` [m]: a straight rise, a wave."""
+    def plainer(self, end: float, cell: float) -> "Form | None":
+        """The form that it comes to when a length is beyond a record of ``end`` [m], or within a cell of it: a straight
+        rise, a wave; what is there from the start."""
+        if self.course in ("rise", "after") and not self.timed and (self.at or 0.0) < cell:
+            return replace(self, course="always", at=None)
         if self.course == "rise" and not self.timed and (self.at or 0.0) > end:
             return replace(self, course="travel", at=None)
         if self.course == "ring" and (self.wide or 0.0) > end:

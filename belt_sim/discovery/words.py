@@ -135,7 +135,7 @@ def sentence(survey: Survey, refit: Refit, share: float, looks: str, alone: bool
     said = f"The {places} lacks {formula(law, numbers)}"
     odd = parity(law)
     said += f"; {odd} in yaw" if odd != "mixed" else "; neither odd nor even in yaw"
-    value, u, _ = numbers["exponent"]
+    value, u = refit.exponent
     if u > 0.0:
         none = abs(value) < 2.0 * u and u < 0.4
         said += f"; {'no dependence on' if none else 'depends on'} tension (exponent {words.with_u(value, u)})"
