@@ -27,13 +27,14 @@ def drawing_apart() -> Iterator[Draw]:
     command = [sys.executable, "-m", __name__]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, env=environment)
-    assert process.stdin is not None and process.stderr is not None
+    asked, said = process.stdin, process.stderr
+    assert asked is not None
+    assert said is not None
 
     def draw(folder: Path, diagnosis: Diagnosis) -> None:
-        assert process.stdin is not None
         with suppress(BrokenPipeError):  # the process has died, and has said why
-            pickle.dump((folder, diagnosis), process.stdin)
-            process.stdin.close()
+            pickle.dump((folder, diagnosis), asked)
+            asked.close()
 
     try:
         yield draw
@@ -42,10 +43,10 @@ def drawing_apart() -> Iterator[Draw]:
         process.communicate()
         raise
     with suppress(BrokenPipeError):
-        process.stdin.close()
-    said = process.stderr.read().decode()
+        asked.close()
+    lines = said.read().decode().strip().splitlines()
     if process.wait():
-        raise BeltError(said.strip().splitlines()[-1] if said.strip() else "pictures: the process that draws them died")
+        raise BeltError(lines[-1] if lines else "pictures: the process that draws them died")
 
 
 def _draw() -> None:
