@@ -89,16 +89,21 @@ def _programs() -> int:
 
 
 def prediction_figures() -> dict[str, Any]:
-    """Processor milliseconds of predictions at POINTS points, old and new, and how far these are apart."""
+    """Processor milliseconds of predictions at POINTS points, old and new, how far these are apart, and seconds of the
+    first: of a campaign's own code the first of every campaign, of code for all what it costs to load (or to compile).
+    """
     campaign, model = read_campaign(CAMPAIGN), MODELS[MODEL]
     classes = [c for c in candidates_of(None, model, None) if not c.heavy]
     forward = Forward(samples_of(campaign), model, classes)
     vectors = np.repeat(forward.null()[None], POINTS, axis=0)
     vectors[:, 0] = np.linspace(0.0, 1.0, POINTS)
-    old = _old(forward)
-    apart = float(np.abs(old(vectors[:OLD_POINTS]) - forward.values(vectors[:OLD_POINTS])).max())
+    old, few = _old(forward), vectors[:OLD_POINTS]
+    firsts = _timed(lambda: old(few)), _timed(lambda: forward.values(few))
+    apart = float(np.abs(old(few) - forward.values(few)).max())
     return {
         "points": POINTS,
+        "old_first_s": firsts[0],
+        "new_first_s": firsts[1],
         "old_ms": 1e3
         * _timed(lambda: [old(vectors[k : k + OLD_POINTS]) for k in range(0, POINTS, OLD_POINTS)])
         / POINTS,
