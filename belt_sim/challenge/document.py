@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.challenge.facts import Facts
-from belt_sim.challenge.publish import Published
+from belt_sim.challenge.published import Published
 from belt_sim.challenge.targets import SIZES, confidently_wrong, of_kind, size_class, targets
 from belt_sim.challenge.told import cells, hidden_of
 from belt_sim.challenge.wilson import Share, share_of

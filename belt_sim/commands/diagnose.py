@@ -14,11 +14,12 @@ def run(cfg: Any) -> None:
         return
     from belt_sim.campaign import read_campaign
     from belt_sim.reports.terminal import tell_diagnosis
-    from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS, diagnose, whole
+    from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS, diagnose
     from belt_sim.use_cases.draw_apart import drawing_apart
     from belt_sim.use_cases.leave import leave_diagnosis, leave_recording
     from belt_sim.watch.asked import watch_asked
     from belt_sim.watch.progress import in_stages, progress
+    from belt_sim.whole_number import whole
 
     watch = watch_asked(config["watch"], "auto", "rrd")
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out")}

@@ -9,6 +9,7 @@ from belt_sim.diagnosis.forward import Forward, Slot
 from belt_sim.results.found import COVERAGE_95, Estimate
 
 DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
+EDGE = 2.0  # what a machine could have is a judgement, good to this factor
 FAINT = 1e-6  # a parameter that moves no reading by this many sigma is not in the readings
 
 
@@ -48,9 +49,16 @@ def _found(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> dic
         if least <= low and most >= high:
             continue  # the readings exclude nothing of what a machine could have
         shapes = declared.modifier and least <= high and most >= low  # it is no size, and may be what a machine has
-        there = low <= value <= high or abs(value - declared.null) <= 2.0 * u or shapes
+        away = value - declared.null
+        lowest, highest = _with_slack(low - declared.null, -EDGE), _with_slack(high - declared.null, EDGE)
+        there = lowest <= away <= highest or abs(away) <= 2.0 * u or shapes
         of_effect[slot.name] = Estimate(value, u, declared.unit, bool(there))
     return found
+
+
+def _with_slack(bound: float, factor: float) -> float:
+    """A bound relative to null, a factor further up, or down where that is negative."""
+    return bound * abs(factor) if bound * factor > 0.0 else bound / abs(factor)
 
 
 def is_plausible(forward: Forward, fit: Fit) -> bool:
@@ -70,6 +78,18 @@ def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -
 
 def _all_met(found: dict[str, dict[str, Estimate]]) -> bool:
     return all(params and all(e.plausible for e in params.values()) for params in found.values())
+
+
+def impossible(forward: Forward, fit: Fit) -> list[int]:
+    """Positions of free numbers on that side of null where no machine can be: a guide that pulls outwards."""
+    found = []
+    for position in fit.free:
+        declared = forward.slots[position].effect.parameters[forward.slots[position].name]
+        away = fit.vector[position] - forward.null()[position]
+        low, high = (bound - declared.null for bound in declared.plausible)
+        if (away < 0.0 <= low) or (away > 0.0 >= high):
+            found.append(position)
+    return found
 
 
 def has_diverged(fit: Fit) -> bool:

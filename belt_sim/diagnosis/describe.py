@@ -92,7 +92,8 @@ def label(campaign: Campaign) -> CampaignLabel:
 
 
 def _effects(d: Findings) -> tuple[FoundEffect, ...]:
-    weights = probabilities(d.found, d.judgement.base_left)
+    whole = d.verdict == Verdict.EXPLAINED  # then nothing stands out beside the set
+    weights = probabilities(d.found, d.left if whole else d.judgement.base_left, beside=whole)
     chosen, forward = d.judgement.named, d.bench.forward
     seen = estimates(forward, chosen)
     there = {e.id: e for e in forward.effects_at(chosen.vector, chosen.ids)}

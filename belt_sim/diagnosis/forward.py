@@ -57,6 +57,13 @@ class Slot:
     def null(self) -> float:
         return self.effect.parameters[self.name].null
 
+    @property
+    def side(self) -> tuple[float, float]:
+        """Lowest and highest value in units of scale: null, where a machine has the number on one side of it only."""
+        low, high = self.effect.parameters[self.name].plausible
+        ends = self.null if self.null <= low else -np.inf, self.null if self.null >= high else np.inf
+        return ends[0] / self.scale, ends[1] / self.scale
+
 
 class Forward:
     """Predictions of ``model`` with every effect of ``classes`` within reach, all null to begin with."""
@@ -78,6 +85,8 @@ class Forward:
         self.linear = np.array([s.effect.linear for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
         self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
+        ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
+        self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
         self._heavy = {c: self.index(c.id) for c in self.classes if c.heavy}
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)

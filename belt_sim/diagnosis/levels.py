@@ -12,7 +12,7 @@ import numpy as np
 
 from belt_sim.campaign import Run, SignalSheet
 from belt_sim.diagnosis.contrasts import Contrast, Scatter, contrast, scatter
-from belt_sim.diagnosis.noise import FLOOR, Levels
+from belt_sim.diagnosis.noise import FLOOR, SMOOTH, Levels
 from belt_sim.diagnosis.samples import Samples
 
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
@@ -21,6 +21,7 @@ FACTORS = np.exp(np.linspace(np.log(0.2), np.log(5.0), 35))
 TOGETHER = 0.6  # the same of both levels together, where something was read off
 LENGTH_SPREAD = 0.8  # the same of the wander length, which few data sheets give at all
 LENGTH_STEP = 1.5  # from one length of the grid to the next
+RARER = 3.0  # chi2 that a smooth wander has to earn
 LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
 UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats may be a stranger's
 MOST = 1.2  # sigmas from the data sheet, of levels of which nothing is known
@@ -87,7 +88,7 @@ class _SignalLevels:
         f2, logs = FACTORS**2, np.log(FACTORS)
         both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
         prior = both[0, 0] * (logs[:, None] ** 2 + logs**2) + 2.0 * both[0, 1] * logs[:, None] * logs
-        by_length = np.log(self.lengths) ** 2 / LENGTH_SPREAD**2
+        by_length = np.log(np.abs(self.lengths)) ** 2 / LENGTH_SPREAD**2 + np.where(self.lengths < 0.0, RARER, 0.0)
         self.prior = by_length[:, None, None] + prior
         self.modes, self.places, self.weights = [], [], []
         for k, length in enumerate(self.lengths):
@@ -171,20 +172,29 @@ def _spectra(signal: SignalSheet, contrast: Contrast, lengths: np.ndarray) -> tu
     last = np.append(first[1:], count + 1)
     turn = np.pi * 0.5 * (first + last - 1) / count  # of the phase from sample to sample
     spacing = float(np.median(np.diff(contrast.travel)))
-    near = np.exp(-spacing / (lengths * max(signal.wander_length, 1e-6)))[:, None]
-    wander = signal.wander_sd**2 * (1.0 - near**2) / (1.0 - 2.0 * near * np.cos(turn) + near**2)
+    steps = spacing / (lengths * max(signal.wander_length, 1e-6))[:, None]
+    wander = signal.wander_sd**2 * _of_wander(np.where(steps < 0.0, SMOOTH, 1.0) * np.abs(steps), turn, steps < 0.0)
     white = max(signal.white, FLOOR) ** 2 / contrast.per_bin
     f2 = FACTORS**2
     spectra = f2[:, None, None] * white + f2[:, None] * wander[:, None, None, :]
     return spectra.reshape(-1, len(first)), (last - first).astype(float)
 
 
+def _of_wander(steps: np.ndarray, turn: np.ndarray, smooth: np.ndarray) -> np.ndarray:
+    """Variance (G, K) of modes that turn by so much (K,) a sample, of wander of unit size whose exponential falls by
+    ``steps`` (G, 1) a sample; smooth (G, 1): whether that is Matern's.
+    """
+    rise, apart = np.sinh(steps), np.cosh(steps) - np.cos(turn)
+    return rise / apart - np.where(smooth, steps * (1.0 - np.cosh(steps) * np.cos(turn)) / apart**2, 0.0)
+
+
 def _lengths(signal: SignalSheet) -> np.ndarray:
-    """Factors on the stated wander length."""
+    """Factors on the stated wander length; below 0 those of a smooth wander, half as many."""
     steps = LENGTH_STEP ** np.arange(-8.0, 9.0)
     lengths = steps * max(signal.wander_length, 1e-6)
     inside = (lengths >= LENGTHS[0]) & (lengths <= LENGTHS[1])
-    return steps[inside | (steps == 1.0)] if signal.wander_sd > 0 else np.ones(1)
+    rough = steps[inside | (steps == 1.0)]
+    return np.concatenate([rough, -rough[::2]]) if signal.wander_sd > 0 else np.ones(1)
 
 
 def _classes(ratios: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -197,7 +207,7 @@ def _classes(ratios: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _far_off(white: Sequence[float], wander: Sequence[float], length: Sequence[float]) -> bool:
     """Whether levels are so far from the data sheet that something else may be in them."""
     off = np.abs(np.log([*white, *wander])) > UNTRUSTED * LEVEL_SPREAD
-    return bool(off.any() or (np.abs(np.log(length)) > UNTRUSTED * LENGTH_SPREAD).any())
+    return bool(off.any() or (np.abs(np.log(np.abs(length))) > UNTRUSTED * LENGTH_SPREAD).any())
 
 
 def repeated_groups(samples: Samples) -> list[tuple[int, ...]]:

@@ -11,7 +11,7 @@ from belt_sim.errors import InputError
 
 MAX_SAMPLES = 320  # per run; denser records are averaged in bins, which loses nothing that a belt can do
 WITHIN = 2.0  # sigmas of the place of the yaw, within which it may have jumped
-JUMP = 0.1  # [m] about the change of yaw in which a tilt is not judged: it jumps there, within one step of the march
+JUMP = 0.1  # [m] about the start and the change of yaw in which a tilt is not judged: it jumps there, within one step
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,9 +81,10 @@ def stack_cases(cases: list[Case]) -> Case:
 
 
 def _jumping(run: Run, travel: np.ndarray, per_bin: int) -> np.ndarray:
-    """Which samples (n,) at ``travel``, means of ``per_bin``, are of before and after the change of yaw."""
+    """Which samples (n,) at ``travel``, means of ``per_bin``, are of before and after the start or a change of yaw."""
     half = 0.5 * float(np.median(np.diff(travel))) if per_bin > 1 and len(travel) > 1 else 0.0
-    return np.abs(travel - run.yaw_at) <= max(JUMP, half, WITHIN * run.yaw_at_u)
+    near = max(JUMP, half)
+    return (np.abs(travel) <= near) | (np.abs(travel - run.yaw_at) <= max(near, WITHIN * run.yaw_at_u))
 
 
 def _thin(run: Run, names: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.own_errors import errors_of
 from belt_sim.discovery.discover import FEWEST, Discovered
 from belt_sim.discovery.effect_file import parity
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.forms import COURSES, SHAPES, UNITS, variable
+from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, UNITS, stop, variable
 from belt_sim.discovery.forms import formula as evaluated
 from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.words import CALLED, formula, looks_like, sentence
@@ -159,7 +159,7 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
     numbers = found.refit.estimates()
     part, u = term.place.parts[0][1], course.inputs(s.ops.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]
-    by_travel = term.form.variable in ("one", "beta")
+    by_travel = term.form.variable in STATELESS
     x = np.broadcast_to(s.states.s, u.shape)
     if not by_travel:
         x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
@@ -190,15 +190,16 @@ def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
     assert found.refit is not None
     numbers, form = found.refit.estimates(), found.refit.scored.law.terms[0].form
     at = numbers.get("at", (form.at or 1.0,))[0]
-    if form.course == "wave":
-        phase = 2.0 * np.pi * line / at
-        return numbers["cos"][0] * np.cos(phase) + numbers["sin"][0] * np.sin(phase)
+    if form.waving:
+        halves = (evaluated(COURSES[c])(s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np)
+                  for c in (form.course, form.sine().course))  # fmt: skip
+        return sum(numbers[n][0] * half for n, half in zip(("cos", "sin"), halves, strict=True))
     if by_travel:
         return numbers["size"][0] * evaluated(COURSES[form.course])(
             s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np
         )
     knee = numbers.get("knee", (form.knee,))[0]
-    return numbers["size"][0] * evaluated(SHAPES[form.shape])(x=line, p=knee, xp=np)
+    return numbers["size"][0] * evaluated(SHAPES[form.shape])(x=line, p=knee, s=line, xp=np, stop=stop)
 
 
 def _errors(found: Discovered) -> Errors:

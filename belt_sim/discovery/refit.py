@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from belt_sim.diagnosis.candidate import has_diverged
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.discovery.effect_file import Written, written
@@ -11,7 +12,7 @@ from belt_sim.discovery.search import Scored, fitted
 from belt_sim.discovery.survey import Survey
 
 FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
-HALVINGS = 40
+HALVINGS = 20  # to a millionth, as good as nothing
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,9 @@ class Refit:
         return min(squares.values()) >= sigmas**2
 
 
-def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit:
-    """Fit a law in closed loop."""
-    _, sizes, _ = fitted(survey, survey.columns(scored.law))
+def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit | None:
+    """Fit a law in closed loop; None where the belt of the march runs away with it, however small it is."""
+    sizes = fitted(survey, survey.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
     file = effect_file(survey, scored, sizes, said)
     old = survey.bench.forward
     chosen = [c for c in old.classes if c.id in survey.fit.ids]
@@ -69,25 +70,30 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
         if not (number.name.startswith("exponent") and len(np.unique(survey.stated_tension)) == 1):
             free.append(position)
     ids = (*[c.id for c in chosen], file.cls.id)
-    vector = _on_its_pulleys(bench, vector, own)
-    moved = bench.moved_to(vector).at_levels(survey.bench.levels)
-    fit = moved.fit([Fit(ids=ids, free=free, vector=vector)])[0]
+    start = _on_its_pulleys(bench, vector, own)
+    if start is None:
+        return None
+    moved = bench.moved_to(start).at_levels(survey.bench.levels)
+    fit = moved.fit([Fit(ids=ids, free=free, vector=start)])[0]
+    if has_diverged(fit):
+        return None
     left = float(survey.bench.metric.chi2(survey.bench.fitted.y - fit.values))
     return Refit(scored, file, moved, fit, survey.fit.chi2 - min(left, fit.chi2))
 
 
-def _on_its_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> np.ndarray:
+def _on_its_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> np.ndarray | None:
     """``vector`` with the law's ``sizes`` halved until the march's belt goes no further than some times the real one.
 
-    The sizes are those of the linear range; a law that feeds back on itself may run away in the march.
+    The sizes are those of the linear range; a law that feeds back on itself may run away in the march. None where it
+    does so without the law.
     """
     furthest = FURTHEST * float(np.nanmax(np.abs(bench.fitted.y)))
-    for _ in range(HALVINGS):
-        if float(np.max(np.abs(bench.forward.values(vector[None])))) < furthest:
-            break
-        vector = vector.copy()
-        vector[sizes] *= 0.5
-    return vector
+    points = np.repeat(vector[None], HALVINGS + 1, axis=0)
+    points[:, sizes] *= 0.5 ** np.arange(HALVINGS + 1.0)[:, None]
+    for point in points:
+        if float(np.max(np.abs(bench.forward.values(point[None])))) < furthest:  # nan is no less
+            return point
+    return None
 
 
 def effect_file(survey: Survey, scored: Scored, sizes, said: str, *, final: bool = False) -> Written:

@@ -40,17 +40,15 @@ class Places(NamedTuple):
 class Stiffness(NamedTuple):
     """A factorised equilibrium.
 
-    levels: of the chain; entry, exit (6 m, 6 m): stiffness of the cells at the tail's ends; follows (3 m, 2, n): how
-    the free nodes follow the tail pulley's slide and spin; moves (2, 3 m, 2): how its outermost stations do; tail
-    (2, 2): change of force and moment on it by them.
+    levels: of the chain; entry, exit (6 m, 6 m): stiffness of the cells at the tail's ends; pulls (3 m, 2, n): forces
+    on the free nodes by the tail pulley's slide and spin; moves (2, 3 m, 2): how its outermost stations move with them.
     """
 
     levels: list[Level]
     entry: Array
     exit: Array
-    follows: Array
+    pulls: Array
     moves: Array
-    tail: Array
 
 
 def chain(shape: Shape, wraps: Wrap) -> Places:
@@ -126,17 +124,9 @@ def factorise(
     beside = jnp.where(free & jnp.roll(free, -1), cell[:size, size:], 0.0)
     levels = factorised(diagonal, beside)
     pulls = jnp.zeros((size, 2, shape.stations))
-    pulls = pulls.at[:, :, places.entry - 1].add(-cell[:size, size:, places.entry - 1] @ moves[0])
-    pulls = pulls.at[:, :, places.exit + 1].add(-cell[size:, :size, places.exit] @ moves[1])
-    follows = solved(levels, pulls)
-    at_tail = -jnp.stack(
-        [
-            entry[size:, :size] @ follows[:, :, places.entry - 1] + entry[size:, size:] @ moves[0],
-            leave[:size, size:] @ follows[:, :, places.exit + 1] + leave[:size, :size] @ moves[1],
-        ]
-    )
-    tail = jnp.einsum("eip,eiq->pq", moves, at_tail)
-    return Stiffness(levels, entry, leave, follows, moves, tail)
+    pulls = pulls.at[:, :, places.entry - 1].add(-entry[:size, size:] @ moves[0])
+    pulls = pulls.at[:, :, places.exit + 1].add(-leave[size:, :size] @ moves[1])
+    return Stiffness(levels, entry, leave, pulls, moves)
 
 
 def corrected(belt: Belt, stiffness: Stiffness, on_nodes: Array, places: Places, lacking: Array) -> tuple[Array, Array]:
@@ -144,17 +134,16 @@ def corrected(belt: Belt, stiffness: Stiffness, on_nodes: Array, places: Places,
 
     lacking (2,): force [N] and moment [N m] on the tail pulley, which are to become 0.
     """
-    size = on_nodes.shape[0]
-    alone = solved(stiffness.levels, jnp.where(places.free, on_nodes, 0.0)[:, None])[:, 0]
-    felt = -jnp.stack(
-        [
-            stiffness.entry[size:, :size] @ alone[:, places.entry - 1],
-            stiffness.exit[:size, size:] @ alone[:, places.exit + 1],
-        ]
-    )
-    lacking = lacking + jnp.einsum("eip,ei->p", stiffness.moves, felt)
-    (a, b), (c, d) = stiffness.tail
+    size, moves = on_nodes.shape[0], stiffness.moves
+    wanted = jnp.where(places.free, on_nodes, 0.0)[:, None]
+    found = solved(stiffness.levels, jnp.concatenate([wanted, stiffness.pulls], axis=1))
+    entry = stiffness.entry[size:, :size] @ found[..., places.entry - 1]
+    leave = stiffness.exit[:size, size:] @ found[..., places.exit + 1]
+    felt = -jnp.stack([entry, leave])  # by the tail's outermost stations: alone, with its slide, with its spin
+    own = -jnp.stack([stiffness.entry[size:, size:] @ moves[0], stiffness.exit[:size, :size] @ moves[1]])
+    lacking = lacking + jnp.einsum("eip,ei->p", moves, felt[..., 0])
+    (a, b), (c, d) = jnp.einsum("eip,eiq->pq", moves, felt[..., 1:] + own)
     fixed = belt.length
     a, b, first = jnp.where(fixed > 0, 1.0, a), jnp.where(fixed > 0, 0.0, b), jnp.where(fixed > 0, 0.0, lacking[0])
     tail = -jnp.stack([d * first - b * lacking[1], a * lacking[1] - c * first]) / (a * d - b * c)
-    return alone + jnp.einsum("ipn,p->in", stiffness.follows, tail), tail
+    return found[:, 0] + jnp.einsum("ipn,p->in", found[:, 1:], tail), tail

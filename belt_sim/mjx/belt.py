@@ -11,6 +11,7 @@ from belt_sim.mjx.acting import Acting
 from belt_sim.mjx.elastic import Ties, Twist, membrane_law
 from belt_sim.mjx.fibres import Fibres
 from belt_sim.mjx.guides import Guides
+from belt_sim.mjx.loads import Loads
 from belt_sim.mjx.tangent import Grip, grip_of
 from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.machine.scene import Scene
@@ -44,9 +45,9 @@ class Belt(NamedTuple):
 
     chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
     gravity [m/s2]; load [N]: on the tail pulley's slide; length [1]: 1 where the slide is fixed instead, else 0;
-    pace [m/s]; stride [m]: of a step; level [m]: of the spans' ends above the axes; friction [1], inf = it sticks;
+    pace [m/s]; level [m]: of the spans' ends above the axes; friction [1], inf = it sticks;
     area [m2], width [m], bending [N m2]; holding [N m/rad]: how stiffly both spans hold a pulley against turning,
-    rather too large; grip, guides, fibres: None where none of them acts in a batch.
+    rather too large; grip, guides, fibres, loads: None where none of them acts in a batch.
     """
 
     ties: Ties
@@ -60,7 +61,6 @@ class Belt(NamedTuple):
     load: Array
     length: Array
     pace: Array
-    stride: Array
     level: Array
     friction: Array
     area: Array
@@ -70,6 +70,7 @@ class Belt(NamedTuple):
     grip: Grip | None = None
     guides: Guides | None = None
     fibres: Fibres | None = None
+    loads: Loads | None = None
 
 
 class Shape(NamedTuple):
@@ -115,7 +116,6 @@ def belt_of(scene: Scene, kind: str, acting: Acting) -> tuple[Shape, Belt]:
         load=2.0 * float(case.tension_force),
         length=float(options.tensioning == "length"),
         pace=options.pace,
-        stride=options.sample / options.steps,
         level=scene.loop.radius_head,
         friction=parts.friction,
         area=float(case.belt.area),
@@ -125,6 +125,7 @@ def belt_of(scene: Scene, kind: str, acting: Acting) -> tuple[Shape, Belt]:
         grip=grip_of(ties, shape.bonds, mesh, scene.loop) if acting.slips else None,
         guides=Guides.of(parts.edge_guides, acting.guides) if acting.guides else None,
         fibres=Fibres.of(case, parts.lift_off) if acting.layered else None,
+        loads=Loads.of(parts, acting.pushes) if acting.pushes or acting.leans else None,
     )
     return shape, jax.tree.map(lambda v: np.asarray(v, float), belt)
 

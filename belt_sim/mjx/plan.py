@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.case import Settings
-from belt_sim.mjx.step import Command
+from belt_sim.mjx.state import Command
 from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
 from belt_sim.mujoco3d.options import Options
 
 _RESTING = 4  # rows at rest in which the spans find their places
 _TURNING = 2  # rows in which a yaw step is made, and one more after it
+_LONGEST = 0.7  # chords in a step: no more than one station lands in it at either end
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Plan:
 
 def plan_of(settings: Settings, options: Options, travel: float, changes: bool) -> Plan:
     """Of a run over ``travel`` [m]; changes: something besides the yaw sets in at 0."""
-    yaw, steps = YawPlan.of(settings), options.steps
+    yaw, steps = YawPlan.of(settings), max(options.steps, math.ceil(options.sample / (_LONGEST * options.dx)))
     rows: list[tuple[bool, list[tuple[float, np.ndarray, float]]]] = []
 
     def march(start: float, end: float, done: float) -> None:

@@ -13,6 +13,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
+from belt_sim.mjx import wrap
 from belt_sim.mjx.acting import Acting, acting_in
 from belt_sim.mjx.belt import Belt, Shape, belt_of
 from belt_sim.mjx.friction import COLUMNS, TOLERANCE, Slip, worst_so_far
@@ -20,8 +21,8 @@ from belt_sim.mjx.handed import handed
 from belt_sim.mjx.limp import Kinks
 from belt_sim.mjx.measure import reading
 from belt_sim.mjx.plan import Plan, plan_of
-from belt_sim.mjx.step import Command, State, step
-from belt_sim.mjx.wrap import Wrap
+from belt_sim.mjx.state import Command, State
+from belt_sim.mjx.step import step
 from belt_sim.mujoco3d.machine.scene import Scene, lay_out
 from belt_sim.mujoco3d.mesh.belt import BeltModel
 from belt_sim.mujoco3d.mesh.chain import Chain
@@ -90,13 +91,8 @@ def prepared(
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what only engine=native does."""
-    reasons = {
-        f"model.tensioning = {options.tensioning}": options.tensioning == "koller",
-        "effects that push at the spans or lean the machine": bool(parts.pushes or parts.lean or parts.roll),
-    }
-    for what, true in reasons.items():
-        if true:
-            raise CannotRepresent(f"{what}: engine=mjx cannot do this; use engine=native")
+    if options.tensioning == "koller":
+        raise CannotRepresent("model.tensioning = koller: engine=mjx cannot do this; use engine=native")
     if math.isfinite(parts.friction) and is_limp(belt, options):
         raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
 
@@ -221,7 +217,7 @@ def laid(scene: Scene) -> State:
     wraps = laid_wraps(
         mesh, scene.loop, mesh.laid - mesh.rest, (poses[0], poses[1]), (parts.head.radius, parts.tail.radius)
     )
-    both = Wrap(
+    both = wrap.Wrap(
         first=np.array([w.first for w in wraps]),
         last=np.array([w.last for w in wraps]),
         r=np.stack([w.r.T for w in wraps]),
@@ -233,8 +229,7 @@ def laid(scene: Scene) -> State:
     return State(
         nodes=np.moveaxis(mesh.laid, 0, -1),
         wraps=both,
-        tail_x=np.array(scene.loop.centre_distance),
-        tail_spin=np.array(poses[1].spin),
+        pose=wrap.Pose(*(np.stack([getattr(p, f) for p in poses]) for f in wrap.Pose._fields)),
         tension=np.array(float(scene.case.tension_force)),
         travel=np.array(-scene.early),
         correction=np.array(0.0),
@@ -254,9 +249,10 @@ def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
 
     def one(state: State, command: Command) -> tuple[State, Array]:
         state = step(shape, belt, state, command)
-        read = reading(shape, belt, state.nodes, state.wraps, state.tail_x, command.share)
+        tail_x = state.pose.centre[wrap.TAIL, 0]
+        read = reading(shape, belt, state.nodes, state.wraps, tail_x, command.share)
         most = [] if state.slip is None else [state.slip.columns()]
-        return state, jnp.concatenate([read, jnp.stack([state.tail_x, state.travel, state.correction]), *most])
+        return state, jnp.concatenate([read, jnp.stack([tail_x, state.travel, state.correction]), *most])
 
     def row(state: State, commands: Command) -> tuple[State, Array]:
         state, reads = jax.lax.scan(one, state, commands)

@@ -6,6 +6,7 @@ Every function here is of one pulley.
 import math
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 
 from belt_sim.mjx.belt import Shape, Surfaces
@@ -14,7 +15,7 @@ from belt_sim.pytree import Numbers as Array
 HEAD, TAIL = 0, 1
 FIRST, LAST = 0, 1  # ends of a wrap
 OUTWARDS = (-1, 1)  # along station numbers
-_FORGETTING, _HYSTERESIS = 0.5, 0.02  # chords, as in wrap/touchdown.py
+_EARLIEST, _FORGETTING, _HYSTERESIS = 0.5, 0.5, 0.02  # chords, as in wrap/touchdown.py
 _OUTSIDE = 4  # free stations over which the direction of a span is taken
 
 
@@ -124,19 +125,33 @@ def met(shape: Shape, wrap: Wrap, pose: Pose, places: Array, share: Array) -> Wr
     return wrap._replace(tangent=jnp.stack(tangent))
 
 
-def earliest(shape: Shape, end: int, chord: Array, stride: Array) -> Array:
-    """How far before the tangent point a station is caught [m]: half a chord on the mean over the steps."""
-    return 0.5 * chord + (0.5 * stride if OUTWARDS[end] == -shape.sign else 0.0)
-
-
-def released(shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, end: int, chord: Array, stride: Array) -> Wrap:
+def released(shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, end: int, chord: Array) -> Wrap:
     """Without the outermost station at ``end``, where it has come far enough to be free."""
     outer = (wrap.first, wrap.last)[end]
     k = outer % shape.stations
     inside = depth(wrap, surface, pose, 0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]), end)
-    goes = inside < -earliest(shape, end, chord, stride) - _HYSTERESIS * chord
-    fewer = jnp.where(goes, outer - OUTWARDS[end], outer)
+    fewer = jnp.where(inside < -(_EARLIEST + _HYSTERESIS) * chord, outer - OUTWARDS[end], outer)
     return wrap._replace(**{("first", "last")[end]: fewer})
+
+
+class Seen(NamedTuple):
+    """A free station and the outermost one held beside it, at one instant: depth [m], (), of the free one behind the
+    tangent point; its r, y [m] and material angle [rad], (m,); square [m2], (m,): of its distance from the other."""
+
+    depth: Array
+    r: Array
+    y: Array
+    angle: Array
+    square: Array
+
+
+def seen(shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, places: Array, end: int) -> Seen:
+    """The station next to ``end``; places [m], shape (m, 3, n): of the belt as one sees it without its layer."""
+    outer = (wrap.first, wrap.last)[end]
+    nodes, beside = (places[:, :, k % shape.stations] for k in (outer + OUTWARDS[end], outer))
+    r, y, angle = cylinder_coordinates(nodes, pose)
+    behind = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1]), end)
+    return Seen(behind, r, y, angle, ((nodes - beside) ** 2).sum(axis=1))
 
 
 def landed(
@@ -144,27 +159,34 @@ def landed(
     wrap: Wrap,
     surface: Surfaces,
     pose: Pose,
-    places: Array,
+    before: Seen,
+    after: Seen,
     end: int,
     chord: Array,
-    stride: Array,
+    moved: Array,
     shaped: Array,
 ) -> Wrap:
-    """With the station next to ``end``, where it has come close enough: at its mean height and at its distance from
-    the one landed before, edge by edge. places [m], shape (m, 3, n): of the belt as one sees it without its layer."""
+    """With the station next to ``end``, where it has come close enough in the step: at its mean height and at its
+    distance from the one landed before, edge by edge.
+
+    before, after: that station at both ends of the step, of ``moved`` [m]. It is caught on the way between them, where
+    it comes close enough, as if steps were short; else a slack belt would be as the step catches it, early or late.
+    """
     outward = OUTWARDS[end]
     outer = (wrap.first, wrap.last)[end]
     k, beside = (outer + outward) % shape.stations, outer % shape.stations
-    nodes = places[:, :, k]
-    r, y, angle = cylinder_coordinates(nodes, pose)
-    lands = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1]), end) > -earliest(shape, end, chord, stride)
+    lands = after.depth > -_EARLIEST * chord
+    nearer = after.depth - before.depth
+    passed = lands & (nearer > 0.0) & (before.depth < -_EARLIEST * chord)
+    left = jnp.where(passed, (after.depth + _EARLIEST * chord) / jnp.where(passed, nearer, 1.0), 0.0)
+    _, r, y, _, square = jax.tree.map(lambda a, b: b - left * (b - a), before, after)
     circle = radius_at(surface, shaped, y)
     high = (r - circle).mean()
-    lifted = high - lift(depth(wrap, surface, pose, angle.mean(), end), chord, surface)
-    square = ((nodes - places[:, :, beside]) ** 2).sum(axis=1)
+    lifted = high - lift(depth(wrap, surface, pose, after.angle.mean(), end) - left * nearer, chord, surface)
     turned = _apart(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
     new = {"r": circle + high, "y": y, "angle": wrap.angle[:, beside] + outward * turned}
     anchors = {f: (v := getattr(wrap, f)).at[:, k].set(jnp.where(lands, new[f], v[:, k])) for f in new}
+    lifted = lifted * jnp.exp(-left * moved / (_FORGETTING * chord))
     return wrap._replace(
         lifted=wrap.lifted.at[k].set(jnp.where(lands, lifted, wrap.lifted[k])),
         **anchors,

@@ -22,11 +22,13 @@ def moments(shape: Shape, wraps: Wrap, pose: Pose, nodes: Array, pull: Array) ->
     return jax.vmap(one)(wraps, pose)
 
 
-def given_way(belt: Belt, before: Array, moment: Array, moved: Array) -> Array:
-    """Yaw by compliance [rad], (2,), after a step of ``moved`` [m] with ``moment`` [N m] on the pulleys.
+def given_way(belt: Belt, before: Array, turned: Array, moment: Array, moved: Array) -> Array:
+    """Yaw by compliance [rad], (2,), after a step of ``moved`` [m] which began with ``before``.
 
-    Implicit in the step: with what both spans take from the moment when a pulley turns, taken rather too large.
+    moment [N m]: on pulleys that have given way by ``turned`` so far. Implicit: with what both spans take from it when
+    a pulley turns, taken rather too large.
     """
     compliance = belt.surfaces.yaw_compliance
     slowly = jnp.where(moved > 0.0, belt.pace * _LAG / jnp.where(moved > 0.0, moved, 1.0), 0.0)
-    return before + (compliance * moment - before) / (1.0 + slowly + compliance * belt.holding)
+    lacking = compliance * moment - turned - slowly * (turned - before)
+    return turned + lacking / (1.0 + slowly + compliance * belt.holding)

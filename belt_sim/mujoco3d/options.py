@@ -47,7 +47,7 @@ class Options:
     tail_mass: float = 60.0
     sample: float = 0.025
     frame: float = 0.1
-    steps: int = 4
+    steps: int = 2
 
     def __post_init__(self) -> None:
         for field in fields(self):

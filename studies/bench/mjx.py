@@ -52,7 +52,7 @@ def step_time(cases: int, dx: float) -> dict[str, Any]:
     arrays = jax.tree.map(lambda *v: np.stack(v), *[(r.belt, r.state, r.plan.commands) for r in ready])
     arrays = jax.device_put(arrays)
     march = marched.lower(ready[0].shape, *arrays).compile()
-    steps = len(ready[0].plan.recorded) * options.steps
+    steps = ready[0].plan.commands.travel.size
     taken = min(_seconds(march, *arrays) for _ in range(REPEATS)) / steps
     moved = float((march.cost_analysis() or {}).get("bytes accessed", np.nan))  # the loop's body is counted once
     row = {"device": str(jax.devices()[0].device_kind), "cases": cases, "stations": ready[0].shape.stations}
@@ -102,7 +102,8 @@ def picture(path: Path, table: pd.DataFrame) -> Path:
             if len(part) > 1:
                 high = part.tail(3)
                 slope = np.polyfit(np.log(high[by]), np.log(high["ms"]), 1)[0]
-                label = f"{device}: slope {slope:.2f} over the last {len(high)}"
+                alike = "" if by == "cases" else f", {int(part['cases'].iloc[0])} at once"
+                label = f"{device}{alike}: slope {slope:.2f} over the last {len(high)}"
                 axes.loglog(part[by], part["ms"], "o-", color=colour, label=label)
     cases.set_ylim(bottom=0.05)  # room for the names
     for axes, by in ((cases, "cases"), (stations, "stations")):

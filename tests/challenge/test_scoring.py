@@ -6,9 +6,10 @@ from small_challenge import answer_of
 
 from belt_sim.challenge.baselines import Table, by_rounds, iid_bic, said, sparse
 from belt_sim.challenge.drawn import reliability
-from belt_sim.challenge.facts import Facts, facts_of
+from belt_sim.challenge.facts import Facts, facts_of, removed
 from belt_sim.challenge.laws import pairs, place_said
-from belt_sim.challenge.publish import publish, read_published
+from belt_sim.challenge.publish import publish
+from belt_sim.challenge.published import read_published
 from belt_sim.challenge.targets import confidently_wrong, targets
 from belt_sim.challenge.wilson import Share
 
@@ -118,6 +119,17 @@ def test_the_reducible_error_is_what_exceeds_the_floor():
     beside = {"before_mm": 0.5, "after_mm": 0.3, "noise_floor_mm": 0.1}
     told = error(1.1, 1.2)["error"] | {"beside_settings": beside}
     assert facts(hidden, answer_of("taper") | {"error": told}).removed == pytest.approx(0.5)
+
+
+def test_the_reducible_error_is_what_exceeds_what_the_truth_leaves():
+    told = error(1.1, 0.2)["error"]
+    in_metres = {"held_out": {"before": 1.1e-3, "after": 0.2e-3}, "noise_floor": 1e-4}
+    beside = told | {"beside_settings": {"before_mm": 0.5, "after_mm": 0.3, "noise_floor_mm": 0.1}}
+    least = {"plain_mm": 0.2, "beside_settings_mm": 0.25}
+    assert removed(told, least) == removed(in_metres, least) == pytest.approx(1.0)
+    assert removed(beside, least) == pytest.approx(0.8)
+    assert removed(beside, {"crash": "ValueError"}) == removed(beside) == pytest.approx(0.5)
+    assert removed(told, {"plain_mm": 1.05, "beside_settings_mm": 0.1}) is None
 
 
 def discovery(formula: str, place: str, *rivals: str, found: bool = True):

@@ -10,12 +10,14 @@ from paper_cases import paper_case
 
 from belt_sim.effects.load import load_effects
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx import coulomb, guides, layer
+from belt_sim.mjx import coulomb, guides, layer, loads
 from belt_sim.mjx.run import prepared, simulate_batch
 from belt_sim.mjx.tangent import wrapped
 from belt_sim.mjx.yielding import given_way
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.loads.guides import Guides
+from belt_sim.mujoco3d.loads.pushes import Pushes
+from belt_sim.mujoco3d.loads.spread import Spread
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.mujoco_4 import Springs
 from belt_sim.mujoco3d.run.fitted import fitted
@@ -33,11 +35,18 @@ ACTING = [
     {"id": "lift_off", "strength": 1.0},
     {"id": "yaw_compliance", "c_m": 2e-5},
 ]
+LOADS = [
+    {"id": "idler_skew", "force": 20.0, "place": 0.3},
+    {"id": "side_drag", "moment": 5.0, "place": 0.7},
+    {"id": "machine_tilt", "angle": 0.5},
+    {"id": "off_centre_load", "moment": 0.1},
+]
 SAME = 1e-9  # of the largest: two codes of one formula
 STIFF = 1e-4  # of the stiffness of a wrap: native reads it off by steps of 1 um
 SETTLED = 1e-6  # of the largest limit; native stops at 1e-3
 PARITY = 0.01  # of the largest y
 FRICTION = 0.15
+LOADED = 5e-5  # [m]
 
 
 def scene_of(*effects, friction=np.inf):
@@ -119,6 +128,36 @@ def test_guides_press_as_in_the_run_in_time(both):
 
 
 @in_float64
+def test_spans_are_loaded_as_in_the_run_in_time(both):
+    """Pushes at three places, one on the lower span, lean and roll; beside a case with one push only."""
+    run = both[0]
+    parts = scene_of(*LOADS)[1].with_push(span="lower", x=0.9, along=3.0, across=-2.0)
+    mesh, state = run.scene.mesh, run.state
+    slides = state.slides + 1e-4 * np.random.default_rng(5).normal(size=state.slides.shape)
+    nodes = jnp.asarray(np.moveaxis(mesh.rest + slides, 0, -1))
+    for some in (parts, scene_of(LOADS[0])[1]):
+        native = Pushes(some.pushes, mesh), Spread(some.lean * some.gravity, some.roll, mesh)
+        wanted = sum(
+            load.forces(replace(state, slides=slides, share=1.0), Springs.none(slides.shape)) for load in native
+        )
+        found = loads.forces_on(
+            loads.Loads.of(some, 4), mesh.chord, mesh.line_stiffness, mesh.line_y, mesh.mass, nodes
+        )  # fmt: skip
+        assert np.asarray(found) == pytest.approx(np.moveaxis(wanted, 0, -1), abs=SAME * np.abs(wanted).max())
+
+
+def test_a_loaded_belt_runs_as_in_time():
+    """All of it at once, on a belt that is not yawed."""
+    case = paper_case(20.0, 0.0, ROPE_EXAMPLE)
+    parts = SpaceModel(options=COARSE).parts(case, load_effects(LOADS))
+    found = simulate_batch([case], travel=0.6, options=COARSE, parts=[parts])[0]
+    native = simulate(case, travel=0.6, options=COARSE, parts=parts)
+    y = np.array([np.interp(native.travel, found.travel, line) for line in found.y])
+    assert np.abs(native.y).max() > LOADED
+    assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
+
+
+@in_float64
 def test_the_layer_is_that_of_the_run_in_time(both):
     run, ready = both
     mesh, rng = run.scene.mesh, np.random.default_rng(1)
@@ -148,7 +187,7 @@ def test_a_giving_pulley_comes_to_rest_where_the_moment_holds_it(both):
     belt = both[1].belt
     compliance, stiffness, turned = belt.surfaces.yaw_compliance, 0.7 * float(belt.holding), np.zeros(2)
     for moved in [0.0] * 12 + [0.006] * 60:
-        turned = np.asarray(given_way(belt, turned, 100.0 - stiffness * turned, np.array(moved)))
+        turned = np.asarray(given_way(belt, turned, turned, 100.0 - stiffness * turned, np.array(moved)))
         if moved == 0.0:
             standing = turned
     rest = 100.0 * compliance / (1.0 + compliance * stiffness)
