@@ -80,18 +80,6 @@ def _all_met(found: dict[str, dict[str, Estimate]]) -> bool:
     return all(params and all(e.plausible for e in params.values()) for params in found.values())
 
 
-def impossible(forward: Forward, fit: Fit) -> list[int]:
-    """Positions of free numbers on that side of null where no machine can be: a guide that pulls outwards."""
-    found = []
-    for position in fit.free:
-        declared = forward.slots[position].effect.parameters[forward.slots[position].name]
-        away = fit.vector[position] - forward.null()[position]
-        low, high = (bound - declared.null for bound in declared.plausible)
-        if (away < 0.0 <= low) or (away > 0.0 >= high):
-            found.append(position)
-    return found
-
-
 def has_diverged(fit: Fit) -> bool:
     """True where a fit has left the range of numbers: what it says is no finding."""
     numbers = [fit.vector[fit.free], fit.values, np.array([fit.chi2])]

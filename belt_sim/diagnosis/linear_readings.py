@@ -37,8 +37,9 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
     """How many harmonics a residual (R, S, n) calls for, beside all that moves slowly.
 
     Where there are any by less than one chance in as many as there are readings (of a single one that is Schwarz's
-    criterion), Akaike's says how many predict best: what is left out of a shape that is there would be taken for
-    something unknown.
+    criterion), Akaike's says how many predict best, and one further on that stands out alone is asked for as well: what
+    is left out of a shape that is there would be taken for something unknown.
+
     roots (R, S, n, n): whitening of each record; shapes (2 H, R, S, n): of the harmonics.
     """
     length = float(np.max(samples.cases.rig.belt_length))
@@ -55,8 +56,11 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
     columns, residual = np.concatenate(white), np.concatenate(left)
     gains = np.cumsum(np.square(np.linalg.qr(columns)[0].T @ residual))[1::2]
     harmonics = np.arange(1, len(gains) + 1)
-    there = np.any(chi2.sf(gains, 2 * harmonics) < 1.0 / np.isfinite(samples.y).sum())
-    best = harmonics[np.argmax(gains - 2 * 2 * harmonics)] if there else FEWEST
+    readings = np.isfinite(samples.y).sum()
+    if not np.any(chi2.sf(gains, 2 * harmonics) < 1.0 / readings):
+        return min(FEWEST, len(gains))
+    alone = harmonics[np.diff(gains, prepend=0.0) > 2.0 * np.log(readings)]
+    best = max(harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone)
     return int(min(max(FEWEST, best), len(gains)))
 
 

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from belt_sim.diagnosis.around import Around, around
-from belt_sim.diagnosis.candidate import has_diverged, impossible, is_plausible
+from belt_sim.diagnosis.candidate import has_diverged, is_plausible
 from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.decide import NESTING, Ids
 from belt_sim.diagnosis.fit import Fit
@@ -20,7 +20,6 @@ from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import RunFailed
 
 REFITTED = 6  # candidates a round; the others keep what their columns promise
-HELD = 3  # times that numbers are held at null, where others then end on the wrong side
 PROMISING = 0.3  # share of its threshold that a candidate must promise to be refitted
 
 
@@ -137,7 +136,7 @@ class Refits:
         """Refit those sets that were not yet, from where they stood before, or else from the nearest superset."""
         new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in self.fits}
         begun = [self.bench.start(ids, self._start(key)) for key, ids in new.items()]
-        for key, fit in zip(new, possible(self.bench, begun), strict=True):
+        for key, fit in zip(new, self.bench.fit(begun) if begun else [], strict=True):
             self.fits[key] = fit
 
     def _start(self, key: frozenset) -> np.ndarray:
@@ -193,26 +192,7 @@ def best_of(bench: Workbench, near: Around, names: Sequence[str]) -> dict[str, F
             starts.append(bench.start((*near.fit.ids, name), vector))
             owners.append(name)
     best: dict[str, Fit] = {}
-    for name, fit in zip(owners, possible(bench, starts), strict=True):
+    for name, fit in zip(owners, bench.fit(starts) if starts else [], strict=True):
         if (name not in best or fit.chi2 < best[name].chi2) and not has_diverged(fit):
             best[name] = fit
-    nothing = {n: near.with_effect(bench, n) for n, f in best.items() if f.chi2 > near.fit.chi2}
-    return best | nothing
-
-
-def possible(bench: Workbench, starts: Sequence[Fit]) -> list[Fit]:
-    """Joint fits from ``starts``; numbers that end where no machine can be are held at null, the others refitted."""
-    fits = bench.fit(starts) if starts else []
-    null = bench.forward.null()
-    for _ in range(HELD):
-        off = {k: out for k, f in enumerate(fits) if (out := impossible(bench.forward, f))}
-        if not off:
-            break
-        again = []
-        for k, out in off.items():
-            vector = fits[k].vector.copy()
-            vector[out] = null[out]
-            again.append(bench.start(fits[k].ids, vector, [p for p in fits[k].free if p not in out]))
-        for k, fit in zip(off, bench.fit(again), strict=True):
-            fits[k] = fit
-    return fits
+    return best
