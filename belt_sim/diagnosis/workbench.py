@@ -1,6 +1,6 @@
 """Everything a diagnosis works with: readings, the model with all candidates in reach, noise levels, metric."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -81,11 +81,19 @@ class Workbench:
         return self.forward.lanes(np.repeat(vector[None], len(directions), axis=0), directions)[1]
 
 
-def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> Workbench:
-    """Lay out ``campaign`` for ``model`` with ``classes`` as candidates."""
+def workbench(
+    campaign: Campaign,
+    model: Composition,
+    classes: Sequence[type[Effect]],
+    terms: Mapping[str, int] | None = None,
+) -> Workbench:
+    """Lay out ``campaign`` for ``model`` with ``classes`` as candidates.
+
+    terms: effect id -> harmonics that are fitted; by default as many as show.
+    """
     samples = samples_of(campaign)
     march = march_error(samples, model, _noise_only(samples))
-    forward = Forward(samples, model, classes, march.step)
+    forward = Forward(samples, model, classes, march.step, terms)
     vector = forward.null()
     shapes, shared, values = _shapes(campaign, samples, forward, vector)
     finder = LevelFinder(samples, shapes, np.concatenate([shared, _reachable(forward, vector)]))
@@ -93,7 +101,7 @@ def workbench(campaign: Campaign, model: Composition, classes: Sequence[type[Eff
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
     metric = metric_of(fitted, levels, shapes, shared)
-    terms = as_they_show(forward, fitted, metric.roots, values)
+    terms = as_they_show(forward, fitted, metric.roots, values) if terms is None else forward.terms
     if terms != forward.terms:
         forward = Forward(samples, model, classes, march.step, terms)
     return Workbench(

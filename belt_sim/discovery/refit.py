@@ -59,7 +59,7 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
     file = effect_file(survey, scored, sizes, said)
     old = survey.bench.forward
     chosen = [c for c in old.classes if c.id in survey.fit.ids]
-    bench = workbench(survey.bench.campaign, old.model, [*chosen, file.cls])
+    bench = workbench(survey.bench.campaign, old.model, [*chosen, file.cls], old.terms)
     forward = bench.forward
     vector, free, own = forward.null(), [], []
     for cls in chosen:

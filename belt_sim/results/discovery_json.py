@@ -35,7 +35,8 @@ def read_discovery(content: Mapping[str, Any]) -> Discovery:
 
 def _plain(x: Any) -> Any:
     if is_dataclass(x) and not isinstance(x, type):
-        return {f.name: _plain(getattr(x, f.name)) for f in fields(x)}
+        told = [f.name for f in fields(x) if not (isinstance(x, Estimate) and f.name == "interval")]  # a law's are even
+        return {name: _plain(getattr(x, name)) for name in told}
     if isinstance(x, Mapping):
         return {str(k): _plain(v) for k, v in x.items()}
     if isinstance(x, np.ndarray | list | tuple):
