@@ -11,7 +11,7 @@ from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
 from belt_sim.mujoco3d.options import Options
 
 _RESTING = 4  # rows at rest in which the spans find their places
-_TURNING = 2  # rows in which a yaw step is made, and one more after it
+_TURNING = 4  # rows in which a yaw step is made, and two more after it
 _LONGEST = 0.7  # chords in a step: no more than one station lands in it at either end
 
 
@@ -43,7 +43,7 @@ def plan_of(settings: Settings, options: Options, travel: float, changes: bool) 
         rows.extend((start >= 0.0, told[k * steps : (k + 1) * steps]) for k in range(count))
 
     def stand(at: float, done: float) -> None:
-        for row in range(_TURNING + 1):
+        for row in range(_TURNING + 2):
             told = []
             for k in range(steps):
                 part = smooth((row * steps + k + 1) / (_TURNING * steps))
