@@ -17,8 +17,8 @@ _LONGEST = 0.7  # chords in a step: no more than one station lands in it at eith
 
 @dataclass(frozen=True)
 class Plan:
-    """Rows of k steps. commands: arrays of shape (rows, k, ...); recorded: rows that stand in the curves, and the row
-    at travel 0 before the yaw, shape (rows,)."""
+    """Rows of k steps. commands: arrays of shape (rows, k, ...); recorded: rows that stand in the curves, with one at
+    rest at travel 0 before the yaw, shape (rows,)."""
 
     commands: Command
     recorded: np.ndarray
@@ -56,7 +56,7 @@ def plan_of(settings: Settings, options: Options, travel: float, changes: bool) 
     for stop in sorted({s for s in yaw.stops(travel) if s > 0.0} | {0.0}):
         march(here, stop, done)
         if stop == 0.0:
-            rows[-1] = (True, rows[-1][1])
+            rows.append((True, [(0.0, yaw.angles(0.0, done), 0.0)] * steps))
         if stop > 0.0 or changes or 0.0 in yaw.stops(travel):
             stand(stop, done)
             done = stop
