@@ -6,9 +6,11 @@ all lanes lies together in memory, and all arithmetic runs along the lanes.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 
 from belt_sim.pytree import Numbers as Array
 
@@ -46,6 +48,20 @@ def inverse(block: Array) -> Array:
     first = alone - product(beside, _turned(carried))
     above, below = jnp.concatenate([first, beside], axis=1), jnp.concatenate([_turned(beside), last], axis=1)
     return jnp.concatenate([above, below])
+
+
+def swept(block: Array) -> Array:
+    """Inverses of positive definite blocks (b, b, k, lanes), by sweeping one row after another.
+
+    Five times slower than ``inverse``, and as exact where entries of a block differ by many powers of ten.
+    """
+    for i in range(block.shape[0]):
+        here = (np.arange(block.shape[0]) == i)[:, None]
+        cross, corner = (v[..., None, None] for v in (here | here.T, here & here.T))
+        pivot = 1.0 / block[i, i]
+        others = block - block[:, i, None] * (block[None, i] * pivot)
+        block = jnp.where(corner, -pivot, jnp.where(cross, block * pivot, others))
+    return -block
 
 
 def _written_out(block: Array) -> Array:
@@ -106,7 +122,7 @@ def _after(even: Array) -> Array:
     return jnp.concatenate([even[..., 1:, :], across], axis=-2)
 
 
-def factorised(diagonal: Array, beside: Array) -> list[Level]:
+def factorised(diagonal: Array, beside: Array, inverse: Callable[[Array], Array] = inverse) -> list[Level]:
     """Of a chain with blocks diagonal (b, b, n) and ``beside`` (b, b, n): of row i on unknown i + 1; its last is 0."""
     size, rows = diagonal.shape[0], diagonal.shape[-1]
     length = _length(rows)
