@@ -11,9 +11,11 @@ import hashlib
 import os
 import secrets
 import shutil
+from collections import defaultdict
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import jax
@@ -37,13 +39,17 @@ def kept(function: Callable[..., Any], name: str | None) -> Callable[..., Any]:
     result an array or a tuple of arrays.
     """
     ready: dict[Any, Any] = {}
+    compiling: defaultdict[Any, Lock] = defaultdict(Lock)
 
     def call(*args: Any) -> Any:
         leaves, tree = jax.tree.flatten(args)
         leaves = [np.asarray(x) for x in leaves]
         key = tree, tuple((x.shape, x.dtype.str) for x in leaves)
         if key not in ready:
-            ready[key] = _ready(lambda *flat: function(*jax.tree.unflatten(tree, flat)), leaves, name, key)
+            with compiling[key]:  # one thread compiles, others of the same shapes wait
+                if key not in ready:
+                    code = _ready(lambda *flat: function(*jax.tree.unflatten(tree, flat)), leaves, name, key)
+                    ready[key] = code.lower(*leaves).compile()
         return ready[key](*leaves)
 
     return in_float64(call)
@@ -62,7 +68,7 @@ def sources() -> list[Path]:
     return sorted(found)
 
 
-def _ready(flat: Callable[..., Any], leaves: list[np.ndarray], name: str | None, key: Any) -> Callable[..., Any]:
+def _ready(flat: Callable[..., Any], leaves: list[np.ndarray], name: str | None, key: Any) -> Any:
     """From the store, or traced and put there."""
     folder = None if name is None else _folder()
     if folder is None:

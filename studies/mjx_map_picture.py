@@ -17,62 +17,91 @@ from belt_sim.si import MM, MM_PER_M
 
 TABLE, PICTURE = Path("docs/maps/tension_yaw_3d.csv"), Path("docs/images/tension_yaw_3d.png")
 COLUMNS = {
-    "rate1": "late rate of point 1, 48-60 m [mm/m]",
+    "early_mm": "point 1 after 3 m [mm]",
     "most_mm": "furthest of point 1 [mm]",
     "retreat_mm": "retreat of point 1 [mm]",
+    "rate1": "late rate of point 1, 48-60 m [mm/m]",
 }
+STICKING = np.inf
+Figures = dict[str, np.ndarray]  # shape (tensions, yaws) each
 
 
-def by_law(tensions: np.ndarray, yaws: np.ndarray) -> dict[str, np.ndarray]:
-    """The same figures by the strip law, shape (tensions, yaws): it is linear in the yaw."""
+def by_law(tensions: np.ndarray, yaws: np.ndarray) -> Figures:
+    """The figures by the strip law, shape (tensions, yaws): it is linear in the yaw."""
     found: dict[str, list[float]] = {name: [] for name in COLUMNS}
     for tension in tensions:
         curves = bs.simulate(model="strip", tension=float(tension), yaw=-0.042, travel=60.0).curves
         assert curves is not None
         ahead = -np.asarray(curves.y)[0] / MM
+        found["early_mm"].append(float(np.interp(3.0, curves.travel, ahead)))
         found["rate1"].append(float(late_rates(curves)[0]) / MM_PER_M)
         found["most_mm"].append(float(ahead.max()))
         found["retreat_mm"].append(float((np.maximum.accumulate(ahead) - ahead).max()))
     return {name: np.outer(column, yaws / -0.042) for name, column in found.items()}
 
 
+def in_space(table: pd.DataFrame, tensions: np.ndarray, yaws: np.ndarray) -> Figures:
+    """The figures of the belts of one friction, shape (tensions, yaws)."""
+    rows = table.sort_values(["tension_n_per_mm2", "yaw_deg"], ascending=[True, False])
+    rows = rows.assign(early_mm=rows["y1_3m_mm"].abs())
+    return {name: rows[name].to_numpy().reshape(len(tensions), len(yaws)) for name in COLUMNS}
+
+
 @style.picture
-def draw(path: Path, tensions: np.ndarray, yaws: np.ndarray, rows: dict[str, dict[str, np.ndarray]]) -> Path:
-    """A column a figure, a row a model, one scale of colours for both."""
-    fig, axes = style.figure(11.0, 6.2, len(rows), len(COLUMNS), sharex=True, sharey=True)
+def draw(
+    path: Path, tensions: np.ndarray, yaws: np.ndarray, rows: dict[str, Figures], added: dict[str, Figures]
+) -> Path:
+    """A column a figure; a row a model, one scale of colours for all, and a row for what each friction adds."""
+    count = len(rows) + len(added)
+    fig, axes = style.figure(12.5, 2.7 * count + 0.6, count, len(COLUMNS), sharex=True, sharey=True)
     for k, (name, words) in enumerate(COLUMNS.items()):
-        limit = max(float(np.abs(row[name]).max()) for row in rows.values())
-        for j, (model, row) in enumerate(rows.items()):
-            ax = axes[j][k]
-            low = (
-                -limit if row[name].min() < 0.0 < row[name].max() else min(0.0, float(np.sign(row[name].min())) * limit)
-            )
-            look: dict[str, Any] = {"cmap": "viridis_r", "vmin": low, "vmax": limit if row[name].max() > 0.0 else 0.0}
-            drawn = ax.pcolormesh(tensions, yaws, row[name].T, shading="nearest", **look)
-            ax.grid(False)
-            ax.set(xscale="log", title=f"{model}" if k else model)
-            ax.set_xticks([5, 10, 20, 40, 60], ["5", "10", "20", "40", "60"])
-            ax.minorticks_off()
-            if j == len(rows) - 1:
-                ax.set_xlabel("tension [N/mm$^2$]")
-            if k == 0:
-                ax.set_ylabel("yaw of the tail [degrees]")
-        fig.colorbar(drawn, ax=[row[k] for row in axes], label=words, location="bottom", shrink=0.8)
-    style.title(fig, "256 belts in 3D over tension and yaw, and the strip law")
+        column = [line[k] for line in axes]
+        usual, more = column[: len(rows)], column[len(rows) :]
+        values = [row[name] for row in rows.values()]
+        scale = {"vmin": min(0.0, *(float(v.min()) for v in values)), "vmax": max(float(v.max()) for v in values)}
+        for ax, (model, row) in zip(usual, rows.items(), strict=True):
+            drawn = _field(ax, tensions, yaws, row[name], "" if k else model, cmap="viridis_r", **scale)
+        fig.colorbar(drawn, ax=usual, label=words, location="bottom", shrink=0.9)
+        parts = [100.0 * row[name] / np.abs(values[-1]).max() for row in added.values()]
+        most = max(float(np.nanmax(np.abs(part))) for part in parts)
+        for ax, friction, part in zip(more, added, parts, strict=True):
+            drawn = _field(ax, tensions, yaws, part, "" if k else friction, cmap="RdBu_r", vmin=-most, vmax=most)
+        fig.colorbar(drawn, ax=more, label="% of the largest of the column", location="bottom", shrink=0.9)
+        column[-1].set_xlabel("tension [N/mm$^2$]")
+    fig.supylabel("yaw of the tail [degrees]", fontsize="medium")
+    style.title(fig, "3D belts over tension, yaw and friction, and the strip law")
     return style.save(fig, path)
 
 
+def _field(ax: Any, tensions: np.ndarray, yaws: np.ndarray, values: np.ndarray, title: str, **look: Any) -> Any:
+    drawn = ax.pcolormesh(tensions, yaws, values.T, shading="nearest", **look)
+    ax.grid(False)
+    ax.set(xscale="log", title=title)
+    ax.set_xticks([5, 10, 20, 40, 60], ["5", "10", "20", "40", "60"])
+    ax.minorticks_off()
+    return drawn
+
+
 def main() -> None:
-    """Read, march, draw; prints how far the two are apart."""
+    """Read, march, draw; prints how far sticking belts are from the law, and what friction adds to them."""
     prepare()
     table = pd.read_csv(TABLE)
     tensions, yaws = np.unique(table["tension_n_per_mm2"]), np.unique(table["yaw_deg"])[::-1]
-    grids = table.sort_values(["tension_n_per_mm2", "yaw_deg"], ascending=[True, False])
-    space = {n: grids[n].to_numpy().reshape(len(tensions), len(yaws)) for n in COLUMNS}
-    law = by_law(tensions, yaws)
+    space = {float(str(friction)): in_space(part, tensions, yaws) for friction, part in table.groupby("friction")}
+    stuck, law = space.pop(STICKING), by_law(tensions, yaws)
+    print(f"{sum(int(np.isnan(s['rate1']).sum()) for s in space.values())} cases failed")
+    added = {f: {n: space[f][n] - stuck[n] for n in COLUMNS} for f in sorted(space, reverse=True)}
     for name, words in COLUMNS.items():
-        print(f"{words}: at most {np.abs(space[name] - law[name]).max():.3g} apart, of {np.abs(law[name]).max():.3g}")
-    draw(PICTURE, tensions, yaws, {"in 3D": space, "strip law": law})
+        print(
+            f"{words}: law {np.abs(stuck[name] - law[name]).max():.3g} off, of {np.abs(stuck[name]).max():.3g}", end=""
+        )
+        print(
+            "".join(
+                f"; friction {f:g}: {np.nanmin(d[name]):+.3g} to {np.nanmax(d[name]):+.3g}" for f, d in added.items()
+            )
+        )
+    told = {f"friction {f:g} adds": d for f, d in added.items()}
+    draw(PICTURE, tensions, yaws, {"strip law": law, "in 3D, sticking": stuck}, told)
 
 
 if __name__ == "__main__":

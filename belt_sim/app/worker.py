@@ -84,7 +84,7 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     say(stage="reading")
     from belt_sim.campaign import read_campaign
     from belt_sim.use_cases.diagnose import diagnose
-    from belt_sim.use_cases.leave import leave_diagnosis
+    from belt_sim.use_cases.leave import draw_diagnosis, leave_diagnosis
 
     folder, campaign = Path(request["folder"]), read_campaign(request["campaign"])
     asked = {k: request[k] for k in ("effects", "bootstraps", "seed")}
@@ -94,7 +94,7 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
 
     found = diagnose(campaign, request["model"], **asked, progress=progress, config=dict(request))
     say(stage="drawing")
-    leave_diagnosis(folder, found, pictures=True)
+    leave_diagnosis(folder, found, draw=draw_diagnosis)
     effects = [{"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
     verdict = {"verdict": str(found.verdict), "headline": found.verdict.headline}
     _leave(folder, **verdict, lines=[found.sentence], effects=effects)

@@ -9,7 +9,8 @@ from belt_sim.challenge.courier import Task
 from belt_sim.challenge.sources import source
 from belt_sim.errors import InputError
 from belt_sim.provenance import provenance
-from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS, whole
+from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS
+from belt_sim.whole_number import whole
 
 
 def asked(config: Mapping[str, Any], folder: Path) -> tuple[Task, dict[str, Any]]:

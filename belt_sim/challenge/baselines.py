@@ -20,6 +20,7 @@ from belt_sim.use_cases.asked import candidates_of, fitted_model
 MOST_EFFECTS = 4
 SWEEPS = 10  # of the sparse regression
 HALF_WIDTH_95 = 1.96
+AWAY = 10.0  # [m] a belt that has run away
 _TINY = 1e-12
 
 
@@ -74,8 +75,10 @@ def table_of(campaign: Campaign, base: str) -> Table:
     vector = forward.null()
     steps = np.eye(forward.size)[: len(forward.slots)]
     values = forward.values(np.concatenate([vector[None], vector + steps]))
-    there = np.isfinite(samples.y) & np.isfinite(values).all(axis=0)
-    flat = [_centred(x, there) for x in (samples.y - values[0], *(values[1:] - values[0]))]
+    there = np.isfinite(samples.y)
+    with np.errstate(invalid="ignore"):  # a size that lets the belt run away
+        changes = np.nan_to_num(values[1:] - values[0], nan=AWAY, posinf=AWAY, neginf=-AWAY).clip(-AWAY, AWAY)
+    flat = [_centred(x, there) for x in (samples.y - values[0], *changes)]
     owner = tuple((s.effect.id, s.name, s.scale) for s in forward.slots)
     stated = float(np.mean([math.hypot(s.white, s.wander_sd) for s in campaign.signals]))
     return Table(flat[0], np.array(flat[1:]), owner, stated)

@@ -11,15 +11,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from belt_sim.campaign import write_campaign
+from belt_sim.campaign import read_campaign, write_campaign
 from belt_sim.challenge.answers import answerer
+from belt_sim.challenge.facts import CRASH
 from belt_sim.challenge.sources import source
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.virtual_rig.seal import HASH, SEALED, Truth, reveal, seal
 
 RESULT = "belt-challenge/1"
-CRASH = "crash"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,14 +121,18 @@ def crashed(error: BaseException | str) -> dict[str, Any]:
 
 
 def _more(task: Task, truth: Truth, answer: dict[str, Any], spent: dict[str, float]) -> dict[str, Any]:
-    """What is learnt after the answer is frozen: how others answer, and whether the advised run tells."""
+    """What is learnt after the answer is frozen: how small its error could have been, how others answer, and whether
+    the advised run tells."""
     from belt_sim.challenge.advice import followed
     from belt_sim.challenge.baselines import others
+    from belt_sim.challenge.least import least_error
 
     more: dict[str, Any] = {}
     folder = task.file("campaigns")
     if answer["verdict"] == CRASH:
         return more
+    with _timed(spent, "least"):
+        more["least"] = _tried(lambda: least_error(read_campaign(folder), truth, answer))
     if task.others:
         with _timed(spent, "others"):
             more["others"] = _tried(lambda: others(folder, truth.base, answer))

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.challenge.facts import Facts
-from belt_sim.challenge.publish import Published
+from belt_sim.challenge.published import Published
 from belt_sim.challenge.targets import SIZES, confidently_wrong, of_kind, size_class, targets
 from belt_sim.challenge.told import cells, hidden_of
 from belt_sim.challenge.wilson import Share, share_of
@@ -32,7 +32,7 @@ Measured in three dimensions on a short rig (a = 2 m, five runs of 8 m, two sens
 hidden are geometry, friction or gravity of the scene, and no span law or effect is in it. Every twenty campaigns meet
 each of fourteen faults once, and nothing six times. They are not in the figures above. The law and this belt differ by
 0.3 % of a reading and 1.6 um, which these sensors hardly see (d = 1.6, `python -m studies.space_error`); the campaign's
-file states it. A weld cannot be named here: in 8 m the belt does not go round twice.
+file states it. In 8 m the belt goes round once and a half, so that a weld passes every pulley once or twice.
 """
 _AGAIN = """Plain methods answer every campaign that the diagnosis has answered.
 `belt-sim challenge of=FOLDER publish=docs`, with the folder of a challenge, lets the diagnosis without its parts answer

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from belt_sim import si
 from belt_sim.challenge.laws import law_right, place_right
 from belt_sim.challenge.reasons import reason
 
@@ -12,6 +13,7 @@ NAMING = ("explained", "partly")
 #: an error is reducible where the held-out error exceeds the noise floor by this factor
 REDUCIBLE = 1.1
 STOPS = "cannot_say"
+CRASH = "crash"  # in place of what could not be worked out
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +109,7 @@ def facts_of(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None)
         aliases={e["id"]: list(e["confusable_with"]) for e in effects if e["confusable_with"]},
         suspected=sorted({s["kind"] for s in answer.get("suspicions", [])}),
         caught=caught(truth, answer),
-        removed=removed(_error(answer)),
+        removed=removed(error_of(answer), result.get("least") if own else None),
         advice=(result.get("advice") or {}).get("resolved") if own else None,
         p=_p_value(answer),
         sentence=answer.get("sentence", ""),
@@ -196,25 +198,31 @@ def covered(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> list[bool]:
     return inside
 
 
-def removed(error: Mapping[str, Any] | None) -> float | None:
-    """(before - after) / (before - noise floor) of the held-out rms, in mm or m; None with nothing to remove.
+def removed(error: Mapping[str, Any] | None, least: Mapping[str, float] | None = None) -> float | None:
+    """(before - after) / (before - least) of the held-out rms, in mm or m; None with nothing to remove.
 
-    Beside what every held-out run's own zero, gain and settings most likely are, where the answer tells that error: no
-    effect can know those.
+    least: what a law that knows the truth would have left of these readings (least.py); where nobody worked that out
+    it is the noise floor that the answer tells. All beside what every held-out run's own zero, gain and settings most
+    likely are, where the answer tells that error: no effect can know those.
     """
     if not error or not error.get("held_out"):
         return None
-    if own := error.get("beside_settings"):
-        error = {"held_out": own, "noise_floor_mm": own["noise_floor_mm"]}
+    beside = bool(error.get("beside_settings") or error.get("own"))
+    if told := error.get("beside_settings"):
+        error = {"held_out": told, "noise_floor_mm": told["noise_floor_mm"]}
+    elif told := error.get("own"):  # so a discovered law tells it
+        error = {"held_out": told, "noise_floor": told["floor"]}
     unit = "_mm" if "noise_floor_mm" in error else ""
     before, after = (error["held_out"][f"{k}{unit}"] for k in ("before", "after"))
     floor = error[f"noise_floor{unit}"]
+    if least and CRASH not in least:
+        floor = least["beside_settings_mm" if beside else "plain_mm"] * (1.0 if unit else si.MM)
     if not before > REDUCIBLE * floor:
         return None
     return round(min(1.0, (before - after) / (before - floor)), 4)
 
 
-def _error(answer: Mapping[str, Any]) -> Mapping[str, Any] | None:
+def error_of(answer: Mapping[str, Any]) -> Mapping[str, Any] | None:
     """The error with everything that was found: effects, or else the discovered law."""
     said = answer.get("discovery") or {}
     return said["error"] if said.get("found") and said.get("error") else answer.get("error")

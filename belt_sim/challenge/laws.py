@@ -16,6 +16,7 @@ _PLACES = {
     "sideways shift": "wrap",
     "twist over": "wrap",
     "tension of": "tension",
+    "travel that": "travel",
     "readings of all": "sensor_all",
     "reading of": "sensor",
 }
@@ -23,17 +24,34 @@ _NAMES = {"yaw": "yaw_{}", "turn": "runup_{}", "drift": "runup_{}", "shift": "wr
 #: sign in a formula -> variable of the generator, the first that is there
 _VARIABLES = (("β", "yaw"), ("κ", "curvature"), ("α", "contact_angle"), ("dy/dt", "y"), ("y", "y"))
 #: mark of a shape in a formula -> form
-_SHAPES = (("saturating", "saturating"), ("beyond", "threshold"), ("|", "power"), ("²", "power"), ("³", "power"))
+_SHAPES = (
+    ("saturating", "saturating"),
+    ("beyond", "threshold"),
+    ("stuck", "threshold"),
+    ("|", "power"),
+    ("²", "power"),
+    ("³", "power"),
+)
 #: mark of a course along the travel -> forms that it may be called, the first that is there
 _COURSES = (
+    ("that fades", ("periodic", "exponential")),
     ("a wave of", ("periodic",)),
+    ("a step", ("threshold", "constant")),
     ("(1 − exp(", ("exponential", "saturating")),
     ("exp(", ("exponential",)),
     ("after ", ("threshold", "saturating")),
+    ("s²", ("power",)),
     ("√s", ("power", "saturating", "exponential")),
 )
 _TRAVEL = re.compile(r"(^|[ )])s$")
+_CLOCK = re.compile(
+    r"(?<![a-z])[st]′|(?<![a-z])t(?=[²/]|$)"
+)  # travel since the yaw was set, or time: courses all the same
+#: What pushes sideways at a span acts on the march through the curvature at its run-up and nowhere else, so that these
+#: places are the same to readings of y
+SPAN = {"runup_tail", "runup_head", "runup_both"}
 _WAVES = ("wave", "belt_phase", "pulley_phase", "travel")
+SURE = 2.0  # sigma
 _ALONG = ("travel", "time_since_step")
 
 
@@ -42,7 +60,10 @@ def place_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
     laws = [said["law"], *said.get("rivals", ())] if said.get("law") else said.get("places", [])[:1]
     places = {name for one in laws for text in one["place"].split(" and ") for name in (place_said(text),)}
     true = {truth["place"]}
-    if truth["place"].startswith("sensor_") and truth["place"] != "sensor_all":
+    if truth["place"] == "span":
+        true |= SPAN
+    sensors = {one["place"] for one in said.get("places", ()) if one["place"].startswith("sensor_")}
+    if truth["place"].startswith("sensor_") and (truth["place"] != "sensor_all" or len(sensors) == 1):
         true.add("sensor")  # the generator counts sensors, the finder calls them by their names
     return bool(places & true)
 
@@ -65,16 +86,32 @@ def law_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
         return False
     true = {(truth["variable"], truth["form"]), *(tuple(pair) for pair in truth.get("also", ()))}
     formulas = [law["formula"] for law in (said["law"], *said.get("rivals", ()))]
-    return any(pairs(term) & true for formula in formulas for term in formula.split(" and "))
+    called = {pair for formula in formulas for term in formula.split(" and ") for pair in pairs(term)}
+    if any(_steady(term) for term in said["law"]["formula"].split(" and ")):
+        called |= tension_pairs(said["law"].get("exponent"))
+    return bool(called & true)
+
+
+def tension_pairs(exponent: Mapping[str, float] | None) -> set[tuple[str, str]]:
+    """What a constant can be called that goes with a power of the tension, known within u."""
+    if not exponent or abs(exponent["value"]) < SURE * exponent["u"]:
+        return set()
+    linear = abs(exponent["value"] - 1.0) < SURE * exponent["u"]
+    return {("tension", "power")} | ({("tension", "linear")} if linear else set())
+
+
+def _steady(term: str) -> bool:
+    """Whether a term is a constant along every run."""
+    return term.endswith("a constant")
 
 
 def pairs(term: str) -> set[tuple[str, str]]:
     """(variable, form) that one term of a formula can be called by: size × shape of a variable, course × tension^n."""
-    body = term.partition(" × tension^")[0].rpartition(" × ")[2]
+    body = _CLOCK.sub("s", term.partition(" × tension^")[0].rpartition(" × ")[2])
     variable = next((name for sign, name in _VARIABLES if sign in body), "")
     course = next((forms for mark, forms in _COURSES if mark in body), ("linear",) if _TRAVEL.search(body) else ())
-    along = _WAVES if course == ("periodic",) else _ALONG
-    found = {(v, form) for v in along for form in course}
+    found = {(v, form) for form in course for v in (_WAVES if form == "periodic" else _ALONG)}
+    found |= {("time_since_step", "periodic")} if "that fades" in body else set()
     if variable:
         shape = next((form for mark, form in _SHAPES if mark in body), "linear")
         return found | {(variable, form) for form in (shape, *course)}

@@ -18,8 +18,8 @@ from hydra.plugins.launcher import Launcher
 from belt_sim.commands.cases import Case, Worker
 from belt_sim.commands.failed import failure_in
 from belt_sim.cores import cores
-from belt_sim.errors import InputError
 from belt_sim.jax_setup import prepare
+from belt_sim.whole_number import whole
 
 ENGINE = "mjx"
 _LOOKED_AFTER = 0.5  # [s], how often a worker looks whether its parent lives
@@ -42,8 +42,10 @@ class Batches(Launcher):
             basic = BasicLauncher()
             basic.setup(**self.given)
             return basic.launch(job_overrides, initial_job_idx)
-        batch = None if self.batch == "auto" else _whole("batch", self.batch, "auto")
-        workers = cores() if self.workers is None else _whole("workers", self.workers, "null")
+        batch = None if self.batch == "auto" else whole("hydra.launcher.batch", self.batch, otherwise="auto or ")
+        workers = (
+            cores() if self.workers is None else whole("hydra.launcher.workers", self.workers, otherwise="null or ")
+        )
         setup_globals()
         given = self.given
         worker = Worker(given["hydra_context"], given["config"], given["task_function"], Singleton.get_state())
@@ -105,9 +107,3 @@ def _begin(parent: int) -> None:
         os._exit(1)
 
     Thread(target=watch, daemon=True).start()
-
-
-def _whole(name: str, value: Any, word: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise InputError(f"hydra.launcher.{name}", value, "", f"give {word} or a whole number of at least 1")
-    return value

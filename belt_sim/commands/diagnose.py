@@ -1,5 +1,6 @@
 """belt-sim diagnose: which physical effect the model lacks."""
 
+from contextlib import nullcontext
 from typing import Any
 
 from belt_sim.commands.run_folder import done_before, plain, run_folder
@@ -13,20 +14,23 @@ def run(cfg: Any) -> None:
         return
     from belt_sim.campaign import read_campaign
     from belt_sim.reports.terminal import tell_diagnosis
-    from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS, diagnose, whole
+    from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS, diagnose
+    from belt_sim.use_cases.draw_apart import drawing_apart
     from belt_sim.use_cases.leave import leave_diagnosis, leave_recording
     from belt_sim.watch.asked import watch_asked
     from belt_sim.watch.progress import in_stages, progress
+    from belt_sim.whole_number import whole
 
     watch = watch_asked(config["watch"], "auto", "rrd")
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out")}
     campaign = read_campaign(str(config["campaign"]))
     count = whole("bootstraps", config["bootstraps"], MIN_BOOTSTRAPS)
-    with progress(1.0, f"diagnosing {campaign.title}") as done:
+    apart = drawing_apart() if config["pictures"] else nullcontext()
+    with progress(1.0, f"diagnosing {campaign.title}") as done, apart as draw:
         stages = in_stages(done, count)
         found = diagnose(campaign, config["model"]["name"], **asked, progress=stages, tell=print, config=config)
         stages(0, "writing the report")
-        leave_diagnosis(folder, found, pictures=config["pictures"])
+        leave_diagnosis(folder, found, draw=draw)
         if watch == "rrd":
             leave_recording(folder, campaign, found)
     tell_diagnosis(found, folder)

@@ -49,7 +49,7 @@ def shapes_at(bench: Workbench, fit: Fit, positions: Sequence[int]):
         points[row, k] = size
     moved = bench.forward.values(points) - values
     white = bench.metric.whiten(moved)
-    strong = np.linalg.norm(white, axis=1) > STRONG
+    strong = _strong(moved, white)
     secants = {k: m for (k, _), m, s in reversed(list(zip(tried, moved, strong, strict=True))) if s}
     falls = fit.chi2 - np.sum((fit.residual - white) ** 2, axis=1)  # of chi2, were the parameter of that size
     best: dict[int, tuple[float, float]] = {}
@@ -110,10 +110,15 @@ def _shapes_of(bench: Workbench, fit: Fit, asked: Sequence[tuple[int, Point]]) -
         moved = vectors[faint]
         moved[np.arange(len(faint)), positions[faint]] = size
         secants = bench.forward.values(moved) - fit.values
-        strong = np.linalg.norm(bench.metric.whiten(secants), axis=1) > STRONG
+        strong = _strong(secants, bench.metric.whiten(secants))
         slopes[faint[strong]] = secants[strong]
         faint = faint[~strong]
     return dict(zip(asked, slopes, strict=True))
+
+
+def _strong(moved: np.ndarray, white: np.ndarray) -> np.ndarray:
+    """Which changes (k, R, S, n), whitened (k, N), are seen and keep every belt on its pulleys."""
+    return (np.linalg.norm(white, axis=1) > STRONG) & np.isfinite(moved).all(axis=(1, 2, 3))
 
 
 def _differ(rows: Sequence[np.ndarray]) -> bool:

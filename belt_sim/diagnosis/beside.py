@@ -18,6 +18,7 @@ from belt_sim.diagnosis.structures import noise_size, rows_of, structures
 from belt_sim.diagnosis.waves import wave_shapes
 from belt_sim.diagnosis.workbench import Workbench
 
+BENT = 0.3  # of what an effect does, by which its derivatives may miss that
 DECISIVE = 3.0  # times its threshold that an effect has to gain beside something unknown
 
 
@@ -37,43 +38,75 @@ def members_that_stay(bench: Workbench, fit: Fit, columns: np.ndarray, threshold
     threshold: id -> gain that chance reaches. None when no effect stays.
     """
     unknown = basis(bench.metric.whiten(columns)) if len(columns) else np.empty((0, len(fit.residual)))
-    null = bench.forward.null()
-    away = fit.vector[fit.free] - null[fit.free]
-    target = apart((fit.residual + away @ fit.columns)[None], unknown)[0]
-    seen = apart(fit.columns, unknown)
+    shapes, bent, without = _shapes(bench, fit)
+    target = apart(without[None], unknown)[0]
+    seen = {i: apart(rows, unknown) for i, rows in shapes.items()}
     ids = fit.ids
     while ids:
-        chi2, numbers = _solved(bench, fit, ids, seen, target)
-        gains = {i: _solved(bench, fit, _without(ids, i), seen, target)[0] - chi2 for i in ids}
+        chi2, numbers = _solved(seen, ids, target)
+        gains = {i: _solved(seen, _without(ids, i), target)[0] - chi2 for i in ids}
         needed = tuple(i for i in ids if gains[i] > DECISIVE * threshold(i))
         if needed != ids:  # all at once: of several that stand in for each other none is known to be there
             ids = needed
             continue
-        rows = _rows(bench, fit, ids)
-        vector = null.copy()
-        vector[np.array(fit.free)[rows]] = null[np.array(fit.free)[rows]] + numbers
-        reduced = replace(
-            fit, ids=ids, free=[fit.free[k] for k in rows], vector=vector, chi2=chi2, columns=seen[rows],
-            slopes=fit.slopes[rows], residual=target - numbers @ seen[rows],
-            values=bench.forward.values(vector[None])[0],
-        )  # fmt: skip
+        reduced = _reduced(bench, fit, {i: None if i in bent else numbers[i] for i in ids}, unknown)
+        rest = target - sum((numbers[i] @ seen[i] for i in ids), np.zeros(len(target)))
+        reduced = replace(reduced, chi2=chi2, residual=rest)
         return reduced if is_plausible(bench.forward, reduced) else None
     return None
 
 
-def _solved(bench: Workbench, fit: Fit, ids: Sequence[str], seen: np.ndarray, target: np.ndarray):
+def _shapes(bench: Workbench, fit: Fit) -> tuple[dict[str, np.ndarray], set[str], np.ndarray]:
+    """Whitened shapes (k, N) of every effect; which are bent; the residual (N,) without any of them.
+
+    Derivatives along its parameters; where these do not add up to what the effect does (a roller that pushes from some
+    play on), it is bent, and its shape what it does.
+    """
+    null, places = bench.forward.null(), {i: bench.forward.index(i) for i in fit.ids}
+    points = np.repeat(fit.vector[None], len(places), axis=0)
+    for point, positions in zip(points, places.values(), strict=True):
+        point[positions] = null[positions]
+    does = bench.metric.whiten(fit.values - bench.forward.values(points))
+    shapes, bent, without = {}, set[str](), fit.residual
+    for own, name in zip(does, fit.ids, strict=True):
+        rows = _rows(bench, fit, name)
+        by_slopes = (fit.vector - null)[[fit.free[k] for k in rows]] @ fit.columns[rows]
+        if np.linalg.norm(by_slopes - own) > BENT * np.linalg.norm(own):
+            bent.add(name)
+        shapes[name] = own[None] if name in bent else fit.columns[rows]
+        without = without + (own if name in bent else by_slopes)
+    return shapes, bent, without
+
+
+def _solved(seen: dict[str, np.ndarray], ids: Sequence[str], target: np.ndarray):
     """chi2 and numbers of the effects ``ids`` alone."""
-    rows = _rows(bench, fit, ids)
-    if not rows:
-        return float(target @ target), np.empty(0)
-    size = np.maximum(np.linalg.norm(seen[rows], axis=1), 1e-12)
-    numbers = np.linalg.lstsq((seen[rows] / size[:, None]).T, target, rcond=1e-8)[0] / size
-    rest = target - numbers @ seen[rows]
-    return float(rest @ rest), numbers
+    if not ids:
+        return float(target @ target), {}
+    rows = np.concatenate([seen[i] for i in ids])
+    size = np.maximum(np.linalg.norm(rows, axis=1), 1e-12)
+    numbers = np.linalg.lstsq((rows / size[:, None]).T, target, rcond=1e-8)[0] / size
+    rest = target - numbers @ rows
+    ends = np.cumsum([len(seen[i]) for i in ids])[:-1]
+    return float(rest @ rest), dict(zip(ids, np.split(numbers, ends), strict=True))
 
 
-def _rows(bench: Workbench, fit: Fit, ids: Sequence[str]) -> list[int]:
-    places = {k for i in ids for k in bench.forward.index(i)}
+def _reduced(bench: Workbench, fit: Fit, numbers: dict[str, np.ndarray | None], unknown: np.ndarray) -> Fit:
+    """``fit`` with the effects of ``numbers`` alone, which are in units beyond null; None: as they were fitted."""
+    vector, rows = bench.forward.null(), []
+    for name, sizes in numbers.items():
+        own = _rows(bench, fit, name)
+        where = [fit.free[k] for k in own]
+        vector[where] = fit.vector[where] if sizes is None else vector[where] + sizes
+        rows += own
+    free = [fit.free[k] for k in rows]
+    return replace(
+        fit, ids=tuple(numbers), free=free, vector=vector, columns=apart(fit.columns[rows], unknown),
+        slopes=fit.slopes[rows], values=bench.forward.values(vector[None])[0],
+    )  # fmt: skip
+
+
+def _rows(bench: Workbench, fit: Fit, name: str) -> list[int]:
+    places = set(bench.forward.index(name))
     return [k for k, position in enumerate(fit.free) if position in places]
 
 

@@ -9,6 +9,8 @@ from belt_sim.diagnosis.forward import Forward, Slot
 from belt_sim.results.found import COVERAGE_95, Estimate
 
 DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
+ALIKE = 1e-12  # beside 1, what is left of the square of a derivative that others make up
+EDGE = 2.0  # what a machine could have is a judgement, good to this factor
 FAINT = 1e-6  # a parameter that moves no reading by this many sigma is not in the readings
 
 
@@ -21,9 +23,16 @@ def _estimates(forward: Forward, fit: Fit, rows: Sequence[int]) -> dict[str, dic
     """The same of the numbers at ``rows`` of a fit, the others held."""
     seen = [k for k in rows if np.linalg.norm(fit.columns[k]) >= FAINT]
     own = fit.columns[list(rows)]
-    spread = dict(zip(rows, np.sqrt(np.diag(np.linalg.pinv(own @ own.T, hermitian=True))), strict=True))
+    spread = dict(zip(rows, np.sqrt(np.diag(spread_of(own))), strict=True))
     slots, values = [forward.slots[fit.free[k]] for k in seen], [fit.vector[fit.free[k]] for k in seen]
     return {i: {} for i in fit.ids} | _found(slots, np.array(values), np.array([spread[k] for k in seen]))
+
+
+def spread_of(columns: np.ndarray) -> np.ndarray:
+    """Covariance (k, k) of numbers with whitened derivatives ``columns`` (k, N), large along what no reading shows."""
+    size = np.maximum(np.linalg.norm(columns, axis=1), 1e-30)
+    alike = columns / size[:, None]
+    return np.linalg.inv(alike @ alike.T + ALIKE * np.eye(len(size))) / np.outer(size, size)
 
 
 def _given_shapes(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
@@ -48,9 +57,16 @@ def _found(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> dic
         if least <= low and most >= high:
             continue  # the readings exclude nothing of what a machine could have
         shapes = declared.modifier and least <= high and most >= low  # it is no size, and may be what a machine has
-        there = low <= value <= high or abs(value - declared.null) <= 2.0 * u or shapes
+        away = value - declared.null
+        lowest, highest = _with_slack(low - declared.null, -EDGE), _with_slack(high - declared.null, EDGE)
+        there = lowest <= away <= highest or abs(away) <= 2.0 * u or shapes
         of_effect[slot.name] = Estimate(value, u, declared.unit, bool(there))
     return found
+
+
+def _with_slack(bound: float, factor: float) -> float:
+    """A bound relative to null, a factor further up, or down where that is negative."""
+    return bound * abs(factor) if bound * factor > 0.0 else bound / abs(factor)
 
 
 def is_plausible(forward: Forward, fit: Fit) -> bool:

@@ -49,14 +49,14 @@ def _additions(selection: Selection) -> list[Rival]:
     ]
 
 
-def probabilities(selection: Selection, unknown: OpenSet) -> dict[str, float]:
+def probabilities(selection: Selection, unknown: OpenSet, *, beside: bool = False) -> dict[str, float]:
     """Weight of every chosen effect against those that could stand in its place, and against none of them.
 
-    unknown: the tests of what the base model leaves; a family of free shapes that takes more of it beyond chance than
-    the chosen set does speaks for something that is not in the library.
+    unknown: the tests of what the base model leaves, or, beside, of what the chosen set leaves; a family of free shapes
+    that takes more of it beyond chance than the chosen set does speaks for something that is not in the library.
     """
     free = max((unknown.gain[n] - unknown.threshold[n] for n in unknown.gain), default=-np.inf)
-    rest = selection.gain - sum(selection.threshold(i) for i in selection.chosen.ids)
+    rest = 0.0 if beside else selection.gain - sum(selection.threshold(i) for i in selection.chosen.ids)
     found = {}
     for name, trials in selection.swaps.items():
         own = _own(trials, name).score

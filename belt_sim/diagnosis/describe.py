@@ -8,6 +8,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.candidate import estimates
 from belt_sim.diagnosis.confusable import probabilities, selection_frequency
 from belt_sim.diagnosis.examine import Findings
+from belt_sim.diagnosis.intervals import by_likelihood
 from belt_sim.diagnosis.ladder import Rung
 from belt_sim.diagnosis.own_errors import errors_of
 from belt_sim.diagnosis.refits import Trial
@@ -92,9 +93,12 @@ def label(campaign: Campaign) -> CampaignLabel:
 
 
 def _effects(d: Findings) -> tuple[FoundEffect, ...]:
-    weights = probabilities(d.found, d.judgement.base_left)
+    whole = d.verdict == Verdict.EXPLAINED  # then nothing stands out beside the set
+    weights = probabilities(d.found, d.left if whole else d.judgement.base_left, beside=whole)
     chosen, forward = d.judgement.named, d.bench.forward
     seen = estimates(forward, chosen)
+    if d.verdict == Verdict.EXPLAINED:  # elsewhere numbers are effective ones
+        seen = by_likelihood(d.found.bench, chosen, seen)
     there = {e.id: e for e in forward.effects_at(chosen.vector, chosen.ids)}
     return tuple(
         FoundEffect(

@@ -1,7 +1,8 @@
 """Joint refits: effect parameters against whitened readings, many sets of effects at once (Levenberg-Marquardt).
 
 A step costs one prediction a set. Derivatives are taken anew only where chi2 came out otherwise than the old ones had
-it; in the linear range a refit is one projection and one prediction that confirms it.
+it; in the linear range a refit is one projection and one prediction that confirms it. Numbers that a machine has on one
+side of null only (a roller pushes back, a cover gives way) stay on that side.
 """
 
 from collections.abc import Sequence
@@ -64,7 +65,7 @@ def fit_sets(forward: Forward, metric: Metric, starts: Sequence[Fit], y: np.ndar
 
 def _advance(forward, metric, fits: list[Fit], target) -> None:
     """One prediction for every fit whose derivatives hold, new derivatives for the others."""
-    points = [f.vector if f.stale else _proposal(f) for f in fits]
+    points = [f.vector if f.stale else _proposal(f, forward.sides) for f in fits]
     along = [_directions(f, forward.size) for f in fits]
     at = np.concatenate([np.repeat(p[None], len(d), axis=0) for p, d in zip(points, along, strict=True)])
     values, slopes = forward.lanes(at, np.concatenate(along))
@@ -75,7 +76,7 @@ def _advance(forward, metric, fits: list[Fit], target) -> None:
         if fit.stale:
             _take(fit, metric, values[here][0], slopes[here][: len(fit.free)], target)
         else:
-            _judge(fit, point, metric, values[here][0], target)
+            _judge(fit, point, metric, values[here][0], target, forward.sides)
 
 
 def _directions(fit: Fit, size: int) -> np.ndarray:
@@ -94,12 +95,13 @@ def _take(fit: Fit, metric, values, slopes, target) -> None:
             return
         fit.residual, fit.values = metric.whiten(target - values), values
         fit.chi2 = float(fit.residual @ fit.residual)
-    fit.slopes = slopes
+    known = np.isfinite(slopes).all(axis=(1, 2, 3), keepdims=True)  # a hair further on the belt runs away: no direction
+    fit.slopes = slopes = np.where(known, slopes, 0.0)
     fit.columns = metric.whiten(slopes) if fit.free else np.empty((0, len(fit.residual)))
     fit.settled = fit.settled or not fit.free
 
 
-def _judge(fit: Fit, proposal, metric, values, target) -> None:
+def _judge(fit: Fit, proposal, metric, values, target, sides) -> None:
     """Take a proposal if it lowers chi2; otherwise damp more, with derivatives that hold where the fit stands."""
     with np.errstate(over="ignore", invalid="ignore"):  # a step too far may end anywhere
         residual = metric.whiten(target - values)
@@ -116,22 +118,38 @@ def _judge(fit: Fit, proposal, metric, values, target) -> None:
     fit.stale = amiss > TOLERANCE or bool(dumb and gained > TOLERANCE)
     fit.settled = gained < TOLERANCE + 1e-3 * max(chi2 - len(residual), 0.0)
     if not (fit.stale or fit.settled):
-        fit.settled = _to_gain(fit) < TOLERANCE
+        fit.settled = _to_gain(fit, sides) < TOLERANCE
 
 
-def _to_gain(fit: Fit) -> float:
+def _to_gain(fit: Fit, sides) -> float:
     """chi2 that an undamped step would still take away in the linear range."""
     along = fit.columns @ fit.residual
-    return float(along @ np.linalg.lstsq(fit.columns @ fit.columns.T, along, rcond=1e-10)[0])
+    step = _inside(fit, fit.columns @ fit.columns.T, along, sides)
+    return float(2.0 * step @ along - np.sum((step @ fit.columns) ** 2))
 
 
-def _proposal(fit: Fit) -> np.ndarray:
+def _proposal(fit: Fit, sides) -> np.ndarray:
     """The damped Gauss-Newton step."""
     normal = fit.columns @ fit.columns.T
     diagonal = np.diag(normal).copy()
     diagonal = np.where(diagonal > FAINT**2, diagonal, np.inf)
     system = normal + np.diag(fit.damping * np.where(np.isfinite(diagonal), diagonal, 1.0) + 1e-12)
-    step = np.linalg.lstsq(system, fit.columns @ fit.residual, rcond=1e-10)[0]
+    step = _inside(fit, system, fit.columns @ fit.residual, sides)
     vector = fit.vector.copy()
     vector[fit.free] += np.where(np.isfinite(diagonal), step, 0.0)
     return vector
+
+
+def _inside(fit: Fit, system: np.ndarray, along: np.ndarray, sides: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """The step (k,) that solves ``system`` step = ``along``; numbers that it takes beyond ``sides`` end there."""
+    low, high = (side[fit.free] - fit.vector[fit.free] for side in sides)
+    step, held = np.zeros(len(along)), np.zeros(len(along), dtype=bool)
+    for _ in range(len(along)):
+        rest = along[~held] - system[np.ix_(~held, held)] @ step[held]
+        step[~held] = np.linalg.lstsq(system[np.ix_(~held, ~held)], rest, rcond=1e-10)[0]
+        beyond = ~held & ((step < low) | (step > high))
+        if not beyond.any():
+            break
+        step = np.where(beyond, np.clip(step, low, high), step)
+        held |= beyond
+    return step

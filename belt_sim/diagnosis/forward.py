@@ -31,10 +31,10 @@ from belt_sim.stored_code import kept, own
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
-ROOM = 1024  # records that compiled code has room for; where that is too little, twice as many, and so on
+ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history
 COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
-ROWS = 128  # runs at points a batch; larger requests are cut, smaller ones padded, so that one shape is compiled
+ROWS = 32  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
 WORKERS = 2  # batches at once: a march is one long loop, which uses one core
 NUISANCES = ("stiffness", "tension", "yaw", "yaw_at")
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
@@ -57,6 +57,13 @@ class Slot:
     def null(self) -> float:
         return self.effect.parameters[self.name].null
 
+    @property
+    def side(self) -> tuple[float, float]:
+        """Lowest and highest value in units of scale: null, where a machine has the number on one side of it only."""
+        low, high = self.effect.parameters[self.name].plausible
+        ends = self.null if self.null <= low else -np.inf, self.null if self.null >= high else np.inf
+        return ends[0] / self.scale, ends[1] / self.scale
+
 
 class Forward:
     """Predictions of ``model`` with every effect of ``classes`` within reach, all null to begin with."""
@@ -78,6 +85,8 @@ class Forward:
         self.linear = np.array([s.effect.linear for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
         self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
+        ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
+        self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
         self._heavy = {c: self.index(c.id) for c in self.classes if c.heavy}
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
@@ -163,11 +172,12 @@ class Forward:
         """Predictions (C, R, S, n) with the heavy effects that are ``active`` and all others."""
         without = {c for c, on in zip(self._heavy, active, strict=True) if not on}
         kept = [k for k, s in enumerate(self.slots) if s.effect not in without]
-        march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room)
+        places = [PLACES.index(s.at) for s in samples.signals]
+        tilts = any(PLACES[place].endswith("mid_span") for place in places)
+        march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts)
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]]
         runs, _, n = samples.y.shape
         points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
-        places = [PLACES.index(s.at) for s in samples.signals]
         cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
         travel, time = samples.travel[:, columns], samples.time[:, columns]
         found = np.empty((len(points), len(places), n))
@@ -189,9 +199,8 @@ class Forward:
             part = found[start : start + ROWS]
             part[:] = np.asarray(shown)[: len(part), places, :n]
 
-        batch(0)  # compiles, once, before there are several threads
         with ThreadPoolExecutor(WORKERS) as pool:
-            list(pool.map(batch, range(ROWS, len(points), ROWS)))
+            list(pool.map(batch, range(0, len(points), ROWS)))
         return found.reshape(len(vector), *samples.y.shape)
 
     def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
@@ -203,11 +212,12 @@ class Forward:
 
 
 @cache
-def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int):
-    """Predictions at a batch of points and runs."""
-    one = partial(_one_run, model=model, slots=slots, room=room, history=history)
+def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int, tilts: bool):
+    """Predictions at a batch of points and runs; tilts: of roll as well, which a march feels."""
+    only = ("y", "tilt") if tilts else ("y",)
+    one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only)
     named = model_name(model, *dict.fromkeys(s.effect for s in slots))
-    name = named and f"{named} {[f'{s.effect.id}.{s.name}' for s in slots]} {room} {history}"
+    name = named and f"{named} {[f'{s.effect.id}.{s.name}' for s in slots]} {room} {history} {only}"
     return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)), name)
 
 
@@ -231,18 +241,19 @@ def _doubled(size: int, least: int) -> int:
 
 
 def _one_run(
-    vector, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, *, model, slots, room, history
+    vector, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, *, model, slots, room, history, only
 ):
-    """Readings (6, n) of one run at every place."""
+    """Readings (6, n) of one run at every place; (4, n) where ``only`` has no tilt."""
     numbers: dict[type[Effect], dict] = {}
     for k, slot in enumerate(slots):
         numbers.setdefault(slot.effect, {})[slot.name] = vector[k] * slot.scale
     effects = tuple(cls(**values) for cls, values in numbers.items())
     case = _as_set(Case(rig=rig, belt=belt, settings=settings), vector[len(slots) :])
-    curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history)
+    curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only)
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
     shown = indicate(curves, case, effects, stated, jnp.append(time, yaw_at / case.settings.speed))
-    return jnp.concatenate([shown.y[:, :-1] - shown.y[:, -1:], shown.tilt[:, :-1]])
+    lateral = shown.y[:, :-1] - shown.y[:, -1:]
+    return jnp.concatenate([lateral, shown.tilt[:, :-1]]) if "tilt" in only else lateral
 
 
 def _as_set(case: Case, nuisance) -> Case:

@@ -12,7 +12,7 @@ import numpy as np
 
 from belt_sim.campaign import Run, SignalSheet
 from belt_sim.diagnosis.contrasts import Contrast, Scatter, contrast, scatter
-from belt_sim.diagnosis.noise import FLOOR, Levels
+from belt_sim.diagnosis.noise import FLOOR, SMOOTH, Levels
 from belt_sim.diagnosis.samples import Samples
 
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
@@ -21,6 +21,7 @@ FACTORS = np.exp(np.linspace(np.log(0.2), np.log(5.0), 35))
 TOGETHER = 0.6  # the same of both levels together, where something was read off
 LENGTH_SPREAD = 0.8  # the same of the wander length, which few data sheets give at all
 LENGTH_STEP = 1.5  # from one length of the grid to the next
+RARER = 6.0  # chi2 (a likelihood ratio of 20) that a smooth wander has to earn, in all signals together
 LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
 UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats may be a stranger's
 MOST = 1.2  # sigmas from the data sheet, of levels of which nothing is known
@@ -41,14 +42,14 @@ class LevelFinder:
         self.repeats = len({c.runs for c in contrasts})
         if columns is not None and not contrasts:
             contrasts = _single_runs(samples, np.concatenate([shapes, columns]))
-        self.signals = [
-            _SignalLevels(
-                signal,
-                [c for c in contrasts if c.signal == s],
-                scatter(samples, self.groups, s) if self.repeats else [],
-            )
-            for s, signal in enumerate(samples.signals)
-        ]
+        of_signal = [[c for c in contrasts if c.signal == s] for s in range(len(samples.signals))]
+        fast = [scatter(samples, self.groups, s) if self.repeats else [] for s in range(len(samples.signals))]
+        self.signals = list(map(_SignalLevels, samples.signals, of_signal, fast))
+        if self.repeats:  # these differ by noise alone, whatever the model
+            smooth = [_SignalLevels(*each, smooth=True) for each in zip(samples.signals, of_signal, fast, strict=True)]
+            pairs = zip(smooth, self.signals, strict=True)
+            if sum(a.evidence(samples.y) - b.evidence(samples.y) for a, b in pairs) > RARER:
+                self.signals = smooth
 
     def __call__(self, errors: np.ndarray) -> Levels:
         """Levels to be expected after what a model leaves of the readings (R, S, n)."""
@@ -80,14 +81,16 @@ class LevelFinder:
 class _SignalLevels:
     """The grid of one signal: white factors, wander factors, length factors."""
 
-    def __init__(self, signal: SignalSheet, contrasts: list[Contrast], fast: Sequence[Scatter] = ()) -> None:
-        """fast: what every run shows by itself, beside contrasts of repeats."""
-        self.contrasts, self.lengths = contrasts, _lengths(signal)
+    def __init__(
+        self, signal: SignalSheet, contrasts: list[Contrast], fast: Sequence[Scatter] = (), *, smooth: bool = False
+    ) -> None:
+        """fast: what every run shows by itself, beside contrasts of repeats; smooth: the wander is."""
+        self.contrasts, self.lengths = contrasts, -_lengths(signal) if smooth else _lengths(signal)
         self.fast = [(part, [part.modes(x) for x in self.lengths]) for part in fast] if contrasts else []
         f2, logs = FACTORS**2, np.log(FACTORS)
         both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
         prior = both[0, 0] * (logs[:, None] ** 2 + logs**2) + 2.0 * both[0, 1] * logs[:, None] * logs
-        by_length = np.log(self.lengths) ** 2 / LENGTH_SPREAD**2
+        by_length = np.log(np.abs(self.lengths)) ** 2 / LENGTH_SPREAD**2
         self.prior = by_length[:, None, None] + prior
         self.modes, self.places, self.weights = [], [], []
         for k, length in enumerate(self.lengths):
@@ -102,8 +105,21 @@ class _SignalLevels:
         if contrasts:
             self.spectra, self.modes_of = _spectra(signal, contrasts[0], self.lengths)
 
+    def evidence(self, y: np.ndarray) -> float:
+        """2 log probability of contrasts of readings (R, S, n), all levels together, up to a constant; 0 of readings
+        without any noise, as of a campaign that is planned.
+        """
+        if not any(np.any(part) for c in self.contrasts for part in c.read(y[None])):
+            return 0.0
+        cost = self._of_contrasts(y[None])
+        return float(2.0 * np.log(np.sum(np.exp(-0.5 * (cost - cost.min())))) - cost.min())
+
     def cost(self, errors: np.ndarray) -> np.ndarray:
         """-2 log probability (B, lengths, white factors, wander factors)."""
+        cost = self._of_contrasts(errors)
+        return cost + self._of_every_run(errors) if self.fast else cost
+
+    def _of_contrasts(self, errors: np.ndarray) -> np.ndarray:
         cost = np.repeat(self.prior[None], len(errors), axis=0)
         read = [c.read(errors) for c in self.contrasts]
         for k, modes in enumerate(self.modes):
@@ -112,7 +128,7 @@ class _SignalLevels:
                 np.zeros((len(errors), self.weights[k].shape[0])),
             )
             cost[:, k] += (squares @ self.weights[k]).reshape(cost.shape[0], *cost.shape[2:])
-        return cost + self._of_every_run(errors) if self.fast else cost
+        return cost
 
     def _of_every_run(self, errors: np.ndarray) -> np.ndarray:
         """-2 log probability of what is fast in every run, (B, lengths, white factors, wander factors).
@@ -171,12 +187,20 @@ def _spectra(signal: SignalSheet, contrast: Contrast, lengths: np.ndarray) -> tu
     last = np.append(first[1:], count + 1)
     turn = np.pi * 0.5 * (first + last - 1) / count  # of the phase from sample to sample
     spacing = float(np.median(np.diff(contrast.travel)))
-    near = np.exp(-spacing / (lengths * max(signal.wander_length, 1e-6)))[:, None]
-    wander = signal.wander_sd**2 * (1.0 - near**2) / (1.0 - 2.0 * near * np.cos(turn) + near**2)
+    steps = spacing / (lengths * max(signal.wander_length, 1e-6))[:, None]
+    wander = signal.wander_sd**2 * _of_wander(np.where(steps < 0.0, SMOOTH, 1.0) * np.abs(steps), turn, steps < 0.0)
     white = max(signal.white, FLOOR) ** 2 / contrast.per_bin
     f2 = FACTORS**2
     spectra = f2[:, None, None] * white + f2[:, None] * wander[:, None, None, :]
     return spectra.reshape(-1, len(first)), (last - first).astype(float)
+
+
+def _of_wander(steps: np.ndarray, turn: np.ndarray, smooth: np.ndarray) -> np.ndarray:
+    """Variance (G, K) of modes that turn by so much (K,) a sample, of wander of unit size whose exponential falls by
+    ``steps`` (G, 1) a sample; smooth (G, 1): whether that is Matern's.
+    """
+    rise, apart = np.sinh(steps), np.cosh(steps) - np.cos(turn)
+    return rise / apart - np.where(smooth, steps * (1.0 - np.cosh(steps) * np.cos(turn)) / apart**2, 0.0)
 
 
 def _lengths(signal: SignalSheet) -> np.ndarray:
@@ -197,7 +221,7 @@ def _classes(ratios: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _far_off(white: Sequence[float], wander: Sequence[float], length: Sequence[float]) -> bool:
     """Whether levels are so far from the data sheet that something else may be in them."""
     off = np.abs(np.log([*white, *wander])) > UNTRUSTED * LEVEL_SPREAD
-    return bool(off.any() or (np.abs(np.log(length)) > UNTRUSTED * LENGTH_SPREAD).any())
+    return bool(off.any() or (np.abs(np.log(np.abs(length))) > UNTRUSTED * LENGTH_SPREAD).any())
 
 
 def repeated_groups(samples: Samples) -> list[tuple[int, ...]]:

@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.stats import chi2
 
 from belt_sim.case import Case
 from belt_sim.diagnosis.samples import Samples
@@ -20,20 +21,24 @@ from belt_sim.effects.base import Effect, uses
 from belt_sim.jax_setup import in_float64
 from belt_sim.laws.sensor import Reading
 
-SAMPLES_A_WAVE = 3.0  # below this a harmonic is not resolved
+READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
 FEWEST = 3  # harmonics that are always asked for
 SMOOTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
 
 
 def resolved(cls: type[Effect], samples: Samples) -> int:
-    """How many harmonics of the belt length the samples resolve (not more than the effect has)."""
-    spacing = min(float(np.median(np.diff(s[: np.argmax(s) + 1]))) for s in samples.travel if np.argmax(s) > 0)
-    length = float(np.max(samples.cases.rig.belt_length))
-    return int(np.clip(length / (SAMPLES_A_WAVE * spacing), FEWEST, len(cls.parameters) // 2))
+    """How many harmonics of the belt length the lateral readings can be asked for (not more than the effect has)."""
+    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
+    readings = np.isfinite(samples.y[:, lateral]).sum()
+    return int(np.clip(readings / (2 * READINGS_A_NUMBER), FEWEST, len(cls.parameters) // 2))
 
 
 def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual: np.ndarray) -> int:
-    """How many harmonics a residual (R, S, n) calls for, by Schwarz's criterion, beside all that moves slowly.
+    """How many harmonics a residual (R, S, n) calls for, beside all that moves slowly.
+
+    Where there are any by less than one chance in as many as there are readings (of a single one that is Schwarz's
+    criterion), Akaike's says how many predict best, and one further on that stands out alone is asked for as well: what
+    is left out of a shape that is there would be taken for something unknown.
 
     roots (R, S, n, n): whitening of each record; shapes (2 H, R, S, n): of the harmonics.
     """
@@ -51,8 +56,12 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
     columns, residual = np.concatenate(white), np.concatenate(left)
     gains = np.cumsum(np.square(np.linalg.qr(columns)[0].T @ residual))[1::2]
     harmonics = np.arange(1, len(gains) + 1)
-    score = gains - 2 * harmonics * np.log(np.isfinite(samples.y).sum())
-    return int(min(max(FEWEST, harmonics[np.argmax(score)]), len(gains)))
+    readings = np.isfinite(samples.y).sum()
+    if not np.any(chi2.sf(gains, 2 * harmonics) < 1.0 / readings):
+        return min(FEWEST, len(gains))
+    alone = harmonics[np.diff(gains, prepend=0.0) > 2.0 * np.log(readings)]
+    best = max(harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone)
+    return int(min(max(FEWEST, best), len(gains)))
 
 
 def _slow(travel: np.ndarray, spacing: float) -> np.ndarray:

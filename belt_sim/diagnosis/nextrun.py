@@ -52,8 +52,9 @@ class Outlook:
         known = a.values - b.values
         residual, columns = self.bench.metric.whiten(known), b.columns
         before = _rest(residual, columns)
-        new = self.white(self.predict(a, [])[0] - self.predict(b, [])[0])
-        slopes = self.white(self.predict(b, b.free)[1]) if b.free else np.empty((0, *new.shape))
+        there, along = self.predict(b, b.free)
+        new = self.white(self.predict(a, [])[0] - there)
+        slopes = self.white(along) if b.free else np.empty((0, *new.shape))
         after = [
             _rest(
                 np.concatenate([residual, new[r]]),
@@ -71,9 +72,9 @@ class Outlook:
             directions[k, position] = 1.0
         flip = self._flip()
         values, slopes = self.forward.lanes(np.repeat(fit.vector[None], count, axis=0), directions)
-        over, over_slopes = self.forward.lanes(np.repeat((fit.vector * flip)[None], count, axis=0), directions * flip)
-        turned = np.array([a.turned_over for a in self.actions])
-        values[:, turned], slopes[:, turned] = over[:, turned], over_slopes[:, turned]
+        turned = np.flatnonzero([a.turned_over for a in self.actions])
+        samples, over = self.samples.of_runs(turned), np.repeat((fit.vector * flip)[None], count, axis=0)
+        values[:, turned], slopes[:, turned] = self.forward.lanes(over, directions * flip, samples)
         return values[0], slopes[: len(free)]
 
     def _flip(self) -> np.ndarray:

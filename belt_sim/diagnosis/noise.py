@@ -1,8 +1,9 @@
 """What the instruments may do by themselves: white noise, wander, and errors shared by a run.
 
-The covariance of one run and signal is white^2 I + wander^2 exp(-|ds|/length); zero, gain and setting errors are
-shared by a whole run and are carried as nuisances with a prior (metric.py). The stated levels may be off; levels.py
-reads them off the campaign, as factors on what is stated.
+The covariance of one run and signal is white^2 I + wander^2 exp(-|ds|/length), or where the wander is smooth, with a
+slope everywhere as a slow drift of temperature has it, (1 + r) exp(-r) with r = sqrt(3) |ds|/length (Matern 3/2). Zero,
+gain and setting errors are shared by a whole run and are carried as nuisances with a prior (metric.py). The stated
+levels may be off; levels.py reads them off the campaign, as factors on what is stated.
 """
 
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from scipy.linalg import cholesky, solve_triangular
 
 from belt_sim.campaign import SignalSheet
 
+SMOOTH = float(np.sqrt(3.0))  # over the length of a smooth wander: one over that of its exponential
 FLOOR = 1e-9  # [m or rad], so that a signal stated as perfect still has a covariance
 
 
@@ -20,6 +22,7 @@ FLOOR = 1e-9  # [m or rad], so that a signal stated as perfect still has a covar
 class Levels:
     """Factors on the stated white noise, wander and wander length, one for all signals or one each.
 
+    A factor on the length below 0 is that of a wander that is smooth.
     read: whether they were read off the campaign, and from how many repeats (0: from what single runs leave beside all
     candidates); trusted: False where they are so far from what is stated that something unknown may be in them.
     """
@@ -62,9 +65,11 @@ def covariance(signal: SignalSheet, travel: np.ndarray, per_bin: float, levels: 
 
 
 def wander_kernel(signal: SignalSheet, travel: np.ndarray, length: float) -> np.ndarray:
-    """Covariance (n, n) of the wander as stated, of ``length`` times the stated length."""
-    apart = np.abs(travel[:, None] - travel[None, :])
-    return signal.wander_sd**2 * np.exp(-apart / (length * max(signal.wander_length, 1e-6)))
+    """Covariance (n, n) of the wander as stated, of ``length`` times the stated length; below 0 it is smooth."""
+    apart = np.abs(travel[:, None] - travel[None, :]) / (abs(length) * max(signal.wander_length, 1e-6))
+    if length > 0.0:
+        return signal.wander_sd**2 * np.exp(-apart)
+    return signal.wander_sd**2 * (1.0 + SMOOTH * apart) * np.exp(-SMOOTH * apart)
 
 
 def whitener(cov: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ import numpy as np
 from scipy import stats
 
 from belt_sim.diagnosis.alternatives import Alternatives
+from belt_sim.diagnosis.noise import SMOOTH
 from belt_sim.diagnosis.projection import Projection
 from belt_sim.diagnosis.workbench import Workbench
 
@@ -59,7 +60,8 @@ class NullGains:
         names = [n for n in names if self.dof[n] > 0]
         if not names:
             return -np.inf
-        return float(np.quantile(np.min([self.log_p(n, self.gains[n]) for n in names], axis=0), level))
+        smallest = np.min([self.log_p(n, self.gains[n]) for n in names], axis=0)
+        return float(np.quantile(smallest, level, method="weibull"))  # so often beaten by one replicate more
 
     def threshold(self, name: str, log_p: float) -> float:
         """The gain of one candidate that has this log p."""
@@ -115,7 +117,8 @@ def null_gains(
             dof[name] = max(dof[name], int(rank.max()) + free)
             gains[name].append(taken + (rng.chisquare(free, size) if free else 0.0))
             if name in alone:
-                alone[name] += [float(np.mean(every)) + free] * size
+                whole = np.max(ranks, axis=1) == np.max(ranks)  # where all of its numbers are in the readings
+                alone[name] += [float(np.mean(np.array(every)[whole])) + free] * size
         tick(size)
     means = {n: float(np.mean(m)) for n, m in alone.items()}
     return NullGains({n: np.concatenate(g) for n, g in gains.items()}, dof, means)
@@ -151,5 +154,33 @@ class NoiseSource:
         found = self.rng.standard_normal((len(size), *samples.y.shape))
         for k in range(keep.shape[-1]):
             found[..., k + 1] = keep[..., k] * found[..., k] + fresh[..., k] * found[..., k + 1]
+        draw, signal = np.nonzero(length < 0.0)
+        if len(draw):
+            found[draw, :, signal] = smooth_wander(np.abs(steps[draw, :, signal]), self.rng)
         sd = size * np.array([s.wander_sd for s in samples.signals])
         return sd[:, None, :, None] * found
+
+
+def smooth_wander(steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Smooth wander (..., n) of unit size at ``steps`` (..., n - 1) in units of its length, by recursion of its value
+    and its slope, which at one place are independent.
+    """
+    x = SMOOTH * steps
+    fade = np.exp(-x)
+    value = np.stack([fade * (1.0 + x), fade * x])  # of both before, the value's share of what comes
+    slope = np.stack([-fade * x, fade * (1.0 - x)])
+    own = np.sqrt(np.maximum(1.0 - np.sum(value**2, axis=0), 0.0))
+    common = -np.sum(value * slope, axis=0) / np.where(own > 0.0, own, np.inf)
+    rest = np.sqrt(np.maximum(1.0 - np.sum(slope**2, axis=0) - common**2, 0.0))
+    now = rng.standard_normal((2, *steps.shape[:-1]))
+    found = [now[0]]
+    for k in range(steps.shape[-1]):
+        fresh = rng.standard_normal(now.shape)
+        now = np.stack(
+            [
+                np.sum(value[..., k] * now, axis=0) + own[..., k] * fresh[0],
+                np.sum(slope[..., k] * now, axis=0) + common[..., k] * fresh[0] + rest[..., k] * fresh[1],
+            ]
+        )
+        found.append(now[0])
+    return np.stack(found, axis=-1)

@@ -1,12 +1,14 @@
 """A campaign and a model as a Rerun recording: measured and modelled points, residuals and tilt against travel."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.curves import Curves
+from belt_sim.diagnosis.forward import WORKERS
 from belt_sim.diagnosis.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
 from belt_sim.model import Model
@@ -17,11 +19,16 @@ def record_campaign(path: Path, campaign: Campaign, model: Model, effects: Seque
     """One tab a run; the base model and, where there are effects, the model with them."""
     samples = samples_of(campaign)
     variants = {model.name: ()} | ({"with " + ", ".join(e.id for e in effects): effects} if effects else {})
-    shown = {}
-    for r, run in enumerate(samples.runs):
-        case, end = case_of(campaign, run), float(samples.travel[r].max())
+
+    def overlay(r: int) -> Overlay:
+        case, end = case_of(campaign, samples.runs[r]), float(samples.travel[r].max())
         modelled = {name: model.run(case, acting, travel=end) for name, acting in variants.items()}
-        shown[run.name] = Overlay(modelled=modelled, measured=_measured(samples, r), case=case)
+        return Overlay(modelled=modelled, measured=_measured(samples, r), case=case)
+
+    runs = range(len(samples.runs))
+    with ThreadPoolExecutor(WORKERS) as pool:  # a march is one long loop, which uses one core
+        first = [overlay(r) for r in runs[:1]]  # compiles, before there are several threads
+        shown = dict(zip((run.name for run in samples.runs), [*first, *pool.map(overlay, runs[1:])], strict=True))
     record_runs(path, shown)
     return path
 

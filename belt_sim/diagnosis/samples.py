@@ -1,6 +1,6 @@
 """A campaign's samples as arrays of one shape: runs x signals x samples, thinned where they are needlessly dense."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import numpy as np
@@ -11,7 +11,7 @@ from belt_sim.errors import InputError
 
 MAX_SAMPLES = 320  # per run; denser records are averaged in bins, which loses nothing that a belt can do
 WITHIN = 2.0  # sigmas of the place of the yaw, within which it may have jumped
-JUMP = 0.1  # [m] about the change of yaw in which a tilt is not judged: it jumps there, within one step of the march
+JUMP = 0.1  # [m] about the start and the change of yaw in which a tilt is not judged: it jumps there, within one step
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +33,13 @@ class Samples:
     def end(self) -> float:
         """Longest travel of any run [m]."""
         return float(np.nanmax(self.travel))
+
+    def of_runs(self, which: np.ndarray) -> "Samples":
+        """Those of some runs, by number."""
+        each = {n: getattr(self, n)[which] for n in ("travel", "time", "y", "yaw_at", "per_bin")}
+        settings = jax.tree.map(lambda x: x[which], self.cases.settings)
+        runs = tuple(self.runs[k] for k in which)
+        return replace(self, runs=runs, cases=replace(self.cases, settings=settings), **each)
 
 
 def samples_of(campaign: Campaign) -> Samples:
@@ -74,9 +81,10 @@ def stack_cases(cases: list[Case]) -> Case:
 
 
 def _jumping(run: Run, travel: np.ndarray, per_bin: int) -> np.ndarray:
-    """Which samples (n,) at ``travel``, means of ``per_bin``, are of before and after the change of yaw."""
+    """Which samples (n,) at ``travel``, means of ``per_bin``, are of before and after the start or a change of yaw."""
     half = 0.5 * float(np.median(np.diff(travel))) if per_bin > 1 and len(travel) > 1 else 0.0
-    return np.abs(travel - run.yaw_at) <= max(JUMP, half, WITHIN * run.yaw_at_u)
+    near = max(JUMP, half)
+    return (np.abs(travel) <= near) | (np.abs(travel - run.yaw_at) <= max(near, WITHIN * run.yaw_at_u))
 
 
 def _thin(run: Run, names: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.beside import members_that_stay, unknown_columns
+from belt_sim.diagnosis.confusable import probabilities
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.ladder import Rung, better_model, ladder
@@ -19,6 +20,7 @@ from belt_sim.results.verdict import Verdict
 from belt_sim.results.words import listed
 
 SHOWN = 3  # failed tests in a sentence
+IMPROBABLE = 0.05  # probability, below which nothing is named beside an unknown
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,9 @@ def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = 
     """
     if not found.chosen.ids:  # nothing was fitted, so that nothing can fail where it was not
         return _base_alone(found, found.base_left, look)
+    if rises := _rises(found, found.held_out):
+        bare_model = _base_alone(found, found.base_left, look)
+        return bare_model if bare_model.use_model else replace(bare_model, nearest=found.chosen, fails=rises)
     first = found.base_left.and_failed(beyond_floor(found, found.base_held_out))
     left = open_set(found.bench, found.chosen, bootstraps=bootstraps, seed=seed)
     left = left.and_failed(beyond_floor(found, found.held_out))
@@ -67,6 +72,13 @@ def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = 
         if not imitating:
             return Judgement(found.chosen, found.held_out, left, first, unknown=unknown)
         return _nothing_named(found, first, left.and_failed(imitating), look)
+    return _beside_the_unknown(found, first, left, unknown, look)
+
+
+def _beside_the_unknown(
+    found: Selection, first: OpenSet, left: OpenSet, unknown: Unknown | None, look: Look | None
+) -> Judgement:
+    """Something is left beside the chosen set: what of it is needed beside that."""
     columns = _columns(found, left, unknown)
     stays = _needed(found, found.chosen, columns)
     if stays is None:
@@ -76,6 +88,8 @@ def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = 
         stays = _needed(found, found.chosen, np.concatenate([bare.columns(), columns]))
         if stays is None:
             return replace(_base_instead(found, first, left, None), unknown=bare)
+    if min(probabilities(found, first)[i] for i in stays.ids) < IMPROBABLE:
+        return _nothing_named(found, first, left, look)
     if look is not None and stays.ids != found.chosen.ids:
         alone = found.bench.fit([found.bench.start(stays.ids, stays.vector)])[0]
         unknown = look(found.bench, alone, True)
@@ -89,11 +103,17 @@ def _needed(found: Selection, fit: Fit, columns: np.ndarray) -> Fit | None:
     stays = members_that_stay(found.bench, fit, columns, found.threshold)
     if stays is None:
         return None
-    held, own = held_out(found.bench, stays), OwnErrors(found.bench)
-    worse = bool(found.chance.rises(held, found.base_held_out))
-    worse |= own.rms(held, held.tested) > own.rms(found.base_held_out, held.tested)  # what the report would show
+    held = held_out(found.bench, stays)
+    worse = found.chance.rises(held, found.base_held_out) or _rises(found, held)
     chi2 = [float(found.bench.metric.chi2(found.bench.fitted.y - f.values)) for f in (stays, found.base)]
     return None if worse or chi2[0] > chi2[1] else stays
+
+
+def _rises(found: Selection, held: HeldOut) -> tuple[str, ...]:
+    """The held-out error as the report would show it, as a failed test, where it is larger than the base model's."""
+    own = OwnErrors(found.bench)
+    before, after = (own.rms(h, held.tested) for h in (found.base_held_out, held))
+    return () if after <= before else (f"held-out error, {after / before:.2f} times the base model's",)
 
 
 def _base_alone(found: Selection, first: OpenSet, look: Look | None) -> Judgement:

@@ -47,8 +47,13 @@ class Workbench:
         return replace(self, levels=levels, metric=self.metric_at(levels))
 
     def moved_to(self, vector: np.ndarray) -> "Workbench":
-        """The workbench with noise levels and nuisance shapes taken at ``vector``, and every run's settings near it."""
+        """The workbench with noise levels and nuisance shapes taken at ``vector``, and every run's settings near it.
+
+        Itself where a belt runs away at ``vector``, or a hair beside it.
+        """
         shapes, shared, values = _shapes(self.campaign, self.samples, self.forward, vector)
+        if not all(np.isfinite(x).all() for x in (shapes, shared, values)):
+            return self
         levels = self.finder(self.samples.y - values)
         metric = metric_of(self.fitted, levels, shapes, shared)
         moved = replace(self, shapes=shapes, shared=shared, levels=levels, metric=metric)
@@ -56,6 +61,8 @@ class Workbench:
         if forward is self.forward:
             return moved
         shapes, shared, _ = _shapes(self.campaign, self.samples, forward, vector)
+        if not all(np.isfinite(x).all() for x in (shapes, shared)):
+            return moved
         metric = metric_of(self.fitted, levels, shapes, shared)
         return replace(moved, forward=forward, shapes=shapes, shared=shared, metric=metric)
 

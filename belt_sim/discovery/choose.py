@@ -1,15 +1,24 @@
-"""The choice of a law: singles, then pairs that earn their second term; what cannot be told apart; how stable it is."""
+"""The choice of a law: singles, then pairs that earn their second term; what cannot be told apart; how stable it is.
 
-from dataclasses import dataclass
+Candidates come from projected gains, with the states of the base model and with those that the data show; they are
+judged in closed loop.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.places import TENSION, place_columns
-from belt_sim.discovery.search import Scored, distinct, pairs, refined, singles
-from belt_sim.discovery.survey import Survey
+from belt_sim.discovery.loop import Closed, Loop, closed, states_with
+from belt_sim.discovery.places import TENSION, TRAVEL, place_columns
+from belt_sim.discovery.search import Scored, cost, distinct, exponents_of, fitted, gain_of, pairs, refined, singles
+from belt_sim.discovery.survey import Law, Survey, Term
 
-SINGLES, PAIRS, FIRSTS = 24, 12, 8
+SINGLES, PAIRS, FIRSTS, ALIKE = 24, 8, 5, 8
+ONE = 0.998  # cosine of readings that are the same
+SHOWN = 12  # rivals
+POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
 WITHIN = 6.0  # chi2: a likelihood ratio of 20
 MODELLED = 0.02  # of a gain, to which linear columns can be trusted
 AGAIN = 400  # imagined repetitions of the campaign
@@ -30,48 +39,109 @@ class Choice:
 
 
 def choose(survey: Survey, course: Course) -> Choice:
-    """The law that explains most for its numbers."""
-    ones = singles(survey)
-    fine = [refined(survey, s) for s in distinct(ones, SINGLES)]
-    fine.sort(key=lambda s: -s.score)
-    two = [refined(survey, s) for s in distinct(pairs(survey, distinct(fine, FIRSTS)), PAIRS)]
-    everything = sorted([*fine, *two], key=lambda s: -s.score)
+    """The law that explains most for its numbers, beside a course of the unknown that says what the states were."""
+    survey = replace(survey, wide=True)
+    loop, read = Loop(survey), survey.informed(course)
+    ones = _judged(loop, [(s, distinct(singles(s), SINGLES)) for s in (survey, read)])
+    possible = explained(survey, course)
+    firsts = _unlike(survey, ones, FIRSTS) if ones[0].gain < possible else []
+    beside = [(replace(survey, states=states_with(loop, c)), c.scored) for c in firsts]
+    seconds = [(s, distinct(pairs(s, [one]), PAIRS)) for s, one in beside]
+    everything = _merged(ones, _judged(loop, seconds))
+    more = [closed(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
+    everything = _merged(everything, [c for c in more if c is not None])
+    everything = _merged(everything, _judged(loop, _alike(survey, everything[0])))
     best = everything[0]
     close = WITHIN + MODELLED * best.gain
-    rivals = tuple(
-        s
-        for s in distinct(everything[1:], len(everything))
-        if s.score > best.score - close and s.law.says != best.law.says and len(s.law.terms) <= len(best.law.terms)
-    )
-    return Choice(best, rivals, _frequency(survey, [best, *rivals]), fine[0], explained(survey, course))
+    rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
+    frequency = _frequency(survey, [best, *rivals])
+    simple = next(c for c in everything if len(c.law.terms) == 1)
+    return Choice(best.scored, tuple(c.scored for c in rivals[:SHOWN]), frequency, simple.scored, possible)
+
+
+def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> list[Closed]:
+    """Candidates, each with the survey that suggests it, in closed loop; of those that say the same the best."""
+    found: dict[tuple, Closed] = {}
+    for survey, many in tried:
+        for one in many:
+            fine = refined(survey, one)
+            _, sizes, _ = fitted(survey, survey.columns(fine.law))
+            made = closed(loop, fine.law, sizes)
+            if made is not None and (plain := _plain(survey, made.law)) != made.law:
+                made = closed(loop, plain, made.sizes)
+            if made is not None and (made.law.says not in found or made.score > found[made.law.says].score):
+                found[made.law.says] = made
+    return sorted(found.values(), key=lambda c: -c.score)
+
+
+def _plain(survey: Survey, law: Law) -> Law:
+    """A law without the numbers that have run out of range."""
+    end, cell = float(survey.states.s[-1]), float(survey.states.s[1])
+    return Law(tuple(replace(t, form=t.form.plainer(end, cell) or t.form) for t in law.terms))
+
+
+def _unlike(survey: Survey, laws: Sequence[Closed], count: int) -> list[Closed]:
+    """The first of ``laws`` that do different things to the readings."""
+    some = list(laws[: 4 * count])
+    gram = _against(survey, np.stack([c.readings for c in some]))
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-30))
+    kept: list[int] = []
+    for k in range(len(some)):
+        if all(abs(gram[k, j]) < ONE * size[k] * size[j] for j in kept):
+            kept.append(k)
+    return [some[k] for k in kept[:count]]
+
+
+def _merged(some: Sequence[Closed], more: Sequence[Closed]) -> list[Closed]:
+    """All of both, best first, of those that say the same the best."""
+    found: dict[tuple, Closed] = {}
+    for c in (*some, *more):
+        if c.law.says not in found or c.score > found[c.law.says].score:
+            found[c.law.says] = c
+    return sorted(found.values(), key=lambda c: -c.score)
+
+
+def _alike(survey: Survey, best: Closed) -> list[tuple[Survey, list[Scored]]]:
+    """What may say the same as a law: its terms at other places."""
+    at_work, found = replace(survey, states=best.states), []
+    for k, term in enumerate(best.law.terms):
+        terms = [
+            Term(place, term.form, n)
+            for place in survey.tried
+            if place.name != term.place.name and (place.kind == "sensor") == (term.place.kind == "sensor")
+            for n in exponents_of(survey)
+            if term.form.variable in ("one", "set") or place.kind not in (TENSION, TRAVEL)
+        ]
+        laws = [Law((*best.law.terms[:k], t, *best.law.terms[k + 1 :])) for t in terms]
+        scored = [Scored(law, g, g - cost(law)) for law in laws for g in (gain_of(at_work, law),)]
+        found += distinct(sorted(scored, key=lambda s: -s.score), ALIKE)
+    return [(at_work, found)]
 
 
 def explained(survey: Survey, course: Course) -> float:
     """chi2 that the mean of a course explains."""
     g, u = survey.ground, course.inputs(survey.ops.grid)
-    squeezed = course.place.name == TENSION
-    felt = [(u * survey.states.squeeze[:, k] if squeezed else u)[None] for _, k in course.place.parts]
+    felt = [(u * survey.states.lever(course.place, *part))[None] for part in course.place.parts]
     column = place_columns(survey.ops, course.place, felt)[0].astype(float)
     return g.left() - g.left(g.residual - column)
 
 
-def _frequency(survey: Survey, laws: list[Scored]) -> float:
+def _frequency(survey: Survey, laws: Sequence[Closed]) -> float:
     """How often the first of ``laws`` stays first under fresh noise, the data being as it says."""
     if len(laws) == 1:
         return 1.0
+    rows = np.stack([c.readings for c in laws])
+    along, prices = _against(survey, rows), np.array([cost(c.law) for c in laws])
+    first = along[0]
+    rng = np.random.default_rng(1)
+    root = np.linalg.cholesky(along + 1e-6 * np.trace(along) / len(along) * np.eye(len(along)))
+    noise = rng.standard_normal((AGAIN, len(laws))) @ root.T
+    gains = 2.0 * (first + noise) - np.diag(along)
+    return float(np.mean(np.argmax(gains - prices, axis=1) == 0))
+
+
+def _against(survey: Survey, rows: np.ndarray) -> np.ndarray:
+    """Products (k, k) of whitened rows (k, R, m) with what runs share taken out."""
     g = survey.ground
-    bases = []
-    for s in laws:
-        rows = survey.columns(s.law)
-        flat = rows.reshape(len(rows), -1) - np.einsum(
-            "kc,crm->krm", g.onto_shared(rows).sum(axis=1) @ g.inverse, g.shared
-        ).reshape(len(rows), -1)
-        bases.append(np.linalg.qr(flat.T)[0].T)
-    stacked = np.concatenate(bases)
-    owner = np.repeat(np.arange(len(bases)), [len(b) for b in bases])
-    true = bases[0].T @ (bases[0] @ g.residual.ravel())
-    root = np.linalg.cholesky(stacked @ stacked.T + 1e-6 * np.eye(len(stacked)))
-    seen = stacked @ true + np.random.default_rng(1).standard_normal((AGAIN, len(stacked))) @ root.T
-    gains = np.stack([np.sum(seen[:, owner == k] ** 2, axis=1) for k in range(len(laws))], axis=1)
-    paid = gains - np.array([s.gain - s.score for s in laws])
-    return float(np.mean(np.argmax(paid, axis=1) == 0))
+    onto = g.onto_shared(rows).sum(axis=1)
+    return np.einsum("krm,lrm->kl", rows, rows) - onto @ g.inverse @ onto.T

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.own_errors import errors_of
 from belt_sim.discovery.discover import FEWEST, Discovered
 from belt_sim.discovery.effect_file import parity
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.forms import COURSES, SHAPES, UNITS, variable
+from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, UNITS, stop, variable
 from belt_sim.discovery.forms import formula as evaluated
 from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.words import CALLED, formula, looks_like, sentence
@@ -76,6 +76,9 @@ def limits(found: Discovered) -> tuple[str, ...]:
         said.append("one speed was run: travel cannot be told from time")
     if sum(s.kind == "lateral" for s in samples.signals) == 1:
         said.append("one sensor: an error of it cannot be told from a movement of the belt")
+    acts = () if not found.found else found.refit.scored.law.terms if found.refit else (found.course,)
+    if any(t.place.kind == "turn" for t in acts):
+        said.append("a turn of the belt at a run-up cannot be told from a sideways push on the span before it")
     return tuple(said)
 
 
@@ -131,7 +134,7 @@ def _law(found: Discovered) -> FoundLaw:
         variable=CALLED[first.form.variable],
         variable_unit=UNITS[first.form.variable],
         parity=parity(law),
-        exponent=made["exponent"] if many else None,
+        exponent=Estimate(*found.refit.exponent, "1", True) if many else None,
         parameters=made,
         share=min(1.0, found.refit.gain / max(found.choice.possible, 1e-9)),
         frequency=found.choice.frequency,
@@ -159,7 +162,7 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
     numbers = found.refit.estimates()
     part, u = term.place.parts[0][1], course.inputs(s.ops.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]
-    by_travel = term.form.variable in ("one", "beta")
+    by_travel = term.form.variable in STATELESS
     x = np.broadcast_to(s.states.s, u.shape)
     if not by_travel:
         x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
@@ -190,15 +193,16 @@ def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
     assert found.refit is not None
     numbers, form = found.refit.estimates(), found.refit.scored.law.terms[0].form
     at = numbers.get("at", (form.at or 1.0,))[0]
-    if form.course == "wave":
-        phase = 2.0 * np.pi * line / at
-        return numbers["cos"][0] * np.cos(phase) + numbers["sin"][0] * np.sin(phase)
+    if form.waving:
+        halves = (evaluated(COURSES[c])(s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np)
+                  for c in (form.course, form.sine().course))  # fmt: skip
+        return sum(numbers[n][0] * half for n, half in zip(("cos", "sin"), halves, strict=True))
     if by_travel:
         return numbers["size"][0] * evaluated(COURSES[form.course])(
             s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np
         )
     knee = numbers.get("knee", (form.knee,))[0]
-    return numbers["size"][0] * evaluated(SHAPES[form.shape])(x=line, p=knee, xp=np)
+    return numbers["size"][0] * evaluated(SHAPES[form.shape])(x=line, p=knee, s=line, xp=np, stop=stop)
 
 
 def _errors(found: Discovered) -> Errors:

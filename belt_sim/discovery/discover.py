@@ -71,14 +71,14 @@ def discover(
     if not seen or len(bench.samples.runs) < FEWEST:
         return Discovered(survey=survey, gate=gate, courses=courses, left=failed)
     tell("looking for the law of what is left")
-    informed = survey.informed(courses[0])
-    choice = choose(informed, courses[0])
+    choice = choose(survey, courses[0])
     enough = DESCRIBED * choice.possible
     if choice.best.gain < max(enough, gate.threshold):
-        return Discovered(survey=informed, gate=gate, courses=courses, choice=choice, left=failed)
-    closed = [r for r in (refit(informed, s) for s in _tried(choice)) if r.gain >= enough and r.certain(CERTAIN)]
+        return Discovered(survey=survey, gate=gate, courses=courses, choice=choice, left=failed)
+    fitted = (refit(survey, s) for s in _tried(choice))
+    closed = [r for r in fitted if r is not None and r.gain >= enough and r.certain(CERTAIN)]
     best = max(closed, key=lambda r: r.gain - cost(r.scored.law), default=None)
-    return Discovered(survey=informed, gate=gate, courses=courses, choice=choice, refit=best, left=failed)
+    return Discovered(survey=survey, gate=gate, courses=courses, choice=choice, refit=best, left=failed)
 
 
 def _tried(choice: Choice) -> list[Scored]:

@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 
 from belt_sim.discovery.effect_text import BEND, TEMPLATE, needed
 from belt_sim.discovery.forms import COURSES, SHAPES
-from belt_sim.discovery.places import TENSION
+from belt_sim.discovery.places import TENSION, TRAVEL
 from belt_sim.discovery.survey import Law, Term
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import effects_in
 
 ID = "found_effect"
-SINE = "wave'"
-ODD = ("x", "x|x|", "x^3", "saturated", "beyond")
-_UNITS = {"one": "", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
+ODD = ("x", "x|x|", "x^3", "saturated", "beyond", "stuck")
+_UNITS = {"one": "", "set": "", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
 _POWER = {"x|x|": 2, "x^2": 2, "x^3": 3}
 _TIDY = {
     "1/m/(m)": "1/m^2",
@@ -25,6 +24,8 @@ _TIDY = {
     "m/(m)^3": "1/m^2",
     "m/(m/s)": "s",
     "rad/m": "rad/m",
+    "m/m": "1",
+    "m/m^2": "1/m",
     "1/m/(rad)": "1/(m rad)",
 }
 _LAW_OF = {"yaw": "drive", "turn": "run-up", "drift": "run-up", "shift": "wrap", "twist": "wrap", TENSION: "span"}
@@ -95,7 +96,7 @@ def parity(law: Law) -> str:
 
 
 def _odd(t: Term) -> bool:
-    return (t.place.name == TENSION or t.form.variable != "one") and t.form.shape in ODD
+    return (t.place.name in (TENSION, TRAVEL) or t.form.variable not in ("one", "set")) and t.form.shape in ODD
 
 
 def _law(law: Law) -> str:
@@ -104,24 +105,25 @@ def _law(law: Law) -> str:
 
 def _hook(term: Term) -> str:
     kind = term.place.kind
-    return {"turn": "runup", "drift": "runup", "shift": "wrap", "twist": "wrap", TENSION: "bend"}.get(kind, kind)
+    hooks = {"turn": "runup", "drift": "runup", "shift": "wrap", "twist": "wrap", TENSION: "bend", TRAVEL: "encoder"}
+    return hooks.get(kind, kind)
 
 
 def _numbers(term: Term, tag: str, sizes: list) -> list[Number]:
     form = term.form
     unit = size_unit(term)
     what = f"size of {form.shape.replace('x', form.variable)} ({form.course})"
-    if form.course == "wave":
+    if form.waving:
         found = [Number(f"{half}{tag}", unit, f"{what}, {half}", float(sizes.pop(0))) for half in ("cos", "sin")]
     else:
         found = [Number(f"size{tag}", unit, what, float(sizes.pop(0)))]
     if form.knee is not None:
         found.append(Number(f"knee{tag}", _UNITS[form.variable], f"{form.variable} at its knee", form.knee, True))
     if form.at is not None:
-        meaning = "wavelength" if form.course == "wave" else "travel of its course"
-        found.append(Number(f"at{tag}", "m", meaning, form.at, True))
+        meaning = "wavelength" if form.waving else "travel of its course"
+        found.append(Number(f"at{tag}", "s" if form.timed else "m", meaning, form.at, True))
     if form.wide is not None:
-        found.append(Number(f"wide{tag}", "m", "how long it lasts", form.wide, True))
+        found.append(Number(f"wide{tag}", "s" if form.timed else "m", "how long it lasts", form.wide, True))
     return [*found, Number(f"exponent{tag}", "1", "of the tension", term.exponent, True)]
 
 
@@ -129,7 +131,8 @@ def size_unit(term: Term) -> str:
     """Unit of a term's size."""
     variable, place = _UNITS[term.form.variable], term.place.unit
     power = _POWER.get(term.form.shape, 1)
-    course = {"travel": "/m", "root": "/m^0.5"}.get(term.form.course, "")
+    course = {"travel": "/m", "square": "/m^2", "root": "/m^0.5"}.get(term.form.course, "")
+    course = course.replace("m", "s") if term.form.timed else course
     if variable == place and power == 1:
         return f"1{course}"
     over = "" if not variable else f"/({variable})^{power}" if power > 1 else f"/({variable})"
@@ -154,13 +157,13 @@ def _declared(n: Number) -> str:
 def _input(term: Term, tag: str, tension: float) -> str:
     """A method that gives the term's input of its variable x and of travel s."""
     form = term.form
-    shape = _put(SHAPES[form.shape], f"self.knee{tag}")
+    shape = _put(SHAPES[form.shape], f"self.knee{tag}").replace("stop(", "_stop(")
 
     def course(name):
         return _put(COURSES[name], f"self.at{tag}", f"self.wide{tag}")
 
-    if form.course == "wave":
-        along = f"(self.cos{tag} * {course('wave')} + self.sin{tag} * {course(SINE)})"
+    if form.waving:
+        along = f"(self.cos{tag} * {course(form.course)} + self.sin{tag} * {course(form.sine().course)})"
     else:
         along = f"self.size{tag} * ({course(form.course)})"
     return (
@@ -175,16 +178,25 @@ def _put(text: str, number: str, second: str = "") -> str:
     return re.sub(r"\bq\b", second, re.sub(r"\bp\b", number, text)).replace("xp.", "jnp.")
 
 
-def _x(term: Term, pulley: int | None) -> str:
+def _x(term: Term, pulley: int | None, travel: str = "state.travel") -> str:
     v = term.form.variable
-    if v == "one":
-        return "1.0"
-    return "_commanded(case, state.travel)" if v == "beta" else f"state.{v}[{pulley}]"
+    stateless = {"one": "1.0", "set": f"_is_set(case, {travel})", "beta": f"_commanded(case, {travel})"}
+    return stateless.get(v, f"state.{v}[{pulley}]")
 
 
-def _s(term: Term) -> str:
-    since = term.form.variable == "beta" and term.form.course != "wave"
-    return "_since(case, state.travel)" if since else "state.travel"
+def _s(term: Term, travel: str = "state.travel") -> str:
+    since = term.form.variable in ("beta", "set") and term.form.course != "wave"
+    s = f"_since(case, {travel})" if since else travel
+    return f"{s} / case.settings.speed" if term.form.timed else s
+
+
+def _driven(terms, travel: str) -> str:
+    """The sum of terms that read no state."""
+    tags = ["" if k == 0 else f"_{k + 1}" for k, _ in terms]
+    return " + ".join(
+        f"self._input{tag}({_x(t, None, travel)}, {_s(t, travel)}, case)"
+        for tag, (_, t) in zip(tags, terms, strict=True)
+    )
 
 
 def _calls(terms, kind_of=lambda t: True) -> list[tuple[Term, int, str]]:
@@ -219,8 +231,11 @@ def _at_pulleys(name: str, fields: dict[str, str]):
 
 
 def _bend(terms, points) -> str:
-    calls = " + ".join(f"self._input{'' if k == 0 else f'_{k + 1}'}(1.0, boundary.travel, case)" for k, _ in terms)
-    return BEND.format(calls=calls)
+    return BEND.format(calls=_driven(terms, "boundary.travel"))
+
+
+def _encoder(terms, points) -> str:
+    return f"    def encoder(self, travel, case):\n        return travel + {_driven(terms, 'travel')}\n"
 
 
 def _sensor(terms, points) -> str:
@@ -229,8 +244,9 @@ def _sensor(terms, points) -> str:
         tag = "" if k == 0 else f"_{k + 1}"
         for name, _ in t.place.parts:
             row = points[name]
-            x = {"one": "1.0", "shown": f"reading.y[{row}]", "rate": f"_rate(reading, {row}, case)"}[t.form.variable]
-            call = f"self._input{tag}({x}, reading.seen, case)"
+            read = {"shown": f"reading.y[{row}]", "rate": f"_rate(reading, {row}, case)"}
+            x = read.get(t.form.variable) or _x(t, None, "reading.seen")
+            call = f"self._input{tag}({x}, {_s(t, 'reading.seen')}, case)"
             lines += f"        added = added.at[{row}].add({call})\n"
     head = "    def sensor(self, reading, case):\n        added = jnp.zeros_like(reading.y)\n"
     return head + lines + "        return replace(reading, y=reading.y + added)\n"
@@ -241,5 +257,6 @@ _HOOKS = {
     "runup": _at_pulleys("runup", {"turn": "turn", "drift": "drift"}),
     "wrap": _at_pulleys("runoff", {"shift": "y", "twist": "alpha"}),
     "bend": _bend,
+    "encoder": _encoder,
     "sensor": _sensor,
 }

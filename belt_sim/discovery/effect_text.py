@@ -14,6 +14,26 @@ HELPERS = {
 
 
 ''',
+    "_is_set": '''def _is_set(case, travel):
+    """1 once the yaw is set."""
+    return jnp.where(travel >= case.settings.yaw.at[0], 1.0, 0.0)
+
+
+''',
+    "_stop": '''def _stop(x, half, s):
+    """What of a reading is held back by friction: it follows x along s, and slides beyond +-half."""
+    order = jnp.argsort(s)
+    along = x[order]
+
+    def one(held, step):
+        held = jnp.clip(held + step, -half, half)
+        return held, held
+
+    held = jax.lax.scan(one, 0.0 * along[0], jnp.diff(along, prepend=along[:1]))[1]
+    return jnp.zeros_like(x).at[order].set(held)
+
+
+''',
     "_rate": '''def _rate(reading, row, case, reach=0.25):
     """dy/dt of a reading [m/s]."""
     order = jnp.argsort(reading.seen)
@@ -27,7 +47,7 @@ HELPERS = {
 
 #: what the file imports, and the word by which it needs that
 IMPORTS = {
-    "import jax\n": "jax.jvp",
+    "import jax\n": "jax.",
     "import jax.numpy as jnp\n\n": "",
     "from belt_sim.effects.base import Effect, Parameter, effect\n": "",
     "from belt_sim.laws.drive import angle_at\n": "angle_at",

@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.campaign import Run
 from belt_sim.discovery.ground import Ground
 from belt_sim.discovery.operators import Operators
-from belt_sim.discovery.places import TENSION, Place, place_columns
+from belt_sim.discovery.places import Place, place_columns
 
 KNOTS = 64
 LENGTHS = (0.04, 0.12, 0.4, 1.2)  # of the record
@@ -53,13 +53,13 @@ class Course:
         return self.weights.T @ on
 
 
-def basis_of(ground: Ground, ops: Operators, place: Place, tension: np.ndarray) -> Basis:
-    """Information on a place's input; tension (R, 2, J): what a change of tension adds to kappa."""
+def basis_of(ground: Ground, ops: Operators, place: Place, levers: Sequence[np.ndarray | float]) -> Basis:
+    """Information on a place's input; levers: what an input of 1 is to each of its channels."""
     grid = ops.grid
     knots = np.linspace(grid[0], grid[-1], KNOTS)
     hats = np.maximum(0.0, 1.0 - np.abs(grid[None] - knots[:, None]) / (knots[1] - knots[0]))
     plain = np.repeat(hats[:, None], len(ground.residual), axis=1)
-    inputs = [plain * tension[None, :, k] if place.name == TENSION else plain for k in range(len(place.parts))]
+    inputs = [plain * lever for lever in levers]
     rows = place_columns(ops, place, inputs).swapaxes(0, 1).astype(float)
     information = rows @ rows.swapaxes(1, 2)
     pull = np.einsum("rkm,rm->rk", rows, ground.residual)

@@ -3,6 +3,7 @@
 Each formula is Python that holds for NumPy and JAX alike; the same text goes into the file of a found effect.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -19,11 +20,13 @@ SHAPES = {
     "x^3": "x**3",
     "saturated": "p * xp.tanh(x / p)",
     "beyond": "x - xp.clip(x, -p, p)",
+    "stuck": "stop(x, p, s)",
 }
-#: course -> formula of the travel s [m] (of waves: two) and of its number p [m]
+#: course -> formula of the travel s [m] (of what swings: two) and of its numbers p and q [m]
 COURSES = {
     "always": "1.0 + 0.0 * s",
     "travel": "s",
+    "square": "s**2",
     "root": "xp.sqrt(s + 1e-6)",
     "rise": "1.0 - xp.exp(-s / p)",
     "fade": "xp.exp(-s / p)",
@@ -31,20 +34,27 @@ COURSES = {
     "during": "1.0 / (1.0 + xp.exp(-(s - p) / 0.3)) - 1.0 / (1.0 + xp.exp(-(s - p - q) / 0.3))",
     "wave": "xp.cos(2.0 * xp.pi * s / p)",
     "wave'": "xp.sin(2.0 * xp.pi * s / p)",
+    "ring": "xp.exp(-s / q) * xp.cos(2.0 * xp.pi * s / p)",
+    "ring'": "xp.exp(-s / q) * xp.sin(2.0 * xp.pi * s / p)",
 }
 SHAPED = ("saturated", "beyond")  # shapes that have a number
+SWINGING = ("wave", "ring")
 STEADY = ("always", "travel", "root")
-UNITS = {"one": "1", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
+STATELESS = ("one", "set", "beta")  # variables that the belt has no hand in
+UNITS = {"one": "1", "set": "1", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
 WIDE = (0.05, 0.1, 0.2)  # of the record, how long something lasts
 PARTS = 12  # of the record, for onsets
 RISES = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # of the record
 KNEES = (0.1, 0.25, 0.5, 0.75)  # of the largest size of a variable
+FADES = (0.5, 1.5, 4.5)  # wavelengths, over which what rings dies away
+STUCK = (0.02, 0.05, 0.1, 0.25, 0.5)  # of the largest reading, how far something sticks
+RATIO = 1.3  # to the next wavelength of what rings
 SHORTEST = 3.0  # cells in a wave, and samples
 
 
 @dataclass(frozen=True)
 class Form:
-    """variable; shape and its number (None: has none); course and its numbers [m]."""
+    """variable; shape and its number (None: has none); course and its numbers [m], or of a timed one [s]."""
 
     variable: str
     shape: str = "x"
@@ -52,6 +62,7 @@ class Form:
     course: str = "always"
     at: float | None = None
     wide: float | None = None
+    timed: bool = False
 
     @property
     def numbers(self) -> int:
@@ -59,20 +70,41 @@ class Form:
         return sum(n is not None for n in (self.knee, self.at, self.wide))
 
     @property
+    def waving(self) -> bool:
+        """Whether it swings, with a size for the cosine and one for the sine."""
+        return self.course.rstrip("'") in SWINGING
+
+    @property
     def family(self) -> tuple[str, str, str]:
         """What it says, without its numbers."""
-        return self.variable, self.shape, self.course.rstrip("'")
+        return self.variable, self.shape, self.course.rstrip("'") + " in time" * self.timed
 
     def sine(self) -> "Form":
-        """The other half of a wave."""
-        return replace(self, course="wave'")
+        """The other half of what swings."""
+        return replace(self, course=f"{self.course}'")
+
+    def plainer(self, end: float, cell: float) -> "Form | None":
+        """The form that it comes to when a length is beyond a record of ``end`` [m], or within a cell of it: a straight
+        rise, a wave; what is there from the start."""
+        if self.course in ("rise", "after") and not self.timed and (self.at or 0.0) < cell:
+            return replace(self, course="always", at=None)
+        if self.course == "rise" and not self.timed and (self.at or 0.0) > end:
+            return replace(self, course="travel", at=None)
+        if self.course == "ring" and (self.wide or 0.0) > end:
+            return replace(self, course="wave", wide=None)
+        return None
 
     def values(self, states: States, part: int | None, signal: str | None) -> np.ndarray:
         """The form along every run, (R, J); part: the pulley, signal: the sensor."""
         x = variable(states, self.variable, part, signal)
-        shaped = formula(SHAPES[self.shape])(x=x, p=self.knee, xp=np)
-        waving = self.course.startswith("wave")
-        s = states.since if self.variable == "beta" and not waving else np.broadcast_to(states.s, x.shape)
+        running = self.course.startswith("wave")  # with the belt, whenever the yaw was set
+        s = states.since if self.variable in ("beta", "set") and not running else np.broadcast_to(states.s, x.shape)
+        s = s / states.speed[:, None] if self.timed else s
+        with np.errstate(over="ignore"):  # of what has faded away
+            return self._of(x, s)
+
+    def _of(self, x: np.ndarray, s: np.ndarray) -> np.ndarray:
+        shaped = formula(SHAPES[self.shape])(x=x, p=self.knee, s=s, xp=np, stop=stop)
         return shaped * formula(COURSES[self.course])(s=s, p=self.at, q=self.wide, xp=np)
 
 
@@ -87,11 +119,22 @@ def variable(states: States, name: str, part: int | None, signal: str | None) ->
     """A variable along every run, (R, J)."""
     if name == "one":
         return np.ones_like(states.beta)
-    if name == "beta":
-        return states.beta
+    if name in ("beta", "set"):
+        return getattr(states, name)
     if name in ("shown", "rate"):
         return getattr(states, name)[:, states.signals.index(signal)]
     return getattr(states, name)[:, part]
+
+
+def stop(x: np.ndarray, half: float, s: Any = None) -> np.ndarray:
+    """What of x along its last axis is held back by friction: it follows x, and slides beyond ``half`` (stop operator).
+
+    s: where along its path x stands, which the same formula in a file has to know.
+    """
+    held = np.zeros_like(x)
+    for k in range(1, x.shape[-1]):
+        held[..., k] = np.clip(held[..., k - 1] + x[..., k] - x[..., k - 1], -half, half)
+    return held
 
 
 def dictionary(states: States, kind: str) -> list[Form]:
@@ -99,7 +142,7 @@ def dictionary(states: States, kind: str) -> list[Form]:
     end = float(states.s[-1])
     timed = [("rise", end * r) for r in RISES] + [("after", end * k / PARTS) for k in range(1, PARTS - 1)]
     courses = [(c, None) for c in STEADY] + timed
-    if kind == "tension":
+    if kind in ("tension", "travel"):
         return [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
     forms = [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
     if kind == "sensor":
@@ -112,6 +155,49 @@ def dictionary(states: States, kind: str) -> list[Form]:
     forms += windows(states, ("alpha", "kappa"))
     fading = [("fade", end * r) for r in RISES[:4]]
     return forms + _of_state(states, ("y", "alpha", "kappa"), courses + fading, shapes=True)
+
+
+def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
+    """Forms for a law once it is known that something is missing.
+
+    What begins when the yaw is set, either way; what goes with time instead of travel; what rings after a step; what
+    reads the state and comes back with ``periods`` [m] of the machine; what sticks.
+    """
+    end = float(states.s[-1])
+    found = [Form("one", course="square")]
+    late = bool(np.any(states.set < 1.0))
+    if late:
+        found += [Form("set", course=c, at=a) for c, a in _timed(end)]
+    if len(np.unique(states.speed)) > 1:
+        longest = end / float(np.min(states.speed))
+        odd = kind not in ("tension", "travel", "sensor") and bool(np.any(states.beta))
+        names = [n for n, there in (("one", True), ("set", late), ("beta", odd)) if there]
+        found += [Form(n, course=c, at=a, timed=True) for n in names for c, a in _timed(longest)[1:]]
+    if kind == "sensor":
+        largest = float(np.abs(states.shown).max())
+        return found + [Form("shown", shape="stuck", knee=b * largest) for b in STUCK]
+    return found if kind in ("tension", "travel") else found + _swinging(states, periods)
+
+
+def _timed(end: float) -> list[tuple[str, float | None]]:
+    """Courses that go one way, over a record of ``end``."""
+    steady = [(c, None) for c in (*STEADY, "square")]
+    return [*steady, *((c, end * r) for c in ("rise", "fade") for r in RISES)]
+
+
+def _swinging(states: States, periods: Sequence[float]) -> list[Form]:
+    end, shortest = float(states.s[-1]), SHORTEST * float(states.s[1] - states.s[0])
+    lengths = end / RATIO ** np.arange(0.0, np.log(end / shortest) / np.log(RATIO))
+    beta = ("beta",) if np.any(states.beta) else ()
+    rings = [
+        Form(n, course="ring", at=float(at), wide=float(at * fade))
+        for n in ("one", *beta)
+        for at in lengths
+        for fade in FADES
+        if at * fade < end
+    ]
+    names = (*beta, "y", "alpha", "kappa")
+    return rings + [Form(n, course="wave", at=at) for n in names for at in periods if shortest < at < 2.0 * end]
 
 
 def windows(states: States, names: tuple[str, ...]) -> list[Form]:

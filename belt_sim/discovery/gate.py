@@ -59,7 +59,7 @@ def judged(survey: Survey, *, draws: int = DRAWS, seed: int = 0, level: float = 
     """The gate of a survey, and what chance does."""
     chance = by_chance(survey, draws=draws, seed=seed)
     found = singles(survey)
-    sizes = np.array([2 if s.law.terms[0].form.course == "wave" else 1 for s in found])
+    sizes = np.array([2 if s.law.terms[0].form.waving else 1 for s in found])
     p = chance.p(float(np.max(surprise(np.array([s.gain for s in found]), sizes))))
     return Gate(p < level, p, chance.gain(level), tuple(distinct(found, SHOWN))), chance
 
@@ -77,7 +77,7 @@ def by_chance(survey: Survey, *, draws: int, seed: int) -> Chance:
     shared = list(range(draws, len(vectors)))
     along = np.einsum("crm,brm->cb", g.shared, errors)
     most = np.zeros(draws)
-    for place in survey.places:
+    for place in survey.tried:
         p = products(survey, place, vectors)
         for n in exponents_of(survey):
             most = np.maximum(most, _largest(p, survey.weight(n), draws, shared, g.inverse, along))
@@ -113,4 +113,4 @@ def _ratio(here: np.ndarray, believed: np.ndarray) -> np.ndarray:
 def _slow(level: tuple[float, float, float]) -> float:
     """Size of the slow part of the noise, which is what laws are mistaken for."""
     _, wander, length = level
-    return wander * float(np.sqrt(length))
+    return wander * float(np.sqrt(abs(length)))

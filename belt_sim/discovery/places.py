@@ -19,6 +19,7 @@ KINDS = {
 }
 PULLEYS = ("tail", "head")
 TENSION = "tension"
+TRAVEL = "travel"
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,9 @@ class Place:
 
     @property
     def kind(self) -> str:
-        """yaw, turn, drift, shift, twist, tension or sensor."""
-        if self.name == TENSION:
-            return TENSION
+        """yaw, turn, drift, shift, twist, tension, travel or sensor."""
+        if self.name in (TENSION, TRAVEL):
+            return self.name
         return "sensor" if self.parts[0][1] is None else self.parts[0][0].split("_")[0]
 
     @property
@@ -44,7 +45,7 @@ class Place:
 
 
 def places_of(samples: Samples) -> tuple[Place, ...]:
-    """All places of a campaign: each pulley and both alike, the tension, each sensor and all alike."""
+    """All places of a campaign: each pulley and both alike, the tension, each sensor and all alike, the encoder."""
     found = []
     for kind, words in KINDS.items():
         channels = [f"{kind}_{p}" for p in PULLEYS]
@@ -59,6 +60,8 @@ def places_of(samples: Samples) -> tuple[Place, ...]:
     if len(sensors) > 1:
         parts = tuple((s.name, None) for s in sensors)
         found.append(Place("sensor_all", "readings of all sensors alike", "m", parts))
+    if sensors:
+        found.append(Place(TRAVEL, "travel that the encoder shows", "m", tuple((s.name, None) for s in sensors)))
     return tuple(found)
 
 

@@ -1,28 +1,33 @@
 """The closed loop: a law put into the march as an effect and fitted with all that was chosen, from its linear sizes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from belt_sim.diagnosis.candidate import has_diverged
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.discovery.effect_file import Written, written
 from belt_sim.discovery.search import Scored, fitted
 from belt_sim.discovery.survey import Survey
 
+ROUND = 2.0  # sigma
+WITHIN = 6.0  # chi2: a likelihood ratio of 20
 FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
-HALVINGS = 40
+HALVINGS = 20  # to a millionth, as good as nothing
 
 
 @dataclass(frozen=True)
 class Refit:
-    """A law in closed loop: what was written, its workbench and joint fit, and the chi2 it explains."""
+    """A law in closed loop: what was written, its workbench and joint fit, and the chi2 it explains; exponent: of the
+    first term with the tension, value and u, as a fit has it that leaves it free."""
 
     scored: Scored
     written: Written
     bench: Workbench
     fit: Fit
     gain: float
+    exponent: tuple[float, float]
 
     def estimates(self) -> dict[str, tuple[float, float, str]]:
         """Parameter -> value, u (one sigma), unit; u is 0 of a number that was held."""
@@ -48,9 +53,9 @@ class Refit:
         return min(squares.values()) >= sigmas**2
 
 
-def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit:
-    """Fit a law in closed loop."""
-    _, sizes, _ = fitted(survey, survey.columns(scored.law))
+def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit | None:
+    """Fit a law in closed loop; None where the belt of the march runs away with it, however small it is."""
+    sizes = fitted(survey, survey.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
     file = effect_file(survey, scored, sizes, said)
     old = survey.bench.forward
     chosen = [c for c in old.classes if c.id in survey.fit.ids]
@@ -69,25 +74,56 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
         if not (number.name.startswith("exponent") and len(np.unique(survey.stated_tension)) == 1):
             free.append(position)
     ids = (*[c.id for c in chosen], file.cls.id)
-    vector = _on_its_pulleys(bench, vector, own)
-    moved = bench.moved_to(vector).at_levels(survey.bench.levels)
-    fit = moved.fit([Fit(ids=ids, free=free, vector=vector)])[0]
+    start = _on_its_pulleys(bench, vector, own)
+    if start is None:
+        return None
+    moved = bench.moved_to(start).at_levels(survey.bench.levels)
+    made = _fitted(survey, scored, file, moved, Fit(ids=ids, free=free, vector=start))
+    return None if made is None else _held(survey, made)
+
+
+def _fitted(survey: Survey, scored: Scored, file: Written, bench: Workbench, start: Fit) -> Refit | None:
+    fit = bench.fit([start])[0]
+    if has_diverged(fit):
+        return None
     left = float(survey.bench.metric.chi2(survey.bench.fitted.y - fit.values))
-    return Refit(scored, file, moved, fit, survey.fit.chi2 - min(left, fit.chi2))
+    made = Refit(scored, file, bench, fit, survey.fit.chi2 - min(left, fit.chi2), (0.0, 0.0))
+    return replace(made, exponent=made.estimates()["exponent"][:2])
 
 
-def _on_its_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> np.ndarray:
+def _held(survey: Survey, free: Refit) -> Refit:
+    """The law with those exponents of the tension held that its readings cannot tell from the round ones of the search.
+
+    A number that says nothing costs much where a tension was left out: what is left may not know it at all.
+    """
+    numbers, forward = free.estimates(), free.bench.forward
+    positions = dict(zip((forward.slots[k].name for k in forward.index(free.written.cls.id)),
+                         forward.index(free.written.cls.id), strict=True))  # fmt: skip
+    vector, held = free.fit.vector.copy(), set()
+    for n in free.written.numbers:
+        if n.name.startswith("exponent") and abs(numbers[n.name][0] - n.value) < ROUND * numbers[n.name][1]:
+            vector[positions[n.name]] = n.value / forward.slots[positions[n.name]].scale
+            held.add(positions[n.name])
+    if not held:
+        return free
+    start = Fit(ids=free.fit.ids, free=[p for p in free.fit.free if p not in held], vector=vector)
+    made = _fitted(survey, free.scored, free.written, free.bench, start)
+    return free if made is None or made.gain < free.gain - WITHIN else replace(made, exponent=free.exponent)
+
+
+def _on_its_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> np.ndarray | None:
     """``vector`` with the law's ``sizes`` halved until the march's belt goes no further than some times the real one.
 
-    The sizes are those of the linear range; a law that feeds back on itself may run away in the march.
+    The sizes are those of the linear range; a law that feeds back on itself may run away in the march. None where it
+    does so without the law.
     """
     furthest = FURTHEST * float(np.nanmax(np.abs(bench.fitted.y)))
-    for _ in range(HALVINGS):
-        if float(np.max(np.abs(bench.forward.values(vector[None])))) < furthest:
-            break
-        vector = vector.copy()
-        vector[sizes] *= 0.5
-    return vector
+    points = np.repeat(vector[None], HALVINGS + 1, axis=0)
+    points[:, sizes] *= 0.5 ** np.arange(HALVINGS + 1.0)[:, None]
+    for point in points:
+        if float(np.max(np.abs(bench.forward.values(point[None])))) < furthest:  # nan is no less
+            return point
+    return None
 
 
 def effect_file(survey: Survey, scored: Scored, sizes, said: str, *, final: bool = False) -> Written:

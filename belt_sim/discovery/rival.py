@@ -24,7 +24,7 @@ def one_law(survey: Survey, least: float) -> OneLaw | None:
     searched = 2.0 * float(np.log(len(ones) / len(exponents_of(survey))))
     fine = sorted((refined(survey, s) for s in distinct(ones, REFINED)), key=lambda s: -s.score)
     tried = [s for s in fine[:TRIES] if s.gain - cost(s.law) - searched > PROMISE * least]
-    closed = [refit(survey, s) for s in tried]
+    closed = [r for r in (refit(survey, s) for s in tried) if r is not None]
     best = max(closed, key=lambda r: r.gain - cost(r.scored.law), default=None)
     if best is None:
         return None

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from belt_sim.discovery.forms import Form, dictionary
+from belt_sim.discovery.forms import Form
 from belt_sim.discovery.places import Place
 from belt_sim.discovery.survey import Law, Survey, Term
 
@@ -22,11 +22,12 @@ TERM, NUMBER, WAVE, EXPONENT, APART = 26.0, 3.0, 4.0, 2.0, 4.0  # what a law's n
 
 @dataclass(frozen=True)
 class Scored:
-    """A law, the chi2 it explains, and the same less what its numbers cost."""
+    """A law, the chi2 it explains, the same less what its numbers cost, and its sizes where they are known."""
 
     law: Law
     gain: float
     score: float
+    sizes: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def cost(law: Law) -> float:
     """What a law's numbers must earn."""
     total = TERM * (len(law.terms) - 1)
     total += sum(NUMBER * t.form.numbers + EXPONENT * (t.exponent != 0.0) for t in law.terms)
-    total += sum(WAVE for t in law.terms if t.form.course == "wave")
+    total += sum(WAVE for t in law.terms if t.form.waving)
     return total + (APART if len({t.place.name for t in law.terms}) > 1 else 0.0)
 
 
@@ -67,7 +68,7 @@ def fitted(survey: Survey, columns: np.ndarray) -> tuple[float, np.ndarray, np.n
     left = own - onto @ ground.inverse @ onto.T
     pull = along - onto @ ground.inverse @ ground.shared_residual
     scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
-    if np.any(np.diag(left) * scale**2 < HIDDEN):
+    if not np.isfinite(left).all() or np.any(np.diag(left) * scale**2 < HIDDEN):
         return 0.0, np.zeros(len(pull)), np.zeros_like(left)
     inverse = np.linalg.pinv(left * np.outer(scale, scale), rcond=1e-6, hermitian=True)
     sizes = scale * (inverse @ (pull * scale))
@@ -76,10 +77,10 @@ def fitted(survey: Survey, columns: np.ndarray) -> tuple[float, np.ndarray, np.n
 
 def products(survey: Survey, place: Place, vectors: np.ndarray, forms: list[Form] | None = None) -> Products:
     """Products of all columns of a place with vectors (q, R, m)."""
-    forms = dictionary(survey.states, place.kind) if forms is None else forms
+    forms = survey.forms(place) if forms is None else forms
     vectors32 = vectors.astype(np.float32)
     rows = survey.rows(place, forms)
-    waving = np.array([k for k, f in enumerate(forms) if f.course == "wave"], dtype=int)
+    waving = np.array([k for k, f in enumerate(forms) if f.waving], dtype=int)
     halves = survey.rows(place, [forms[k].sine() for k in waving]) if len(waving) else rows[:0]
     return Products(
         place,
@@ -123,7 +124,7 @@ def gains(p: Products, weight: np.ndarray, targets: int, beside: list[int], inve
         fine = (det > 1e-6 * np.maximum(left1 * left2, 1e-30)) & (left2 > 0.0)
         top = left2[:, None] * pull1**2 + left1[:, None] * pull2**2 - 2.0 * both[:, None] * pull1 * pull2
         gain[k] = np.where(fine[:, None], top / np.where(fine, det, 1.0)[:, None], gain[k])
-    return gain
+    return np.where(np.isfinite(gain), gain, 0.0)  # a form beyond the range of numbers is no law
 
 
 def singles(survey: Survey, exponents=None) -> list[Scored]:
@@ -132,7 +133,7 @@ def singles(survey: Survey, exponents=None) -> list[Scored]:
     vectors = np.concatenate([g.residual[None], g.shared])
     beside = list(range(1, len(vectors)))
     found: list[Scored] = []
-    for place in survey.places:
+    for place in survey.tried:
         p = products(survey, place, vectors)
         for n in exponents_of(survey) if exponents is None else exponents:
             gain = gains(p, survey.weight(n), 1, beside, g.inverse, g.shared_residual[:, None])[:, 0]
@@ -171,7 +172,7 @@ def pairs(survey: Survey, firsts: list[Scored]) -> list[Scored]:
     start = 1 + len(g.shared)
     spans = np.cumsum([start, *[len(c) for c in own]])
     prior = np.linalg.pinv(g.inverse, hermitian=True) - np.einsum("crm,drm->cd", g.shared, g.shared)
-    tables = [products(survey, place, vectors) for place in survey.places]
+    tables = [products(survey, place, vectors) for place in survey.tried]
     found: list[Scored] = []
     for first, low, high in zip(firsts, spans[:-1], spans[1:], strict=True):
         beside = [*range(1, start), *range(low, high)]
@@ -221,7 +222,7 @@ def _put(law: Law, k: int, number: str, value: float) -> Law:
 def _neighbour(survey: Survey, form: Form) -> float:
     """Ratio to the next number of the grid."""
     end = float(survey.states.s[-1])
-    if form.course == "wave":
+    if form.waving:
         return 1.0 + 0.5 * float(form.at or 1.0) / end
     if form.course in ("after", "during"):
         return 1.0 + end / 12.0 / float(form.at or 1.0)

@@ -9,7 +9,7 @@ from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.operators import kept_row
-from belt_sim.discovery.places import TENSION
+from belt_sim.discovery.places import TENSION, TRAVEL, Place
 from belt_sim.discovery.responses import MOMENT, Responses
 
 #: rows of Responses.curves at the run-ups (tail, head)
@@ -20,9 +20,9 @@ READ = (0, 1, 2, 3, MOMENT, MOMENT + 1)
 class States:
     """Along every run, on the grid s (J,) [m].
 
-    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw;
-    since (R, J): travel since it was set; per signal (R, S, J): shown [m] and rate [m/s]; tension, speed (R,); squeeze
-    (R, 2, J): what a relative change of tension adds to kappa.
+    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw; set
+    (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): shown [m] and rate [m/s]; tension,
+    speed (R,); squeeze (R, 2, J): what a relative change of tension adds to kappa.
     """
 
     s: np.ndarray
@@ -30,6 +30,7 @@ class States:
     alpha: np.ndarray
     kappa: np.ndarray
     beta: np.ndarray
+    set: np.ndarray
     since: np.ndarray
     shown: np.ndarray
     rate: np.ndarray
@@ -37,6 +38,14 @@ class States:
     speed: np.ndarray
     squeeze: np.ndarray
     signals: tuple[str, ...]
+
+    def lever(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
+        """What an input of 1 at a place is to one of its channels: 1, or (R, J)."""
+        if place.name == TENSION:
+            return self.squeeze[:, pulley]
+        if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
+            return np.gradient(self.shown[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
+        return 1.0
 
 
 def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course: Course | None = None) -> States:
@@ -60,6 +69,7 @@ def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course:
         alpha=-np.gradient(y[:, :2], spacing, axis=-1),
         kappa=rows[:, MOMENT : MOMENT + 2] / bending,
         beta=np.where(since >= 0.0, (yaw + head)[:, None], 0.0),
+        set=np.where(since >= 0.0, 1.0, 0.0),
         since=np.maximum(since, 0.0),
         shown=shown,
         rate=np.gradient(shown, spacing, axis=-1) * speed[:, None, None],

@@ -7,10 +7,10 @@ import numpy as np
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.evidence import Course, basis_of, courses
-from belt_sim.discovery.forms import Form
+from belt_sim.discovery.forms import Form, dictionary, seldom
 from belt_sim.discovery.ground import Ground, ground_of
 from belt_sim.discovery.operators import Operators, operators, shapes, tension_turn
-from belt_sim.discovery.places import TENSION, Place, place_columns, places_of
+from belt_sim.discovery.places import TRAVEL, Place, place_columns, places_of
 from belt_sim.discovery.responses import Responses, responses
 from belt_sim.discovery.states import States, states_of
 
@@ -43,7 +43,8 @@ class Law:
 
 @dataclass(frozen=True)
 class Survey:
-    """bench, fit: where the search begins; tension: the unit of tension [Pa]; the rest see their modules."""
+    """bench, fit: where the search begins; tension: the unit of tension [Pa]; wide: whether forms and
+    places are tried that are too many for a test of whether anything is missing; the rest see their modules."""
 
     bench: Workbench
     fit: Fit
@@ -53,6 +54,7 @@ class Survey:
     states: States
     places: tuple[Place, ...]
     tension: float
+    wide: bool = False
 
     @property
     def stated_tension(self) -> np.ndarray:
@@ -63,19 +65,36 @@ class Survey:
         """(tension / unit)^exponent of every run (R,)."""
         return (self.states.tension / self.tension) ** exponent
 
+    def forms(self, place: Place) -> list[Form]:
+        """The forms to try at a place."""
+        found = dictionary(self.states, place.kind)
+        return found + seldom(self.states, place.kind, self.periods) if self.wide else found
+
+    @property
+    def tried(self) -> tuple[Place, ...]:
+        """The places to try."""
+        return self.places if self.wide else tuple(p for p in self.places if p.name != TRAVEL)
+
+    @property
+    def periods(self) -> tuple[float, ...]:
+        """Travels [m] after which parts of the machine come back: the belt, and the pulleys."""
+        rig = self.bench.samples.cases.rig
+        turns = {2.0 * np.pi * float(r) for r in (rig.tail_radius, rig.head_radius)}
+        return (float(rig.belt_length), *sorted(turns))
+
     def rows(self, place: Place, forms: list[Form]) -> np.ndarray:
         """Whitened columns (F, R, m) of forms of size 1 at a place, without dependence on tension."""
         inputs = []
         for channel, part in place.parts:
             one = np.stack([f.values(self.states, part, channel) for f in forms])
-            inputs.append(one * self.states.squeeze[None, :, part] if place.name == TENSION else one)
+            inputs.append(one * self.states.lever(place, channel, part))
         return place_columns(self.ops, place, inputs)
 
     def readings(self, place: Place, inputs: np.ndarray) -> np.ndarray:
         """What inputs (k, R, J) at a place add to the readings, (k, R, S, n)."""
         found = 0.0
         for channel, part in place.parts:
-            felt = inputs * self.states.squeeze[None, :, part] if place.name == TENSION else inputs
+            felt = inputs * self.states.lever(place, channel, part)
             cells = shapes(self.bench, self.answers, self.ops.true, channel)
             found = found + np.einsum("krj,jrsn->krsn", felt, cells, optimize=True)
         return np.asarray(found)
@@ -84,7 +103,7 @@ class Survey:
         """Whitened columns (k, R, m) of a law's terms; a wave has two."""
         found = []
         for t in law.terms:
-            forms = [t.form, t.form.sine()] if t.form.course == "wave" else [t.form]
+            forms = [t.form, t.form.sine()] if t.form.waving else [t.form]
             found.append(self.rows(t.place, forms) * self.weight(t.exponent)[None, :, None])
         return np.concatenate(found).astype(float)
 
@@ -93,7 +112,8 @@ class Survey:
         runs = self.bench.samples.runs
         found = []
         for place in self.places:
-            found += courses(self.ground, basis_of(self.ground, self.ops, place, self.states.squeeze), place, runs)
+            levers = [self.states.lever(place, *part) for part in place.parts]
+            found += courses(self.ground, basis_of(self.ground, self.ops, place, levers), place, runs)
         return sorted(found, key=lambda c: -c.gain)
 
     def informed(self, course: Course) -> "Survey":

@@ -4,15 +4,16 @@ import math
 
 from belt_sim.discovery.effect_file import parity, size_unit
 from belt_sim.discovery.forms import UNITS
-from belt_sim.discovery.places import TENSION
+from belt_sim.discovery.places import TENSION, TRAVEL
 from belt_sim.discovery.refit import Refit
 from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.results import words
 
 NEAR = 0.01  # of a wavelength, within which it is called that of a machine part
-SYMBOLS = {"one": "", "beta": "β", "y": "y", "alpha": "α", "kappa": "κ", "shown": "y", "rate": "dy/dt"}
+SYMBOLS = {"one": "", "set": "", "beta": "β", "y": "y", "alpha": "α", "kappa": "κ", "shown": "y", "rate": "dy/dt"}
 CALLED = {
     "one": "travel alone",
+    "set": "travel since the yaw was set",
     "beta": "the commanded yaw β",
     "y": "the belt's place y on the pulley",
     "alpha": "the contact angle α",
@@ -36,27 +37,32 @@ def _term(t: Term, tag: str, numbers) -> str:
             return words.with_u(value, u, unit)
         return f"{words.number(fallback)} {unit}".strip()
 
-    knee = number("knee", form.knee, UNITS[form.variable] if form.variable != "one" else "")
-    at, wide = number("at", form.at, "m"), number("wide", form.wide, "m")
+    knee = number("knee", form.knee, UNITS[form.variable] if form.variable not in ("one", "set") else "")
+    unit = "s" if form.timed else "m"
+    at, wide = number("at", form.at, unit), number("wide", form.wide, unit)
+    s = ("t" if form.timed else "s") + "′" * (x == "" and form.variable == "set")
     shape = {
         "x": x,
         "x|x|": f"{x}|{x}|",
         "x^2": f"{x}²",
         "x^3": f"{x}³",
         "saturated": f"{x}, saturating at {knee}",
+        "stuck": f"what of {x} is stuck within ±{knee}",
         "beyond": f"the part of {x} beyond ±{knee}",
     }[form.shape]
     course = {
         "always": "",
-        "travel": "s",
-        "root": "√s",
-        "rise": f"(1 − exp(−s/({at})))",
-        "fade": f"exp(−s/({at}))",
+        "travel": s,
+        "square": f"{s}²",
+        "root": f"√{s}",
+        "rise": f"(1 − exp(−{s}/({at})))",
+        "fade": f"exp(−{s}/({at}))",
         "after": f"after {at}",
         "during": f"from {at} on for {wide}",
         "wave": f"a wave of {at}",
+        "ring": f"a wave of {at} that fades over {wide}",
     }[form.course]
-    parts = [p for p in (shape, course) if p] or ["a constant"]
+    parts = [p for p in (shape, course) if p] or ["a step" if form.variable == "set" else "a constant"]
     size = ""
     if numbers and f"size{tag}" in numbers:
         value, u, _ = numbers[f"size{tag}"]
@@ -78,15 +84,26 @@ def _sized(value: float, u: float) -> str:
 def looks_like(survey: Survey, law: Law) -> str:
     """What kind of thing usually has such a law; empty when nothing comes to mind."""
     t = law.terms[0]
-    kind, (v, shape, course) = t.place.kind, t.form.family
+    kind, v, shape, course = t.place.kind, t.form.variable, t.form.shape, t.form.course
+    if course == "ring":
+        return "something that swings out after a step"
     if course == "wave":
         return _wave(survey, float(t.form.at or 0.0))
-    if v == "one":
-        slow = "it warms up or settles" if course in ("travel", "root", "rise") else "it was changed in the run"
-        thing = {"sensor": "a sensor or its stand", TENSION: "the tension", "yaw": "the stand of a pulley"}
+    if v in ("one", "set"):
+        slow = (
+            "it warms up or settles" if course in ("travel", "square", "root", "rise") else "it was changed in the run"
+        )
+        thing = {"sensor": "a sensor or its stand", "yaw": "the stand of a pulley"}
+        thing |= {TENSION: "the tension", TRAVEL: "the encoder or its wheel"}
         return f"{thing.get(kind, 'the surface of a pulley')}: {slow}"
     if kind == "sensor":
-        return "a sensor that answers late" if v == "rate" else "a sensor whose scale is not straight"
+        return (
+            "a sensor that answers late"
+            if v == "rate"
+            else "a sensor that sticks"
+            if shape == "stuck"
+            else "a sensor whose scale is not straight"
+        )
     if v == "beta":
         return "creep or play of the yaw drive"
     if v == "y":
@@ -118,7 +135,7 @@ def sentence(survey: Survey, refit: Refit, share: float, looks: str, alone: bool
     said = f"The {places} lacks {formula(law, numbers)}"
     odd = parity(law)
     said += f"; {odd} in yaw" if odd != "mixed" else "; neither odd nor even in yaw"
-    value, u, _ = numbers["exponent"]
+    value, u = refit.exponent
     if u > 0.0:
         none = abs(value) < 2.0 * u and u < 0.4
         said += f"; {'no dependence on' if none else 'depends on'} tension (exponent {words.with_u(value, u)})"

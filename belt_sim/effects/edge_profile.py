@@ -47,7 +47,7 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
     tension_exponent = 0.0
     on_belt = True
     linear = True
-    min_revolutions = 1.5  # half of the belt is seen twice
+    min_revolutions = 1.0  # seen once, but alike in all runs
     parameters = _declare()
 
     def sensor(self, reading, case):
@@ -65,8 +65,11 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
 
 
 def _phase(seen, case):
-    """2 pi times the place on the belt over its length, of what passes points 1-4, shape (4, n)."""
+    """2 pi times the place on the belt over its length, of what passes points 1-4, shape (4, n).
+
+    What lies at point 4 at travel 0 has none, whichever way the belt goes.
+    """
     rig, direction = case.rig, case.settings.direction
     at_1, at_2 = rig.span_length, rig.span_length + rig.wrap_tail
     along = jnp.stack([at_1, at_2, at_2 + rig.span_length, 0.0 * at_1])  # points 1-4 along the belt from 4
-    return 2 * jnp.pi * (seen[None] - direction * along[:, None]) / rig.belt_length
+    return 2 * jnp.pi * (direction * seen[None] - along[:, None]) / rig.belt_length

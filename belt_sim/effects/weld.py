@@ -51,13 +51,13 @@ class Weld(Effect):
     parity = "even"
     heavy = True
     on_belt = True
-    min_revolutions = 2.0
+    min_revolutions = 1.0  # it runs up both pulleys
     parameters = {
         "angle": Parameter(unit="rad", meaning="kink of the belt", plausible=(-2e-3, 2e-3), scale=2e-4),
         "at": Parameter(
             unit="m",
             meaning="place at travel 0",
-            plausible=(0.0, 300.0),
+            plausible=(-300.0, 300.0),  # it comes back every belt length
             scale=2.0,
             modifier=True,
             grid=tuple(2.6 * k for k in range(9)),  # a belt of 24 m; a shorter one is covered more than once

@@ -13,16 +13,22 @@ COVERAGE_95 = 1.96
 
 @dataclass(frozen=True)
 class Estimate:
-    """A fitted parameter in SI: value, u (one sigma), unit, and whether a real machine could have it."""
+    """A fitted parameter in SI: value, u (one sigma), unit, and whether a real machine could have it.
+
+    interval: where it lies with 95 %, where that is not 1.96 u either way.
+    """
 
     value: float
     u: float
     unit: str
     plausible: bool
+    interval: tuple[float, float] | None = None
 
     @property
     def interval_95(self) -> tuple[float, float]:
         """Where the true value lies in 95 of 100 campaigns."""
+        if self.interval is not None:
+            return self.interval
         return self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
 
     def __str__(self) -> str:

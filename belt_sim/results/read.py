@@ -1,6 +1,7 @@
 """A diagnosis read back from its folder: diagnosis.json and drawings.json."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -92,8 +93,12 @@ def _found(e: dict[str, Any]) -> FoundEffect:
 
 
 def _estimates(parameters: dict[str, Any]) -> dict[str, Estimate]:
-    names = ("value", "u", "unit", "plausible")
-    return {n: Estimate(*(p[k] for k in names)) for n, p in parameters.items()}
+    return {n: _estimate(p) for n, p in parameters.items()}
+
+
+def _estimate(p: dict[str, Any]) -> Estimate:
+    even, told = Estimate(*(p[k] for k in ("value", "u", "unit", "plausible"))), tuple(p["interval_95"])
+    return even if told == even.interval_95 else replace(even, interval=told)
 
 
 def _tried(t: dict[str, Any]) -> dict[str, Any]:

@@ -180,7 +180,9 @@ def _found(e: FoundEffect) -> Json:
 
 
 def _estimate(p: Estimate) -> Json:
-    return asdict(p) | {"interval_95": list(p.interval_95)}
+    row = asdict(p) | {"interval_95": list(p.interval_95)}
+    row.pop("interval")
+    return row
 
 
 def _tried(t: Tried) -> Json:

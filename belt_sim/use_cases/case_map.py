@@ -21,6 +21,7 @@ from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.errors import InputError
 from belt_sim.provenance import config_hash
 from belt_sim.use_cases.asked import effects_of, fitted_model
+from belt_sim.whole_number import whole
 
 MOST = 10**9  # cases
 PLACES = (1.0, 10.0)  # [m] of travel
@@ -60,9 +61,9 @@ class CaseMap:
 
 def case_map(config: Mapping[str, Any]) -> CaseMap:
     """The map that a configuration (conf/map.yaml) asks for; raises InputError, CannotRepresent."""
-    cases = None if config["cases"] is None else _whole("cases", config["cases"])
+    cases = None if config["cases"] is None else whole("cases", config["cases"])
     axes, plain = axes_of(config, sampled=cases is not None)
-    plan = Plan(axes=axes, cases=cases, seed=_whole("seed", config["seed"], least=0))
+    plan = Plan(axes=axes, cases=cases, seed=whole("seed", config["seed"], least=0))
     if plan.count > MOST:
         raise InputError("cases", plan.count, "", f"at most {MOST}; give axes smaller counts")
     closed = plain["travel"] is None
@@ -84,8 +85,8 @@ def case_map(config: Mapping[str, Any]) -> CaseMap:
         case=case,
         effects=effects,
         asked=asked,
-        part=_whole("part", config["part"]),
-        workers=cores() if config["workers"] is None else _whole("workers", config["workers"]),
+        part=whole("part", config["part"]),
+        workers=cores() if config["workers"] is None else whole("workers", config["workers"]),
     )
 
 
@@ -157,9 +158,3 @@ def leave_map(folder: Path, made: CaseMap, provenance: Mapping[str, Any], told: 
     for number in stream(parts, count, size, made.stretch):
         told(number)
     return left
-
-
-def _whole(name: str, value: Any, least: int = 1) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise InputError(name, value, "", f"give a whole number of at least {least}")
-    return value

@@ -17,6 +17,7 @@ from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.use_cases.asked import candidates_of, fitted_model
 from belt_sim.use_cases.beyond import beyond_in_runs
+from belt_sim.whole_number import whole
 
 MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
 
@@ -68,15 +69,6 @@ def diagnose(
     seen = findings.judgement.unknown
     discovery = describe_discovery(seen.discovered, config=config) if isinstance(seen, Seen) else None
     return replace(found, admitted=admitted, drawings=drawings_of(findings), beyond=beyond, discovery=discovery)
-
-
-def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
-    """``value`` if it is a whole number of at least ``least`` and at most ``most``; raises InputError otherwise."""
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise InputError(name, value, "", f"give a whole number of at least {least}")
-    if most is not None and value > most:
-        raise InputError(name, value, "", f"give a whole number of at most {most}")
-    return value
 
 
 def admission(classes: Sequence[type[Effect]], model: AnalyticModel, campaign: Campaign) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """What results leave in the folder of a run."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -58,21 +58,24 @@ def leave_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
     write_json(folder / "summary.json", content)
 
 
-def leave_diagnosis(folder: Path, d: Diagnosis, *, pictures: bool) -> None:
-    """diagnosis.json, drawings.json, report.html, effects.yaml, pictures; what was discovered, with its effect file."""
+def leave_diagnosis(folder: Path, d: Diagnosis, *, draw: Callable[[Path, Diagnosis], None] | None) -> None:
+    """diagnosis.json, drawings.json, report.html, effects.yaml, pictures; what was discovered, with its effect file.
+
+    draw: draws the pictures (``draw_diagnosis``, or a process beside this one); None: there are none.
+    """
     from belt_sim.effects.load import save_effects
     from belt_sim.reports.page import write_report
     from belt_sim.use_cases.asked import effects_of
     from belt_sim.use_cases.discover import leave_discovery
 
+    if draw is not None:
+        draw(folder, d)
     write_json(folder / "drawings.json", drawings_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
     write_text(folder / "effects.yaml", save_effects(effects_of(d.effects), spread))
     write_report(folder / "report.html", d)
-    if pictures:
-        draw_diagnosis(folder, d)
     if d.discovery is not None and d.discovery.found:
-        leave_discovery(folder, d.discovery, drawn=pictures)
+        leave_discovery(folder, d.discovery, drawn=draw is not None)
     write_json(folder / "diagnosis.json", diagnosis_json(d))
 
 

@@ -1,7 +1,7 @@
 """What a faultless line does not have: the hooks of a fault, the size of its parameters, how it is drawn by lot."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -9,10 +9,7 @@ from belt_sim.case import Case
 from belt_sim.scene_parts import SceneParts
 from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.load import Load
-
-if TYPE_CHECKING:
-    from belt_sim.virtual_rig.plan import Plan
-    from belt_sim.virtual_rig.travel import Journey
+from belt_sim.virtual_rig.plan import Plan
 
 TAIL = np.array([[1.0], [0.0]])  # on the tail pulley only
 HEAD = np.array([[0.0], [1.0]])  # on the head pulley only
@@ -29,6 +26,17 @@ class Size:
     typical: float
     limit: float
     place: str = ""
+
+
+class Past(Protocol):
+    """What a fault may ask of the belt's past."""
+
+    @property
+    def line(self) -> Line:
+        """What runs."""
+
+    def at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
+        """Rows first:last of (y, alpha tail, y, alpha head) at travel s, shape (..., batch) -> (rows, ..., batch)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +83,7 @@ class Fault:
         """(y, alpha) at the run-ups of tail and head at travels s <= 0 (..., batch), shape (4, ..., batch)."""
         return 0.0
 
-    def recall(self, s: float, past: "Journey"):
+    def recall(self, s: float, past: Past):
         """The same from the past of the belt, shape (2, batch)."""
         return 0.0
 
@@ -131,12 +139,12 @@ class Fault:
         return parts
 
     @classmethod
-    def shape_by_lot(cls, plan: "Plan", rng: np.random.Generator) -> dict[str, float]:
+    def shape_by_lot(cls, plan: Plan, rng: np.random.Generator) -> dict[str, float]:
         """The fields without a size, drawn as they may be on a machine and in a record such as the plan's."""
         return {}
 
     @classmethod
-    def shapes(cls, plan: "Plan") -> tuple[dict[str, float], ...]:
+    def shapes(cls, plan: Plan) -> tuple[dict[str, float], ...]:
         """Some such fields between which, along with its sizes, the fault is nearly linear."""
         return ({},)
 

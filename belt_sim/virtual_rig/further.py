@@ -10,7 +10,7 @@ from belt_sim.virtual_rig.library import fault_of
 from belt_sim.virtual_rig.make import RESOLUTION
 from belt_sim.virtual_rig.noise import add_noise
 from belt_sim.virtual_rig.observe import Errors, observe, true_line
-from belt_sim.virtual_rig.plan import Noise, Plan, Setting
+from belt_sim.virtual_rig.plan import Noise, Plan, setting_of
 from belt_sim.virtual_rig.seal import Truth
 
 
@@ -23,7 +23,7 @@ def measured_further(campaign: Campaign, truth: Truth, run: Run, signals: Sequen
     rng = np.random.default_rng([seed, len(campaign.runs)])
     noise = Noise(**truth.noise)
     plan = Plan(
-        runs=(_setting(run),),
+        runs=(setting_of(run),),
         length=float(run.travel[-1]),
         spacing=float(run.travel[1] - run.travel[0]),
         signals={s.name: s.at for s in signals},
@@ -43,8 +43,3 @@ def measured_further(campaign: Campaign, truth: Truth, run: Run, signals: Sequen
         shown[sheet.name] = np.round(noisy / RESOLUTION[sheet.kind]) * RESOLUTION[sheet.kind]
     fresh = replace(run, name=f"r{len(campaign.runs) + 1:02d}", travel=plan.travel, signals=shown)
     return replace(campaign, signals=tuple(signals), runs=(*campaign.runs, fresh), sha256="")
-
-
-def _setting(run: Run) -> Setting:
-    names = ("tension", "yaw", "yaw_head", "speed", "direction", "yaw_at")
-    return Setting(**{name: getattr(run, name) for name in names})

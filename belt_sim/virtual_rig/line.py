@@ -126,7 +126,7 @@ class Line:
     def turning(self) -> np.ndarray:
         """Curvature in the middle of every element per unit run-up angle [1/m], shape (batch, n)."""
         coupling = self.sag_roll * self.sag_curvature
-        return curvature_along(self.span(), self.span_length, coupling)[:, :, 3]
+        return curvature_along(self.span().nodes, self.span_length, coupling)[:, :, 3]
 
 
 def line_of(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:

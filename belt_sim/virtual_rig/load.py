@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.virtual_rig.line import Line
-from belt_sim.virtual_rig.span import DOUBLINGS, element, hermite
+from belt_sim.virtual_rig.span import DOUBLINGS, curvature_along, element, hermite
 
 _COUPLES = [1, 2]  # slope and tilt of a node's (y, y', phi, phi')
 _FREE = 3
@@ -50,6 +50,17 @@ def rolling(line: Line, upper: bool) -> Load:
     h = line.span_length / 2**DOUBLINGS
     pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
     return _spread(line, upper, [2, 3], pair)
+
+
+def tilting(line: Line, upper: bool) -> np.ndarray:
+    """Curvature in the middle of every element by 1 N m about the long axis at mid-span, (batch, n) [1/(N m2)].
+
+    By Betti's theorem natural curvature there tilts mid-span by EI times as much.
+    """
+    loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
+    loads[:, 2 ** (DOUBLINGS - 1), 2] = 1.0
+    nodes = _solved(line, upper, loads)[0][..., None]
+    return curvature_along(nodes, line.span_length, line.sag_roll * line.sag_curvature)[..., 0]
 
 
 def _spread(line: Line, upper: bool, fields: list[int], pair: np.ndarray) -> Load:

@@ -48,7 +48,10 @@ def true_line(plan: Plan, base: str, errors: Errors) -> Line:
 
 
 def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
-    """Readings without noise [m or rad], shape (signals, n, batch), at the travel that the recorder shows."""
+    """Readings without noise [m or rad], shape (signals, n, batch), at the travel that the recorder shows.
+
+    A lateral sensor reads zero where the yaw is applied; a tilt is against the horizontal.
+    """
     shown = plan.travel[:, None]
     for fault in faults:
         line = fault.set(line)
@@ -60,7 +63,9 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     begun = np.broadcast_to(line.yaw_at, (1, len(line.stress)))
     readings = []
     for place in plan.signals.values():
-        value = _seen(journey, faults, place, travelled) - _seen(journey, faults, place, begun, _BEFORE)
+        value = _seen(journey, faults, place, travelled)
+        if place.startswith("point_"):
+            value = value - _seen(journey, faults, place, begun, _BEFORE)
         for fault in faults:
             value = fault.read(value, place, travelled, line)
         readings.append(value)

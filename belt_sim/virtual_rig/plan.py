@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from belt_sim.campaign import BeltSheet, Machine, Quantity, SettingsSheet, SignalSheet
+from belt_sim.campaign import BeltSheet, Machine, Quantity, Run, SettingsSheet, SignalSheet
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 
 #: The paper's test rig; E, rho and nu are not given there and assumed (physics sheet, section 1).
@@ -38,6 +38,12 @@ class Setting:
     yaw_at: float = 0.0
     repeat_of: int | None = None
     use: str = "fit"
+
+
+def setting_of(run: Run) -> Setting:
+    """What a run of a campaign is set to."""
+    names = ("tension", "yaw", "yaw_head", "speed", "direction", "yaw_at")
+    return Setting(**{name: getattr(run, name) for name in names})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -194,11 +194,12 @@ def run_scene(run: SceneRun) -> Curves:
 
 
 def read(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:
-    """Readings without noise [m or rad], shape (signals, n, runs), counted from where the yaw is applied."""
+    """Readings without noise [m or rad], shape (signals, n, runs), lateral ones from where the yaw is applied."""
     readings = np.empty((len(plan.signals), len(plan.travel), len(curves)))
     for j, place in enumerate(plan.signals.values()):
         for k, (curve, run) in enumerate(zip(curves, plan.runs, strict=True)):
             rows = curve.y[_POINTS[place]] if place in _POINTS else np.asarray(curve.tilt)[_TILTS[place]]
             readings[j, :, k] = np.interp(plan.travel, curve.travel, rows)
-            readings[j, :, k] -= np.interp(run.yaw_at, curve.travel, rows)
+            if place in _POINTS:
+                readings[j, :, k] -= np.interp(run.yaw_at, curve.travel, rows)
     return readings

@@ -91,11 +91,12 @@ def _yielding(stiffness: np.ndarray, yields: tuple[np.ndarray, np.ndarray]) -> n
     return np.linalg.solve(system, np.broadcast_to(given, (len(stiffness), 8, 4)))
 
 
-def curvature_along(span: Span, length, sag_curvature) -> np.ndarray:
-    """In-plane curvature kappa = y'' + Z phi in the middle of every element, shape (batch, n - 1, 4)."""
-    h = length / (span.nodes.shape[1] - 1)
+def curvature_along(nodes: np.ndarray, length, sag_curvature) -> np.ndarray:
+    """In-plane curvature kappa = y'' + Z phi in the middle of every element, (batch, n - 1, k), of fields y, y', phi,
+    phi' at the nodes, (batch, n, 4, k)."""
+    h = length / (nodes.shape[1] - 1)
     value, _, second = hermite(np.full_like(h, 0.5), h)
-    left, right = span.nodes[:, :-1], span.nodes[:, 1:]
+    left, right = nodes[:, :-1], nodes[:, 1:]
     lateral = np.concatenate([left[:, :, :2], right[:, :, :2]], axis=2)
     roll = np.concatenate([left[:, :, 2:], right[:, :, 2:]], axis=2)
     bent = np.einsum("bd,bndk->bnk", second, lateral)

@@ -1,8 +1,16 @@
-"""How long a diagnosis takes, and its predictions the old way: compiled for one campaign, eight points at a time."""
+"""How long a diagnosis takes from the shell to its report, three campaigns beside what was wanted of each; and its
+predictions the old way: compiled for one campaign, eight points at a time."""
 
+import json
+import resource
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -13,41 +21,94 @@ from belt_sim.analytic.march import march_traced
 from belt_sim.analytic.model import MODELS
 from belt_sim.analytic.plan import plan_steps
 from belt_sim.campaign import read_campaign
+from belt_sim.campaign.write import write_campaign
 from belt_sim.case import Case
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.effects.around_engine import indicate
 from belt_sim.jax_setup import compiled
+from belt_sim.paths import ROOT
+from belt_sim.si import DEGREE, N_PER_MM2
 from belt_sim.use_cases.asked import candidates_of
-from belt_sim.use_cases.diagnose import diagnose
+from belt_sim.virtual_rig.make import make_campaign
+from belt_sim.virtual_rig.plan import Plan, grid
 
-CAMPAIGN, MODEL = "slack_belt", "beam_th2"
-POINTS = 64
+CAMPAIGN, MODEL = "slack_belt", "strip"
+POINTS = 32
 OLD_POINTS = 8  # a batch, the old way
 BOOTSTRAPS = 1000
+PATIENCE = 900.0  # [s]: a diagnosis that takes longer is ended, and said to have taken longer
+LARGE = Plan(
+    runs=grid([t * N_PER_MM2 for t in (7, 10, 15, 20, 30, 40)], [y * DEGREE for y in (-0.042, 0.021, 0.042)]),
+    length=100.0,
+    signals={f"y{k}": f"point_{k}" for k in (1, 2, 3, 4)},
+)
+#: what is hidden, of which plan, and the seconds wanted on two quiet cores
+WANTED = {
+    "one effect: 10 runs, 2 signals, 60 m": ({"id": "taper", "kappa_t": 1.27e-6}, Plan(), 10.0),
+    "a stranger, of the same size": ({"id": "yaw_creep", "share": 0.05, "time": 25.0}, Plan(), 30.0),
+    "one effect: 20 runs, 4 signals, 100 m": ({"id": "crown", "c": 1.6e-4}, LARGE, 60.0),
+}
 
 
-def diagnosis_figures() -> dict[str, Any]:
-    """Processor seconds of predictions at POINTS points, old and new, first and later; of a whole diagnosis."""
+def whole_diagnoses() -> list[dict[str, Any]]:
+    """Seconds by the clock and of the processor that ``belt-sim diagnose`` takes in a process of its own, programs that
+    it had to compile, verdict; one row for each of WANTED."""
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        for number, (what, (hidden, plan, limit)) in enumerate(WANTED.items()):
+            campaign, _ = make_campaign(hidden=[hidden], base=MODEL, seed=number, plan=plan)
+            write_campaign(campaign, Path(folder) / f"campaign_{number}")
+            measured = _call(Path(folder) / f"campaign_{number}", Path(folder) / f"diagnosed_{number}")
+            found.append({"what": what, "limit_s": limit, "bootstraps": BOOTSTRAPS} | measured)
+    return found
+
+
+def _call(campaign: Path, out: Path) -> dict[str, Any]:
+    program = "from belt_sim.cli import main; main()"
+    settings = [f"campaign={campaign}", f"model={MODEL}", f"bootstraps={BOOTSTRAPS}", f"hydra.run.dir={out}"]
+    programs, spent = _programs(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    begun = time.perf_counter()
+    command = [sys.executable, "-c", program, "diagnose", *settings]
+    with suppress(subprocess.TimeoutExpired):
+        subprocess.run(command, cwd=ROOT, check=True, capture_output=True, timeout=PATIENCE)
+    wall, after = time.perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
+    result = out / "diagnosis.json"
+    return {
+        "wall_s": wall,
+        "processor_s": after.ru_utime + after.ru_stime - spent.ru_utime - spent.ru_stime,
+        "compiled": _programs() - programs,
+        "verdict": json.loads(result.read_text())["verdict"] if result.is_file() else "not finished",
+    }
+
+
+def _programs() -> int:
+    """How many programs JAX's cache on disk holds."""
+    folder: str | None = jax.config.values["jax_compilation_cache_dir"]
+    return sum(1 for p in Path(folder).glob("*-cache")) if folder else 0
+
+
+def prediction_figures() -> dict[str, Any]:
+    """Processor milliseconds of predictions at POINTS points, old and new, how far these are apart, and seconds of the
+    first: of a campaign's own code the first of every campaign, of code for all what it costs to load (or to compile).
+    """
     campaign, model = read_campaign(CAMPAIGN), MODELS[MODEL]
     classes = [c for c in candidates_of(None, model, None) if not c.heavy]
     forward = Forward(samples_of(campaign), model, classes)
     vectors = np.repeat(forward.null()[None], POINTS, axis=0)
     vectors[:, 0] = np.linspace(0.0, 1.0, POINTS)
-    old = _old(forward)
-    apart = float(np.abs(old(vectors[:OLD_POINTS]) - forward.values(vectors[:OLD_POINTS])).max())
-    begun = time.process_time()
-    diagnose(campaign, MODEL, bootstraps=BOOTSTRAPS)
-    whole = time.process_time() - begun
+    old, few = _old(forward), vectors[:OLD_POINTS]
+    firsts = _timed(lambda: old(few)), _timed(lambda: forward.values(few))
+    apart = float(np.abs(old(few) - forward.values(few)).max())
     return {
         "points": POINTS,
+        "old_first_s": firsts[0],
+        "new_first_s": firsts[1],
         "old_ms": 1e3
         * _timed(lambda: [old(vectors[k : k + OLD_POINTS]) for k in range(0, POINTS, OLD_POINTS)])
         / POINTS,
         "new_ms": 1e3 * _timed(lambda: forward.values(vectors)) / POINTS,
         "apart_m": apart,
-        "diagnosis_s": whole,
-        "bootstraps": BOOTSTRAPS,
     }
 
 

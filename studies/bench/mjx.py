@@ -102,7 +102,8 @@ def picture(path: Path, table: pd.DataFrame) -> Path:
             if len(part) > 1:
                 high = part.tail(3)
                 slope = np.polyfit(np.log(high[by]), np.log(high["ms"]), 1)[0]
-                label = f"{device}: slope {slope:.2f} over the last {len(high)}"
+                alike = "" if by == "cases" else f", {int(part['cases'].iloc[0])} at once"
+                label = f"{device}{alike}: slope {slope:.2f} over the last {len(high)}"
                 axes.loglog(part[by], part["ms"], "o-", color=colour, label=label)
     cases.set_ylim(bottom=0.05)  # room for the names
     for axes, by in ((cases, "cases"), (stations, "stations")):

@@ -193,7 +193,7 @@ def test_a_diagnosis_shows_itself():
 def test_a_diagnosis_of_a_run_folder_is_loaded(tmp_path):
     from belt_sim.use_cases.leave import leave_diagnosis
 
-    leave_diagnosis(tmp_path, drawn("sag_roll"), pictures=False)
+    leave_diagnosis(tmp_path, drawn("sag_roll"), draw=None)
     back = bs.load_diagnosis(tmp_path)
     assert str(back) == str(drawn("sag_roll"))
     assert bs.report(tmp_path, tmp_path / "again.html").is_file()

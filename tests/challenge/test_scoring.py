@@ -6,9 +6,10 @@ from small_challenge import answer_of
 
 from belt_sim.challenge.baselines import Table, by_rounds, iid_bic, said, sparse
 from belt_sim.challenge.drawn import reliability
-from belt_sim.challenge.facts import Facts, facts_of
+from belt_sim.challenge.facts import Facts, facts_of, removed
 from belt_sim.challenge.laws import pairs, place_said
-from belt_sim.challenge.publish import publish, read_published
+from belt_sim.challenge.publish import publish
+from belt_sim.challenge.published import read_published
 from belt_sim.challenge.targets import confidently_wrong, targets
 from belt_sim.challenge.wilson import Share
 
@@ -120,11 +121,55 @@ def test_the_reducible_error_is_what_exceeds_the_floor():
     assert facts(hidden, answer_of("taper") | {"error": told}).removed == pytest.approx(0.5)
 
 
-def discovery(formula: str, place: str, *rivals: str, found: bool = True):
+def test_the_reducible_error_is_what_exceeds_what_the_truth_leaves():
+    told = error(1.1, 0.2)["error"]
+    in_metres = {"held_out": {"before": 1.1e-3, "after": 0.2e-3}, "noise_floor": 1e-4}
+    beside = told | {"beside_settings": {"before_mm": 0.5, "after_mm": 0.3, "noise_floor_mm": 0.1}}
+    least = {"plain_mm": 0.2, "beside_settings_mm": 0.25}
+    assert removed(told, least) == removed(in_metres, least) == pytest.approx(1.0)
+    discovered = in_metres | {"own": {"before": 5e-4, "after": 3e-4, "floor": 1e-4}}
+    assert removed(beside, least) == removed(discovered, least) == pytest.approx(0.8)
+    assert removed(beside, {"crash": "ValueError"}) == removed(beside) == pytest.approx(0.5)
+    assert removed(told, {"plain_mm": 1.05, "beside_settings_mm": 0.1}) is None
+
+
+def discovery(formula: str, place: str, *rivals: str, found: bool = True, exponent: float = 0.0, sensors: int = 2):
     """As diagnosis.json has it."""
-    law = {"formula": formula, "place": place}
+    law = {"formula": formula, "place": place, "exponent": {"value": exponent, "u": 0.1}}
     alike = [{"formula": r, "place": place} for r in rivals]
-    return {"discovery": {"found": found, "sentence": "it creeps", "p": 0.001, "law": law, "rivals": alike}}
+    places = [{"place": f"sensor_y{k + 1}"} for k in range(sensors)] + [{"place": "sensor_all"}] * (sensors > 1)
+    said = {"sentence": "it creeps", "p": 0.001, "law": law, "rivals": alike, "places": places}
+    return {"discovery": {"found": found} | said}
+
+
+def test_what_a_discovered_law_removes_is_told_beside_settings_too():
+    own = {"before": 0.5e-3, "after": 0.3e-3, "floor": 0.1e-3}
+    told = {"held_out": {"before": 1.1e-3, "after": 1.2e-3}, "noise_floor": 0.9e-3, "own": own}
+    said = discovery("(1.0 ± 0.1) × κ|κ|", "yaw of the head pulley")
+    said["discovery"]["error"] = told
+    hidden = truth("outside", "creep", distance=20.0, place="yaw_head", variable="curvature", form="power")
+    assert facts(hidden, answer_of(verdict="none_known") | said).removed == pytest.approx(0.5)
+
+
+def test_a_constant_that_goes_with_the_tension_is_a_law_of_the_tension():
+    hidden = truth("outside", "frame", distance=20.0, place="yaw_head", variable="tension", form="power")
+    known, said = answer_of(verdict="none_known"), ("(1.0 ± 0.1)·10⁻³ rad × a constant", "yaw of the head pulley")
+    assert facts(hidden, known | discovery(*said, exponent=1.9)).law
+    assert not facts(hidden, known | discovery(*said, exponent=0.1)).law
+    linear = truth("outside", "frame", distance=20.0, place="yaw_head", variable="tension", form="linear")
+    assert facts(linear, known | discovery(*said, exponent=1.1)).law
+    assert not facts(linear, known | discovery(*said, exponent=1.9)).law
+
+
+def test_places_that_are_one_to_the_readings_are_one():
+    known = answer_of(verdict="none_known")
+    gauge = truth("outside", "gauge", distance=20.0, place="sensor_all", variable="y", form="power")
+    assert facts(gauge, known | discovery("(2.0 ± 0.1) 1/m × y|y|", "reading of y1", sensors=1)).place
+    assert not facts(gauge, known | discovery("(2.0 ± 0.1) 1/m × y|y|", "reading of y1")).place
+    rest = truth("outside", "rest", distance=20.0, place="span", variable="y", form="linear")
+    turn = "turn of the belt where it runs up the head pulley"
+    assert facts(rest, known | discovery("(2.0 ± 0.1) 1/m^2 × y", turn)).place
+    assert not facts(rest, known | discovery("(2.0 ± 0.1) rad/m × y", "yaw of the head pulley")).place
 
 
 def test_a_discovered_law_is_right_in_its_place_and_in_its_law_or_not():
@@ -167,6 +212,11 @@ def test_places_of_the_finder_in_the_words_of_the_generator(said, true):
         ("(1.2 ± 0.1) × the part of κ beyond ±0.1 1/m", ("curvature", "threshold"), ("curvature", "linear")),
         ("(1.2 ± 0.1) × α after 20 m", ("travel", "threshold"), ("travel", "linear")),
         ("(1.2 ± 0.1) rad × a wave of 6.4 m", ("belt_phase", "periodic"), ("travel", "linear")),
+        ("(1.2 ± 0.1) × β a wave of 6 m that fades over 9 m", ("time_since_step", "exponential"), ("yaw", "power")),
+        ("(1.2 ± 0.1) 1/m × exp(−s′/(9.8 m))", ("time_since_step", "exponential"), ("y", "linear")),
+        ("(1.2 ± 0.1) 1/s × t", ("travel", "linear"), ("travel", "constant")),
+        ("(1.2 ± 0.1) m/m^2 × s²", ("travel", "power"), ("travel", "linear")),
+        ("(1.2 ± 0.1) × what of y is stuck within ±0.1 mm", ("y", "threshold"), ("y", "linear")),
     ],
 )
 def test_terms_of_a_formula_in_the_words_of_the_generator(term, pair, other):

@@ -35,6 +35,7 @@ class Sum:
         self.classes = tuple(SimpleNamespace(id=i, parameters={"size": NUMBER}) for i in shapes)
         self.slots = tuple(SimpleNamespace(effect=c, name="size", scale=1.0) for c in self.classes)
         self.rows, self.size = np.stack(list(shapes.values())), len(shapes)
+        self.sides = np.full(self.size, -np.inf), np.full(self.size, np.inf)
 
     def index(self, name):
         return [k for k, c in enumerate(self.classes) if c.id == name]

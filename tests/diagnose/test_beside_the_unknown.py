@@ -1,5 +1,7 @@
 """Beside an unknown that may be anything smooth, only what is not smooth stays."""
 
+from dataclasses import replace
+
 import numpy as np
 from linear_bench import SPREAD, WHITE, linear_bench
 
@@ -50,3 +52,16 @@ def test_what_is_just_needed_does_not_stay():
     nothing = np.empty((0, *bench.samples.y.shape))
     assert members_that_stay(bench, fit, nothing, lambda name: seen / 1.5) is None
     assert members_that_stay(bench, fit, nothing, lambda name: seen / 4.0) is not None
+
+
+def test_an_effect_that_is_not_linear_is_taken_as_it_was_fitted():
+    """Its derivatives miss most of what it does; beside columns that do the same nothing of it is needed."""
+    sharp = WHITE.white * (np.arange(COUNT) % 7 == 0) * np.ones((len(SPREAD), 1, 1))
+    bench = linear_bench(SPREAD, y=8.0 * sharp, shapes={"steep": sharp})
+    fit = bench.fit([bench.start(("steep",), np.zeros(1))])[0]
+    steep = replace(fit, columns=5.0 * fit.columns, slopes=5.0 * fit.slopes)  # as of a stop that is touched
+    nothing = np.empty((0, *bench.samples.y.shape))
+    stays = members_that_stay(bench, steep, nothing, lambda name: THRESHOLD)
+    assert stays is not None
+    assert stays.vector == fit.vector
+    assert members_that_stay(bench, steep, sharp[None], lambda name: THRESHOLD) is None

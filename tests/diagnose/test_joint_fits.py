@@ -6,13 +6,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from noise_by_recursion import errors
-from small_campaign import CLASSES, MODEL, bench, campaign, examined, q_of
+from small_campaign import CLASSES, MODEL, SHAPE, bench, campaign, examined, q_of
 
 from belt_sim.diagnosis.around import around
 from belt_sim.diagnosis.decide import MAX_EFFECTS
 from belt_sim.diagnosis.heldout import conditions
 from belt_sim.diagnosis.refits import best_of
 from belt_sim.diagnosis.workbench import workbench
+from belt_sim.paper import TEST_RIG
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02
 LINEAR = 1e-6  # yaw_offset_tail enters linearly, so that one step ends at the least-squares point
@@ -98,7 +99,7 @@ def test_a_set_is_small_and_every_step_was_kept():
     found = examined("two").found
     assert 0 < len(found.chosen.ids) <= MAX_EFFECTS
     assert len(found.rounds) == 3  # two were taken, and a third was looked for
-    # effects that need two belt revolutions are not tried on a record of thirty metres
-    assert {t.id for t in found.rounds[0]} == {c.id for c in CLASSES if not c.min_revolutions}
+    revolutions = SHAPE["length"] / TEST_RIG.belt_length
+    assert {t.id for t in found.rounds[0]} == {c.id for c in CLASSES if c.min_revolutions <= revolutions}
     assert all(t.gain == pytest.approx(max(found.base.chi2 - t.fit.chi2, 0.0)) for t in found.rounds[0])
     assert found.held_out.chi2 < found.base_held_out.chi2

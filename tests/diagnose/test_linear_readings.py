@@ -64,6 +64,17 @@ def test_as_many_harmonics_are_asked_for_as_show():
         assert len(bench.forward.index("edge_profile")) == 2 * bench.forward.terms["edge_profile"]
 
 
+def test_harmonics_with_fewer_than_two_samples_a_wave_are_asked_for():
+    """Where the samples lie on the belt is known, and so what a short wave shows there."""
+    bench = workbench(with_edge(campaign("nothing"), 4e-4 / np.arange(1, 41) ** 1.27), MODEL, CLASSES)
+    assert bench.forward.terms["edge_profile"] > TEST_RIG.belt_length / (2 * np.diff(bench.samples.travel[0])[0])
+
+
+def test_a_faint_shape_is_asked_for_with_all_its_harmonics():
+    bench = workbench(with_edge(campaign("nothing"), np.full(12, 7e-6)), MODEL, CLASSES)
+    assert 11 <= bench.forward.terms["edge_profile"] <= 14
+
+
 def test_an_edge_of_ten_harmonics_is_fitted():
     sizes = 3e-4 / np.arange(1, 11) ** 1.27
     bench = workbench(with_edge(campaign("nothing"), sizes), MODEL, CLASSES)

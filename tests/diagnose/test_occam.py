@@ -49,7 +49,7 @@ def chosen_by(gain, ids=("a", "b")):
     base = Fit(ids=(), free=[], vector=np.zeros(2), chi2=BASE_CHI2, values=still)
     return SimpleNamespace(
         chosen=fit, base=base, bench=bench, base_bench=bench, gain=gain, threshold=lambda name: THRESHOLD,
-        base_left=CLEAN.and_failed(("smooth, odd in yaw",)), base_held_out=None, held_out=None,
+        base_left=CLEAN.and_failed(("smooth, odd in yaw",)), base_held_out="base", held_out="chosen",
     )  # fmt: skip
 
 
@@ -91,6 +91,8 @@ def passing(monkeypatch):
     monkeypatch.setattr(deciding, "open_set", lambda *args, **more: CLEAN)
     monkeypatch.setattr(deciding, "beyond_floor", lambda *args: ())
     monkeypatch.setattr(deciding, "_better_model", lambda found: None)
+    monkeypatch.setattr(deciding, "probabilities", lambda found, unknown: dict.fromkeys(found.chosen.ids, 1.0))
+    monkeypatch.setattr(deciding, "_rises", lambda found, held: ())
 
 
 def test_effects_without_anything_left_are_explained(passing):
@@ -145,8 +147,7 @@ def judged_with(monkeypatch, *, rises=(), after=1.0, beside_base=True):
     monkeypatch.setattr(deciding, "unknown_columns", lambda bench, left: seen["set"])
     monkeypatch.setattr(deciding, "members_that_stay", needed)
     monkeypatch.setattr(deciding, "held_out", lambda bench, fit: SimpleNamespace(tested=("yaw +",)))
-    own = SimpleNamespace(rms=lambda held, names: 1.0 if held is None else after)
-    monkeypatch.setattr(deciding, "OwnErrors", lambda bench: own)
+    monkeypatch.setattr(deciding, "_rises", lambda found, held: ("more",) if held != "chosen" and after > 1.0 else ())
     return judged(found, bootstraps=1, seed=0, look=look)
 
 
@@ -165,3 +166,34 @@ def test_a_name_that_the_unknown_of_the_base_model_replaces_is_none(passing, mon
 def test_no_name_stays_with_which_held_out_conditions_are_predicted_worse(passing, monkeypatch, more):
     found = judged_with(monkeypatch, **more)
     assert (verdict(found, ()), found.named.ids) == (Verdict.NONE_KNOWN, ())
+
+
+def test_no_name_stays_that_is_hardly_likely(passing, monkeypatch):
+    monkeypatch.setattr(deciding, "probabilities", lambda found, unknown: {"a": 1e-3, "b": 1.0})
+    found = judged_with(monkeypatch)
+    assert (verdict(found, ()), found.named.ids) == (Verdict.NONE_KNOWN, ())
+
+
+@pytest.mark.parametrize(("after", "named"), [(1.0, ("a", "b")), (1.1, ())])
+def test_no_effect_is_found_with_which_the_error_that_is_told_rises(passing, monkeypatch, after, named):
+    """Whatever the likelihood says: the base model then stands by its own tests, and the set is the nearest known."""
+    told = {"base": 1.0, "chosen": after}
+    monkeypatch.setattr(
+        deciding, "_rises", lambda found, held: ("held-out error",) if told[held] > told["base"] else ()
+    )
+    found = judged(chosen_by(400.0), bootstraps=1, seed=0, look=Looked())
+    assert found.named.ids == named
+    if not named:
+        assert (verdict(found, ()), found.nearest.ids) == (Verdict.NONE_KNOWN, ("a", "b"))
+        assert found.why.endswith("held-out error")
+
+
+@pytest.mark.parametrize(
+    ("after", "said"), [(0.9, ()), (1.0, ()), (1.2, ("held-out error, 1.20 times the base model's",))]
+)
+def test_the_error_that_is_told_is_the_one_beside_every_runs_own_settings(monkeypatch, after, said):
+    held = SimpleNamespace(tested=("yaw +",), size=after)
+    found = chosen_by(400.0)
+    found.base_held_out = SimpleNamespace(size=1.0)
+    monkeypatch.setattr(deciding, "OwnErrors", lambda bench: SimpleNamespace(rms=lambda held, names: held.size))
+    assert deciding._rises(found, held) == said

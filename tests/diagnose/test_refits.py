@@ -20,6 +20,7 @@ class Saturating:
     """One reading that follows atan(q): beyond 1.39 an undamped Gauss-Newton step lands further off."""
 
     size = 1
+    sides = np.array([-np.inf]), np.array([np.inf])
 
     def lanes(self, points, along):
         q = points[:, :, None, None]
@@ -34,6 +35,24 @@ def test_a_refit_goes_down_and_never_up(start):
     assert fit.vector[0] == pytest.approx(0.0, abs=2e-3)
     assert fit.chi2 == pytest.approx(float(fit.residual @ fit.residual), rel=1e-12)
     assert fit.residual[0] == pytest.approx(-SHARP * np.arctan(fit.vector[0]), abs=1e-9)
+
+
+def test_a_number_that_a_machine_has_on_one_side_of_null_stays_there():
+    """Two alike shapes of which one may not be negative: the other alone takes what both would."""
+    rng = np.random.default_rng(3)
+    one = WHITE.white * rng.normal(size=(len(SPREAD), 1, 40))
+    other = one + 0.3 * WHITE.white * rng.normal(size=one.shape)
+    bench = linear_bench(SPREAD, y=-3.0 * one + 5.0 * other, shapes={"one": one, "other": other})
+    free = bench.fit([bench.start(("one", "other"), np.zeros(2))])[0]
+    assert free.vector == pytest.approx([-3.0, 5.0], abs=1e-3)
+    bench.forward.sides[0][0] = 0.0
+    held = bench.fit([bench.start(("one", "other"), np.array([1.0, 0.0]))])[0]
+    alone = bench.fit([bench.start(("other",), np.zeros(2))])[0]
+    assert held.done
+    assert held.vector == pytest.approx([0.0, alone.vector[1]], abs=1e-3)
+    assert held.chi2 == pytest.approx(alone.chi2, abs=0.05)
+    pushed = bench.fit([bench.start(("one",), np.zeros(2))], y=-one)[0]
+    assert (pushed.done, pushed.vector[0]) == (True, 0.0)
 
 
 def test_a_refit_of_a_sum_of_shapes_is_least_squares():
@@ -59,3 +78,21 @@ def test_the_effect_that_explains_more_stays_or_comes_in(began):
     assert swapped(refits, (began,), said.append) == ("b",)
     np.testing.assert_allclose(refits.fit(("b",)).vector, [0.0, 5.0], atol=1e-3)
     assert said == (["b explains more than a"] if began == "a" else [])
+
+
+def test_a_direction_in_which_the_belt_runs_away_is_none():
+    """The derivative there is no number; the other parameter is fitted, and nothing but numbers comes out."""
+    rng = np.random.default_rng(4)
+    one, other = WHITE.white * rng.normal(size=(2, len(SPREAD), 1, 40))
+    bench = linear_bench(SPREAD, y=3.0 * one, shapes={"one": one, "other": other})
+    lanes = bench.forward.lanes
+
+    def running_away(vectors, directions):
+        values, slopes = lanes(vectors, directions)
+        return values, np.where(directions[:, 1, None, None, None] != 0.0, np.inf, slopes)
+
+    bench.forward.lanes = running_away
+    fit = bench.fit([bench.start(("one", "other"), np.zeros(2))])[0]
+    assert fit.done
+    assert fit.vector == pytest.approx([3.0, 0.0], abs=1e-6)
+    assert np.isfinite(fit.slopes).all()

@@ -29,7 +29,8 @@ def slot(*, modifier):
     ("value", "u", "as_size", "as_shape"),
     [
         (0.5, 0.1, True, True),
-        (1.2, 0.2, False, True),  # outside, but its interval reaches in: a size is judged by itself, a shape by that
+        (1.6, 0.1, True, True),  # nobody knows the end of a range better than to a factor of two
+        (2.2, 0.7, False, True),  # outside, but its interval reaches in: a size is judged by itself, a shape by that
         (3.0, 0.2, False, False),
     ],
 )
@@ -37,6 +38,14 @@ def test_a_number_that_only_shapes_is_judged_by_its_interval(value, u, as_size, 
     numbers = np.array([value]), np.array([u])
     assert is_possible([slot(modifier=False)], *numbers) is as_size
     assert is_possible([slot(modifier=True)], *numbers) is as_shape
+
+
+def test_a_range_that_begins_beyond_null_is_wider_at_both_ends():
+    """A share of 0.5 to 1.5 may be 0.3 or 2.5, but neither 0.1 nor 4."""
+    declared = Parameter(unit="1", meaning="share", plausible=(0.5, 1.5), scale=1.0)
+    share = SimpleNamespace(effect=SimpleNamespace(id="a", parameters={"n": declared}), name="n", scale=1.0, null=0.0)
+    said = [is_possible([share], np.array([value]), np.array([0.01])) for value in (0.1, 0.3, 1.0, 2.5, 4.0)]
+    assert said == [False, True, True, True, False]
 
 
 def test_an_effect_whose_shape_cannot_be_told_is_there_without_a_number():
@@ -50,7 +59,7 @@ def test_an_effect_whose_shape_cannot_be_told_is_there_without_a_number():
     forward = SimpleNamespace(slots=slots)
     assert estimates(forward, fit) == {"a": {}}
     assert is_plausible(forward, fit)
-    assert not is_plausible(forward, replace(fit, vector=np.array([1.5, 0.2])))
+    assert not is_plausible(forward, replace(fit, vector=np.array([2.5, 0.2])))
 
 
 def test_waves_of_their_own_phase_are_allowed_another_spectrum(monkeypatch):

@@ -22,7 +22,12 @@ TERMS = {
     "shift_tail": Form("y"),
     "twist_both": Form("one", course="during", at=10.0, wide=6.0),
     "tension": Form("one", course="rise", at=10.0),
+    "travel": Form("one", course="travel"),
+    "turn_tail": Form("beta", course="ring", at=9.0, wide=12.0),
+    "drift_tail": Form("set", course="rise", at=8.0),
+    "twist_head": Form("set", course="fade", at=20.0, timed=True),
     "sensor_y1": Form("shown", shape="x^2"),
+    "sensor_y4": Form("shown", shape="stuck", knee=2e-4),
     "sensor_all": Form("rate"),
 }
 
@@ -34,7 +39,7 @@ def marched():
     places = {p.name: p for p in survey.places}
     for name, form in TERMS.items():
         law = Law((Term(places[name], form, -1.0),))
-        cls = effect_file(survey, Scored(law, 0.0, 0.0), [1.0, 1.0][: 1 + (form.course == "wave")], "A test.").cls
+        cls = effect_file(survey, Scored(law, 0.0, 0.0), [1.0, 1.0][: 1 + form.waving], "A test.").cls
         cls.id = f"found_{name}"
         classes[name] = cls
     bench = workbench(campaign("yaw_creep"), MODEL, list(classes.values()))

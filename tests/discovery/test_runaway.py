@@ -30,3 +30,9 @@ def test_what_is_no_number_is_no_march_that_stays():
     broken = bench(1.0)
     broken.forward.values = lambda v: np.full((1, 1, 4), np.nan if abs(v[0, 0]) > 1.0 else 0.0)
     assert _on_its_pulleys(broken, np.array([4.0]), [0]).tolist() == [1.0]
+
+
+def test_no_law_is_small_enough_for_a_belt_that_runs_away_by_itself():
+    """Infinities that reach a decomposition of the shapes would never come back."""
+    broken = bench(0.0)
+    assert _on_its_pulleys(broken, np.array([4.0, 7.0]), [0]) is None

@@ -1,8 +1,7 @@
 """A weld: a kink of the belt over a raised cosine; at travel 0 it lies ``at`` along the belt from point 4 over 1, 2, 3.
 
 Elastic part by Betti: a kink at x bends the run-up by minus the curvature at x per unit run-up angle; the kink itself
-counts while it runs up, so that one passage, once a belt length, turns the belt by -angle in all. How
-a bent belt tilts between the pulleys the line leaves out.
+counts while it runs up, so that one passage, once a belt length, turns the belt by -angle in all.
 """
 
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.virtual_rig.fault import Fault, Size
+from belt_sim.virtual_rig.load import tilting
 
 _POINTS = (np.arange(16) + 0.5) / 16 - 0.5  # quadrature over the bend
 _SHAPE = 1 + np.cos(2 * np.pi * _POINTS)
@@ -25,24 +25,43 @@ class Weld(Fault):
     at: float = 5.64
 
     def turn(self, s, line, y, kappa):
+        return self.angle * np.stack([self._at_runup(place, line) for place in self._places(s, line)])
+
+    def read(self, value, place, s, line):
+        if not place.endswith("mid_span"):
+            return value
+        upper = place == "upper_mid_span"
+        behind = np.where((line.direction > 0) == upper, *self._places(s, line))
+        return value + self.angle * line.bending * self._felt(self._last(behind, line), tilting(line, upper), line)
+
+    def _places(self, s, line):
+        """How far the kink lies behind the run-off of the span to the tail, and of that to the head, not wrapped."""
         behind_point_3 = 2 * line.span_length + line.wrap_tail - self.at
         place = np.where(line.direction > 0, self.at, behind_point_3) + s
-        to_head = place - line.span_length - line.wrap_tail
-        return self.angle * np.stack([self._span(place, line), self._span(to_head, line)])
+        return place, place - line.span_length - line.wrap_tail
 
-    def _span(self, place, line):
+    def _last(self, place, line):
+        """The same on the last way round the belt."""
+        half = self.LENGTH / 2
+        return np.mod(place + half, line.belt_length) - half
+
+    def _at_runup(self, place, line):
         """Curvature at a span's run-up from a unit kink at ``place`` behind its run-off, shape (batch,)."""
-        half, length, bent = self.LENGTH / 2, line.span_length, line.turning
-        place = np.mod(place + half, line.belt_length) - half
-        local = place[:, None] + _POINTS * self.LENGTH
-        inside = (local > 0) & (local < length[:, None])
-        cell = np.clip((local / length[:, None]) * bent.shape[1] - 0.5, 0, bent.shape[1] - 1.001)
-        k, t = cell.astype(int), cell % 1
-        rows = np.arange(len(place))[:, None]
-        felt = (1 - t) * bent[rows, k] + t * bent[rows, k + 1]
-        passing = (length - place) / self.LENGTH
+        place = self._last(place, line)
+        passing = (line.span_length - place) / self.LENGTH
         bump = np.where(np.abs(passing) < 0.5, (1 + np.cos(2 * np.pi * passing)) / self.LENGTH, 0.0)
-        return bump - (felt * inside) @ _SHAPE / len(_SHAPE)
+        return bump - self._felt(place, line.turning, line)
+
+    def _felt(self, place, bent, line):
+        """Mean over a unit kink at ``place`` (..., batch) of the curvature ``bent`` (batch, n) along a span."""
+        length = line.span_length[:, None]
+        local = place[..., None] + _POINTS * self.LENGTH
+        inside = (local > 0) & (local < length)
+        cell = np.clip((local / length) * bent.shape[1] - 0.5, 0, bent.shape[1] - 1.001)
+        k, t = cell.astype(int), cell % 1
+        rows = np.arange(len(bent))[:, None]
+        felt = (1 - t) * bent[rows, k] + t * bent[rows, k + 1]
+        return (felt * inside) @ _SHAPE / len(_SHAPE)
 
     def scene(self, parts, case):
         """Curved by nature over the weld's length."""

@@ -1,0 +1,67 @@
+"""Pictures of a diagnosis drawn by a process of their own, beside the report and the recording.
+
+The process is started before there is anything to draw, so that it has imported what it needs when the result comes:
+through its standard input, pickled. As ``python -m belt_sim.use_cases.draw_apart`` this file is that process.
+"""
+
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from belt_sim.errors import BeltError
+from belt_sim.results.diagnosis import Diagnosis
+
+Draw = Callable[[Path, Diagnosis], None]
+
+
+@contextmanager
+def drawing_apart() -> Iterator[Draw]:
+    """A function that begins to draw a diagnosis into a folder; all is drawn when the block has ended.
+
+    Raises BeltError when a picture could not be drawn.
+    """
+    command = [sys.executable, "-m", __name__]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, env=environment)
+    asked, said = process.stdin, process.stderr
+    assert asked is not None
+    assert said is not None
+
+    def draw(folder: Path, diagnosis: Diagnosis) -> None:
+        with suppress(BrokenPipeError):  # the process has died, and has said why
+            pickle.dump((folder, diagnosis), asked)
+            asked.close()
+
+    try:
+        yield draw
+    except BaseException:
+        process.kill()
+        process.communicate()
+        raise
+    with suppress(BrokenPipeError):
+        asked.close()
+    lines = said.read().decode().strip().splitlines()
+    if process.wait():
+        raise BeltError(lines[-1] if lines else "pictures: the process that draws them died")
+
+
+def _draw() -> None:
+    """What the process does; no result comes where the diagnosis failed."""
+    from belt_sim.pictures.style import figure
+    from belt_sim.use_cases.leave import draw_diagnosis
+
+    figure(1.0, 1.0)
+    content = sys.stdin.buffer.read()
+    if content:
+        draw_diagnosis(*pickle.loads(content))
+
+
+if __name__ == "__main__":
+    try:
+        _draw()
+    except BeltError as error:
+        sys.exit(str(error))

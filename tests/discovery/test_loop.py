@@ -1,0 +1,55 @@
+"""The closed loop of impulse responses against the march with the written effect in it, and what it protects from."""
+
+import numpy as np
+import pytest
+from small_discovery import MODEL, campaign, surveyed
+
+from belt_sim.diagnosis.workbench import workbench
+from belt_sim.discovery.forms import Form, stop
+from belt_sim.discovery.loop import Loop, closed, states_with
+from belt_sim.discovery.refit import effect_file
+from belt_sim.discovery.search import Scored, fitted
+from belt_sim.discovery.survey import Law, Term
+
+SIZE = 0.03  # 1/m^2: a crown that steers the belt, so that what it makes is not what the base model's y would
+
+
+def law_of(place: str, form: Form) -> Law:
+    (where,) = (p for p in surveyed("yaw_creep").places if p.name == place)
+    return Law((Term(where, form),))
+
+
+def test_a_law_that_steers_itself_does_what_the_march_does():
+    survey, law = surveyed("yaw_creep"), law_of("turn_tail", Form("y"))
+    made = closed(Loop(survey), law, [SIZE], steps=0)
+    cls = effect_file(survey, Scored(law, 0.0, 0.0), [SIZE], "A test.").cls
+    forward = workbench(campaign("yaw_creep"), MODEL, [cls]).forward
+    names = [slot.name for slot in forward.slots]
+    vector = forward.null()
+    vector[names.index("size")] = SIZE / forward.slots[names.index("size")].scale
+    there = forward.values(np.stack([vector, forward.null()]))
+    whole = survey.ground.white((there[0] - there[1])[None])[0]
+    open_loop = SIZE * survey.columns(law)[0]
+    assert np.linalg.norm(made.readings - whole) < 0.03 * np.linalg.norm(whole)
+    assert np.linalg.norm(open_loop - whole) > 0.1 * np.linalg.norm(whole)
+
+
+def test_a_belt_that_runs_away_is_brought_back_or_given_up():
+    law = law_of("turn_tail", Form("y"))
+    made = closed(Loop(surveyed("yaw_creep")), law, [-1e3])
+    assert made is None or abs(made.sizes[0]) < 1e3
+
+
+def test_the_fit_in_closed_loop_finds_what_was_made_with_it():
+    survey, law = surveyed("yaw_creep"), law_of("yaw_tail", Form("beta", course="rise", at=12.0))
+    _, sizes, _ = fitted(survey, survey.columns(law))
+    made = closed(Loop(survey), law, sizes)
+    assert made.gain > 0.9 * 25.0**2
+    states = states_with(Loop(survey), made)
+    assert np.abs(states.y - survey.states.y).max() > 1e-5
+    assert states.beta is survey.states.beta
+
+
+def test_what_sticks_follows_and_slides():
+    path = np.array([0.0, 1.0, 3.0, 2.5, 0.0])
+    assert stop(path, 1.0) == pytest.approx([0.0, 1.0, 1.0, 0.5, -1.0])
