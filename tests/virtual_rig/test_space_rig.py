@@ -187,7 +187,7 @@ def test_settings_by_lot_meet_every_fault_once_and_come_again():
     ("name", "options", "engine"),
     [
         ("slip", COARSE, "mjx"),
-        ("idler_skew", COARSE, "native"),
+        ("idler_skew", COARSE, "mjx"),
         ("slip", replace(COARSE, tensioning="koller"), "native"),
     ],
 )
