@@ -6,6 +6,7 @@ all lanes lies together in memory, and all arithmetic runs along the lanes.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -13,7 +14,7 @@ import numpy as np
 
 from belt_sim.pytree import Numbers as Array
 
-_LANES = 64
+_LANES = 128
 
 
 class Level(NamedTuple):
@@ -34,7 +35,26 @@ def product(one: Array, other: Array) -> Array:
 
 
 def inverse(block: Array) -> Array:
-    """Inverses of positive definite blocks (b, b, k, lanes), by sweeping one row after another."""
+    """Inverses of symmetric positive definite blocks (b, b, ...): halved down to 3 x 3."""
+    size = block.shape[0]
+    if size <= 3:
+        return _written_out(block)
+    half = size // 2
+    one, across, other = block[:half, :half], block[:half, half:], block[half:, half:]
+    alone = inverse(one)
+    carried = product(alone, across)
+    last = inverse(other - product(_turned(across), carried))
+    beside = -product(carried, last)
+    first = alone - product(beside, _turned(carried))
+    above, below = jnp.concatenate([first, beside], axis=1), jnp.concatenate([_turned(beside), last], axis=1)
+    return jnp.concatenate([above, below])
+
+
+def swept(block: Array) -> Array:
+    """Inverses of positive definite blocks (b, b, k, lanes), by sweeping one row after another.
+
+    Five times slower than ``inverse``, and as exact where entries of a block differ by many powers of ten.
+    """
     for i in range(block.shape[0]):
         here = (np.arange(block.shape[0]) == i)[:, None]
         cross, corner = (v[..., None, None] for v in (here | here.T, here & here.T))
@@ -42,6 +62,31 @@ def inverse(block: Array) -> Array:
         others = block - block[:, i, None] * (block[None, i] * pivot)
         block = jnp.where(corner, -pivot, jnp.where(cross, block * pivot, others))
     return -block
+
+
+def _written_out(block: Array) -> Array:
+    """Of blocks of at most 3 x 3, by their factors L D L^T: cofactors would lose what is soft beside a stiff link."""
+    if block.shape[0] == 1:
+        return 1.0 / block
+    a, b, d = block[0, 0], block[0, 1], block[1, 1]
+    one, low = 1.0 / a, b / a
+    two = 1.0 / (d - b * low)
+    if block.shape[0] == 2:
+        across = -low * two
+        return jnp.stack([jnp.stack([one - low * across, across]), jnp.stack([across, two])])
+    c, e, f = block[0, 2], block[1, 2], block[2, 2]
+    lower, left = c * one, e - c * low
+    beside = left * two
+    three = 1.0 / (f - c * lower - left * beside)
+    corner = low * beside - lower
+    last = corner * three, -beside * three
+    across = -low * two - corner * beside * three
+    rows = [
+        [one + low * low * two + corner * last[0], across, last[0]],
+        [across, two - beside * last[1], last[1]],
+        [*last, three],
+    ]
+    return jnp.stack([jnp.stack(row) for row in rows])
 
 
 def _turned(blocks: Array) -> Array:
@@ -77,7 +122,7 @@ def _after(even: Array) -> Array:
     return jnp.concatenate([even[..., 1:, :], across], axis=-2)
 
 
-def factorised(diagonal: Array, beside: Array) -> list[Level]:
+def factorised(diagonal: Array, beside: Array, inverse: Callable[[Array], Array] = inverse) -> list[Level]:
     """Of a chain with blocks diagonal (b, b, n) and ``beside`` (b, b, n): of row i on unknown i + 1; its last is 0."""
     size, rows = diagonal.shape[0], diagonal.shape[-1]
     length = _length(rows)

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.mjx.blocks import factorised, solved
+from belt_sim.mjx.blocks import factorised, solved, swept
 from belt_sim.pytree import Numbers as Array
 
 _ITERATIONS = 20
@@ -91,6 +91,6 @@ def _newton(z: Array, scale: Array, force: Array, limit: Array, chain: tuple[Arr
     diagonal = jnp.where((jnp.eye(size, dtype=bool))[..., None] & ~free[:, None], 1.0, diagonal)
     beside = jnp.where(free[:, None] & jnp.roll(free, -1, axis=-1)[None], chain[1], 0.0).at[..., -1].set(0.0)
     wanted = jnp.where(free, -(force + bounded[:, None] * along).reshape(size, count), 0.0)
-    slip = solved(factorised(diagonal, beside), wanted[:, None])[:, 0].reshape(force.shape)
+    slip = solved(factorised(diagonal, beside, swept), wanted[:, None])[:, 0].reshape(force.shape)
     back = ((slip * along).sum(axis=1) < 0.0) & (bounded > 0.0)
     return slip, jnp.where(back[:, None], 0.0, slip)

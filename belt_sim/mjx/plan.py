@@ -11,14 +11,14 @@ from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
 from belt_sim.mujoco3d.options import Options
 
 _RESTING = 4  # rows at rest in which the spans find their places
-_TURNING = 2  # rows in which a yaw step is made, and one more after it
+_TURNING = 4  # rows in which a yaw step is made, and two more after it
 _LONGEST = 0.7  # chords in a step: no more than one station lands in it at either end
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Rows of k steps. commands: arrays of shape (rows, k, ...); recorded: rows that stand in the curves, and the row
-    at travel 0 before the yaw, shape (rows,)."""
+    """Rows of k steps. commands: arrays of shape (rows, k, ...); recorded: rows that stand in the curves, with one at
+    rest at travel 0 before the yaw, shape (rows,)."""
 
     commands: Command
     recorded: np.ndarray
@@ -43,7 +43,7 @@ def plan_of(settings: Settings, options: Options, travel: float, changes: bool) 
         rows.extend((start >= 0.0, told[k * steps : (k + 1) * steps]) for k in range(count))
 
     def stand(at: float, done: float) -> None:
-        for row in range(_TURNING + 1):
+        for row in range(_TURNING + 2):
             told = []
             for k in range(steps):
                 part = smooth((row * steps + k + 1) / (_TURNING * steps))
@@ -56,7 +56,7 @@ def plan_of(settings: Settings, options: Options, travel: float, changes: bool) 
     for stop in sorted({s for s in yaw.stops(travel) if s > 0.0} | {0.0}):
         march(here, stop, done)
         if stop == 0.0:
-            rows[-1] = (True, rows[-1][1])
+            rows.append((True, [(0.0, yaw.angles(0.0, done), 0.0)] * steps))
         if stop > 0.0 or changes or 0.0 in yaw.stops(travel):
             stand(stop, done)
             done = stop

@@ -178,7 +178,7 @@ def curves_of(run: Prepared, table: np.ndarray) -> Curves | RunFailed:
     end = len(rows) if good.all() else int(np.argmin(good))
     t = rows[:end].T
     curves = Curves(
-        travel=np.maximum(t[18], 0.0),  # before the yaw the belt is straight: its row stands for travel 0
+        travel=t[18],
         y=t[:4] - t[:4, :1],
         angle=t[4:8],
         moment=t[8:10],

@@ -24,7 +24,7 @@ _CALM = 0.02  # [s], as in wrap/contact.py
 def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     """The state after a step."""
     moved = command.travel - state.travel
-    shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
+    shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
     spin = state.pose.spin[TAIL] + shape.sign * moved / belt.surfaces.radius[TAIL]
     tail = jnp.stack([state.pose.centre[TAIL, 0], spin])
     pose, wraps, kinks = pose_of(shape, belt, command, tail, state.turned), state.wraps, state.kinks
@@ -62,7 +62,7 @@ def _landed(
     """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
     moved, layer = command.travel - state.travel, state.layer
     share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
-    shaped = jnp.where(command.travel >= 0.0, 1.0, 0.0)
+    shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
     for end in (FIRST, LAST):
 

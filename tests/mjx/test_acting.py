@@ -36,7 +36,7 @@ ACTING = [
     {"id": "yaw_compliance", "c_m": 2e-5},
 ]
 LOADS = [
-    {"id": "idler_skew", "force": 20.0, "place": 0.3},
+    {"id": "idler_skew", "force": 60.0, "place": 0.3},
     {"id": "side_drag", "moment": 5.0, "place": 0.7},
     {"id": "machine_tilt", "angle": 0.5},
     {"id": "off_centre_load", "moment": 0.1},
@@ -46,7 +46,7 @@ STIFF = 1e-4  # of the stiffness of a wrap: native reads it off by steps of 1 um
 SETTLED = 1e-6  # of the largest limit; native stops at 1e-3
 PARITY = 0.01  # of the largest y
 FRICTION = 0.15
-LOADED = 5e-5  # [m]
+LOADED = 1e-5  # [m]
 
 
 def scene_of(*effects, friction=np.inf):

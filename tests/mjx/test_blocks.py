@@ -9,7 +9,7 @@ from paper_cases import paper_case
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.acting import Acting
 from belt_sim.mjx.belt import belt_of
-from belt_sim.mjx.blocks import factorised, solved
+from belt_sim.mjx.blocks import factorised, inverse, solved
 from belt_sim.mjx.elastic import stretched
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.run.fitted import fitted
@@ -36,6 +36,17 @@ def test_a_chain_of_blocks_is_solved(rows):
     dense = np.linalg.solve(whole.reshape(3 * rows, -1), np.moveaxis(wanted, -1, 0).reshape(3 * rows, 2))
     found = solved(factorised(jnp.array(diagonal), jnp.array(beside)), jnp.array(wanted))
     np.testing.assert_allclose(np.moveaxis(found, -1, 0).reshape(3 * rows, 2), dense, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 4, 6, 9])
+@in_float64
+def test_blocks_are_inverted(size):
+    """Stiff along one direction, as links are."""
+    random = np.random.default_rng(size)
+    roots, along = random.normal(size=(2, 5, size, size))
+    blocks = roots @ roots.swapaxes(1, 2) + np.eye(size) + 1e4 * along[:, :, :1] * along[:, None, :, 0]
+    found = np.moveaxis(np.asarray(inverse(jnp.array(np.moveaxis(blocks, 0, -1)))), -1, 0)
+    np.testing.assert_allclose(found, np.linalg.inv(blocks), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(("kind", "across"), [("flex", 2), ("flex", 3), ("grid", 2), ("grid", 3)])

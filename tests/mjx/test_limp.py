@@ -14,7 +14,7 @@ from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.options import BONDS
 from belt_sim.paper import ROPE_EXAMPLE
 
-QUICK = Options(dx=0.04, run_in=0.3, settle=0.2, acceleration=3.0)
+QUICK = Options(dx=0.04, run_in=0.3, settle=0.2, acceleration=3.0, steps=4)
 LIMP = replace(QUICK, bonds=BONDS[:2])
 TRAVEL = 1.5
 LAW = 0.002  # of y_1; a kink that begins beside the tangent point is 1 % off, a yaw step that takes the span along 2 %
