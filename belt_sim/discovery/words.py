@@ -63,16 +63,20 @@ def _term(t: Term, tag: str, numbers) -> str:
         "ring": f"a wave of {at} that fades over {wide}",
     }[form.course]
     parts = [p for p in (shape, course) if p] or ["a step" if form.variable == "set" else "a constant"]
-    size = ""
-    if numbers and f"size{tag}" in numbers:
+    power = f" × tension^{t.exponent:.2g}" if not numbers and t.exponent else ""
+    return f"{_size(t, tag, numbers or {})}{' '.join(parts)}{power}"
+
+
+def _size(t: Term, tag: str, numbers) -> str:
+    """The size of a term, before its shape; empty where nothing has been fitted."""
+    if f"size{tag}" in numbers:
         value, u, _ = numbers[f"size{tag}"]
         unit = size_unit(t)
-        size = f"{_sized(value, u)} {'' if unit == '1' else unit + ' '}× "
-    elif numbers and f"cos{tag}" in numbers:
+        return f"{_sized(value, u)} {'' if unit == '1' else unit + ' '}× "
+    if f"cos{tag}" in numbers:
         (c, u, _), (s, v, _) = numbers[f"cos{tag}"], numbers[f"sin{tag}"]
-        size = f"{_sized(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0))} {t.place.unit} × "
-    power = f" × tension^{t.exponent:.2g}" if not numbers and t.exponent else ""
-    return f"{size}{' '.join(parts)}{power}"
+        return f"{_sized(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0))} {t.place.unit} × "
+    return ""
 
 
 def _sized(value: float, u: float) -> str:

@@ -42,6 +42,11 @@ def read_diagnosis(folder: Path) -> Diagnosis:
     except (OSError, ValueError) as error:
         remedy = "give the run folder of a diagnosis (it holds diagnosis.json and drawings.json)"
         raise InputError("diagnosis", str(folder), "", remedy) from error
+    return diagnosis_of(content, drawn, str(folder / "diagnosis.json"))
+
+
+def diagnosis_of(content: dict[str, Any], drawn: dict[str, Any], where: str) -> Diagnosis:
+    """The diagnosis of what diagnosis.json and drawings.json hold; raises InputError, naming ``where``, if damaged."""
     try:
         for key, wanted in (("schema", DIAGNOSIS), ("runs_schema", RUNS)):
             if content[key] != wanted:
@@ -51,7 +56,7 @@ def read_diagnosis(folder: Path) -> Diagnosis:
         return _diagnosis(content, _drawings(drawn))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         remedy = f"written by another version of belt-sim or damaged ({error}); run belt-sim diagnose again"
-        raise InputError("diagnosis", str(folder / "diagnosis.json"), "", remedy) from error
+        raise InputError("diagnosis", where, "", remedy) from error
 
 
 def _diagnosis(c: dict[str, Any], drawings: Drawings) -> Diagnosis:

@@ -1,11 +1,12 @@
 """Pictures of a diagnosis drawn by a process of their own, beside the report and the recording.
 
 The process is started before there is anything to draw, so that it has imported what it needs when the result comes:
-through its standard input, pickled. As ``python -m belt_sim.use_cases.draw_apart`` this file is that process.
+through its standard input, as the files of a diagnosis hold it. As ``python -m belt_sim.use_cases.draw_apart`` this
+file is that process.
 """
 
+import json
 import os
-import pickle
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -14,6 +15,8 @@ from pathlib import Path
 
 from belt_sim.errors import BeltError
 from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.read import diagnosis_of
+from belt_sim.results.written import diagnosis_json, drawings_json
 
 Draw = Callable[[Path, Diagnosis], None]
 
@@ -32,8 +35,9 @@ def drawing_apart() -> Iterator[Draw]:
     assert said is not None
 
     def draw(folder: Path, diagnosis: Diagnosis) -> None:
+        task = {"diagnosis": diagnosis_json(diagnosis), "drawings": drawings_json(diagnosis.drawings)}
         with suppress(BrokenPipeError):  # the process has died, and has said why
-            pickle.dump((folder, diagnosis), asked)
+            asked.write(json.dumps(task | {"folder": str(folder)}).encode())
             asked.close()
 
     try:
@@ -57,7 +61,8 @@ def _draw() -> None:
     figure(1.0, 1.0)
     content = sys.stdin.buffer.read()
     if content:
-        draw_diagnosis(*pickle.loads(content))
+        task = json.loads(content)
+        draw_diagnosis(Path(task["folder"]), diagnosis_of(task["diagnosis"], task["drawings"], task["folder"]))
 
 
 if __name__ == "__main__":
