@@ -60,7 +60,7 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
     if not np.any(chi2.sf(gains, 2 * harmonics) < 1.0 / readings):
         return min(FEWEST, len(gains))
     alone = harmonics[np.diff(gains, prepend=0.0) > 2.0 * np.log(readings)]
-    best = max(harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone)
+    best = max([harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone])
     return int(min(max(FEWEST, best), len(gains)))
 
 
