@@ -13,9 +13,10 @@ import secrets
 import shutil
 from collections import defaultdict
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
-from threading import Lock
+from threading import Lock, stack_size
 from typing import Any
 
 import jax
@@ -25,6 +26,7 @@ from jax import export
 
 from belt_sim.jax_setup import in_float64
 
+STACK = 256 * 2**20  # [bytes], of the thread that compiles and loads; what is not used costs nothing
 VERSIONS_KEPT = 8  # of the sources; code of older ones is deleted
 _HERE = Path(__file__).parent
 _OWN = "belt_sim."
@@ -48,8 +50,8 @@ def kept(function: Callable[..., Any], name: str | None) -> Callable[..., Any]:
         if key not in ready:
             with compiling[key]:  # one thread compiles, others of the same shapes wait
                 if key not in ready:
-                    code = _ready(lambda *flat: function(*jax.tree.unflatten(tree, flat)), leaves, name, key)
-                    ready[key] = code.lower(*leaves).compile()
+                    flat = in_float64(lambda: _compiled(function, tree, leaves, name, key))
+                    ready[key] = _loader().submit(flat).result()
         return ready[key](*leaves)
 
     return in_float64(call)
@@ -66,6 +68,27 @@ def sources() -> list[Path]:
     for part in TRACED:
         found += [_HERE / part] if part.endswith(".py") else (_HERE / part).rglob("*.py")
     return sorted(found)
+
+
+@cache
+def _loader() -> ThreadPoolExecutor:
+    """One thread with a deep stack, in which all is compiled or loaded, one after another.
+
+    XLA links the kernels of a stored program by recursion, in an order that is another every time: programs of
+    thousands of kernels may end an ordinary stack, and with it the process.
+    """
+    pool = ThreadPoolExecutor(1, thread_name_prefix="loader")
+    before = stack_size(STACK)
+    try:
+        pool.submit(int).result()  # it is begun with this stack
+    finally:
+        stack_size(before)
+    return pool
+
+
+def _compiled(function: Callable[..., Any], tree: Any, leaves: list[np.ndarray], name: str | None, key: Any) -> Any:
+    code = _ready(lambda *flat: function(*jax.tree.unflatten(tree, flat)), leaves, name, key)
+    return code.lower(*leaves).compile()
 
 
 def _ready(flat: Callable[..., Any], leaves: list[np.ndarray], name: str | None, key: Any) -> Any:
