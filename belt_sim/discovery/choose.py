@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.loop import Closed, Loop, closed, states_with
+from belt_sim.discovery.loop import Closed, closed, states_with
 from belt_sim.discovery.places import TENSION, TRAVEL, place_columns
+from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import Scored, cost, distinct, exponents_of, fitted, gain_of, pairs, refined, singles
 from belt_sim.discovery.survey import Law, Survey, Term
 

@@ -96,16 +96,20 @@ class Form:
 
     def values(self, states: States, part: int | None, signal: str | None) -> np.ndarray:
         """The form along every run, (R, J); part: the pulley, signal: the sensor."""
-        x = variable(states, self.variable, part, signal)
-        running = self.course.startswith("wave")  # with the belt, whenever the yaw was set
-        s = states.since if self.variable in ("beta", "set") and not running else np.broadcast_to(states.s, x.shape)
-        s = s / states.speed[:, None] if self.timed else s
+        x, s = variable(states, self.variable, part, signal), travel_of(states, self)
         with np.errstate(over="ignore"):  # of what has faded away
             return self._of(x, s)
 
     def _of(self, x: np.ndarray, s: np.ndarray) -> np.ndarray:
         shaped = formula(SHAPES[self.shape])(x=x, p=self.knee, s=s, xp=np, stop=stop)
         return shaped * formula(COURSES[self.course])(s=s, p=self.at, q=self.wide, xp=np)
+
+
+def travel_of(states: States, form: Form) -> np.ndarray:
+    """What a form's course goes with, (R, J), or (1, J) where all runs have the same."""
+    running = form.course.startswith("wave")  # with the belt, whenever the yaw was set
+    s = states.since if form.variable in ("beta", "set") and not running else states.s[None]
+    return s / states.speed[:, None] if form.timed else s
 
 
 @cache

@@ -6,7 +6,8 @@ import numpy as np
 
 from belt_sim.diagnosis.candidate import has_diverged
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.effect_file import Written, written
 from belt_sim.discovery.search import Scored, fitted
 from belt_sim.discovery.survey import Survey
@@ -59,8 +60,8 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
     file = effect_file(survey, scored, sizes, said)
     old = survey.bench.forward
     chosen = [c for c in old.classes if c.id in survey.fit.ids]
-    bench = workbench(survey.bench.campaign, old.model, [*chosen, file.cls], old.terms)
-    forward = bench.forward
+    forward = Forward(survey.bench.samples, old.model, [*chosen, file.cls], old.step, old.terms)
+    bench = replace(survey.bench, forward=forward)
     vector, free, own = forward.null(), [], []
     for cls in chosen:
         for new, before in zip(forward.index(cls.id), old.index(cls.id), strict=True):

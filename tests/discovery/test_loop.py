@@ -6,8 +6,9 @@ from small_discovery import MODEL, campaign, surveyed
 
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.discovery.forms import Form, stop
-from belt_sim.discovery.loop import Loop, closed, states_with
+from belt_sim.discovery.loop import closed, states_with
 from belt_sim.discovery.refit import effect_file
+from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import Scored, fitted
 from belt_sim.discovery.survey import Law, Term
 
