@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
+from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.metric import metric_of
 from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.setting_up import misread
+from belt_sim.diagnosis.setting_up import believed, misread
 
 COUNT = 40
 S = np.arange(COUNT) / COUNT
@@ -57,3 +58,17 @@ def test_a_record_of_another_shape_is_not_turned(y):
     """It lies on the other side, but not where a turned sign would put it."""
     y[2, 1] = -3.0 * PATHS[2, 1] * S**2
     assert told(y) == []
+
+
+def test_the_sign_of_a_yaw(y):
+    y[1] *= -1.0
+    assert told(y) == [("wrong_sign", SPREAD[1].name, None, "stop")]
+
+
+@pytest.mark.parametrize(("fault", "severity"), [(0.0, "stop"), (3e-5, "stop"), (3e-4, "look")])
+def test_a_turned_sign_is_believed_where_it_explains_most_of_what_is_left(y, fault, severity):
+    """A wave of the belt, larger than what the yaw does, may outweigh it; a small one beside a turned sign does not."""
+    y[2, 1] *= -1.0
+    y[2, 1] -= fault * np.sin(3.0 * S) ** 2
+    seen = Suspicion(run=SPREAD[2].name, signal="y4", kind="wrong_sign", sentence="turned")
+    assert [s.severity for s in believed(laid_out(y), PATHS, [seen])] == [severity]
