@@ -10,6 +10,7 @@ import numpy as np
 from scipy import stats
 
 from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.noise import Reach
 from belt_sim.diagnosis.null import NoiseSource
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.search import Scored, distinct, exponents_of, gains, ranked
@@ -108,7 +109,7 @@ def _ratio(here: np.ndarray, believed: np.ndarray) -> np.ndarray:
     return np.where(here > 0.0, np.where(seen, here / np.where(seen, believed, 1.0), MOST), 1.0)
 
 
-def _slow(level: tuple[float, float, float]) -> float:
+def _slow(level: tuple[float, float, Reach]) -> float:
     """Size of the slow part of the noise, which is what laws are mistaken for."""
-    _, wander, length = level
-    return wander * float(np.sqrt(abs(length)))
+    _, wander, reach = level
+    return wander * float(np.sqrt(reach.length))
