@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign, read_campaign
+from belt_sim.diagnosis import linear_readings
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.use_cases.asked import candidates_of, fitted_model
@@ -71,17 +72,25 @@ def others(folder: Path, base: str, answer: Mapping[str, Any]) -> dict[str, dict
 def table_of(campaign: Campaign, base: str) -> Table:
     """Residual and columns of a campaign; every record relieved of its mean."""
     model, samples = fitted_model(base), samples_of(campaign)
-    forward = Forward(samples, model, candidates_of(None, model))
+    classes = candidates_of(None, model)
+    free = linear_readings.terms(classes, samples)
+    forward = Forward(samples, model, classes, terms=dict.fromkeys(free, 0))  # what is linear needs no march
     vector = forward.null()
     steps = np.eye(forward.size)[: len(forward.slots)]
     values = forward.values(np.concatenate([vector[None], vector + steps]))
     there = np.isfinite(samples.y)
     with np.errstate(invalid="ignore"):  # a size that lets the belt run away
         changes = np.nan_to_num(values[1:] - values[0], nan=AWAY, posinf=AWAY, neginf=-AWAY).clip(-AWAY, AWAY)
+    owner = [(s.effect.id, s.name, s.scale) for s in forward.slots]
+    for cls in (c for c in classes if c.linear):
+        names = linear_readings.fitted(cls, free)
+        scales = [cls.parameters[name].scale for name in names]
+        shapes = linear_readings.columns(samples, cls, ())[: len(names)]
+        changes = np.concatenate([changes, shapes * np.reshape(scales, (-1, 1, 1, 1))])
+        owner += [(cls.id, name, scale) for name, scale in zip(names, scales, strict=True)]
     flat = [_centred(x, there) for x in (samples.y - values[0], *changes)]
-    owner = tuple((s.effect.id, s.name, s.scale) for s in forward.slots)
     stated = float(np.mean([math.hypot(s.white, s.wander_sd) for s in campaign.signals]))
-    return Table(flat[0], np.array(flat[1:]), owner, stated)
+    return Table(flat[0], np.array(flat[1:]), tuple(owner), stated)
 
 
 def _centred(x: np.ndarray, there: np.ndarray) -> np.ndarray:
