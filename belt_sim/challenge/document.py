@@ -42,9 +42,9 @@ them too; some answer fewer campaigns.
 _WHO = {
     OWN: "the diagnosis",
     "no_whitening": "without whitening (wander taken as white noise)",
-    "no_repeats": "not told of repeats (noise as stated)",
-    "no_gate": "its search stopped by gains alone (no held-out rule, no test of what is left)",
-    "bic": "its search stopped by BIC",
+    "no_repeats": "without the repeated runs (noise as stated)",
+    "no_gate": "what its search ends with, without the gate (no test of what is left)",
+    "bic": "its search by BIC alone",
     "iid_bic": "least squares and BIC of independent readings",
     "sparse": "sparse regression on the residual",
     "sysid": "the same sets, noise taken from the fit",
