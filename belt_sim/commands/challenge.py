@@ -11,7 +11,7 @@ def run(cfg: Any) -> None:
     from belt_sim.challenge.asked import asked, how_many
     from belt_sim.challenge.facts import facts_of
     from belt_sim.challenge.publish import publish
-    from belt_sim.challenge.run import remaining, results, run_challenge
+    from belt_sim.challenge.run import drawn_seeds, remaining, results, run_challenge
     from belt_sim.challenge.sources import cost
     from belt_sim.challenge.told import tell_targets, told
     from belt_sim.cores import cores
@@ -35,4 +35,4 @@ def run(cfg: Any) -> None:
         there = results(task.out)
         tell_targets([facts_of(result) for result in there], task.out)
         if config["publish"]:
-            print(publish(there, str(config["publish"])))
+            print(publish(there, str(config["publish"]), drawn_seeds(task.out)))
