@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.discovery.channels import CHANNELS
+from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.forms import STATELESS, Form
 from belt_sim.discovery.operators import kept_row
 from belt_sim.discovery.places import place_columns
@@ -56,8 +56,9 @@ class Loop:
         if name in ("shown", "rate"):
             row = kept_row(s.bench.samples.signals[where].at, s.bench.samples.runs[run].direction)
         found = s.answers.at(s.answers.pulses[run, CHANNELS.index(channel), row], grid)
-        if name == "alpha":
-            return -np.gradient(found, grid[1] - grid[0], axis=0)
+        if name == "alpha":  # dy/ds = -alpha + drift
+            drift = np.eye(len(grid)) if channel == drift_at(where) else 0.0
+            return drift - np.gradient(found, grid[1] - grid[0], axis=0)
         return found / float(s.bench.samples.cases.belt.bending_stiffness) if name == "kappa" else found
 
 
