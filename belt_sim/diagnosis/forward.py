@@ -25,7 +25,7 @@ from belt_sim.analytic.march import march_open
 from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.diagnosis import linear_readings
-from belt_sim.diagnosis.compositions import CHEAP, Groups, composed, group_of, members
+from belt_sim.diagnosis.compositions import LIGHT, READ, Groups, group_of, members
 from belt_sim.diagnosis.samples import MAX_SAMPLES, Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
@@ -139,7 +139,7 @@ class Forward:
 
     def values(self, vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size)."""
-        return self._composed(vector, [composed(groups) for groups in self._active(vector)], samples)
+        return self._composed(vector, self._active(vector), samples)
 
     def _composed(self, vector: np.ndarray, codes: Sequence[Groups], samples: Samples | None) -> np.ndarray:
         """The same by the code of some groups of effects each."""
@@ -171,15 +171,17 @@ class Forward:
         return values, slopes
 
     def _active(self, vector: np.ndarray) -> list[Groups]:
-        """Groups of the effects that are not null at each of (C, size)."""
+        """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
         off = vector[:, : len(self.slots)] != self._null[: len(self.slots)]
-        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) for row in off]
+        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - {READ} for row in off]
 
     def _codes(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
         """By which code each derivative is taken: one for all of a point, but for what is dear."""
         there, moved = self._active(points), self._active(self._null + along)
-        shared = [groups.union(*(moved[k] & CHEAP for k in np.flatnonzero(of == p))) for p, groups in enumerate(there)]
-        return [composed(shared[p] | groups) for p, groups in zip(of, moved, strict=True)]
+        shared = [
+            groups.union(*(moved[k] & {LIGHT} for k in np.flatnonzero(of == p))) for p, groups in enumerate(there)
+        ]
+        return [shared[p] | groups for p, groups in zip(of, moved, strict=True)]
 
     def _marched(self, vector: np.ndarray, groups: Groups, samples: Samples) -> np.ndarray:
         """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""

@@ -84,7 +84,7 @@ class Effect:
     last: ClassVar[bool] = False
     #: True for what makes every step of a march dearer than most others together: a fit computes it only where needed
     heavy: ClassVar[bool] = False
-    #: True for what makes a march dearer than all others together, though not by much more than they do
+    #: True for what makes every step dearer than any other does: it is compiled apart from them, but tried with them
     dear: ClassVar[bool] = False
     #: True for what acts through the roll of a span that hangs, and does nothing to a beam
     hanging: ClassVar[bool] = False

@@ -24,7 +24,6 @@ class EdgeGuide(Effect):
     law = "span"
     reference = "physics sheet, section 7; clamped beam with an elastic stop, any textbook"
     parity = "odd"
-    dear = True
     parameters = {
         "stiffness": Parameter(unit="N/m", meaning="rollers of the upper span", plausible=(10.0, 1e8), scale=1e5),
         "stiffness_lower": Parameter(unit="N/m", meaning="rollers of the lower span", plausible=(10.0, 1e8), scale=1e5),

@@ -27,7 +27,6 @@ class Slip(Effect):
     law = "run-up"
     reference = "Coulomb friction of a wrap, checked against the 3D belt: docs/three_dimensions.md, Friction"
     parity = "odd"
-    dear = True
     parameters = {
         "inverse_friction": Parameter(unit="1", meaning="1/mu of belt on pulley", plausible=(1.0, 20.0), scale=6.0)
     }
