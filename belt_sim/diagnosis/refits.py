@@ -5,6 +5,7 @@ A candidate beside a set is screened by what its column takes of the residual; t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -16,6 +17,7 @@ from belt_sim.diagnosis.decide import NESTING, Ids
 from belt_sim.diagnosis.fit import Fit, hoped
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.null import NullGains
+from belt_sim.diagnosis.pairs import Pairs
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import RunFailed
 
@@ -99,6 +101,16 @@ class Refits:
     def worse(self, larger: Ids, smaller: Ids) -> tuple[str, ...]:
         """What of the held-out error is larger with the larger set."""
         return self.chance.worse(self.held_out(larger), self.held_out(smaller))
+
+    def pair(self, seen: Sequence[Ids]) -> Ids | None:
+        """The best of all pairs of candidates about what ``near`` is, if it promises more than what was seen."""
+        if self.near is None:
+            return None
+        shapes = {n: self.bench.metric.whiten(self.near.here(self.bench, n)) for n in self.names}
+        ends = np.cumsum([0, *map(len, shapes.values())])
+        rows = np.concatenate(list(shapes.values()))
+        places = {n: range(a, b) for n, (a, b) in zip(shapes, pairwise(ends), strict=True)}
+        return Pairs(places, rows @ rows.T).best(rows @ self.near.fit.residual, self.threshold, seen)
 
     def moved(self, ids: Ids) -> Self:
         """Refits with nuisances taken at the fit of a set."""
