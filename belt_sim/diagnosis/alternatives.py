@@ -11,13 +11,13 @@ from itertools import product
 import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import DIFFERENCE
 from belt_sim.diagnosis.projection import Projection
 from belt_sim.diagnosis.workbench import Workbench
 
 SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
 STRONG = 0.2  # whitened size above which a parameter's derivative at null can be trusted
 SECANTS = (1.0, 3.0)  # the same at the points of a grid
-UNSEEN = 2.0  # the same of what has not shown about another fit
 
 Point = tuple[tuple[int, float], ...]
 
@@ -47,24 +47,42 @@ def shapes_at(bench: Workbench, fit: Fit, positions: Sequence[int], shows: Mappi
     slopes |= dict(zip(asked, rows, strict=True))
     length = np.linalg.norm(bench.metric.whiten(rows), axis=1)
     faint = [k for k, seen in zip(asked, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]
-    tried = [(k, size) for k in faint for size in (SIZES if shows is None else shows.get(k, (UNSEEN,)))]
+    of_known = {k: shows[k] for k in faint if shows is not None and k in shows}
+    moved = _moved(bench, fit, [(k, size) for k, sizes in of_known.items() for size in sizes])
+    moved |= _that_show(bench, fit, [k for k in faint if k not in of_known])
+    first: dict[int, float] = {}
+    best: dict[int, tuple[float, float]] = {}
+    for k, size in sorted(moved):
+        white = bench.metric.whiten(moved[k, size])
+        if not _strong(moved[k, size][None], white[None])[0]:
+            continue
+        first.setdefault(k, size)
+        fall = fit.chi2 - float(np.sum((fit.residual - white) ** 2))  # of chi2, were the parameter of that size
+        best[k] = max(best.get(k, (-np.inf, 0.0)), (fall, -size))
+    secants = {k: moved[k, size] for k, size in first.items()}
+    sized = {(k, -size): fit.values + moved[k, -size] for k, (_, size) in best.items()}
+    found = dict(shows or {}) | {k: tuple(sorted({first[k], -best[k][1]})) for k in first if k not in of_known}
+    return slopes | secants, sized, found
+
+
+def _that_show(bench: Workbench, fit: Fit, faint: Sequence[int]) -> dict[tuple[int, float], np.ndarray]:
+    """What sizes of parameters that do not show by their slopes do to the predictions, by (position, size); the smaller
+    ones where the largest shows, or is too much for a belt.
+    """
+    moved = _moved(bench, fit, [(k, SIZES[-1]) for k in faint])
+    white = {key: np.linalg.norm(bench.metric.whiten(m)) for key, m in moved.items()}
+    more = [k for k, size in moved if white[k, size] > STRONG or not np.isfinite(moved[k, size]).all()]
+    return moved | _moved(bench, fit, [(k, size) for k in more for size in SIZES[:-1]])
+
+
+def _moved(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> dict[tuple[int, float], np.ndarray]:
+    """What numbers at (position, size) change of the predictions (R, S, n), one at a time."""
     if not tried:
-        return slopes, {}, dict(shows or {})
+        return {}
     points = np.repeat(fit.vector[None], len(tried), axis=0)
     for row, (k, size) in enumerate(tried):
         points[row, k] = size
-    moved = bench.forward.values(points) - fit.values
-    white = bench.metric.whiten(moved)
-    falls = fit.chi2 - np.sum((fit.residual - white) ** 2, axis=1)  # of chi2, were the parameter of that size
-    first: dict[int, int] = {}
-    best: dict[int, int] = {}
-    for row in np.flatnonzero(_strong(moved, white)):
-        k = tried[row][0]
-        first.setdefault(k, row)  # the smallest secant that shows
-        best[k] = max(best.get(k, row), row, key=lambda r: falls[r])
-    secants = {k: moved[row] for k, row in first.items()}
-    found = {k: tuple(sorted({tried[first[k]][1], tried[best[k]][1]})) for k in first} if shows is None else dict(shows)
-    return slopes | secants, {tried[row]: fit.values + moved[row] for row in best.values()}, found
+    return dict(zip(tried, bench.forward.values(points) - fit.values, strict=True))
 
 
 def _only_shapes(bench: Workbench, position: int) -> bool:
@@ -76,15 +94,17 @@ def _only_shapes(bench: Workbench, position: int) -> bool:
 def on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, tuple[Alternatives, list[Point]]]:
     """Shapes of effects about ``fit`` at every point of their grids, and these points as pairs of position and value.
 
-    A parameter that feels only one of several numbers on a grid (the swing of one pulley) is computed for that alone.
+    A parameter that feels only one of several numbers on a grid (the swing of one pulley) is computed for that alone;
+    two points of each number tell.
     """
     grids = {n: g for n in names if (g := bench.forward.grids(n))}
     others = {n: [k for k in bench.forward.index(n) if k not in g] for n, g in grids.items()}
     axes = {n: {k: [((k, value),) for value in values] for k, values in g.items()} for n, g in grids.items()}
-    alone = [(p, point) for n in grids for axis in axes[n].values() for point in axis for p in others[n]]
+    several = [n for n in grids if len(grids[n]) > 1]
+    alone = [(p, point) for n in several for axis in axes[n].values() for point in axis[:2] for p in others[n]]
     shapes = _shapes_of(bench, fit, alone)
     felt = {
-        p: [k for k, axis in axes[n].items() if _differ([shapes[p, point] for point in axis])]
+        p: [k for k, axis in axes[n].items() if n not in several or _differ([shapes[p, point] for point in axis[:2]])]
         for n in grids
         for p in others[n]
     }
@@ -116,19 +136,21 @@ def _shapes_of(bench: Workbench, fit: Fit, asked: Sequence[tuple[int, Point]]) -
     for row, (_, point) in zip(vectors, asked, strict=True):
         for k, value in point:
             row[k] = value
-    positions = np.array([p for p, _ in asked])
-    slopes = bench.forward.lanes(vectors, np.eye(bench.forward.size)[positions])[1]
-    faint = np.flatnonzero(np.linalg.norm(bench.metric.whiten(slopes), axis=1) < STRONG)
-    faint = faint[~bench.forward.linear[positions[faint]]]
-    for size in SECANTS:
-        if not len(faint):
-            break
-        moved = vectors[faint]
-        moved[np.arange(len(faint)), positions[faint]] = size
-        secants = bench.forward.values(moved) - fit.values
-        strong = _strong(secants, bench.metric.whiten(secants))
+    positions, rows = np.array([p for p, _ in asked]), np.arange(len(asked))
+
+    def per_unit(chosen: np.ndarray, size: float) -> np.ndarray:
+        """Change of the predictions per unit of each parameter: while all are null, what shapes them moves nothing."""
+        moved = vectors[chosen]
+        moved[np.arange(len(chosen)), positions[chosen]] += size
+        return (bench.forward.values(moved) - fit.values) / size
+
+    slopes = per_unit(rows, DIFFERENCE)
+    faint = rows[np.linalg.norm(bench.metric.whiten(slopes), axis=1) < STRONG]
+    for size in reversed(SECANTS):  # the smallest that shows counts; what does not at the largest is not asked for more
+        secants = size * per_unit(faint, size) if len(faint) else slopes[:0]
+        strong = _strong(secants, bench.metric.whiten(secants)) if len(faint) else np.zeros(0, dtype=bool)
         slopes[faint[strong]] = secants[strong]
-        faint = faint[~strong]
+        faint = faint[strong | ~np.isfinite(secants).all(axis=(1, 2, 3))]
     return still | dict(zip(asked, slopes, strict=True))
 
 

@@ -24,7 +24,8 @@ from belt_sim.errors import RunFailed
 REFITTED = 6  # candidates a round; the others keep what their columns promise
 ALIKE = 0.5  # chi2 by which two ends of one search may differ along a valley that readings hardly bound
 CLOSE = 12.0  # chi2 behind the best candidate, or the least that counts: further behind, no exact end is needed
-HORIZON = 6.0  # steps as good as the next that a fit behind others is given
+HORIZON = 20.0  # steps as good as the next that a fit behind others is given
+MET = 0.02  # of a number, or its scale: two fits of a candidate so near each other go the same way
 TRIED = 2  # steps that every fit is given
 PROMISING = 0.3  # share of its threshold that a candidate must promise to be refitted
 
@@ -247,6 +248,11 @@ def _better(bench: Workbench, one: Fit, other: Fit) -> bool:
     return (is_plausible(bench.forward, one), -one.chi2) > (is_plausible(bench.forward, other), -other.chi2)
 
 
+def _together(one: Fit, other: Fit) -> bool:
+    """Whether two fits of one set have met."""
+    return bool(np.allclose(one.vector, other.vector, rtol=MET, atol=MET))
+
+
 @dataclass(frozen=True)
 class Race:
     """Fits of several candidates beside a set that fits with ``chi2``, each from several starts: which go on.
@@ -264,11 +270,13 @@ class Race:
         nor its candidate to the front of all.
         """
         best, least = self._front(fits)
-        for name, fit in zip(self.owners, fits, strict=True):
-            if fit.settled or fit.due.any() or fit.taken < TRIED:
-                continue
-            reach = fit.chi2 - HORIZON * hoped(fit, self.sides)
-            fit.settled = reach > best[name] or self._score(name, reach) < least
+        seen: list[tuple[str, Fit]] = []
+        for name, fit in sorted(zip(self.owners, fits, strict=True), key=lambda pair: pair[1].chi2):
+            if not (fit.settled or fit.due.any() or fit.taken < TRIED):
+                reach = fit.chi2 - HORIZON * hoped(fit, self.sides)
+                met = any(n == name and _together(fit, other) for n, other in seen)
+                fit.settled = met or reach > best[name] or self._score(name, reach) < least
+            seen.append((name, fit))
 
     def ahead(self, fits: Sequence[Fit]) -> list[int]:
         """Which fits are the best of candidates near the front, or as good."""
