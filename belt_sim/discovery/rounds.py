@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from belt_sim.discovery.channels import CHANNELS
+from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
 from belt_sim.discovery.operators import kept_row
 from belt_sim.discovery.places import place_columns
@@ -203,8 +203,9 @@ def _added(loop: Loop, acting: list[tuple[str, np.ndarray]], reads: Sequence[Rea
         return irfft(whole, loop.length)[..., :cells]
 
     for name, where in reads:
-        if name == "alpha":
-            found[name, where] = -np.gradient(seen("y", where), spacing, axis=-1)
+        if name == "alpha":  # dy/ds = -alpha + drift
+            drift = sum(u for channel, u in acting if channel == drift_at(where))
+            found[name, where] = drift - np.gradient(seen("y", where), spacing, axis=-1)
         elif name != "rate":
             found[name, where] = seen(name, where)
         if ("rate", where) in reads and name == "shown":
