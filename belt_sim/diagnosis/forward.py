@@ -190,7 +190,8 @@ class Forward:
         places = [PLACES.index(s.at) for s in samples.signals]
         tilts = any(PLACES[place].endswith("mid_span") for place in places)
         march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts)
-        vector = vector[:, [*kept, *range(len(self.slots), self.size)]]
+        scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
+        vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
         runs, _, n = samples.y.shape
         points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
         cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
@@ -261,7 +262,7 @@ def _one_run(
     """Readings (6, n) of one run at every place; (4, n) where ``only`` has no tilt."""
     numbers: dict[type[Effect], dict] = {}
     for k, slot in enumerate(slots):
-        numbers.setdefault(slot.effect, {})[slot.name] = vector[k] * slot.scale
+        numbers.setdefault(slot.effect, {})[slot.name] = vector[k]
     effects = tuple(cls(**values) for cls, values in numbers.items())
     case = _as_set(Case(rig=rig, belt=belt, settings=settings), vector[len(slots) :])
     curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only)
