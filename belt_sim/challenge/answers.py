@@ -21,15 +21,15 @@ def diagnosed(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, 
 
 
 def no_repeats(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
-    """The same, not told which runs are repeats of which: noise has to be taken as stated."""
+    """The same of the campaign without its repeats: noise has to be taken as stated."""
     campaign = read_campaign(folder)
-    runs = tuple(replace(run, repeat_of=None) for run in campaign.runs)
-    return _diagnosed(replace(campaign, runs=runs), bootstraps, seed, base)
+    runs = tuple(run for run in campaign.runs if run.repeat_of is None)
+    return _diagnosed(replace(campaign, runs=runs), bootstraps, seed, base, advise=False)
 
 
 def no_whitening(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
     """The same, all noise taken as independent from sample to sample: as large as stated, but without its length."""
-    return _diagnosed(unwandering(read_campaign(folder)), bootstraps, seed, base)
+    return _diagnosed(unwandering(read_campaign(folder)), bootstraps, seed, base, advise=False)
 
 
 def unwandering(campaign: Campaign) -> Campaign:
@@ -41,18 +41,21 @@ def unwandering(campaign: Campaign) -> Campaign:
     return replace(campaign, signals=signals)
 
 
-def _diagnosed(campaign: Campaign, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+def _diagnosed(campaign: Campaign, bootstraps: int, seed: int, base: str, advise: bool = True) -> dict[str, Any]:
     from belt_sim.results.written import diagnosis_json
     from belt_sim.use_cases.diagnose import diagnose
 
-    content = diagnosis_json(diagnose(campaign, base, bootstraps=bootstraps, seed=seed))
+    content = diagnosis_json(diagnose(campaign, base, bootstraps=bootstraps, seed=seed, advise=advise))
     kept = {key: value for key, value in content.items() if key not in _LONG}
     if "discovery" in kept:
         kept["discovery"] = {k: v for k, v in kept["discovery"].items() if k not in (*_LONG, *_CURVES)}
     return kept
 
 
-ANSWERS: dict[str, Answer] = {"diagnosis": diagnosed, "no_repeats": no_repeats, "no_whitening": no_whitening}
+OWN = "diagnosis"
+ANSWERS: dict[str, Answer] = {OWN: diagnosed, "no_repeats": no_repeats, "no_whitening": no_whitening}
+#: the diagnosis without one of its parts; plain methods have answered the same campaigns beside the whole one
+ABLATIONS = tuple(name for name in ANSWERS if name != OWN)
 
 
 def answerer(name: str) -> Answer:

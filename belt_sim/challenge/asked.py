@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from belt_sim.challenge.answers import answerer
+from belt_sim.challenge.answers import ABLATIONS, answerer
 from belt_sim.challenge.courier import Task
 from belt_sim.challenge.sources import source
 from belt_sim.errors import InputError
@@ -12,10 +12,11 @@ from belt_sim.provenance import provenance
 from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS
 from belt_sim.whole_number import whole
 
+FEW = 10  # campaigns that are drawn where nobody says how many
+
 
 def asked(config: Mapping[str, Any], folder: Path) -> tuple[Task, dict[str, Any]]:
     """The first campaign's task, and how the work is shared; raises InputError for what cannot be."""
-    whole("count", config["count"], 0)
     source(config["source"])
     answerer(config["ablation"])
     first = Task(
@@ -25,13 +26,20 @@ def asked(config: Mapping[str, Any], folder: Path) -> tuple[Task, dict[str, Any]
         ablation=config["ablation"],
         bootstraps=whole("bootstraps", config["bootstraps"], MIN_BOOTSTRAPS),
         advised=whole("advice", config["advice"], 0),
-        others=bool(config["baselines"]),
+        others=bool(config["baselines"]) and config["ablation"] not in ABLATIONS,
         commit=provenance()["commit"],
         of=None if config["of"] is None else Path(config["of"]).resolve(),
     )
     workers = None if config["workers"] is None else whole("workers", config["workers"], 1)
     how = {"workers": workers, "minutes": _positive(config, "minutes"), "patience": _positive(config, "patience")}
     return first, how
+
+
+def how_many(config: Mapping[str, Any]) -> int | None:
+    """Campaigns that are wanted; None: a few that are drawn, or all that the folder ``of`` holds."""
+    if config["count"] is None:
+        return None if config["of"] is not None else FEW
+    return whole("count", config["count"], 0)
 
 
 def _positive(config: Mapping[str, Any], name: str) -> float | None:

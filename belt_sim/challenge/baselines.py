@@ -5,7 +5,7 @@ and fit a zero to every record. None knows wander, settings, repeats, held-out c
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign, read_campaign
+from belt_sim.diagnosis import linear_readings
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.use_cases.asked import candidates_of, fitted_model
@@ -53,7 +54,7 @@ class Table:
 def others(folder: Path, base: str, answer: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Name of a method -> its answer, in the form of diagnosis.json as far as scores look at it.
 
-    ``answer`` is the diagnosis' own: two of the methods are its searches with a weaker rule, and one refits its set.
+    ``answer`` is the diagnosis' own: two of the methods are its search with a weaker rule, and one refits its set.
     """
     campaign = read_campaign(folder)
     table = table_of(campaign, base)
@@ -63,25 +64,33 @@ def others(folder: Path, base: str, answer: Mapping[str, Any]) -> dict[str, dict
         "iid_bic": iid_bic(table),
         "sparse": sparse(table),
         "sysid": said(table, named, dict.fromkeys(named, 1.0)) | {"verdict": answer["verdict"]},
-        "bic": by_rounds(answer, lambda tried: math.log(count)),
-        "no_gate": by_rounds(answer, lambda tried: tried["threshold"]),
+        "bic": by_bic(answer, count),
+        "no_gate": ungated(answer),
     }
 
 
 def table_of(campaign: Campaign, base: str) -> Table:
     """Residual and columns of a campaign; every record relieved of its mean."""
     model, samples = fitted_model(base), samples_of(campaign)
-    forward = Forward(samples, model, candidates_of(None, model))
+    classes = candidates_of(None, model)
+    free = linear_readings.terms(classes, samples)
+    forward = Forward(samples, model, classes, terms=dict.fromkeys(free, 0))  # what is linear needs no march
     vector = forward.null()
     steps = np.eye(forward.size)[: len(forward.slots)]
     values = forward.values(np.concatenate([vector[None], vector + steps]))
     there = np.isfinite(samples.y)
     with np.errstate(invalid="ignore"):  # a size that lets the belt run away
         changes = np.nan_to_num(values[1:] - values[0], nan=AWAY, posinf=AWAY, neginf=-AWAY).clip(-AWAY, AWAY)
+    owner = [(s.effect.id, s.name, s.scale) for s in forward.slots]
+    for cls in (c for c in classes if c.linear):
+        names = linear_readings.fitted(cls, free)
+        scales = [cls.parameters[name].scale for name in names]
+        shapes = linear_readings.columns(samples, cls, ())[: len(names)]
+        changes = np.concatenate([changes, shapes * np.reshape(scales, (-1, 1, 1, 1))])
+        owner += [(cls.id, name, scale) for name, scale in zip(names, scales, strict=True)]
     flat = [_centred(x, there) for x in (samples.y - values[0], *changes)]
-    owner = tuple((s.effect.id, s.name, s.scale) for s in forward.slots)
     stated = float(np.mean([math.hypot(s.white, s.wander_sd) for s in campaign.signals]))
-    return Table(flat[0], np.array(flat[1:]), owner, stated)
+    return Table(flat[0], np.array(flat[1:]), tuple(owner), stated)
 
 
 def _centred(x: np.ndarray, there: np.ndarray) -> np.ndarray:
@@ -143,15 +152,44 @@ def said(table: Table, ids: Sequence[str], sure: Mapping[str, float]) -> dict[st
     return {"verdict": "explained" if ids else "adequate", "effects": effects}
 
 
-def by_rounds(answer: Mapping[str, Any], least: Callable[[Mapping[str, Any]], float | None]) -> dict[str, Any]:
-    """The search of the diagnosis stopped by a gain alone: no held-out error, no plausibility, no test of the rest."""
+def by_bic(answer: Mapping[str, Any], readings: int) -> dict[str, Any]:
+    """The search of the diagnosis by BIC alone: no chance, held-out error, plausibility, or test of the rest.
+
+    It goes on as long as the diagnosis itself has tried the candidates beside the same effects.
+    """
+    price = {t["id"]: max(1, len(t["parameters"])) * math.log(readings) for t in answer.get("ranking", [])}
     names: list[str] = []
-    for trials in answer.get("rounds", []):
-        limits = [(t, least(t)) for t in trials if t["id"] not in names]
-        beyond = [t for t, limit in limits if limit is not None and t["gain"] > limit]
-        if not beyond:
+    while trials := _beside(answer, names):
+        margins = {t["id"]: t["gain"] - price[t["id"]] for t in trials if t["threshold"] is not None}
+        best = max(margins, key=lambda name: margins[name], default="")
+        if not best or margins[best] <= 0.0:
             break
-        names.append(max(beyond, key=lambda t: t["gain"])["id"])
+        names.append(best)
+    return _named(answer, names)
+
+
+def ungated(answer: Mapping[str, Any]) -> dict[str, Any]:
+    """What the search of the diagnosis ended with, named whatever the tests of what is left say."""
+    rounds = answer.get("rounds", [])
+    last = _chosen(rounds, rounds[-1]) if rounds else set()
+    return _named(answer, [e["id"] for e in answer["effects"]] or sorted(last))
+
+
+def _beside(answer: Mapping[str, Any], names: Sequence[str]) -> Sequence[Mapping[str, Any]]:
+    """The candidates that the diagnosis tried beside just these effects."""
+    rounds = answer.get("rounds", [])
+    return next((trials for trials in rounds if _chosen(rounds, trials) == set(names)), [])
+
+
+def _chosen(rounds: Sequence[Sequence[Mapping[str, Any]]], trials: Sequence[Mapping[str, Any]]) -> set[str]:
+    """The effects beside which the candidates of a round were tried."""
+    return {t["id"] for t in rounds[0]} - {t["id"] for t in trials}
+
+
+def _named(answer: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    """Effects as an answer, with the diagnosis' own numbers where it names them too."""
+    if not answer.get("rounds"):  # nothing was searched for: damaged data
+        return {"verdict": answer["verdict"], "effects": []}
     known = {e["id"]: e["parameters"] for e in answer["effects"]}
     effects = [{"id": i, "parameters": known.get(i, {}), "probability": 1.0, "confusable_with": []} for i in names]
     return {"verdict": "explained" if names else "adequate", "effects": effects}

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.campaign import read_campaign, write_campaign
-from belt_sim.challenge.answers import answerer
+from belt_sim.challenge.answers import ABLATIONS, answerer
 from belt_sim.challenge.facts import CRASH
 from belt_sim.challenge.sources import source
 from belt_sim.errors import InputError
@@ -129,7 +129,7 @@ def _more(task: Task, truth: Truth, answer: dict[str, Any], spent: dict[str, flo
 
     more: dict[str, Any] = {}
     folder = task.file("campaigns")
-    if answer["verdict"] == CRASH:
+    if answer["verdict"] == CRASH or task.ablation in ABLATIONS:
         return more
     with _timed(spent, "least"):
         more["least"] = _tried(lambda: least_error(read_campaign(folder), truth, answer))

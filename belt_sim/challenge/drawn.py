@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.challenge.facts import NAMING, Facts
-from belt_sim.challenge.wilson import Share
+from belt_sim.challenge.reliability import reliability
 from belt_sim.pictures import confusion_picture, reliability_picture
 
-EDGES = (0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
 SMALLEST = 4.5  # d of an effect that is to be seen
 
 
@@ -52,21 +51,8 @@ def draw_reliability(path: Path, rows: Sequence[Facts]) -> bool:
     bins = reliability(rows)
     if not bins:
         return False
-    said = np.array([mean for mean, _ in bins])
-    found = np.array([s.value for _, s in bins])
-    low, high = np.array([s.interval for _, s in bins]).T
-    counts = np.array([s.trials for _, s in bins])
-    reliability_picture(path, said, found, low, high, counts, "What a probability is worth")
+    said, found = np.array([b.said for b in bins]), np.array([b.true.value for b in bins])
+    low, high = np.array([b.true.interval for b in bins]).T
+    names = [f"{b.name}\n{b.true.count} of {b.true.trials}" for b in bins]
+    reliability_picture(path, names, said, found, low, high, "What a probability is worth")
     return True
-
-
-def reliability(rows: Sequence[Facts]) -> list[tuple[float, Share]]:
-    """(mean probability said, share truly hidden) of every bin of EDGES that holds a named effect."""
-    said = np.array([p for f in rows for p in f.named.values()])
-    true = np.array([name in f.hidden for f in rows for name in f.named], dtype=bool)
-    which = np.clip(np.searchsorted(EDGES, said, side="right") - 1, 0, len(EDGES) - 2)
-    return [
-        (float(said[which == k].mean()), Share(int(true[which == k].sum()), int((which == k).sum())))
-        for k in range(len(EDGES) - 1)
-        if (which == k).any()
-    ]

@@ -21,7 +21,8 @@ class Facts:
     """One campaign, scored.
 
     kind: nothing, library, two, outside, below_noise, dirty (or not_drawn: the generator failed); d: sizes of what is
-    hidden; distance: of what is outside the library, after the best known effects; named: effect -> probability;
+    hidden; distance: of what is outside the library, after the best known effects; unknown: its place, variable and
+    form; named: effect -> probability;
     aliases: effect -> what the answer says it cannot be told from; outcome: see ``outcome_of``; covered: for each true
     parameter of a rightly named effect, whether it lies in its 95 % interval; removed: share of the reducible held-out
     error; advice: whether the advised run told the pair apart (None: not followed); place, law: whether a discovered
@@ -38,6 +39,7 @@ class Facts:
     d: list[float | None] = field(default_factory=list)
     lookalikes: list[str] = field(default_factory=list)
     distance: float | None = None
+    unknown: list[str] = field(default_factory=list)
     dirt: str | None = None
     verdict: str = ""
     named: dict[str, float] = field(default_factory=dict)
@@ -103,6 +105,7 @@ def facts_of(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None)
         d=[_rounded(e.get("d")) for e in truth["effects"]],
         lookalikes=list(truth["lookalikes"]),
         distance=_rounded(truth["distance"]),
+        unknown=[truth[k] for k in ("place", "variable", "form")] if truth.get("place") else [],
         dirt=(truth["dirty"] or {}).get("kind"),
         verdict=answer["verdict"],
         named={e["id"]: round(e["probability"], 4) for e in effects},
@@ -207,16 +210,13 @@ def removed(error: Mapping[str, Any] | None, least: Mapping[str, float] | None =
     """
     if not error or not error.get("held_out"):
         return None
-    beside = bool(error.get("beside_settings") or error.get("own"))
-    if told := error.get("beside_settings"):
-        error = {"held_out": told, "noise_floor_mm": told["noise_floor_mm"]}
-    elif told := error.get("own"):  # so a discovered law tells it
-        error = {"held_out": told, "noise_floor": told["floor"]}
-    unit = "_mm" if "noise_floor_mm" in error else ""
-    before, after = (error["held_out"][f"{k}{unit}"] for k in ("before", "after"))
-    floor = error[f"noise_floor{unit}"]
+    own = error.get("beside_settings") or error.get("own")  # as a set of effects tells it, or a discovered law
+    told = own or error["held_out"]
+    unit = "_mm" if "before_mm" in told else ""
+    before, after = told[f"before{unit}"], told[f"after{unit}"]
+    floor = next(d[k] for d in (told, error) for k in (f"noise_floor{unit}", "floor") if k in d)
     if least and CRASH not in least:
-        floor = least["beside_settings_mm" if beside else "plain_mm"] * (1.0 if unit else si.MM)
+        floor = least["beside_settings_mm" if own else "plain_mm"] * (1.0 if unit else si.MM)
     if not before > REDUCIBLE * floor:
         return None
     return round(min(1.0, (before - after) / (before - floor)), 4)

@@ -44,9 +44,8 @@ _COURSES = (
     ("√s", ("power", "saturating", "exponential")),
 )
 _TRAVEL = re.compile(r"(^|[ )])s$")
-_CLOCK = re.compile(
-    r"(?<![a-z])[st]′|(?<![a-z])t(?=[²/]|$)"
-)  # travel since the yaw was set, or time: courses all the same
+#: travel since the yaw was set, or time: courses all the same
+_CLOCK = re.compile(r"(?<![a-z])[st]′|(?<![a-z])t(?=[²/]|$)")
 #: What pushes sideways at a span acts on the march through the curvature at its run-up and nowhere else, so that these
 #: places are the same to readings of y
 SPAN = {"runup_tail", "runup_head", "runup_both"}

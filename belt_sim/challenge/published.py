@@ -1,7 +1,7 @@
 """The files of facts in which challenges are published: written and read."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,12 +23,20 @@ class Published:
     rows: list[Facts]
     others: dict[str, list[Facts]]
 
+    @property
+    def unanswered(self) -> list[int]:
+        """Seeds between the first and the last that have no answer."""
+        first, last = self.about["seeds"]
+        return sorted(set(range(first, last + 1)) - {f.seed for f in self.rows})
 
-def as_text(results: Sequence[Mapping[str, Any]]) -> str:
-    """Facts of results as JSON, a campaign a line, so that a change shows as one."""
-    seeds = [r["seed"] for r in results]
+
+def as_text(results: Sequence[Mapping[str, Any]], drawn: Iterable[int] = ()) -> str:
+    """Facts of results as JSON, a campaign a line, so that a change shows as one; drawn: seeds of campaigns that were
+    sealed, answered or not."""
+    results = sorted(results, key=lambda r: r["seed"])
+    seeds = [*(r["seed"] for r in results), *drawn]
     about = {name: results[0][name] for name in ("source", "ablation", "bootstraps")}
-    about |= {"seeds": [min(seeds), max(seeds)], "campaigns": len(seeds)}
+    about |= {"seeds": [min(seeds), max(seeds)], "campaigns": len(results)}
     about |= {"commits": sorted({str(r["commit"]) for r in results}), "versions": provenance()["versions"]}
     lines = ",\n".join(json.dumps(_row(r), allow_nan=False) for r in results)
     head = json.dumps({"schema": FACTS, **about}, allow_nan=False)
@@ -57,7 +65,9 @@ def _published(content: dict[str, Any]) -> Published:
         answers = row.pop("others", {})
         rows.append(Facts(**row))
         truth = {
-            k: v for k, v in row.items() if k not in (*_OF_AN_ANSWER, "advice", "discovered", "place", "law", "why")
+            k: v
+            for k, v in row.items()
+            if k not in (*_OF_AN_ANSWER, "advice", "discovered", "place", "law", "why", "p")
         }
         for name, other in answers.items():
             others.setdefault(name, []).append(Facts(**truth | other))

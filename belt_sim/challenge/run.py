@@ -55,6 +55,11 @@ def results(folder: Path) -> list[dict[str, Any]]:
     return sorted(_each(folder), key=lambda r: r["seed"])
 
 
+def drawn_seeds(folder: Path) -> list[int]:
+    """Seeds of the campaigns that a challenge has drawn and sealed, answered or not."""
+    return sorted(int(path.name) for path in (folder / "sealed").glob("[0-9]*"))
+
+
 def _each(folder: Path) -> Iterator[dict[str, Any]]:
     for path in (folder / "results").glob("[0-9]*.json"):
         yield _read(path)

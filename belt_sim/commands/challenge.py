@@ -8,10 +8,10 @@ from belt_sim.commands.run_folder import plain, run_folder
 def run(cfg: Any) -> None:
     """Answer sealed campaigns, keep one result each in the run folder, and show the table of targets."""
     from belt_sim.challenge.again import again
-    from belt_sim.challenge.asked import asked
+    from belt_sim.challenge.asked import asked, how_many
     from belt_sim.challenge.facts import facts_of
     from belt_sim.challenge.publish import publish
-    from belt_sim.challenge.run import remaining, results, run_challenge
+    from belt_sim.challenge.run import drawn_seeds, remaining, results, run_challenge
     from belt_sim.challenge.sources import cost
     from belt_sim.challenge.told import tell_targets, told
     from belt_sim.cores import cores
@@ -19,7 +19,8 @@ def run(cfg: Any) -> None:
 
     config, folder = plain(cfg), run_folder()
     first, how = asked(config, folder)
-    for task, seeds in again(first) if first.of else [(first, range(first.seed, first.seed + config["count"]))]:
+    count = how_many(config)
+    for task, seeds in again(first, count) if first.of else [(first, range(first.seed, first.seed + (count or 0)))]:
         todo = len(remaining(task, seeds))
         if todo and not task.of:
             print(cost(task.source, todo, how["workers"] or cores()), flush=True)
@@ -34,4 +35,4 @@ def run(cfg: Any) -> None:
         there = results(task.out)
         tell_targets([facts_of(result) for result in there], task.out)
         if config["publish"]:
-            print(publish(there, str(config["publish"])))
+            print(publish(there, str(config["publish"]), drawn_seeds(task.out)))

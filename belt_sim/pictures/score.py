@@ -44,23 +44,24 @@ def confusion_picture(
 @style.picture
 def reliability_picture(
     path: str | os.PathLike,
+    names: Sequence[str],
     said: np.ndarray,
     found: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
-    counts: np.ndarray,
     title: str,
 ) -> Path:
-    """Share of named effects that were truly hidden, against the probability that was said; all arrays (bins,).
+    """Share of named effects that were truly hidden, beside the probability that was said; all (bins,).
 
-    said: mean probability of a bin; low, high: 95 % interval of the share.
+    names: of the bins; said: mean probability of a bin; low, high: 95 % interval of the share.
     """
-    fig, [[ax]] = style.figure(5.2, 4.6)
-    ax.plot([0, 1], [0, 1], color=FAINT, linewidth=1.2)
+    fig, [[ax]] = style.figure(1.6 + 0.85 * len(names), 4.6)
+    at = np.arange(len(names))
+    ax.hlines(said, at - 0.36, at + 0.36, color=FAINT, linewidth=2.4, label="probability said, mean")
     bars = np.maximum([found - low, high - found], 0.0)
-    ax.errorbar(said, found, yerr=bars, fmt="o", color=AFTER, capsize=3)
-    for x, y, n in zip(said, found, counts, strict=True):
-        ax.annotate(f"{n:.0f}", (x, y), xytext=(7, -4), textcoords="offset points", fontsize=8)
-    ax.set(xlim=(0, 1.06), ylim=(0, 1.04), xlabel="probability said", ylabel="share truly hidden, 95 % interval")
+    ax.errorbar(at, found, yerr=bars, fmt="o", color=AFTER, capsize=3, label="share truly hidden, 95 % interval")
+    ax.set_xticks(at, names, fontsize=8)
+    ax.set(xlim=(-0.6, len(names) - 0.4), ylim=(0, 1.04), xlabel="probability said; names that were true, of all")
+    ax.legend(loc="lower right", fontsize=8)
     style.title(fig, title)
     return style.save(fig, path)

@@ -181,6 +181,7 @@ def test_all_others_answer_the_campaigns_of_a_challenge_again(right):
         assert seeds == list(range(COUNT))
     ((alone, _),) = again(replace(first, ablation="no_repeats"))
     assert alone.ablation == "no_repeats"
+    assert all(seeds == [1, 2] for _, seeds in again(replace(first, seed=1), 2))
     with pytest.raises(InputError, match="holds no results"):
         again(replace(first, of=out / "nothing"))
 

@@ -33,3 +33,12 @@ def test_nothing_is_said_where_nothing_is_hidden_or_told():
     assert least_error(campaign, truth, answer()) is None
     campaign, truth = make_campaign(hidden=["taper"], seed=5, base="strip", plan=PLAN)
     assert least_error(campaign, truth, answer_of("taper")) is None
+
+
+def test_what_is_another_in_every_run_is_known_in_every_run():
+    campaign, truth = make_campaign(
+        hidden=[{"id": "walking_angle", "d": 40.0}], seed=5, base="strip", plan=PLAN, noise=WHITE
+    )
+    least = least_error(campaign, truth, answer())
+    assert least is not None
+    assert least["beside_settings_mm"] == pytest.approx(0.02, rel=0.05)

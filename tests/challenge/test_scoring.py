@@ -1,34 +1,14 @@
 """Every outcome that a campaign can have, every figure that is counted from it, and what is published."""
 
-import numpy as np
 import pytest
+from scored import DIRT, facts, truth
 from small_challenge import answer_of
 
-from belt_sim.challenge.baselines import Table, by_rounds, iid_bic, said, sparse
-from belt_sim.challenge.drawn import reliability
-from belt_sim.challenge.facts import Facts, facts_of, removed
+from belt_sim.challenge.facts import removed
 from belt_sim.challenge.laws import pairs, place_said
-from belt_sim.challenge.publish import publish
-from belt_sim.challenge.published import read_published
+from belt_sim.challenge.reliability import reliability
 from belt_sim.challenge.targets import confidently_wrong, targets
 from belt_sim.challenge.wilson import Share
-
-DIRT = {"kind": "dropout", "signal": "y1", "run": "r02"}
-
-
-def truth(kind: str, *names: str, d: float = 12.0, **more):
-    effects = [{"id": n, "parameters": {"a": 2.0, "b": 0.0}, "d": d} for n in names]
-    base = {"kind": kind, "base": "strip", "effects": effects, "lookalikes": [], "distance": None, "dirty": None}
-    return base | more
-
-
-def result(hidden, answer, **more):
-    common = {"seed": 7, "source": "mix", "ablation": "diagnosis", "bootstraps": 100, "commit": "abc"}
-    return common | {"seconds": {"answer": 3.0}, "truth": hidden, "answer": answer} | more
-
-
-def facts(hidden, answer) -> Facts:
-    return facts_of(result(hidden, answer))
 
 
 def aliased(name: str, other: str):
@@ -249,63 +229,11 @@ def test_wilson_has_the_published_values():
 def test_probabilities_are_set_against_what_was_hidden():
     sure = [facts(truth("library", "taper"), answer_of("taper", probability=0.97)) for _ in range(3)]
     lost = [facts(truth("library", "cant"), answer_of("taper", probability=0.97))]
-    ((mean, share),) = reliability(sure + lost)
-    assert mean == pytest.approx(0.97)
-    assert (share.count, share.trials) == (3, 4)
-
-
-def test_what_is_published_reads_back_and_tells_failures_with_reasons(tmp_path):
-    ranking = [{"id": "taper", "gain": 5.0, "threshold": 9.0, "note": "not needed"}]
-    good = result(truth("library", "taper"), answer_of("taper"), others={"iid_bic": answer_of("cant")})
-    missed = result(
-        truth("library", "taper"), answer_of() | {"ranking": ranking}, others={"iid_bic": answer_of("taper")}
-    )
-    path = publish([good, missed], str(tmp_path))
-    (back,) = read_published(tmp_path / "challenge")
-    assert back.rows == [facts_of(good), facts_of(missed)]
-    assert [f.outcome for f in back.others["iid_bic"]] == ["wrong", "right"]
-    text = path.read_text()
-    assert "| right effect first, d = 12 | >= 98% | 1 of 2 |" in text
-    assert "taper: gain 5.0 under its threshold 9.0" in text
-    assert len(list((tmp_path / "images").iterdir())) == 2
-    assert publish([], str(tmp_path)).read_text() == text
-
-
-def test_campaigns_of_the_3d_belt_stand_under_a_heading_of_their_own(tmp_path):
-    publish([result(truth("library", "taper"), answer_of("taper"))], str(tmp_path))
-    answers = ((40, answer_of()), (41, answer_of("cant")))
-    space = [result(truth("nothing"), answer) | {"source": "space", "seed": s} for s, answer in answers]
-    without = {"source": "space", "ablation": "no_whitening", "seed": 41}
-    publish([result(truth("nothing"), answer_of()) | without], str(tmp_path))
-    above, below = publish(space, str(tmp_path)).read_text().split("## Campaigns of the 3D belt")
-    assert "first_seed=40" not in above
-    assert "first_seed=40 count=2" in below
-    assert "| false alarm when nothing is hidden | <= 5% | 1 of 2 | 9% - 91% |" in below
-    assert "| 41 | nothing: nothing | explained cant | wrong | cant at probability 1.00 |" in below
-    assert "| without whitening (wander taken as white noise) | 0 of 1 |" in below
-
-
-@pytest.fixture
-def table():
-    """Two effects on 400 readings, the first of which is there, in white noise of 0.1."""
-    rng = np.random.default_rng(3)
-    columns = np.stack([np.linspace(-1, 1, 400), np.sin(np.linspace(0, 20, 400))])
-    owner = (("ramp", "a", 2.0), ("wave", "b", 1.0))
-    return Table(3.0 * columns[0] + 0.1 * rng.standard_normal(400), columns, owner, 0.1)
-
-
-def test_plain_methods_are_right_where_noise_is_white(table):
-    for answer in (iid_bic(table), sparse(table)):
-        assert [e["id"] for e in answer["effects"]] == ["ramp"]
-        low, high = answer["effects"][0]["parameters"]["a"]["interval_95"]
-        assert low < 6.0 < high
-        assert high - low == pytest.approx(2 * 1.96 * 2.0 * 0.1 / np.sqrt((table.columns[0] ** 2).sum()), rel=0.1)
-    assert said(table, [], {})["verdict"] == "adequate"
-
-
-def test_a_search_by_gains_alone_stops_at_its_limit():
-    rounds = [[{"id": "a", "gain": 30.0, "threshold": 9.0}, {"id": "b", "gain": 12.0, "threshold": None}]]
-    rounds += [[{"id": "a", "gain": 99.0, "threshold": 9.0}, {"id": "b", "gain": 8.0, "threshold": 9.0}]]
-    answer = answer_of() | {"rounds": rounds}
-    assert [e["id"] for e in by_rounds(answer, lambda t: t["threshold"])["effects"]] == ["a"]
-    assert [e["id"] for e in by_rounds(answer, lambda t: 5.0)["effects"]] == ["a", "b"]
+    alike = aliased("taper", "cant")
+    alike["effects"][0]["probability"] = 0.96
+    small = facts(truth("library", "taper"), answer_of("taper", probability=0.2))
+    low, high = reliability([*sure, *lost, facts(truth("library", "cant"), alike), small])
+    assert (low.low, low.high, low.true, low.alike) == (0.0, 0.3, Share(1, 1), Share(1, 1))
+    assert (high.low, high.high, high.true, high.alike) == (0.95, 0.99, Share(3, 5), Share(4, 5))
+    assert high.said == pytest.approx((4 * 0.97 + 0.96) / 5)
+    assert reliability([facts(truth("library", "taper"), answer_of("taper"))])[0].name == "0.99 - 1"
