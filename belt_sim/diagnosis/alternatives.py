@@ -4,7 +4,7 @@ A number that only shapes an effect (where a weld is, how far off a radius) move
 that no derivative tells of it. It is tried point by point; the best point counts, in readings and in the bootstrap.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -17,6 +17,7 @@ from belt_sim.diagnosis.workbench import Workbench
 SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
 STRONG = 0.2  # whitened size above which a parameter's derivative at null can be trusted
 SECANTS = (1.0, 3.0)  # the same at the points of a grid
+UNSEEN = 2.0  # the same of what has not shown about another fit
 
 Point = tuple[tuple[int, float], ...]
 
@@ -34,29 +35,42 @@ class Alternatives:
         return len(self.choices)
 
 
-def shapes_at(bench: Workbench, fit: Fit, positions: Sequence[int]):
-    """Slopes by position at ``fit``; secants where slopes vanish, and of each of those the size that promises most."""
-    vector, values = fit.vector, fit.values
-    rows = bench.slopes(vector, positions)
-    slopes: dict[int, np.ndarray] = dict(zip(positions, rows, strict=True))
+def shapes_at(bench: Workbench, fit: Fit, positions: Sequence[int], shows: Mapping[int, Sequence[float]] | None = None):
+    """Slopes by position at ``fit``, secants where slopes vanish; of each of those predictions at the (position, size)
+    that promises most; and its sizes that are worth trying about other fits too.
+
+    shows: such sizes, about another fit; by default all are tried.
+    """
+    slopes: dict[int, np.ndarray] = dict.fromkeys(positions, np.zeros_like(fit.values))
+    asked = [k for k in positions if not _only_shapes(bench, k)]
+    rows = bench.slopes(fit.vector, asked)
+    slopes |= dict(zip(asked, rows, strict=True))
     length = np.linalg.norm(bench.metric.whiten(rows), axis=1)
-    faint = [k for k, seen in zip(positions, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]
-    tried = [(k, size) for k in faint for size in SIZES]
+    faint = [k for k, seen in zip(asked, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]
+    tried = [(k, size) for k in faint for size in (SIZES if shows is None else shows.get(k, (UNSEEN,)))]
     if not tried:
-        return slopes, []
-    points = np.repeat(vector[None], len(tried), axis=0)
+        return slopes, {}, dict(shows or {})
+    points = np.repeat(fit.vector[None], len(tried), axis=0)
     for row, (k, size) in enumerate(tried):
         points[row, k] = size
-    moved = bench.forward.values(points) - values
+    moved = bench.forward.values(points) - fit.values
     white = bench.metric.whiten(moved)
-    strong = _strong(moved, white)
-    secants = {k: m for (k, _), m, s in reversed(list(zip(tried, moved, strong, strict=True))) if s}
     falls = fit.chi2 - np.sum((fit.residual - white) ** 2, axis=1)  # of chi2, were the parameter of that size
-    best: dict[int, tuple[float, float]] = {}
-    for (k, size), s, fall in zip(tried, strong, falls, strict=True):
-        if s and fall > best.get(k, (-np.inf, 0.0))[0]:
-            best[k] = float(fall), size
-    return slopes | secants, [(k, size) for k, (_, size) in best.items()]  # the smallest secant that shows
+    first: dict[int, int] = {}
+    best: dict[int, int] = {}
+    for row in np.flatnonzero(_strong(moved, white)):
+        k = tried[row][0]
+        first.setdefault(k, row)  # the smallest secant that shows
+        best[k] = max(best.get(k, row), row, key=lambda r: falls[r])
+    secants = {k: moved[row] for k, row in first.items()}
+    found = {k: tuple(sorted({tried[first[k]][1], tried[best[k]][1]})) for k in first} if shows is None else dict(shows)
+    return slopes | secants, {tried[row]: fit.values + moved[row] for row in best.values()}, found
+
+
+def _only_shapes(bench: Workbench, position: int) -> bool:
+    """Whether a parameter only shapes what others of its effect do, and so moves nothing while that is null."""
+    slot = bench.forward.slots[position]
+    return slot.effect.parameters[slot.name].modifier
 
 
 def on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, tuple[Alternatives, list[Point]]]:
@@ -94,8 +108,10 @@ def on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, tupl
 
 def _shapes_of(bench: Workbench, fit: Fit, asked: Sequence[tuple[int, Point]]) -> dict[tuple[int, Point], np.ndarray]:
     """Shape of each parameter asked for, by position, with other numbers at a point of a grid; all at once."""
+    still = {key: np.zeros_like(fit.values) for key in asked if _only_shapes(bench, key[0])}
+    asked = [key for key in asked if key not in still]
     if not asked:
-        return {}
+        return still
     vectors = np.repeat(fit.vector[None], len(asked), axis=0)
     for row, (_, point) in zip(vectors, asked, strict=True):
         for k, value in point:
@@ -113,7 +129,7 @@ def _shapes_of(bench: Workbench, fit: Fit, asked: Sequence[tuple[int, Point]]) -
         strong = _strong(secants, bench.metric.whiten(secants))
         slopes[faint[strong]] = secants[strong]
         faint = faint[~strong]
-    return dict(zip(asked, slopes, strict=True))
+    return still | dict(zip(asked, slopes, strict=True))
 
 
 def _strong(moved: np.ndarray, white: np.ndarray) -> np.ndarray:

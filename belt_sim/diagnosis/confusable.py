@@ -11,6 +11,7 @@ from belt_sim.diagnosis.select import Selection
 
 REPEATS = 2000  # imagined repetitions of the campaign
 UNSEEN = 0.01  # probability kept for what neither library nor tests have thought of
+IMITATED = 0.3  # the same where tests say that there is something: of six names beside an unknown two were not there
 RIVAL = 9.2  # a rival set within this score (likelihood ratio 100) cannot be excluded
 
 
@@ -54,6 +55,8 @@ def probabilities(selection: Selection, unknown: OpenSet, *, beside: bool = Fals
 
     unknown: the tests of what the base model leaves, or, beside, of what the chosen set leaves; a family of free shapes
     that takes more of it beyond chance than the chosen set does speaks for something that is not in the library.
+    A difference of chi2 counts by what chance makes of one: where noise levels are uncertain that is more than 1 for
+    each number.
     """
     free = max((unknown.gain[n] - unknown.threshold[n] for n in unknown.gain), default=-np.inf)
     rest = 0.0 if beside else selection.gain - sum(selection.threshold(i) for i in selection.chosen.ids)
@@ -62,8 +65,9 @@ def probabilities(selection: Selection, unknown: OpenSet, *, beside: bool = Fals
         own = _own(trials, name).score
         scores = [t.score for t in trials if t.plausible or t.id == name]
         none = max(-own, free - rest)  # not there at all, or unknown
-        weights = np.exp(np.clip((np.array([*scores, own + none]) - own) / 2.0, -700, 50))
-        found[name] = float((1.0 - UNSEEN) / np.sum(weights))
+        unit = max(selection.null.inflation(name), 1.0)
+        weights = np.exp(np.clip((np.array([*scores, own + none]) - own) / (2.0 * unit), -700, 50))
+        found[name] = float((1.0 - (UNSEEN if beside else IMITATED)) / np.sum(weights))
     return found
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.campaign import SignalSheet
-from belt_sim.diagnosis.noise import FLOOR, wander_kernel
+from belt_sim.diagnosis.noise import FLOOR, Reach, wander_kernel
 from belt_sim.diagnosis.samples import Samples
 
 LEAST = 12  # readings of a contrast
@@ -50,14 +50,14 @@ class Contrast:
         windows = 0 if self.bin_size == 1 else sums.shape[1] // WINDOW
         return slow, sums[:, : windows * WINDOW].reshape(len(sums), windows, WINDOW) @ _FAST
 
-    def modes(self, length: float) -> "Modes":
-        """In which modes wander of ``length`` times the stated length is independent."""
+    def modes(self, reach: Reach) -> "Modes":
+        """In which modes wander of this reach is independent."""
         size = self.per_bin / max(self.sheet.white, FLOOR) ** 2
-        kernel = size * wander_kernel(self.sheet, self.travel, length)
+        kernel = size * wander_kernel(self.sheet, self.travel, reach)
         q = self.bin_size
         slow = np.linalg.eigh(self.free.T @ (q * _averaged(kernel, q)) @ self.free)
         spacing = float(np.median(np.diff(self.travel)))
-        near = size * wander_kernel(self.sheet, spacing * np.arange(WINDOW), length)
+        near = size * wander_kernel(self.sheet, spacing * np.arange(WINDOW), reach)
         fast = np.linalg.eigh(_FAST.T @ near @ _FAST)
         windows = 0 if q == 1 else len(self.keep) // WINDOW
         ratios = np.concatenate([slow[0], np.tile(fast[0], windows)])
@@ -90,10 +90,10 @@ class Scatter:
         rows = np.matmul(self.weights, here) * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
         return rows.reshape(len(rows), -1, WINDOW) @ _FAST
 
-    def modes(self, length: float) -> tuple[np.ndarray, np.ndarray]:
+    def modes(self, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
         """Variance of wander over that of white noise in every mode (f,), and the modes (f, f), as stated."""
         size = self.per_bin / max(self.sheet.white, FLOOR) ** 2
-        near = size * wander_kernel(self.sheet, self.spacing * np.arange(WINDOW), length)
+        near = size * wander_kernel(self.sheet, self.spacing * np.arange(WINDOW), reach)
         ratios, modes = np.linalg.eigh(_FAST.T @ near @ _FAST)
         return np.maximum(ratios, 0.0), modes
 
@@ -144,7 +144,7 @@ def contrast(
     q = _bin_size(len(keep))
     per_bin = float(1.0 / np.sum(np.square(weights) / samples.per_bin[list(runs)]))
     sheet, travel = samples.signals[s], samples.travel[runs[0], keep]
-    noise = _averaged(wander_kernel(sheet, travel, 1.0), q)
+    noise = _averaged(wander_kernel(sheet, travel, Reach()), q)
     noise += np.eye(len(noise)) * max(sheet.white, FLOOR) ** 2 / (per_bin * q)
     known = np.einsum("r,krn->kn", np.abs(weights), columns[:, list(runs), s][..., keep])
     return Contrast(

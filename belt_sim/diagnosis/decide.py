@@ -1,8 +1,8 @@
 """The decision which effects are missing, from evidence alone: the same on readings and on readings made by chance.
 
-Forward with swaps, at most four; then every set seen on the way is compared with all its subsets, the empty one too,
-by one final metric: gain over the base model beyond what chance gives. No larger set wins that predicts held-out
-conditions worse than a smaller one.
+Forward with swaps, at most four, and from the best of all pairs where that promises more than what was seen; then
+every set seen on the way is compared with all its subsets, the empty one too, by one final metric: gain over the base
+model beyond what chance gives. No larger set wins that predicts held-out conditions worse than a smaller one.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -52,6 +52,9 @@ class Evidence(Protocol):
     def worse(self, larger: Ids, smaller: Ids) -> tuple[str, ...]:
         """What of the held-out error is larger with the larger set."""
 
+    def pair(self, seen: Sequence[Ids]) -> Ids | None:
+        """The best of all pairs of candidates, if it promises more than each of the sets that were seen."""
+
     def moved(self, ids: Ids) -> Self:
         """The evidence with everything small linearised about a set."""
 
@@ -70,9 +73,29 @@ class Decision(Generic[E]):
 
 def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None] = lambda text: None) -> Decision[E]:
     """Which effects are missing."""
-    current: Ids = ()
-    seen: list[Ids] = [current]
-    rounds: list[Sequence[Beside]] = []
+    first, rounds = evidence, list[Sequence[Beside]]()
+    seen: list[Ids] = [()]
+    evidence, current = _forward(evidence, seen, rounds, limit, tell)
+    if len(seen) == 1:
+        return Decision((), evidence, tuple(rounds))
+    best, pair = best_of_all(evidence, seen), first.pair(seen) if limit > 1 else None
+    if pair is not None:
+        tell(f"{' and '.join(pair)} together")
+        seen.append(pair)
+        best = best_of_all(evidence, seen)
+        if frozenset(best) == frozenset(pair):
+            evidence, current = _forward(evidence.moved(pair), seen, rounds, limit, tell)
+            best = best_of_all(evidence, seen)
+    if frozenset(best) != frozenset(current):
+        evidence = evidence.moved(best)
+    return Decision(best, evidence, tuple(rounds))
+
+
+def _forward(
+    evidence: E, seen: list[Ids], rounds: list[Sequence[Beside]], limit: int, tell: Callable[[str], None]
+) -> tuple[E, Ids]:
+    """From the set seen last, one effect more as long as that helps; ``seen`` and ``rounds`` grow by what was tried."""
+    current = seen[-1]
     while len(current) < limit:
         tell(f"candidates beside {', '.join(current) or 'the base model'}")
         rounds.append(evidence.trials(current))
@@ -86,12 +109,7 @@ def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None]
         if frozenset(current) in map(frozenset, seen[:-1]):
             break
         seen.append(current)
-    if len(seen) == 1:
-        return Decision((), evidence, tuple(rounds))
-    best = best_of_all(evidence, seen)
-    if frozenset(best) != frozenset(current):
-        evidence = evidence.moved(best)
-    return Decision(best, evidence, tuple(rounds))
+    return evidence, current
 
 
 def swapped(evidence: Evidence, ids: Ids, tell: Callable[[str], None] = lambda text: None) -> Ids:

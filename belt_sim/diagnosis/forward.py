@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.march import march_open
+from belt_sim.analytic.open_march import march_open
 from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.diagnosis import linear_readings

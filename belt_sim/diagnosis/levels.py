@@ -12,7 +12,7 @@ import numpy as np
 
 from belt_sim.campaign import Run, SignalSheet
 from belt_sim.diagnosis.contrasts import Contrast, Scatter, contrast, scatter
-from belt_sim.diagnosis.noise import FLOOR, SMOOTH, Levels
+from belt_sim.diagnosis.noise import FLOOR, SMOOTH, Levels, Reach
 from belt_sim.diagnosis.samples import Samples
 
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
@@ -44,12 +44,12 @@ class LevelFinder:
             contrasts = _single_runs(samples, np.concatenate([shapes, columns]))
         of_signal = [[c for c in contrasts if c.signal == s] for s in range(len(samples.signals))]
         fast = [scatter(samples, self.groups, s) if self.repeats else [] for s in range(len(samples.signals))]
-        self.signals = list(map(_SignalLevels, samples.signals, of_signal, fast))
+        self.signals, self.smooth = list(map(_SignalLevels, samples.signals, of_signal, fast)), False
         if self.repeats:  # these differ by noise alone, whatever the model
             smooth = [_SignalLevels(*each, smooth=True) for each in zip(samples.signals, of_signal, fast, strict=True)]
             pairs = zip(smooth, self.signals, strict=True)
             if sum(a.evidence(samples.y) - b.evidence(samples.y) for a, b in pairs) > RARER:
-                self.signals = smooth
+                self.signals, self.smooth = smooth, True
 
     def __call__(self, errors: np.ndarray) -> Levels:
         """Levels to be expected after what a model leaves of the readings (R, S, n)."""
@@ -64,7 +64,13 @@ class LevelFinder:
             far = self.repeats == 0 and _far_off(white, wander, length)
             found.append(
                 Levels(
-                    white=white, wander=wander, length=length, repeats=self.repeats, read=self._read, trusted=not far
+                    white=white,
+                    wander=wander,
+                    length=length,
+                    smooth=self.smooth,
+                    repeats=self.repeats,
+                    read=self._read,
+                    trusted=not far,
                 )
             )
         return found
@@ -85,16 +91,17 @@ class _SignalLevels:
         self, signal: SignalSheet, contrasts: list[Contrast], fast: Sequence[Scatter] = (), *, smooth: bool = False
     ) -> None:
         """fast: what every run shows by itself, beside contrasts of repeats; smooth: the wander is."""
-        self.contrasts, self.lengths = contrasts, -_lengths(signal) if smooth else _lengths(signal)
-        self.fast = [(part, [part.modes(x) for x in self.lengths]) for part in fast] if contrasts else []
+        self.contrasts, self.lengths = contrasts, _lengths(signal)
+        reaches = [Reach(float(x), smooth) for x in self.lengths]
+        self.fast = [(part, [part.modes(x) for x in reaches]) for part in fast] if contrasts else []
         f2, logs = FACTORS**2, np.log(FACTORS)
         both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
         prior = both[0, 0] * (logs[:, None] ** 2 + logs**2) + 2.0 * both[0, 1] * logs[:, None] * logs
-        by_length = np.log(np.abs(self.lengths)) ** 2 / LENGTH_SPREAD**2
+        by_length = np.log(self.lengths) ** 2 / LENGTH_SPREAD**2
         self.prior = by_length[:, None, None] + prior
         self.modes, self.places, self.weights = [], [], []
-        for k, length in enumerate(self.lengths):
-            modes = [c.modes(length) for c in contrasts]
+        for k, reach in enumerate(reaches):
+            modes = [c.modes(reach) for c in contrasts]
             ends = np.cumsum([0, *(len(m.ratios) for m in modes)])
             classes, of = _classes(np.concatenate([*(m.ratios for m in modes), np.empty(0)]))
             variance = f2[:, None, None] + f2[None, :, None] * classes
@@ -103,7 +110,7 @@ class _SignalLevels:
             self.places.append([np.eye(len(classes))[of[a:b]] for a, b in pairwise(ends)])
             self.weights.append((1.0 / variance).reshape(len(FACTORS) ** 2, len(classes)).T)
         if contrasts:
-            self.spectra, self.modes_of = _spectra(signal, contrasts[0], self.lengths)
+            self.spectra, self.modes_of = _spectra(signal, contrasts[0], self.lengths, smooth)
 
     def evidence(self, y: np.ndarray) -> float:
         """2 log probability of contrasts of readings (R, S, n), all levels together, up to a constant; 0 of readings
@@ -178,7 +185,9 @@ class _SignalLevels:
         return np.stack([FACTORS[i], FACTORS[j], self.lengths[k]], axis=1) * within
 
 
-def _spectra(signal: SignalSheet, contrast: Contrast, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _spectra(
+    signal: SignalSheet, contrast: Contrast, lengths: np.ndarray, smooth: bool
+) -> tuple[np.ndarray, np.ndarray]:
     """Variance (G, K) of the Fourier modes of one record at every point of the grid, and of how many modes each of
     the K stands for.
     """
@@ -188,19 +197,19 @@ def _spectra(signal: SignalSheet, contrast: Contrast, lengths: np.ndarray) -> tu
     turn = np.pi * 0.5 * (first + last - 1) / count  # of the phase from sample to sample
     spacing = float(np.median(np.diff(contrast.travel)))
     steps = spacing / (lengths * max(signal.wander_length, 1e-6))[:, None]
-    wander = signal.wander_sd**2 * _of_wander(np.where(steps < 0.0, SMOOTH, 1.0) * np.abs(steps), turn, steps < 0.0)
+    wander = signal.wander_sd**2 * _of_wander((SMOOTH if smooth else 1.0) * steps, turn, smooth)
     white = max(signal.white, FLOOR) ** 2 / contrast.per_bin
     f2 = FACTORS**2
     spectra = f2[:, None, None] * white + f2[:, None] * wander[:, None, None, :]
     return spectra.reshape(-1, len(first)), (last - first).astype(float)
 
 
-def _of_wander(steps: np.ndarray, turn: np.ndarray, smooth: np.ndarray) -> np.ndarray:
+def _of_wander(steps: np.ndarray, turn: np.ndarray, smooth: bool) -> np.ndarray:
     """Variance (G, K) of modes that turn by so much (K,) a sample, of wander of unit size whose exponential falls by
-    ``steps`` (G, 1) a sample; smooth (G, 1): whether that is Matern's.
+    ``steps`` (G, 1) a sample; smooth: it is Matern's.
     """
     rise, apart = np.sinh(steps), np.cosh(steps) - np.cos(turn)
-    return rise / apart - np.where(smooth, steps * (1.0 - np.cosh(steps) * np.cos(turn)) / apart**2, 0.0)
+    return rise / apart - smooth * steps * (1.0 - np.cosh(steps) * np.cos(turn)) / apart**2
 
 
 def _lengths(signal: SignalSheet) -> np.ndarray:
@@ -221,7 +230,7 @@ def _classes(ratios: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _far_off(white: Sequence[float], wander: Sequence[float], length: Sequence[float]) -> bool:
     """Whether levels are so far from the data sheet that something else may be in them."""
     off = np.abs(np.log([*white, *wander])) > UNTRUSTED * LEVEL_SPREAD
-    return bool(off.any() or (np.abs(np.log(np.abs(length))) > UNTRUSTED * LENGTH_SPREAD).any())
+    return bool(off.any() or (np.abs(np.log(length)) > UNTRUSTED * LENGTH_SPREAD).any())
 
 
 def repeated_groups(samples: Samples) -> list[tuple[int, ...]]:

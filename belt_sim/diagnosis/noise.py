@@ -8,6 +8,7 @@ levels may be off; levels.py reads them off the campaign, as factors on what is 
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -18,11 +19,18 @@ SMOOTH = float(np.sqrt(3.0))  # over the length of a smooth wander: one over tha
 FLOOR = 1e-9  # [m or rad], so that a signal stated as perfect still has a covariance
 
 
+class Reach(NamedTuple):
+    """How far a wander reaches, as a factor on the stated length; whether it is smooth."""
+
+    length: float = 1.0
+    smooth: bool = False
+
+
 @dataclass(frozen=True, kw_only=True)
 class Levels:
-    """Factors on the stated white noise, wander and wander length, one for all signals or one each.
+    """Factors on the stated white noise, wander and wander length, one for all signals or one each; smooth: whether
+    the wander is, in all of them.
 
-    A factor on the length below 0 is that of a wander that is smooth.
     read: whether they were read off the campaign, and from how many repeats (0: from what single runs leave beside all
     candidates); trusted: False where they are so far from what is stated that something unknown may be in them.
     """
@@ -30,6 +38,7 @@ class Levels:
     white: float | tuple[float, ...] = 1.0
     wander: float | tuple[float, ...] = 1.0
     length: float | tuple[float, ...] = 1.0
+    smooth: bool = False
     repeats: int = 0
     read: bool = False
     trusted: bool = True
@@ -50,24 +59,24 @@ class Levels:
             "told from what the model lacks. Repeat two runs."
         )
 
-    def of(self, s: int) -> tuple[float, float, float]:
-        """(white, wander, length) of signal ``s``; one beyond those that were read is like the first."""
+    def of(self, s: int) -> tuple[float, float, Reach]:
+        """White noise, wander and its reach of signal ``s``; one beyond those that were read is like the first."""
         each = (x if isinstance(x, tuple) else (x,) for x in (self.white, self.wander, self.length))
         white, wander, length = (float(x[s if s < len(x) else 0]) for x in each)
-        return white, wander, length
+        return white, wander, Reach(length, self.smooth)
 
 
 def covariance(signal: SignalSheet, travel: np.ndarray, per_bin: float, levels: Levels, s: int = 0) -> np.ndarray:
     """Covariance (n, n) of one run's samples of one signal, the ``s``-th, without what a run shares."""
-    white, wander, length = levels.of(s)
+    white, wander, reach = levels.of(s)
     noise = (white * max(signal.white, FLOOR)) ** 2 / per_bin
-    return wander**2 * wander_kernel(signal, travel, length) + noise * np.eye(len(travel))
+    return wander**2 * wander_kernel(signal, travel, reach) + noise * np.eye(len(travel))
 
 
-def wander_kernel(signal: SignalSheet, travel: np.ndarray, length: float) -> np.ndarray:
-    """Covariance (n, n) of the wander as stated, of ``length`` times the stated length; below 0 it is smooth."""
-    apart = np.abs(travel[:, None] - travel[None, :]) / (abs(length) * max(signal.wander_length, 1e-6))
-    if length > 0.0:
+def wander_kernel(signal: SignalSheet, travel: np.ndarray, reach: Reach) -> np.ndarray:
+    """Covariance (n, n) of the wander, of the stated size."""
+    apart = np.abs(travel[:, None] - travel[None, :]) / (reach.length * max(signal.wander_length, 1e-6))
+    if not reach.smooth:
         return signal.wander_sd**2 * np.exp(-apart)
     return signal.wander_sd**2 * (1.0 + SMOOTH * apart) * np.exp(-SMOOTH * apart)
 
@@ -79,11 +88,11 @@ def whitener(cov: np.ndarray) -> np.ndarray:
 
 
 @lru_cache(maxsize=256)
-def _wander_modes(signal: SignalSheet, travel: bytes, length: float) -> tuple[np.ndarray, np.ndarray]:
-    values, vectors = np.linalg.eigh(wander_kernel(signal, np.frombuffer(travel), length))
+def _wander_modes(signal: SignalSheet, travel: bytes, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
+    values, vectors = np.linalg.eigh(wander_kernel(signal, np.frombuffer(travel), reach))
     return np.maximum(values, 0.0), vectors
 
 
-def wander_modes(signal: SignalSheet, travel: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
-    """Variances (n,) and modes (n, n), as columns, of a signal's wander of ``length`` times the stated length."""
-    return _wander_modes(signal, np.ascontiguousarray(travel).tobytes(), length)
+def wander_modes(signal: SignalSheet, travel: np.ndarray, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
+    """Variances (n,) and modes (n, n), as columns, of a signal's wander of the stated size."""
+    return _wander_modes(signal, np.ascontiguousarray(travel).tobytes(), reach)

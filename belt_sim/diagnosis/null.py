@@ -149,16 +149,20 @@ class NoiseSource:
         samples = self.bench.samples
         stated = np.array([max(s.wander_length, 1e-6) for s in samples.signals])
         steps = np.diff(samples.travel, axis=1)[None, :, None] / (length * stated)[:, None, :, None]
-        keep = np.exp(-np.abs(steps))
-        fresh = np.sqrt(1.0 - keep**2)
-        found = self.rng.standard_normal((len(size), *samples.y.shape))
-        for k in range(keep.shape[-1]):
-            found[..., k + 1] = keep[..., k] * found[..., k] + fresh[..., k] * found[..., k + 1]
-        draw, signal = np.nonzero(length < 0.0)
-        if len(draw):
-            found[draw, :, signal] = smooth_wander(np.abs(steps[draw, :, signal]), self.rng)
+        steps = np.broadcast_to(steps, (len(size), *samples.y.shape[:2], steps.shape[-1]))
+        found = (smooth_wander if self.bench.levels.smooth else rough_wander)(steps, self.rng)
         sd = size * np.array([s.wander_sd for s in samples.signals])
         return sd[:, None, :, None] * found
+
+
+def rough_wander(steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Wander (..., n) of unit size and exponential correlation at ``steps`` (..., n - 1) in units of its length."""
+    keep = np.exp(-steps)
+    fresh = np.sqrt(1.0 - keep**2)
+    found = rng.standard_normal((*steps.shape[:-1], steps.shape[-1] + 1))
+    for k in range(keep.shape[-1]):
+        found[..., k + 1] = keep[..., k] * found[..., k] + fresh[..., k] * found[..., k + 1]
+    return found
 
 
 def smooth_wander(steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:

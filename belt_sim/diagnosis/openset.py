@@ -15,9 +15,10 @@ from belt_sim.diagnosis.structures import structures
 from belt_sim.diagnosis.waves import EACH_ITS_PHASE, wave_gains, wavelengths
 from belt_sim.diagnosis.workbench import Workbench
 
-LEVEL = 0.01  # the candidates spend the rest of the 3 % of false alarms
-#: wander is modelled as exponential; one of Matern 3/2 has up to 1.3 times the variance of the exponential that fits it
-#: best at some wavelength, and looks like waves of their own phase there; levels read off a few repeats add to that
+LEVEL = 0.01  # false alarms of all tests together; the candidates and the search for laws spend as much each
+#: unless repeats tell that it is smooth, wander is taken for exponential; one of Matern 3/2 has up to 1.3 times the
+#: variance of the exponential that fits it best at some wavelength, and looks like waves of their own phase there;
+#: levels read off a few repeats add to that
 SPECTRUM = 1.5
 FAINT = 1e-6  # of the largest direction of a family; what is smaller is not in these readings
 

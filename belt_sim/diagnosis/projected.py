@@ -16,6 +16,7 @@ from belt_sim.diagnosis.candidate import is_possible, prior_sigma
 from belt_sim.diagnosis.chance import SIGMAS
 from belt_sim.diagnosis.decide import Ids
 from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.pairs import Pairs
 
 FAINT = 1e-9  # of a column's square, so that one that is not seen has no inverse
 
@@ -45,6 +46,11 @@ class Range:
     def whole(self) -> np.ndarray:
         """gram of all runs (K, K)."""
         return self.gram.sum(axis=0)
+
+    @cached_property
+    def pairs(self) -> Pairs:
+        """All pairs of candidates."""
+        return Pairs(self.places, self.whole)
 
 
 @dataclass(frozen=True)
@@ -101,6 +107,10 @@ class Projected:
             surprise += self._surprise(larger, out) - self._surprise(smaller, out)
             found += [name] if self._rises(name, larger, smaller) else []
         return tuple((["density"] if surprise >= 0.0 else []) + found)
+
+    def pair(self, seen: Sequence[Ids]) -> Ids | None:
+        """The best of all pairs of candidates, if it promises more than what was seen."""
+        return self.range.pairs.best(self.moments.sum(axis=0), self.threshold, seen)
 
     def moved(self, ids: Ids) -> Self:
         """The same: everything is linear."""

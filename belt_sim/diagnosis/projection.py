@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from belt_sim.diagnosis.noise import FLOOR, Levels, wander_modes
+from belt_sim.diagnosis.noise import FLOOR, Levels, Reach, wander_modes
 from belt_sim.diagnosis.samples import Samples
 
 FAINT = 1e-2  # a column this small, in sigma, cannot be seen in these readings
@@ -95,7 +95,7 @@ class Projection:
         together = {n: [places[n][c] for c in (choices or {}).get(n, [np.arange(len(places[n]))])] for n in families}
         self._pair(together, first)
         self.modes = [_Modes(samples, s) for s in range(samples.y.shape[1])]
-        self._turned: dict[tuple[int, float], np.ndarray] = {}
+        self._turned: dict[tuple[int, Reach], np.ndarray] = {}
         self._known: dict[tuple, np.ndarray] = {}
 
     def _pair(self, together: Mapping[str, Sequence[np.ndarray]], first: int) -> None:
@@ -138,10 +138,10 @@ class Projection:
             moments = moments - np.einsum("bc,bcp->bp", moments[:, fitted], onto[of])
         return Sums(products, of, moments[:, m:], self.sets)
 
-    def _turned_columns(self, s: int, length: float) -> np.ndarray:
-        if (s, length) not in self._turned:
-            self._turned[s, length] = self.modes[s].turn(self.columns[:, :, s], length)
-        return self._turned[s, length]
+    def _turned_columns(self, s: int, reach: Reach) -> np.ndarray:
+        if (s, reach) not in self._turned:
+            self._turned[s, reach] = self.modes[s].turn(self.columns[:, :, s], reach)
+        return self._turned[s, reach]
 
     def _products(self, tables, r: int) -> tuple[np.ndarray, np.ndarray]:
         """Products in run r at every level, nuisances still in: top (U, t, P), and of all other pairs (U, N)."""
@@ -163,11 +163,11 @@ class Projection:
         return tables
 
     def _work_out(self, s: int, keys) -> None:
-        """Products (R, N) of all pairs of columns for ratios of the noises of a signal, and lengths of its wander."""
-        for length in {length for _, length in keys}:
-            mine = [key for key in keys if key[1] == length]
-            weights = np.stack([self.modes[s].weight(1.0, ratio, length) for ratio, _ in mine])
-            turned = self._turned_columns(s, length)
+        """Products (R, N) of all pairs of columns for ratios of the noises of a signal, and the reach of its wander."""
+        for reach in {reach for _, reach in keys}:
+            mine = [key for key in keys if key[1] == reach]
+            weights = np.stack([self.modes[s].weight(1.0, ratio, reach) for ratio, _ in mine])
+            turned = self._turned_columns(s, reach)
             runs = turned.shape[1]
             found = np.stack([weights[:, r] @ (turned[self.one, r] * turned[self.other, r]).T for r in range(runs)], 1)
             self._known |= {(s, key): rows for key, rows in zip(mine, found, strict=True)}
@@ -177,53 +177,52 @@ class Projection:
         filled = np.where(self.keep, errors, 0.0)
         total = [np.zeros((len(errors), len(self.columns))) for _ in range(filled.shape[1])]
         for s, modes in enumerate(self.modes):
-            lengths = np.array([key[s][2] for key in unique])[of]
-            for length in np.unique(lengths):
-                here = np.flatnonzero(lengths == length)
+            for reach in sorted({key[s][2] for key in unique}):
+                here = np.flatnonzero(np.array([key[s][2] == reach for key in unique])[of])
                 weights = {k: modes.weight(*unique[k][s]) for k in set(of[here])}
-                turned = modes.turn(filled[here][:, :, s], length)
+                turned = modes.turn(filled[here][:, :, s], reach)
                 turned *= np.stack([weights[k] for k in of[here]])
-                columns = self._turned_columns(s, length)
+                columns = self._turned_columns(s, reach)
                 for r, rows in enumerate(total):
                     rows[here] += turned[:, r] @ columns[:, r].T
         return total
 
 
 class _Modes:
-    """The eigenvectors of one signal's wander kernel in every run, for any wander length."""
+    """The eigenvectors of one signal's wander kernel in every run, for wander of any reach."""
 
     def __init__(self, samples: Samples, s: int) -> None:
         self.samples, self.s, self.signal = samples, s, samples.signals[s]
-        self._known: dict[float, tuple[list[np.ndarray], list[np.ndarray], np.ndarray]] = {}
+        self._known: dict[Reach, tuple[list[np.ndarray], list[np.ndarray], np.ndarray]] = {}
 
-    def at(self, length: float):
+    def at(self, reach: Reach):
         """Per run: which samples, vectors (n, n); and wander variances (R, n)."""
-        if length not in self._known:
+        if reach not in self._known:
             runs, _, n = self.samples.y.shape
             keeps, vectors, variances = [], [], np.full((runs, n), np.inf)
             for r in range(runs):
                 keep = np.flatnonzero(np.isfinite(self.samples.y[r, self.s]))
-                values, turned = wander_modes(self.signal, self.samples.travel[r, keep], length)
+                values, turned = wander_modes(self.signal, self.samples.travel[r, keep], reach)
                 keeps.append(keep)
                 vectors.append(turned)
                 variances[r, : len(keep)] = values
-            self._known[length] = keeps, vectors, variances
-        return self._known[length]
+            self._known[reach] = keeps, vectors, variances
+        return self._known[reach]
 
-    def turn(self, x: np.ndarray, length: float) -> np.ndarray:
+    def turn(self, x: np.ndarray, reach: Reach) -> np.ndarray:
         """Rows (..., R, n) in the eigenvectors; places beyond the last mode are 0."""
-        keeps, vectors, _ = self.at(length)
+        keeps, vectors, _ = self.at(reach)
         found = np.zeros_like(x)
         for r, (keep, turned) in enumerate(zip(keeps, vectors, strict=True)):
             found[..., r, : len(keep)] = x[..., r, keep] @ turned
         return found
 
-    def weight(self, white: float, wander: float, length: float) -> np.ndarray:
+    def weight(self, white: float, wander: float, reach: Reach) -> np.ndarray:
         """1 / variance (R, n) of every mode."""
         own = max(self.signal.white, FLOOR) ** 2 / self.samples.per_bin[:, None]
-        return 1.0 / (white**2 * own + wander**2 * self.at(length)[2])
+        return 1.0 / (white**2 * own + wander**2 * self.at(reach)[2])
 
 
 def _key(levels: Levels, signals: int) -> tuple:
-    """(white, wander, length) of every signal."""
+    """White noise, wander and its reach, of every signal."""
     return tuple(levels.of(s) for s in range(signals))

@@ -3,8 +3,9 @@
 A candidate beside a set is screened by what its column takes of the residual; those that promise most are refitted.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -13,13 +14,18 @@ from belt_sim.diagnosis.around import Around, around
 from belt_sim.diagnosis.candidate import has_diverged, is_plausible
 from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.decide import NESTING, Ids
-from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.fit import Fit, hoped
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.null import NullGains
+from belt_sim.diagnosis.pairs import Pairs
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import RunFailed
 
 REFITTED = 6  # candidates a round; the others keep what their columns promise
+ALIKE = 0.5  # chi2 by which two ends of one search may differ along a valley that readings hardly bound
+CLOSE = 12.0  # chi2 behind the best candidate, or the least that counts: further behind, no exact end is needed
+HORIZON = 6.0  # steps as good as the next that a fit behind others is given
+TRIED = 2  # steps that every fit is given
 PROMISING = 0.3  # share of its threshold that a candidate must promise to be refitted
 
 
@@ -47,7 +53,7 @@ class Trial:
 @dataclass
 class Refits:
     """Refits on one workbench; null: thresholds at the base model; near: what is about that, if known already; starts:
-    set -> vector to begin a refit at.
+    set -> where a refit may begin: trials that were not carried to their end, and all that was fitted elsewhere.
     """
 
     bench: Workbench
@@ -55,7 +61,7 @@ class Refits:
     critical: float
     chance: Chance
     near: Around | None = None
-    starts: dict[frozenset, np.ndarray] = field(default_factory=dict)
+    starts: dict[frozenset, Fit] = field(default_factory=dict)
     fits: dict[frozenset, Fit] = field(default_factory=dict)
     tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
     held: dict[frozenset, HeldOut] = field(default_factory=dict)
@@ -95,10 +101,21 @@ class Refits:
         """What of the held-out error is larger with the larger set."""
         return self.chance.worse(self.held_out(larger), self.held_out(smaller))
 
+    def pair(self, seen: Sequence[Ids]) -> Ids | None:
+        """The best of all pairs of candidates about what ``near`` is, if it promises more than what was seen."""
+        if self.near is None:
+            return None
+        shapes = {n: self.bench.metric.whiten(self.near.here(self.bench, n)) for n in self.names}
+        ends = np.cumsum([0, *map(len, shapes.values())])
+        rows = np.concatenate(list(shapes.values()))
+        places = {n: range(a, b) for n, (a, b) in zip(shapes, pairwise(ends), strict=True)}
+        return Pairs(places, rows @ rows.T).best(rows @ self.near.fit.residual, self.threshold, seen)
+
     def moved(self, ids: Ids) -> Self:
         """Refits with nuisances taken at the fit of a set."""
-        starts = self.starts | {key: f.vector for key, f in self.fits.items()}
-        return replace(self, bench=self.bench.moved_to(self.fit(ids).vector), starts=starts, fits={}, tried={}, held={})
+        bench, starts = self.bench.moved_to(self.fit(ids).vector), self.starts | self.fits
+        starts = {key: _elsewhere(f, bench) for key, f in starts.items() if np.isfinite(f.chi2)}
+        return replace(self, bench=bench, starts=starts, fits={}, tried={}, held={})
 
     def trials(self, ids: Ids) -> list[Trial]:
         """Every other candidate beside ``ids``."""
@@ -108,18 +125,26 @@ class Refits:
             others = [n for n in self.names if n not in key]
             near = self.near
             if near is None or current is not near.fit:
-                near = around(self.bench, current, others, near.points if near is not None else None)
-            beside = screened(self.bench, near, others, self.threshold)
+                near = around(self.bench, current, others, near)
+            beside = screened(self.bench, near, others, self.threshold, self._known(key, others))
             self.tried[key] = [self._trial(current, name, fit) for name, fit in beside.items()]
         return self.tried[key]
 
+    def _known(self, key: frozenset, names: Sequence[str]) -> dict[str, Fit]:
+        """A fit with each of ``names`` beside ``key``, or else beside something else, where there is one."""
+        fits = self.starts | self.fits
+        found = {n: f for own, f in fits.items() for n in names if n in own}
+        return found | {n: fits[key | {n}] for n in names if key | {n} in fits}
+
     def _trial(self, current: Fit, name: str, fit: Fit) -> Trial:
         key = frozenset(fit.ids)
-        if key in self.fits and self.fits[key].chi2 < fit.chi2:
+        if key in self.fits and _better(self.bench, self.fits[key], fit):
             fit = self.fits[key]
         elif fit.done:
             self.fits[key] = fit
             self.held.pop(key, None)
+        elif fit.settled:
+            self.starts[key] = fit
         gain = current.chi2 - fit.chi2
         if gain < -NESTING:
             raise RunFailed(f"refit of {name} beside {current.ids}: chi2 rose by {-gain:.3g}; the optimiser failed")
@@ -135,30 +160,37 @@ class Refits:
     def _fit(self, sets: Sequence[Ids]) -> None:
         """Refit those sets that were not yet, from where they stood before, or else from the nearest superset."""
         new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in self.fits}
-        begun = [self.bench.start(ids, self._start(key)) for key, ids in new.items()]
+        begun = [self._start(key, ids) for key, ids in new.items()]
         for key, fit in zip(new, self.bench.fit(begun) if begun else [], strict=True):
             self.fits[key] = fit
 
-    def _start(self, key: frozenset) -> np.ndarray:
-        null = self.bench.forward.null()
+    def _start(self, key: frozenset, ids: Ids) -> Fit:
         if key in self.starts:
             return self.starts[key]
-        larger = [v for k, v in self.starts.items() if k > key]
-        vector = null.copy()
-        for name in key:
+        larger = [f.vector for k, f in self.starts.items() if k > key]
+        vector = self.bench.forward.null()
+        for name in key if larger else ():
             where = self.bench.forward.index(name)
-            vector[where] = larger[-1][where] if larger else null[where]
-        return vector
+            vector[where] = larger[-1][where]
+        return self.bench.start(ids, vector)
 
 
-def screened(bench: Workbench, near: Around, names: Sequence[str], threshold) -> dict[str, Fit]:
+def _elsewhere(fit: Fit, bench: Workbench) -> Fit:
+    """A fit to go on from on another workbench, with the derivatives that it had."""
+    columns = bench.metric.whiten(fit.slopes) if fit.free else fit.columns
+    return replace(fit, chi2=np.inf, columns=columns, true=False, settled=False)
+
+
+def screened(
+    bench: Workbench, near: Around, names: Sequence[str], threshold, known: Mapping[str, Fit]
+) -> dict[str, Fit]:
     """Every candidate beside what ``near`` is around; refitted where its column promises enough."""
     found = {name: projected(bench, near, name) for name in names}
     promise = {n: (near.fit.chi2 - f.chi2) - threshold(n) for n, f in found.items()}
     hopeful = [n for n in names if near.fit.chi2 - found[n].chi2 > PROMISING * threshold(n)]
     first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
     chosen = [n for n in hopeful if n in first or n in near.weak]  # one step says little of what is not linear
-    return found | best_of(bench, near, chosen)
+    return found | best_of(bench, near, chosen, threshold, known)
 
 
 def projected(bench: Workbench, near: Around, name: str) -> Fit:
@@ -179,20 +211,79 @@ def projected(bench: Workbench, near: Around, name: str) -> Fit:
     )
 
 
-def best_of(bench: Workbench, near: Around, names: Sequence[str]) -> dict[str, Fit]:
-    """The best joint fit of what ``near`` is around with each of ``names``; several starts for nonlinear effects."""
-    starts, owners = [], []
-    for name in names:
-        starts.append(near.with_effect(bench, name))  # from null, so that no super-model ends above its sub-model
-        owners.append(name)
-        for point in near.weak.get(name, ()):
-            vector = near.fit.vector.copy()
-            for position, value in point:
-                vector[position] = value
-            starts.append(bench.start((*near.fit.ids, name), vector))
-            owners.append(name)
+def best_of(
+    bench: Workbench, near: Around, names: Sequence[str], threshold=None, known: Mapping[str, Fit] | None = None
+) -> dict[str, Fit]:
+    """The best joint fit of what ``near`` is around with each of ``names``; several starts for nonlinear effects.
+
+    threshold: of every name; only what beats it, and the best of others nearly, is then carried to its end; known:
+    fits with these names, beside the same or something else.
+    """
+    begun = [(name, start) for name in names for start in near.starts(bench, name, (known or {}).get(name))]
+    owners, starts = [name for name, _ in begun], [start for _, start in begun]
+    if threshold is None:
+        return _best(bench, owners, bench.fit(starts) if starts else [])
+    race = Race(near.fit.chi2, owners, {n: threshold(n) for n in names}, bench.forward.sides)
+    fits = bench.fit(starts, race=race) if starts else []
+    ends = [k for k in race.ahead(fits) if not fits[k].done]
+    for k, fit in zip(ends, bench.fit([fits[k] for k in ends]) if ends else [], strict=True):
+        fits[k] = fit
+    return _best(bench, owners, fits)
+
+
+def _best(bench: Workbench, owners: Sequence[str], fits: Sequence[Fit]) -> dict[str, Fit]:
+    """The best fit of every owner, of those that have not diverged."""
     best: dict[str, Fit] = {}
-    for name, fit in zip(owners, bench.fit(starts) if starts else [], strict=True):
-        if (name not in best or fit.chi2 < best[name].chi2) and not has_diverged(fit):
+    for name, fit in zip(owners, fits, strict=True):
+        if not has_diverged(fit) and (name not in best or _better(bench, fit, best[name])):
             best[name] = fit
     return best
+
+
+def _better(bench: Workbench, one: Fit, other: Fit) -> bool:
+    """Whether one fit is better than another; of two that readings do not tell apart, what a machine can have is."""
+    if abs(one.chi2 - other.chi2) > ALIKE:
+        return one.chi2 < other.chi2
+    return (is_plausible(bench.forward, one), -one.chi2) > (is_plausible(bench.forward, other), -other.chi2)
+
+
+@dataclass(frozen=True)
+class Race:
+    """Fits of several candidates beside a set that fits with ``chi2``, each from several starts: which go on.
+
+    owners: the candidate of every fit; thresholds: of every candidate.
+    """
+
+    chi2: float
+    owners: Sequence[str]
+    thresholds: dict[str, float]
+    sides: tuple[np.ndarray, np.ndarray]
+
+    def __call__(self, fits: Sequence[Fit]) -> None:
+        """Settle what so many more steps as good as the next would neither bring to the front of its candidate's fits,
+        nor its candidate to the front of all.
+        """
+        best, least = self._front(fits)
+        for name, fit in zip(self.owners, fits, strict=True):
+            if fit.settled or fit.due.any() or fit.taken < TRIED:
+                continue
+            reach = fit.chi2 - HORIZON * hoped(fit, self.sides)
+            fit.settled = reach > best[name] or self._score(name, reach) < least
+
+    def ahead(self, fits: Sequence[Fit]) -> list[int]:
+        """Which fits are the best of candidates near the front, or as good."""
+        best, least = self._front(fits)
+        near = [
+            self._score(n, best[n]) > least and f.chi2 < best[n] + ALIKE for n, f in zip(self.owners, fits, strict=True)
+        ]
+        return [k for k, ahead in enumerate(near) if ahead]
+
+    def _front(self, fits: Sequence[Fit]) -> tuple[dict[str, float], float]:
+        """The best chi2 of every candidate, and the score below which none is near the front."""
+        best: dict[str, float] = {}
+        for name, fit in zip(self.owners, fits, strict=True):
+            best[name] = min(fit.chi2, best.get(name, np.inf))
+        return best, max([0.0, *(self._score(n, c) for n, c in best.items())]) - CLOSE
+
+    def _score(self, name: str, chi2: float) -> float:
+        return self.chi2 - chi2 - self.thresholds[name]

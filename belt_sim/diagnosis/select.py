@@ -17,7 +17,7 @@ from belt_sim.diagnosis.rehearsal import Rehearsal, rehearse
 from belt_sim.diagnosis.workbench import Workbench
 
 REHEARSED = 2  # times as many replicates as the thresholds come from
-FAMILY_LEVEL = 0.02  # false alarms of all candidates together; the open-set test spends the rest of 3 %
+FAMILY_LEVEL = 0.01  # false alarms of all candidates together; the open set and the search for laws spend as much each
 
 
 @dataclass

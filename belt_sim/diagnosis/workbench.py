@@ -7,7 +7,7 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fit import Fit, fit_sets
+from belt_sim.diagnosis.fit import Fit, Race, fit_sets
 from belt_sim.diagnosis.forward import NUISANCES, Forward
 from belt_sim.diagnosis.levels import LevelFinder
 from belt_sim.diagnosis.linear_readings import as_they_show
@@ -71,9 +71,9 @@ class Workbench:
         positions = [k for i in ids for k in self.forward.index(i)] if free is None else list(free)
         return Fit(ids=tuple(ids), free=positions, vector=np.array(vector))
 
-    def fit(self, starts: Sequence[Fit], y: np.ndarray | None = None) -> list[Fit]:
+    def fit(self, starts: Sequence[Fit], y: np.ndarray | None = None, race: Race | None = None) -> list[Fit]:
         """Joint refits on the fitted runs."""
-        return fit_sets(self.forward, self.metric, starts, y)
+        return fit_sets(self.forward, self.metric, starts, y, race)
 
     def slopes(self, vector: np.ndarray, positions: Sequence[int]) -> np.ndarray:
         """Derivatives of the predictions at ``vector`` along ``positions``, shape (k, R, S, n)."""
@@ -133,8 +133,9 @@ def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.n
 
 def _reachable(forward: Forward, vector: np.ndarray) -> np.ndarray:
     """What candidates could do to the readings (k, R, S, n): derivatives, and what a plausible size of each does."""
-    along = np.eye(len(forward.slots), forward.size)
-    sized = along[~forward.linear[: len(along)]]
+    sizes = [k for k, s in enumerate(forward.slots) if not s.effect.parameters[s.name].modifier]
+    along = np.eye(forward.size)[sizes]
+    sized = along[~forward.linear[sizes]]
     starts, still = np.repeat(vector[None], len(along), axis=0), 0.0 * sized
     values, slopes = forward.lanes(np.concatenate([starts, vector + sized]), np.concatenate([along, still]))
     secants = values[len(along) :] - values[0] if len(along) else slopes

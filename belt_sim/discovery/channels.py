@@ -22,6 +22,11 @@ UNITS = {
 CHANNELS = tuple(UNITS)
 
 
+def drift_at(pulley: int) -> str:
+    """The channel of sideways drift where the belt runs up a pulley (0: tail, 1: head)."""
+    return ("drift_tail", "drift_head")[pulley]
+
+
 def _declared() -> dict[str, Parameter]:
     sizes = {"rad": 1e-4, "1/m": 1e-5, "m": 1e-4}
     size = {

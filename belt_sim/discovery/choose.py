@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.loop import Closed, Loop, closed, states_with
+from belt_sim.discovery.loop import Closed, closed, states_with
 from belt_sim.discovery.places import TENSION, TRAVEL, place_columns
+from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import Scored, cost, distinct, exponents_of, fitted, gain_of, pairs, refined, singles
 from belt_sim.discovery.survey import Law, Survey, Term
 
@@ -76,8 +77,10 @@ def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> lis
 
 def _plain(survey: Survey, law: Law) -> Law:
     """A law without the numbers that have run out of range."""
-    end, cell = float(survey.states.s[-1]), float(survey.states.s[1])
-    return Law(tuple(replace(t, form=t.form.plainer(end, cell) or t.form) for t in law.terms))
+    end, cell = survey.states.s[-1], survey.states.s[1]
+    paces = [float(np.min(survey.states.speed)) if t.form.timed else 1.0 for t in law.terms]
+    forms = [t.form.plainer(float(end / pace), float(cell / pace)) for t, pace in zip(law.terms, paces, strict=True)]
+    return Law(tuple(replace(t, form=form or t.form) for t, form in zip(law.terms, forms, strict=True)))
 
 
 def _unlike(survey: Survey, laws: Sequence[Closed], count: int) -> list[Closed]:

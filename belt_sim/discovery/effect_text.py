@@ -55,20 +55,27 @@ IMPORTS = {
 }
 
 BEND = '''    def influence(self, span, case):
-        """What a relative change of tension adds to the span's curvatures, per unit of its boundary values."""
+        """What a change of tension adds to the span's curvatures, per unit of its boundary values: coefficients of a
+        polynomial in log(1 + change), with the slope at no change, through what large changes do."""
 
-        def tightened(share):
+        def tightened(logarithm):
+            share = jnp.expm1(logarithm)
             torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0
             sag = span.sag_curvature / (1.0 + share)
             force = span.force * (1.0 + share)
             answer = response(replace(span, force=force, torsion=torsion, sag_curvature=sag))
             return jnp.stack([answer.runup, answer.runoff])
 
-        return jax.jvp(tightened, (0.0,), (1.0,))[1]
+        at = jnp.array([-1.0, -0.5, 0.5, 1.0])
+        none, slope = jax.jvp(tightened, (0.0,), (1.0,))
+        does = jax.vmap(tightened)(at) - none - at[:, None, None] * slope
+        bent = jnp.linalg.inv(at[:, None] ** jnp.arange(2, 6))
+        return jnp.concatenate([slope[None], jnp.tensordot(bent, does, axes=1)])
 
     def bend(self, bend, boundary, known, case):
         share = {calls}
-        added = share * (known @ boundary.ends)
+        x = jnp.clip(jnp.log(jnp.maximum(1.0 + share, 0.1)), -1.2, 1.2)
+        added = jnp.tensordot(x ** jnp.arange(1, 6), known, axes=1) @ boundary.ends
         return replace(bend, runup=bend.runup + added[0], runoff=bend.runoff + added[1])
 '''
 

@@ -118,18 +118,15 @@ def _scan(ground: Ground, root, information, pull, shared, squares):
     b, c = (onto @ pull[..., None])[..., 0], onto @ shared  # (G, K), (G, K, c)
     gram, along = np.linalg.pinv(ground.inverse, hermitian=True), ground.shared_residual
     at_none = 0.5 * along @ ground.inverse @ along - 0.5 * np.linalg.slogdet(gram)[1]
-    best, kept = -np.inf, None
-    for square in squares:
-        shrink = square / (1.0 + square * values)
-        inner = gram - np.einsum("gk,gkc,gkd->cd", shrink, c, c)
-        left = along - np.einsum("gk,gkc,gk->c", shrink, c, b)
-        common = np.linalg.solve(inner, left)
-        gain = 0.5 * np.sum(shrink * b**2) - 0.5 * np.sum(np.log1p(square * values))
-        gain += 0.5 * left @ common - 0.5 * np.linalg.slogdet(inner)[1] - at_none
-        if gain > best:
-            best, kept = gain, (square, shrink, common)
-    assert kept is not None
-    square, shrink, common = kept
+    shrink = squares[:, None, None] / (1.0 + squares[:, None, None] * values)  # (H, G, K)
+    flat, each = shrink.reshape(len(squares), -1), c.reshape(-1, c.shape[-1])
+    inner = gram - (flat @ (each[:, :, None] * each[:, None, :]).reshape(len(each), -1)).reshape(-1, *gram.shape)
+    left = along - (flat * b.reshape(-1)) @ each
+    common = np.linalg.solve(inner, left[..., None])[..., 0]
+    gain = 0.5 * flat @ b.reshape(-1) ** 2 - 0.5 * np.log1p(squares[:, None, None] * values).sum(axis=(1, 2))
+    gain += 0.5 * np.einsum("hc,hc->h", left, common) - 0.5 * np.linalg.slogdet(inner)[1] - at_none
+    k = int(np.argmax(gain))
+    best, square, shrink, common = gain[k], squares[k], shrink[k], common[k]
     back = root @ vectors
     mean = (back @ (shrink * (b - c @ common))[..., None])[..., 0]
     sd = np.sqrt(np.einsum("gik,gk->gi", back**2, shrink))

@@ -83,12 +83,17 @@ class Form:
         """The other half of what swings."""
         return replace(self, course=f"{self.course}'")
 
+    def in_time(self, pace: float) -> "Form":
+        """The same along time, lengths [m] taken as durations at so many s/m."""
+        at, wide = (None if n is None else n * pace for n in (self.at, self.wide))
+        return replace(self, at=at, wide=wide, timed=True)
+
     def plainer(self, end: float, cell: float) -> "Form | None":
-        """The form that it comes to when a length is beyond a record of ``end`` [m], or within a cell of it: a straight
-        rise, a wave; what is there from the start."""
-        if self.course in ("rise", "after") and not self.timed and (self.at or 0.0) < cell:
+        """The form that it comes to when a length is beyond a record of ``end`` ([m]; of what is timed [s]), or within
+        a cell of it: a straight rise, a wave; what is there from the start."""
+        if self.course in ("rise", "after") and (self.at or 0.0) < cell:
             return replace(self, course="always", at=None)
-        if self.course == "rise" and not self.timed and (self.at or 0.0) > end:
+        if self.course == "rise" and (self.at or 0.0) > end:
             return replace(self, course="travel", at=None)
         if self.course == "ring" and (self.wide or 0.0) > end:
             return replace(self, course="wave", wide=None)
@@ -96,16 +101,20 @@ class Form:
 
     def values(self, states: States, part: int | None, signal: str | None) -> np.ndarray:
         """The form along every run, (R, J); part: the pulley, signal: the sensor."""
-        x = variable(states, self.variable, part, signal)
-        running = self.course.startswith("wave")  # with the belt, whenever the yaw was set
-        s = states.since if self.variable in ("beta", "set") and not running else np.broadcast_to(states.s, x.shape)
-        s = s / states.speed[:, None] if self.timed else s
+        x, s = variable(states, self.variable, part, signal), travel_of(states, self)
         with np.errstate(over="ignore"):  # of what has faded away
             return self._of(x, s)
 
     def _of(self, x: np.ndarray, s: np.ndarray) -> np.ndarray:
         shaped = formula(SHAPES[self.shape])(x=x, p=self.knee, s=s, xp=np, stop=stop)
         return shaped * formula(COURSES[self.course])(s=s, p=self.at, q=self.wide, xp=np)
+
+
+def travel_of(states: States, form: Form) -> np.ndarray:
+    """What a form's course goes with, (R, J), or (1, J) where all runs have the same."""
+    running = form.course.startswith("wave")  # with the belt, whenever the yaw was set
+    s = states.since if form.variable in ("beta", "set") and not running else states.s[None]
+    return s / states.speed[:, None] if form.timed else s
 
 
 @cache
@@ -160,8 +169,8 @@ def dictionary(states: States, kind: str) -> list[Form]:
 def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
     """Forms for a law once it is known that something is missing.
 
-    What begins when the yaw is set, either way; what goes with time instead of travel; what rings after a step; what
-    reads the state and comes back with ``periods`` [m] of the machine; what sticks.
+    What begins when the yaw is set, either way; what goes or swings with time instead of travel; what rings after a
+    step; what reads the state and comes back with ``periods`` [m] of the machine; what sticks.
     """
     end = float(states.s[-1])
     found = [Form("one", course="square")]
@@ -173,6 +182,8 @@ def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
         odd = kind not in ("tension", "travel", "sensor") and bool(np.any(states.beta))
         names = [n for n, there in (("one", True), ("set", late), ("beta", odd)) if there]
         found += [Form(n, course=c, at=a, timed=True) for n in names for c, a in _timed(longest)[1:]]
+        found += [f.in_time(longest / end) for f in waves(states, ("one",))]
+        found += [f.in_time(longest / end) for f in rings(states, ("beta",))] if odd else []
     if kind == "sensor":
         largest = float(np.abs(states.shown).max())
         return found + [Form("shown", shape="stuck", knee=b * largest) for b in STUCK]
@@ -187,17 +198,23 @@ def _timed(end: float) -> list[tuple[str, float | None]]:
 
 def _swinging(states: States, periods: Sequence[float]) -> list[Form]:
     end, shortest = float(states.s[-1]), SHORTEST * float(states.s[1] - states.s[0])
-    lengths = end / RATIO ** np.arange(0.0, np.log(end / shortest) / np.log(RATIO))
     beta = ("beta",) if np.any(states.beta) else ()
-    rings = [
+    names = (*beta, "y", "alpha", "kappa")
+    back = [Form(n, course="wave", at=at) for n in names for at in periods if shortest < at < 2.0 * end]
+    return rings(states, ("one", *beta)) + back
+
+
+def rings(states: States, names: tuple[str, ...]) -> list[Form]:
+    """Waves that fade."""
+    end, shortest = float(states.s[-1]), SHORTEST * float(states.s[1] - states.s[0])
+    lengths = end / RATIO ** np.arange(0.0, np.log(end / shortest) / np.log(RATIO))
+    return [
         Form(n, course="ring", at=float(at), wide=float(at * fade))
-        for n in ("one", *beta)
+        for n in names
         for at in lengths
         for fade in FADES
         if at * fade < end
     ]
-    names = (*beta, "y", "alpha", "kappa")
-    return rings + [Form(n, course="wave", at=at) for n in names for at in periods if shortest < at < 2.0 * end]
 
 
 def windows(states: States, names: tuple[str, ...]) -> list[Form]:

@@ -10,10 +10,12 @@ import numpy as np
 from scipy import stats
 
 from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.noise import Reach
 from belt_sim.diagnosis.null import NoiseSource
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.discovery.search import Products, Scored, distinct, exponents_of, gains, products, singles
+from belt_sim.discovery.search import Scored, distinct, exponents_of, gains, ranked
 from belt_sim.discovery.survey import Survey, survey_of
+from belt_sim.discovery.tables import Products, products
 
 LEVEL = 0.01  # false alarms of the gate when nothing is missing
 DRAWS = 100
@@ -56,12 +58,26 @@ def gate(bench: Workbench, fit: Fit, *, draws: int = DRAWS, seed: int = 0, level
 
 
 def judged(survey: Survey, *, draws: int = DRAWS, seed: int = 0, level: float = LEVEL) -> tuple[Gate, Chance]:
-    """The gate of a survey, and what chance does."""
-    chance = by_chance(survey, draws=draws, seed=seed)
-    found = singles(survey)
-    sizes = np.array([2 if s.law.terms[0].form.waving else 1 for s in found])
-    p = chance.p(float(np.max(surprise(np.array([s.gain for s in found]), sizes))))
-    return Gate(p < level, p, chance.gain(level), tuple(distinct(found, SHOWN))), chance
+    """The gate of a survey, and what chance does.
+
+    Campaigns in which nothing is missing are simulated, and the best of the dictionary of each is taken, as of this.
+    """
+    g, errors = survey.ground, _errors(survey, draws, np.random.default_rng(seed + 5))
+    targets = np.concatenate([errors, g.residual[None]])
+    vectors = np.concatenate([targets, g.shared])
+    shared = list(range(draws + 1, len(vectors)))
+    along = np.einsum("crm,brm->cb", g.shared, targets)
+    most, tables, found = np.zeros(draws), [], []
+    for place in survey.tried:
+        p = products(survey, place, vectors)
+        for n in exponents_of(survey):
+            gain = gains(p, survey.weight(n), draws + 1, shared, g.inverse, along)
+            most = np.maximum(most, _largest(p, gain[:, :draws]))
+            tables.append((place, p.forms, n))
+            found.append(gain[:, draws])
+    chance, laws = Chance(*map(float, stats.gumbel_r.fit(most))), ranked(tables, found)
+    p_best = chance.p(float(np.max(surprise(laws.gain, laws.halves))))
+    return Gate(p_best < level, p_best, chance.gain(level), tuple(distinct(laws, SHOWN))), chance
 
 
 def surprise(gain, sizes):
@@ -69,25 +85,8 @@ def surprise(gain, sizes):
     return -stats.chi2.logsf(np.minimum(gain, FAR), sizes) + 0.5 * np.maximum(gain - FAR, 0.0)
 
 
-def by_chance(survey: Survey, *, draws: int, seed: int) -> Chance:
-    """Simulate campaigns in which nothing is missing, and take the best of the dictionary of each."""
-    errors = _errors(survey, draws, np.random.default_rng(seed + 5))
-    g = survey.ground
-    vectors = np.concatenate([errors, g.shared])
-    shared = list(range(draws, len(vectors)))
-    along = np.einsum("crm,brm->cb", g.shared, errors)
-    most = np.zeros(draws)
-    for place in survey.tried:
-        p = products(survey, place, vectors)
-        for n in exponents_of(survey):
-            most = np.maximum(most, _largest(p, survey.weight(n), draws, shared, g.inverse, along))
-    location, scale = stats.gumbel_r.fit(most)
-    return Chance(float(location), float(scale))
-
-
-def _largest(p: Products, weight, draws, shared, inverse, along) -> np.ndarray:
-    """The largest -log p of a place's forms in every draw, (draws,)."""
-    gain = gains(p, weight, draws, shared, inverse, along)
+def _largest(p: Products, gain: np.ndarray) -> np.ndarray:
+    """The largest -log p of a place's forms in every draw, (draws,); gain (F, draws)."""
     wave = np.zeros(len(gain), dtype=bool)
     wave[p.waves] = True
     most = [surprise(gain[mask].max(axis=0), sizes) for mask, sizes in ((wave, 2), (~wave, 1)) if mask.any()]
@@ -110,7 +109,7 @@ def _ratio(here: np.ndarray, believed: np.ndarray) -> np.ndarray:
     return np.where(here > 0.0, np.where(seen, here / np.where(seen, believed, 1.0), MOST), 1.0)
 
 
-def _slow(level: tuple[float, float, float]) -> float:
+def _slow(level: tuple[float, float, Reach]) -> float:
     """Size of the slow part of the noise, which is what laws are mistaken for."""
-    _, wander, length = level
-    return wander * float(np.sqrt(abs(length)))
+    _, wander, reach = level
+    return wander * float(np.sqrt(reach.length))

@@ -25,10 +25,7 @@ class Operators:
     def columns(self, channel: str, inputs: np.ndarray) -> np.ndarray:
         """Whitened columns (F, R, m) of inputs (F, R, J) at a channel."""
         op = self.rows[channel]
-        out = np.empty((len(inputs), op.shape[1], op.shape[2]), dtype=op.dtype)
-        for r in range(op.shape[1]):
-            out[:, r] = inputs[:, r].astype(op.dtype) @ op[:, r]
-        return out
+        return np.matmul(inputs.astype(op.dtype).swapaxes(0, 1), op.swapaxes(0, 1)).swapaxes(0, 1)
 
 
 def operators(bench: Workbench, ground: Ground, answers: Responses, effects: Sequence[Effect]) -> Operators:

@@ -6,7 +6,8 @@ import numpy as np
 
 from belt_sim.diagnosis.candidate import has_diverged
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.effect_file import Written, written
 from belt_sim.discovery.search import Scored, fitted
 from belt_sim.discovery.survey import Survey
@@ -59,8 +60,8 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
     file = effect_file(survey, scored, sizes, said)
     old = survey.bench.forward
     chosen = [c for c in old.classes if c.id in survey.fit.ids]
-    bench = workbench(survey.bench.campaign, old.model, [*chosen, file.cls], old.terms)
-    forward = bench.forward
+    forward = Forward(survey.bench.samples, old.model, [*chosen, file.cls], old.step, old.terms)
+    bench = replace(survey.bench, forward=forward)
     vector, free, own = forward.null(), [], []
     for cls in chosen:
         for new, before in zip(forward.index(cls.id), old.index(cls.id), strict=True):
@@ -92,7 +93,8 @@ def _fitted(survey: Survey, scored: Scored, file: Written, bench: Workbench, sta
 
 
 def _held(survey: Survey, free: Refit) -> Refit:
-    """The law with those exponents of the tension held that its readings cannot tell from the round ones of the search.
+    """The law with those exponents of the tension held that its readings cannot tell from the round ones of the search,
+    or else from the nearest whole number.
 
     A number that says nothing costs much where a tension was left out: what is left may not know it at all.
     """
@@ -101,14 +103,20 @@ def _held(survey: Survey, free: Refit) -> Refit:
                          forward.index(free.written.cls.id), strict=True))  # fmt: skip
     vector, held = free.fit.vector.copy(), set()
     for n in free.written.numbers:
-        if n.name.startswith("exponent") and abs(numbers[n.name][0] - n.value) < ROUND * numbers[n.name][1]:
-            vector[positions[n.name]] = n.value / forward.slots[positions[n.name]].scale
+        round_one = _round(*numbers[n.name][:2], n.value) if n.name.startswith("exponent") else None
+        if round_one is not None:
+            vector[positions[n.name]] = round_one / forward.slots[positions[n.name]].scale
             held.add(positions[n.name])
     if not held:
         return free
     start = Fit(ids=free.fit.ids, free=[p for p in free.fit.free if p not in held], vector=vector)
     made = _fitted(survey, free.scored, free.written, free.bench, start)
     return free if made is None or made.gain < free.gain - WITHIN else replace(made, exponent=free.exponent)
+
+
+def _round(value: float, u: float, searched: float) -> float | None:
+    """The exponent of the search, or else the nearest whole one, that a fitted one cannot be told from."""
+    return next((n for n in (searched, float(np.round(value))) if abs(value - n) < ROUND * u), None)
 
 
 def _on_its_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> np.ndarray | None:

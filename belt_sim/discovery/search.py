@@ -4,6 +4,7 @@ All sizes are free; gains are projected, so that nuisances and chosen effects ha
 must earn them (cost).
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.optimize import minimize_scalar
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.places import Place
 from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.tables import Products, products
 
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)
 FIRSTS, SECONDS = 12, 12
@@ -31,27 +33,49 @@ class Scored:
 
 
 @dataclass(frozen=True)
-class Products:
-    """Products of a place's columns, run by run: with vectors (R, F, q), with themselves (F, R); waves (w,): which
-    forms are waves, and the same products of their other halves (R, w, q), (w, R), and of both halves (w, R).
+class Ranked:
+    """Laws of one term, best first: they are made as they are asked for.
+
+    tables: place, its forms and an exponent; gain, score: of every form of every table; halves: 2 of a wave, else 1.
     """
 
-    place: Place
-    forms: list[Form]
-    with_vectors: np.ndarray
-    own: np.ndarray
-    waves: np.ndarray
-    sine_vectors: np.ndarray
-    sine: np.ndarray
-    cross: np.ndarray
+    tables: list[tuple[Place, list[Form], float]]
+    gain: np.ndarray
+    score: np.ndarray
+    halves: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.gain)
+
+    def __iter__(self) -> Iterator[Scored]:
+        starts = np.cumsum([0, *(len(forms) for _, forms, _ in self.tables)])
+        for k in np.argsort(-self.score, kind="stable"):
+            of = int(np.searchsorted(starts, k, side="right")) - 1
+            place, forms, exponent = self.tables[of]
+            law = Law((Term(place, forms[k - starts[of]], exponent),))
+            yield Scored(law, float(self.gain[k]), float(self.score[k]))
+
+
+def ranked(tables: list[tuple[Place, list[Form], float]], gains: list[np.ndarray]) -> Ranked:
+    """Laws of one term by their gains, an array a table."""
+    prices, halves = [], []
+    for _, forms, exponent in tables:
+        prices += [_price(f, exponent) for f in forms]
+        halves += [2 if f.waving else 1 for f in forms]
+    gain = np.concatenate(gains).astype(float)
+    return Ranked(tables, gain, gain - np.array(prices), np.array(halves))
 
 
 def cost(law: Law) -> float:
     """What a law's numbers must earn."""
     total = TERM * (len(law.terms) - 1)
-    total += sum(NUMBER * t.form.numbers + EXPONENT * (t.exponent != 0.0) for t in law.terms)
-    total += sum(WAVE for t in law.terms if t.form.waving)
+    total += sum(_price(t.form, t.exponent) for t in law.terms)
     return total + (APART if len({t.place.name for t in law.terms}) > 1 else 0.0)
+
+
+def _price(form: Form, exponent: float) -> float:
+    """Of the numbers of one term."""
+    return NUMBER * form.numbers + EXPONENT * (exponent != 0.0) + (WAVE if form.waving else 0.0)
 
 
 def gain_of(survey: Survey, law: Law) -> float:
@@ -73,29 +97,6 @@ def fitted(survey: Survey, columns: np.ndarray) -> tuple[float, np.ndarray, np.n
     inverse = np.linalg.pinv(left * np.outer(scale, scale), rcond=1e-6, hermitian=True)
     sizes = scale * (inverse @ (pull * scale))
     return float(pull @ sizes), sizes, inverse * np.outer(scale, scale)
-
-
-def products(survey: Survey, place: Place, vectors: np.ndarray, forms: list[Form] | None = None) -> Products:
-    """Products of all columns of a place with vectors (q, R, m)."""
-    forms = survey.forms(place) if forms is None else forms
-    vectors32 = vectors.astype(np.float32)
-    rows = survey.rows(place, forms)
-    waving = np.array([k for k, f in enumerate(forms) if f.waving], dtype=int)
-    halves = survey.rows(place, [forms[k].sine() for k in waving]) if len(waving) else rows[:0]
-    return Products(
-        place,
-        forms,
-        _dot(rows, vectors32),
-        np.einsum("frm,frm->fr", rows, rows),
-        waving,
-        _dot(halves, vectors32),
-        np.einsum("frm,frm->fr", halves, halves),
-        np.einsum("frm,frm->fr", halves, rows[waving]),
-    )
-
-
-def _dot(rows: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    return np.matmul(rows.swapaxes(0, 1), vectors.transpose(1, 2, 0))  # (R, F, q)
 
 
 def gains(p: Products, weight: np.ndarray, targets: int, beside: list[int], inverse, along) -> np.ndarray:
@@ -127,18 +128,18 @@ def gains(p: Products, weight: np.ndarray, targets: int, beside: list[int], inve
     return np.where(np.isfinite(gain), gain, 0.0)  # a form beyond the range of numbers is no law
 
 
-def singles(survey: Survey, exponents=None) -> list[Scored]:
+def singles(survey: Survey) -> Ranked:
     """Every form at every place with every exponent, best first."""
     g = survey.ground
     vectors = np.concatenate([g.residual[None], g.shared])
-    beside = list(range(1, len(vectors)))
-    found: list[Scored] = []
+    beside, along = list(range(1, len(vectors))), g.shared_residual[:, None]
+    tables, found = [], []
     for place in survey.tried:
         p = products(survey, place, vectors)
-        for n in exponents_of(survey) if exponents is None else exponents:
-            gain = gains(p, survey.weight(n), 1, beside, g.inverse, g.shared_residual[:, None])[:, 0]
-            found += [_scored(Law((Term(place, f, n),)), x) for f, x in zip(p.forms, gain, strict=True)]
-    return sorted(found, key=lambda s: -s.score)
+        for n in exponents_of(survey):
+            tables.append((place, p.forms, n))
+            found.append(gains(p, survey.weight(n), 1, beside, g.inverse, along)[:, 0])
+    return ranked(tables, found)
 
 
 def exponents_of(survey: Survey) -> tuple[float, ...]:
@@ -150,7 +151,7 @@ def _scored(law: Law, gain: float) -> Scored:
     return Scored(law, float(gain), float(gain) - cost(law))
 
 
-def distinct(scored: list[Scored], count: int, each: int = 1) -> list[Scored]:
+def distinct(scored: Iterable[Scored], count: int, each: int = 1) -> list[Scored]:
     """The first ``count`` that say different things, at most ``each`` of the same kind."""
     seen: dict = {}
     kept = []
@@ -221,7 +222,7 @@ def _put(law: Law, k: int, number: str, value: float) -> Law:
 
 def _neighbour(survey: Survey, form: Form) -> float:
     """Ratio to the next number of the grid."""
-    end = float(survey.states.s[-1])
+    end = float(survey.states.s[-1]) / (float(np.min(survey.states.speed)) if form.timed else 1.0)
     if form.waving:
         return 1.0 + 0.5 * float(form.at or 1.0) / end
     if form.course in ("after", "during"):

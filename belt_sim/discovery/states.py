@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.discovery.channels import CHANNELS
+from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.operators import kept_row
 from belt_sim.discovery.places import TENSION, TRAVEL, Place
@@ -52,8 +52,10 @@ def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course:
     """States of the model, moved by what an unknown input does to them when there is a ``course`` of it."""
     runs, grid = bench.samples.runs, answers.grid
     rows = np.stack([[np.interp(grid, answers.fine, row) for row in kept[: MOMENT + 2]] for kept in answers.curves])
+    drift = np.zeros((len(runs), 2, len(grid)))
     if course is not None:
         rows = rows + _moved(answers, squeeze, course)
+        drift = _drift(answers, course)
     y, spacing = rows[:, :4], grid[1] - grid[0]
     bending = float(bench.samples.cases.belt.bending_stiffness)
     settings = bench.forward.samples.cases.settings  # as the runs most likely had them
@@ -66,7 +68,7 @@ def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course:
     return States(
         s=grid,
         y=y[:, :2],
-        alpha=-np.gradient(y[:, :2], spacing, axis=-1),
+        alpha=drift - np.gradient(y[:, :2], spacing, axis=-1),
         kappa=rows[:, MOMENT : MOMENT + 2] / bending,
         beta=np.where(since >= 0.0, (yaw + head)[:, None], 0.0),
         set=np.where(since >= 0.0, 1.0, 0.0),
@@ -93,6 +95,12 @@ def _moved(answers: Responses, squeeze: np.ndarray, course: Course) -> np.ndarra
             for row in READ:
                 added[r, row] += answers.at(answers.pulses[r, k, row], answers.grid) @ felt
     return added
+
+
+def _drift(answers: Responses, course: Course) -> np.ndarray:
+    """Sideways drift where the belt runs up either pulley, (R, 2, J), that a course is."""
+    inputs, parts = course.inputs(answers.grid), course.place.parts
+    return np.stack([inputs * ((drift_at(p), p) in parts) for p in (0, 1)], axis=1)
 
 
 def present(names: Sequence[str], states: States) -> list[str]:

@@ -1,6 +1,8 @@
 """A survey: everything the search for an unknown works with, laid out beside a fit."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +46,8 @@ class Law:
 @dataclass(frozen=True)
 class Survey:
     """bench, fit: where the search begins; tension: the unit of tension [Pa]; wide: whether forms and
-    places are tried that are too many for a test of whether anything is missing; the rest see their modules."""
+    places are tried that are too many for a test of whether anything is missing; kept: what was worked out already; the
+    rest see their modules."""
 
     bench: Workbench
     fit: Fit
@@ -55,6 +58,7 @@ class Survey:
     places: tuple[Place, ...]
     tension: float
     wide: bool = False
+    kept: dict = field(default_factory=dict)
 
     @property
     def stated_tension(self) -> np.ndarray:
@@ -65,10 +69,26 @@ class Survey:
         """(tension / unit)^exponent of every run (R,)."""
         return (self.states.tension / self.tension) ** exponent
 
+    def once(self, key: tuple, made: Callable[[], Any], within: States | None = None) -> Any:
+        """What ``made`` gives, worked out once by this key; within: states on which it rests, of which only the last
+        are remembered."""
+        found = self.kept
+        if within is not None:
+            if self.kept.get("within", (None,))[0] is not within:
+                self.kept["within"] = within, {}
+            found = self.kept["within"][1]
+        if key not in found:
+            found[key] = made()
+        return found[key]
+
     def forms(self, place: Place) -> list[Form]:
         """The forms to try at a place."""
-        found = dictionary(self.states, place.kind)
-        return found + seldom(self.states, place.kind, self.periods) if self.wide else found
+
+        def made() -> list[Form]:
+            found = dictionary(self.states, place.kind)
+            return found + seldom(self.states, place.kind, self.periods) if self.wide else found
+
+        return self.once(("forms", place.kind, self.wide), made, within=self.states)
 
     @property
     def tried(self) -> tuple[Place, ...]:

@@ -20,6 +20,7 @@ class IdlerSkew(Effect):
     law = "span"
     reference = "clamped span under a side force, any textbook; makers' guides: skewed and seized idlers"
     parity = "even"
+    affine = True
     tension_exponent = -1.0
     parameters = {
         "force": Parameter(

@@ -1,6 +1,7 @@
 """The decision by itself, on evidence that is written down: sets, their gains, and what they predict."""
 
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import pytest
 
@@ -56,6 +57,14 @@ class Written:
     def worse(self, larger, smaller):
         return ("density",) if "".join(sorted(larger)) in self.worsens and len(smaller) < len(larger) else ()
 
+    def pair(self, seen):
+        known = {frozenset(part) for ids in seen for k in (1, 2) for part in combinations(ids, k)}
+        sets = [s for k in (1, 2) for s in combinations(self.names, k)]
+        score = {s: self._of(s) - THRESHOLD * len(s) for s in sets}
+        best = max((s for s in sets if len(s) == 2), key=lambda s: score[s])
+        others = [v for s, v in score.items() if len(s) == 1 or frozenset(s) in known]
+        return best if score[best] > max(others) else None
+
     def moved(self, ids):
         return self
 
@@ -71,6 +80,8 @@ class Written:
         (Written({"a": 50, "b": 45}, worsens=("a",)), "b"),  # the first does, the second does not
         (Written({"a": 50}, worsens=("a",)), ""),
         (Written({"a": 50, "b": 48, "c": 47, "bc": 200, "ab": 70, "ac": 60, "abc": 201}), "bc"),  # a was in the way
+        (Written({"a": 95, "b": 60, "c": 60, "bc": 118, "ab": 96, "ac": 96}), "bc"),  # a is their sum, nearly
+        (Written({"a": 95, "b": 60, "c": 60, "bc": 104, "ab": 96, "ac": 96}), "a"),  # two explain no more than chance
     ],
 )
 def test_the_set_that_is_chosen(evidence, chosen):

@@ -10,7 +10,7 @@ from small_campaign import bench, repeated_bench
 from belt_sim.campaign import Quantity
 from belt_sim.diagnosis.levels import LevelFinder
 from belt_sim.diagnosis.metric import metric_of, nuisance_shapes, stiffness_sigma
-from belt_sim.diagnosis.noise import Levels, covariance
+from belt_sim.diagnosis.noise import Levels, Reach, covariance
 from belt_sim.diagnosis.where import cells, validation_uncertainty
 
 DRAWS = 600
@@ -157,5 +157,5 @@ def test_an_error_of_twice_the_uncertainty_is_twice_the_uncertainty():
 def test_without_repeats_and_with_nothing_known_of_the_candidates_the_stated_levels_hold():
     b = bench()
     found = LevelFinder(b.samples, b.shapes)(b.samples.y)
-    assert [found.of(s) for s in range(len(b.samples.signals))] == [(1.0, 1.0, 1.0)] * len(b.samples.signals)
+    assert [found.of(s) for s in range(len(b.samples.signals))] == [(1.0, 1.0, Reach())] * len(b.samples.signals)
     assert "as stated" in found.sentence

@@ -38,7 +38,7 @@ class Looked:
         return OneLaw("yaw: s", np.array([[[self.explains]]]), PRICE)
 
 
-def chosen_by(gain, ids=("a", "b")):
+def chosen_by(gain, ids=("a", "b"), inflation=1.0):
     """A selection of ``ids`` that explains ``gain`` of BASE_CHI2; a law's one number stands for what it explains."""
     fit = Fit(ids=ids, free=[], vector=np.zeros(2), chi2=BASE_CHI2 - gain)
     metric = SimpleNamespace(
@@ -49,6 +49,7 @@ def chosen_by(gain, ids=("a", "b")):
     base = Fit(ids=(), free=[], vector=np.zeros(2), chi2=BASE_CHI2, values=still)
     return SimpleNamespace(
         chosen=fit, base=base, bench=bench, base_bench=bench, gain=gain, threshold=lambda name: THRESHOLD,
+        null=SimpleNamespace(inflation=lambda name: inflation),
         base_left=CLEAN.and_failed(("smooth, odd in yaw",)), base_held_out="base", held_out="chosen",
     )  # fmt: skip
 
@@ -69,6 +70,12 @@ def test_one_effect_gives_way_to_a_law_that_explains_clearly_more_only():
     """One known fault is likelier than an unknown law: 400 - 12 + 4.6 + 25 = 417.6."""
     assert imitated(chosen_by(400.0, ("a",)), Looked(explains=415.0)) == ()
     assert imitated(chosen_by(400.0, ("a",)), Looked(explains=420.0))
+
+
+def test_a_law_costs_more_where_noise_levels_are_uncertain():
+    """Chance gives a law as much more as it gives the effects: 400 - 12 + 4.6 + 2 x 25 = 442.6."""
+    assert imitated(chosen_by(400.0, ("a",), inflation=2.0), Looked(explains=440.0)) == ()
+    assert imitated(chosen_by(400.0, ("a",), inflation=2.0), Looked(explains=445.0))
 
 
 def test_a_law_is_no_cheaper_than_the_effect_that_says_the_same():

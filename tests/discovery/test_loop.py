@@ -6,12 +6,15 @@ from small_discovery import MODEL, campaign, surveyed
 
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.discovery.forms import Form, stop
-from belt_sim.discovery.loop import Loop, closed, states_with
+from belt_sim.discovery.loop import closed, states_with
 from belt_sim.discovery.refit import effect_file
+from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import Scored, fitted
 from belt_sim.discovery.survey import Law, Term
 
-SIZE = 0.03  # 1/m^2: a crown that steers the belt, so that what it makes is not what the base model's y would
+#: a crown that steers the belt [1/m^2], and a belt that slides by much of its angle: what they make is not what the
+#: base model's states would
+STEERING = {"turn_tail": (Form("y"), 0.03), "drift_tail": (Form("alpha"), 0.5), "drift_both": (Form("alpha"), 0.5)}
 
 
 def law_of(place: str, form: Form) -> Law:
@@ -19,17 +22,19 @@ def law_of(place: str, form: Form) -> Law:
     return Law((Term(where, form),))
 
 
-def test_a_law_that_steers_itself_does_what_the_march_does():
-    survey, law = surveyed("yaw_creep"), law_of("turn_tail", Form("y"))
-    made = closed(Loop(survey), law, [SIZE], steps=0)
-    cls = effect_file(survey, Scored(law, 0.0, 0.0), [SIZE], "A test.").cls
+@pytest.mark.parametrize("place", STEERING)
+def test_a_law_that_steers_itself_does_what_the_march_does(place):
+    form, size = STEERING[place]
+    survey, law = surveyed("yaw_creep"), law_of(place, form)
+    made = closed(Loop(survey), law, [size], steps=0)
+    cls = effect_file(survey, Scored(law, 0.0, 0.0), [size], "A test.").cls
     forward = workbench(campaign("yaw_creep"), MODEL, [cls]).forward
     names = [slot.name for slot in forward.slots]
     vector = forward.null()
-    vector[names.index("size")] = SIZE / forward.slots[names.index("size")].scale
+    vector[names.index("size")] = size / forward.slots[names.index("size")].scale
     there = forward.values(np.stack([vector, forward.null()]))
     whole = survey.ground.white((there[0] - there[1])[None])[0]
-    open_loop = SIZE * survey.columns(law)[0]
+    open_loop = size * survey.columns(law)[0]
     assert np.linalg.norm(made.readings - whole) < 0.03 * np.linalg.norm(whole)
     assert np.linalg.norm(open_loop - whole) > 0.1 * np.linalg.norm(whole)
 

@@ -1,0 +1,74 @@
+"""A record with its sign turned, or two exchanged, is seen by what the model says of its run."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from linear_bench import SPREAD, WHITE, linear_bench
+
+from belt_sim.campaign import Suspicion
+from belt_sim.diagnosis.metric import metric_of
+from belt_sim.diagnosis.noise import Levels
+from belt_sim.diagnosis.setting_up import believed, misread
+
+COUNT = 40
+S = np.arange(COUNT) / COUNT
+Y1, Y4 = 3e-5 * S, 3e-5 * (1.0 - np.exp(-5.0 * S))
+PATHS = np.stack([np.stack([np.sign(r.yaw) * Y1, np.sign(r.yaw) * Y4]) for r in SPREAD])
+
+
+def laid_out(y):
+    """A workbench of two signals, y (R, 2, COUNT), without nuisances."""
+    bench = linear_bench(SPREAD, count=COUNT)
+    samples = replace(bench.samples, signals=(WHITE, replace(WHITE, name="y4", at="point_4")), y=y)
+    still = np.zeros((1, *y.shape))
+    metric = metric_of(samples, Levels(), still, still)
+    return replace(bench, samples=samples, fitted=samples, shapes=still, shared=still, metric=metric)
+
+
+def told(y):
+    return [(s.kind, s.run, s.signal, s.severity) for s in misread(laid_out(y), PATHS)]
+
+
+@pytest.fixture
+def y():
+    return PATHS + WHITE.white * np.random.default_rng(1).standard_normal(PATHS.shape)
+
+
+def test_a_sign_that_was_turned(y):
+    y[2, 1] *= -1.0
+    assert told(y) == [("wrong_sign", SPREAD[2].name, "y4", "stop")]
+
+
+def test_two_records_that_were_exchanged(y):
+    y[3] = y[3, ::-1]
+    assert told(y) == [("swapped", SPREAD[3].name, "y1 and y4", "stop")]
+
+
+def test_readings_as_they_are(y):
+    assert told(y) == []
+
+
+def test_an_effect_that_turns_one_signal_in_every_run_is_no_slip_of_the_hand(y):
+    y[:, 1] *= -1.0
+    assert told(y) == []
+
+
+def test_a_record_of_another_shape_is_not_turned(y):
+    """It lies on the other side, but not where a turned sign would put it."""
+    y[2, 1] = -3.0 * PATHS[2, 1] * S**2
+    assert told(y) == []
+
+
+def test_the_sign_of_a_yaw(y):
+    y[1] *= -1.0
+    assert told(y) == [("wrong_sign", SPREAD[1].name, None, "stop")]
+
+
+@pytest.mark.parametrize(("fault", "severity"), [(0.0, "stop"), (3e-5, "stop"), (3e-4, "look")])
+def test_a_turned_sign_is_believed_where_it_explains_most_of_what_is_left(y, fault, severity):
+    """A wave of the belt, larger than what the yaw does, may outweigh it; a small one beside a turned sign does not."""
+    y[2, 1] *= -1.0
+    y[2, 1] -= fault * np.sin(3.0 * S) ** 2
+    seen = Suspicion(run=SPREAD[2].name, signal="y4", kind="wrong_sign", sentence="turned")
+    assert [s.severity for s in believed(laid_out(y), PATHS, [seen])] == [severity]

@@ -1,0 +1,44 @@
+"""All pairs of candidates at once: a pair is seen where a third effect looks like the sum of both."""
+
+import numpy as np
+import pytest
+
+from belt_sim.diagnosis.pairs import Pairs
+
+RNG = np.random.default_rng(3)
+A, B, OTHER = RNG.standard_normal((3, 200))
+SUM = A + B + 0.3 * OTHER
+COLUMNS = np.stack([A, B, SUM, *RNG.standard_normal((7, 200))])
+PLACES = {"a": [0], "b": [1], "sum": [2], "two": [3, 4], "many": range(5, 10)}
+PAIRS = Pairs(PLACES, COLUMNS @ COLUMNS.T)
+
+
+def best(residual, seen):
+    return PAIRS.best(COLUMNS @ residual, lambda name: 10.0, seen)
+
+
+def test_a_pair_is_seen_where_a_third_effect_is_nearly_its_sum():
+    assert best(3.0 * A + 3.0 * B, seen=[("sum",), ("sum", "many")]) == ("a", "b")
+
+
+@pytest.mark.parametrize(
+    ("residual", "seen"),
+    [
+        (3.0 * A, [("a",)]),  # one does as well
+        (3.0 * SUM, [("sum",)]),
+        (3.0 * A + 3.0 * B, [("sum",), ("two", "b", "a")]),  # part of a set that was seen
+        (3.0 * COLUMNS[5] + 3.0 * COLUMNS[6], [("many",)]),  # free numbers are nobody's sum
+    ],
+)
+def test_no_pair_is_told_of_that_promises_no_more(residual, seen):
+    assert best(residual, seen) is None
+
+
+def test_gains_are_those_of_least_squares():
+    """All columns of a pair fitted together; twins among them count once."""
+    twins = np.stack([A, A, B])
+    residual = RNG.standard_normal(200)
+    gains = Pairs({"a": [0], "twin": [1], "b": [2]}, twins @ twins.T)._gains(twins @ residual)
+    for ids, rows in {("a", "b"): [A, B], ("a", "twin"): [A], ("twin",): [A]}.items():
+        solved = np.linalg.lstsq(np.stack(rows).T, residual, rcond=None)[0]
+        assert gains[ids] == pytest.approx(float(np.sum((solved @ np.stack(rows)) ** 2)), rel=1e-9)
