@@ -13,16 +13,20 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.plan import first, plan_steps, room_for
-from belt_sim.analytic.stepping import observe, places_of, spans_of, start_of, stepper
+from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.around_engine import as_driven, as_numpy
+from belt_sim.effects.base import uses
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.jax_setup import compiled, in_float64
+from belt_sim.laws import drive, wrap
+from belt_sim.laws.runup import RunUp, Yaw
 from belt_sim.si import N_PER_MM2
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]
+BEFORE = -1.0  # [m]: the instant before the start
 
 
 def march(
@@ -58,6 +62,53 @@ def march_traced(case: Case, effects, travel, *, model: Composition, plan) -> Cu
     return _driven_traced(as_driven(case, effects), effects, travel, model=model, plan=plan)
 
 
+def march_open(
+    case: Case,
+    effects,
+    spacing,
+    steps,
+    *,
+    model: Composition,
+    room: int,
+    slots: int,
+    only: tuple[str, ...] = ("y", "tilt"),
+) -> Curves:
+    """The same with ``steps`` of ``spacing`` [m], each kept, that are known only when it runs: one compilation serves
+    any travel and step.
+
+    room: records that are returned (more than ``steps``; beyond the last step nothing changes any more); slots: of the
+    wrap's history; only: which curves, of y, angle, moment and tilt.
+    """
+    case = as_driven(case, effects)
+    spans = _spans(case, (*model.built_in, *effects), model)
+    advance = _stepper(spans, spacing)
+
+    def one(k, loop):
+        carry, rows = loop
+        carry = advance(carry, k)
+        seen = _observe(carry, spans)
+        return carry, {n: row.at[k + 1].set(seen[n]) for n, row in rows.items()}
+
+    start = _start(spans, slots)
+    first = _observe(start, spans)
+    rows = {n: jnp.zeros((room, *first[n].shape)).at[0].set(first[n]) for n in only}
+    carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
+    beyond, last = jnp.arange(room)[:, None] > steps, _observe(carry, spans)
+    places, order = _places(case)
+    rows = {n: jnp.where(beyond, last[n], row) for n, row in rows.items()}
+    curves = {n: (row - row[0] if n == "y" else row).T for n, row in rows.items()}
+    curves = {n: rows[places if n in ("y", "angle") else order] for n, rows in curves.items()}
+    return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
+
+
+def _spans(case: Case, effects, model: Composition) -> Spans:
+    """The spans of a case as it is driven."""
+    span = model.span(case)
+    for e in uses(effects, "span"):
+        span = e.span(span, case)
+    return Spans.of(case, effects, span)
+
+
 def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
     """The march over ``travel`` [m]."""
     records, stride, _ = plan
@@ -67,19 +118,19 @@ def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> 
 def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> Curves:
     """The march itself, in steps of ``spacing`` [m]."""
     records, stride, slots = plan
-    spans = spans_of(case, (*model.built_in, *effects), model)
-    advance = stepper(spans, spacing)
+    spans = _spans(case, (*model.built_in, *effects), model)
+    advance = _stepper(spans, spacing)
 
     def record(carry, k):
         def one(i, carry):
             return advance(carry, k * stride + i)
 
         carry = one(0, carry) if stride == 1 else jax.lax.fori_loop(0, stride, one, carry)
-        return carry, observe(carry, spans)
+        return carry, _observe(carry, spans)
 
-    start = start_of(spans, slots)
+    start = _start(spans, slots)
     _, rows = jax.lax.scan(record, start, jnp.arange(records))
-    first = observe(start, spans)
+    first = _observe(start, spans)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
     rows["y"] = rows["y"] - first["y"]
     return _curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
@@ -88,9 +139,131 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
 _march_jit = compiled(_steps_traced, static_argnames=("model", "plan"))
 
 
+def _stepper(spans, spacing):
+    """A function (carry, step number) -> carry that advances the march by one step."""
+    case, effects, span = spans.case, spans.effects, spans.span
+    shapers = uses(effects, "yaw") + uses(effects, "runup") + uses(effects, "bend")
+    solve = _solve_limp if span.limp else _solve_sticking
+    arcs = jnp.stack([case.rig.wrap_tail, case.rig.wrap_head])
+
+    def advance(carry, k):
+        ring, now, off, _ = carry
+        s0 = k * spacing
+        off1 = wrap.delayed(ring, k + 1, arcs, spacing)
+        for e in uses(effects, "wrap"):
+            off1 = e.wrap(off1, replace(now, travel=s0 + spacing), case)
+        commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
+
+        def correct(_, guess):
+            then = replace(guess[0], travel=s0 + spacing)  # as it is; what depends on travel alone is worked out once
+            yaw, push = _forced(effects, commanded, case, now, then)
+            y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
+            yaw_end = _yaw_now(effects, case, s0 + spacing, then)
+            then = spans.state(s0 + spacing, now.travel, y, alpha, off1, yaw_end)
+            return spans.slid(then, off1, yaw_end), yaw_end
+
+        guess = (replace(now, travel=s0 + spacing), commanded)
+        then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
+        ring = ring.at[(k + 1) % ring.shape[0]].set(_landed(then))
+        return ring, then, off1, yaw_end
+
+    return advance
+
+
+def _forced(effects, commanded, case, now, then):
+    """Yaw and run-up terms of effects, averaged over the step: yaw by Simpson's rule, as pulleys may wobble."""
+    between = _mean(now, then)
+    yaw, push = commanded, _nothing()
+    for e in uses(effects, "yaw"):
+        ends = _mean(e.yaw(yaw, now, case), e.yaw(yaw, then, case))
+        yaw = jax.tree.map(lambda end, mid: end + 2.0 * (mid - end) / 3.0, ends, e.yaw(yaw, between, case))
+    for e in uses(effects, "runup"):
+        push = _mean(e.runup(push, now, case), e.runup(push, then, case))
+    return yaw, replace(push, turn=push.turn + between.added)
+
+
+def _mean(a, b):
+    return jax.tree.map(lambda x, y: 0.5 * (x + y), a, b)
+
+
+def _nothing() -> RunUp:
+    return RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2))
+
+
+def _yaw(case, angle, *where) -> Yaw:
+    """Commanded yaw of both pulleys, by ``angle`` (at a travel, or the mean over a step)."""
+    settings = case.settings
+    return Yaw.of(angle(settings.yaw, *where), angle(settings.yaw_head, *where))
+
+
+def _yaw_now(effects, case, travel, now) -> Yaw:
+    yaw = _yaw(case, drive.angle_at, travel)
+    for e in uses(effects, "yaw"):
+        yaw = e.yaw(yaw, now, case)
+    return yaw
+
+
+def _solve_sticking(now, off, off1, yaw, push, spans, h):
+    """One trapezoidal step of dy/ds = -alpha + drift, dalpha/ds = -(kappa + turn); a 2x2 system by hand."""
+    ky, ko, ku, ro, ru = spans.answer.runup.T
+    a = 0.5 * h
+    known = (
+        ky * (yaw.aside_runup - yaw.aside_runoff - 0.5 * _partner(off.y + off1.y))
+        + ku * yaw.runup
+        + ko * (yaw.runoff + 0.5 * _partner(off.alpha + off1.alpha))
+        + ro * yaw.roll_runoff
+        + ru * yaw.roll_runup
+    )
+    right = now.alpha * (1 - a * ku + a * a * ky) - a * ky * (2 * now.y + h * push.drift) - h * (known + push.turn)
+    alpha = right / (1 + a * ku - a * a * ky)
+    y = now.y - a * (now.alpha + alpha) + h * push.drift
+    return y, alpha
+
+
+def _solve_limp(now, off, off1, yaw, push, spans, h):
+    """One trapezoidal step of dy/ds = theta_p - (y_u - y_o)/L (paper eq. 5, 6)."""
+    length = spans.span.length
+    a = 0.5 * h / length
+    partner = _partner(off.y + off1.y) + 2.0 * (yaw.aside_runoff - yaw.aside_runup)
+    y = (now.y * (1 - a) + a * partner + h * (yaw.runup + push.drift)) / (1 + a)
+    return y, spans.slope(y, off1, yaw) - yaw.runup
+
+
+def _partner(runoff):
+    """(tail, head) pulley's run-off values -> those at the far end of the span that runs up (tail, head)."""
+    return runoff[::-1]
+
+
+def _start(spans, slots):
+    """The belt lies straight and sticks: y = 0 and alpha = 0 all round, whatever the yaw (paper eq. 11-13)."""
+    zero = jnp.zeros(2)
+    off = wrap.RunOff(y=zero, alpha=zero)
+    yaw = _yaw(spans.case, drive.angle_at, 0.0)
+    blank = spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw)
+    yaw = _yaw_now(spans.effects, spans.case, 0.0, blank)
+    now = spans.slid(spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw), off, yaw)
+    return jnp.zeros((slots, 4)).at[0].set(_landed(now)), now, off, yaw
+
+
+def _landed(now):
+    """What the wrap's history keeps of an instant, shape (4,)."""
+    return jnp.stack([now.y[0], now.alpha[0], now.y[1], now.alpha[1]])
+
+
+def _observe(carry, spans):
+    """What is kept of one instant, still in the order (span up the tail, span up the head)."""
+    _, now, off, yaw = carry
+    return {
+        "y": jnp.concatenate([now.y + yaw.aside_runup, off.y + yaw.aside_runoff[::-1]]),
+        "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
+        "moment": now.moment,
+        "tilt": spans.tilt(now, off, yaw),
+    }
+
+
 def _curves(rows, case, span, travel) -> Curves:
     """Sort what was kept by place: points 1-4, upper and lower span; on reversed travel the spans change places."""
-    places, spans = places_of(case)
+    places, spans = _places(case)
     moment = rows["moment"].T[spans]
     edge = case.settings.tension - jnp.abs(moment) * 6.0 / (case.belt.width**2 * case.belt.thickness)
     sag = case.sag_curvature * span.length**2 / 8.0
@@ -103,3 +276,11 @@ def _curves(rows, case, span, travel) -> Curves:
         tilt=rows["tilt"].T[spans],
         sag=jnp.stack([sag, sag]),
     )
+
+
+def _places(case: Case):
+    """Of what was kept (run-up tail, run-up head, run-off tail, run-off head; spans up tail and head): which belongs to
+    the points 1-4, and which to the upper and the lower span."""
+    forward = case.settings.direction > 0
+    places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([2, 0, 3, 1]))
+    return places, jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))

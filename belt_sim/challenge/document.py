@@ -69,10 +69,8 @@ def _commands(published: Sequence[Published]) -> str:
             holes.append(f"{len(p.unanswered)} of {a['source']} ({_seeds(p.unanswered)})")
     told = "```\n" + "\n".join(lines) + "\n```\n"
     if holes:
-        told += (
-            f"\nDrawn and not answered in time, and in no figure: {'; '.join(holes)}. What takes long is missing more\n"
-        )
-        told += "often than what is answered soon.\n"
+        told += f"\nNot answered within the time there was, and in no figure: {'; '.join(holes)}.\n"
+        told += "What takes long is missing more often than what is answered soon.\n"
     return told
 
 

@@ -72,6 +72,6 @@ def cause(f: Facts) -> str:
 
 def _most(rows: Sequence[Facts]) -> str:
     """The most common of what is hidden."""
-    found = Counter(", ".join(f.hidden) or f.dirt or f.plan or f.kind for f in rows).most_common()
+    found = Counter(" + ".join(f.hidden) or f.dirt or f.plan or f.kind for f in rows).most_common()
     told = ", ".join(f"{name} {n}" if n > 1 else name for name, n in found[:COMMON])
     return told + (", ..." if len(found) > COMMON else "")

@@ -10,7 +10,7 @@ from belt_sim.challenge.facts import Facts, facts_of
 from belt_sim.provenance import provenance
 
 FACTS = "belt-challenge-facts/1"
-_SENTENCE = 160  # characters that are kept of an answer's sentence
+_SENTENCE = 160  # characters that are kept of an answer's sentence, of its law, and of why it is wrong
 #: what another answer to the same campaign changes
 _OF_AN_ANSWER = ("verdict", "named", "aliases", "outcome", "covered", "removed")
 
@@ -45,7 +45,8 @@ def as_text(results: Sequence[Mapping[str, Any]], drawn: Iterable[int] = ()) -> 
 
 def _row(result: Mapping[str, Any]) -> dict[str, Any]:
     facts = facts_of(result)
-    row = replace(facts, sentence=facts.sentence[:_SENTENCE]).row()
+    words = {name: said[:_SENTENCE] for name in ("sentence", "discovered", "why") if (said := getattr(facts, name))}
+    row = replace(facts, **words).row()
     if result["truth"] is None or facts.verdict == "crash" or "crash" in (result.get("others") or {"crash": ""}):
         return row
     others = {name: facts_of(result, answer).row() for name, answer in result["others"].items()}

@@ -11,7 +11,7 @@ from belt_sim.diagnosis.nextrun import next_runs
 from belt_sim.diagnosis.openset import OpenSet
 from belt_sim.diagnosis.refits import Trial
 from belt_sim.diagnosis.select import Selection, select
-from belt_sim.diagnosis.setting_up import believed, set_up
+from belt_sim.diagnosis.setting_up import set_up
 from belt_sim.diagnosis.unknown import Look
 from belt_sim.diagnosis.verdict import Judgement, judged, verdict
 from belt_sim.diagnosis.workbench import Workbench, workbench
@@ -77,7 +77,7 @@ def examine(
     tell("laying out the campaign")
     bench = workbench(campaign, model, [c for c in classes if model.refusal(c) is None and _long_enough(campaign, c)])
     base = bench.fit([bench.start((), bench.forward.null())])[0]
-    suspect = believed(bench, base.values, suspicions(campaign)) or set_up(bench, base.values)
+    suspect = set_up(bench, base.values, suspicions(campaign))
     damaged = any(s.severity == "stop" for s in suspect)  # then nothing is added: only what is there is judged
     limit = 0 if damaged else MAX_EFFECTS
     bootstraps = min(bootstraps, FEWEST) if damaged else bootstraps

@@ -3,7 +3,8 @@
 A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw], the
 last four relative, relative, in radians and in metres of travel, the same for every run (a run's own setting error is
 small and enters linearly, through the derivative). Many points are computed at once; derivatives are differences of
-neighbouring points, which share the point they start from. Heavy effects are compiled in only where they are not null.
+neighbouring points, which share the point they start from. What is null is not compiled in (``compositions``); both
+points of a difference are marched by the same code, so that its rounding is not taken for a derivative.
 
 Points and runs are marched as one list of rows, a fixed number at a time, over as many steps as the campaign needs: one
 compilation serves campaigns of any number of runs, samples, travel and step.
@@ -20,10 +21,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.open_march import march_open
+from belt_sim.analytic.march import march_open
 from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.diagnosis import linear_readings
+from belt_sim.diagnosis.compositions import LIGHT, READ, Groups, group_of, members
 from belt_sim.diagnosis.samples import MAX_SAMPLES, Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
@@ -87,7 +89,7 @@ class Forward:
         self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
         ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
         self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
-        self._heavy = {c: self.index(c.id) for c in self.classes if c.heavy}
+        self._groups = [group_of(s.effect) for s in self.slots]
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._march = travel / steps, steps
@@ -137,45 +139,59 @@ class Forward:
 
     def values(self, vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size)."""
+        return self._composed(vector, self._active(vector), samples)
+
+    def _composed(self, vector: np.ndarray, codes: Sequence[Groups], samples: Samples | None) -> np.ndarray:
+        """The same by the code of some groups of effects each."""
         samples = samples or self.samples
-        active = self._active(vector)
         found = np.empty((len(vector), *samples.y.shape))
-        for key in {tuple(row) for row in active}:
-            rows = np.flatnonzero((active == key).all(axis=1))
-            found[rows] = self._marched(vector[rows], key, samples)
+        for code in dict.fromkeys(codes):
+            rows = np.flatnonzero([c == code for c in codes])
+            found[rows] = self._marched(vector[rows], code, samples)
         return found - self.offset if samples is self.samples else found
 
     def lanes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
         points, of = np.unique(vector, axis=0, return_inverse=True)
-        of = of.reshape(-1)
         read = np.any(directions[:, self.linear], axis=1) & ~np.any(directions[:, ~self.linear], axis=1)
-        moving = np.flatnonzero(np.any(directions, axis=1) & ~read)
-        along = directions[moving]
+        along = np.where(read[:, None], 0.0, directions)
+        codes = self._codes(points, of.reshape(-1), along)
+        starts = list(dict.fromkeys(zip(of.reshape(-1).tolist(), codes, strict=True)))
+        start = [starts.index(key) for key in zip(of.reshape(-1).tolist(), codes, strict=True)]
+        moving = np.flatnonzero(np.any(along, axis=1))
         least = np.array([DIFFERENCE] * len(self.slots) + list(DIFFERENCES))
-        step = np.min(least / np.maximum(np.abs(along), 1e-30), axis=1, initial=np.inf)
-        found = self.values(np.concatenate([points, vector[moving] + step[:, None] * along]), samples)
-        values = found[of]
+        step = np.min(least / np.maximum(np.abs(along[moving]), 1e-30), axis=1, initial=np.inf)[:, None]
+        asked = np.concatenate([points[[k for k, _ in starts]], vector[moving] + step * along[moving]])
+        found = self._composed(asked, [c for _, c in starts] + [codes[k] for k in moving], samples)
+        values = found[start]
         slopes = np.zeros_like(values)
-        slopes[moving] = (found[len(points) :] - values[moving]) / step[:, None, None, None]
+        slopes[moving] = (found[len(starts) :] - values[moving]) / step[..., None, None]
         if read.any():
             slopes[read] = linear_readings.slopes(self, vector[read], directions[read], samples or self.samples)
         return values, slopes
 
-    def _active(self, vector: np.ndarray) -> np.ndarray:
-        """Which of the heavy effects (C, heavy) are not null."""
-        null = self.null()
-        columns = [np.any(vector[:, k] != null[k], axis=1) for k in self._heavy.values()]
-        return np.stack(columns, axis=1) if columns else np.zeros((len(vector), 0), dtype=bool)
+    def _active(self, vector: np.ndarray) -> list[Groups]:
+        """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
+        off = vector[:, : len(self.slots)] != self._null[: len(self.slots)]
+        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - {READ} for row in off]
 
-    def _marched(self, vector: np.ndarray, active: tuple, samples: Samples) -> np.ndarray:
-        """Predictions (C, R, S, n) with the heavy effects that are ``active`` and all others."""
-        without = {c for c, on in zip(self._heavy, active, strict=True) if not on}
-        kept = [k for k, s in enumerate(self.slots) if s.effect not in without]
+    def _codes(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
+        """By which code each derivative is taken: one for all of a point, but for what is dear."""
+        there, moved = self._active(points), self._active(self._null + along)
+        shared = [
+            groups.union(*(moved[k] & {LIGHT} for k in np.flatnonzero(of == p))) for p, groups in enumerate(there)
+        ]
+        return [shared[p] | groups for p, groups in zip(of, moved, strict=True)]
+
+    def _marched(self, vector: np.ndarray, groups: Groups, samples: Samples) -> np.ndarray:
+        """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
+        within = set(members(self.classes, groups))
+        kept = [k for k, s in enumerate(self.slots) if s.effect in within]
         places = [PLACES.index(s.at) for s in samples.signals]
         tilts = any(PLACES[place].endswith("mid_span") for place in places)
         march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts)
-        vector = vector[:, [*kept, *range(len(self.slots), self.size)]]
+        scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
+        vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
         runs, _, n = samples.y.shape
         points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
         cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
@@ -246,7 +262,7 @@ def _one_run(
     """Readings (6, n) of one run at every place; (4, n) where ``only`` has no tilt."""
     numbers: dict[type[Effect], dict] = {}
     for k, slot in enumerate(slots):
-        numbers.setdefault(slot.effect, {})[slot.name] = vector[k] * slot.scale
+        numbers.setdefault(slot.effect, {})[slot.name] = vector[k]
     effects = tuple(cls(**values) for cls, values in numbers.items())
     case = _as_set(Case(rig=rig, belt=belt, settings=settings), vector[len(slots) :])
     curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only)

@@ -1,5 +1,6 @@
 """What looks wrong in a campaign once the model's own path is taken off its readings."""
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -11,32 +12,28 @@ from belt_sim.campaign.offsets import shifted_runs
 from belt_sim.campaign.record import records
 from belt_sim.diagnosis.workbench import Workbench
 
-CLEARED = 60.0  # chi2 that one record read another way has to clear; no chance among all records does that
+CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
+ALONE = 0.1  # share of it that the same may clear in another run: what an effect does, it does in several
 WITHIN = 4.0  # sigmas of its chi2 that the run may then still be from what noise makes of it
-UNDONE = 0.5  # share of a run's chi2 beyond noise that a turned sign must at least account for
+UNDONE = 0.5  # share of the chi2 beyond noise that a turned sign must at least account for
 LEFT = 0.05  # share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly
 
 
 def believed(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
-    """``suspicions`` of the data by themselves; a sign of one run that explains less of what ``values`` (R, S, n) leave
-    there than it does not is to be looked at only: a fault of the machine larger than the yaw turns a run as well.
+    """``suspicions`` of the data by themselves; a sign that explains less of what ``values`` (R, S, n) leave than it
+    does not is to be looked at only: a fault of the machine larger than the yaw turns readings as well.
     """
-    turned = [s for s in suspicions if s.kind == "wrong_sign" and s.run is not None and s.severity == "stop"]
-    if not turned:
-        return tuple(suspicions)
-    left = _OfRuns(bench, values)
-    found = []
-    for s in suspicions:
-        runs = [r for r, run in enumerate(bench.samples.runs) if s in turned and run.name == s.run]
-        ways = [way for way in left.ways if way[0] in runs and way[1].kind == "wrong_sign"]
-        undone = [left.after(way)[way[0]] < UNDONE * left.before[way[0]] for way in ways]
-        found.append(replace(s, severity="look") if ways and not any(undone) else s)
-    return tuple(found)
+    signs = [s for s in suspicions if s.kind == "wrong_sign" and s.severity == "stop"]
+    left = _OfRuns(bench, values) if signs else None
+    return tuple(
+        replace(s, severity="look") if left and s in signs and not left.undone_by(s) else s for s in suspicions
+    )
 
 
-def set_up(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
-    """Everything that ``values`` (R, S, n) show: runs that are shifted, records that are turned round or exchanged."""
-    return offsets(bench, values) or misread(bench, values)
+def set_up(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
+    """What is wrong, worst first: ``suspicions`` of the data by themselves, and what ``values`` (R, S, n) show."""
+    seen = believed(bench, values, suspicions) or offsets(bench, values)
+    return seen if any(s.severity == "stop" for s in seen) else (*misread(bench, values), *seen)
 
 
 def misread(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
@@ -46,15 +43,18 @@ def misread(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
     """
     left = _OfRuns(bench, values)
     spread = WITHIN * np.sqrt(2.0 * left.count)
-    found = []
+    gains, found = defaultdict[tuple, list[float]](list), []
     for r, told, read in left.ways:
         after = left.after((r, told, read))
         gain = float(np.sum(left.before - after))
+        gains[told.kind, told.signal].append(gain)
         if gain > CLEARED and after[r] - spread[r] < LEFT * gain:
             found.append((gain, r, told))
     if len({r for _, r, _ in found}) != 1:
         return ()  # in several runs: the model lacks something
-    return (max(found, key=lambda f: f[0])[2],)
+    gain, _, told = max(found, key=lambda f: f[0])
+    others = sorted(gains[told.kind, told.signal])[:-1]
+    return (told,) if max(others, default=0.0) < ALONE * gain else ()
 
 
 Way = tuple[int, Suspicion, np.ndarray]  # a run, what was done to it, and its readings (S, n) with that undone
@@ -74,6 +74,22 @@ class _OfRuns:
         y = self.bench.fitted.y.copy()
         y[way[0]] = way[2]
         return self._of(y)
+
+    def undone_by(self, told: Suspicion) -> bool:
+        """Whether a turned sign, of one run or all, of one signal or all or the one that fits, accounts for most."""
+        samples = self.bench.samples
+        runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
+        lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
+        for turned in (
+            [k for k in lateral if samples.signals[k].name == told.signal],
+            lateral,
+            *([k] for k in lateral),
+        ):
+            y = self.bench.fitted.y.copy()
+            y[np.ix_(runs, turned)] *= -1.0
+            if np.sum(self._of(y)[runs]) < UNDONE * np.sum(self.before[runs]):
+                return True
+        return not runs
 
     def _of(self, y: np.ndarray) -> np.ndarray:
         white = self.bench.metric.whiten(y - self.values).reshape(len(y), -1)

@@ -16,7 +16,8 @@ from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import Scored, cost, distinct, exponents_of, fitted, gain_of, pairs, refined, singles
 from belt_sim.discovery.survey import Law, Survey, Term
 
-SINGLES, PAIRS, FIRSTS, ALIKE = 24, 8, 5, 8
+SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
+PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
 ONE = 0.998  # cosine of readings that are the same
 SHOWN = 12  # rivals
 POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
@@ -44,6 +45,8 @@ def choose(survey: Survey, course: Course) -> Choice:
     survey = replace(survey, wide=True)
     loop, read = Loop(survey), survey.informed(course)
     ones = _judged(loop, [(s, distinct(singles(s), SINGLES)) for s in (survey, read)])
+    for places in PLACES:
+        ones = _merged(ones, _judged(loop, _otherwise(loop, ones, places)))
     possible = explained(survey, course)
     firsts = _unlike(survey, ones, FIRSTS) if ones[0].gain < possible else []
     beside = [(replace(survey, states=states_with(loop, c)), c.scored) for c in firsts]
@@ -102,6 +105,20 @@ def _merged(some: Sequence[Closed], more: Sequence[Closed]) -> list[Closed]:
         if c.law.says not in found or c.score > found[c.law.says].score:
             found[c.law.says] = c
     return sorted(found.values(), key=lambda c: -c.score)
+
+
+def _otherwise(loop: Loop, laws: Sequence[Closed], count: int) -> list[tuple[Survey, list[Scored]]]:
+    """Other forms at the first ``count`` places of ``laws``, with the states that those laws make: a law that describes
+    the readings says what the true one reads, even where its form is another and the base model's states are far off.
+    """
+    first: dict[str, Closed] = {}
+    for c in laws:
+        first.setdefault(c.law.terms[0].place.name, c)
+    at_work = [
+        replace(loop.survey, states=states_with(loop, c), places=(c.law.terms[0].place,))
+        for c in list(first.values())[:count]
+    ]
+    return [(s, distinct(singles(s), FORMS)) for s in at_work]
 
 
 def _alike(survey: Survey, best: Closed) -> list[tuple[Survey, list[Scored]]]:

@@ -11,20 +11,21 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.analytic.open_march import march_open
+from belt_sim.analytic.march import march_open
 from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case
-from belt_sim.diagnosis.forward import model_name, room_for
+from belt_sim.diagnosis.forward import ROWS, model_name, room_for
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.effects.around_engine import true_travel
-from belt_sim.effects.base import Effect
-from belt_sim.jax_setup import compiled, in_float64
+from belt_sim.effects.base import Effect, overrides
+from belt_sim.jax_setup import in_float64
 from belt_sim.laws.span import response
 from belt_sim.stored_code import kept
 
 RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most
+NO_HAND = {"encoder", "seen", "sensor", "scene"}  # hooks by which an effect has no hand in the march
 Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see Responses
 
 
@@ -68,12 +69,13 @@ def responses(bench: Workbench, vector: np.ndarray, ids) -> Responses:
     cells = int(np.ceil(far / step)) + 1
     travel = step * (cells + 1)
     steps, _, slots = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
-    march = _compiled(forward.model, tuple(map(type, effects)), *room_for(steps, slots))
+    acting = tuple(e for e in effects if overrides(e) - NO_HAND)
+    march = _compiled(forward.model, tuple(map(type, acting)), *room_for(steps, slots))
     runs = np.arange(-(-len(samples.runs) // RUNS) * RUNS).clip(max=len(samples.runs) - 1)
     found = []
     for rows in runs.reshape(-1, RUNS):
         settings = jax.tree.map(lambda x, rows=rows: np.asarray(x)[rows], samples.cases.settings)
-        found.append(march(effects, replace(samples.cases, settings=settings), step, travel / steps, steps))
+        found.append(march(acting, replace(samples.cases, settings=settings), step, travel / steps, steps))
     curves, pulses = (np.concatenate(rows)[: len(samples.runs), ..., : steps + 1] for rows in zip(*found, strict=True))
     return Responses(
         grid=step * np.arange(cells), fine=np.linspace(0.0, travel, steps + 1), curves=curves, pulses=pulses
@@ -111,9 +113,17 @@ def _sorted(curves, case):
 
 def tension_answers(bench: Workbench) -> np.ndarray:
     """d kappa at the run-up of a span per relative change of tension and unit of its boundary values, (R, 5)."""
+    cases = bench.forward.samples.cases
+    runs = len(bench.samples.runs)
+    rows = np.arange(-(-runs // ROWS) * ROWS).clip(max=runs - 1)
+    settings = jax.tree.map(lambda x: np.asarray(x)[rows], cases.settings)
+    return np.asarray(_tightened(bench.forward.model)(replace(cases, settings=settings)))[:runs]
 
+
+@cache
+def _tightened(model):
     def one(case):
-        span = bench.forward.model.span(case)
+        span = model.span(case)
 
         def tightened(share):
             return response(retensioned(span, case, share)).runup
@@ -121,7 +131,8 @@ def tension_answers(bench: Workbench) -> np.ndarray:
         return jax.jvp(tightened, (0.0,), (1.0,))[1]
 
     many = jax.vmap(one, in_axes=(Case(rig=None, belt=None, settings=0),))  # type: ignore[arg-type]
-    return np.asarray(compiled(many)(bench.forward.samples.cases))
+    named = model_name(model)
+    return kept(many, named and f"tightened {named}")
 
 
 def retensioned(span, case: Case, share):

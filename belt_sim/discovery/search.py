@@ -59,11 +59,15 @@ class Ranked:
 def ranked(tables: list[tuple[Place, list[Form], float]], gains: list[np.ndarray]) -> Ranked:
     """Laws of one term by their gains, an array a table."""
     prices, halves = [], []
+    known: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # of a list of forms
     for _, forms, exponent in tables:
-        prices += [_price(f, exponent) for f in forms]
-        halves += [2 if f.waving else 1 for f in forms]
+        if id(forms) not in known:
+            known[id(forms)] = np.array([_price(f, 0.0) for f in forms]), np.array([1 + f.waving for f in forms])
+        price, half = known[id(forms)]
+        prices.append(price + EXPONENT * (exponent != 0.0))
+        halves.append(half)
     gain = np.concatenate(gains).astype(float)
-    return Ranked(tables, gain, gain - np.array(prices), np.array(halves))
+    return Ranked(tables, gain, gain - np.concatenate(prices), np.concatenate(halves))
 
 
 def cost(law: Law) -> float:

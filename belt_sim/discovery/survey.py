@@ -81,14 +81,10 @@ class Survey:
             found[key] = made()
         return found[key]
 
-    def forms(self, place: Place) -> list[Form]:
-        """The forms to try at a place."""
-
-        def made() -> list[Form]:
-            found = dictionary(self.states, place.kind)
-            return found + seldom(self.states, place.kind, self.periods) if self.wide else found
-
-        return self.once(("forms", place.kind, self.wide), made, within=self.states)
+    def forms(self, place: Place) -> tuple[list[Form], list[Form]]:
+        """The forms to try at a place: the dictionary, and what is seldom."""
+        rare = seldom(self.states, place.kind, self.periods) if self.wide else []
+        return dictionary(self.states, place.kind), rare
 
     @property
     def tried(self) -> tuple[Place, ...]:

@@ -6,6 +6,7 @@ are worked out once a survey. Forms that read the state are worked out once for 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,25 +37,50 @@ class Products:
 Lengths = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Forms that are worked out together; everything: with the other halves of waves; waves: which forms these are."""
+
+    forms: list[Form]
+    everything: list[Form]
+    waves: np.ndarray
+
+    @property
+    def reading(self) -> bool:
+        """Whether they read the state."""
+        return self.forms[0].variable not in STATELESS
+
+
 def products(survey: Survey, place: Place, vectors: np.ndarray) -> Products:
     """Products of all columns of a place with vectors (q, R, m)."""
-    forms, across = survey.forms(place), vectors.transpose(1, 2, 0)  # (R, m, q)
-    still = [f for f in forms if f.variable in STATELESS]
-    reading = [f for f in forms if f.variable not in STATELESS]
-    found = [_still(survey, place, still, across)]
-    found += [_reading(survey, place, reading, across)] if reading else []
-    starts = np.cumsum([0, *(len(p.forms) for p in found)])
-    waves = [start + p.waves for start, p in zip(starts, found, strict=False)]
+    across = vectors.transpose(1, 2, 0)  # (R, m, q)
+    forms, blocks = survey.once(("forms", place.kind, survey.wide), lambda: _blocks(survey, place), survey.states)
+    found = [(_reading if block.reading else _still)(survey, place, block, across) for block in blocks]
+    starts = np.cumsum([0, *(len(block.forms) for block in blocks)])
     return Products(
         place,
-        [*still, *reading],
+        forms,
         np.concatenate([p.with_vectors for p in found], axis=1),
         np.concatenate([p.own for p in found]),
-        np.concatenate(waves),
+        np.concatenate([start + p.waves for start, p in zip(starts, found, strict=False)]),
         np.concatenate([p.sine_vectors for p in found], axis=1),
         np.concatenate([p.sine for p in found]),
         np.concatenate([p.cross for p in found]),
     )
+
+
+def _blocks(survey: Survey, place: Place) -> tuple[list[Form], list[Block]]:
+    """The forms to try at a place, block by block; those of the same forms are the same."""
+    usual, rare = survey.forms(place)
+    still = [[f for f in some if f.variable in STATELESS] for some in (usual, rare)]
+    lists = [*still, [f for f in (*usual, *rare) if f.variable not in STATELESS]]
+    blocks = [survey.once(("block", tuple(some)), partial(_block, some)) for some in lists if some]
+    return [f for block in blocks for f in block.forms], blocks
+
+
+def _block(forms: list[Form]) -> Block:
+    waves = np.array([k for k, f in enumerate(forms) if f.waving], dtype=int)
+    return Block(forms, [*forms, *(forms[k].sine() for k in waves)], waves)
 
 
 def inputs_of(
@@ -76,39 +102,32 @@ def inputs_of(
     return found
 
 
-def _still(survey: Survey, place: Place, forms: list[Form], across: np.ndarray) -> Products:
+def _still(survey: Survey, place: Place, block: Block, across: np.ndarray) -> Products:
     """Of forms that the belt has no hand in.
 
     In double precision: of a column that almost cancels the length and the products are rounded alike in no other way,
     where they do not come from the same rows.
     """
-    everything, waves = _with_sines(forms)
-    key = tuple(everything)
-    inputs = survey.once(("inputs", key), lambda: inputs_of(survey.states, everything, None, None, float))
+    inputs = survey.once(("inputs", block), lambda: inputs_of(survey.states, block.everything, None, None, float))
     operator = _operator(survey, place)
     within = survey.states if place.name == TRAVEL else None  # the encoder's error acts on what is shown
-    lengths = survey.once(("lengths", place.name, key), lambda: _lengths(inputs @ operator, waves), within)
-    return _products(place, forms, waves, inputs @ (operator @ across), lengths)
+    lengths = survey.once(("lengths", place.name, block), lambda: _lengths(inputs @ operator, block.waves), within)
+    return _products(place, block, inputs @ (operator @ across), lengths)
 
 
-def _reading(survey: Survey, place: Place, forms: list[Form], across: np.ndarray) -> Products:
+def _reading(survey: Survey, place: Place, block: Block, across: np.ndarray) -> Products:
     """Of forms that read the state."""
-    everything, waves = _with_sines(forms)
-    key, states = tuple(everything), survey.states
+    states = survey.states
 
     def rows(channel: str, part: int | None) -> np.ndarray:
         where = channel if part is None else part
-        inputs = survey.once(("inputs", where, key), lambda: inputs_of(states, everything, part, channel), states)
+        inputs = survey.once(
+            ("inputs", where, block), lambda: inputs_of(states, block.everything, part, channel), states
+        )
         return inputs @ survey.ops.rows[channel].swapaxes(0, 1)
 
     whole = np.sum([rows(*part) for part in place.parts], axis=0) if len(place.parts) > 1 else rows(*place.parts[0])
-    return _products(place, forms, waves, whole @ across.astype(np.float32), _lengths(whole, waves))
-
-
-def _with_sines(forms: list[Form]) -> tuple[list[Form], np.ndarray]:
-    """Forms and the other halves of those that are waves, and which these are."""
-    waves = np.array([k for k, f in enumerate(forms) if f.waving], dtype=int)
-    return [*forms, *(forms[k].sine() for k in waves)], waves
+    return _products(place, block, whole @ across.astype(np.float32), _lengths(whole, block.waves))
 
 
 def _operator(survey: Survey, place: Place) -> np.ndarray:
@@ -128,7 +147,7 @@ def _lengths(rows: np.ndarray, waves: np.ndarray) -> Lengths:
     return own[:count], own[count:], np.einsum("rfm,rfm->fr", sines, cosines)
 
 
-def _products(place: Place, forms: list[Form], waves: np.ndarray, along: np.ndarray, lengths: Lengths) -> Products:
-    count = len(forms)
+def _products(place: Place, block: Block, along: np.ndarray, lengths: Lengths) -> Products:
+    count = len(block.forms)
     own, sine, cross = lengths
-    return Products(place, forms, along[:, :count], own, waves, along[:, count:], sine, cross)
+    return Products(place, block.forms, along[:, :count], own, block.waves, along[:, count:], sine, cross)

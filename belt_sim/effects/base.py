@@ -82,11 +82,10 @@ class Effect:
     only_when_named: ClassVar[bool] = False
     #: True for what answers to the belt's moment, and so must be asked after all else that turns a pulley
     last: ClassVar[bool] = False
-    #: True for what answers to where the belt lies and how it lies by factors that stay the same all along a run, and
-    #: beyond that to travel alone; what it does to a run-off, and to a yaw unless it is ``last``, to travel alone
-    affine: ClassVar[bool] = False
     #: True for what makes every step of a march dearer than most others together: a fit computes it only where needed
     heavy: ClassVar[bool] = False
+    #: True for what makes every step dearer than any other does: it is compiled apart from them, but tried with them
+    dear: ClassVar[bool] = False
     #: True for what acts through the roll of a span that hangs, and does nothing to a beam
     hanging: ClassVar[bool] = False
     #: True for what acts by couples between the pulleys, which a belt without width cannot take

@@ -16,7 +16,6 @@ class BuildUp(Effect):
     law = "run-up"
     reference = "physics sheet, section 7 (taper); makers' guides: carry-back on return pulleys"
     parity = "even"
-    affine = True
     parameters = {
         "rate": Parameter(
             unit="1/m2", meaning="growth of the tail's taper per metre of travel", plausible=(-1e-5, 1e-5), scale=4e-7

@@ -22,7 +22,6 @@ class Camber(Effect):
     law = "span"
     reference = "physics sheet, sections 3 and 7; Benson 2002 (JDSMC 124(1) 25)"
     parity = "even"
-    affine = True
     on_belt = True
     parameters = {"kappa_c": Parameter(unit="1/m", meaning="natural curvature", plausible=(-1e-3, 1e-3), scale=2e-5)}
     kappa_c: float = 0.0

@@ -22,7 +22,6 @@ class Cant(Effect):
     law = "wrap"
     reference = "Zhang 2011 (10.1115/1.4004975); physics sheet, section 7"
     parity = "even"
-    affine = True
     tension_exponent = 0.0
     parameters = {
         "gamma": Parameter(unit="rad", meaning="cant of the tail pulley", plausible=(-5e-3, 5e-3), scale=2e-4),

@@ -16,7 +16,6 @@ class Crown(Effect):
     law = "run-up"
     reference = "physics sheet, section 7"
     parity = "odd"
-    affine = True
     parameters = {
         "c": Parameter(unit="1/m2", meaning="crown of the tail pulley", plausible=(-0.5, 0.5), scale=5e-3),
         "c_head": Parameter(unit="1/m2", meaning="crown of the head pulley", plausible=(-0.5, 0.5), scale=5e-3),

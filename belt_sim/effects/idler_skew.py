@@ -20,7 +20,6 @@ class IdlerSkew(Effect):
     law = "span"
     reference = "clamped span under a side force, any textbook; makers' guides: skewed and seized idlers"
     parity = "even"
-    affine = True
     tension_exponent = -1.0
     parameters = {
         "force": Parameter(

@@ -23,7 +23,6 @@ class MachineTilt(Effect):
     law = "span"
     reference = "clamped span under an even side load, any textbook; physics sheet, section 3 for the hanging strip"
     parity = "even"
-    affine = True
     tension_exponent = -1.0
     parameters = {
         "angle": Parameter(unit="rad", meaning="lean of the machine towards +y", plausible=(-0.05, 0.05), scale=1e-3)

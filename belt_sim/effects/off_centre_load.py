@@ -20,7 +20,6 @@ class OffCentreLoad(Effect):
     law = "span"
     reference = "physics sheet, section 3 (strip) with a rolling couple; makers' guides: off-centre loading"
     parity = "even"
-    affine = True
     hanging = True
     parameters = {
         "moment": Parameter(

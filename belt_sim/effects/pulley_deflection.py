@@ -17,7 +17,6 @@ class PulleyDeflection(Effect):
     law = "run-up"
     reference = "physics sheet, section 7 (crown); beam between two bearings under an even load"
     parity = "odd"
-    affine = True
     parameters = {
         "compliance": Parameter(
             unit="1/(N m2)", meaning="anti-crown per unit of belt force", plausible=(0.0, 3e-4), scale=5e-6

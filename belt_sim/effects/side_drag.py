@@ -20,7 +20,6 @@ class SideDrag(Effect):
     law = "span"
     reference = "clamped span under a couple, any textbook; makers' guides: scrapers and skirts"
     parity = "even"
-    affine = True
     wide = True
     parameters = {
         "moment": Parameter(

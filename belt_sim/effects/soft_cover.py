@@ -14,7 +14,6 @@ class SoftCover(Effect):
     law = "run-up"
     reference = "physics sheet, section 7"
     parity = "odd"
-    affine = True
     parameters = {
         "c": Parameter(unit="1/(N m2)", meaning="turn per metre and unit of moment", plausible=(0.0, 2e-4), scale=5e-6)
     }

@@ -16,7 +16,6 @@ class Taper(Effect):
     law = "run-up"
     reference = "physics sheet, section 7"
     parity = "even"
-    affine = True
     parameters = {
         "kappa_t": Parameter(unit="1/m", meaning="taper of the tail pulley", plausible=(-1e-3, 1e-3), scale=2e-5),
         "kappa_t_head": Parameter(unit="1/m", meaning="taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5),

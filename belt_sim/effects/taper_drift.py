@@ -20,7 +20,6 @@ class TaperDrift(Effect):
     law = "run-up"
     reference = "physics sheet, section 7 (taper); expansion of steel 1.2e-5 1/K"
     parity = "even"
-    affine = True
     parameters = {
         "rate": Parameter(
             unit="1/(m s)", meaning="growth of the tail's taper at first", plausible=(-5e-6, 5e-6), scale=2e-7

@@ -19,7 +19,6 @@ class TractionLoss(Effect):
     law = "run-up"
     reference = "Knox and Sweeney 1971 (Ind. Eng. Chem. Process Des. Dev. 10(2) 201), air films; here linear"
     parity = "odd"
-    affine = True
     tension_exponent = 0.0
     parameters = {
         "loss": Parameter(unit="s/m", meaning="share lost per unit of speed", plausible=(0.0, 2.0), scale=0.1),

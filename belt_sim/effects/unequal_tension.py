@@ -17,7 +17,6 @@ class UnequalTension(Effect):
     law = "drive"
     reference = "equilibrium of an axle on two unequal springs"
     parity = "even"
-    affine = True
     tension_exponent = 1.0
     parameters = {
         "yaw_per_force": Parameter(

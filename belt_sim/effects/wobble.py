@@ -3,10 +3,12 @@
 import math
 from dataclasses import dataclass, replace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.laws.turning import cos_sin
 
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
 _RUNS_UP = np.array([-1.0, 1.0])  # forwards on top of the tail and below the head, backwards the other way
@@ -39,7 +41,7 @@ class Wobble(Effect):
     law = "run-up"
     reference = "geometry of a cylinder askew: docs/theory.md"
     parity = "even"
-    affine = True
+    dear = True
     parameters = {
         "beta_cos": _part("askew: yaw of the tail pulley's surface at travel 0"),
         "beta_sin": _part("the same a quarter of a turn later"),
@@ -59,7 +61,7 @@ class Wobble(Effect):
         rig, errors = case.rig, jnp.stack([self.radius_error, self.radius_error_head])
         radius = jnp.stack([rig.tail_radius, rig.head_radius]) * (1.0 + errors)
         across, along = jnp.stack([self.beta_cos, self.beta_cos_head]), jnp.stack([self.beta_sin, self.beta_sin_head])
-        cos, sin = jnp.cos(state.travel / radius), jnp.sin(state.travel / radius)
+        cos, sin = jax.lax.optimization_barrier(cos_sin(state.travel / radius))
         swing, rise = across * cos + along * sin, across * sin - along * cos
         aside = radius * rise * _RUNS_UP
         return replace(

@@ -18,7 +18,6 @@ class YawDrift(Effect):
     law = "drive"
     reference = "first-order warming of a machine frame, any textbook on thermal drift of machine tools"
     parity = "even"
-    affine = True
     tension_exponent = 0.0
     parameters = {
         "rate": Parameter(

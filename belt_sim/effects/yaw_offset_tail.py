@@ -14,7 +14,6 @@ class YawOffsetTail(Effect):
     law = "drive"
     reference = "physics sheet, section 7"
     parity = "even"
-    affine = True
     tension_exponent = 0.0
     parameters = {"beta_0": Parameter(unit="rad", meaning="yaw at command zero", plausible=(-2e-3, 2e-3), scale=1e-4)}
     beta_0: float = 0.0

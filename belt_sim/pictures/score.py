@@ -62,6 +62,7 @@ def reliability_picture(
     ax.errorbar(at, found, yerr=bars, fmt="o", color=AFTER, capsize=3, label="share truly hidden, 95 % interval")
     ax.set_xticks(at, names, fontsize=8)
     ax.set(xlim=(-0.6, len(names) - 0.4), ylim=(0, 1.04), xlabel="probability said; names that were true, of all")
+    ax.set_ylabel("probability, share")
     ax.legend(loc="lower right", fontsize=8)
     style.title(fig, title)
     return style.save(fig, path)

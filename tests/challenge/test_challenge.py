@@ -188,7 +188,7 @@ def test_all_others_answer_the_campaigns_of_a_challenge_again(right):
 
 def test_what_it_takes_is_told_before_it_begins():
     assert (
-        cost("mix", 60, 1) == "60 campaigns, 1 process: some 30 min on quiet cores (5 s each to draw, 25 s to answer)"
+        cost("mix", 60, 1) == "60 campaigns, 1 process: some 26 min on quiet cores (1 s each to draw, 25 s to answer)"
     )
     assert "2 processes: some 4 min" in cost("space", 10, 2)
     assert cost("my:own", 10, 2) == ""

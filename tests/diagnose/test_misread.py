@@ -9,7 +9,7 @@ from linear_bench import SPREAD, WHITE, linear_bench
 from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.metric import metric_of
 from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.setting_up import believed, misread
+from belt_sim.diagnosis.setting_up import believed, misread, set_up
 
 COUNT = 40
 S = np.arange(COUNT) / COUNT
@@ -72,3 +72,27 @@ def test_a_turned_sign_is_believed_where_it_explains_most_of_what_is_left(y, fau
     y[2, 1] -= fault * np.sin(3.0 * S) ** 2
     seen = Suspicion(run=SPREAD[2].name, signal="y4", kind="wrong_sign", sentence="turned")
     assert [s.severity for s in believed(laid_out(y), PATHS, [seen])] == [severity]
+
+
+@pytest.mark.parametrize("severity", ["stop", "look"])
+def test_a_column_that_is_turned_in_every_run_is_believed_if_turning_it_back_helps(y, severity):
+    y[:, 1] *= -1.0 if severity == "stop" else -1.0 - 8.0 * S
+    seen = Suspicion(run=None, signal="y4", kind="wrong_sign", sentence="turned")
+    assert [s.severity for s in believed(laid_out(y), PATHS, [seen])] == [severity]
+
+
+def test_what_is_seen_at_first_glance_and_confirmed_stops(y):
+    y[2, 1] *= -1.0
+    seen = Suspicion(run=SPREAD[2].name, signal="y4", kind="wrong_sign", sentence="turned", severity="look")
+    assert [s.severity for s in set_up(laid_out(y), PATHS, [seen])] == ["stop", "look"]
+
+
+def test_two_records_that_are_nearly_alike_and_exchanged(y):
+    """What shows of it in one run shows in no other."""
+    alike = PATHS.copy()
+    alike[:, 1] = 0.5 * PATHS[:, 0]
+    y += alike - PATHS
+    y[3] = y[3, ::-1]
+    found = misread(laid_out(y), alike)
+    assert [(s.kind, s.run) for s in found] == [("swapped", SPREAD[3].name)]
+    assert misread(laid_out(y[:, ::-1]), alike) == ()

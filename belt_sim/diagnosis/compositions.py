@@ -1,0 +1,25 @@
+"""Which effects are compiled into a march: few rows pay for what is null in them, and few programs serve all rows.
+
+Effects stand in groups: those that a march does not ask at its steps are always there; of the others each that is dear
+is a group by itself, and the rest are one, compiled together where any of them acts.
+"""
+
+from collections.abc import Sequence
+
+from belt_sim.effects.base import Effect, overrides
+
+READ, LIGHT = "read", "light"
+_AT_STEPS = ("yaw", "runup", "bend", "slide", "wrap")
+Groups = frozenset[str]
+
+
+def group_of(cls: type[Effect]) -> str:
+    """The group of an effect: its own id where it is dear."""
+    if cls.heavy or cls.dear:
+        return cls.id
+    return LIGHT if overrides(cls, _AT_STEPS) else READ
+
+
+def members(classes: Sequence[type[Effect]], groups: Groups) -> list[type[Effect]]:
+    """Those of ``classes`` that are compiled, in their order."""
+    return [c for c in classes if group_of(c) in {READ, *groups}]
