@@ -58,18 +58,15 @@ class Around:
         """Where a search for the fit with one more effect may begin: from null, so that no super-model ends above its
         sub-model; from points of its grid, where what only shapes it moves nothing yet; from sizes that show.
 
-        known: a fit with that effect; of the same set it says where to begin, beside others it stands for most points.
+        known: a fit with that effect; of the same set it says where to begin.
         """
         null, points = self.with_effect(bench, name), self.weak.get(name, [])
         if known is None or not points:
             return [null, *(self._from(bench, null, point) for point in points)]
-        same = set(known.ids) == set(null.ids)
-        taken = null.free if same else bench.forward.index(name)
-        return [
-            null,
-            _with_numbers(null, known, taken),
-            *(self._from(bench, null, p) for p in points[: 0 if same else 1]),
-        ]
+        if set(known.ids) == set(null.ids):
+            return [null, _with_numbers(null, known, null.free)]
+        own = _with_numbers(null, known, bench.forward.index(name))
+        return [null, own, *(self._from(bench, null, point) for point in points)]
 
     def _from(self, bench: Workbench, null: Fit, point: Point) -> Fit:
         """The fit ``null`` with numbers at a point, as far as it is known there: without a prediction of its own."""

@@ -25,6 +25,7 @@ REFITTED = 6  # candidates a round; the others keep what their columns promise
 ALIKE = 0.5  # chi2 by which two ends of one search may differ along a valley that readings hardly bound
 CLOSE = 12.0  # chi2 behind the best candidate, or the least that counts: further behind, no exact end is needed
 HORIZON = 20.0  # steps as good as the next that a fit behind others is given
+BEHIND = 0.3  # share of the best score so far; a valley is slow where it bends, and what is ahead now may lose
 MET = 0.02  # of a number, or its scale: two fits of a candidate so near each other go the same way
 TRIED = 2  # steps that every fit is given
 PROMISING = 0.3  # share of its threshold that a candidate must promise to be refitted
@@ -266,16 +267,17 @@ class Race:
     sides: tuple[np.ndarray, np.ndarray]
 
     def __call__(self, fits: Sequence[Fit]) -> None:
-        """Settle what so many more steps as good as the next would neither bring to the front of its candidate's fits,
-        nor its candidate to the front of all.
+        """Settle what has met a better fit of its candidate, or would be far behind the front of all even after so many
+        more steps as good as the next.
         """
-        best, least = self._front(fits)
+        least = BEHIND * (self._front(fits)[1] + CLOSE) - CLOSE
         seen: list[tuple[str, Fit]] = []
         for name, fit in sorted(zip(self.owners, fits, strict=True), key=lambda pair: pair[1].chi2):
             if not (fit.settled or fit.due.any() or fit.taken < TRIED):
-                reach = fit.chi2 - HORIZON * hoped(fit, self.sides)
+                at_once = hoped(replace(fit, radius=np.inf), self.sides)  # a step that failed made the next ones short
+                reach = fit.chi2 - max(HORIZON * hoped(fit, self.sides), at_once)
                 met = any(n == name and _together(fit, other) for n, other in seen)
-                fit.settled = met or reach > best[name] or self._score(name, reach) < least
+                fit.settled = met or self._score(name, reach) < least
             seen.append((name, fit))
 
     def ahead(self, fits: Sequence[Fit]) -> list[int]:
