@@ -31,7 +31,16 @@ VERSIONS_KEPT = 8  # of the sources; code of older ones is deleted
 _HERE = Path(__file__).parent
 _OWN = "belt_sim."
 #: what is traced: the files of this folder itself, and these
-TRACED = ("analytic", "laws", "effects", "diagnosis/forward.py", "discovery/responses.py", "discovery/channels.py")
+TRACED = (
+    "analytic",
+    "laws",
+    "effects",
+    "diagnosis/forward.py",
+    "diagnosis/added_readings.py",
+    "diagnosis/as_set.py",
+    "discovery/responses.py",
+    "discovery/channels.py",
+)
 
 
 def kept(function: Callable[..., Any], name: str | None) -> Callable[..., Any]:

@@ -14,8 +14,8 @@ Groups = frozenset[str]
 
 
 def group_of(cls: type[Effect]) -> str:
-    """The group of an effect: its own id where it is dear."""
-    if cls.heavy or cls.dear:
+    """The group of an effect: its own id where it is dear, or need not be compiled at all."""
+    if cls.heavy or cls.dear or cls.linear:
         return cls.id
     return LIGHT if overrides(cls, _AT_STEPS) else READ
 

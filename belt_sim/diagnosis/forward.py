@@ -13,7 +13,7 @@ compilation serves campaigns of any number of runs, samples, travel and step.
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, partial
 
 import jax
@@ -23,8 +23,10 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march_open
 from belt_sim.analytic.plan import plan_steps
-from belt_sim.case import Case, Schedule, Settings
+from belt_sim.case import Case, Settings
 from belt_sim.diagnosis import linear_readings
+from belt_sim.diagnosis.added_readings import compiled_added, of_readings, only_added
+from belt_sim.diagnosis.as_set import NUISANCES, Slot, run_at
 from belt_sim.diagnosis.compositions import LIGHT, READ, Groups, group_of, members
 from belt_sim.diagnosis.samples import MAX_SAMPLES, Samples
 from belt_sim.effects.around_engine import indicate
@@ -38,33 +40,9 @@ SLOTS = 16  # the same of the wrap's history
 COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
 ROWS = 32  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
 WORKERS = 2  # batches at once: a march is one long loop, which uses one core
-NUISANCES = ("stiffness", "tension", "yaw", "yaw_at")
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
 DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05)  # the same of stiffness, tension, yaw [rad], its place [m]: half a step
 PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
-
-
-@dataclass(frozen=True)
-class Slot:
-    """One parameter of one effect in the parameter vector."""
-
-    effect: type[Effect]
-    name: str
-
-    @property
-    def scale(self) -> float:
-        return self.effect.parameters[self.name].scale
-
-    @property
-    def null(self) -> float:
-        return self.effect.parameters[self.name].null
-
-    @property
-    def side(self) -> tuple[float, float]:
-        """Lowest and highest value in units of scale: null, where a machine has the number on one side of it only."""
-        low, high = self.effect.parameters[self.name].plausible
-        ends = self.null if self.null <= low else -np.inf, self.null if self.null >= high else np.inf
-        return ends[0] / self.scale, ends[1] / self.scale
 
 
 class Forward:
@@ -90,6 +68,7 @@ class Forward:
         ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
         self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
         self._groups = [group_of(s.effect) for s in self.slots]
+        self._added = only_added(self.classes)
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._march = travel / steps, steps
@@ -148,6 +127,9 @@ class Forward:
         for code in dict.fromkeys(codes):
             rows = np.flatnonzero([c == code for c in codes])
             found[rows] = self._marched(vector[rows], code, samples)
+        own = [k for k, s in enumerate(self.slots) if s.effect in self._added]
+        if len(rows := np.flatnonzero(np.any(vector[:, own] != self._null[own], axis=1))):
+            found[rows] += self._shown(vector[rows], samples)
         return found - self.offset if samples is self.samples else found
 
     def lanes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
@@ -173,7 +155,8 @@ class Forward:
     def _active(self, vector: np.ndarray) -> list[Groups]:
         """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
         off = vector[:, : len(self.slots)] != self._null[: len(self.slots)]
-        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - {READ} for row in off]
+        out = {READ, *map(group_of, self._added)}
+        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - out for row in off]
 
     def _codes(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
         """By which code each derivative is taken: one for all of a point, but for what is dear."""
@@ -187,11 +170,26 @@ class Forward:
         """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
         within = set(members(self.classes, groups))
         kept = [k for k, s in enumerate(self.slots) if s.effect in within]
-        places = [PLACES.index(s.at) for s in samples.signals]
-        tilts = any(PLACES[place].endswith("mid_span") for place in places)
+        tilts = any(s.at.endswith("mid_span") for s in samples.signals)
         march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts)
         scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
+        return self._batched(march, vector, samples, self._march)
+
+    def _shown(self, vector: np.ndarray, samples: Samples) -> np.ndarray:
+        """What effects that only add to the readings add to them (C, R, S, n), by one program for any harmonics."""
+        slots = tuple(Slot(c, name) for c in of_readings(self.classes, self._added) for name in c.parameters)
+        numbers = np.tile([*(s.null for s in slots), *np.zeros(len(NUISANCES))], (len(vector), 1))
+        numbers[:, len(slots) :] = vector[:, len(self.slots) :]
+        for k, slot in enumerate(self.slots):
+            if slot in slots:
+                numbers[:, slots.index(slot)] = vector[:, k] * slot.scale
+        different, of = np.unique(numbers, axis=0, return_inverse=True)
+        return self._batched(compiled_added(slots, self._added), different, samples)[of.reshape(-1)]
+
+    def _batched(self, program, vector: np.ndarray, samples: Samples, more: tuple = ()) -> np.ndarray:
+        """What a program of one run shows of all runs at points (C, k): (C, R, S, n)."""
+        places = [PLACES.index(s.at) for s in samples.signals]
         runs, _, n = samples.y.shape
         points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
         cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
@@ -202,7 +200,7 @@ class Forward:
             rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
             r = run[rows]
             settings = jax.tree.map(lambda x: x[r], cases.settings)
-            shown = march(
+            shown = program(
                 vector[points[rows]],
                 settings,
                 travel[r],
@@ -210,7 +208,7 @@ class Forward:
                 samples.yaw_at[r],
                 cases.rig,
                 cases.belt,
-                *self._march,
+                *more,
             )
             part = found[start : start + ROWS]
             part[:] = np.asarray(shown)[: len(part), places, :n]
@@ -260,25 +258,9 @@ def _one_run(
     vector, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, *, model, slots, room, history, only
 ):
     """Readings (6, n) of one run at every place; (4, n) where ``only`` has no tilt."""
-    numbers: dict[type[Effect], dict] = {}
-    for k, slot in enumerate(slots):
-        numbers.setdefault(slot.effect, {})[slot.name] = vector[k]
-    effects = tuple(cls(**values) for cls, values in numbers.items())
-    case = _as_set(Case(rig=rig, belt=belt, settings=settings), vector[len(slots) :])
+    effects, case = run_at(vector, slots, Case(rig=rig, belt=belt, settings=settings))
     curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only)
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
     shown = indicate(curves, case, effects, stated, jnp.append(time, yaw_at / case.settings.speed))
     lateral = shown.y[:, :-1] - shown.y[:, -1:]
     return jnp.concatenate([lateral, shown.tilt[:, :-1]]) if "tilt" in only else lateral
-
-
-def _as_set(case: Case, nuisance) -> Case:
-    """The case as it was really set: stiffness, tension, yaw and its place off by what ``nuisance`` says."""
-    stiffness, tension, yaw, late = nuisance
-    belt = replace(case.belt, youngs_modulus=case.belt.youngs_modulus * (1.0 + stiffness))
-    schedule = case.settings.yaw
-    last = jnp.zeros_like(schedule.change).at[-1].set(yaw)
-    turned = Schedule(at=schedule.at + late, over=schedule.over, change=schedule.change + last)
-    head = replace(case.settings.yaw_head, at=case.settings.yaw_head.at + late)
-    settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned, yaw_head=head)
-    return Case(rig=case.rig, belt=belt, settings=settings)

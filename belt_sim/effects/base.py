@@ -92,6 +92,8 @@ class Effect:
     wide: ClassVar[bool] = False
     #: True for what adds to the lateral readings in proportion to its parameters and does nothing else: ``columns``
     linear: ClassVar[bool] = False
+    #: True for a sensor law that shows a gain times the reading and an offset, whatever the reading is
+    affine: ClassVar[bool] = False
     parameters: ClassVar[dict[str, Parameter]] = {}
 
     def settings(self, settings: Settings, case: Case) -> Settings:

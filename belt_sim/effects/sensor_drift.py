@@ -15,6 +15,7 @@ class SensorDrift(Effect):
 
     id = "sensor_drift"
     law = "sensor"
+    affine = True
     reference = "physics sheet, section 7"
     parity = "even"
     tension_exponent = 0.0

@@ -15,6 +15,7 @@ class SensorGain(Effect):
 
     id = "sensor_gain"
     law = "sensor"
+    affine = True
     reference = "physics sheet, section 7"
     parity = "odd"
     parameters = at_points("g", unit="1", meaning="gain error", plausible=(-0.3, 0.3), scale=0.02)

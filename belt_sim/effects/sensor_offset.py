@@ -15,6 +15,7 @@ class SensorOffset(Effect):
 
     id = "sensor_offset"
     law = "sensor"
+    affine = True
     reference = "physics sheet, section 7"
     parity = "even"
     only_when_named = True

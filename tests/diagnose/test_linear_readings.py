@@ -1,15 +1,17 @@
 """Readings that are linear in an effect: derivatives without a march, and how many harmonics an edge asks for."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from small_campaign import MODEL, campaign
 
 from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.added_readings import only_added
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.diagnosis.workbench import workbench
+from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.effects.library import library
 from belt_sim.paper import TEST_RIG
 
@@ -19,6 +21,24 @@ SAME = 1e-6  # of a column: differences of two marches
 FOUND = 5.0  # standard deviations
 POINTS = {"point_4": 0.0, "point_1": TEST_RIG.span_length, "point_2": TEST_RIG.span_length + TEST_RIG.wrap_tail}
 POINTS["point_3"] = POINTS["point_2"] + TEST_RIG.span_length
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Cubed(Effect):
+    """A sensor that is no gain."""
+
+    id = "cubed"
+    law = "sensor"
+    reference = "none"
+    parameters = {"size": Parameter(unit="1/m^2", meaning="of the cube", plausible=(-1e3, 1e3), scale=1.0)}
+    size: float = 0.0
+
+    def sensor(self, reading, case):
+        return replace(reading, y=reading.y + self.size * reading.y**3)
+
+
+ODD = (*CLASSES, Cubed)
 
 
 def with_edge(plain: Campaign, sizes: np.ndarray) -> Campaign:
@@ -53,6 +73,22 @@ def test_derivatives_are_those_of_the_whole_prediction():
     there, here = (forward.values(vector + h * directions) for h in (0.5, -0.5))
     np.testing.assert_allclose(found, there - here, atol=SAME * np.abs(found).max())
     assert np.abs(found).max(axis=(1, 2, 3)).min() > 1e-6
+
+
+def test_an_edge_is_added_to_a_march_without_it():
+    """As a march with the edge in it has it, which is compiled only beside a sensor that shows no gain."""
+    samples, rng = samples_of(campaign("nothing")), np.random.default_rng(3)
+    apart, within = (Forward(samples, MODEL, classes, terms={"edge_profile": 4}) for classes in (CLASSES, ODD))
+    assert only_added(CLASSES) and not only_added(ODD)
+    vector = apart.null() + 0.3 * rng.standard_normal((2, apart.size)) * (np.arange(apart.size) < len(apart.slots))
+    beside = np.insert(vector, len(apart.slots), 0.0, axis=1)
+    assert within.slots[len(apart.slots)].effect is Cubed
+    found, marched = apart.values(vector), within.values(beside)
+    np.testing.assert_allclose(found, marched, rtol=0.0, atol=1e-12 * np.abs(marched).max())
+    vector[:, apart.index("edge_profile")] = 0.0
+    assert np.abs(apart.values(vector) - marched).max() > 1e-3 * np.abs(marched).max()
+    beside[:, len(apart.slots)] = 1e3
+    assert np.abs(within.values(beside) - marched).max() > 1e-9 * np.abs(marched).max()
 
 
 def test_as_many_harmonics_are_asked_for_as_show():

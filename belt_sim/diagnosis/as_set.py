@@ -1,0 +1,55 @@
+"""A run as a parameter vector has it: effects with their numbers, and the case as it was really set."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.case import Case, Schedule
+from belt_sim.effects.base import Effect
+
+NUISANCES = ("stiffness", "tension", "yaw", "yaw_at")
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One parameter of one effect in the parameter vector."""
+
+    effect: type[Effect]
+    name: str
+
+    @property
+    def scale(self) -> float:
+        return self.effect.parameters[self.name].scale
+
+    @property
+    def null(self) -> float:
+        return self.effect.parameters[self.name].null
+
+    @property
+    def side(self) -> tuple[float, float]:
+        """Lowest and highest value in units of scale: null, where a machine has the number on one side of it only."""
+        low, high = self.effect.parameters[self.name].plausible
+        ends = self.null if self.null <= low else -np.inf, self.null if self.null >= high else np.inf
+        return ends[0] / self.scale, ends[1] / self.scale
+
+
+def run_at(vector, slots: Sequence[Slot], case: Case) -> tuple[tuple[Effect, ...], Case]:
+    """Effects with their numbers, and the case as it was really set."""
+    numbers: dict[type[Effect], dict] = {}
+    for k, slot in enumerate(slots):
+        numbers.setdefault(slot.effect, {})[slot.name] = vector[k]
+    return tuple(cls(**values) for cls, values in numbers.items()), _as_set(case, vector[len(slots) :])
+
+
+def _as_set(case: Case, nuisance) -> Case:
+    """The case as it was really set: stiffness, tension, yaw and its place off by what ``nuisance`` says."""
+    stiffness, tension, yaw, late = nuisance
+    belt = replace(case.belt, youngs_modulus=case.belt.youngs_modulus * (1.0 + stiffness))
+    schedule = case.settings.yaw
+    last = jnp.zeros_like(schedule.change).at[-1].set(yaw)
+    turned = Schedule(at=schedule.at + late, over=schedule.over, change=schedule.change + last)
+    head = replace(case.settings.yaw_head, at=case.settings.yaw_head.at + late)
+    settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned, yaw_head=head)
+    return Case(rig=case.rig, belt=belt, settings=settings)
