@@ -27,6 +27,7 @@ from jax import export
 from belt_sim.jax_setup import in_float64
 
 STACK = 256 * 2**20  # [bytes], of the thread that compiles and loads; what is not used costs nothing
+LEAST_EFFORT = {"xla_backend_optimization_level": 0}
 VERSIONS_KEPT = 8  # of the sources; code of older ones is deleted
 _HERE = Path(__file__).parent
 _OWN = "belt_sim."
@@ -43,11 +44,12 @@ TRACED = (
 )
 
 
-def kept(function: Callable[..., Any], name: str | None) -> Callable[..., Any]:
+def kept(function: Callable[..., Any], name: str | None, brief: bool = False) -> Callable[..., Any]:
     """``function`` jitted in float64; it is stored by ``name``, arguments' shapes and sources.
 
     name: all that the function closes over, in words; None: nothing is stored. Arguments are pytrees of numbers, the
-    result an array or a tuple of arrays.
+    result an array or a tuple of arrays. brief: it runs so seldom that compiling costs more, and is compiled with less
+    effort, to code that is half as fast and rounds alike.
     """
     ready: dict[Any, Any] = {}
     compiling: defaultdict[Any, Lock] = defaultdict(Lock)
@@ -59,7 +61,7 @@ def kept(function: Callable[..., Any], name: str | None) -> Callable[..., Any]:
         if key not in ready:
             with compiling[key]:  # one thread compiles, others of the same shapes wait
                 if key not in ready:
-                    flat = in_float64(lambda: _compiled(function, tree, leaves, name, key))
+                    flat = in_float64(lambda: _compiled(function, tree, leaves, name, key, brief))
                     ready[key] = _loader().submit(flat).result()
         return ready[key](*leaves)
 
@@ -95,9 +97,9 @@ def _loader() -> ThreadPoolExecutor:
     return pool
 
 
-def _compiled(function: Callable[..., Any], tree: Any, leaves: list[np.ndarray], name: str | None, key: Any) -> Any:
+def _compiled(function: Callable[..., Any], tree: Any, leaves: list, name: str | None, key: Any, brief: bool) -> Any:
     code = _ready(lambda *flat: function(*jax.tree.unflatten(tree, flat)), leaves, name, key)
-    return code.lower(*leaves).compile()
+    return code.lower(*leaves).compile(compiler_options=LEAST_EFFORT if brief else None)
 
 
 def _ready(flat: Callable[..., Any], leaves: list[np.ndarray], name: str | None, key: Any) -> Any:

@@ -56,9 +56,11 @@ class Forward:
         step: float = STEP,
         terms: Mapping[str, int] | None = None,
         like: "Forward | None" = None,
+        brief: bool = False,
     ) -> None:
         """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved;
-        like: another with as much room, whose compiled code serves this one too."""
+        like: another with as much room, whose compiled code serves this one too; brief: it is
+        asked so little that compiling is to be quick."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
         self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
@@ -72,6 +74,7 @@ class Forward:
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._march = travel / steps, steps
+        self.brief = brief
         self._room: tuple[int, int] = room_for(steps, slots) if like is None else like._room
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.offset: np.ndarray | float = 0.0
@@ -171,7 +174,7 @@ class Forward:
         within = set(members(self.classes, groups))
         kept = [k for k, s in enumerate(self.slots) if s.effect in within]
         tilts = any(s.at.endswith("mid_span") for s in samples.signals)
-        march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts)
+        march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, self.brief)
         scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
         return self._batched(march, vector, samples, self._march)
@@ -226,13 +229,13 @@ class Forward:
 
 
 @cache
-def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int, tilts: bool):
+def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int, tilts: bool, brief: bool):
     """Predictions at a batch of points and runs; tilts: of roll as well, which a march feels."""
     only = ("y", "tilt") if tilts else ("y",)
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only)
     named = model_name(model, *dict.fromkeys(s.effect for s in slots))
     name = named and f"{named} {[f'{s.effect.id}.{s.name}' for s in slots]} {room} {history} {only}"
-    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)), name)
+    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)), name, brief and name is None)
 
 
 def model_name(model: Composition, *effects: type[Effect]) -> str | None:

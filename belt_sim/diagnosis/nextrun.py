@@ -44,7 +44,9 @@ class Outlook:
         self.actions = menu(template)
         self.samples = _hypothetical(bench, self.actions)
         forward = bench.forward
-        self.forward = Forward(self.samples, forward.model, forward.classes, forward.step, forward.terms)
+        self.forward = Forward(
+            self.samples, forward.model, forward.classes, forward.step, forward.terms, brief=forward.brief
+        )
         self.metric = self._metric(chosen.vector)
 
     def separations(self, a: Fit, b: Fit) -> tuple[float, np.ndarray]:

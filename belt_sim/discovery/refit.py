@@ -60,7 +60,7 @@ def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit
     file = effect_file(survey, scored, sizes, said)
     old = survey.bench.forward
     chosen = [c for c in old.classes if c.id in survey.fit.ids]
-    forward = Forward(survey.bench.samples, old.model, [*chosen, file.cls], old.step, old.terms)
+    forward = Forward(survey.bench.samples, old.model, [*chosen, file.cls], old.step, old.terms, brief=True)
     bench = replace(survey.bench, forward=forward)
     vector, free, own = forward.null(), [], []
     for cls in chosen:

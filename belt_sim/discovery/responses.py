@@ -87,7 +87,7 @@ def _compiled(model, classes, room: int, history: int):
     named = model_name(model, *classes)
     one = partial(_respond, model=model, room=room, history=history)
     axes = (None, Case(rig=None, belt=None, settings=0), None, None, None)  # type: ignore[arg-type]
-    return kept(jax.vmap(one, in_axes=axes), named and f"responses {named} {classes} {room} {history}")
+    return kept(jax.vmap(one, in_axes=axes), named and f"responses {named} {classes} {room} {history}", brief=True)
 
 
 def _respond(effects: tuple[Effect, ...], case: Case, step, spacing, steps, *, model, room, history):

@@ -126,3 +126,9 @@ def test_code_of_somebody_elses_effects_is_not_stored():
     assert model_name(strip, cant)
     assert model_name(strip, Cant) is None
     assert len({model_name(m) for m in MODELS.values() if hasattr(m, "built_in")} - {None}) > 3
+
+
+def test_code_that_is_compiled_with_less_effort_says_the_same():
+    points = np.linspace(0.1, 2.0, 50)
+    quick, slow = (kept(lambda x: jnp.sin(x) ** 3 / (1.0 + x), None, brief)(points) for brief in (True, False))
+    np.testing.assert_allclose(quick, slow, rtol=1e-14)

@@ -79,7 +79,8 @@ def test_an_edge_is_added_to_a_march_without_it():
     """As a march with the edge in it has it, which is compiled only beside a sensor that shows no gain."""
     samples, rng = samples_of(campaign("nothing")), np.random.default_rng(3)
     apart, within = (Forward(samples, MODEL, classes, terms={"edge_profile": 4}) for classes in (CLASSES, ODD))
-    assert only_added(CLASSES) and not only_added(ODD)
+    assert only_added(CLASSES)
+    assert not only_added(ODD)
     vector = apart.null() + 0.3 * rng.standard_normal((2, apart.size)) * (np.arange(apart.size) < len(apart.slots))
     beside = np.insert(vector, len(apart.slots), 0.0, axis=1)
     assert within.slots[len(apart.slots)].effect is Cubed
