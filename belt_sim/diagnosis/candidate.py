@@ -1,5 +1,6 @@
 """One set of effects as a candidate explanation: its numbers, and whether a real machine could have them."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -47,8 +48,13 @@ def _given_shapes(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
 
 
 def _found(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> dict[str, dict[str, Estimate]]:
-    """Effect id -> parameter -> Estimate of numbers and their sigmas in units of their scales."""
+    """Effect id -> parameter -> Estimate of numbers and their sigmas in units of their scales.
+
+    What the only size of an effect is, its gain comes from. One of several may be hardly bound by the readings and far
+    out at the best fit by chance, as what only shapes others: what a machine has then fits as well.
+    """
     found: dict[str, dict[str, Estimate]] = {}
+    sizes = Counter(s.effect.id for s in slots if not s.effect.parameters[s.name].modifier)
     for slot, x, dx in zip(slots, values, spread, strict=True):
         declared = slot.effect.parameters[slot.name]
         value, u, (low, high) = float(x * slot.scale), float(dx * slot.scale), declared.plausible
@@ -56,10 +62,11 @@ def _found(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> dic
         least, most = value - COVERAGE_95 * u, value + COVERAGE_95 * u
         if least <= low and most >= high:
             continue  # the readings exclude nothing of what a machine could have
-        shapes = declared.modifier and least <= high and most >= low  # it is no size, and may be what a machine has
         away = value - declared.null
         lowest, highest = _with_slack(low - declared.null, -EDGE), _with_slack(high - declared.null, EDGE)
-        there = lowest <= away <= highest or abs(away) <= 2.0 * u or shapes
+        one_of_several = declared.modifier or sizes[slot.effect.id] > 1
+        reach = COVERAGE_95 * u if one_of_several else 0.0
+        there = lowest - reach <= away <= highest + reach or abs(away) <= 2.0 * u
         of_effect[slot.name] = Estimate(value, u, declared.unit, bool(there))
     return found
 

@@ -163,8 +163,7 @@ class Refits:
         """Refit those sets that were not yet, from where they stood before, or else from the nearest superset."""
         new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in self.fits}
         begun = [self._start(key, ids) for key, ids in new.items()]
-        for key, fit in zip(new, self.bench.fit(begun) if begun else [], strict=True):
-            self.fits[key] = fit
+        self.fits |= dict(zip(new, self.bench.fit(begun) if begun else [], strict=True))
 
     def _start(self, key: frozenset, ids: Ids) -> Fit:
         if key in self.starts:
@@ -224,22 +223,22 @@ def best_of(
     begun = [(name, start) for name in names for start in near.starts(bench, name, (known or {}).get(name))]
     owners, starts = [name for name, _ in begun], [start for _, start in begun]
     if threshold is None:
-        return _best(bench, owners, bench.fit(starts) if starts else [])
+        return _best(bench, near, owners, bench.fit(starts) if starts else [])
     race = Race(near.fit.chi2, owners, {n: threshold(n) for n in names}, bench.forward.sides)
     fits = bench.fit(starts, race=race) if starts else []
     ends = [k for k in race.ahead(fits) if not fits[k].done]
     for k, fit in zip(ends, bench.fit([fits[k] for k in ends]) if ends else [], strict=True):
         fits[k] = fit
-    return _best(bench, owners, fits)
+    return _best(bench, near, owners, fits)
 
 
-def _best(bench: Workbench, owners: Sequence[str], fits: Sequence[Fit]) -> dict[str, Fit]:
-    """The best fit of every owner, of those that have not diverged."""
+def _best(bench: Workbench, near: Around, owners: Sequence[str], fits: Sequence[Fit]) -> dict[str, Fit]:
+    """The best fit of every owner, of those that have not diverged; at null where these are worse than without it."""
     best: dict[str, Fit] = {}
     for name, fit in zip(owners, fits, strict=True):
         if not has_diverged(fit) and (name not in best or _better(bench, fit, best[name])):
             best[name] = fit
-    return best
+    return {n: f if f.chi2 <= near.fit.chi2 else near.with_effect(bench, n) for n, f in best.items()}
 
 
 def _better(bench: Workbench, one: Fit, other: Fit) -> bool:

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
+from belt_sim.diagnosis.around import Around
+from belt_sim.diagnosis.candidate import has_diverged
 from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.decide import swapped
 from belt_sim.diagnosis.fit import Fit, fit_sets
 from belt_sim.diagnosis.null import NullGains
-from belt_sim.diagnosis.refits import Refits
+from belt_sim.diagnosis.refits import Refits, best_of
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 UNIT = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))
@@ -96,3 +98,18 @@ def test_a_direction_in_which_the_belt_runs_away_is_none():
     assert fit.done
     assert fit.vector == pytest.approx([3.0, 0.0], abs=1e-6)
     assert np.isfinite(fit.slopes).all()
+
+
+def test_an_effect_is_at_null_where_all_that_is_better_with_it_has_diverged():
+    """From null its number runs out of range; what the other start reaches is worse than the fit without it."""
+    rng = np.random.default_rng(5)
+    one, other = WHITE.white * rng.normal(size=(2, len(SPREAD), 1, 40))
+    bench = linear_bench(SPREAD, y=30.0 * one, shapes={"faint": 1e-3 * one, "other": other})
+    current = bench.fit([bench.start(("other",), np.zeros(2))])[0]
+    null = Around(current, {0: 1e-3 * one}, {}).with_effect(bench, "faint")
+    far = bench.fit([bench.start((), np.array([0.0, 50.0]))])[0]
+    near = SimpleNamespace(fit=current, with_effect=lambda *_: null, starts=lambda *_: [null, far])
+    assert has_diverged(bench.fit([null])[0])
+    assert far.chi2 > current.chi2 + 1000.0
+    best = best_of(bench, near, ["faint"])["faint"]
+    assert (best.chi2, best.vector[0], best.ids) == (current.chi2, 0.0, ("other", "faint"))

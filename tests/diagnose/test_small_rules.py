@@ -30,14 +30,18 @@ def slot(*, modifier):
     [
         (0.5, 0.1, True, True),
         (1.6, 0.1, True, True),  # nobody knows the end of a range better than to a factor of two
-        (2.2, 0.7, False, True),  # outside, but its interval reaches in: a size is judged by itself, a shape by that
+        (2.2, 0.7, False, True),  # outside, but its interval reaches in: an only size is judged by itself
         (3.0, 0.2, False, False),
     ],
 )
-def test_a_number_that_only_shapes_is_judged_by_its_interval(value, u, as_size, as_shape):
+def test_a_number_that_only_shapes_or_is_one_of_several_is_judged_by_its_interval(value, u, as_size, as_shape):
     numbers = np.array([value]), np.array([u])
     assert is_possible([slot(modifier=False)], *numbers) is as_size
     assert is_possible([slot(modifier=True)], *numbers) is as_shape
+    other = slot(modifier=False)
+    other.name, other.effect.parameters["m"] = "m", other.effect.parameters["n"]
+    two = np.array([value, 0.5]), np.array([u, 0.1])
+    assert is_possible([slot(modifier=False), other], *two) is as_shape  # of two sizes one may be hardly bound
 
 
 def test_a_range_that_begins_beyond_null_is_wider_at_both_ends():
