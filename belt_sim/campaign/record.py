@@ -38,6 +38,12 @@ class Record:
         return MAD_TO_SIGMA * float(np.median(bend)) / math.sqrt(6.0) if bend.size else 0.0
 
     @property
+    def digit(self) -> float:
+        """The smallest step between readings: scatter that is not seen is below it; 0 where all are alike."""
+        steps = np.diff(np.unique(self.readings))
+        return float(steps.min()) if steps.size else 0.0
+
+    @property
     def drift_error(self) -> float:
         """One sigma of the slow errors of a mean over the record: zero and wander."""
         return math.hypot(self.sheet.zero, self.sheet.wander_sd, self.sheet.white)

@@ -132,8 +132,9 @@ def noise_out_of_scale(records: list[Record]) -> list[Suspicion]:
     """
     ratios: dict[str, dict[str, float]] = defaultdict(dict)
     for record in records:
-        if len(record.readings) >= FEWEST and record.measured_noise > 0.0:
-            ratios[record.sheet.name][record.run.name] = record.measured_noise / record.stated_noise
+        scatter = record.measured_noise or record.digit  # a slip may leave no more of it than the last digits show
+        if len(record.readings) >= FEWEST and scatter > 0.0:
+            ratios[record.sheet.name][record.run.name] = scatter / record.stated_noise
     found = []
     for signal, of_run in ratios.items():
         off = {run: r for run, r in of_run.items() if _slipped(r)}

@@ -89,13 +89,16 @@ def _tried(choice: Choice) -> list[Scored]:
 
 
 def unknown_columns(found: Discovered, modes: int = 12) -> np.ndarray:
-    """Shapes (k, R, S, n) of what was discovered, to refit effects beside it: the law's own parameters in closed loop,
-    or, where no law describes it, the strongest modes of the unknown's course."""
-    if found.refit is not None:
-        fit, cls = found.refit.fit, found.refit.written.cls
-        own = [k for k, p in enumerate(fit.free) if p in found.refit.bench.forward.index(cls.id)]
-        return fit.slopes[own]
-    return course_columns(found.survey, found.course, modes)
+    """Shapes (k, R, S, n) of what was discovered, to refit effects beside it: the strongest modes of the unknown's
+    course and, where a law describes it, that law's own parameters in closed loop. A law is seldom the very one that is
+    at work; what it misses has the same place, and is no effect of the library.
+    """
+    course = course_columns(found.survey, found.course, modes)
+    if found.refit is None:
+        return course
+    fit, cls = found.refit.fit, found.refit.written.cls
+    own = [k for k, p in enumerate(fit.free) if p in found.refit.bench.forward.index(cls.id)]
+    return np.concatenate([fit.slopes[own], course])
 
 
 def course_columns(survey: Survey, course: Course, modes: int) -> np.ndarray:

@@ -54,6 +54,14 @@ def test_a_slipped_unit_is_named(factor):
     assert [(s.run, s.signal, s.kind) for s in everywhere] == [(None, "y4", "unit_slip")]
 
 
+def test_a_slipped_unit_of_which_only_the_last_digits_are_left_is_named():
+    """Metres in a column of millimetres, written with four digits: most neighbours read the same."""
+    slipped = damaged(roped_campaign(5), lambda y: {"y4": np.round(1e-3 * y["y4"], 7)}, 2)
+    assert seen(slipped) == [("r2", "y4", "unit_slip")]
+    record = next(r for r in records(slipped) if (r.run.name, r.sheet.name) == ("r2", "y4"))
+    assert record.measured_noise == 0.0
+
+
 def test_scatter_that_all_runs_share_is_no_slip_of_some_of_them():
     """A sheet that states a sixth of the scatter: half of the runs lie a little beyond the limit, half within."""
     rng, campaign = np.random.default_rng(1), roped_campaign(5)

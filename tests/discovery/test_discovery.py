@@ -9,6 +9,7 @@ from shipped_schema import check
 from small_discovery import MODEL, D, campaign, described, discovered, fitted
 
 import belt_sim as bs
+from belt_sim.diagnosis.openset import apart, basis
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.discovery.describe import describe
 from belt_sim.discovery.discover import discover, unknown_columns
@@ -64,6 +65,17 @@ def test_the_columns_of_the_unknown_leave_nothing_for_the_gate():
     white = bench.metric.whiten(columns)
     left = fit.residual - np.linalg.lstsq(white.T, fit.residual, rcond=None)[0] @ white
     assert fit.chi2 - left @ left > EXPLAINED * D**2
+
+
+def test_beside_a_law_anything_smooth_at_its_place_is_free():
+    """What is at work is seldom the very law that was found: a bump in travel is no form of it."""
+    (bench, _), found = fitted("yaw_creep"), discovered("yaw_creep")
+    assert found.refit is not None
+    grid = found.survey.ops.grid
+    bump = found.course.weights[0][:, None] * np.sin(np.pi * grid / grid[-1])[None] ** 2
+    does = bench.metric.whiten(found.survey.readings(found.course.place, bump[None]))
+    left = apart(does, basis(bench.metric.whiten(unknown_columns(found))))
+    assert np.linalg.norm(left) < 0.1 * np.linalg.norm(does)
 
 
 def test_the_gate_closes_on_what_is_missing_only():
