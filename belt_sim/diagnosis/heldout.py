@@ -14,7 +14,8 @@ from belt_sim.diagnosis.candidate import prior_sigma
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 
-KNOWN = 0.5  # a number is known without the left-out runs when its u is below this share of what it was before any
+KNOWN = 0.5  # a number is known without the left-out runs when its u is below this share of what it was before any,
+#             and below its own size: what may as well be nothing, or twice as much, predicts nothing
 LARGE = 0.9  # of the largest yaw, from which a yaw counts as the largest
 VISIBLE = 2.0  # sigma by which a number has to move left-out readings before anybody asks who knows it
 
@@ -158,6 +159,8 @@ def _surprise(left: np.ndarray, here: np.ndarray, rest: np.ndarray, sigma: np.nd
 
 
 def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.ndarray) -> bool:
-    """Whether the other runs know every number that moves the left-out readings ``here`` (k, m) from null."""
+    """Whether the other runs know every number that moves the left-out readings ``here`` (k, m) from null: better than
+    any machine does, and better than to within the whole of it.
+    """
     matters = np.abs(away) * np.linalg.norm(here, axis=1) > VISIBLE
-    return not np.any(matters & (np.linalg.norm(root, axis=0) > KNOWN * sigma))
+    return not np.any(matters & (np.linalg.norm(root, axis=0) > np.minimum(KNOWN * sigma, np.abs(away))))

@@ -86,6 +86,16 @@ def test_what_only_the_left_out_runs_show_is_said_to_be_untested():
     assert found.by_condition["yaw +"] < EXACT
 
 
+@pytest.mark.parametrize(("elsewhere", "untestable"), [(0.005, ("7 N/mm2",)), (0.1, ())])
+def test_a_number_that_may_as_well_be_nothing_without_the_left_out_runs_is_not_tested_there(elsewhere, untestable):
+    """A camber acts at a low tension: at 40 N/mm2 it does so little that its size is known to several times itself."""
+    rows = shapes()[:1]
+    rows[0, 2:] *= elsewhere
+    y = 3.0 * rows[0]
+    at_joint_fit = replace(fitted(rows, 0.0 * y), vector=np.array([3.0, 0.0]), values=y)
+    assert held_out(Plain(y), at_joint_fit).untestable == untestable
+
+
 def test_surprise_is_the_density_of_a_normal_law():
     rng = np.random.default_rng(2)
     here, rest, left = rng.normal(size=(2, 1, 5)), rng.normal(size=(2, 1, 7)), rng.normal(size=5)
