@@ -3,7 +3,7 @@
 import re
 import sys
 import types
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from belt_sim.discovery.effect_text import BEND, TEMPLATE, needed
 from belt_sim.discovery.forms import COURSES, SHAPES
@@ -63,7 +63,7 @@ def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int
         tag = "" if k == 0 else f"_{k + 1}"
         own = _numbers(term, tag, left)
         numbers += own
-        bodies.append(_input(term, tag, tension))
+        bodies.append(_input(term, tag, float(tension)))
         hooks.setdefault(_hook(term), []).append((k, term))
     inputs = "\n".join(bodies)
     called = "\n".join(_HOOKS[hook](terms, points) for hook, terms in hooks.items())
@@ -124,7 +124,8 @@ def _numbers(term: Term, tag: str, sizes: list) -> list[Number]:
         found.append(Number(f"at{tag}", "s" if form.timed else "m", meaning, form.at, True))
     if form.wide is not None:
         found.append(Number(f"wide{tag}", "s" if form.timed else "m", "how long it lasts", form.wide, True))
-    return [*found, Number(f"exponent{tag}", "1", "of the tension", term.exponent, True)]
+    found.append(Number(f"exponent{tag}", "1", "of the tension", term.exponent, True))
+    return [replace(n, value=float(n.value)) for n in found]  # numpy writes its own numbers in words of numpy
 
 
 def size_unit(term: Term) -> str:
