@@ -59,8 +59,8 @@ class Forward:
         brief: bool = False,
     ) -> None:
         """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved;
-        like: another with as much room, whose compiled code serves this one too; brief: it is
-        asked so little that compiling is to be quick."""
+        like: another with as much room, whose compiled code serves this one too; brief: it is asked so little that
+        compiling is to be quick."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
         self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))

@@ -25,10 +25,8 @@ def imitated(found: Selection, look: Look) -> tuple[str, ...]:
     if law is None:
         return ()
     gain = chosen.chi2 + found.gain - float(bench.metric.chi2(bench.fitted.y - law.values))
-    uncertain = max(
-        found.null.inflation(i) for i in chosen.ids
-    )  # noise levels are: chance gives a law more, as it does
-    if gain - max(law.price * uncertain, *charged) < worth:  # what says what an effect says is no cheaper than that
+    uncertain = max(found.null.inflation(i) for i in chosen.ids)  # noise levels are: chance gives a law more as well
+    if gain - max(law.price * uncertain, *charged) < worth:  # saying what an effect says is no cheaper than that
         return ()
     return (f"one law in their place (it explains a chi2 of {gain:.0f}, they {found.gain:.0f}; {law.words})",)
 
