@@ -1,10 +1,11 @@
 """The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
 
-A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw], the
-last four relative, relative, in radians and in metres of travel, the same for every run (a run's own setting error is
-small and enters linearly, through the derivative). Many points are computed at once; derivatives are differences of
-neighbouring points, which share the point they start from. What is null is not compiled in (``compositions``); both
-points of a difference are marched by the same code, so that its rounding is not taken for a derivative.
+A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw | length
+of the belt], the last five relative, relative, in radians, in metres of travel and relative, the same for every run (a
+run's own setting error is small and enters linearly, through the derivative). Many points are computed at once;
+derivatives are differences of neighbouring points, which share the point they start from. What is null is not compiled
+in (``compositions``); both points of a difference are marched by the same code, so that its rounding is not taken for a
+derivative.
 
 Points and runs are marched as one list of rows, a fixed number at a time, over as many steps as the campaign needs: one
 compilation serves campaigns of any number of runs, samples, travel and step.
@@ -41,7 +42,7 @@ COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, s
 ROWS = 32  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
 WORKERS = 2  # batches at once: a march is one long loop, which uses one core
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
-DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05)  # the same of stiffness, tension, yaw [rad], its place [m]: half a step
+DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6)  # of stiffness, tension, yaw [rad], its place [m] (half a step), length
 PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
 
 
