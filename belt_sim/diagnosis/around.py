@@ -68,6 +68,11 @@ class Around:
         own = _with_numbers(null, known, bench.forward.index(name))
         return [null, own, *(self._from(bench, null, point) for point in points)]
 
+    def linear_starts(self, bench: Workbench, name: str) -> list[Fit]:
+        """Where one step may begin: from null, and from the best points of a grid, whose shapes are known there."""
+        null = self.with_effect(bench, name)
+        return [null, *(self._from(bench, null, p) for p in self.points.get(name, []) if p in self.shaped)]
+
     def _from(self, bench: Workbench, null: Fit, point: Point) -> Fit:
         """The fit ``null`` with numbers at a point, as far as it is known there: without a prediction of its own."""
         vector, slopes, due = null.vector.copy(), null.slopes.copy(), np.zeros(len(null.free), dtype=bool)

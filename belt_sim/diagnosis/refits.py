@@ -17,6 +17,7 @@ from belt_sim.diagnosis.decide import NESTING, Ids
 from belt_sim.diagnosis.fit import Fit, hoped
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.null import NullGains
+from belt_sim.diagnosis.one_step import projected
 from belt_sim.diagnosis.pairs import Pairs
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import RunFailed
@@ -192,24 +193,6 @@ def screened(
     first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
     chosen = [n for n in hopeful if n in first or n in near.weak]  # one step says little of what is not linear
     return found | best_of(bench, near, chosen, threshold, known)
-
-
-def projected(bench: Workbench, near: Around, name: str) -> Fit:
-    """One Gauss-Newton step from ``near`` with one more effect: exact where it enters linearly."""
-    start = near.with_effect(bench, name)
-    size = np.linalg.norm(start.columns, axis=1)
-    scale = np.where(size > 1e-6, 1.0 / np.maximum(size, 1e-6), 0.0)
-    step = scale * np.linalg.lstsq((start.columns * scale[:, None]).T, start.residual, rcond=1e-8)[0]
-    vector = start.vector.copy()
-    vector[start.free] += step
-    residual = start.residual - step @ start.columns
-    return replace(
-        start,
-        vector=vector,
-        residual=residual,
-        chi2=float(residual @ residual),
-        values=start.values + np.einsum("k,krsn->rsn", step, start.slopes),
-    )
 
 
 def best_of(

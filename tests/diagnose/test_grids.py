@@ -10,7 +10,8 @@ from small_campaign import MODEL, campaign
 
 from belt_sim.diagnosis.around import around
 from belt_sim.diagnosis.null import null_gains
-from belt_sim.diagnosis.refits import best_of
+from belt_sim.diagnosis.one_step import projected
+from belt_sim.diagnosis.refits import PROMISING, best_of, screened
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.effects.base import Effect, Parameter, effect
 
@@ -63,6 +64,17 @@ def test_the_best_points_of_the_grid_are_starts_and_the_fit_ends_between_them(wa
     best = best_of(bench, near, ["test_wave"])["test_wave"]
     assert best.vector[2] == pytest.approx(LENGTH, abs=0.05)
     assert np.hypot(*best.vector[:2]) == pytest.approx(2.0, rel=0.1)
+
+
+def test_an_effect_that_promises_nothing_at_null_is_refitted_for_what_it_promises_on_its_grid(waved):
+    """A weld that lies elsewhere than at its null place takes next to nothing by one step from there."""
+    bench, fit, near = waved
+    best = best_of(bench, near, ["test_wave"])["test_wave"]
+    threshold = 0.6 * (fit.chi2 - best.chi2)
+    assert PROMISING * threshold > fit.chi2 - projected(bench, replace(near, points={}), "test_wave").chi2
+    found = screened(bench, near, ["test_wave"], lambda name: threshold, {})["test_wave"]
+    assert found.chi2 == pytest.approx(best.chi2, abs=0.1)
+    assert found.vector[2] == pytest.approx(LENGTH, abs=0.05)
 
 
 def test_a_candidate_pays_for_every_point_that_was_tried(waved):
