@@ -9,11 +9,14 @@ from noise_by_recursion import errors
 from small_campaign import MODEL, campaign
 
 from belt_sim.diagnosis.around import around
+from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.null import null_gains
 from belt_sim.diagnosis.one_step import projected
 from belt_sim.diagnosis.refits import PROMISING, best_of, screened
+from belt_sim.diagnosis.samples import samples_of
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.weld import Weld
 
 GRID = (2.0, 3.0, 4.0, 5.0, 7.0)
 LENGTH, SIZE = 4.3, 2e-4  # between two points of the grid
@@ -86,3 +89,18 @@ def test_a_candidate_pays_for_every_point_that_was_tried(waved):
     assert null.dof == {"test_wave": 2, "one": 2}  # nothing is drawn for the modifier: the grid stands for it
     assert np.mean(null.gains["one"]) == pytest.approx(2.0, rel=0.35)
     assert np.mean(null.gains["test_wave"]) > 1.5 * np.mean(null.gains["one"])
+
+
+@pytest.mark.parametrize("centres", [2.0, 11.28, 14.0])
+def test_a_weld_is_looked_for_all_round_a_belt_of_any_length(centres):
+    """Steps in metres that fit a long belt go round a short one in its own time, and find a few places again."""
+    samples = samples_of(campaign("nothing"))
+    cases = replace(samples.cases, rig=replace(samples.cases.rig, centre_distance=centres))
+    forward = Forward(replace(samples, cases=cases), MODEL, (Weld,))
+    (position, grid), *others = forward.grids("weld").items()
+    assert not others
+    around = float(cases.rig.belt_length)
+    places = np.sort(np.mod(np.array(grid) * forward.slots[position].scale, around))
+    gaps = np.diff([*places, places[0] + around])
+    assert gaps == pytest.approx(around / len(grid))
+    assert gaps.max() < 0.1 * around
