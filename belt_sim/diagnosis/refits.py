@@ -108,11 +108,23 @@ class Refits:
         """The best of all pairs of candidates about what ``near`` is, if it promises more than what was seen."""
         if self.near is None:
             return None
-        shapes = {n: self.bench.metric.whiten(self.near.here(self.bench, n)) for n in self.names}
+        pairs, moments = self._pairs(self.near)
+        return pairs.best(moments, self.threshold, seen)
+
+    def pairs_in_place(self, name: str, least: float) -> list[Ids]:
+        """Pairs that promise about the base model at most so much less than one effect does, best first."""
+        if self.near is None:
+            return []
+        pairs, moments = self._pairs(self.near)
+        return pairs.in_place(moments, self.threshold, name, least)
+
+    def _pairs(self, near: Around) -> tuple[Pairs, np.ndarray]:
+        """All pairs of candidates about the base model, and the products of their columns with what that leaves."""
+        shapes = {n: self.bench.metric.whiten(near.here(self.bench, n)) for n in self.names}
         ends = np.cumsum([0, *map(len, shapes.values())])
         rows = np.concatenate(list(shapes.values()))
         places = {n: range(a, b) for n, (a, b) in zip(shapes, pairwise(ends), strict=True)}
-        return Pairs(places, rows @ rows.T).best(rows @ self.near.fit.residual, self.threshold, seen)
+        return Pairs(places, rows @ rows.T), rows @ self.fit(()).residual
 
     def moved(self, ids: Ids) -> Self:
         """Refits with nuisances taken at the fit of a set."""
