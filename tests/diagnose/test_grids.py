@@ -20,6 +20,7 @@ from belt_sim.effects.weld import Weld
 
 GRID = (2.0, 3.0, 4.0, 5.0, 7.0)
 LENGTH, SIZE = 4.3, 2e-4  # between two points of the grid
+IDS = ["test_wave"]
 
 
 @effect
@@ -78,6 +79,20 @@ def test_an_effect_that_promises_nothing_at_null_is_refitted_for_what_it_promise
     found = screened(bench, near, ["test_wave"], lambda name: threshold, {})["test_wave"]
     assert found.chi2 == pytest.approx(best.chi2, abs=0.1)
     assert found.vector[2] == pytest.approx(LENGTH, abs=0.05)
+
+
+def test_the_best_points_are_those_for_what_is_left_now(waved):
+    """Beside what took most of the readings a weld lies elsewhere than where it would have stood for all of them."""
+    bench, fit, _ = waved
+    elsewhere = bench.forward.null()
+    elsewhere[:3] = 2.0, 0.0, 7.0
+    samples = replace(bench.samples, y=bench.forward.values(elsewhere[None])[0])
+    other = replace(bench, samples=samples, fitted=samples, metric=replace(bench.metric, samples=samples))
+    before = around(other, other.fit([other.start((), other.forward.null())])[0], IDS)
+    assert before.points["test_wave"][0] == ((2, 7.0),)
+    now = around(bench, fit, IDS, before)
+    assert now.points["test_wave"][0] == ((2, 4.0),)
+    assert set(now.shaped) == set(now.points["test_wave"])
 
 
 def test_a_candidate_pays_for_every_point_that_was_tried(waved):
