@@ -112,9 +112,10 @@ class Forward:
 
     def grids(self, effect_id: str) -> dict[int, tuple[float, ...]]:
         """Positions of an effect's parameters that are tried on a grid, and the values there."""
-        slots = {k: self.slots[k] for k in self.index(effect_id)}
-        grids = {k: s.effect.parameters[s.name].grid for k, s in slots.items()}
-        return {k: tuple(v / slots[k].scale for v in grid) for k, grid in grids.items() if grid}
+        declared = {k: self.slots[k].effect.parameters[self.slots[k].name] for k in self.index(effect_id)}
+        belt = float(self.samples.cases.rig.belt_length)
+        units = {k: (belt if p.of_belt else 1.0) / p.scale for k, p in declared.items()}
+        return {k: tuple(v * units[k] for v in p.grid) for k, p in declared.items() if p.grid}
 
     def null(self) -> np.ndarray:
         """q (size,) with nothing wrong."""
