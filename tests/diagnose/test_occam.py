@@ -217,11 +217,21 @@ def test_no_effect_is_found_with_which_the_error_that_is_told_rises(passing, mon
 
 
 @pytest.mark.parametrize(
-    ("after", "said"), [(0.9, ()), (1.0, ()), (1.2, ("held-out error, 1.20 times the base model's",))]
+    ("after", "likelier", "said"),
+    [
+        (0.9, (-5.0, -5.0), ()),
+        (1.0, (-5.0, 5.0), ()),
+        (1.2, (-5.0, -5.0), ("held-out error, 1.20 times the base model's",)),
+        (1.002, (-5.0, 0.5), ()),  # what no report would show, where every condition becomes likelier
+        (1.002, (-50.0, 5.0), ("held-out error, 1.00 times the base model's",)),
+    ],
 )
-def test_the_error_that_is_told_is_the_one_beside_every_runs_own_settings(monkeypatch, after, said):
-    held = SimpleNamespace(tested=("yaw +",), size=after)
+def test_the_error_that_is_told_is_the_one_beside_every_runs_own_settings(monkeypatch, after, likelier, said):
+    def held(size, surprise):
+        parts = {n: SimpleNamespace(surprise=x) for n, x in zip(("yaw +", "yaw -"), surprise, strict=True)}
+        return SimpleNamespace(tested=tuple(parts), conditions=parts, size=size)
+
     found = chosen_by(400.0)
-    found.base_held_out = SimpleNamespace(size=1.0)
+    found.base_held_out = held(1.0, (0.0, 0.0))
     monkeypatch.setattr(deciding, "OwnErrors", lambda bench: SimpleNamespace(rms=lambda held, names: held.size))
-    assert deciding._rises(found, held) == said
+    assert deciding._rises(found, held(after, likelier)) == said
