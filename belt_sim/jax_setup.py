@@ -9,6 +9,7 @@
 
 import functools
 import os
+import threading
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,8 +17,19 @@ from typing import Any
 
 import jax
 
+from belt_sim.mappings import make_room
+
 _CUDA = ("jax_cuda12_plugin", "jax_cuda13_plugin")
 _UNFUSED = "--xla_cpu_max_isa=AVX"
+
+
+class _Depth(threading.local):
+    """How many functions of ``in_float64`` a thread is in."""
+
+    now = 0
+
+
+_depth = _Depth()
 
 
 def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
@@ -26,12 +38,21 @@ def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]
 
 
 def in_float64(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function with JAX in float64 for as long as it runs (in the calling thread)."""
+    """The function with JAX in float64 for as long as it runs (in the calling thread).
+
+    Before the outermost of such functions compiled code is given back where it has become too much (``mappings``).
+    """
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        with jax.enable_x64(True):
-            return function(*args, **kwargs)
+        if _depth.now == 0:
+            make_room()
+        _depth.now += 1
+        try:
+            with jax.enable_x64(True):
+                return function(*args, **kwargs)
+        finally:
+            _depth.now -= 1
 
     return call
 

@@ -25,6 +25,7 @@ import numpy as np
 from jax import export
 
 from belt_sim.jax_setup import in_float64
+from belt_sim.mappings import Programs
 
 STACK = 256 * 2**20  # [bytes], of the thread that compiles and loads; what is not used costs nothing
 LEAST_EFFORT = {"xla_backend_optimization_level": 0}
@@ -51,19 +52,21 @@ def kept(function: Callable[..., Any], name: str | None, brief: bool = False) ->
     result an array or a tuple of arrays. brief: it runs so seldom that compiling costs more, and is compiled with less
     effort, to code that is half as fast and rounds alike.
     """
-    ready: dict[Any, Any] = {}
+    ready = Programs()
     compiling: defaultdict[Any, Lock] = defaultdict(Lock)
 
     def call(*args: Any) -> Any:
         leaves, tree = jax.tree.flatten(args)
         leaves = [np.asarray(x) for x in leaves]
         key = tree, tuple((x.shape, x.dtype.str) for x in leaves)
-        if key not in ready:
+        program = ready.by_key.get(key)
+        if program is None:
             with compiling[key]:  # one thread compiles, others of the same shapes wait
-                if key not in ready:
+                program = ready.by_key.get(key)
+                if program is None:
                     flat = in_float64(lambda: _compiled(function, tree, leaves, name, key, brief))
-                    ready[key] = _loader().submit(flat).result()
-        return ready[key](*leaves)
+                    program = ready.by_key[key] = _loader().submit(flat).result()
+        return program(*leaves)
 
     return in_float64(call)
 

@@ -4,7 +4,7 @@ import secrets
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -113,7 +113,7 @@ def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt:
     told = ("scale", "heavy_tails") + (() if noise.true_length is None else ("true_length", "smooth"))
     unknown = next((f for f in what.faults if isinstance(f, Stranger)), Stranger())
     effects = [
-        {"id": fault.id, "parameters": fault.parameters(), "d": size}
+        {"id": fault.id, "parameters": {n: _said(v, 9) for n, v in fault.parameters().items()}, "d": _said(size, 6)}
         for fault, size in zip(what.faults, what.sizes, strict=True)
     ]
     return Truth(
@@ -122,7 +122,7 @@ def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt:
         kind=what.kind,
         effects=effects,
         lookalikes=what.lookalikes,
-        distance=what.distance,
+        distance=_said(what.distance, 6),
         noise={n: getattr(noise, n) for n in told},
         machine=dict(errors.machine),
         settings={
@@ -137,6 +137,11 @@ def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt:
         form=unknown.form,
         also=[list(pair) for pair in unknown.also],
     )
+
+
+def _said(value: Any, digits: int) -> Any:
+    """A number to so many significant digits: what processors of different kinds agree upon; all else as it is."""
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
 def _name(run: int) -> str:

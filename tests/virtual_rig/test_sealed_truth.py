@@ -81,3 +81,12 @@ def test_what_is_written_is_what_was_made(folder):
     back = read_campaign(folder)
     for a, b in zip(made.runs, back.runs, strict=True):
         np.testing.assert_allclose(b.signals["y4"], a.signals["y4"], rtol=1e-13)
+
+
+def test_last_digits_in_which_processors_differ_are_not_sealed():
+    truths = []
+    for more in (1.0, 1 + 1e-13):
+        hidden = [{"id": "taper", "kappa_t": 2.123456789123e-5 * more}]
+        truths.append(make_campaign(hidden=hidden, seed=4, plan=SHORT)[1])
+    assert truths[0].sha256() == truths[1].sha256()
+    assert truths[0].effects[0]["parameters"]["kappa_t"] == pytest.approx(2.123456789123e-5, rel=1e-8)

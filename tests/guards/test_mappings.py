@@ -1,0 +1,47 @@
+"""A process may compile as much as it likes: what it has compiled is given back before its mappings run out."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from belt_sim import mappings
+from belt_sim.jax_setup import compiled
+from belt_sim.stored_code import kept
+
+
+def _sorted_sines(k: float):
+    def function(x):
+        for i in range(20):
+            x = jnp.sort(jnp.sin(x) * k + i) @ jnp.ones((30, 30))
+        return x
+
+    return function
+
+
+@pytest.fixture
+def small_limit(monkeypatch, tmp_path):
+    """A limit that some ten programs of the test reach."""
+    mappings.make_room(share=0.0, pause=0.0)
+    few = tmp_path / "max_map_count"
+    few.write_text(str(int((mappings.mappings() + 600) / mappings.SHARE)))
+    monkeypatch.setattr(mappings, "_LIMIT", few)
+    monkeypatch.setattr(mappings.make_room, "__defaults__", (mappings.SHARE, 0.0))
+    return (mappings.mappings() + 600) / mappings.SHARE
+
+
+@pytest.mark.skipif(not mappings.mappings(), reason="this system does not say how many mappings a process has")
+@pytest.mark.parametrize("made", [lambda k: compiled(_sorted_sines(k)), lambda k: kept(_sorted_sines(k), None)])
+def test_a_process_that_goes_on_compiling_keeps_half_of_its_mappings_free(small_limit, made):
+    x = np.ones((30, 30))
+    functions = [made(0.1 * k) for k in range(40)]
+    most, before = 0, [function(x) for function in functions[:2]]
+    for function in functions:
+        function(x)
+        most = max(most, mappings.mappings())
+    assert 0.2 * small_limit < most < 0.6 * small_limit
+    assert np.array_equal([function(x) for function in functions[:2]], before)
+
+
+def test_where_there_is_no_limit_nothing_is_forgotten(monkeypatch, tmp_path):
+    monkeypatch.setattr(mappings, "_LIMIT", tmp_path / "none")
+    assert not mappings.make_room(pause=0.0)
