@@ -86,6 +86,23 @@ def test_what_only_the_left_out_runs_show_is_said_to_be_untested():
     assert found.by_condition["yaw +"] < EXACT
 
 
+def test_numbers_that_are_known_together_only_are_known():
+    """An offset and a gain that act nearly alike: each may be nothing, what they do is known well."""
+    first, other = shapes()
+    rows = np.stack([first, first + 0.02 * other])
+    y = 3.0 * first
+    at_joint_fit = replace(fitted(rows, 0.0 * y), vector=np.array([2.0, 1.0]), values=y)
+    assert np.sqrt(at_joint_fit.covariance[1, 1]) > 1.0
+    assert held_out(Plain(y), at_joint_fit).untestable == ()
+
+
+def test_a_condition_that_the_other_runs_leave_open_is_untested_though_the_fit_is_nothing_there():
+    rows = np.zeros_like(shapes()[:1])
+    rows[0, :2] = shapes()[0, :2]
+    at_joint_fit = replace(fitted(rows, 0.0 * rows[0]), vector=np.array([0.01, 0.0]))
+    assert held_out(Plain(0.0 * rows[0]), at_joint_fit).untestable == ("7 N/mm2",)
+
+
 @pytest.mark.parametrize(("elsewhere", "untestable"), [(0.005, ("7 N/mm2",)), (0.1, ())])
 def test_a_number_that_may_as_well_be_nothing_without_the_left_out_runs_is_not_tested_there(elsewhere, untestable):
     """A camber acts at a low tension: at 40 N/mm2 it does so little that its size is known to several times itself."""
