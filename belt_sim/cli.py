@@ -1,5 +1,6 @@
 """The command line: every command is a Hydra application; errors of the user are one line and a non-zero exit."""
 
+import gc
 import os
 import sys
 from importlib.metadata import version
@@ -8,6 +9,7 @@ from belt_sim.cli_errors import files_named, one_line, ordered, refused
 from belt_sim.errors import BeltError, Reported
 from belt_sim.paths import CONF
 
+SELDOM = 50_000  # new objects between two looks for garbage in cycles, of which imports and tracing leave hardly any
 COMMANDS = {
     "simulate": "one model, one case: curves and late rates",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
@@ -29,7 +31,10 @@ COMMANDS = {
 
 def main() -> None:
     """Entry point of ``belt-sim``."""
-    sys.exit(run(sys.argv[1:]))
+    gc.set_threshold(SELDOM)
+    status = run(sys.argv[1:])
+    gc.freeze()  # all that is left goes with the process
+    sys.exit(status)
 
 
 def run(arguments: list[str]) -> int:

@@ -12,17 +12,15 @@ import numpy as np
 from belt_sim.analytic.spans import held_answers
 from belt_sim.case import Case, Schedule
 from belt_sim.effects.lift_off import LiftOff
-from belt_sim.jax_setup import compiled
 from belt_sim.laws.inside import along
-from belt_sim.laws.span import beam_second_order, strip
+from belt_sim.laws.span import Span, beam_second_order, strip
+from belt_sim.stored_code import kept
 
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
 FRICTION = 0.15  # steel on a smooth pulley, the least that is usual; a case does not say it
 SLIP_WAY = 0.1  # share of a quarter span on which slip may act
 NEXT = 0.25  # share of either second-order term that is kept where both cancel
 STRENGTH = 450e6  # [Pa], bending fatigue of usual belt steels
-_answers = compiled(held_answers)
-_fields = compiled(along)
 
 
 @dataclass(frozen=True)
@@ -32,6 +30,21 @@ class Limit:
     id: str
     load: float
     words: str
+
+
+def _held(case: Case, effects: tuple, span: Span):
+    """Curvature at the run-up and at the run-off end of both spans, per unit of their boundary values, (2, 5) each."""
+    answer = held_answers(case, effects, span)
+    return answer.runup, answer.runoff
+
+
+def _inside(span: Span):
+    """Places along a span, and its curvature there per unit of angle at the run-up."""
+    fields = along(span)
+    return fields.x, fields.per_runup
+
+
+_answers, _fields = kept(_held, "answers of held spans"), kept(_inside, "fields of a span")
 
 
 @dataclass(frozen=True)
@@ -68,15 +81,15 @@ def warning(model: str, beyond: Iterable[Limit]) -> str:
 
 def _loaded(case: Case) -> _Loaded:
     span = strip(case)
-    plain, lifted = (_answers(case, effects, span) for effects in ((), (LiftOff(),)))
-    flat = _answers(case, (), beam_second_order(case))
-    carried, changed = np.asarray(plain.runoff)[1, 2], np.asarray(lifted.runoff)[1, 2]
+    (runup, runoff), (_, lifted) = (_answers(case, effects, span) for effects in ((), (LiftOff(),)))
+    flat = _answers(case, (), beam_second_order(case))[0]
+    carried, changed = np.asarray(runoff)[1, 2], np.asarray(lifted)[1, 2]
     return _Loaded(
         case=case,
         yaw=max(_largest(case.settings.yaw), _largest(case.settings.yaw_head)),
-        entry=abs(float(span.bending * np.asarray(plain.runup)[0, 2])),
+        entry=abs(float(span.bending * np.asarray(runup)[0, 2])),
         square=_beyond_linear(case),
-        flat=abs(float(np.asarray(flat.runup)[0, 2] / np.asarray(plain.runup)[0, 2]) - 1.0),
+        flat=abs(float(np.asarray(flat)[0, 2] / np.asarray(runup)[0, 2]) - 1.0),
         layer=abs(float(changed / carried) - 1.0),
     )
 
@@ -89,8 +102,8 @@ def _beyond_linear(case: Case) -> float:
     order is left: a quarter of the larger is kept.
     """
     span, belt = strip(case), case.belt
-    fields = _fields(span)
-    x, moment = np.asarray(fields.x), float(span.bending) * np.asarray(fields.per_runup)
+    x, per_runup = map(np.asarray, _fields(span))
+    moment = float(span.bending) * per_runup
     twist = _integral(moment * float(span.sag_curvature / span.torsion), x)
     tilt = _integral(twist, x)
     twist, tilt = twist - tilt[-1] / x[-1], tilt - tilt[-1] * x / x[-1]

@@ -1,17 +1,17 @@
 """The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
 
-A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw], the
-last four relative, relative, in radians and in metres of travel, the same for every run (a run's own setting error is
-small and enters linearly, through the derivative). Many points are computed at once; derivatives are differences of
-neighbouring points, which share the point they start from. What is null is not compiled in (``compositions``); both
-points of a difference are marched by the same code, so that its rounding is not taken for a derivative.
+A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw | length
+of the belt], the last five relative, relative, in radians, in metres of travel and relative, the same for every run (a
+run's own setting error is small and enters linearly, through the derivative). Many points are computed at once;
+derivatives are differences of neighbouring points, which share the point they start from. What is null is not compiled
+in (``compositions``); both points of a difference are marched by the same code, so that its rounding is not taken for a
+derivative.
 
 Points and runs are marched as one list of rows, a fixed number at a time, over as many steps as the campaign needs: one
 compilation serves campaigns of any number of runs, samples, travel and step.
 """
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
 from functools import cache, partial
@@ -27,8 +27,9 @@ from belt_sim.case import Case, Settings
 from belt_sim.diagnosis import linear_readings
 from belt_sim.diagnosis.added_readings import compiled_added, of_readings, only_added
 from belt_sim.diagnosis.as_set import NUISANCES, Slot, run_at
+from belt_sim.diagnosis.batches import Work, finish, in_batches
 from belt_sim.diagnosis.compositions import LIGHT, READ, Groups, group_of, members
-from belt_sim.diagnosis.samples import MAX_SAMPLES, Samples
+from belt_sim.diagnosis.samples import Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
 from belt_sim.stored_code import kept, own
@@ -37,12 +38,8 @@ STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_erro
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history
-COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
-ROWS = 32  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
-WORKERS = 2  # batches at once: a march is one long loop, which uses one core
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
-DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05)  # the same of stiffness, tension, yaw [rad], its place [m]: half a step
-PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
+DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6)  # of stiffness, tension, yaw [rad], its place [m] (half a step), length
 
 
 class Forward:
@@ -111,9 +108,10 @@ class Forward:
 
     def grids(self, effect_id: str) -> dict[int, tuple[float, ...]]:
         """Positions of an effect's parameters that are tried on a grid, and the values there."""
-        slots = {k: self.slots[k] for k in self.index(effect_id)}
-        grids = {k: s.effect.parameters[s.name].grid for k, s in slots.items()}
-        return {k: tuple(v / slots[k].scale for v in grid) for k, grid in grids.items() if grid}
+        declared = {k: self.slots[k].effect.parameters[self.slots[k].name] for k in self.index(effect_id)}
+        belt = float(self.samples.cases.rig.belt_length)
+        units = {k: (belt if p.of_belt else 1.0) / p.scale for k, p in declared.items()}
+        return {k: tuple(v * units[k] for v in p.grid) for k, p in declared.items() if p.grid}
 
     def null(self) -> np.ndarray:
         """q (size,) with nothing wrong."""
@@ -126,13 +124,17 @@ class Forward:
     def _composed(self, vector: np.ndarray, codes: Sequence[Groups], samples: Samples | None) -> np.ndarray:
         """The same by the code of some groups of effects each."""
         samples = samples or self.samples
-        found = np.empty((len(vector), *samples.y.shape))
-        for code in dict.fromkeys(codes):
-            rows = np.flatnonzero([c == code for c in codes])
-            found[rows] = self._marched(vector[rows], code, samples)
+        places = {code: np.flatnonzero([c == code for c in codes]) for code in dict.fromkeys(codes)}
+        marched = [(rows, self._marched(vector[rows], code, samples)) for code, rows in places.items()]
         own = [k for k, s in enumerate(self.slots) if s.effect in self._added]
-        if len(rows := np.flatnonzero(np.any(vector[:, own] != self._null[own], axis=1))):
-            found[rows] += self._shown(vector[rows], samples)
+        rows = np.flatnonzero(np.any(vector[:, own] != self._null[own], axis=1))
+        of, shown = self._shown(vector[rows], samples) if len(rows) else (rows, None)
+        finish([*(work for _, work in marched), *([shown] if shown else [])])
+        found = np.empty((len(vector), *samples.y.shape))
+        for here, work in marched:
+            found[here] = work.found
+        if shown:
+            found[rows] += shown.found[of]
         return found - self.offset if samples is self.samples else found
 
     def lanes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
@@ -169,7 +171,7 @@ class Forward:
         ]
         return [shared[p] | groups for p, groups in zip(of, moved, strict=True)]
 
-    def _marched(self, vector: np.ndarray, groups: Groups, samples: Samples) -> np.ndarray:
+    def _marched(self, vector: np.ndarray, groups: Groups, samples: Samples) -> Work:
         """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
         within = set(members(self.classes, groups))
         kept = [k for k, s in enumerate(self.slots) if s.effect in within]
@@ -177,10 +179,11 @@ class Forward:
         march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, self.brief)
         scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
-        return self._batched(march, vector, samples, self._march)
+        return in_batches(march, vector, samples, self._march)
 
-    def _shown(self, vector: np.ndarray, samples: Samples) -> np.ndarray:
-        """What effects that only add to the readings add to them (C, R, S, n), by one program for any harmonics."""
+    def _shown(self, vector: np.ndarray, samples: Samples) -> tuple[np.ndarray, Work]:
+        """What effects that only add to the readings add to them, by one program for any harmonics: of each of (C,)
+        where it stands in what is found."""
         slots = tuple(Slot(c, name) for c in of_readings(self.classes, self._added) for name in c.parameters)
         numbers = np.tile([*(s.null for s in slots), *np.zeros(len(NUISANCES))], (len(vector), 1))
         numbers[:, len(slots) :] = vector[:, len(self.slots) :]
@@ -188,37 +191,7 @@ class Forward:
             if slot in slots:
                 numbers[:, slots.index(slot)] = vector[:, k] * slot.scale
         different, of = np.unique(numbers, axis=0, return_inverse=True)
-        return self._batched(compiled_added(slots, self._added), different, samples)[of.reshape(-1)]
-
-    def _batched(self, program, vector: np.ndarray, samples: Samples, more: tuple = ()) -> np.ndarray:
-        """What a program of one run shows of all runs at points (C, k): (C, R, S, n)."""
-        places = [PLACES.index(s.at) for s in samples.signals]
-        runs, _, n = samples.y.shape
-        points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
-        cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
-        travel, time = samples.travel[:, columns], samples.time[:, columns]
-        found = np.empty((len(points), len(places), n))
-
-        def batch(start: int) -> None:
-            rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
-            r = run[rows]
-            settings = jax.tree.map(lambda x: x[r], cases.settings)
-            shown = program(
-                vector[points[rows]],
-                settings,
-                travel[r],
-                time[r],
-                samples.yaw_at[r],
-                cases.rig,
-                cases.belt,
-                *more,
-            )
-            part = found[start : start + ROWS]
-            part[:] = np.asarray(shown)[: len(part), places, :n]
-
-        with ThreadPoolExecutor(WORKERS) as pool:
-            list(pool.map(batch, range(0, len(points), ROWS)))
-        return found.reshape(len(vector), *samples.y.shape)
+        return of.reshape(-1), in_batches(compiled_added(slots, self._added), different, samples)
 
     def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
         """The effects ``ids`` with the numbers of a parameter vector."""

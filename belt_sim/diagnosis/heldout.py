@@ -1,8 +1,9 @@
 """Held-out error: whole conditions (a tension, a sign of yaw) are left out, the rest is refitted, they are predicted.
 
 Refits are one Gauss-Newton step from the joint fit, which is exact for effects that enter linearly. Before any reading
-a parameter is known as well as a real machine allows (candidate.prior_sigma): what only the left-out runs show falls
-back to null; a condition is one that hold-out cannot test where the rest does not know what the effects do to it.
+a parameter is known as well as a real machine allows (candidate.prior_sigma), and harmonics as well as they fall
+(spectrum.py): what only the left-out runs show falls back to null; a condition is one that hold-out cannot test where
+the rest does not know what the effects do to it.
 """
 
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ import numpy as np
 
 from belt_sim.diagnosis.candidate import prior_sigma
 from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.spectrum import with_harmonics
 from belt_sim.diagnosis.workbench import Workbench
 
 KNOWN = 0.5  # what the numbers do to left-out readings is known from the other runs when its u is below this share of
@@ -118,7 +120,8 @@ def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
         return Condition(float(left @ left), errors[there], np.empty((0, len(record))), record, out, errors)
     columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
     here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
-    sigma = prior_sigma(bench.forward, fit.free)
+    allowed = prior_sigma(bench.forward, fit.free)
+    sigma = with_harmonics(bench.forward, fit, allowed)
     away = fit.vector[fit.free] - bench.forward.null()[fit.free]
     step, root = _refit(rest, blocks[~out].ravel(), sigma, away)
     left = blocks[out].ravel() - step @ here
@@ -130,7 +133,7 @@ def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
         record=record,
         out=out,
         left=errors,
-        testable=_is_known(here, root, sigma, away),
+        testable=_is_known(here, root, allowed, away),
     )
 
 

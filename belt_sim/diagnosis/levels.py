@@ -6,6 +6,7 @@ could do to them; that may hold a stranger as well as noise, and is trusted only
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -93,7 +94,7 @@ class _SignalLevels:
         """fast: what every run shows by itself, beside contrasts of repeats; smooth: the wander is."""
         self.contrasts, self.lengths = contrasts, _lengths(signal)
         reaches = [Reach(float(x), smooth) for x in self.lengths]
-        self.fast = [(part, [part.modes(x) for x in reaches]) for part in fast] if contrasts else []
+        self.reaches, self.fast = reaches, list(fast) if contrasts else []
         f2, logs = FACTORS**2, np.log(FACTORS)
         both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
         prior = both[0, 0] * (logs[:, None] ** 2 + logs**2) + 2.0 * both[0, 1] * logs[:, None] * logs
@@ -143,17 +144,30 @@ class _SignalLevels:
         A few repeats tell a level to a tenth, all runs to a hundredth; but runs may hold a short wave that no model
         has. So either it is noise, or by odds of exp(-BEYOND/2) it is not, and repeats are believed alone.
         """
-        f2 = FACTORS**2
-        cost = np.zeros((len(errors), len(self.lengths), len(f2), len(f2)))
-        for part, of_lengths in self.fast:
+        shape = len(FACTORS), len(FACTORS)
+        cost = np.zeros((len(errors), len(self.lengths), *shape))
+        for part, of_lengths in zip(self.fast, self._fast_grids, strict=True):
             z = part.read(errors)
-            for k, (ratios, modes) in enumerate(of_lengths):
-                variance = f2[:, None, None] + f2[None, :, None] * ratios
+            for k, (modes, logs, weights) in enumerate(of_lengths):
                 squares = np.sum((z @ modes) ** 2, axis=1)
-                cost[:, k] += part.count * np.log(variance).sum(axis=2)
-                cost[:, k] += (squares @ (1.0 / variance).reshape(-1, len(ratios)).T).reshape(-1, len(f2), len(f2))
+                cost[:, k] += logs
+                cost[:, k] += (squares @ weights).reshape(-1, *shape)
         cost -= cost.min(axis=(1, 2, 3), keepdims=True)
         return -2.0 * np.logaddexp(-0.5 * cost, -0.5 * BEYOND)
+
+    @cached_property
+    def _fast_grids(self) -> list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
+        """Of what is fast in every run, at every length: modes, the logarithms of their variances all together on the
+        grid of both factors, and what each weighs there."""
+        f2, found = FACTORS**2, []
+        for part in self.fast:
+            of_lengths = []
+            for ratios, modes in map(part.modes, self.reaches):
+                variance = f2[:, None, None] + f2[None, :, None] * ratios
+                logs = part.count * np.log(variance).sum(axis=2)
+                of_lengths.append((modes, logs, (1.0 / variance).reshape(-1, len(ratios)).T))
+            found.append(of_lengths)
+        return found
 
     def best(self, errors: np.ndarray) -> list[tuple[float, float, float]]:
         """(white, wander, length) on the grid whose spectrum stands best for all that the readings leave possible.
@@ -167,10 +181,15 @@ class _SignalLevels:
         cost = self.cost(errors).reshape(len(errors), -1)
         weight = np.exp(-0.5 * (cost - cost.min(axis=1, keepdims=True)))
         mean = weight @ self.spectra / weight.sum(axis=1, keepdims=True)
-        apart = (mean * self.modes_of) @ (1.0 / self.spectra).T + np.log(self.spectra) @ self.modes_of
-        nearest = np.argmin(apart + TIE * self.prior.ravel(), axis=1)
+        inverse, own = self._of_spectra
+        nearest = np.argmin((mean * self.modes_of) @ inverse + own + TIE * self.prior.ravel(), axis=1)
         k, i, j = np.unravel_index(nearest, self.prior.shape)
         return [(float(a), float(b), float(c)) for a, b, c in zip(FACTORS[i], FACTORS[j], self.lengths[k], strict=True)]
+
+    @cached_property
+    def _of_spectra(self) -> tuple[np.ndarray, np.ndarray]:
+        """1 / the spectra (K, G), and their logarithms together (G,)."""
+        return (1.0 / self.spectra).T, np.log(self.spectra) @ self.modes_of
 
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Levels (count, 3) by their probability, spread over the cells of the grid."""

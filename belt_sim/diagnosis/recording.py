@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.curves import Curves
-from belt_sim.diagnosis.forward import WORKERS
+from belt_sim.diagnosis.batches import WORKERS
 from belt_sim.diagnosis.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
 from belt_sim.model import Model

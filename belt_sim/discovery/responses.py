@@ -14,7 +14,8 @@ import numpy as np
 from belt_sim.analytic.march import march_open
 from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case
-from belt_sim.diagnosis.forward import ROWS, model_name, room_for
+from belt_sim.diagnosis.batches import ROWS
+from belt_sim.diagnosis.forward import model_name, room_for
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.effects.around_engine import true_travel

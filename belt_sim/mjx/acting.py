@@ -10,7 +10,8 @@ from belt_sim.scene_parts import SceneParts
 class Acting(NamedTuple):
     """In some case of a batch: slips, it may slide on its pulleys; guides, number of rollers; gives_way, a pulley does
     so to the belt's moment; layered, it leaves its pulleys along a bending layer; cambered, it is curved by nature;
-    pushes, number of places at which its spans are pushed; leans, its weight or a couple all along pulls it aside."""
+    pushes, number of places at which its spans are pushed; leans, its weight or a couple all along pulls it aside;
+    canted, an axis is not level."""
 
     slips: bool = False
     guides: int = 0
@@ -19,6 +20,7 @@ class Acting(NamedTuple):
     cambered: bool = False
     pushes: int = 0
     leans: bool = False
+    canted: bool = False
 
 
 def acting_in(parts: Sequence[SceneParts]) -> Acting:
@@ -31,4 +33,5 @@ def acting_in(parts: Sequence[SceneParts]) -> Acting:
         cambered=any(p.camber is not None for p in parts),
         pushes=max(len(p.pushes) for p in parts),
         leans=any(p.lean or p.roll for p in parts),
+        canted=any(s.cant for p in parts for s in (p.head, p.tail)),
     )

@@ -76,7 +76,7 @@ class Belt(NamedTuple):
 class Shape(NamedTuple):
     """What the cases of a batch share: stations, lines, kind of ties, direction of travel, stations that may be off
     the circle at an end of a wrap, stations that a pulley holds at most (0 if no belt of the batch slips), whether the
-    spans resist no bending."""
+    spans resist no bending, whether an axis is not level."""
 
     stations: int
     lines: int
@@ -85,6 +85,7 @@ class Shape(NamedTuple):
     zone: int
     held: int = 0
     limp: bool = False
+    canted: bool = False
 
 
 def belt_of(scene: Scene, kind: str, acting: Acting) -> tuple[Shape, Belt]:
@@ -100,6 +101,7 @@ def belt_of(scene: Scene, kind: str, acting: Acting) -> tuple[Shape, Belt]:
         zone=int(surfaces.sinking.max()) + 2,
         held=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if acting.slips else 0,
         limp=is_limp(kind, options),
+        canted=acting.canted,
     )
     ties = _ties(case, mesh, options, kind, scene)
     if acting.cambered:

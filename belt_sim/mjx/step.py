@@ -15,7 +15,7 @@ from belt_sim.mjx.layer import followed, threaded
 from belt_sim.mjx.led import anchored, led
 from belt_sim.mjx.limp import aside_of, led_on
 from belt_sim.mjx.state import Command, State
-from belt_sim.mjx.wrap import FIRST, LAST, TAIL, Pose, Wrap, landed, met, released, seen, sunk
+from belt_sim.mjx.wrap import FIRST, LAST, TAIL, Pose, Wrap, laid_anew, landed, met, released, seen, sunk
 from belt_sim.pytree import Numbers as Array
 
 _CALM = 0.02  # [s], as in wrap/contact.py
@@ -28,6 +28,10 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     spin = state.pose.spin[TAIL] + shape.sign * moved / belt.surfaces.radius[TAIL]
     tail = jnp.stack([state.pose.centre[TAIL, 0], spin])
     pose, wraps, kinks = pose_of(shape, belt, command, tail, state.turned), state.wraps, state.kinks
+    if shape.canted:
+        stands = (moved == 0.0) & (state.travel >= 0.0)
+        rolled = jnp.where(stands, pose.axes[:, 2, 1] - state.pose.axes[:, 2, 1], 0.0)
+        wraps = jax.vmap(laid_anew)(belt.surfaces, wraps, pose, rolled)
     if kinks is not None:
         wraps, kinks = led_on(shape, wraps, belt.surfaces, pose, kinks)
     for end in (FIRST, LAST):

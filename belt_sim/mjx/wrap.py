@@ -49,6 +49,13 @@ def axes_of(surface: Surfaces, yaw: Array, share: Array, spin: Array) -> Array:
     return jnp.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
 
 
+def laid_anew(surface: Surfaces, wrap: Wrap, pose: Pose, rolled: Array) -> Wrap:
+    """The anchors of a belt under which the axis has rolled by a small angle [rad], as Wrap.lay_anew."""
+    there = wrap.y + rolled * wrap.r * jnp.cos(wrap.angle + pose.spin)
+    wider = radius_at(surface, jnp.ones(()), there) - radius_at(surface, jnp.ones(()), wrap.y)
+    return wrap._replace(y=there, r=wrap.r + wider)
+
+
 def radius_at(surface: Surfaces, shaped: Array, y: Array) -> Array:
     """Radius of a station's circle [m]; shaped: 1 where the pulley is what it is, 0 while it is a plain cylinder."""
     uneven = y * (surface.taper - 0.5 * surface.crown * y)

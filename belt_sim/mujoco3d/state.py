@@ -74,6 +74,14 @@ class Wrap:
         local = np.stack([self.r[k] * np.sin(turned), self.y[k], self.r[k] * np.cos(turned)], axis=-1)
         return local @ pose.axes.T + pose.centre
 
+    def lay_anew(self, pose: Pose, rolled: float) -> None:
+        """The axis has rolled by a small angle [rad] under a belt at rest, which does not go with it: where a cant
+        begins to act, the belt has been laid straight on the canted pulley."""
+        k = self.stations
+        before = self.radius_at(self.y[k])
+        self.y[k] += rolled * self.r[k] * np.cos(self.angle[k] + pose.spin)
+        self.r[k] += self.radius_at(self.y[k]) - before
+
     @property
     def sliding(self) -> np.ndarray:
         """Which held nodes slid in the last step, shape (held, m)."""

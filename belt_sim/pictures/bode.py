@@ -2,17 +2,20 @@
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from belt_sim.linear.state_space import StateSpace
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import POINT_NAMES, POINTS
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 
+if TYPE_CHECKING:  # it takes SciPy's linear systems, which no other picture needs
+    from belt_sim.linear.state_space import StateSpace
+
 
 @style.picture
-def bode_picture(path: str | os.PathLike, space: StateSpace, highest: float) -> Path:
+def bode_picture(path: str | os.PathLike, space: "StateSpace", highest: float) -> Path:
     """Gain [mm per degree of tail yaw] and phase [degrees] of points 1-4 up to ``highest`` [rad/m].
 
     Lines: exact, delays kept; dots: the state space.

@@ -77,6 +77,9 @@ def title(fig: "Figure", text: str) -> None:
 def save(fig: "Figure", path: str | os.PathLike) -> Path:
     """Write the figure as PNG in one move; BeltError when that is not possible."""
     path = Path(path)
+    if layout := fig.get_layout_engine():  # once; savefig would draw all of it a second time, to lay it out
+        layout.execute(fig)
+        fig.set_layout_engine("none")
     try:
         write_with(path, lambda draft: fig.savefig(draft, format="png"))
     except OSError as cause:

@@ -5,6 +5,7 @@ through its standard input, as the files of a diagnosis hold it. As ``python -m 
 file is that process.
 """
 
+import gc
 import json
 import os
 import subprocess
@@ -55,6 +56,7 @@ def drawing_apart() -> Iterator[Draw]:
 
 def _draw() -> None:
     """What the process does; no result comes where the diagnosis failed."""
+    gc.disable()  # it ends soon
     from belt_sim.pictures.style import figure
     from belt_sim.use_cases.leave import draw_diagnosis
 

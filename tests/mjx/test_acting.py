@@ -40,6 +40,7 @@ LOADS = [
     {"id": "side_drag", "moment": 5.0, "place": 0.7},
     {"id": "machine_tilt", "angle": 0.5},
     {"id": "off_centre_load", "moment": 0.1},
+    {"id": "cant", "gamma": 3e-5, "gamma_head": -2e-5},
 ]
 SAME = 1e-9  # of the largest: two codes of one formula
 STIFF = 1e-4  # of the stiffness of a wrap: native reads it off by steps of 1 um

@@ -5,6 +5,7 @@ import pytest
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
+from belt_sim.effects.cant import Cant
 from belt_sim.effects.yaw_compliance import YawCompliance
 from belt_sim.effects.yaw_offset_head import YawOffsetHead
 from belt_sim.effects.yaw_offset_tail import YawOffsetTail
@@ -57,8 +58,13 @@ def test_late_rate_of_the_strip(short_rig):
 
 @pytest.mark.parametrize(
     "effect",
-    [YawCompliance(c_m=2e-5), YawOffsetTail(beta_0=5e-4), YawOffsetHead(beta_0=5e-4)],
-    ids=["yaw_compliance", "yaw_offset_tail", "yaw_offset_head"],
+    [
+        YawCompliance(c_m=2e-5),
+        YawOffsetTail(beta_0=5e-4),
+        YawOffsetHead(beta_0=5e-4),
+        Cant(gamma=1e-3, gamma_head=-5e-4),
+    ],
+    ids=["yaw_compliance", "yaw_offset_tail", "yaw_offset_head", "cant"],
 )
 def test_what_turns_a_pulley_does_what_the_strip_law_says(short_rig, effect):
     model = SpaceModel(options=Options(dx=0.04, dt=2e-3, run_in=0.3, settle=0.2, acceleration=3.0))

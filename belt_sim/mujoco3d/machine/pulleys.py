@@ -96,8 +96,10 @@ class Pulleys:
         state.given_way += (compliance * state.loads[:, 2] - state.given_way) * min(dt / _COMPLIANCE_LAG, 1.0)
         turned = state.yaw + state.given_way
         askew = smooth(state.time / max(0.5 * self.scene.options.settle, dt))
-        for pose, surface, yaw in zip(state.poses, surfaces, turned, strict=True):
-            pose.axes = surface.axes(float(yaw), state.share, pose.spin, askew)
+        for wrap, pose, surface, yaw in zip(state.wraps, state.poses, surfaces, turned, strict=True):
+            level, pose.axes = pose.axes[2, 1], surface.axes(float(yaw), state.share, pose.spin, askew)
+            if state.speed == 0.0 and state.travel >= 0.0:
+                wrap.lay_anew(pose, pose.axes[2, 1] - level)
         state.joints[[HEAD_YAW, TAIL_YAW]] = turned
         state.joint_rates[[HEAD_YAW, TAIL_YAW]] = 0.0
 
