@@ -121,8 +121,9 @@ def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
     columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
     here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
     allowed = prior_sigma(bench.forward, fit.free)
-    sigma = with_harmonics(bench.forward, fit, allowed)
     away = fit.vector[fit.free] - bench.forward.null()[fit.free]
+    slots = [bench.forward.slots[k] for k in fit.free]
+    sigma = with_harmonics(slots, away, np.diag(fit.covariance), allowed)
     step, root = _refit(rest, blocks[~out].ravel(), sigma, away)
     left = blocks[out].ravel() - step @ here
     errors = bench.samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])

@@ -4,24 +4,23 @@ Nobody knows how straight a belt's edge is, but a belt of which thirty numbers h
 Refits that may take each number for anything a machine allows predict such an edge worse than no edge at all.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.as_set import Slot
 
-SIZES = np.geomspace(1e-3, 1e3, 121)  # beside the scales and beside one sigma
+SIZES = np.geomspace(1e-3, 1e3, 121)  # that are tried, beside a typical number and its sigma
 
 
-def with_harmonics(forward: Forward, fit: Fit, sigma: np.ndarray) -> np.ndarray:
-    """``sigma`` (k,), of every free number before any reading, where those of a linear effect are Gaussian with a
-    common size in units of their scales: that at which numbers like the fitted ones are likeliest."""
+def with_harmonics(slots: Sequence[Slot], numbers: np.ndarray, variance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """``sigma`` (k,), of numbers before any reading, where those of a linear effect are Gaussian with a common size:
+    that at which numbers (k,) as they were fitted, of such variance (k,), are likeliest; all in units of their scales.
+    """
     found = sigma.copy()
-    spread = np.diag(fit.covariance)
-    for cls in (c for c in forward.classes if c.linear and c.id in fit.ids):
-        rows = np.isin(fit.free, forward.index(cls.id))
-        if rows.any():
-            size = _common_size(fit.vector[fit.free][rows], spread[rows])
-            found[rows] = np.minimum(sigma[rows], size)
+    for cls in {s.effect for s in slots if s.effect.linear}:
+        rows = np.array([s.effect is cls for s in slots])
+        found[rows] = np.minimum(sigma[rows], _common_size(numbers[rows], variance[rows]))
     return found
 
 

@@ -50,7 +50,8 @@ def test_the_common_size_is_that_of_the_harmonics(first):
     """In units of their scales: half of the harmonics here are null, the sines."""
     bench, _, edge = fitted(first)
     machine = prior_sigma(bench.forward, edge.free)
-    found = with_harmonics(bench.forward, edge, machine)
+    slots = [bench.forward.slots[k] for k in edge.free]
+    found = with_harmonics(slots, edge.vector[edge.free], np.diag(edge.covariance), machine)
     assert np.ptp(found) == 0.0
     assert found[0] == pytest.approx(first / 2e-4 / np.sqrt(2.0), rel=0.3)
     assert (found < machine).all()

@@ -24,7 +24,7 @@ RUNS = tuple(
 
 #: a parameter of which a machine leaves everything open
 OPEN = SimpleNamespace(plausible=(-1e6, 1e6), null=0.0)
-SLOT = SimpleNamespace(scale=1.0, name="size", effect=SimpleNamespace(parameters={"size": OPEN}))
+SLOT = SimpleNamespace(scale=1.0, name="size", effect=SimpleNamespace(parameters={"size": OPEN}, linear=False))
 
 
 class Plain:
