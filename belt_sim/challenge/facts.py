@@ -7,6 +7,7 @@ from typing import Any
 from belt_sim import si
 from belt_sim.challenge.laws import law_right, place_right
 from belt_sim.challenge.reasons import reason
+from belt_sim.results.words import TOGETHER
 
 SURE = 0.9  # probability from which a name is said with confidence
 NAMING = ("explained", "partly")
@@ -22,12 +23,11 @@ class Facts:
 
     kind: nothing, library, two, outside, below_noise, dirty (or not_drawn: the generator failed); d: sizes of what is
     hidden; distance: of what is outside the library, after the best known effects; unknown: its place, variable and
-    form; named: effect -> probability;
-    aliases: effect -> what the answer says it cannot be told from; outcome: see ``outcome_of``; covered: for each true
-    parameter of a rightly named effect, whether it lies in its 95 % interval; removed: share of the reducible held-out
-    error; advice: whether the advised run told the pair apart (None: not followed); place, law: whether a discovered
-    law has the right place, variable and form (None: nothing to compare); p: of what is left, by
-    chance; why: what went wrong, empty when nothing did.
+    form; named: effect -> probability; aliases: effect -> what the answer says it cannot be told from, effects of one
+    set joined by +; outcome: see ``outcome_of``; covered: for each true parameter of a rightly named effect, whether it
+    lies in its 95 % interval; removed: share of the reducible held-out error; advice: whether the advised run told the
+    pair apart (None: not followed); place, law: whether a discovered law has the right place, variable and form (None:
+    nothing to compare); p: of what is left, by chance; why: what went wrong, empty when nothing did.
     """
 
     seed: int
@@ -71,7 +71,14 @@ class Facts:
     @property
     def answer_set(self) -> set[str]:
         """What was named, with everything that the answer says it could be instead."""
-        return set(self.named) | {a for others in self.aliases.values() for a in others}
+        said = (a for others in self.aliases.values() for a in others)
+        return set(self.named).union(*(a.split(TOGETHER) for a in said))
+
+    @property
+    def told_by_an_alias(self) -> bool:
+        """Whether one set that the answer says it cannot tell from its own is what is hidden, neither more nor less."""
+        told = ((name, a.split(TOGETHER)) for name, others in self.aliases.items() for a in others)
+        return any((set(self.named) - {name}).union(parts) == set(self.hidden) for name, parts in told)
 
     @property
     def false_names(self) -> dict[str, float]:
@@ -84,8 +91,11 @@ class Facts:
 
 
 def _stands_for(facts: Facts, name: str) -> list[str]:
-    """Hidden effects that a name may stand for: declared aliases that were not named themselves."""
-    return [h for h in facts.hidden if h not in facts.named and h in facts.aliases.get(name, ())]
+    """Hidden effects that a name may stand for: declared aliases that were not named themselves, or all at once."""
+    aliases = facts.aliases.get(name, [])
+    if any(set(a.split(TOGETHER)) == set(facts.hidden) for a in aliases if TOGETHER in a):
+        return facts.hidden
+    return [h for h in facts.hidden if h not in facts.named and h in aliases]
 
 
 def facts_of(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None) -> Facts:
@@ -161,7 +171,7 @@ def _naming(f: Facts) -> str:
     named, hidden = set(f.named), set(f.hidden)
     if named == hidden:
         return "right"
-    if len(named) == len(hidden) and not f.false_names:
+    if f.told_by_an_alias or (len(named) == len(hidden) and not f.false_names):
         return "alias"
     if named < hidden:
         return "part"

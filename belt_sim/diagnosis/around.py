@@ -17,15 +17,16 @@ class Around:
     """slopes: position in the parameter vector -> shape (R, S, n) per unit; where the derivative at null vanishes while
     a plausible size moves the readings, the secant to that size stands in its place, and weak (effect id -> points,
     each pairs of position and value) says from where a search may start. alternatives: effect id -> shapes of its
-    parameters at every point of its grid; points: the best of them, which are starts as well, and shaped: point ->
-    shapes of the parameters there. sized: position and size -> predictions with that parameter of that size; shows:
-    sizes of a parameter that are worth trying where its derivative vanishes.
+    parameters at every point of its grid; tried: these points; points: the best of them, which are starts as well, and
+    shaped: point -> shapes of the parameters there. sized: position and size -> predictions with that parameter of that
+    size; shows: sizes of a parameter that are worth trying where its derivative vanishes.
     """
 
     fit: Fit
     slopes: dict[int, np.ndarray]
     weak: dict[str, list[Point]]
     alternatives: dict[str, Alternatives] = field(default_factory=dict)
+    tried: dict[str, list[Point]] = field(default_factory=dict)
     points: dict[str, list[Point]] = field(default_factory=dict)
     shaped: dict[Point, dict[int, np.ndarray]] = field(default_factory=dict)
     sized: dict[tuple[int, float], np.ndarray] = field(default_factory=dict)
@@ -68,6 +69,11 @@ class Around:
         own = _with_numbers(null, known, bench.forward.index(name))
         return [null, own, *(self._from(bench, null, point) for point in points)]
 
+    def linear_starts(self, bench: Workbench, name: str) -> list[Fit]:
+        """Where one step may begin: from null, and from the best points of a grid, whose shapes are known there."""
+        null = self.with_effect(bench, name)
+        return [null, *(self._from(bench, null, p) for p in self.points.get(name, []) if p in self.shaped)]
+
     def _from(self, bench: Workbench, null: Fit, point: Point) -> Fit:
         """The fit ``null`` with numbers at a point, as far as it is known there: without a prediction of its own."""
         vector, slopes, due = null.vector.copy(), null.slopes.copy(), np.zeros(len(null.free), dtype=bool)
@@ -97,7 +103,8 @@ def _with_numbers(null: Fit, known: Fit, taken: Sequence[int]) -> Fit:
 def around(bench: Workbench, fit: Fit, ids: Sequence[str], before: Around | None = None) -> Around:
     """Derivatives of the predictions near ``fit`` along every parameter of the effects ``ids``.
 
-    before: about another fit, whose points of grids are starts here too; by default grids are gone through anew.
+    before: about another fit, whose shapes on grids serve here too, but which of them are best is asked of what is left
+    here; by default grids are gone through anew.
     """
     positions = [k for i in ids for k in bench.forward.index(i)]
     if not positions:
@@ -105,16 +112,17 @@ def around(bench: Workbench, fit: Fit, ids: Sequence[str], before: Around | None
     slopes, sized, shows = shapes_at(bench, fit, positions, None if before is None else before.shows)
     if before is None:
         grids = on_grids(bench, fit, ids)
-        alternatives = {i: found for i, (found, _) in grids.items()}
-        best = {i: best_of_grid(bench, fit, found)[:STARTS] for i, (found, _) in grids.items()}
-        points = {i: [grids[i][1][k] for k in best[i]] for i in grids}
-        shaped = {grids[i][1][k]: _shaped(bench, i, grids[i][0], k) for i in grids for k in best[i]}
     else:
-        alternatives, points, shaped = {}, before.points, before.shaped
+        grids = {i: (before.alternatives[i], before.tried[i]) for i in ids if i in before.alternatives}
+    best = {i: best_of_grid(bench, fit, found)[:STARTS] for i, (found, _) in grids.items()}
+    points = {i: [grids[i][1][k] for k in best[i]] for i in grids}
+    shaped = {grids[i][1][k]: _shaped(bench, i, grids[i][0], k) for i in grids for k in best[i]}
     weak = {i: [(s,) for s in sized if s[0] in bench.forward.index(i)] + points.get(i, []) for i in ids}
     return Around(
-        fit, slopes, {i: found for i, found in weak.items() if found}, alternatives, points, shaped, sized, shows
-    )
+        fit, slopes, {i: found for i, found in weak.items() if found},
+        alternatives={i: found for i, (found, _) in grids.items()}, tried={i: tried for i, (_, tried) in grids.items()},
+        points=points, shaped=shaped, sized=sized, shows=shows,
+    )  # fmt: skip
 
 
 def _shaped(bench: Workbench, name: str, grid: Alternatives, point: int) -> dict[int, np.ndarray]:

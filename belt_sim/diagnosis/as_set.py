@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.case import Case, Schedule
 from belt_sim.effects.base import Effect
 
-NUISANCES = ("stiffness", "tension", "yaw", "yaw_at")
+NUISANCES = ("stiffness", "tension", "yaw", "yaw_at", "belt_length")
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,17 @@ def run_at(vector, slots: Sequence[Slot], case: Case) -> tuple[tuple[Effect, ...
 
 
 def _as_set(case: Case, nuisance) -> Case:
-    """The case as it was really set: stiffness, tension, yaw and its place off by what ``nuisance`` says."""
-    stiffness, tension, yaw, late = nuisance
+    """The case as it was really set: stiffness, tension, yaw, its place and the belt's length off by ``nuisance``.
+
+    A belt that is longer than stated lies longer in its spans; that its wraps may be longer makes no difference to what
+    comes once a turn.
+    """
+    stiffness, tension, yaw, late, longer = nuisance
+    rig = replace(case.rig, centre_distance=case.rig.centre_distance + 0.5 * longer * case.rig.belt_length)
     belt = replace(case.belt, youngs_modulus=case.belt.youngs_modulus * (1.0 + stiffness))
     schedule = case.settings.yaw
     last = jnp.zeros_like(schedule.change).at[-1].set(yaw)
     turned = Schedule(at=schedule.at + late, over=schedule.over, change=schedule.change + last)
     head = replace(case.settings.yaw_head, at=case.settings.yaw_head.at + late)
     settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned, yaw_head=head)
-    return Case(rig=case.rig, belt=belt, settings=settings)
+    return Case(rig=rig, belt=belt, settings=settings)

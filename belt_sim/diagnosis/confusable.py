@@ -1,5 +1,6 @@
 """What a verdict cannot be told apart from."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,11 +9,13 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.openset import OpenSet
 from belt_sim.diagnosis.refits import Trial
 from belt_sim.diagnosis.select import Selection
+from belt_sim.results.words import TOGETHER
 
 REPEATS = 2000  # imagined repetitions of the campaign
 UNSEEN = 0.01  # probability kept for what neither library nor tests have thought of
 IMITATED = 0.3  # the same where tests say that there is something: of six names beside an unknown two were not there
-RIVAL = 9.2  # a rival set within this score (likelihood ratio 100) cannot be excluded
+HELD = 0.95  # of the probability, in the smallest set of effects that is told: what is left out has the rest
+PERHAPS = 4.6  # chi2 (a likelihood ratio of 10) by which one effect more may miss what pays for it, and be told
 
 
 @dataclass(frozen=True)
@@ -26,28 +29,64 @@ class Rival:
 
 
 def rivals(selection: Selection) -> list[Rival]:
-    """For every chosen effect, the plausible ones that could stand in its place."""
+    """For every chosen effect, the plausible ones that could stand in its place, and one effect more that may be there.
+
+    Effects in its place are those of the smallest set that holds so much of the probability.
+    """
     found = []
     for name, trials in selection.swaps.items():
         own = _own(trials, name)
-        for t in trials:
-            if t.id == name or not t.plausible or t.score < own.score - RIVAL:
-                continue
-            sigma = float(np.sqrt(max(t.fit.chi2 - own.fit.chi2, 0.0)))
-            found.append(Rival(name, t.id, sigma, t.fit))
-    return found + _additions(selection)
+        found += [_rival(name, t.id, t.fit, own.fit) for t in _likeliest(selection, name) if t is not own]
+    return found + _larger(selection)
 
 
-def _additions(selection: Selection) -> list[Rival]:
-    """Effects that would fit beside the chosen ones, but whose held-out error speaks against them."""
-    chosen, last = selection.chosen, selection.rounds[-1] if selection.rounds else []
+def _rival(effect: str, other: str, fit: Fit, own: Fit) -> Rival:
+    return Rival(effect, other, float(np.sqrt(abs(fit.chi2 - own.chi2))), fit)
+
+
+def _likeliest(selection: Selection, name: str) -> list[Trial]:
+    """The smallest set of effects in the place of one that holds enough of their probability, likeliest first."""
+    trials = _possible(selection, name)
+    weights = np.exp(_log_weights(selection, name, trials))
+    order = np.argsort(-weights, kind="stable")
+    before = np.cumsum(weights[order]) - weights[order]
+    return [trials[k] for k, sum_before in zip(order, before, strict=True) if sum_before < HELD * weights.sum()]
+
+
+def _possible(selection: Selection, name: str) -> list[Trial]:
+    return [t for t in selection.swaps[name] if t.plausible or t.id == name]
+
+
+def _log_weights(selection: Selection, name: str, trials: Sequence[Trial]) -> np.ndarray:
+    """log of the weight of each against that of the chosen effect ``name``.
+
+    A difference of chi2 counts by what chance makes of one: where noise levels are uncertain that is more than 1 for
+    each number.
+    """
+    own = _own(selection.swaps[name], name).score
+    return np.clip((np.array([t.score for t in trials]) - own) / (2.0 * _unit(selection, name)), -700, 50)
+
+
+def _unit(selection: Selection, name: str) -> float:
+    return max(selection.null.inflation(name), 1.0)
+
+
+def _larger(selection: Selection) -> list[Rival]:
+    """Sets of one effect more: those that nearly pay for it, and those that would, were the held-out error not worse.
+
+    They stand in the place of the effect that was chosen last.
+    """
+    chosen = selection.chosen
     if not chosen.ids:
         return []
-    return [
-        Rival(chosen.ids[-1], t.id, float(np.sqrt(t.gain)), t.fit)
-        for t in last
-        if t.passes and t.fit.ids[:-1] == chosen.ids
-    ]
+    last, rest = chosen.ids[-1], set(chosen.ids[:-1])
+    worth, found = _worth(selection), []
+    for t in selection.larger:
+        together = [i for i in t.fit.ids if i not in rest]
+        unit = max(_unit(selection, i) for i in together)
+        if t.plausible and t.score > worth - PERHAPS * unit:
+            found.append(_rival(last, TOGETHER.join(together), t.fit, chosen))
+    return found
 
 
 def probabilities(selection: Selection, unknown: OpenSet, *, beside: bool = False) -> dict[str, float]:
@@ -55,20 +94,30 @@ def probabilities(selection: Selection, unknown: OpenSet, *, beside: bool = Fals
 
     unknown: the tests of what the base model leaves, or, beside, of what the chosen set leaves; a family of free shapes
     that takes more of it beyond chance than the chosen set does speaks for something that is not in the library.
-    A difference of chi2 counts by what chance makes of one: where noise levels are uncertain that is more than 1 for
-    each number.
     """
     free = max((unknown.gain[n] - unknown.threshold[n] for n in unknown.gain), default=-np.inf)
-    rest = 0.0 if beside else selection.gain - sum(selection.threshold(i) for i in selection.chosen.ids)
+    rest = 0.0 if beside else _worth(selection)
     found = {}
     for name, trials in selection.swaps.items():
         own = _own(trials, name).score
-        scores = [t.score for t in trials if t.plausible or t.id == name]
         none = max(-own, free - rest)  # not there at all, or unknown
-        unit = max(selection.null.inflation(name), 1.0)
-        weights = np.exp(np.clip((np.array([*scores, own + none]) - own) / (2.0 * unit), -700, 50))
+        others = np.exp(_log_weights(selection, name, _possible(selection, name)))
+        unnamed = np.exp(np.clip(none / (2.0 * _unit(selection, name)), -700, 50))
+        weights = [*others, unnamed, *_without(selection, name)]
         found[name] = float((1.0 - (UNSEEN if beside else IMITATED)) / np.sum(weights))
     return found
+
+
+def _without(selection: Selection, name: str) -> np.ndarray:
+    """Weights of larger sets that do without an effect, against that of the chosen set."""
+    sets = [t for t in selection.larger if t.plausible and name not in t.fit.ids]
+    units = np.array([max(_unit(selection, i) for i in t.fit.ids) for t in sets])
+    return np.exp(np.clip((np.array([t.score for t in sets]) - _worth(selection)) / (2.0 * units), -700, 50))
+
+
+def _worth(selection: Selection) -> float:
+    """What the chosen set explains above what chance would give it."""
+    return selection.gain - sum(selection.threshold(i) for i in selection.chosen.ids)
 
 
 def selection_frequency(selection: Selection, seed: int) -> dict[str, float]:

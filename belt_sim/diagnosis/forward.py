@@ -1,10 +1,11 @@
 """The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
 
-A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw], the
-last four relative, relative, in radians and in metres of travel, the same for every run (a run's own setting error is
-small and enters linearly, through the derivative). Many points are computed at once; derivatives are differences of
-neighbouring points, which share the point they start from. What is null is not compiled in (``compositions``); both
-points of a difference are marched by the same code, so that its rounding is not taken for a derivative.
+A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw | length
+of the belt], the last five relative, relative, in radians, in metres of travel and relative, the same for every run (a
+run's own setting error is small and enters linearly, through the derivative). Many points are computed at once;
+derivatives are differences of neighbouring points, which share the point they start from. What is null is not compiled
+in (``compositions``); both points of a difference are marched by the same code, so that its rounding is not taken for a
+derivative.
 
 Points and runs are marched as one list of rows, a fixed number at a time, over as many steps as the campaign needs: one
 compilation serves campaigns of any number of runs, samples, travel and step.
@@ -38,7 +39,7 @@ REACH = 1.12  # predictions reach this much further than the record, which an en
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
-DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05)  # the same of stiffness, tension, yaw [rad], its place [m]: half a step
+DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6)  # of stiffness, tension, yaw [rad], its place [m] (half a step), length
 
 
 class Forward:
@@ -107,9 +108,10 @@ class Forward:
 
     def grids(self, effect_id: str) -> dict[int, tuple[float, ...]]:
         """Positions of an effect's parameters that are tried on a grid, and the values there."""
-        slots = {k: self.slots[k] for k in self.index(effect_id)}
-        grids = {k: s.effect.parameters[s.name].grid for k, s in slots.items()}
-        return {k: tuple(v / slots[k].scale for v in grid) for k, grid in grids.items() if grid}
+        declared = {k: self.slots[k].effect.parameters[self.slots[k].name] for k in self.index(effect_id)}
+        belt = float(self.samples.cases.rig.belt_length)
+        units = {k: (belt if p.of_belt else 1.0) / p.scale for k, p in declared.items()}
+        return {k: tuple(v * units[k] for v in p.grid) for k, p in declared.items() if p.grid}
 
     def null(self) -> np.ndarray:
         """q (size,) with nothing wrong."""

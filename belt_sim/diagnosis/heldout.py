@@ -1,8 +1,9 @@
 """Held-out error: whole conditions (a tension, a sign of yaw) are left out, the rest is refitted, they are predicted.
 
 Refits are one Gauss-Newton step from the joint fit, which is exact for effects that enter linearly. Before any reading
-a parameter is known as well as a real machine allows (candidate.prior_sigma): what only the left-out runs show falls
-back to null, and the condition counts as one that hold-out cannot test.
+a parameter is known as well as a real machine allows (candidate.prior_sigma), and harmonics as well as they fall
+(spectrum.py): what only the left-out runs show falls back to null; a condition is one that hold-out cannot test where
+the rest does not know what the effects do to it.
 """
 
 from collections.abc import Sequence
@@ -12,19 +13,21 @@ import numpy as np
 
 from belt_sim.diagnosis.candidate import prior_sigma
 from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.spectrum import with_harmonics
 from belt_sim.diagnosis.workbench import Workbench
 
-KNOWN = 0.5  # a number is known without the left-out runs when its u is below this share of what it was before any,
-#             and below its own size: what may as well be nothing, or twice as much, predicts nothing
+KNOWN = 0.5  # what the numbers do to left-out readings is known from the other runs when its u is below this share of
+#             what it was before any, and below its size: what may as well be nothing, or twice as much, says nothing
 LARGE = 0.9  # of the largest yaw, from which a yaw counts as the largest
-VISIBLE = 2.0  # sigma by which a number has to move left-out readings before anybody asks who knows it
+VISIBLE = 2.0  # sigma by which left-out readings have to be uncertain before anybody asks who knows them
 
 
 @dataclass(frozen=True)
 class Condition:
     """One condition left out: -2 log of the density that the rest predicted for it (surprise), errors (m,) [m] of its
     lateral readings, what one sigma of each refitted number moves there (k, m), which record (run and signal) each
-    reading is of (m,), and whether the rest knows the numbers; out (R,): its runs; left (r, S, n): all their errors.
+    reading is of (m,), and whether the rest knows what the numbers do there; out (R,): its runs; left (r, S, n): all
+    their errors.
     """
 
     surprise: float
@@ -67,7 +70,7 @@ class HeldOut:
 
     @property
     def untestable(self) -> tuple[str, ...]:
-        """Conditions that alone show one of the fitted numbers, so that leaving them out tests nothing."""
+        """Conditions that alone show what the effects do there, so that leaving them out tests nothing."""
         return tuple(name for name, c in self.conditions.items() if not c.testable)
 
 
@@ -117,8 +120,10 @@ def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
         return Condition(float(left @ left), errors[there], np.empty((0, len(record))), record, out, errors)
     columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
     here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
-    sigma = prior_sigma(bench.forward, fit.free)
+    allowed = prior_sigma(bench.forward, fit.free)
     away = fit.vector[fit.free] - bench.forward.null()[fit.free]
+    slots = [bench.forward.slots[k] for k in fit.free]
+    sigma = with_harmonics(slots, away, np.diag(fit.covariance), allowed)
     step, root = _refit(rest, blocks[~out].ravel(), sigma, away)
     left = blocks[out].ravel() - step @ here
     errors = bench.samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
@@ -129,7 +134,7 @@ def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
         record=record,
         out=out,
         left=errors,
-        testable=_is_known(here, root, sigma, away),
+        testable=_is_known(here, root, allowed, away),
     )
 
 
@@ -159,8 +164,11 @@ def _surprise(left: np.ndarray, here: np.ndarray, rest: np.ndarray, sigma: np.nd
 
 
 def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.ndarray) -> bool:
-    """Whether the other runs know every number that moves the left-out readings ``here`` (k, m) from null: better than
-    any machine does, and better than to within the whole of it.
+    """Whether the other runs know what the numbers do to the left-out readings ``here`` (k, m): better than any machine
+    does, and better than to within the whole of it.
+
+    Numbers that are known together only (an offset and a gain of the tension) may each be unknown in that.
     """
-    matters = np.abs(away) * np.linalg.norm(here, axis=1) > VISIBLE
-    return not np.any(matters & (np.linalg.norm(root, axis=0) > np.minimum(KNOWN * sigma, np.abs(away))))
+    off = float(np.linalg.norm(root @ here))
+    before, whole = float(np.linalg.norm(sigma[:, None] * here)), float(np.linalg.norm(away @ here))
+    return off < VISIBLE or off < min(KNOWN * before, whole)

@@ -2,7 +2,7 @@
 
 x -> (I + N N^T)^(-1/2) L^(-1) x has unit covariance when nothing is missing: L the Cholesky factor of noise.py, N the
 whitened nuisance shapes in units of their prior sigma (zero, gain, tension and yaw setting of every run, and where the
-yaw was applied; stiffness of the belt, shared by all).
+yaw was applied; stiffness and length of the belt, shared by all).
 """
 
 from dataclasses import dataclass
@@ -50,9 +50,10 @@ def _shrink(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndar
 def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tuple[np.ndarray, np.ndarray]:
     """Shapes in units of one prior sigma: of every run (K, R, S, n), and of what all runs share (m, R, S, n).
 
-    All runs share the stiffness, and the place of the yaw where a logger may tell it too late in all runs alike.
+    All runs share the stiffness, the place of the yaw where a logger may tell it too late in all runs alike, and the
+    length of the belt: what comes once a turn drifts out of step with the stated length, the more the longer a record.
 
-    values (R, S, n): predictions; slopes (4, R, S, n): along stiffness, tension, yaw, its place (forward.NUISANCES).
+    values (R, S, n): predictions; slopes (5, R, S, n): along forward.NUISANCES.
     """
     runs, _, n = values.shape
     shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
@@ -67,6 +68,8 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
     if late.any():
         shapes.append(late[:, None, None] * slopes[3])
         shared.append(shapes[-1])
+    if (longer := length_sigma(campaign)) > 0:
+        shared.append(longer * slopes[4])
     return np.stack(shapes), np.stack(shared)
 
 
@@ -79,6 +82,14 @@ def stiffness_sigma(campaign: Campaign) -> float:
             2.0 * belt.width.u / belt.width.value,
         )
     )
+
+
+def length_sigma(campaign: Campaign) -> float:
+    """Relative uncertainty of the belt's length: of the centre distance and of both radii."""
+    machine = campaign.machine
+    radii = np.hypot(machine.head_radius.u, machine.tail_radius.u)
+    length = 2.0 * machine.centre_distance.value + np.pi * (machine.head_radius.value + machine.tail_radius.value)
+    return float(np.hypot(2.0 * machine.centre_distance.u, np.pi * radii) / length)
 
 
 def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.ndarray) -> Metric:

@@ -4,14 +4,21 @@ Effects that no list holds are imitated by two, three or four that one holds: th
 anything smooth. Every member of a set is charged what chance would give it, and a law what its numbers and its being
 the best of a whole dictionary have to earn. What is left decides, at the odds of what a machine has: one known fault is
 likelier than an unknown law, and several at once are less likely, the more they are.
+
+Of the laws of a dictionary some say nearly what the one right effect says, and the best of them follows the noise
+better. So a law that is ahead of one effect has to be further ahead than the best law gets by chance where that effect
+is right.
 """
 
 from dataclasses import replace
+
+import numpy as np
 
 from belt_sim.diagnosis.select import Selection
 from belt_sim.diagnosis.unknown import Look
 
 ODDS = 4.6  # chi2 (a likelihood ratio of 10)
+LEVEL = 0.01  # of campaigns with one effect lose its name to a law by chance
 
 
 def imitated(found: Selection, look: Look) -> tuple[str, ...]:
@@ -28,7 +35,15 @@ def imitated(found: Selection, look: Look) -> tuple[str, ...]:
     uncertain = max(found.null.inflation(i) for i in chosen.ids)  # noise levels are: chance gives a law more as well
     if gain - max(law.price * uncertain, *charged) < worth:  # saying what an effect says is no cheaper than that
         return ()
+    if len(chosen.ids) == 1 and _by_chance(found, look, gain - law.cost - found.gain):
+        return ()
     return (f"one law in their place (it explains a chi2 of {gain:.0f}, they {found.gain:.0f}; {law.words})",)
+
+
+def _by_chance(found: Selection, look: Look, lead: float) -> bool:
+    """Whether the best law gets so much chi2 ahead of the one chosen effect by chance where that is right."""
+    leads = look.lead_by_chance(found.bench, found.base, found.chosen)
+    return lead <= float(np.quantile(leads, 1.0 - LEVEL, method="weibull"))
 
 
 def likelier(effects: int) -> int:

@@ -34,6 +34,13 @@ class Pairs:
         others = max(s for ids, s in scores.items() if len(ids) == 1 or frozenset(ids) in known)
         return pair if scores[pair] > others + NESTING else None
 
+    def in_place(self, moments: np.ndarray, threshold: Callable[[str], float], name: str, least: float) -> list[Ids]:
+        """Pairs without an effect that promise at most so much less than it does, beyond chance, best first."""
+        scores = {ids: g - sum(map(threshold, ids)) for ids, g in self._gains(moments).items()}
+        enough = scores.get((name,), np.inf) - least
+        pairs = [ids for ids, score in scores.items() if len(ids) == 2 and name not in ids and score > enough]
+        return sorted(pairs, key=lambda ids: -scores[ids])
+
     def _gains(self, moments: np.ndarray) -> dict[Ids, float]:
         found: dict[Ids, float] = {}
         for sets, rows, inverse in self._inverses:

@@ -17,6 +17,7 @@ from belt_sim.diagnosis.chance import SIGMAS
 from belt_sim.diagnosis.decide import Ids
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.pairs import Pairs
+from belt_sim.diagnosis.spectrum import with_harmonics
 
 FAINT = 1e-9  # of a column's square, so that one that is not seen has no inverse
 
@@ -129,8 +130,10 @@ class Projected:
 
     def _without(self, ids: Ids, out: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Columns, numbers from the runs that are not left out, and their covariance, with the prior."""
-        rows = self._solve(ids)[0]
-        information = self.range.gram[~out].sum(axis=0)[np.ix_(rows, rows)] + np.diag(self.range.sigma[rows] ** -2.0)
+        rows, fitted, u = self._solve(ids)
+        slots = [self.range.forward.slots[p] for p in self.range.positions[rows]]
+        sigma = with_harmonics(slots, fitted, u**2, self.range.sigma[rows])
+        information = self.range.gram[~out].sum(axis=0)[np.ix_(rows, rows)] + np.diag(sigma**-2.0)
         covariance = np.linalg.inv(information) if len(rows) else np.zeros((0, 0))
         return rows, covariance @ self.moments[~out].sum(axis=0)[rows], covariance
 

@@ -17,6 +17,7 @@ from belt_sim.diagnosis.decide import NESTING, Ids
 from belt_sim.diagnosis.fit import Fit, hoped
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.null import NullGains
+from belt_sim.diagnosis.one_step import projected
 from belt_sim.diagnosis.pairs import Pairs
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import RunFailed
@@ -107,11 +108,23 @@ class Refits:
         """The best of all pairs of candidates about what ``near`` is, if it promises more than what was seen."""
         if self.near is None:
             return None
-        shapes = {n: self.bench.metric.whiten(self.near.here(self.bench, n)) for n in self.names}
+        pairs, moments = self._pairs(self.near)
+        return pairs.best(moments, self.threshold, seen)
+
+    def pairs_in_place(self, name: str, least: float) -> list[Ids]:
+        """Pairs that promise about the base model at most so much less than one effect does, best first."""
+        if self.near is None:
+            return []
+        pairs, moments = self._pairs(self.near)
+        return pairs.in_place(moments, self.threshold, name, least)
+
+    def _pairs(self, near: Around) -> tuple[Pairs, np.ndarray]:
+        """All pairs of candidates about the base model, and the products of their columns with what that leaves."""
+        shapes = {n: self.bench.metric.whiten(near.here(self.bench, n)) for n in self.names}
         ends = np.cumsum([0, *map(len, shapes.values())])
         rows = np.concatenate(list(shapes.values()))
         places = {n: range(a, b) for n, (a, b) in zip(shapes, pairwise(ends), strict=True)}
-        return Pairs(places, rows @ rows.T).best(rows @ self.near.fit.residual, self.threshold, seen)
+        return Pairs(places, rows @ rows.T), rows @ self.fit(()).residual
 
     def moved(self, ids: Ids) -> Self:
         """Refits with nuisances taken at the fit of a set."""
@@ -192,24 +205,6 @@ def screened(
     first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
     chosen = [n for n in hopeful if n in first or n in near.weak]  # one step says little of what is not linear
     return found | best_of(bench, near, chosen, threshold, known)
-
-
-def projected(bench: Workbench, near: Around, name: str) -> Fit:
-    """One Gauss-Newton step from ``near`` with one more effect: exact where it enters linearly."""
-    start = near.with_effect(bench, name)
-    size = np.linalg.norm(start.columns, axis=1)
-    scale = np.where(size > 1e-6, 1.0 / np.maximum(size, 1e-6), 0.0)
-    step = scale * np.linalg.lstsq((start.columns * scale[:, None]).T, start.residual, rcond=1e-8)[0]
-    vector = start.vector.copy()
-    vector[start.free] += step
-    residual = start.residual - step @ start.columns
-    return replace(
-        start,
-        vector=vector,
-        residual=residual,
-        chi2=float(residual @ residual),
-        values=start.values + np.einsum("k,krsn->rsn", step, start.slopes),
-    )
 
 
 def best_of(

@@ -10,6 +10,7 @@ from belt_sim.diagnosis.chance import Chance, chance_of
 from belt_sim.diagnosis.decide import MAX_EFFECTS, decide
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import HeldOut, held_out
+from belt_sim.diagnosis.larger import larger
 from belt_sim.diagnosis.null import NullGains, null_gains
 from belt_sim.diagnosis.openset import OpenSet, open_tests
 from belt_sim.diagnosis.refits import Refits, Trial
@@ -23,8 +24,8 @@ FAMILY_LEVEL = 0.01  # false alarms of all candidates together; the open set and
 @dataclass
 class Selection:
     """The chosen fit on its workbench, the base fit on its own, every round's trials, and what could stand in the place
-    of each chosen effect; chance, null, critical: what both were judged by; gain: chi2 of the chosen fit over the base,
-    on one metric.
+    of each chosen effect; larger: sets of one effect more; chance, null, critical: what all were judged by; gain: chi2
+    of the chosen fit over the base, on one metric.
     """
 
     base_bench: Workbench
@@ -40,6 +41,7 @@ class Selection:
     rehearsal: Rehearsal
     rounds: Sequence[Sequence[Trial]] = ()
     swaps: dict[str, list[Trial]] = field(default_factory=dict)
+    larger: Sequence[Trial] = ()
     gain: float = 0.0
 
     def threshold(self, name: str) -> float:
@@ -86,5 +88,5 @@ def select(
         chance=first.chance, null=null, critical=critical, swaps=swaps,
         rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
         base_left=tests.look(base.residual), rehearsal=rehearsal,
-        gain=last.gains([ids])[0],
+        larger=larger(last, ids), gain=last.gains([ids])[0],
     )  # fmt: skip

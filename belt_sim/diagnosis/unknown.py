@@ -22,13 +22,19 @@ class Unknown(Protocol):
 
 @dataclass(frozen=True)
 class OneLaw:
-    """A single law in closed loop: what it says, its predictions (R, S, n), and its price: the chi2 that its numbers,
-    and its being the best of so many, had to earn.
+    """A single law in closed loop: what it says, its predictions (R, S, n), and the chi2 that its numbers (cost), and
+    its being the best of so many (searched), had to earn.
     """
 
     words: str
     values: np.ndarray
-    price: float
+    cost: float
+    searched: float
+
+    @property
+    def price(self) -> float:
+        """What it had to earn altogether [chi2]."""
+        return self.cost + self.searched
 
 
 class Look(Protocol):
@@ -39,3 +45,6 @@ class Look(Protocol):
 
     def one_law(self, bench: Workbench, fit: Fit, least: float) -> OneLaw | None:
         """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``."""
+
+    def lead_by_chance(self, bench: Workbench, base: Fit, effects: Fit) -> np.ndarray:
+        """How much more chi2 the best law explains than ``effects`` in campaigns in which these are right, (draws,)."""

@@ -13,9 +13,9 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.noise import Reach
 from belt_sim.diagnosis.null import NoiseSource
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.discovery.search import Scored, distinct, exponents_of, gains, ranked
+from belt_sim.discovery.search import Scored, distinct, of_every_form, ranked
 from belt_sim.discovery.survey import Survey, survey_of
-from belt_sim.discovery.tables import Products, products
+from belt_sim.discovery.tables import Products
 
 LEVEL = 0.01  # false alarms of the gate when nothing is missing
 DRAWS = 100
@@ -62,19 +62,12 @@ def judged(survey: Survey, *, draws: int = DRAWS, seed: int = 0, level: float = 
 
     Campaigns in which nothing is missing are simulated, and the best of the dictionary of each is taken, as of this.
     """
-    g, errors = survey.ground, _errors(survey, draws, np.random.default_rng(seed + 5))
-    targets = np.concatenate([errors, g.residual[None]])
-    vectors = np.concatenate([targets, g.shared])
-    shared = list(range(draws + 1, len(vectors)))
-    along = np.einsum("crm,brm->cb", g.shared, targets)
+    errors = errors_by_chance(survey, draws, np.random.default_rng(seed + 5))
     most, tables, found = np.zeros(draws), [], []
-    for place in survey.tried:
-        p = products(survey, place, vectors)
-        for n in exponents_of(survey):
-            gain = gains(p, survey.weight(n), draws + 1, shared, g.inverse, along)
-            most = np.maximum(most, _largest(p, gain[:, :draws]))
-            tables.append((place, p.forms, n))
-            found.append(gain[:, draws])
+    for p, n, gain in of_every_form(survey, np.concatenate([errors, survey.ground.residual[None]])):
+        most = np.maximum(most, _largest(p, gain[:, :draws]))
+        tables.append((p.place, p.forms, n))
+        found.append(gain[:, draws])
     chance, laws = Chance(*map(float, stats.gumbel_r.fit(most))), ranked(tables, found)
     p_best = chance.p(float(np.max(surprise(laws.gain, laws.halves))))
     return Gate(p_best < level, p_best, chance.gain(level), tuple(distinct(laws, SHOWN))), chance
@@ -93,7 +86,7 @@ def _largest(p: Products, gain: np.ndarray) -> np.ndarray:
     return np.max(most, axis=0)
 
 
-def _errors(survey: Survey, draws: int, rng: np.random.Generator) -> np.ndarray:
+def errors_by_chance(survey: Survey, draws: int, rng: np.random.Generator) -> np.ndarray:
     """Whitened errors (draws, R, m), scaled as the levels found in each would make them."""
     bench, left = survey.bench, survey.bench.samples.y - survey.fit.values
     errors = np.where(np.isfinite(bench.fitted.y), NoiseSource(bench, left, rng).draw(draws), 0.0)

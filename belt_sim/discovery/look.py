@@ -1,7 +1,7 @@
 """The search for unknown laws as a test of every verdict (``belt_sim.diagnosis.unknown``)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,9 +10,11 @@ from belt_sim.diagnosis.unknown import OneLaw
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.discover import Discovered, discover, unknown_columns
 from belt_sim.discovery.gate import DRAWS
-from belt_sim.discovery.rival import one_law
+from belt_sim.discovery.rival import lead_by_chance, one_law
 from belt_sim.discovery.survey import survey_of
 from belt_sim.discovery.words import formula
+
+LEADS = 4  # times as many campaigns, in which an effect is at work: of these the tail counts itself
 
 
 @dataclass(frozen=True)
@@ -53,3 +55,10 @@ class Looking:
         """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``."""
         self.tell("asking whether one law explains as much")
         return one_law(survey_of(bench, fit), least)
+
+    def lead_by_chance(self, bench: Workbench, base: Fit, effects: Fit) -> np.ndarray:
+        """How much more chi2 the best law explains than ``effects`` in campaigns in which these are right, (draws,)."""
+        self.tell("asking how far ahead of the right effect one law gets by chance")
+        beside = survey_of(bench, effects)
+        survey = replace(survey_of(bench, base), states=beside.states)
+        return lead_by_chance(survey, beside, draws=LEADS * self.draws, seed=self.seed)

@@ -1,14 +1,16 @@
 """One law against several known effects: the single generic law that explains most, put into the march.
 
 Where several effects of the library together imitate one that it has not, one law at one place does as well as all of
-them (Occam).
+them (Occam). The best of so many laws gets ahead of one effect by chance as well, where that is right: how far is told
+by campaigns in which it is at work.
 """
 
 import numpy as np
 
 from belt_sim.diagnosis.unknown import OneLaw
+from belt_sim.discovery.gate import errors_by_chance
 from belt_sim.discovery.refit import refit
-from belt_sim.discovery.search import cost, distinct, exponents_of, refined, singles
+from belt_sim.discovery.search import cost, distinct, exponents_of, of_every_form, prices, refined, singles
 from belt_sim.discovery.survey import Survey
 from belt_sim.discovery.words import formula
 
@@ -30,4 +32,17 @@ def one_law(survey: Survey, least: float) -> OneLaw | None:
         return None
     law = best.scored.law
     words = f"{law.terms[0].place.words}: {formula(law)}"
-    return OneLaw(words, best.fit.values, cost(law) + searched)
+    return OneLaw(words, best.fit.values, cost(law), searched)
+
+
+def lead_by_chance(survey: Survey, beside: Survey, *, draws: int, seed: int) -> np.ndarray:
+    """How much more chi2 than effects that are right the best law alone explains by chance, its numbers paid, (draws,).
+
+    survey: beside the base model, with the states that the effects make; beside: beside the effects.
+    """
+    errors = errors_by_chance(beside, draws, np.random.default_rng(seed))
+    whole = errors + (survey.ground.residual - beside.ground.residual)
+    best = np.full(draws, -np.inf)
+    for p, n, gain in of_every_form(survey, whole):
+        best = np.maximum(best, np.max(gain - prices(p.forms, n)[:, None], axis=0))
+    return best - (survey.ground.left_of_each(whole) - beside.ground.left_of_each(errors))

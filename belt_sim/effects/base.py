@@ -50,7 +50,7 @@ class Parameter:
 
     scale: a size that matters on a real machine, to start a search from; modifier: True for a number that moves
     nothing by itself and only shapes what the others do; grid: values [SI] of a modifier that a search tries one by
-    one, each as an alternative of the same effect.
+    one, each as an alternative of the same effect; of_belt: True where these are shares of the belt's length.
     """
 
     unit: str
@@ -60,6 +60,7 @@ class Parameter:
     null: float = 0.0
     modifier: bool = False
     grid: tuple[float, ...] = ()
+    of_belt: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -60,7 +60,8 @@ class Weld(Effect):
             plausible=(-300.0, 300.0),  # it comes back every belt length
             scale=2.0,
             modifier=True,
-            grid=tuple(2.6 * k for k in range(9)),  # a belt of 24 m; a shorter one is covered more than once
+            grid=tuple(k / 12 for k in range(12)),
+            of_belt=True,
         ),
         "length": Parameter(
             unit="m", meaning="length of the bend", plausible=(0.2, 2.0), scale=0.6, null=0.6, modifier=True

@@ -39,8 +39,9 @@ class Estimate:
 class FoundEffect:
     """An effect that the model lacks; numbers: every parameter in SI; parameters: those that the readings can see.
 
-    probability: its weight against what could stand in its place; source_file: of an effect of one's own; rejected:
-    even with it the model fails, so that its numbers are effective values.
+    probability: its weight against what could stand in its place; confusable_with: that, effects that stand there
+    together joined by +; source_file: of an effect of one's own; rejected: even with it the model fails, so that its
+    numbers are effective values.
     """
 
     id: str
@@ -91,7 +92,7 @@ class Candidate(Tried):
 
 @dataclass(frozen=True, kw_only=True)
 class Confusable:
-    """``other`` in the place of ``effect`` fits almost as well: sigma apart."""
+    """``other``, one effect or several joined by +, in the place of ``effect`` fits almost as well: sigma apart."""
 
     effect: str
     other: str

@@ -8,6 +8,7 @@ from belt_sim import si
 
 KILO = 1e3  # m -> mm, rad -> mrad
 NONE = "–"
+TOGETHER = " + "  # between effects of one set
 
 
 def number(value: Any, digits: int = 3) -> str:

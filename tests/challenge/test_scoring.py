@@ -39,6 +39,12 @@ def aliased(name: str, other: str):
         (truth("two", "taper", "cant"), answer_of("cant", "taper"), "right"),
         (truth("two", "taper", "cant"), answer_of("cant"), "part"),
         (truth("two", "taper", "cant"), answer_of("cant", "crown"), "wrong"),
+        (truth("two", "taper", "cant"), aliased("crown", "cant + taper"), "alias"),
+        (truth("two", "taper", "cant"), aliased("cant", "cant + taper"), "alias"),
+        (truth("two", "taper", "cant"), aliased("cant", "taper"), "part"),
+        (truth("two", "taper", "cant"), aliased("crown", "taper + slip"), "wrong"),
+        (truth("library", "taper"), aliased("cant", "taper + slip"), "wrong"),
+        (truth("library", "taper"), aliased("taper", "taper + slip"), "right"),
         (truth("outside", "creep", distance=10.0), answer_of(verdict="none_known"), "right"),
         (truth("outside", "creep", distance=10.0), answer_of("cant", verdict="partly"), "wrong"),
         (truth("outside", "creep", distance=10.0), answer_of("cant"), "wrong"),
@@ -52,6 +58,14 @@ def aliased(name: str, other: str):
 )
 def test_outcomes(hidden, answer, outcome):
     assert facts(hidden, answer).outcome == outcome
+
+
+def test_effects_that_stand_together_count_one_by_one():
+    """Towards the size of a confusable set, and as names that may be false."""
+    pair = facts(truth("two", "taper", "cant"), aliased("crown", "cant + taper"))
+    assert pair.answer_set == {"crown", "cant", "taper"}
+    assert not confidently_wrong(pair)
+    assert confidently_wrong(facts(truth("library", "taper"), aliased("cant", "taper + slip")))
 
 
 def suspicion(run, signal):

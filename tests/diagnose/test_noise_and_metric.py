@@ -8,6 +8,7 @@ from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
 from belt_sim.campaign import Quantity
+from belt_sim.diagnosis.as_set import NUISANCES
 from belt_sim.diagnosis.levels import LevelFinder
 from belt_sim.diagnosis.metric import metric_of, nuisance_shapes, stiffness_sigma
 from belt_sim.diagnosis.noise import Levels, Reach, covariance
@@ -124,7 +125,7 @@ def test_zero_and_gain_of_a_sensor_move_its_own_readings_in_its_own_run():
     b, rng = bench(), np.random.default_rng(7)
     signals = tuple(replace(s, zero=1e-4, gain=0.02 + 0.01 * k) for k, s in enumerate(b.samples.signals))
     values = rng.normal(size=b.samples.y.shape)
-    slopes = np.zeros((3, *values.shape))
+    slopes = np.zeros((len(NUISANCES), *values.shape))
     shapes, _ = nuisance_shapes(b.campaign, replace(b.samples, signals=signals), values, slopes)
     assert len(shapes) == 2 + 2 * len(signals)
     for s, signal in enumerate(signals):

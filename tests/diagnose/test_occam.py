@@ -14,17 +14,20 @@ from belt_sim.diagnosis.unknown import OneLaw
 from belt_sim.diagnosis.verdict import judged, verdict
 from belt_sim.results.verdict import Verdict
 
-THRESHOLD, PRICE = 12.0, 25.0
+THRESHOLD, COST, SEARCHED = 12.0, 5.0, 20.0
 BASE_CHI2 = 500.0  # of the base model
 CLEAN, SMOOTH = OpenSet((), {}, {}, {}), OpenSet(("smooth, odd in yaw",), {}, {}, {})
 
 
 @dataclass
 class Looked:
-    """A search that sees what is written down: laws it fails the fit for, and what one law explains of BASE_CHI2."""
+    """A search that sees what is written down: laws it fails the fit for, what one law explains of BASE_CHI2, and how
+    far ahead of right effects the best one gets by chance.
+    """
 
     failed: tuple[str, ...] = ()
     explains: float | None = None
+    leads: tuple[float, ...] = (-1.0,)
     asked: list = field(default_factory=list)
 
     def __call__(self, bench, fit, failed):
@@ -35,7 +38,11 @@ class Looked:
         self.asked.append("one law")
         if self.explains is None:
             return None
-        return OneLaw("yaw: s", np.array([[[self.explains]]]), PRICE)
+        return OneLaw("yaw: s", np.array([[[self.explains]]]), COST, SEARCHED)
+
+    def lead_by_chance(self, bench, base, effects):
+        self.asked.append(("by chance", base.ids, effects.ids))
+        return np.array(self.leads)
 
 
 def chosen_by(gain, ids=("a", "b"), inflation=1.0):
@@ -70,6 +77,20 @@ def test_one_effect_gives_way_to_a_law_that_explains_clearly_more_only():
     """One known fault is likelier than an unknown law: 400 - 12 + 4.6 + 25 = 417.6."""
     assert imitated(chosen_by(400.0, ("a",)), Looked(explains=415.0)) == ()
     assert imitated(chosen_by(400.0, ("a",)), Looked(explains=420.0))
+
+
+@pytest.mark.parametrize(("leads", "gives_way"), [(14.0, True), (16.0, False)])
+def test_one_effect_keeps_its_name_where_laws_get_as_far_ahead_of_a_right_one(leads, gives_way):
+    """420 is 20 more than the effect explains, 15 with the law's numbers paid."""
+    look = Looked(explains=420.0, leads=(*[-1.0] * 98, leads))
+    assert bool(imitated(chosen_by(400.0, ("a",)), look)) == gives_way
+    assert look.asked == ["one law", ("by chance", (), ("a",))]
+
+
+def test_several_effects_are_no_likelier_for_what_chance_makes_of_laws():
+    look = Looked(explains=410.0, leads=(100.0,))
+    assert imitated(chosen_by(400.0), look)
+    assert look.asked == ["one law"]
 
 
 def test_a_law_costs_more_where_noise_levels_are_uncertain():
@@ -196,11 +217,21 @@ def test_no_effect_is_found_with_which_the_error_that_is_told_rises(passing, mon
 
 
 @pytest.mark.parametrize(
-    ("after", "said"), [(0.9, ()), (1.0, ()), (1.2, ("held-out error, 1.20 times the base model's",))]
+    ("after", "likelier", "said"),
+    [
+        (0.9, (-5.0, -5.0), ()),
+        (1.0, (-5.0, 5.0), ()),
+        (1.2, (-5.0, -5.0), ("held-out error, 1.20 times the base model's",)),
+        (1.002, (-5.0, 0.5), ()),  # what no report would show, where every condition becomes likelier
+        (1.002, (-50.0, 5.0), ("held-out error, 1.00 times the base model's",)),
+    ],
 )
-def test_the_error_that_is_told_is_the_one_beside_every_runs_own_settings(monkeypatch, after, said):
-    held = SimpleNamespace(tested=("yaw +",), size=after)
+def test_the_error_that_is_told_is_the_one_beside_every_runs_own_settings(monkeypatch, after, likelier, said):
+    def held(size, surprise):
+        parts = {n: SimpleNamespace(surprise=x) for n, x in zip(("yaw +", "yaw -"), surprise, strict=True)}
+        return SimpleNamespace(tested=tuple(parts), conditions=parts, size=size)
+
     found = chosen_by(400.0)
-    found.base_held_out = SimpleNamespace(size=1.0)
+    found.base_held_out = held(1.0, (0.0, 0.0))
     monkeypatch.setattr(deciding, "OwnErrors", lambda bench: SimpleNamespace(rms=lambda held, names: held.size))
-    assert deciding._rises(found, held) == said
+    assert deciding._rises(found, held(after, likelier)) == said

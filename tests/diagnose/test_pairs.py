@@ -42,3 +42,14 @@ def test_gains_are_those_of_least_squares():
     for ids, rows in {("a", "b"): [A, B], ("a", "twin"): [A], ("twin",): [A]}.items():
         solved = np.linalg.lstsq(np.stack(rows).T, residual, rcond=None)[0]
         assert gains[ids] == pytest.approx(float(np.sum((solved @ np.stack(rows)) ** 2)), rel=1e-9)
+
+
+def test_pairs_in_the_place_of_one_are_those_that_promise_nearly_as_much():
+    residual = 3.0 * A + 3.0 * B
+    moments = COLUMNS @ residual
+    found = PAIRS.in_place(moments, lambda name: 10.0, "sum", least=0.0)
+    assert found == [("a", "b")]  # more than the sum of both, though it pays for one number more
+    all_of_them = PAIRS.in_place(moments, lambda name: 10.0, "sum", least=1e9)
+    assert all_of_them[0] == ("a", "b")
+    assert not any("sum" in ids or "many" in ids for ids in all_of_them)
+    assert PAIRS.in_place(moments, lambda name: 1e3, "sum", least=12.0) == []

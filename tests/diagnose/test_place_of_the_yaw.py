@@ -66,7 +66,7 @@ def test_the_shape_is_what_a_later_yaw_does():
     assert np.abs(bench.shapes[-1]).max() > 0.01 * MM
     np.testing.assert_array_equal(bench.shared[1], bench.shapes[-1])  # and once more in all runs alike
     exact = workbench(made, MODEL, [])
-    assert (len(exact.shared), len(exact.shapes)) == (1, len(bench.shapes) - 1)
+    assert (len(exact.shared), len(exact.shapes)) == (len(bench.shared) - 1, len(bench.shapes) - 1)
 
 
 def test_a_tilt_is_not_judged_where_the_yaw_may_have_come():

@@ -16,7 +16,7 @@ def probability(scores, *, inflation=1.0, beside=True, unknown=CLEAN):
     """Of "a", with the scores that each candidate has in its place."""
     trials = [SimpleNamespace(id=i, score=s, plausible=True) for i, s in scores.items()]
     selection = SimpleNamespace(
-        swaps={"a": trials}, chosen=SimpleNamespace(ids=("a",)), gain=scores["a"] + THRESHOLD,
+        swaps={"a": trials}, larger=(), chosen=SimpleNamespace(ids=("a",)), gain=scores["a"] + THRESHOLD,
         threshold=lambda name: THRESHOLD, null=SimpleNamespace(inflation=lambda name: inflation),
     )  # fmt: skip
     return probabilities(selection, unknown, beside=beside)["a"]

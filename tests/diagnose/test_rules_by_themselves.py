@@ -24,7 +24,7 @@ RUNS = tuple(
 
 #: a parameter of which a machine leaves everything open
 OPEN = SimpleNamespace(plausible=(-1e6, 1e6), null=0.0)
-SLOT = SimpleNamespace(scale=1.0, name="size", effect=SimpleNamespace(parameters={"size": OPEN}))
+SLOT = SimpleNamespace(scale=1.0, name="size", effect=SimpleNamespace(parameters={"size": OPEN}, linear=False))
 
 
 class Plain:
@@ -84,6 +84,23 @@ def test_what_only_the_left_out_runs_show_is_said_to_be_untested():
     assert found.untestable == ("7 N/mm2",)
     assert found.by_condition["7 N/mm2"] == pytest.approx(3.0 * np.sqrt(np.mean(rows[0, :2] ** 2)), rel=EXACT)
     assert found.by_condition["yaw +"] < EXACT
+
+
+def test_numbers_that_are_known_together_only_are_known():
+    """An offset and a gain that act nearly alike: each may be nothing, what they do is known well."""
+    first, other = shapes()
+    rows = np.stack([first, first + 0.02 * other])
+    y = 3.0 * first
+    at_joint_fit = replace(fitted(rows, 0.0 * y), vector=np.array([2.0, 1.0]), values=y)
+    assert np.sqrt(at_joint_fit.covariance[1, 1]) > 1.0
+    assert held_out(Plain(y), at_joint_fit).untestable == ()
+
+
+def test_a_condition_that_the_other_runs_leave_open_is_untested_though_the_fit_is_nothing_there():
+    rows = np.zeros_like(shapes()[:1])
+    rows[0, :2] = shapes()[0, :2]
+    at_joint_fit = replace(fitted(rows, 0.0 * rows[0]), vector=np.array([0.01, 0.0]))
+    assert held_out(Plain(0.0 * rows[0]), at_joint_fit).untestable == ("7 N/mm2",)
 
 
 @pytest.mark.parametrize(("elsewhere", "untestable"), [(0.005, ("7 N/mm2",)), (0.1, ())])

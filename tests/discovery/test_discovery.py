@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from shipped_schema import check
-from small_discovery import MODEL, D, campaign, described, discovered, fitted
+from small_discovery import MODEL, PLAN, D, campaign, described, discovered, fitted
 
 import belt_sim as bs
 from belt_sim.diagnosis.openset import apart, basis
@@ -15,10 +15,16 @@ from belt_sim.discovery.describe import describe
 from belt_sim.discovery.discover import discover, unknown_columns
 from belt_sim.discovery.gate import gate
 from belt_sim.discovery.look import Looking
+from belt_sim.effects.library import library
 from belt_sim.errors import InputError
 from belt_sim.results.discovery_json import discovery_json, read_discovery
+<<<<<<< HEAD
 from belt_sim.use_cases.discover import leave_discovery
 from belt_sim.use_cases.plot import discovery_by_kind
+=======
+from belt_sim.use_cases.discover import drawings, leave_discovery
+from belt_sim.virtual_rig.make import make_campaign
+>>>>>>> main
 
 EXPLAINED = 0.9  # of the hidden effect's chi2, D^2
 
@@ -100,6 +106,24 @@ def test_one_law_explains_what_was_hidden_and_is_not_sought_for_more():
     assert law.price > 10.0  # it is the best of thousands
     assert look.one_law(bench, fit, 1.5 * D**2) is None
     assert look.one_law(*fitted(), 20.0) is None  # nothing is hidden
+
+
+def leads_of(d):
+    """How far ahead of a right effect of size ``d`` the best law gets, in campaigns drawn by chance."""
+    made = make_campaign(hidden=[{"id": "yaw_offset_tail", "d": d}], base="strip", seed=3, plan=PLAN)[0]
+    bench = workbench(made, MODEL, [library()["yaw_offset_tail"]])
+    base, right = (bench.fit([bench.start(ids, bench.forward.null())])[0] for ids in ((), ("yaw_offset_tail",)))
+    return Looking(seed=0, draws=10).lead_by_chance(bench, base, right)
+
+
+def test_a_law_gets_ahead_of_a_right_effect_by_chance():
+    """A constant yaw of the tail pulley is among the laws: none ever stays behind. Of a large effect, laws that say
+    something else stay far behind.
+    """
+    small, large = leads_of(6.0), leads_of(D)
+    assert min(small.min(), large.min()) > -0.1
+    assert small.max() > 1.0
+    assert large.max() < 0.1
 
 
 def test_the_written_effect_holds_nothing_that_it_does_not_call():
