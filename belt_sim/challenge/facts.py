@@ -145,8 +145,8 @@ def outcome_of(f: Facts) -> str:
     right: what is hidden is named and nothing else (nothing hidden: adequate; outside: flagged as unknown without a
     false name; dirty: caught). alias: right up to aliases that the answer declares. missed: adequate. unnamed: flagged
     as unknown. part: something hidden is not named, though it may be told as what cannot be excluded. beside: a false
-    name stands beside the true ones. lookalike: the generator itself cannot tell the name from the truth, but the answer
-    does not say so. crash; otherwise wrong.
+    name stands beside the true ones. lookalike: the generator itself cannot tell the name from the truth, but the
+    answer does not say so. crash; otherwise wrong.
     """
     if f.verdict in ("crash", STOPS) and f.kind != "dirty":
         return "crash" if f.verdict == "crash" else "wrong"
