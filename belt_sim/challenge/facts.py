@@ -144,8 +144,9 @@ def outcome_of(f: Facts) -> str:
 
     right: what is hidden is named and nothing else (nothing hidden: adequate; outside: flagged as unknown without a
     false name; dirty: caught). alias: right up to aliases that the answer declares. missed: adequate. unnamed: flagged
-    as unknown. part: something hidden is not named. beside: a false name stands beside the true ones. lookalike: the
-    generator itself cannot tell the name from the truth, but the answer does not say so. crash; otherwise wrong.
+    as unknown. part: something hidden is not named, though it may be told as what cannot be excluded. beside: a false
+    name stands beside the true ones. lookalike: the generator itself cannot tell the name from the truth, but the answer
+    does not say so. crash; otherwise wrong.
     """
     if f.verdict in ("crash", STOPS) and f.kind != "dirty":
         return "crash" if f.verdict == "crash" else "wrong"
@@ -171,9 +172,9 @@ def _naming(f: Facts) -> str:
     named, hidden = set(f.named), set(f.hidden)
     if named == hidden:
         return "right"
-    if f.told_by_an_alias or (len(named) == len(hidden) and not f.false_names):
+    if len(named) == len(hidden) and not f.false_names:
         return "alias"
-    if named < hidden:
+    if named < hidden or f.told_by_an_alias:
         return "part"
     if named > hidden:
         return "beside"

@@ -18,7 +18,7 @@ from belt_sim.diagnosis.select import Selection
 from belt_sim.diagnosis.unknown import Look
 
 ODDS = 4.6  # chi2 (a likelihood ratio of 10)
-LEVEL = 0.01  # of campaigns with one effect lose its name to a law by chance
+LEVEL = 0.02  # of campaigns with one effect, in which it loses its name to a law by chance
 
 
 def imitated(found: Selection, look: Look) -> tuple[str, ...]:

@@ -4,9 +4,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from belt_sim import pictures
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import workbench
@@ -18,6 +15,7 @@ from belt_sim.files import write_json, write_text
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.discovery_json import discovery_json
 from belt_sim.use_cases.asked import effects_of, fitted_model, refuse
+from belt_sim.use_cases.plot import draw_discovery
 
 
 def discover(
@@ -54,18 +52,6 @@ def leave_discovery(folder: Path, d: Discovery, *, drawn: bool = True) -> None:
     """discovery.json, found_effect.py where a law was found, and the pictures that there are."""
     if d.effect_file:
         write_text(folder / "found_effect.py", d.effect_file)
-    for name, draw in drawings(d).items() if drawn else ():
-        draw(folder / f"{name}.png")
+    if drawn:
+        draw_discovery(folder, d)
     write_json(folder / "discovery.json", discovery_json(d))
-
-
-def drawings(d: Discovery) -> dict[str, Callable[[Path], Path]]:
-    """The pictures of a discovery, by name."""
-    there: dict[str, Callable[[Path], Path]] = {"evidence": lambda p: pictures.evidence_picture(p, d)}
-    if d.courses:
-        there["unknown"] = lambda p: pictures.unknown_picture(p, d)
-    if d.law is not None and d.curve is not None and np.isfinite(d.curve.u).all():
-        there["law"] = lambda p: pictures.law_picture(p, d)
-    if d.error is not None:
-        there["falling_error"] = lambda p: pictures.falling_error_picture(p, d)
-    return there

@@ -75,7 +75,7 @@ def leave_diagnosis(folder: Path, d: Diagnosis, *, draw: Callable[[Path, Diagnos
     write_text(folder / "effects.yaml", save_effects(effects_of(d.effects), spread))
     write_report(folder / "report.html", d)
     if d.discovery is not None and d.discovery.found:
-        leave_discovery(folder, d.discovery, drawn=draw is not None)
+        leave_discovery(folder, d.discovery, drawn=False)
     write_json(folder / "diagnosis.json", diagnosis_json(d))
 
 
@@ -88,8 +88,12 @@ def leave_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
 
 
 def draw_diagnosis(folder: Path, d: Diagnosis) -> None:
-    """The still pictures of a diagnosis."""
+    """The still pictures of a diagnosis, and of what was discovered."""
+    from belt_sim.use_cases.plot import draw_discovery
+
     draw(folder, d, _OF_DIAGNOSIS)
+    if d.discovery is not None and d.discovery.found:
+        draw_discovery(folder, d.discovery)
 
 
 def draw(folder: Path, result: Simulation | Comparison | Diagnosis, files: Mapping[str, str]) -> None:

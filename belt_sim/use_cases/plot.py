@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from belt_sim import pictures
 from belt_sim.errors import InputError
 from belt_sim.files import write_with
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.discovery import Discovery
 from belt_sim.results.simulation import Simulation
 
 Draw = Callable[[Path], Path]
@@ -100,4 +103,22 @@ def _maps(result: Any, title: str, sentence: str) -> dict[str, Draw]:
     there: dict[str, Draw] = {"where": lambda p: pictures.where_map_picture(p, drawn.maps, title, sentence)}
     if drawn.drifts:
         there["drift"] = lambda p: pictures.drift_chart_picture(p, drawn.drifts, title)
+    return there
+
+
+def draw_discovery(folder: Path, d: Discovery) -> None:
+    """The pictures of a discovery that there are."""
+    for name, draw in discovery_by_kind(d).items():
+        draw(folder / f"{name}.png")
+
+
+def discovery_by_kind(d: Discovery) -> dict[str, Draw]:
+    """The pictures of a discovery, by name."""
+    there: dict[str, Draw] = {"evidence": lambda p: pictures.evidence_picture(p, d)}
+    if d.courses:
+        there["unknown"] = lambda p: pictures.unknown_picture(p, d)
+    if d.law is not None and d.curve is not None and np.isfinite(d.curve.u).all():
+        there["law"] = lambda p: pictures.law_picture(p, d)
+    if d.error is not None:
+        there["falling_error"] = lambda p: pictures.falling_error_picture(p, d)
     return there

@@ -82,7 +82,7 @@ def test_one_effect_gives_way_to_a_law_that_explains_clearly_more_only():
 @pytest.mark.parametrize(("leads", "gives_way"), [(14.0, True), (16.0, False)])
 def test_one_effect_keeps_its_name_where_laws_get_as_far_ahead_of_a_right_one(leads, gives_way):
     """420 is 20 more than the effect explains, 15 with the law's numbers paid."""
-    look = Looked(explains=420.0, leads=(*[-1.0] * 98, leads))
+    look = Looked(explains=420.0, leads=(*[-1.0] * 97, leads, leads))
     assert bool(imitated(chosen_by(400.0, ("a",)), look)) == gives_way
     assert look.asked == ["one law", ("by chance", (), ("a",))]
 
