@@ -18,13 +18,9 @@ from belt_sim.discovery.look import Looking
 from belt_sim.effects.library import library
 from belt_sim.errors import InputError
 from belt_sim.results.discovery_json import discovery_json, read_discovery
-<<<<<<< HEAD
 from belt_sim.use_cases.discover import leave_discovery
 from belt_sim.use_cases.plot import discovery_by_kind
-=======
-from belt_sim.use_cases.discover import drawings, leave_discovery
 from belt_sim.virtual_rig.make import make_campaign
->>>>>>> main
 
 EXPLAINED = 0.9  # of the hidden effect's chi2, D^2
 
