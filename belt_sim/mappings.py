@@ -14,7 +14,7 @@ from weakref import WeakSet
 
 import jax
 
-SHARE = 0.4  # of the limit
+SHARE = 0.6  # of the limit; in the pause below some 0.02 may be added
 PAUSE = 2.0  # [s] between two looks, which take some 10 ms each
 _LIMIT = Path("/proc/sys/vm/max_map_count")
 _MINE = Path("/proc/self/maps")

@@ -9,7 +9,7 @@ from belt_sim.mujoco3d.loads.pull import loads_on_pulleys
 from belt_sim.mujoco3d.machine.drive import Drive
 from belt_sim.mujoco3d.machine.pulleys import Pulleys
 from belt_sim.mujoco3d.machine.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
-from belt_sim.mujoco3d.state import HEAD, TAIL, Pose
+from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, Wrap
 from belt_sim.scene_parts import PulleySurface, SceneParts
 
 APART, SPEED, STEP = 2.0, 0.5, 1e-3  # [m], [m/s], [s]
@@ -29,12 +29,17 @@ def machine(sign=1.0, **changed):
     return Pulleys(**{"scene": scene, "sign": sign, "fixed": False} | numbers | changed)
 
 
+def bare(surface):
+    """A pulley on which nothing lies."""
+    return Wrap.empty(surface, 0.0, 4, 2)
+
+
 def still():
     poses = tuple(Pose(np.array([x, 0.0, 0.0]), np.eye(3), 0.0) for x in (0.0, APART))
     joints, rates = np.zeros((2, STATION_JOINTS))
     return SimpleNamespace(
         poses=poses, joints=joints, joint_rates=rates, loads=np.zeros((2, 3)), yaw=np.zeros(2), given_way=np.zeros(2),
-        share=1.0, time=1.0,
+        share=1.0, time=1.0, speed=0.0, travel=0.0, wraps=(bare(PARTS.head), bare(PARTS.tail)),
     )  # fmt: skip
 
 
@@ -150,3 +155,22 @@ def test_laid_pulleys_have_turned_by_nothing_when_travel_0_is_reached(sign):
         assert pose.spin + sign * 0.6 / surface.radius == pytest.approx(0.0, abs=1e-12)
         assert pose.centre.tolist() == [x, 0.0, 0.0]
     assert pulleys.joints(pulleys.laid())[TAIL_SLIDE] == pytest.approx(1.9 - APART)
+
+
+def test_a_belt_stays_where_it_is_when_its_pulley_begins_to_be_canted():
+    """To second order in the angle; what runs goes with the pulley."""
+    surface = PulleySurface(radius=0.2, cant=1e-3)
+    for speed, moved in ((0.0, 0.0), (0.5, 2e-4)):
+        state, wrap = still(), Wrap.empty(surface, 0.0, 3, 2)
+        wrap.last, wrap.r[:], wrap.angle[:] = 2, 0.2, np.array([[0.0], [0.5 * np.pi], [np.pi]])
+        wrap.y[:] = 0.3, -0.3
+        wrap.renumber()
+        state.wraps, state.speed, state.share = (bare(PARTS.head), wrap), speed, 0.0
+        pulleys = machine()
+        pulleys.scene.parts = SimpleNamespace(head=PARTS.head, tail=surface)
+        before = wrap.place(state.poses[TAIL])
+        for state.share in (0.3, 1.0):
+            pulleys.advance(state, Drive(travel=0.0, **STICKS), STEP)
+        y = (wrap.place(state.poses[TAIL]) - before)[..., 1]
+        assert state.poses[TAIL].axes[2, 1] == pytest.approx(1e-3, rel=1e-6)
+        np.testing.assert_allclose(y, np.outer([-moved, 0.0, moved], [1.0, 1.0]), atol=5e-7)
