@@ -1,5 +1,6 @@
 """The report is one whole page that fetches nothing and does without what a diagnosis does not bring."""
 
+import html
 import json
 import re
 from dataclasses import replace
@@ -285,6 +286,9 @@ def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
     page = Page(text)
     for said in (found.sentence, "yaw of the tail pulley", "κ|κ|", "one speed only", "found_effect.py"):
         assert said in page.text
+    top = text[text.index("<h1>") : text.index("</header>")]
+    assert f"Discovered: {found.sentence.rstrip('.')}" in html.unescape(top)
+    assert 'href="#discovered"' in top
     assert [row["length"] for row in weights(found)] == [100.0, 25.0]
     first, second = json.loads(page.scripts[0])["law"]
     lines = [t for t in first["data"] if t["mode"] == "lines" and "color" in t["line"]]
