@@ -36,8 +36,11 @@ def finish(works: Sequence[Work]) -> None:
             done.result()
 
 
-def in_batches(program: Callable[..., Any], vector: np.ndarray, samples: Samples, more: tuple = ()) -> Work:
-    """What a ``program`` of one run is to show of all runs at points (C, k); more: arguments that all runs share."""
+def in_batches(
+    program: Callable[..., Any], vector: np.ndarray, shown: np.ndarray, samples: Samples, more: tuple = ()
+) -> Work:
+    """What a ``program`` of one run is to show of all runs at points (C, k), of each number of which a run shows this
+    much, (R, k); more: arguments that all runs share."""
     places = [PLACES.index(s.at) for s in samples.signals]
     runs, _, n = samples.y.shape
     points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
@@ -49,10 +52,10 @@ def in_batches(program: Callable[..., Any], vector: np.ndarray, samples: Samples
         rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
         r = run[rows]
         settings = jax.tree.map(lambda x: x[r], cases.settings)
-        of_rows = vector[points[rows]], settings, travel[r], time[r], samples.yaw_at[r]
-        shown = program(*of_rows, cases.rig, cases.belt, *more)
+        of_rows = vector[points[rows]] * shown[r], settings, travel[r], time[r], samples.yaw_at[r]
+        predicted = program(*of_rows, cases.rig, cases.belt, *more)
         part = found[start : start + ROWS]
-        part[:] = np.asarray(shown)[: len(part), places, :n]
+        part[:] = np.asarray(predicted)[: len(part), places, :n]
 
     batches = [partial(batch, start) for start in range(0, len(points), ROWS)]
     return Work(found.reshape(len(vector), *samples.y.shape), batches)

@@ -179,7 +179,7 @@ class Forward:
         march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, self.brief)
         scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
-        return in_batches(march, vector, samples, self._march)
+        return in_batches(march, vector, _shown_by_bins([self.slots[k] for k in kept], samples), samples, self._march)
 
     def _shown(self, vector: np.ndarray, samples: Samples) -> tuple[np.ndarray, Work]:
         """What effects that only add to the readings add to them, by one program for any harmonics: of each of (C,)
@@ -191,7 +191,8 @@ class Forward:
             if slot in slots:
                 numbers[:, slots.index(slot)] = vector[:, k] * slot.scale
         different, of = np.unique(numbers, axis=0, return_inverse=True)
-        return of.reshape(-1), in_batches(compiled_added(slots, self._added), different, samples)
+        program = compiled_added(slots, self._added)
+        return of.reshape(-1), in_batches(program, different, _shown_by_bins(slots, samples), samples)
 
     def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
         """The effects ``ids`` with the numbers of a parameter vector."""
@@ -199,6 +200,12 @@ class Forward:
         for slot, value in zip(self.slots, vector, strict=False):
             numbers[slot.effect.id][slot.name] = float(value) * slot.scale
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
+
+
+def _shown_by_bins(slots: Sequence[Slot], samples: Samples) -> np.ndarray:
+    """How much of each number, and of each nuisance behind them, every run shows, (R, k)."""
+    shown = linear_readings.shown_by_bins([(s.effect, s.name) for s in slots], samples)
+    return np.concatenate([shown, np.ones((len(shown), len(NUISANCES)))], axis=1)
 
 
 @cache

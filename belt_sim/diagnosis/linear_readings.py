@@ -2,7 +2,8 @@
 
 An effect that declares itself ``linear`` (a free edge profile: eighty numbers) is fitted like any other, but its
 columns come from travel and places alone, and only those harmonics stand in the parameter vector that show. It must
-declare its parameters in the order in which they are to be taken, in pairs (cosine, sine).
+declare its parameters in the order in which they are to be taken, in pairs (cosine, sine) of 1, 2, ... waves a belt
+length. Of short waves the mean over a bin of readings shows less (``shown_by_bins``).
 """
 
 from collections.abc import Mapping, Sequence
@@ -102,7 +103,14 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
         if signal.at.startswith("point"):
             rows = shown[:, :, int(signal.at[-1]) - 1]
             shapes[:, :, s] = rows[..., :-1] - rows[..., -1:]
-    return shapes
+    return shapes * shown_by_bins([(cls, name) for name in cls.parameters], samples).T[:, :, None, None]
+
+
+def shown_by_bins(parameters: Sequence[tuple[type[Effect], str]], samples: Samples) -> np.ndarray:
+    """How much of every parameter the readings of each run show, (R, k): of a harmonic what the mean over a bin leaves,
+    of all else the whole."""
+    harmonics = [1 + list(cls.parameters).index(name) // 2 if cls.linear else 0 for cls, name in parameters]
+    return samples.averaged(np.array(harmonics))
 
 
 def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray) -> np.ndarray:

@@ -34,6 +34,15 @@ class Samples:
         """Longest travel of any run [m]."""
         return float(np.nanmax(self.travel))
 
+    def averaged(self, harmonics: np.ndarray) -> np.ndarray:
+        """What the mean over a bin leaves of waves with so many (k,) periods a belt length, (R, k)."""
+        steps = np.abs(np.diff(self.travel, axis=1))
+        widths = [np.median(s[s > 0.0]) if np.any(s > 0.0) else 0.0 for s in steps]
+        many, length = self.per_bin[:, None], float(np.max(self.cases.rig.belt_length))
+        half = np.pi * np.outer(widths / self.per_bin, harmonics) / length  # of the phase between two readings
+        one = np.ones_like(half)
+        return np.divide(np.sin(many * half), many * np.sin(half), out=one, where=np.abs(np.sin(half)) > 1e-12)
+
     def of_runs(self, which: np.ndarray) -> "Samples":
         """Those of some runs, by number."""
         each = {n: getattr(self, n)[which] for n in ("travel", "time", "y", "yaw_at", "per_bin")}
