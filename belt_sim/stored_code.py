@@ -150,10 +150,11 @@ def _folder() -> Path | None:
     try:
         mine.mkdir(parents=True, exist_ok=True)
         os.utime(mine)
-        newest = sorted((p for p in top.iterdir() if p.is_dir()), key=lambda p: p.stat().st_mtime, reverse=True)
+        others = [p for p in top.iterdir() if p.is_dir() and p != mine]
+        others.sort(key=lambda p: p.stat().st_mtime, reverse=True)
     except OSError:
         return None
-    for old in newest[VERSIONS_KEPT:]:
+    for old in others[VERSIONS_KEPT - 1 :]:
         shutil.rmtree(old, ignore_errors=True)
     return mine
 

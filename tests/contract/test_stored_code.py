@@ -1,5 +1,6 @@
 """Compiled code is found again by what made it, and by nothing less."""
 
+import os
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -75,7 +76,9 @@ def test_it_stands_in_jaxs_own_cache_or_nowhere(tmp_path):
         assert find() is None
         jax.config.update("jax_compilation_cache_dir", str(tmp_path))
         for k in range(2 * stored_code.VERSIONS_KEPT):
-            (tmp_path / "traced" / str(k)).mkdir(parents=True)
+            old = tmp_path / "traced" / str(k)
+            old.mkdir(parents=True)
+            os.utime(old, (2.0**32, 2.0**32))  # newer than the one in use, as far as a clock says
         assert find().is_dir()
         assert len(list((tmp_path / "traced").iterdir())) == stored_code.VERSIONS_KEPT
     finally:
