@@ -37,15 +37,21 @@ def compiled_added(slots: tuple[Slot, ...], adding: tuple[type[Effect], ...]):
     one = partial(_one_added, slots=slots, adding=adding)
     classes = tuple(dict.fromkeys(s.effect for s in slots))
     name = f"added {adding} {[f'{s.effect.id}.{s.name}' for s in slots]}" if own(*classes) else None
-    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None)), name)
+    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None)), name)
 
 
-def _one_added(vector, settings: Settings, travel, time, yaw_at, rig, belt, *, slots, adding):
-    """What effects add to the readings of one run at every place, (6, n)."""
-    effects, case = run_at(vector, slots, Case(rig=rig, belt=belt, settings=settings))
-    stated, time = jnp.append(travel, yaw_at), jnp.append(time, yaw_at / case.settings.speed)
-    shown = _added(effects, adding, case, stated, time)
-    return jnp.pad(shown[:, :-1] - shown[:, -1:], ((0, 2), (0, 0)))
+def _one_added(vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, *, slots, adding):
+    """What effects add to the readings of one run at every place, (6, n).
+
+    Readings show as much of each number as ``shown`` says; where the sensors were zeroed all of it stood.
+    """
+
+    def added(numbers, travel, time):
+        effects, case = run_at(numbers, slots, Case(rig=rig, belt=belt, settings=settings))
+        return _added(effects, adding, case, travel, time)
+
+    zero = added(vector, yaw_at[None], yaw_at[None] / settings.speed)
+    return jnp.pad(added(vector * shown, travel, time) - zero, ((0, 2), (0, 0)))
 
 
 def _added(effects: Sequence[Effect], adding: Sequence[type[Effect]], case: Case, stated, time):

@@ -39,8 +39,8 @@ def finish(works: Sequence[Work]) -> None:
 def in_batches(
     program: Callable[..., Any], vector: np.ndarray, shown: np.ndarray, samples: Samples, more: tuple = ()
 ) -> Work:
-    """What a ``program`` of one run is to show of all runs at points (C, k), of each number of which a run shows this
-    much, (R, k); more: arguments that all runs share."""
+    """What a ``program`` of one run is to show of all runs at points (C, k); shown (R, k): how much of each number the
+    readings of a run show; more: arguments that all runs share."""
     places = [PLACES.index(s.at) for s in samples.signals]
     runs, _, n = samples.y.shape
     points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
@@ -52,7 +52,7 @@ def in_batches(
         rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
         r = run[rows]
         settings = jax.tree.map(lambda x: x[r], cases.settings)
-        of_rows = vector[points[rows]] * shown[r], settings, travel[r], time[r], samples.yaw_at[r]
+        of_rows = vector[points[rows]], shown[r], settings, travel[r], time[r], samples.yaw_at[r]
         predicted = program(*of_rows, cases.rig, cases.belt, *more)
         part = found[start : start + ROWS]
         part[:] = np.asarray(predicted)[: len(part), places, :n]

@@ -215,7 +215,7 @@ def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: i
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only)
     named = model_name(model, *dict.fromkeys(s.effect for s in slots))
     name = named and f"{named} {[f'{s.effect.id}.{s.name}' for s in slots]} {room} {history} {only}"
-    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, None, None, None, None)), name, brief and name is None)
+    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), name, brief and name is None)
 
 
 def model_name(model: Composition, *effects: type[Effect]) -> str | None:
@@ -238,12 +238,13 @@ def _doubled(size: int, least: int) -> int:
 
 
 def _one_run(
-    vector, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, *, model, slots, room, history, only
-):
+    vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, *,
+    model, slots, room, history, only,
+):  # fmt: skip
     """Readings (6, n) of one run at every place; (4, n) where ``only`` has no tilt."""
-    effects, case = run_at(vector, slots, Case(rig=rig, belt=belt, settings=settings))
+    effects, case = run_at(vector * shown, slots, Case(rig=rig, belt=belt, settings=settings))
     curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only)
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
-    shown = indicate(curves, case, effects, stated, jnp.append(time, yaw_at / case.settings.speed))
-    lateral = shown.y[:, :-1] - shown.y[:, -1:]
-    return jnp.concatenate([lateral, shown.tilt[:, :-1]]) if "tilt" in only else lateral
+    read = indicate(curves, case, effects, stated, jnp.append(time, yaw_at / case.settings.speed))
+    lateral = read.y[:, :-1] - read.y[:, -1:]
+    return jnp.concatenate([lateral, read.tilt[:, :-1]]) if "tilt" in only else lateral

@@ -93,6 +93,7 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
     """
     runs, signals, n = samples.y.shape
     shapes = np.zeros((len(cls.parameters), runs, signals, n))
+    by_bins = shown_by_bins([(cls, name) for name in cls.parameters], samples).T[:, :, None]
 
     def one(settings, stated):
         return _shown(cls, effects, replace(samples.cases, settings=settings), stated)
@@ -102,14 +103,15 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
     for s, signal in enumerate(samples.signals):
         if signal.at.startswith("point"):
             rows = shown[:, :, int(signal.at[-1]) - 1]
-            shapes[:, :, s] = rows[..., :-1] - rows[..., -1:]
-    return shapes * shown_by_bins([(cls, name) for name in cls.parameters], samples).T[:, :, None, None]
+            shapes[:, :, s] = rows[..., :-1] * by_bins - rows[..., -1:]
+    return shapes
 
 
 def shown_by_bins(parameters: Sequence[tuple[type[Effect], str]], samples: Samples) -> np.ndarray:
     """How much of every parameter the readings of each run show, (R, k): of a harmonic what the mean over a bin leaves,
     of all else the whole."""
-    harmonics = [1 + list(cls.parameters).index(name) // 2 if cls.linear else 0 for cls, name in parameters]
+    places = {cls: {name: k for k, name in enumerate(cls.parameters)} for cls, _ in parameters if cls.linear}
+    harmonics = [1 + places[cls][name] // 2 if cls.linear else 0 for cls, name in parameters]
     return samples.averaged(np.array(harmonics))
 
 

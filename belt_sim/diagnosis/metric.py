@@ -68,7 +68,7 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
     if late.any():
         shapes.append(late[:, None, None] * slopes[3])
         shared.append(shapes[-1])
-    if (longer := length_sigma(campaign)) > 0:
+    if (longer := length_sigma(campaign, float(np.max(samples.cases.rig.belt_length)))) > 0:
         shared.append(longer * slopes[4])
     return np.stack(shapes), np.stack(shared)
 
@@ -84,11 +84,10 @@ def stiffness_sigma(campaign: Campaign) -> float:
     )
 
 
-def length_sigma(campaign: Campaign) -> float:
-    """Relative uncertainty of the belt's length: of the centre distance and of both radii."""
+def length_sigma(campaign: Campaign, length: float) -> float:
+    """Relative uncertainty of the belt's length [m]: of the centre distance and of both radii."""
     machine = campaign.machine
     radii = np.hypot(machine.head_radius.u, machine.tail_radius.u)
-    length = 2.0 * machine.centre_distance.value + np.pi * (machine.head_radius.value + machine.tail_radius.value)
     return float(np.hypot(2.0 * machine.centre_distance.u, np.pi * radii) / length)
 
 

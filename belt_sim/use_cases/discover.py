@@ -1,7 +1,6 @@
 """Discover: a law that no library holds, sought in a campaign beside a model and the effects that are known to act."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from belt_sim.campaign import Campaign
@@ -11,11 +10,8 @@ from belt_sim.discovery.describe import describe
 from belt_sim.discovery.discover import discover as search
 from belt_sim.discovery.gate import DRAWS
 from belt_sim.errors import InputError
-from belt_sim.files import write_json, write_text
 from belt_sim.results.discovery import Discovery
-from belt_sim.results.discovery_json import discovery_json
 from belt_sim.use_cases.asked import effects_of, fitted_model, refuse
-from belt_sim.use_cases.plot import draw_discovery
 
 
 def discover(
@@ -46,12 +42,3 @@ def discover(
     fit: Fit = bench.fit([bench.start([e.id for e in acting], vector)])[0]
     tell("fitted what is known")
     return describe(search(bench, fit, draws=draws, seed=seed, tell=tell), config=config)
-
-
-def leave_discovery(folder: Path, d: Discovery, *, drawn: bool = True) -> None:
-    """discovery.json, found_effect.py where a law was found, and the pictures that there are."""
-    if d.effect_file:
-        write_text(folder / "found_effect.py", d.effect_file)
-    if drawn:
-        draw_discovery(folder, d)
-    write_json(folder / "discovery.json", discovery_json(d))

@@ -10,6 +10,8 @@ from belt_sim.errors import RunFailed
 from belt_sim.files import write_json, write_text, write_with
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.discovery import Discovery
+from belt_sim.results.discovery_json import discovery_json
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.written import comparison_json, diagnosis_json, drawings_json, run_json, summary_json
 from belt_sim.tables import write_curves
@@ -66,7 +68,6 @@ def leave_diagnosis(folder: Path, d: Diagnosis, *, draw: Callable[[Path, Diagnos
     from belt_sim.effects.load import save_effects
     from belt_sim.reports.page import write_report
     from belt_sim.use_cases.asked import effects_of
-    from belt_sim.use_cases.discover import leave_discovery
 
     if draw is not None:
         draw(folder, d)
@@ -75,8 +76,15 @@ def leave_diagnosis(folder: Path, d: Diagnosis, *, draw: Callable[[Path, Diagnos
     write_text(folder / "effects.yaml", save_effects(effects_of(d.effects), spread))
     write_report(folder / "report.html", d)
     if d.discovery is not None and d.discovery.found:
-        leave_discovery(folder, d.discovery, drawn=False)
+        leave_discovery(folder, d.discovery)
     write_json(folder / "diagnosis.json", diagnosis_json(d))
+
+
+def leave_discovery(folder: Path, d: Discovery) -> None:
+    """discovery.json, and found_effect.py where a law was found."""
+    if d.effect_file:
+        write_text(folder / "found_effect.py", d.effect_file)
+    write_json(folder / "discovery.json", discovery_json(d))
 
 
 def leave_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:

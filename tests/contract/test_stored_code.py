@@ -108,7 +108,7 @@ def test_all_code_that_is_traced_is_among_the_sources(what):
         if what == "march":
             told = (run, samples.travel[0], samples.time[0], samples.yaw_at[0], case.rig, case.belt, 0.1, 10)
             traced = jax.make_jaxpr(partial(_one_run, slots=forward.slots, only=("y", "tilt"), **shape))(
-                forward.null(), *told
+                forward.null(), np.ones(forward.size), *told
             )
         else:
             acting = forward.effects_at(forward.null(), list(library()))

@@ -75,7 +75,7 @@ def test_the_shape_is_what_a_longer_belt_does():
     """A phase that falls back with travel, beside the little that longer spans do to the belt's path."""
     bench = workbench(measured(("edge_profile",)), MODEL, CLASSES, terms=TERMS)
     around, edge, null = bench.samples.cases.rig.belt_length, 1e-3, bench.forward.null()
-    sigma = length_sigma(bench.campaign)
+    sigma = length_sigma(bench.campaign, around)
     assert sigma == pytest.approx(2.0 * U / around)
     with_edge = null.copy()
     with_edge[bench.forward.index("edge_profile")[0]] = edge / bench.forward.slots[0].scale

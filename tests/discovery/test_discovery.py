@@ -18,8 +18,8 @@ from belt_sim.discovery.look import Looking
 from belt_sim.effects.library import library
 from belt_sim.errors import InputError
 from belt_sim.results.discovery_json import discovery_json, read_discovery
-from belt_sim.use_cases.discover import leave_discovery
-from belt_sim.use_cases.plot import discovery_by_kind
+from belt_sim.use_cases.leave import leave_discovery
+from belt_sim.use_cases.plot import discovery_by_kind, draw_discovery
 from belt_sim.virtual_rig.make import make_campaign
 
 EXPLAINED = 0.9  # of the hidden effect's chi2, D^2
@@ -52,6 +52,7 @@ def test_the_held_out_error_falls():
 
 def test_the_written_effect_lets_the_error_fall_in_a_comparison(tmp_path):
     leave_discovery(tmp_path, described("yaw_creep"))
+    draw_discovery(tmp_path, described("yaw_creep"))
     compared = bs.compare(campaign("yaw_creep"), "strip", [str(tmp_path / "found_effect.py")], drawn=False)
     assert compared.error.fit.after < 0.8 * compared.error.fit.before
     assert {p.name for p in tmp_path.glob("*.png")} == {f"{n}.png" for n in discovery_by_kind(described("yaw_creep"))}

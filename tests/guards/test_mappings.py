@@ -21,11 +21,13 @@ def _sorted_sines(k: float):
 @pytest.fixture
 def small_limit(monkeypatch, tmp_path):
     """A limit that some ten programs of the test reach."""
-    mappings.make_room(share=0.0, pause=0.0)
+    monkeypatch.setattr(mappings, "PAUSE", 0.0)
+    with monkeypatch.context() as all_forgotten:
+        all_forgotten.setattr(mappings, "SHARE", 0.0)
+        mappings.make_room()
     few = tmp_path / "max_map_count"
     few.write_text(str(int((mappings.mappings() + 600) / mappings.SHARE)))
     monkeypatch.setattr(mappings, "_LIMIT", few)
-    monkeypatch.setattr(mappings.make_room, "__defaults__", (mappings.SHARE, 0.0))
     return (mappings.mappings() + 600) / mappings.SHARE
 
 
@@ -44,4 +46,5 @@ def test_a_process_that_goes_on_compiling_never_comes_near_the_limit(small_limit
 
 def test_where_there_is_no_limit_nothing_is_forgotten(monkeypatch, tmp_path):
     monkeypatch.setattr(mappings, "_LIMIT", tmp_path / "none")
-    assert not mappings.make_room(pause=0.0)
+    monkeypatch.setattr(mappings, "PAUSE", 0.0)
+    assert not mappings.make_room()
