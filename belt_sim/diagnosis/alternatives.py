@@ -12,7 +12,7 @@ import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import DIFFERENCE
-from belt_sim.diagnosis.projection import Projection
+from belt_sim.diagnosis.projection import inverse
 from belt_sim.diagnosis.workbench import Workbench
 
 SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
@@ -167,9 +167,11 @@ def _differ(rows: Sequence[np.ndarray]) -> bool:
 
 def best_of_grid(bench: Workbench, fit: Fit, alternatives: Alternatives) -> list[int]:
     """Points of a grid by what they promise in the linear range, best first."""
-    families = {"fit": fit.slopes.reshape(-1, *fit.values.shape), "grid": alternatives.columns}
-    choices = {"grid": alternatives.choices}
-    projection = Projection(bench.fitted, bench.shapes, bench.shared, families, beside="fit", choices=choices)
-    left = projection.sums((bench.fitted.y - fit.values)[None], [bench.levels])
-    gains = [left.gains("grid", k)[0][0] for k in range(len(alternatives))]
+    columns = bench.metric.whiten(alternatives.columns)
+    own = fit.columns.reshape(len(fit.free), columns.shape[1])
+    onto = columns @ own.T @ inverse((own @ own.T)[None])[0][0]
+    gram, pull = columns @ columns.T - onto @ (own @ columns.T), columns @ fit.residual - onto @ (own @ fit.residual)
+    choices = np.stack(alternatives.choices)
+    pulls = pull[choices]
+    gains = np.einsum("pk,pkl,pl->p", pulls, inverse(gram[choices[:, :, None], choices[:, None, :]])[0], pulls)
     return [int(k) for k in np.argsort(gains)[::-1]]

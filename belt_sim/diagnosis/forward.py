@@ -75,6 +75,7 @@ class Forward:
         self._room: tuple[int, int] = room_for(steps, slots) if like is None else like._room
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.offset: np.ndarray | float = 0.0
+        self.columns: dict[tuple, np.ndarray] = {}  # of linear effects, as far as they are known (linear_readings)
 
     def set_to(self, tension: np.ndarray, yaw: np.ndarray) -> "Forward":
         """The same with every run (R,) set off by these [relative, rad]."""
@@ -88,7 +89,7 @@ class Forward:
         )
         found = copy(self)
         found.samples = replace(self.samples, cases=replace(self.samples.cases, settings=settings))
-        found.tension, found.yaw, found.offset = tension, yaw, 0.0
+        found.tension, found.yaw, found.offset, found.columns = tension, yaw, 0.0, {}
         return found
 
     def less(self, offset: np.ndarray) -> "Forward":
@@ -187,9 +188,10 @@ class Forward:
         slots = tuple(Slot(c, name) for c in of_readings(self.classes, self._added) for name in c.parameters)
         numbers = np.tile([*(s.null for s in slots), *np.zeros(len(NUISANCES))], (len(vector), 1))
         numbers[:, len(slots) :] = vector[:, len(self.slots) :]
+        place = {slot: k for k, slot in enumerate(slots)}
         for k, slot in enumerate(self.slots):
-            if slot in slots:
-                numbers[:, slots.index(slot)] = vector[:, k] * slot.scale
+            if slot in place:
+                numbers[:, place[slot]] = vector[:, k] * slot.scale
         different, of = np.unique(numbers, axis=0, return_inverse=True)
         program = compiled_added(slots, self._added)
         return of.reshape(-1), in_batches(program, different, _shown_by_bins(slots, samples), samples)

@@ -98,7 +98,8 @@ def conditions(bench: Workbench) -> dict[str, np.ndarray]:
 
 def held_out(bench: Workbench, fit: Fit) -> HeldOut:
     """Prediction error of ``fit`` on each condition when that condition is left out."""
-    found = {name: _left_out(bench, fit, out) for name, out in conditions(bench).items()}
+    before = _before(bench, fit)
+    found = {name: _left_out(bench, fit, out, *before) for name, out in conditions(bench).items()}
     errors = np.concatenate([c.errors for c in found.values()])
     rms = float(np.sqrt(np.sum(errors**2) / max(errors.size, 1)))
     return HeldOut(sum(c.surprise for c in found.values()), rms, found)
@@ -110,7 +111,20 @@ def lateral_readings(bench: Workbench, out: np.ndarray) -> np.ndarray:
     return np.isfinite(bench.samples.y[out]) & lateral[None, :, None]
 
 
-def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
+def _before(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of the free numbers (k,) of a fit: one sigma before any reading, the same as harmonics fall, and how far off null
+    they are.
+    """
+    allowed = prior_sigma(bench.forward, fit.free)
+    away = fit.vector[fit.free] - bench.forward.null()[fit.free]
+    slots = [bench.forward.slots[k] for k in fit.free]
+    variance = np.diag(fit.covariance) if any(s.effect.linear for s in slots) else allowed
+    return allowed, with_harmonics(slots, away, variance, allowed), away
+
+
+def _left_out(
+    bench: Workbench, fit: Fit, out: np.ndarray, allowed: np.ndarray, sigma: np.ndarray, away: np.ndarray
+) -> Condition:
     runs, there = len(bench.samples.runs), lateral_readings(bench, out)
     record = np.broadcast_to(np.arange(there[..., 0].size).reshape(there.shape[:2])[..., None], there.shape)[there]
     blocks = fit.residual.reshape(runs, -1)
@@ -120,10 +134,6 @@ def _left_out(bench: Workbench, fit: Fit, out: np.ndarray) -> Condition:
         return Condition(float(left @ left), errors[there], np.empty((0, len(record))), record, out, errors)
     columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
     here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
-    allowed = prior_sigma(bench.forward, fit.free)
-    away = fit.vector[fit.free] - bench.forward.null()[fit.free]
-    slots = [bench.forward.slots[k] for k in fit.free]
-    sigma = with_harmonics(slots, away, np.diag(fit.covariance), allowed)
     step, root = _refit(rest, blocks[~out].ravel(), sigma, away)
     left = blocks[out].ravel() - step @ here
     errors = bench.samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])

@@ -31,11 +31,10 @@ def _in_place(evidence: Refits, name: str) -> list[Trial]:
     return [
         Trial(
             id=TOGETHER.join(pair),
+            bench=evidence.bench,
             fit=evidence.fit(pair),
             gain=gain,
             threshold=sum(map(evidence.threshold, pair)),
-            plausible=evidence.plausible(pair),
-            held_out=evidence.held_out(pair),
         )
         for pair, gain in zip(pairs, gains, strict=True)
     ]

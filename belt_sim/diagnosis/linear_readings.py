@@ -18,11 +18,13 @@ from scipy.stats import chi2
 from belt_sim.case import Case
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.effects.around_engine import true_travel
-from belt_sim.effects.base import Effect, uses
+from belt_sim.effects.base import Effect, overrides, uses
 from belt_sim.jax_setup import in_float64
 from belt_sim.laws.sensor import Reading
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
+READ_BY = ("encoder", "seen", "sensor")  # hooks by which readings are what they are
+KEPT = 8  # sets of columns, at once
 FEWEST = 3  # harmonics that are always asked for
 SMOOTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
 
@@ -145,8 +147,21 @@ def slopes(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples
         for cls in (c for c in forward.classes if c.linear):
             own = forward.index(cls.id)
             sizes = directions[np.ix_(rows, own)] * [forward.slots[j].scale for j in own]
-            found[rows] += np.tensordot(sizes, columns(samples, cls, acting)[: len(own)], axes=1)
+            found[rows] += np.tensordot(sizes, _kept(forward, samples, cls, acting)[: len(own)], axes=1)
     return found
+
+
+def _kept(forward, samples: Samples, cls: type[Effect], acting: Sequence[Effect]) -> np.ndarray:
+    """``columns``, once for all points at which encoder and sensors are alike."""
+    if samples is not forward.samples:
+        return columns(samples, cls, acting)
+    key = cls, *(e for e in acting if overrides(e, ("encoder", "seen") if type(e) is cls else READ_BY))
+    known = forward.columns
+    if key not in known:
+        if len(known) == KEPT:
+            known.clear()
+        known[key] = columns(samples, cls, acting)
+    return known[key]
 
 
 def as_they_show(forward, samples: Samples, roots: np.ndarray, values: np.ndarray) -> dict[str, int]:

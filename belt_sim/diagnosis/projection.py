@@ -50,12 +50,12 @@ class Sums:
         c = self.sets[name][which].columns
         if not len(c):
             return np.zeros(len(self.moments)), np.zeros(len(self.products), dtype=int)
-        inverse, rank = _inverse(self.gram(name, which))
+        inverses, rank = inverse(self.gram(name, which))
         b = self.moments[:, c]
-        return np.einsum("bi,bij,bj->b", b, inverse[self.of], b), rank
+        return np.einsum("bi,bij,bj->b", b, inverses[self.of], b), rank
 
 
-def _inverse(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def inverse(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Inverses (U, k, k) over the columns that can be seen and told apart, and how many those are (U,)."""
     size = np.sqrt(np.maximum(np.diagonal(gram, axis1=1, axis2=2), 0.0))
     scale = np.where(size > FAINT, 1.0 / np.maximum(size, FAINT), 0.0)
@@ -133,7 +133,7 @@ class Projection:
         if len(self.fitted):
             fitted = m + self.fitted
             rest = top[:, m:] - share[:, :, fitted].swapaxes(1, 2) @ top[:, :m]
-            onto = _inverse(rest[:, :, fitted])[0] @ rest
+            onto = inverse(rest[:, :, fitted])[0] @ rest
             products -= np.sum(rest[:, :, i] * onto[:, :, j], axis=1)
             moments = moments - np.einsum("bc,bcp->bp", moments[:, fitted], onto[of])
         return Sums(products, of, moments[:, m:], self.sets)

@@ -5,6 +5,7 @@ A candidate beside a set is screened by what its column takes of the residual; t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Self
 
@@ -34,14 +35,23 @@ PROMISING = 0.3  # share of its threshold that a candidate must promise to be re
 
 @dataclass
 class Trial:
-    """A candidate beside what was there: its joint fit, gain over the reference, threshold."""
+    """A candidate beside what was there: its joint fit on a workbench, gain over the reference, threshold."""
 
     id: str
+    bench: Workbench
     fit: Fit
     gain: float
     threshold: float
-    plausible: bool
-    held_out: HeldOut
+
+    @cached_property
+    def plausible(self) -> bool:
+        """Whether a real machine could have all numbers."""
+        return is_plausible(self.bench.forward, self.fit)
+
+    @cached_property
+    def held_out(self) -> HeldOut:
+        """Held-out errors."""
+        return held_out(self.bench, self.fit)
 
     @property
     def passes(self) -> bool:
@@ -163,14 +173,7 @@ class Refits:
         gain = current.chi2 - fit.chi2
         if gain < -NESTING:
             raise RunFailed(f"refit of {name} beside {current.ids}: chi2 rose by {-gain:.3g}; the optimiser failed")
-        return Trial(
-            id=name,
-            fit=fit,
-            gain=max(gain, 0.0),
-            threshold=self.threshold(name),
-            plausible=is_plausible(self.bench.forward, fit),
-            held_out=held_out(self.bench, fit),
-        )
+        return Trial(id=name, bench=self.bench, fit=fit, gain=max(gain, 0.0), threshold=self.threshold(name))
 
     def _fit(self, sets: Sequence[Ids]) -> None:
         """Refit those sets that were not yet, from where they stood before, or else from the nearest superset."""
