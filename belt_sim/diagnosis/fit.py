@@ -23,6 +23,7 @@ SHORTER = (0.1, 0.5)  # times as long a step as one that failed
 PATIENCE = 2  # failures in a row until derivatives that were learned are taken anew
 LEAST = 1e-9  # damping, in units of the information
 CLOSE = 1.2  # how near a step comes to its longest
+SMALL = 16  # numbers, up to which it costs nothing to look at all directions of a system
 APART = 1e-6  # of the largest direction of a system: where it has more of all, any way to solve it is as exact
 DEPENDENT = 1e-10  # the same, what is as good as none
 FAINT = 1e-3  # a parameter that moves no reading by this many sigma at its scale is not there
@@ -258,7 +259,8 @@ def _inside(fit: Fit, system: np.ndarray, along: np.ndarray, sides: tuple[np.nda
 
 def _solved(system: np.ndarray, right: np.ndarray) -> np.ndarray:
     """The shortest solution (k,) of a symmetric system (k, k) without the directions that it has next to nothing of."""
-    root, failed = dpotrf(system)
-    if not failed and dpocon(root, np.abs(system).sum(axis=0).max())[0] > APART:
-        return dpotrs(root, right)[0]
+    if len(right) > SMALL:
+        root, failed = dpotrf(system)
+        if not failed and dpocon(root, np.abs(system).sum(axis=0).max())[0] > APART:
+            return dpotrs(root, right)[0]
     return np.linalg.lstsq(system, right, rcond=DEPENDENT)[0]

@@ -140,10 +140,11 @@ def stop(x: np.ndarray, half: float, s: Any = None) -> np.ndarray:
 
     s: where along its path x stands, which the same formula in a file has to know.
     """
-    held = np.zeros_like(x)
-    for k in range(1, x.shape[-1]):
-        held[..., k] = np.clip(held[..., k - 1] + x[..., k] - x[..., k - 1], -half, half)
-    return held
+    along = np.ascontiguousarray(np.moveaxis(x, -1, 0))
+    held = np.zeros_like(along)
+    for k in range(1, len(along)):
+        np.minimum(np.maximum(held[k - 1] + along[k] - along[k - 1], -half), half, out=held[k])
+    return np.moveaxis(held, 0, -1)
 
 
 def dictionary(states: States, kind: str) -> list[Form]:

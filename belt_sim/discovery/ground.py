@@ -33,7 +33,7 @@ class Ground:
 
     def onto_shared(self, rows: np.ndarray) -> np.ndarray:
         """Products (k, R, c) of whitened rows (k, R, m) with what runs share, run by run."""
-        return np.einsum("krm,crm->krc", rows, self.shared, optimize=True)
+        return (rows.swapaxes(0, 1) @ self.shared.transpose(1, 2, 0)).swapaxes(0, 1)
 
     @property
     def shared_residual(self) -> np.ndarray:

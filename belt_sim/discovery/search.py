@@ -90,9 +90,9 @@ def gain_of(survey: Survey, law: Law) -> float:
 def fitted(survey: Survey, columns: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """(chi2 explained, sizes (k,), covariance (k, k)) of whitened columns (k, R, m)."""
     ground = survey.ground
-    along = np.einsum("krm,rm->k", columns, ground.residual)
-    onto = ground.onto_shared(columns).sum(axis=1)
-    own = np.einsum("krm,lrm->kl", columns, columns)
+    flat = columns.reshape(len(columns), -1)
+    along = flat @ ground.residual.ravel()
+    onto, own = flat @ ground.shared.reshape(len(ground.shared), -1).T, flat @ flat.T
     left = own - onto @ ground.inverse @ onto.T
     pull = along - onto @ ground.inverse @ ground.shared_residual
     scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
@@ -214,8 +214,14 @@ def refined(survey: Survey, scored: Scored) -> Scored:
             if value is None:
                 continue
             off = np.log(_neighbour(survey, term.form) if number == "at" else STEP_OF_GRID)
+            others = [survey.columns(Law((t,))) for t in law.terms]
+
+            def loss(x: float, law=law, k=k, number=number, others=others) -> float:
+                own = survey.columns(Law((_put(law, k, number, float(np.exp(x))).terms[k],)))
+                return -fitted(survey, np.concatenate([*others[:k], own, *others[k + 1 :]]))[0]
+
             best = minimize_scalar(
-                lambda x, law=law, k=k, number=number: -gain_of(survey, _put(law, k, number, float(np.exp(x)))),
+                loss,
                 bounds=(np.log(value) - off, np.log(value) + off),
                 method="bounded",
                 options={"maxiter": 14, "xatol": 1e-3},
