@@ -11,6 +11,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.forward import NUISANCES, Forward
+from belt_sim.diagnosis.linear_readings import columns
 from belt_sim.diagnosis.metric import Metric, length_sigma
 from belt_sim.diagnosis.samples import Samples
 
@@ -30,16 +31,19 @@ def settled(
 ) -> Forward:
     """``forward`` expanded where its runs were most likely set, at ``vector``; itself where that changes nothing."""
     sigma = np.array([campaign.settings.tension_rel, campaign.settings.yaw_u])
-    length = length_sigma(campaign)
+    length = length_sigma(campaign, float(np.max(forward.samples.cases.rig.belt_length)))
     before = forward.values(vector[None])[0]
     expanded, values = forward, before
+    others, by_length = (shared[:-1], shared[-1]) if length > 0.0 else (shared, np.zeros_like(before))
     for _ in range(ROUNDS):
-        longer = _longer(metric, shared, fitted.y - values) if length > 0.0 else 0.0
-        off = _most_likely(metric, shapes, fitted.y - values - longer * shared[-1])
+        free = _shapes_that_go_round(expanded, vector)
+        longer = _longer(metric, np.concatenate([others, by_length[None]]), free, fitted.y - values)
+        off = _most_likely(metric, shapes, fitted.y - values - longer * by_length)
         tension, yaw = sigma[:, None] * off
         there = forward.set_to(tension, yaw, length * longer)
         slopes = _slopes(there, vector, np.array([*sigma, length]))
-        expanded = there.less(np.einsum("kr,krsn->rsn", off, slopes[:2]) + longer * slopes[2])
+        by_length = slopes[2]
+        expanded = there.less(np.einsum("kr,krsn->rsn", off, slopes[:2]) + longer * by_length)
         values = expanded.values(vector[None])[0]
     if not np.isfinite(values).all() or np.linalg.norm(metric.noise_white(values - before)) < SEEN:
         return forward
@@ -54,12 +58,24 @@ def _most_likely(metric: Metric, shapes: np.ndarray, errors: np.ndarray) -> np.n
     return np.clip(found[:, :2].T, -FURTHEST, FURTHEST)
 
 
-def _longer(metric: Metric, shared: np.ndarray, errors: np.ndarray) -> float:
-    """The belt's length in sigmas after errors (R, S, n) and the prior; shared (m, R, S, n): its shape the last."""
+def _longer(metric: Metric, shared: np.ndarray, free: np.ndarray, errors: np.ndarray) -> float:
+    """The belt's length in sigmas after errors (R, S, n) and the prior, whatever sizes the shapes ``free`` (k, R, S, n)
+    have; shared (m, R, S, n): its own shape the last.
+    """
     own = replace(metric, shared=(metric.shared[0][:0], np.zeros(0)))
-    columns, residual = own.whiten(shared), own.whiten(errors)
-    found = np.linalg.solve(columns @ columns.T + np.eye(len(columns)), columns @ residual)
+    white = np.concatenate([own.whiten(shared), own.whiten(errors)[None]])
+    taken = np.linalg.qr(own.whiten(free).T)[0]
+    white -= (white @ taken) @ taken.T
+    found = np.linalg.solve(white[:-1] @ white[:-1].T + np.eye(len(shared)), white[:-1] @ white[-1])
     return float(np.clip(found[-1], -FURTHEST, FURTHEST))
+
+
+def _shapes_that_go_round(forward: Forward, vector: np.ndarray) -> np.ndarray:
+    """Shapes (k, R, S, n) of the linear effects that are there, whose numbers are fitted to the length as it is."""
+    acting = forward.effects_at(vector, [c.id for c in forward.classes])
+    there = [c for c in forward.classes if c.linear and np.any(vector[forward.index(c.id)])]
+    found = [columns(forward.samples, c, acting)[: len(forward.index(c.id))] for c in there]
+    return np.concatenate([np.zeros((0, *forward.samples.y.shape)), *found])
 
 
 def _slopes(forward: Forward, vector: np.ndarray, sigma: np.ndarray) -> np.ndarray:
