@@ -143,7 +143,7 @@ def stop(x: np.ndarray, half: float, s: Any = None) -> np.ndarray:
     along = np.ascontiguousarray(np.moveaxis(x, -1, 0))
     held = np.zeros_like(along)
     for k in range(1, len(along)):
-        np.minimum(np.maximum(held[k - 1] + along[k] - along[k - 1], -half), half, out=held[k])
+        held[k] = np.minimum(np.maximum(held[k - 1] + along[k] - along[k - 1], -half), half)
     return np.moveaxis(held, 0, -1)
 
 
