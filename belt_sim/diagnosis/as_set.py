@@ -8,6 +8,8 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.effects.base import Effect
+from belt_sim.pytree import Numbers
+from belt_sim.rig import Rig
 
 NUISANCES = ("stiffness", "tension", "yaw", "yaw_at", "belt_length")
 
@@ -43,18 +45,18 @@ def run_at(vector, slots: Sequence[Slot], case: Case) -> tuple[tuple[Effect, ...
     return tuple(cls(**values) for cls, values in numbers.items()), _as_set(case, vector[len(slots) :])
 
 
-def _as_set(case: Case, nuisance) -> Case:
-    """The case as it was really set: stiffness, tension, yaw, its place and the belt's length off by ``nuisance``.
+def lengthened(rig: Rig, longer: Numbers) -> Rig:
+    """The rig with a belt that is so much longer [1], all in its spans: what comes once a turn does not feel where."""
+    return replace(rig, centre_distance=rig.centre_distance + 0.5 * longer * rig.belt_length)
 
-    A belt that is longer than stated lies longer in its spans; that its wraps may be longer makes no difference to what
-    comes once a turn.
-    """
+
+def _as_set(case: Case, nuisance) -> Case:
+    """The case as it was really set: stiffness, tension, yaw, its place and the belt's length off by ``nuisance``."""
     stiffness, tension, yaw, late, longer = nuisance
-    rig = replace(case.rig, centre_distance=case.rig.centre_distance + 0.5 * longer * case.rig.belt_length)
     belt = replace(case.belt, youngs_modulus=case.belt.youngs_modulus * (1.0 + stiffness))
     schedule = case.settings.yaw
     last = jnp.zeros_like(schedule.change).at[-1].set(yaw)
     turned = Schedule(at=schedule.at + late, over=schedule.over, change=schedule.change + last)
     head = replace(case.settings.yaw_head, at=case.settings.yaw_head.at + late)
     settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned, yaw_head=head)
-    return Case(rig=rig, belt=belt, settings=settings)
+    return Case(rig=lengthened(case.rig, longer), belt=belt, settings=settings)

@@ -26,7 +26,7 @@ from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case, Settings
 from belt_sim.diagnosis import linear_readings
 from belt_sim.diagnosis.added_readings import compiled_added, of_readings, only_added
-from belt_sim.diagnosis.as_set import NUISANCES, Slot, run_at
+from belt_sim.diagnosis.as_set import NUISANCES, Slot, lengthened, run_at
 from belt_sim.diagnosis.batches import Work, finish, in_batches
 from belt_sim.diagnosis.compositions import LIGHT, READ, Groups, group_of, members
 from belt_sim.diagnosis.samples import Samples
@@ -74,10 +74,11 @@ class Forward:
         self.brief = brief
         self._room: tuple[int, int] = room_for(steps, slots) if like is None else like._room
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
+        self.longer = 0.0
         self.offset: np.ndarray | float = 0.0
 
-    def set_to(self, tension: np.ndarray, yaw: np.ndarray) -> "Forward":
-        """The same with every run (R,) set off by these [relative, rad]."""
+    def set_to(self, tension: np.ndarray, yaw: np.ndarray, longer: float = 0.0) -> "Forward":
+        """The same with every run (R,) set off by these [relative, rad], and a belt that is so much longer [1]."""
         settings = self.samples.cases.settings
         change = np.array(settings.yaw.change)
         change[:, -1] += yaw - self.yaw
@@ -87,8 +88,9 @@ class Forward:
             yaw=replace(settings.yaw, change=change),
         )
         found = copy(self)
-        found.samples = replace(self.samples, cases=replace(self.samples.cases, settings=settings))
-        found.tension, found.yaw, found.offset = tension, yaw, 0.0
+        rig = lengthened(self.samples.cases.rig, (1.0 + longer) / (1.0 + self.longer) - 1.0)
+        found.samples = replace(self.samples, cases=replace(self.samples.cases, settings=settings, rig=rig))
+        found.tension, found.yaw, found.longer, found.offset = tension, yaw, longer, 0.0
         return found
 
     def less(self, offset: np.ndarray) -> "Forward":

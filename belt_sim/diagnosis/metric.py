@@ -27,10 +27,11 @@ class Metric:
     def noise_white(self, x: np.ndarray) -> np.ndarray:
         """L^-1 x, shape (..., R, S*n): white noise, nuisances still in it."""
         filled = np.where(np.isfinite(x), x, 0.0)
-        each = filled.reshape(-1, *filled.shape[-3:]).transpose(1, 2, 0, 3)
+        many, (runs, signals, n) = int(np.prod(x.shape[:-3])), x.shape[-3:]
+        each = filled.reshape(many, runs, signals, n).transpose(1, 2, 0, 3)
         # all of them by one matrix product a record
         white = np.matmul(each, self.roots.swapaxes(-1, -2)).transpose(2, 0, 1, 3)
-        return white.reshape(*x.shape[:-2], -1)
+        return white.reshape(*x.shape[:-2], signals * n)
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
         """Unit-covariance vector (..., N) of readings or shapes (..., R, S, n)."""

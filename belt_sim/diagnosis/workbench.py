@@ -57,7 +57,7 @@ class Workbench:
         levels = self.finder(self.samples.y - values)
         metric = metric_of(self.fitted, levels, shapes, shared)
         moved = replace(self, shapes=shapes, shared=shared, levels=levels, metric=metric)
-        forward = settled(self.campaign, self.fitted, self.forward, metric, shapes, vector)
+        forward = settled(self.campaign, self.fitted, self.forward, metric, shapes, shared, vector)
         if forward is self.forward:
             return moved
         shapes, shared, _ = _shapes(self.campaign, self.samples, forward, vector)

@@ -18,6 +18,7 @@ from belt_sim.virtual_rig.plan import Noise, Plan, Setting
 
 CLASSES = candidates_of(("edge_profile", "encoder_scale"), MODEL)
 EDGE = {"id": "edge_profile", "cos1": 1.5e-3, "sin2": 5e-4, "cos3": 2e-4}
+SHORT = {"id": "edge_profile", "cos1": 1.5e-3, "cos20": 3e-4, "sin19": 5e-4}
 ENCODER = {"id": "encoder_scale", "e": 0.02}
 TERMS = {"edge_profile": 3}
 U = 5e-3  # [m] of the centre distance
@@ -31,12 +32,12 @@ def machine(distance: float, u: float) -> Machine:
 
 
 @cache
-def measured(hidden: tuple[str, ...], u: float = U) -> Campaign:
+def measured(hidden: tuple[str, ...], u: float = U, *, short: bool = False) -> Campaign:
     """A belt that lies over pulleys three sigma further apart than is stated."""
     runs = tuple(Setting(tension=t * N_PER_MM2, yaw=0.042 * s * DEGREE) for t in (10.0, 40.0) for s in (-1, 1))
     true = Plan(runs=runs, length=60.0, spacing=0.5, machine=machine(11.28, 0.0))
     noise = Noise(white=0.01 * MM, wander_sd=0.005 * MM, zero=0.05 * MM, tension_rel=0.005)
-    faults = [f for f in (EDGE, ENCODER) if f["id"] in hidden]
+    faults = [f for f in (SHORT if short else EDGE, ENCODER) if f["id"] in hidden]
     made = make_campaign(hidden=faults, seed=4, plan=true, noise=noise)[0]
     return replace(made, machine=machine(11.28 - LONGER * U, u))
 
@@ -88,3 +89,17 @@ def test_the_shape_is_what_a_longer_belt_does():
     of_point_4 = [s.at for s in bench.samples.signals].index("point_4")
     seen = (moved.shared - bench.shared)[-1, 0, of_point_4]
     np.testing.assert_allclose(seen, edge * sigma * phase * np.sin(phase), atol=1e-3 * edge * sigma * phase.max())
+
+
+def test_short_waves_that_come_far_out_of_step_are_found_in_their_full_size():
+    """Half a radian after two and a half turns: in the linear range they would be found smaller, and the rest left."""
+    bench = workbench(measured(("edge_profile",), short=True), MODEL, CLASSES, terms={"edge_profile": 20})
+    for _ in range(2):
+        (edge,) = bench.fit([bench.start(["edge_profile"], bench.forward.null())])
+        bench = bench.moved_to(edge.vector)
+    (edge,) = bench.fit([bench.start(["edge_profile"], edge.vector)])
+    numbers = {bench.forward.slots[k].name: (j, edge.vector[k]) for j, k in enumerate(edge.free)}
+    for name in ("cos20", "sin19"):
+        j, value = numbers[name]
+        true = SHORT[name] / bench.forward.slots[edge.free[j]].scale
+        assert abs(value - true) < 3.0 * np.sqrt(edge.covariance[j, j])

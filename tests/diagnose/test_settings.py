@@ -44,5 +44,5 @@ def test_what_is_left_of_careless_settings_is_their_prior(careless, monkeypatch)
 
 def test_settings_stay_within_what_may_occur(careless):
     far = replace(careless, fitted=replace(careless.fitted, y=careless.fitted.y + 0.01))
-    forward = settled(far.campaign, far.fitted, far.forward, far.metric, far.shapes, far.forward.null())
+    forward = settled(far.campaign, far.fitted, far.forward, far.metric, far.shapes, far.shared, far.forward.null())
     assert np.abs(forward.tension).max() <= FURTHEST * TENSION * (1 + 1e-12)
