@@ -221,7 +221,7 @@ def _proposal(fit: Fit, sides) -> np.ndarray:
 
     def damped(damping: float) -> np.ndarray:
         system = normal + np.diag(damping * np.where(seen, sizes**2, 1.0) + 1e-12)
-        return np.where(seen, _inside(fit, system, along, sides), 0.0)
+        return np.where(seen, inside(system, along, *room(fit, sides)), 0.0)
 
     step, low, high = damped(LEAST), np.log(LEAST), -np.log(LEAST)
     length = np.linalg.norm(step * sizes)
@@ -242,9 +242,16 @@ def _sizes(fit: Fit) -> np.ndarray:
     return np.linalg.norm(fit.columns, axis=1)
 
 
-def _inside(fit: Fit, system: np.ndarray, along: np.ndarray, sides: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """The step (k,) that solves ``system`` step = ``along``; numbers that it takes beyond ``sides`` end there."""
+def room(fit: Fit, sides: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """How far each free number (k,) may go down and up from where the fit stands, to the ``sides`` a machine has."""
     low, high = (side[fit.free] - fit.vector[fit.free] for side in sides)
+    return low, high
+
+
+def inside(system: np.ndarray, along: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The step (k,) that solves ``system`` step = ``along``; numbers that it takes beyond ``low`` and ``high`` (k,) end
+    there.
+    """
     step, held = np.zeros(len(along)), np.zeros(len(along), dtype=bool)
     while not held.all():
         rest = along[~held] - system[np.ix_(~held, held)] @ step[held]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from belt_sim.diagnosis.candidate import prior_sigma
-from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.fit import Fit, inside, room
 from belt_sim.diagnosis.spectrum import with_harmonics
 from belt_sim.diagnosis.workbench import Workbench
 
@@ -134,7 +134,7 @@ def _left_out(
         return Condition(float(left @ left), errors[there], np.empty((0, len(record))), record, out, errors)
     columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
     here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
-    step, root = _refit(rest, blocks[~out].ravel(), sigma, away)
+    step, root = _refit(rest, blocks[~out].ravel(), sigma, away, room(fit, bench.forward.sides))
     left = blocks[out].ravel() - step @ here
     errors = bench.samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
     return Condition(
@@ -148,15 +148,22 @@ def _left_out(
     )
 
 
-def _refit(columns: np.ndarray, residual: np.ndarray, sigma: np.ndarray, away: np.ndarray):
+def _refit(columns: np.ndarray, residual: np.ndarray, sigma: np.ndarray, away: np.ndarray, space):
     """The step (k,) from a joint fit ``away`` from null to that of some runs with the prior, and a root (k, k) of its
     covariance: rows are what one sigma of independent combinations adds to the numbers.
+
+    space: how far each number may go down and up (k,); what a machine has on one side of null only (a stiffness) some
+    runs alone, which may hardly show it, do not put on the other.
     """
     scale = 1.0 / np.sqrt(np.sum(columns**2, axis=1) + sigma**-2.0)
     information = (columns @ columns.T + np.diag(sigma**-2.0)) * np.outer(scale, scale)
     values, vectors = np.linalg.eigh(information)
     root = (vectors / np.sqrt(np.maximum(values, 1e-12))).T * scale
-    return root.T @ (root @ (columns @ residual - away / sigma**2)), root
+    along = columns @ residual - away / sigma**2
+    step = root.T @ (root @ along)
+    if np.any((step < space[0]) | (step > space[1])):
+        step = scale * inside(information, scale * along, space[0] / scale, space[1] / scale)
+    return step, root
 
 
 def _surprise(left: np.ndarray, here: np.ndarray, rest: np.ndarray, sigma: np.ndarray) -> float:

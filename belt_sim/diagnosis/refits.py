@@ -3,7 +3,7 @@
 A candidate beside a set is screened by what its column takes of the residual; those that promise most are refitted.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -66,7 +66,8 @@ class Trial:
 @dataclass
 class Refits:
     """Refits on one workbench; null: thresholds at the base model; near: what is about that, if known already; starts:
-    set -> where a refit may begin: trials that were not carried to their end, and all that was fitted elsewhere.
+    set -> where a refit may begin: trials that were not carried to their end, and all that was fitted elsewhere;
+    recalibrated: the same with the chance of what may come beside a set, where that is another.
     """
 
     bench: Workbench
@@ -78,6 +79,7 @@ class Refits:
     fits: dict[frozenset, Fit] = field(default_factory=dict)
     tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
     held: dict[frozenset, HeldOut] = field(default_factory=dict)
+    recalibrated: Callable[[Self, Ids], Self] | None = None
 
     @property
     def names(self) -> Ids:
@@ -140,7 +142,8 @@ class Refits:
         """Refits with nuisances taken at the fit of a set."""
         bench, starts = self.bench.moved_to(self.fit(ids).vector), self.starts | self.fits
         starts = {key: _elsewhere(f, bench) for key, f in starts.items() if np.isfinite(f.chi2)}
-        return replace(self, bench=bench, starts=starts, fits={}, tried={}, held={})
+        moved = replace(self, bench=bench, starts=starts, fits={}, tried={}, held={})
+        return moved if self.recalibrated is None else self.recalibrated(moved, ids)
 
     def trials(self, ids: Ids) -> list[Trial]:
         """Every other candidate beside ``ids``."""

@@ -13,6 +13,7 @@ from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.larger import larger
 from belt_sim.diagnosis.null import NullGains, null_gains
 from belt_sim.diagnosis.openset import OpenSet, open_tests
+from belt_sim.diagnosis.recalibration import Recalibration
 from belt_sim.diagnosis.refits import Refits, Trial
 from belt_sim.diagnosis.rehearsal import Rehearsal, rehearse
 from belt_sim.diagnosis.workbench import Workbench
@@ -75,7 +76,8 @@ def select(
         rehearsed = beside.submit(
             rehearse, bench, near, null, critical, tests, count=REHEARSED * bootstraps, seed=seed + 2
         )
-        first = Refits(bench, null, critical, chances.result(), near, fits={frozenset(): base})
+        again = Recalibration(bootstraps, seed + 3, FAMILY_LEVEL, bench.levels)
+        first = Refits(bench, null, critical, chances.result(), near, fits={frozenset(): base}, recalibrated=again)
         decision = decide(first, limit=limit, tell=tell)
         rehearsal = rehearsed.result()
     ids, last = decision.ids, decision.evidence
@@ -85,7 +87,7 @@ def select(
     return Selection(
         base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
         held_out=held_out(last.bench, chosen),
-        chance=first.chance, null=null, critical=critical, swaps=swaps,
+        chance=last.chance, null=last.null, critical=last.critical, swaps=swaps,
         rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
         base_left=tests.look(base.residual), rehearsal=rehearsal,
         larger=larger(last, ids), gain=last.gains([ids])[0],

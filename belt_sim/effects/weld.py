@@ -22,9 +22,10 @@ def raised_cosine(u, xp=jnp):
 def _between(x, rows, where):
     """Rows (k, n) at equally spaced x (n,), read at ``where`` by straight lines: no search, which a march feels."""
     place = (where - x[0]) / (x[-1] - x[0]) * (len(x) - 1)
-    left = jnp.clip(jnp.floor(place), 0, len(x) - 2).astype(int)
-    part = place - left
-    return rows[:, left] * (1.0 - part) + rows[:, left + 1] * part
+    left = jnp.clip(jnp.floor(place), 0.0, len(x) - 2.0)
+    part, left = place - left, left.astype(jnp.int32)
+    near, far = (rows.at[:, k].get(mode="promise_in_bounds", wrap_negative_indices=False) for k in (left, left + 1))
+    return near * (1.0 - part) + far * part
 
 
 @pytree

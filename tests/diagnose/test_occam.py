@@ -22,17 +22,18 @@ CLEAN, SMOOTH = OpenSet((), {}, {}, {}), OpenSet(("smooth, odd in yaw",), {}, {}
 @dataclass
 class Looked:
     """A search that sees what is written down: laws it fails the fit for, what one law explains of BASE_CHI2, and how
-    far ahead of right effects the best one gets by chance.
+    far ahead of right effects the best one gets by chance; beyond: laws that fail the model without any.
     """
 
     failed: tuple[str, ...] = ()
     explains: float | None = None
     leads: tuple[float, ...] = (-1.0,)
+    beyond: tuple[str, ...] = ("a law",)
     asked: list = field(default_factory=list)
 
     def __call__(self, bench, fit, failed):
         self.asked.append((fit.ids, failed))
-        return SimpleNamespace(failed=self.failed if fit.ids else (), columns=lambda: np.empty((0, 1, 1, 1)))
+        return SimpleNamespace(failed=self.failed if fit.ids else self.beyond, columns=lambda: np.empty((0, 1, 1, 1)))
 
     def one_law(self, bench, fit, least):
         self.asked.append("one law")
@@ -45,8 +46,10 @@ class Looked:
         return np.array(self.leads)
 
 
-def chosen_by(gain, ids=("a", "b"), inflation=1.0):
-    """A selection of ``ids`` that explains ``gain`` of BASE_CHI2; a law's one number stands for what it explains."""
+def chosen_by(gain, ids=("a", "b"), inflation=1.0, last=100.0):
+    """A selection of ``ids`` that explains ``gain`` of BASE_CHI2, the last of them so much beside the others; a law's
+    one number stands for what it explains.
+    """
     fit = Fit(ids=ids, free=[], vector=np.zeros(2), chi2=BASE_CHI2 - gain)
     metric = SimpleNamespace(
         chi2=lambda left: BASE_CHI2 + float(left[0, 0, 0])
@@ -57,6 +60,7 @@ def chosen_by(gain, ids=("a", "b"), inflation=1.0):
     return SimpleNamespace(
         chosen=fit, base=base, bench=bench, base_bench=bench, gain=gain, threshold=lambda name: THRESHOLD,
         null=SimpleNamespace(inflation=lambda name: inflation),
+        swaps={i: [SimpleNamespace(id=i, gain=last if i == ids[-1] else 100.0)] for i in ids},
         base_left=CLEAN.and_failed(("smooth, odd in yaw",)), base_held_out="base", held_out="chosen",
     )  # fmt: skip
 
@@ -77,6 +81,19 @@ def test_one_effect_gives_way_to_a_law_that_explains_clearly_more_only():
     """One known fault is likelier than an unknown law: 400 - 12 + 4.6 + 25 = 417.6."""
     assert imitated(chosen_by(400.0, ("a",)), Looked(explains=415.0)) == ()
     assert imitated(chosen_by(400.0, ("a",)), Looked(explains=420.0))
+
+
+@pytest.mark.parametrize(("last", "stands"), [(14.0, True), (50.0, False)])
+def test_a_second_effect_does_not_cost_the_first_its_name(last, stands):
+    """Alone the first is worth 400 - 14 - 12 + 4.6 = 378.6, both 400 - 24 - 4.6 = 371.4, the law 400 - 25 = 375."""
+    assert (imitated(chosen_by(400.0, last=last), Looked(explains=400.0)) == ()) == stands
+
+
+def test_a_law_behind_the_effects_has_to_beat_chance_by_itself():
+    """It is worth more only for what its number costs; where the model without any passes for right, it is none."""
+    assert imitated(chosen_by(400.0), Looked(explains=398.0))
+    assert imitated(chosen_by(400.0), Looked(explains=398.0, beyond=())) == ()
+    assert imitated(chosen_by(400.0), Looked(explains=402.0, beyond=()))  # ahead of them: not its price alone decides
 
 
 @pytest.mark.parametrize(("leads", "gives_way"), [(14.0, True), (16.0, False)])

@@ -39,6 +39,7 @@ class Plain:
         self.forward = SimpleNamespace(
             slots=(SLOT, SLOT),
             null=lambda: np.zeros(2),
+            sides=(np.full(2, -np.inf), np.full(2, np.inf)),
         )
 
 
@@ -111,6 +112,17 @@ def test_a_number_that_may_as_well_be_nothing_without_the_left_out_runs_is_not_t
     y = 3.0 * rows[0]
     at_joint_fit = replace(fitted(rows, 0.0 * y), vector=np.array([3.0, 0.0]), values=y)
     assert held_out(Plain(y), at_joint_fit).untestable == untestable
+
+
+@pytest.mark.parametrize(("least", "number"), [(-np.inf, -6.0), (0.0, 0.0)])
+def test_a_number_that_a_machine_has_on_one_side_of_null_stays_there_without_the_left_out_runs(least, number):
+    """At the lowest tension the readings ask for 3, elsewhere for -6."""
+    shape = shapes()[:1]
+    y = shape[0] * np.array([3.0, 3.0, *[-6.0] * 4])[:, None, None]
+    bench = Plain(y)
+    bench.forward.sides = np.full(2, least), np.full(2, np.inf)
+    without = held_out(bench, fitted(shape, y)).conditions["7 N/mm2"]
+    np.testing.assert_allclose(without.left, (y - number * shape[0])[:2], rtol=EXACT, atol=1e-4)
 
 
 def test_surprise_is_the_density_of_a_normal_law():
