@@ -10,6 +10,8 @@ from belt_sim.errors import BeltError, Reported
 from belt_sim.paths import CONF
 
 SELDOM = 50_000  # new objects between two looks for garbage in cycles, of which imports and tracing leave hardly any
+#: read when numpy and scipy are loaded; matrices here are small, and what runs at once are marches
+BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 COMMANDS = {
     "simulate": "one model, one case: curves and late rates",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
@@ -32,9 +34,16 @@ COMMANDS = {
 def main() -> None:
     """Entry point of ``belt-sim``."""
     gc.set_threshold(SELDOM)
+    use_one_blas_thread()
     status = run(sys.argv[1:])
     gc.freeze()  # all that is left goes with the process
     sys.exit(status)
+
+
+def use_one_blas_thread() -> None:
+    """Linear algebra in the thread that asks for it, unless the environment says otherwise."""
+    for name in BLAS_THREADS:
+        os.environ.setdefault(name, "1")
 
 
 def run(arguments: list[str]) -> int:

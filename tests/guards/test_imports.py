@@ -1,12 +1,14 @@
 """Importing the package changes nothing outside it, and it computes in float64 whatever the caller's JAX is set to."""
 
 import json
+import os
 import subprocess
 import sys
 
 import numpy as np
 from paper_cases import paper_case
 
+from belt_sim.cli import use_one_blas_thread
 from belt_sim.effects.library import library
 from belt_sim.paths import ROOT
 from belt_sim.registry import model_named
@@ -73,3 +75,11 @@ def test_a_run_is_in_float64_without_any_set_up_and_leaves_jax_as_it_was():
     effects = (library()["yaw_backlash"](half=1e-4), library()["sensor_gain"](g1=0.1))
     prepared = model_named("strip").run(paper_case(10), effects, travel=20.0)
     np.testing.assert_allclose(ends, prepared.y[:, -1], rtol=ROUNDING)
+
+
+def test_the_command_line_says_how_many_threads_before_linear_algebra_is_loaded(monkeypatch):
+    loaded = "import json, sys, belt_sim.cli; print(json.dumps([m for m in ('numpy', 'scipy') if m in sys.modules]))"
+    assert _said(loaded) == []
+    monkeypatch.setattr(os, "environ", {"MKL_NUM_THREADS": "3"})
+    use_one_blas_thread()
+    assert os.environ == {"MKL_NUM_THREADS": "3", "OPENBLAS_NUM_THREADS": "1"}
