@@ -35,7 +35,16 @@ def run(cfg: Any) -> None:
         raise InputError("engine", config["engine"], "", "use line or mujoco")
     print(f"campaign  {folder}")
     print(f"truth     sealed, sha256 {digest}")
-    print(f"next      belt-sim diagnose campaign={folder}, then belt-sim reveal campaign={folder}")
+    print(f"next      belt-sim diagnose campaign={folder}{_model(config)}, then belt-sim reveal campaign={folder}")
+
+
+def _model(config: dict) -> str:
+    """The law beside which an effect of one's own choice is to be sought; what a lot draws is not told."""
+    if config["hidden"] == "random" or config["engine"] != "line":
+        return ""
+    from belt_sim.virtual_rig.make import BASE
+
+    return f" model={config['base'] or BASE}"
 
 
 def _line(folder: Path, hidden: Any, config: dict) -> str:

@@ -20,7 +20,7 @@ from belt_sim.virtual_rig.seal import Truth
 from belt_sim.virtual_rig.size import ruler
 from belt_sim.virtual_rig.strangers._stranger import Stranger
 
-BASES = ("beam_th2", "strip")
+BASES = BASE, BASE_BY_LOT = "beam_th2", "strip"
 #: Readings are written to this resolution [m or rad], far below their noise.
 RESOLUTION = {"lateral": 1e-7, "tilt": 1e-7}
 _SALT_BYTES = 16
@@ -38,12 +38,12 @@ def make_campaign(
     """Measure the plan on a line with hidden effects; the same seed gives the same campaign.
 
     hidden: ids, dictionaries {"id", parameters in SI} or {"id", "d"}, or "random"; base: the law without any
-    effect, beam_th2 unless stated (strip for "random"). Without a seed one is drawn and kept in the truth.
+    effect, ``BASE`` unless stated (``BASE_BY_LOT`` for "random"). Without a seed one is drawn and kept in the truth.
     """
     lot = isinstance(hidden, str)
     if lot and hidden != "random":
         raise InputError("hidden", hidden, "", "give a list of effects, or random")
-    base = checked_base(base or ("strip" if lot else "beam_th2"))
+    base = checked_base(base or (BASE_BY_LOT if lot else BASE))
     plan, stated = plan or Plan(), noise or Noise()
     seed = secrets.randbits(63) if seed is None else checked_seed(seed)
     streams = streams_of(seed)

@@ -55,6 +55,15 @@ def test_the_virtual_rig_is_the_machine_that_was_asked_for(belt):
     assert float(sheet["belt"]["width"]["value"]) == 500.0  # mm
 
 
+@pytest.mark.parametrize(("settings", "model"), [([], " model=beam_th2,"), (["base=strip"], " model=strip,")])
+def test_the_virtual_rig_says_beside_which_model_to_look(belt, settings, model):
+    assert model in belt("virtual-rig", *settings).out.splitlines()[-1]
+
+
+def test_what_is_drawn_by_lot_is_not_told(belt):
+    assert "model=" not in belt("virtual-rig", "hidden=random", "seed=1").out
+
+
 def test_the_rates_of_a_sweep_keep_their_sign(belt, monkeypatch):
     from belt_sim import pictures
 
