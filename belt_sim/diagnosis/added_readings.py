@@ -17,7 +17,7 @@ from belt_sim.effects.base import Effect, overrides, uses
 from belt_sim.laws.sensor import Reading
 from belt_sim.stored_code import kept, own
 
-_READ_BY = ("encoder", "seen", "sensor")
+READ_BY = ("encoder", "seen", "sensor")  # hooks by which readings are what they are
 
 
 def only_added(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
@@ -28,7 +28,7 @@ def only_added(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
 
 def of_readings(classes: Sequence[type[Effect]], adding: Sequence[type[Effect]]) -> list[type[Effect]]:
     """The effects on which it depends what ``adding`` add."""
-    return [c for c in classes if c in adding or overrides(c, _READ_BY)]
+    return [c for c in classes if c in adding or overrides(c, READ_BY)]
 
 
 @cache

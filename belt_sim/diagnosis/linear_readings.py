@@ -16,6 +16,7 @@ from scipy.interpolate import BSpline
 from scipy.stats import chi2
 
 from belt_sim.case import Case
+from belt_sim.diagnosis.added_readings import READ_BY
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect, overrides, uses
@@ -23,7 +24,6 @@ from belt_sim.jax_setup import in_float64
 from belt_sim.laws.sensor import Reading
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
-READ_BY = ("encoder", "seen", "sensor")  # hooks by which readings are what they are
 KEPT = 8  # sets of columns, at once
 FEWEST = 3  # harmonics that are always asked for
 SMOOTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
