@@ -3,7 +3,7 @@
 import re
 import tempfile
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from belt_sim import si
 from belt_sim.campaign import Campaign, Run, SignalSheet, read_campaign, write_campaign
 from belt_sim.challenge.answers import answerer
+from belt_sim.challenge.facts import facts_of
 from belt_sim.virtual_rig import Truth
 from belt_sim.virtual_rig.further import measured_further
 
@@ -35,7 +36,8 @@ def promised(answer: Mapping[str, Any]) -> dict[str, Any] | None:
 def followed(
     folder: Path, truth: Truth, answer: Mapping[str, Any], *, ablation: str, bootstraps: int
 ) -> dict[str, Any] | None:
-    """What the second diagnosis says; resolved: what is hidden is named, and no longer stands in a confusable pair.
+    """What the second diagnosis says; resolved: the pair is told apart, and what is hidden is named (up to other
+    aliases that the answer declares).
 
     None where no advice promises anything.
     """
@@ -49,10 +51,9 @@ def followed(
         place = Path(scratch) / "further"
         write_campaign(longer, place)
         again = answerer(ablation)(place, bootstraps, truth.seed, truth.base)
-    named, hidden = {e["id"] for e in again["effects"]}, {e["id"] for e in truth.effects}
-    pairs = [sorted((c["a"], c["b"])) for c in again["confusables"]]
-    told_apart = hidden <= named and sorted(advice["separates"]) not in pairs
-    return advice | {"verdict": again["verdict"], "named": sorted(named), "resolved": told_apart}
+    told = facts_of({"seed": truth.seed, "source": "", "truth": asdict(truth), "seconds": {}, "answer": again})
+    apart = sorted(advice["separates"]) not in [sorted((c["a"], c["b"])) for c in again["confusables"]]
+    return advice | {"verdict": again["verdict"], "named": sorted(told.named), "resolved": apart and told.right}
 
 
 def advised_run(campaign: Campaign, action: str) -> tuple[Run, tuple[SignalSheet, ...]]:

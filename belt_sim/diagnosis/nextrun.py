@@ -1,7 +1,7 @@
 """The next run: which action on the rig would tell two explanations apart best.
 
-Each action is predicted with both explanations; the second is refitted to everything the first would give, in the
-linear range, and what then remains, in units of the noise, is the separation.
+Each action is predicted with both explanations; each is refitted to everything the other would give, in the linear
+range, and what then remains at least, in units of the noise, is the separation.
 """
 
 from dataclasses import replace
@@ -50,17 +50,19 @@ class Outlook:
         self.metric = self._metric(chosen.vector)
 
     def separations(self, a: Fit, b: Fit) -> tuple[float, np.ndarray]:
-        """sigma without a further run, and with each action (actions,)."""
-        known = a.values - b.values
-        residual, columns = self.bench.metric.whiten(known), b.columns
-        before = _rest(residual, columns)
-        there, along = self.predict(b, b.free)
-        new = self.white(self.predict(a, [])[0] - there)
-        slopes = self.white(along) if b.free else np.empty((0, *new.shape))
+        """sigma without a further run, and with each action (actions,), whichever of the two is right.
+
+        One that can follow the other through a run tells nothing about it there, though the other cannot follow it.
+        """
+        known = self.bench.metric.whiten(a.values - b.values)
+        (there_a, along_a), (there_b, along_b) = self.predict(a, a.free), self.predict(b, b.free)
+        new = self.white(there_a - there_b)
+        refitted = ((a.columns, self.white(along_a)), (b.columns, self.white(along_b)))
+        before = min(_rest(known, columns) for columns, _ in refitted)
         after = [
-            _rest(
-                np.concatenate([residual, new[r]]),
-                np.concatenate([columns.reshape(len(b.free), residual.size), slopes[:, r]], axis=1),
+            min(
+                _rest(np.concatenate([known, new[r]]), np.concatenate([columns, further[:, r]], axis=1))
+                for columns, further in refitted
             )
             for r in range(len(self.actions))
         ]

@@ -38,6 +38,24 @@ def test_opposite_yaw_tells_an_offset_from_a_gain(one_sided):
     assert np.all(after >= before - 1e-6)  # no further run makes two explanations more alike
 
 
+def test_two_explanations_are_as_far_apart_whichever_is_right(one_sided):
+    """Gains of the sensors, one each, can follow an offset where that cannot follow them."""
+    bench, offset, gain = one_sided
+    outlook = Outlook(bench, offset)
+    ways = [outlook.separations(*pair) for pair in ((offset, gain), (gain, offset))]
+    assert ways[0][0] == pytest.approx(ways[1][0])
+    np.testing.assert_allclose(ways[0][1], ways[1][1], rtol=1e-6)
+    least = [left_by(bench, gain, offset), left_by(bench, offset, gain)]
+    assert ways[0][0] == pytest.approx(min(least))
+
+
+def left_by(bench, right, other) -> float:
+    """What refitting ``other`` leaves of what tells it from ``right``, in the linear range."""
+    known = bench.metric.whiten(right.values - other.values)
+    columns = other.columns.reshape(len(other.free), -1)
+    return float(np.linalg.norm(known - np.linalg.lstsq(columns.T, known, rcond=1e-9)[0] @ columns))
+
+
 def test_the_best_action_comes_first(one_sided):
     bench, offset, gain = one_sided
     pair = Rival("yaw_offset_tail", "sensor_gain", 0.1, gain)
