@@ -87,7 +87,8 @@ class Scatter:
     def read(self, errors: np.ndarray) -> np.ndarray:
         """Readings (B, R, S, n) -> (B, windows, f), with the stated white noise of unit size."""
         here = errors[:, :, self.signal][..., self.keep[: len(self.keep) // WINDOW * WINDOW]]
-        rows = np.matmul(self.weights, here) * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
+        there = np.where(np.isfinite(here), here, 0.0)  # what runs of no weight here have not measured
+        rows = np.matmul(self.weights, there) * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
         return rows.reshape(len(rows), -1, WINDOW) @ _FAST
 
     def modes(self, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
