@@ -19,7 +19,6 @@ from belt_sim.discovery.survey import Law, Survey, Term
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
 PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
 ONE = 0.998  # cosine of readings that are the same
-SHOWN = 12  # rivals
 POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
 WITHIN = 6.0  # chi2: a likelihood ratio of 20
 MODELLED = 0.02  # of a gain, to which linear columns can be trusted
@@ -28,13 +27,13 @@ AGAIN = 400  # imagined repetitions of the campaign
 
 @dataclass(frozen=True)
 class Choice:
-    """best: the law with the best score; simple: the best of one term; rivals: those within chance of the best.
+    """best: the law with the best score; simple: the best of one term; judged: all laws in closed loop, best first.
 
     frequency: how often it comes first when all is measured again; possible: chi2 that a free course explains.
     """
 
     best: Scored
-    rivals: tuple[Scored, ...]
+    judged: tuple[Scored, ...]
     frequency: float
     simple: Scored
     possible: float
@@ -60,7 +59,7 @@ def choose(survey: Survey, course: Course) -> Choice:
     rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
     frequency = _frequency(survey, [best, *rivals])
     simple = next(c for c in everything if len(c.law.terms) == 1)
-    return Choice(best.scored, tuple(c.scored for c in rivals[:SHOWN]), frequency, simple.scored, possible)
+    return Choice(best.scored, tuple(c.scored for c in everything), frequency, simple.scored, possible)
 
 
 def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> list[Closed]:
