@@ -21,6 +21,7 @@ from belt_sim.discovery.survey import Law, Survey, Term
 PROMISE = 0.5  # of the best law's gain, that a law of which the first order is known has to show
 LEADING = 5  # laws whose courses are tried for the tension
 ELSEWHERE = 2  # close laws at other places that are put into the march
+ANYWHERE = frozenset[str]()
 SHOWN = 12  # laws that are told beside the one that won
 CERTAIN = 2.0  # sigma that the size of every term must be from zero
 
@@ -55,20 +56,28 @@ class March:
         return max(fine, key=worth, default=None)
 
     def near(self, won: Refit) -> list[Close]:
-        """What cannot be told from a law: of each place the best, then the rest; a law that was not put into the march
-        is taken to gain there what the best of the search gained."""
-        best, margin = self.tried.get(_key(self.choice.best.law)), WITHIN + MODELLED * won.gain
-        shift = 0.0 if best is None else worth(best) - self.choice.best.score
+        """What cannot be told from a law: of each place the best, then the rest."""
         found: dict[tuple, Close] = {}
+        shift = self._shifts()
         for s in (*self.choice.judged, *(r.scored for r in self.tried.values() if r is not None)):
-            key, made = _key(s.law), self.tried.get(_key(s.law), False)
-            there = s.score + shift if made is False else worth(made) if made else -margin
+            key, there = _key(s.law), s.score + shift.get(places(s.law), shift[ANYWHERE])
+            if key in self.tried:
+                made = self.tried[key]
+                there = -np.inf if made is None else worth(made)
             close = Close(s, max(worth(won) - there, 0.0))
-            if key != _key(won.scored.law) and close.less < margin and len(s.law.terms) <= len(won.scored.law.terms):
+            fewer = len(s.law.terms) <= len(won.scored.law.terms)
+            if key != _key(won.scored.law) and fewer and close.less < WITHIN + MODELLED * won.gain:
                 found.setdefault(key, close)
         ranked = sorted(found.values(), key=lambda c: c.less)
         first = {places(c.scored.law): c for c in reversed(ranked)}
         return sorted(ranked, key=lambda c: (first[places(c.scored.law)] is not c, c.less))
+
+    def _shifts(self) -> dict[frozenset[str], float]:
+        """What the march makes of laws at each place, beyond the search: what it made of the last that was put there;
+        anywhere else what it made of the first."""
+        made = [r for r in self.tried.values() if r is not None]
+        found = {places(r.scored.law): worth(r) - r.scored.score for r in made}
+        return {ANYWHERE: worth(made[0]) - made[0].scored.score if made else 0.0} | found
 
 
 def worth(made: Refit) -> float:
