@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from belt_sim.diagnosis.heldout import held_out
+from belt_sim.diagnosis.own_errors import errors_of
 from belt_sim.discovery.choose import MODELLED, WITHIN, Choice
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.forms import Form
@@ -50,10 +52,27 @@ class March:
             if key not in self.tried:
                 self.tried[key] = refit(self.survey, s)
 
+    def fine(self) -> list[Refit]:
+        """Laws that explain enough, every size being known, best first."""
+        made = [r for r in self.tried.values() if r is not None and r.gain >= self.enough and r.certain(CERTAIN)]
+        return sorted(made, key=worth, reverse=True)
+
     def winner(self) -> Refit | None:
-        """The law that is worth most of those that explain enough, every size being known."""
-        fine = [r for r in self.tried.values() if r is not None and r.gain >= self.enough and r.certain(CERTAIN)]
-        return max(fine, key=worth, default=None)
+        """The law that is worth most."""
+        return next(iter(self.fine()), None)
+
+    def that_predicts(self, won: Refit) -> Refit:
+        """The law that won, or a close one where what is held out would be predicted worse with it than without."""
+        close = [r for r in self.fine() if worth(won) - worth(r) < margin(won)]
+        return next((r for r in close if self.falls(r)), won)
+
+    def falls(self, made: Refit) -> bool:
+        """Whether the held-out error does not rise with a law, as it is told."""
+        s = self.survey
+        error = errors_of(
+            made.bench, s.fit, held_out(s.bench, s.fit), made.fit, held_out(made.bench, made.fit)
+        ).held_out
+        return error is None or error.after <= error.before
 
     def near(self, won: Refit) -> list[Close]:
         """What cannot be told from a law: of each place the best, then the rest."""
@@ -66,7 +85,7 @@ class March:
                 there = -np.inf if made is None else worth(made)
             close = Close(s, max(worth(won) - there, 0.0))
             fewer = len(s.law.terms) <= len(won.scored.law.terms)
-            if key != _key(won.scored.law) and fewer and close.less < WITHIN + MODELLED * won.gain:
+            if key != _key(won.scored.law) and fewer and close.less < margin(won):
                 found.setdefault(key, close)
         ranked = sorted(found.values(), key=lambda c: c.less)
         first = {places(c.scored.law): c for c in reversed(ranked)}
@@ -78,6 +97,11 @@ class March:
         made = [r for r in self.tried.values() if r is not None]
         found = {places(r.scored.law): worth(r) - r.scored.score for r in made}
         return {ANYWHERE: worth(made[0]) - made[0].scored.score if made else 0.0} | found
+
+
+def margin(won: Refit) -> float:
+    """chi2 within which laws cannot be told from one: what chance makes, and what forms make that are nearly right."""
+    return WITHIN + MODELLED * won.gain
 
 
 def worth(made: Refit) -> float:
@@ -99,7 +123,7 @@ def marched(survey: Survey, choice: Choice, likeliest: Course, enough: float) ->
     here = places(won.scored.law)
     elsewhere = {places(c.scored.law): c.scored for c in reversed(march.near(won)) if places(c.scored.law) != here}
     march.put(list(elsewhere.values())[::-1][:ELSEWHERE])
-    won = march.winner() or won
+    won = march.that_predicts(march.winner() or won)
     return won, tuple(march.near(won)[:SHOWN])
 
 

@@ -86,3 +86,15 @@ def test_terms_of_one_place_are_moved_together(survey):
     assert all(len(places(m)) == 1 for m in moved)
     assert {"yaw_head", "drift_tail"} <= {m.terms[0].place.name for m in moved}
     assert not any(m.terms[0].place.name in ("yaw_tail", "sensor_y1") for m in moved)
+
+
+def test_a_close_law_is_told_where_the_first_predicts_worse_than_none(survey, monkeypatch):
+    first, second, far = (scored(law(survey, (n, Form("kappa"))), 200.0) for n in ("turn_tail", "yaw_tail", "yaw_head"))
+    march = March(survey, chosen(first, second, far), 0.0)
+    for s, score in ((first, 200.0), (second, 195.0), (far, 150.0)):
+        march.tried[s.law.says] = fitted(s, score)
+    won = march.winner()
+    assert won.scored is first
+    for falling, told in (((first, second), first), ((second, far), second), ((far,), first)):
+        monkeypatch.setattr(March, "falls", lambda self, made, falling=falling: made.scored in falling)
+        assert march.that_predicts(won).scored is told
