@@ -7,6 +7,7 @@ in the march. Which of several places it is, too, the march says better than the
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 
@@ -120,11 +121,18 @@ def marched(survey: Survey, choice: Choice, likeliest: Course, enough: float) ->
     won = march.winner()
     if won is None:
         return None, ()
-    here = places(won.scored.law)
-    elsewhere = {places(c.scored.law): c.scored for c in reversed(march.near(won)) if places(c.scored.law) != here}
-    march.put(list(elsewhere.values())[::-1][:ELSEWHERE])
+    march.put(elsewhere(march.near(won), won))
     won = march.that_predicts(march.winner() or won)
     return won, tuple(march.near(won)[:SHOWN])
+
+
+def elsewhere(near: Sequence[Close], won: Refit) -> list[Scored]:
+    """The closest laws at other places, one of each."""
+    first: dict[frozenset[str], Scored] = {}
+    for c in near:
+        first.setdefault(places(c.scored.law), c.scored)
+    first.pop(places(won.scored.law), None)
+    return list(first.values())[:ELSEWHERE]
 
 
 def of_first_order(survey: Survey, choice: Choice, likeliest: Course) -> list[Scored]:
@@ -146,11 +154,11 @@ def of_first_order(survey: Survey, choice: Choice, likeliest: Course) -> list[Sc
 
 def _courses_of(survey: Survey, choice: Choice) -> list[Scored]:
     """The courses of the leading laws as changes of the tension, best first."""
-    place = next((p for p in survey.places if p.name == TENSION), None)
+    there = [p for p in survey.places if p.name == TENSION]
     terms = [t for s in choice.judged[:LEADING] for t in s.law.terms if t.form.variable != "one"]
-    forms = {f.family: f for t in terms for f in (_course(t.form),) if f.course not in ("always", "ring")}
+    forms = {f.family: f for t in reversed(terms) for f in (_course(t.form),) if f.course not in ("always", "ring")}
     found = []
-    for form in forms.values() if place is not None else ():
+    for place, form in product(there, forms.values()):
         law = Law((Term(place, form),))
         gain, sizes, _ = fitted(survey, survey.columns(law))
         found.append(Scored(law, gain, gain - cost(law), tuple(sizes)))
