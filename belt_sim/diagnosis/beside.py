@@ -7,7 +7,7 @@ made), and its numbers are plausible. Everything is linear about the fit of the 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from belt_sim.diagnosis.workbench import Workbench
 
 BENT = 0.3  # of what an effect does, by which its derivatives may miss that
 DECISIVE = 3.0  # times its threshold that an effect has to gain beside something unknown
+HIDDEN = 2e-3  # share of what a number does, below which the readings do not tell it beside the unknown
 
 
 def unknown_columns(bench: Workbench, test: OpenSet) -> np.ndarray:
@@ -40,7 +41,7 @@ def members_that_stay(bench: Workbench, fit: Fit, columns: np.ndarray, threshold
     unknown = basis(bench.metric.whiten(columns)) if len(columns) else np.empty((0, len(fit.residual)))
     shapes, bent, without = _shapes(bench, fit)
     target = apart(without[None], unknown)[0]
-    seen = {i: apart(rows, unknown) for i, rows in shapes.items()}
+    seen = {i: _seen(bench, fit, i, rows, unknown, i in bent) for i, rows in shapes.items()}
     ids = fit.ids
     while ids:
         chi2, numbers = _solved(seen, ids, target)
@@ -50,7 +51,7 @@ def members_that_stay(bench: Workbench, fit: Fit, columns: np.ndarray, threshold
             ids = needed
             continue
         reduced = _reduced(bench, fit, {i: None if i in bent else numbers[i] for i in ids}, unknown)
-        rest = target - sum((numbers[i] @ seen[i] for i in ids), np.zeros(len(target)))
+        rest = target - sum((numbers[i] @ seen[i].rows for i in ids), np.zeros(len(target)))
         reduced = replace(reduced, chi2=chi2, residual=rest)
         return reduced if is_plausible(bench.forward, reduced) else None
     return None
@@ -78,16 +79,37 @@ def _shapes(bench: Workbench, fit: Fit) -> tuple[dict[str, np.ndarray], set[str]
     return shapes, bent, without
 
 
-def _solved(seen: dict[str, np.ndarray], ids: Sequence[str], target: np.ndarray):
-    """chi2 and numbers of the effects ``ids`` alone."""
+@dataclass(frozen=True)
+class _Seen:
+    """What is seen of an effect beside an unknown: rows (k, N); their sizes (k,) without it; numbers as fitted (k,)."""
+
+    rows: np.ndarray
+    size: np.ndarray
+    fitted: np.ndarray
+
+
+def _seen(bench: Workbench, fit: Fit, name: str, rows: np.ndarray, unknown: np.ndarray, bent: bool) -> _Seen:
+    own = [fit.free[k] for k in _rows(bench, fit, name)]
+    fitted = np.ones(1) if bent else (fit.vector - bench.forward.null())[own]
+    return _Seen(apart(rows, unknown), np.maximum(np.linalg.norm(rows, axis=1), 1e-12), fitted)
+
+
+def _solved(seen: dict[str, _Seen], ids: Sequence[str], target: np.ndarray):
+    """chi2 and numbers of the effects ``ids`` alone.
+
+    Where the unknown does what their numbers do, these are left as they were fitted: free, they would be anything, and
+    what they predict of the readings with them.
+    """
     if not ids:
         return float(target @ target), {}
-    rows = np.concatenate([seen[i] for i in ids])
-    size = np.maximum(np.linalg.norm(rows, axis=1), 1e-12)
-    numbers = np.linalg.lstsq((rows / size[:, None]).T, target, rcond=1e-8)[0] / size
-    rest = target - numbers @ rows
-    ends = np.cumsum([len(seen[i]) for i in ids])[:-1]
-    return float(rest @ rest), dict(zip(ids, np.split(numbers, ends), strict=True))
+    size, numbers = (np.concatenate([getattr(seen[i], n) for i in ids]) for n in ("size", "fitted"))
+    rows = np.concatenate([seen[i].rows for i in ids]) / size[:, None]
+    values, vectors = np.linalg.eigh(rows @ rows.T)
+    told = vectors[:, values > HIDDEN]
+    step = told @ ((told.T @ (rows @ (target - (numbers * size) @ rows))) / values[values > HIDDEN])
+    rest = target - (numbers * size + step) @ rows
+    ends = np.cumsum([len(seen[i].size) for i in ids])[:-1]
+    return float(rest @ rest), dict(zip(ids, np.split(numbers + step / size, ends), strict=True))
 
 
 def _reduced(bench: Workbench, fit: Fit, numbers: dict[str, np.ndarray | None], unknown: np.ndarray) -> Fit:

@@ -4,7 +4,7 @@ Candidates come from projected gains, with the states of the base model and with
 judged in closed loop.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +19,6 @@ from belt_sim.discovery.survey import Law, Survey, Term
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
 PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
 ONE = 0.998  # cosine of readings that are the same
-SHOWN = 12  # rivals
 POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
 WITHIN = 6.0  # chi2: a likelihood ratio of 20
 MODELLED = 0.02  # of a gain, to which linear columns can be trusted
@@ -28,13 +27,13 @@ AGAIN = 400  # imagined repetitions of the campaign
 
 @dataclass(frozen=True)
 class Choice:
-    """best: the law with the best score; simple: the best of one term; rivals: those within chance of the best.
+    """best: the law with the best score; simple: the best of one term; judged: all laws in closed loop, best first.
 
     frequency: how often it comes first when all is measured again; possible: chi2 that a free course explains.
     """
 
     best: Scored
-    rivals: tuple[Scored, ...]
+    judged: tuple[Scored, ...]
     frequency: float
     simple: Scored
     possible: float
@@ -60,7 +59,7 @@ def choose(survey: Survey, course: Course) -> Choice:
     rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
     frequency = _frequency(survey, [best, *rivals])
     simple = next(c for c in everything if len(c.law.terms) == 1)
-    return Choice(best.scored, tuple(c.scored for c in rivals[:SHOWN]), frequency, simple.scored, possible)
+    return Choice(best.scored, tuple(c.scored for c in everything), frequency, simple.scored, possible)
 
 
 def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> list[Closed]:
@@ -122,20 +121,27 @@ def _otherwise(loop: Loop, laws: Sequence[Closed], count: int) -> list[tuple[Sur
 
 
 def _alike(survey: Survey, best: Closed) -> list[tuple[Survey, list[Scored]]]:
-    """What may say the same as a law: its terms at other places."""
-    at_work, found = replace(survey, states=best.states), []
-    for k, term in enumerate(best.law.terms):
-        terms = [
-            Term(place, term.form, n)
-            for place in survey.tried
-            if place.name != term.place.name and (place.kind == "sensor") == (term.place.kind == "sensor")
-            for n in exponents_of(survey)
-            if term.form.variable in ("one", "set") or place.kind not in (TENSION, TRAVEL)
-        ]
-        laws = [Law((*best.law.terms[:k], t, *best.law.terms[k + 1 :])) for t in terms]
+    """What may say the same as a law: one of its terms at other places; all of them, where they share one."""
+    at_work, found, terms = replace(survey, states=best.states), list[Scored](), best.law.terms
+    moved = [_elsewhere(survey, terms, (k,)) for k in range(len(terms))]
+    if len(terms) > 1 and len({t.place.name for t in terms}) == 1:
+        moved.append(_elsewhere(survey, terms, range(len(terms))))
+    for laws in moved:
         scored = [Scored(law, g, g - cost(law)) for law in laws for g in (gain_of(at_work, law),)]
         found += distinct(sorted(scored, key=lambda s: -s.score), ALIKE)
     return [(at_work, found)]
+
+
+def _elsewhere(survey: Survey, terms: Sequence[Term], which: Collection[int]) -> list[Law]:
+    """Laws with those of the ``terms`` that are asked for at one other place, going with the tension in any way."""
+    old, steady = terms[min(which)].place, {terms[k].form.variable for k in which} <= {"one", "set"}
+    return [
+        Law(tuple(Term(place, t.form, n) if k in which else t for k, t in enumerate(terms)))
+        for place in survey.tried
+        if place.name != old.name and (place.kind == "sensor") == (old.kind == "sensor")
+        for n in exponents_of(survey)
+        if steady or place.kind not in (TENSION, TRAVEL)
+    ]
 
 
 def explained(survey: Survey, course: Course) -> float:

@@ -44,7 +44,7 @@ def describe(found: Discovered, *, config: Any = None) -> Discovery:
         return Discovery(**common, sentence=_nothing(found))
     common |= {"unit": found.course.place.unit, "courses": _courses(found, found.course)}
     if found.refit is None:
-        return Discovery(**common, sentence=_no_law(found), rivals=_rivals(found))
+        return Discovery(**common, sentence=_no_law(found))
     law = _law(found)
     said = sentence(s, found.refit, law.share, law.looks_like, not s.fit.ids)
     points, curve = _against(found)
@@ -143,15 +143,13 @@ def _law(found: Discovered) -> FoundLaw:
 
 
 def _rivals(found: Discovered) -> tuple[RivalLaw, ...]:
-    assert found.choice is not None
-    best = found.choice.best
     return tuple(
         RivalLaw(
-            formula=formula(s.law),
-            place=words.listed(list(dict.fromkeys(t.place.words for t in s.law.terms))),
-            less=best.score - s.score,
+            formula=formula(c.scored.law),
+            place=words.listed(list(dict.fromkeys(t.place.words for t in c.scored.law.terms))),
+            less=c.less,
         )
-        for s in found.choice.rivals
+        for c in found.close
     )
 
 

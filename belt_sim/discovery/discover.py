@@ -10,28 +10,27 @@ from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.choose import Choice, choose
 from belt_sim.discovery.evidence import Course, prior_modes
 from belt_sim.discovery.gate import DRAWS, LEVEL, Gate, judged
-from belt_sim.discovery.refit import Refit, refit
-from belt_sim.discovery.search import Scored, cost
+from belt_sim.discovery.marched import Close, marched
+from belt_sim.discovery.refit import Refit
 from belt_sim.discovery.survey import Survey, survey_of
 
 FEWEST = 3  # runs, below which no law is guessed
 DESCRIBED = 0.7  # of what a free course explains; a law that explains less does not describe it
-TRIES = 2  # laws put into closed loop
-DOUBTFUL = 0.6  # frequency, below which a rival is tried in closed loop too
 SUGGESTIVE = 0.05  # p of the gate, above which what other tests have seen is not given a place either
-CERTAIN = 2.0  # sigma that the size of every term must be from zero
 
 
 @dataclass(frozen=True, kw_only=True)
 class Discovered:
     """survey, gate and courses of the search; course: of the greatest evidence; choice and refit: None where nothing is
-    missing, or no law describes it; left: another test has shown that something is left."""
+    missing, or no law describes it; close: laws that cannot be told from it; left: another test has shown already that
+    something is left."""
 
     survey: Survey
     gate: Gate
     courses: tuple[Course, ...]
     choice: Choice | None = None
     refit: Refit | None = None
+    close: tuple[Close, ...] = ()
     left: bool = False
 
     @property
@@ -75,17 +74,8 @@ def discover(
     enough = DESCRIBED * choice.possible
     if choice.best.gain < max(enough, gate.threshold):
         return Discovered(survey=survey, gate=gate, courses=courses, choice=choice, left=failed)
-    fitted = (refit(survey, s) for s in _tried(choice))
-    closed = [r for r in fitted if r is not None and r.gain >= enough and r.certain(CERTAIN)]
-    best = max(closed, key=lambda r: r.gain - cost(r.scored.law), default=None)
-    return Discovered(survey=survey, gate=gate, courses=courses, choice=choice, refit=best, left=failed)
-
-
-def _tried(choice: Choice) -> list[Scored]:
-    """What is put into closed loop: the best law, and the best of one term if that has two; otherwise a close rival."""
-    if len(choice.best.law.terms) > 1:
-        return [choice.best, choice.simple]
-    return [choice.best, *choice.rivals][: TRIES if choice.frequency < DOUBTFUL else 1]
+    best, close = marched(survey, choice, courses[0], enough)
+    return Discovered(survey=survey, gate=gate, courses=courses, choice=choice, refit=best, close=close, left=failed)
 
 
 def unknown_columns(found: Discovered, modes: int = 12) -> np.ndarray:

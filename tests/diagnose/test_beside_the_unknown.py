@@ -3,9 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.beside import members_that_stay, unknown_columns
+from belt_sim.diagnosis.beside import _Seen, _solved, members_that_stay, unknown_columns
 from belt_sim.diagnosis.openset import OpenSet
 
 COUNT, THRESHOLD = 40, 10.0
@@ -65,3 +66,13 @@ def test_an_effect_that_is_not_linear_is_taken_as_it_was_fitted():
     assert stays is not None
     assert stays.vector == fit.vector
     assert members_that_stay(bench, steep, sharp[None], lambda name: THRESHOLD) is None
+
+
+def test_a_number_that_the_unknown_hides_stays_as_it_was_fitted():
+    """A trace of it is left beside the unknown; free, it would be as large as noise makes it."""
+    sharp, trace = np.eye(COUNT)[:2]
+    target = 5.0 * sharp + 1.0 * trace
+    seen = {"edge": _Seen(np.stack([sharp, 1e-3 * trace]), np.ones(2), np.array([4.0, 2.0]))}
+    chi2, numbers = _solved(seen, ("edge",), target)
+    assert numbers["edge"] == pytest.approx([5.0, 2.0])
+    assert chi2 == pytest.approx((1.0 - 2e-3) ** 2)

@@ -1,0 +1,101 @@
+"""Which laws are put into the march, and which are told beside the one that wins there."""
+
+from types import SimpleNamespace
+
+import pytest
+from small_discovery import surveyed
+
+from belt_sim.discovery.choose import Choice, _elsewhere
+from belt_sim.discovery.forms import Form
+from belt_sim.discovery.marched import March, elsewhere, of_first_order, places, worth
+from belt_sim.discovery.search import Scored, cost
+from belt_sim.discovery.survey import Law, Term
+
+WAVE = 5.0  # m
+
+
+@pytest.fixture(scope="module")
+def survey():
+    return surveyed("yaw_creep")
+
+
+def law(survey, *terms):
+    at = {p.name: p for p in survey.places}
+    return Law(tuple(Term(at[name], form) for name, form in terms))
+
+
+def scored(made, score):
+    return Scored(made, score + cost(made), score)
+
+
+def fitted(s, score):
+    """A law as the march has it, without one."""
+    return SimpleNamespace(scored=s, gain=score + cost(s.law), certain=lambda sigmas: True)
+
+
+def likely(name):
+    return SimpleNamespace(place=SimpleNamespace(name=name))
+
+
+def chosen(*judged):
+    return Choice(judged[0], judged, 1.0, judged[0], judged[0].gain)
+
+
+def test_the_course_of_what_bends_the_belt_is_tried_for_the_tension(survey):
+    best = scored(law(survey, ("turn_tail", Form("kappa", course="wave", at=WAVE))), 200.0)
+    faint = scored(law(survey, ("tension", Form("one"))), 20.0)
+    choice = chosen(best, faint)
+    assert of_first_order(survey, choice, likely("turn_tail")) == []
+    tried = [s.law.terms[0] for s in of_first_order(survey, choice, likely("tension"))]
+    assert [(t.place.name, t.form.course, t.form.at) for t in tried] == [
+        ("tension", "always", None),
+        ("tension", "wave", WAVE),
+    ]
+
+
+def test_a_law_of_the_encoder_that_promises_half_is_tried(survey):
+    best = scored(law(survey, ("drift_tail", Form("alpha", course="travel"))), 200.0)
+    for score, count in ((150.0, 1), (50.0, 0)):
+        other = scored(law(survey, ("travel", Form("one", course="square"))), score)
+        assert len(of_first_order(survey, chosen(best, other), likely("drift_tail"))) == count
+
+
+def test_what_wins_in_the_march_is_told_with_the_best_of_other_places_first(survey):
+    kappa, y, one = (Form(v) for v in ("kappa", "y", "one"))
+    best = scored(law(survey, ("turn_tail", kappa)), 200.0)
+    pair = scored(law(survey, ("turn_tail", kappa), ("yaw_tail", y)), 199.0)
+    same = scored(law(survey, ("turn_tail", y)), 198.0)
+    close = scored(law(survey, ("yaw_tail", kappa)), 195.0)
+    far = scored(law(survey, ("shift_tail", kappa)), 150.0)
+    first_order = scored(law(survey, ("tension", one)), 100.0)
+    march = March(survey, chosen(best, pair, same, close, far, first_order), 0.0)
+    march.put = None
+    for s, score in ((best, 210.0), (first_order, 212.0)):
+        march.tried[s.law.says, (0.0,), (0,)] = fitted(s, score)
+    won = march.winner()
+    assert won.scored is first_order
+    told = march.near(won)
+    assert [c.scored for c in told] == [best, close, same]
+    assert [c.less for c in told] == pytest.approx([2.0, 7.0, 4.0])
+    assert elsewhere(told, won) == [best, close]
+    assert worth(won) == 212.0
+
+
+def test_terms_of_one_place_are_moved_together(survey):
+    two = law(survey, ("yaw_tail", Form("one", course="wave", at=WAVE)), ("yaw_tail", Form("one", course="root")))
+    moved = _elsewhere(survey, two.terms, range(2))
+    assert all(len(places(m)) == 1 for m in moved)
+    assert {"yaw_head", "drift_tail"} <= {m.terms[0].place.name for m in moved}
+    assert not any(m.terms[0].place.name in ("yaw_tail", "sensor_y1") for m in moved)
+
+
+def test_a_close_law_is_told_where_the_first_predicts_worse_than_none(survey, monkeypatch):
+    first, second, far = (scored(law(survey, (n, Form("kappa"))), 200.0) for n in ("turn_tail", "yaw_tail", "yaw_head"))
+    march = March(survey, chosen(first, second, far), 0.0)
+    for s, score in ((first, 200.0), (second, 195.0), (far, 150.0)):
+        march.tried[s.law.says] = fitted(s, score)
+    won = march.winner()
+    assert won.scored is first
+    for falling, told in (((first, second), first), ((second, far), second), ((far,), first)):
+        monkeypatch.setattr(March, "falls", lambda self, made, falling=falling: made.scored in falling)
+        assert march.that_predicts(won).scored is told
