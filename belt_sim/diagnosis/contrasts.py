@@ -146,7 +146,7 @@ def contrast(
     sheet, travel = samples.signals[s], samples.travel[runs[0], keep]
     noise = _averaged(wander_kernel(sheet, travel, Reach()), q)
     noise += np.eye(len(noise)) * max(sheet.white, FLOOR) ** 2 / (per_bin * q)
-    known = np.einsum("r,krn->kn", np.abs(weights), columns[:, list(runs), s][..., keep])
+    known = np.einsum("r,krn->rkn", weights, columns[:, list(runs), s][..., keep]).reshape(-1, len(keep))
     return Contrast(
         runs=tuple(runs),
         weights=tuple(weights),

@@ -38,7 +38,7 @@ class LevelFinder:
         """shapes (K, R, S, n): what else may differ between repeats (settings), in units of one sigma; columns
         (k, R, S, n): what all candidates could do to the readings; without them single runs tell nothing.
         """
-        self.groups = repeated_groups(samples)
+        self.samples, self.columns, self.groups = samples, columns, repeated_groups(samples)
         contrasts = [c for group in self.groups for c in _differences(samples, shapes, group)]
         self.repeats = len({c.runs for c in contrasts})
         if columns is not None and not contrasts:
@@ -51,6 +51,10 @@ class LevelFinder:
             pairs = zip(smooth, self.signals, strict=True)
             if sum(a.evidence(samples.y) - b.evidence(samples.y) for a, b in pairs) > RARER:
                 self.signals, self.smooth = smooth, True
+
+    def about(self, shapes: np.ndarray) -> "LevelFinder":
+        """The same with ``shapes`` as they are where predictions are taken now."""
+        return LevelFinder(self.samples, shapes, self.columns)
 
     def __call__(self, errors: np.ndarray) -> Levels:
         """Levels to be expected after what a model leaves of the readings (R, S, n)."""
