@@ -136,7 +136,7 @@ def contrast(
     samples: Samples, columns: np.ndarray, runs: Sequence[int], weights: Sequence[float], s: int
 ) -> Contrast | None:
     """The contrast of signal ``s`` over ``runs``, all set alike, beside a constant and ``columns`` (k, R, S, n), in
-    sizes that may occur; None where there is too little of it.
+    sizes that may occur, each run by itself; None where there is too little of it.
     """
     keep = np.flatnonzero(np.isfinite(samples.y[list(runs), s]).all(axis=0))
     if len(keep) < LEAST:

@@ -68,9 +68,7 @@ class Workbench:
         finder = self.finder.about(shapes)
         levels = finder(self.samples.y - values)
         metric = metric_of(self.fitted, levels, shapes, shared)
-        return replace(
-            self, forward=forward, shapes=shapes, shared=shared, finder=finder, levels=levels, metric=metric
-        )
+        return replace(self, forward=forward, shapes=shapes, shared=shared, finder=finder, levels=levels, metric=metric)
 
     def start(self, ids: Sequence[str], vector: np.ndarray, free: Sequence[int] | None = None) -> Fit:
         """A fit of the effects ``ids`` to begin at ``vector``."""
