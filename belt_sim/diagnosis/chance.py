@@ -9,6 +9,7 @@ begins is the instrument's.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from belt_sim.diagnosis.heldout import HeldOut, conditions, lateral_readings
 from belt_sim.diagnosis.null import NoiseSource
@@ -17,7 +18,7 @@ from belt_sim.diagnosis.workbench import Workbench
 DRAWS = 200
 SIGMAS = 3.3  # a rise by more is no chance, for any of a dozen conditions
 UNASKED = 1e-3  # chi2, below which both predict a condition alike
-FLOOR_LEVEL = 0.998  # of the errors that readings show in their worst condition when nothing is missing
+FLOOR_LEVEL = 0.002  # of campaigns with nothing missing, whose worst condition is beyond the limit
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Chance:
         """Condition -> its held-out rms over the floor, where that is more than instruments and settings make."""
         size = {n: np.mean(e**2, axis=1) for n, e in self.draws.items() if e.shape[1]}
         floor = {n: float(np.mean(s)) for n, s in size.items()}
-        limit = float(np.quantile(np.max([s / floor[n] for n, s in size.items()], axis=0), FLOOR_LEVEL))
+        limit = beyond(np.max([s / floor[n] for n, s in size.items()], axis=0), FLOOR_LEVEL)
         found = {}
         for name, c in fit.conditions.items():
             if name in floor and c.testable:
@@ -62,6 +63,14 @@ class Chance:
                 if not c.rms**2 <= limit * allowed:
                     found[name] = c.rms / np.sqrt(allowed)
         return found
+
+
+def beyond(largest: np.ndarray, level: float) -> float:
+    """What the largest of several, of which draws (B,) are given, exceeds with probability ``level``.
+
+    By the law of extremes (Gumbel) that all draws make: the few largest of them alone are another with every seed.
+    """
+    return float(stats.gumbel_r.isf(level, *stats.gumbel_r.fit(largest)))
 
 
 def chance_of(bench: Workbench, left: np.ndarray, seed: int) -> Chance:

@@ -137,7 +137,7 @@ def contrast(
     samples: Samples, columns: np.ndarray, runs: Sequence[int], weights: Sequence[float], s: int
 ) -> Contrast | None:
     """The contrast of signal ``s`` over ``runs``, all set alike, beside a constant and ``columns`` (k, R, S, n), in
-    sizes that may occur; None where there is too little of it.
+    sizes that may occur, each run by itself; None where there is too little of it.
     """
     keep = np.flatnonzero(np.isfinite(samples.y[list(runs), s]).all(axis=0))
     if len(keep) < LEAST:
@@ -147,7 +147,7 @@ def contrast(
     sheet, travel = samples.signals[s], samples.travel[runs[0], keep]
     noise = _averaged(wander_kernel(sheet, travel, Reach()), q)
     noise += np.eye(len(noise)) * max(sheet.white, FLOOR) ** 2 / (per_bin * q)
-    known = np.einsum("r,krn->kn", np.abs(weights), columns[:, list(runs), s][..., keep])
+    known = np.einsum("r,krn->rkn", weights, columns[:, list(runs), s][..., keep]).reshape(-1, len(keep))
     return Contrast(
         runs=tuple(runs),
         weights=tuple(weights),

@@ -35,9 +35,11 @@ class LevelFinder:
     """Probability of noise levels on a grid, from contrasts of runs."""
 
     def __init__(self, samples: Samples, shapes: np.ndarray, columns: np.ndarray | None = None) -> None:
-        """shapes (K, R, S, n): what else may differ between repeats (settings), in units of one sigma; columns
-        (k, R, S, n): what all candidates could do to the readings; without them single runs tell nothing.
+        """shapes (K, R, S, n): what else may differ between repeats (settings) where predictions are taken, in units of
+        one sigma; columns (k, R, S, n): what all candidates could do to the readings; without them single runs tell
+        nothing.
         """
+        self.samples, self.shapes, self.columns = samples, shapes, columns
         self.groups = repeated_groups(samples)
         contrasts = [c for group in self.groups for c in _differences(samples, shapes, group)]
         self.repeats = len({c.runs for c in contrasts})
@@ -51,6 +53,12 @@ class LevelFinder:
             pairs = zip(smooth, self.signals, strict=True)
             if sum(a.evidence(samples.y) - b.evidence(samples.y) for a, b in pairs) > RARER:
                 self.signals, self.smooth = smooth, True
+
+    def about(self, shapes: np.ndarray) -> "LevelFinder":
+        """The same where predictions are taken elsewhere: one of two repeats may have been set 3 sigma off the other,
+        and what they leave follows the ``shapes`` there; to others it looks like wander.
+        """
+        return LevelFinder(self.samples, shapes, self.columns)
 
     def __call__(self, errors: np.ndarray) -> Levels:
         """Levels to be expected after what a model leaves of the readings (R, S, n)."""

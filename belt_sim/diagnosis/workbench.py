@@ -54,17 +54,21 @@ class Workbench:
         shapes, shared, values = _shapes(self.campaign, self.samples, self.forward, vector)
         if not all(np.isfinite(x).all() for x in (shapes, shared, values)):
             return self
-        levels = self.finder(self.samples.y - values)
-        metric = metric_of(self.fitted, levels, shapes, shared)
-        moved = replace(self, shapes=shapes, shared=shared, levels=levels, metric=metric)
-        forward = settled(self.campaign, self.fitted, self.forward, metric, shapes, shared, vector)
+        moved = self._about(self.forward, shapes, shared, values)
+        forward = settled(self.campaign, self.fitted, self.forward, moved.metric, shapes, shared, vector)
         if forward is self.forward:
             return moved
-        shapes, shared, _ = _shapes(self.campaign, self.samples, forward, vector)
-        if not all(np.isfinite(x).all() for x in (shapes, shared)):
+        shapes, shared, values = _shapes(self.campaign, self.samples, forward, vector)
+        if not all(np.isfinite(x).all() for x in (shapes, shared, values)):
             return moved
+        return moved._about(forward, shapes, shared, values)
+
+    def _about(self, forward: Forward, shapes: np.ndarray, shared: np.ndarray, values: np.ndarray) -> "Workbench":
+        """The workbench where nuisances have these shapes: what settings did to one of two repeats is not noise."""
+        finder = self.finder.about(shapes)
+        levels = finder(self.samples.y - values)
         metric = metric_of(self.fitted, levels, shapes, shared)
-        return replace(moved, forward=forward, shapes=shapes, shared=shared, metric=metric)
+        return replace(self, forward=forward, shapes=shapes, shared=shared, finder=finder, levels=levels, metric=metric)
 
     def start(self, ids: Sequence[str], vector: np.ndarray, free: Sequence[int] | None = None) -> Fit:
         """A fit of the effects ``ids`` to begin at ``vector``."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
 
+from belt_sim.diagnosis.chance import beyond
 from belt_sim.diagnosis.contrasts import WINDOW
 from belt_sim.diagnosis.levels import LEVEL_SPREAD, TOGETHER
 from belt_sim.diagnosis.null import NoiseSource, NullGains, null_gains
@@ -147,3 +148,13 @@ def test_alternatives_are_so_many_tries_and_no_broader_law():
     assert broader.threshold("a", -6.5) > null.threshold("a", -6.5) + 10.0
     far = -200.0 / null.inflation("a") + np.log(null.tries("a"))
     assert float(null.log_p("a", 400.0)) == pytest.approx(far)
+
+
+def test_the_limit_of_the_largest_hardly_moves_with_the_seed():
+    """The largest of 200 draws is another by a tenth with every seed; the law of all of them is not."""
+    rng = np.random.default_rng(4)
+    drawn = np.exp(0.3 * rng.standard_normal((40, 200, 5))).max(axis=2)
+    limits = np.log([beyond(each, 0.002) for each in drawn])
+    assert np.std(limits) < 0.05 < np.std(np.log(drawn.max(axis=1)))
+    exceeded = np.exp(0.3 * rng.standard_normal((200_000, 5))).max(axis=1) > np.exp(np.mean(limits))
+    assert 0.0005 < np.mean(exceeded) < 0.004

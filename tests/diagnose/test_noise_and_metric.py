@@ -89,6 +89,26 @@ def test_what_the_model_lacks_does_not_change_the_noise_levels():
     assert b.finder(drawn + missing) == repeats_alone(drawn)
 
 
+def test_what_settings_did_to_one_of_two_repeats_is_not_noise():
+    """Each repeat has its own settings, and its own shape of what they do where predictions are taken."""
+    b = long_bench()
+    runs = np.arange(len(b.samples.runs))[:, None, None]
+    shapes = (1e-4 * np.cos((1.0 + runs) * b.samples.travel[:, None, :] / 20.0))[None] + b.shapes
+    drawn = errors(b, 1, np.random.default_rng(5))[0]
+    off = 3.0 * np.random.default_rng(6).standard_normal(runs.shape)
+    finder = LevelFinder(b.samples, b.shapes).about(shapes)
+    clean, set_off = (np.array([f.white, f.wander, f.length]) for f in map(finder, (drawn, drawn + off * shapes[0])))
+    np.testing.assert_allclose(np.log(set_off), np.log(clean), atol=1e-9)
+    assert np.all(LevelFinder(b.samples, b.shapes)(drawn + off * shapes[0]).wander > clean[1])
+
+
+def test_noise_is_found_beside_the_settings_as_predictions_are_expanded():
+    b = repeated_bench()
+    moved = b.moved_to(b.forward.null())
+    assert moved.finder.shapes is moved.shapes
+    assert moved.levels == moved.finder(b.samples.y - moved.forward.values(b.forward.null()[None])[0])
+
+
 def test_where_repeats_and_single_runs_agree_all_runs_tell_the_white_noise():
     """Two repeats of 40 readings leave a tenth open; what is fast in all runs leaves less."""
     b = repeated_bench()
