@@ -12,7 +12,6 @@ import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import DIFFERENCE
-from belt_sim.diagnosis.projection import inverse
 from belt_sim.diagnosis.workbench import Workbench
 
 SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
@@ -163,15 +162,3 @@ def _differ(rows: Sequence[np.ndarray]) -> bool:
     """Whether a shape depends on where on the grid it was taken."""
     size = max(float(np.abs(r).max()) for r in rows)
     return any(float(np.abs(r - rows[0]).max()) > 1e-6 * size for r in rows)
-
-
-def best_of_grid(bench: Workbench, fit: Fit, alternatives: Alternatives) -> list[int]:
-    """Points of a grid by what they promise in the linear range, best first."""
-    columns = bench.metric.whiten(alternatives.columns)
-    own = fit.columns.reshape(len(fit.free), columns.shape[1])
-    onto = columns @ own.T @ inverse((own @ own.T)[None])[0][0]
-    gram, pull = columns @ columns.T - onto @ (own @ columns.T), columns @ fit.residual - onto @ (own @ fit.residual)
-    choices = np.stack(alternatives.choices)
-    pulls = pull[choices]
-    gains = np.einsum("pk,pkl,pl->p", pulls, inverse(gram[choices[:, :, None], choices[:, None, :]])[0], pulls)
-    return [int(k) for k in np.argsort(gains)[::-1]]

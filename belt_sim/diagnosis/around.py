@@ -5,8 +5,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from belt_sim.diagnosis.alternatives import Alternatives, Point, best_of_grid, on_grids, shapes_at
+from belt_sim.diagnosis.alternatives import Alternatives, Point, on_grids, shapes_at
 from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.grid_starts import best_of_grid
 from belt_sim.diagnosis.workbench import Workbench
 
 STARTS = 3  # points of a grid from which a refit starts
@@ -114,7 +115,7 @@ def around(bench: Workbench, fit: Fit, ids: Sequence[str], before: Around | None
         grids = on_grids(bench, fit, ids)
     else:
         grids = {i: (before.alternatives[i], before.tried[i]) for i in ids if i in before.alternatives}
-    best = {i: best_of_grid(bench, fit, found)[:STARTS] for i, (found, _) in grids.items()}
+    best = {i: best_of_grid(bench, fit, i, *grid, STARTS) for i, grid in grids.items()}
     points = {i: [grids[i][1][k] for k in best[i]] for i in grids}
     shaped = {grids[i][1][k]: _shaped(bench, i, grids[i][0], k) for i in grids for k in best[i]}
     weak = {i: [(s,) for s in sized if s[0] in bench.forward.index(i)] + points.get(i, []) for i in ids}

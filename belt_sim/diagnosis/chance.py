@@ -6,6 +6,7 @@ refitted numbers are off by) say how large that gets by chance. Every record is 
 begins is the instrument's.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +43,7 @@ class Chance:
 
     def _rises(self, name: str, larger: HeldOut, smaller: HeldOut) -> bool:
         new, old = larger.conditions[name], smaller.conditions[name]
-        after, before = (_centred(c.errors[None], c.record)[0] for c in (new, old))
+        after, before = (about_means(c.errors[None], c.record)[0] for c in (new, old))
         rise = float(after @ after - before @ before)
         if not rise > 0.0:
             return not np.isfinite(rise)
@@ -52,16 +53,25 @@ class Chance:
         return bool(rise > SIGMAS * spread - apart @ apart)
 
     def beyond_floor(self, fit: HeldOut) -> dict[str, float]:
-        """Condition -> its held-out rms over the floor, where that is more than instruments and settings make."""
-        size = {n: np.mean(e**2, axis=1) for n, e in self.draws.items() if e.shape[1]}
+        """Condition -> its held-out rms over the floor, where that is more than instruments and settings make: as it
+        is, and about the mean of each record. A zero three sigma off is no law.
+        """
+        found, centred = self._beyond(fit, as_read), self._beyond(fit, about_means)
+        return {name: ratio for name, ratio in found.items() if name in centred}
+
+    def _beyond(self, fit: HeldOut, taken: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> dict[str, float]:
+        """The same of errors as they are ``taken`` (errors (B, m), which record each is of (m,))."""
+        record = {n: c.record for n, c in fit.conditions.items()}
+        size = {n: np.mean(taken(e, record[n]) ** 2, axis=1) for n, e in self.draws.items() if e.shape[1]}
         floor = {n: float(np.mean(s)) for n, s in size.items()}
         limit = beyond(np.max([s / floor[n] for n, s in size.items()], axis=0), FLOOR_LEVEL)
         found = {}
         for name, c in fit.conditions.items():
             if name in floor and c.testable:
-                allowed = floor[name] + float(np.mean(np.sum(c.moved**2, axis=0)))
-                if not c.rms**2 <= limit * allowed:
-                    found[name] = c.rms / np.sqrt(allowed)
+                allowed = floor[name] + float(np.mean(np.sum(taken(c.moved, c.record) ** 2, axis=0)))
+                error = float(np.mean(taken(c.errors[None], c.record) ** 2))
+                if not error <= limit * allowed:
+                    found[name] = np.sqrt(error / allowed)
         return found
 
 
@@ -82,8 +92,13 @@ def chance_of(bench: Workbench, left: np.ndarray, seed: int) -> Chance:
     return Chance({n: errors[:, out][:, lateral_readings(bench, out)] for n, out in conditions(bench).items()})
 
 
-def _centred(rows: np.ndarray, record: np.ndarray) -> np.ndarray:
+def as_read(rows: np.ndarray, record: np.ndarray) -> np.ndarray:
+    """Rows (B, m) as they are."""
+    return rows
+
+
+def about_means(rows: np.ndarray, record: np.ndarray) -> np.ndarray:
     """Rows (B, m) about the mean of each record."""
     count = np.maximum(np.bincount(record), 1)
-    means = np.stack([np.bincount(record, weights=row) for row in rows]) / count
+    means = np.array([np.bincount(record, weights=row) for row in rows]).reshape(len(rows), len(count)) / count
     return rows - means[:, record]

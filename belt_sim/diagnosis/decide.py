@@ -75,7 +75,7 @@ def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None]
     """Which effects are missing."""
     first, rounds = evidence, list[Sequence[Beside]]()
     seen: list[Ids] = [()]
-    evidence, current = _forward(evidence, seen, rounds, limit, tell)
+    evidence, about = _forward(evidence, seen, rounds, limit, tell)
     if len(seen) == 1:
         return Decision((), evidence, tuple(rounds))
     best, pair = best_of_all(evidence, seen), first.pair(seen) if limit > 1 else None
@@ -84,18 +84,34 @@ def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None]
         seen.append(pair)
         best = best_of_all(evidence, seen)
         if frozenset(best) == frozenset(pair):
-            evidence, current = _forward(evidence.moved(pair), seen, rounds, limit, tell)
+            evidence, about = _forward(evidence.moved(pair), seen, rounds, limit, tell)
             best = best_of_all(evidence, seen)
-    if frozenset(best) != frozenset(current):
-        evidence = evidence.moved(best)
+    if frozenset(best) != frozenset(about):
+        evidence, best = _settled(evidence, best)
     return Decision(best, evidence, tuple(rounds))
+
+
+def _settled(evidence: E, ids: Ids) -> tuple[E, Ids]:
+    """The evidence about a set, and what of the set stands there.
+
+    Elsewhere settings are taken to have been others, and a member may be needed to make up for that.
+    """
+    while True:
+        evidence = evidence.moved(ids)
+        best = best_of_all(evidence, [ids]) if ids else ()
+        if frozenset(best) == frozenset(ids):
+            return evidence, ids
+        ids = best
 
 
 def _forward(
     evidence: E, seen: list[Ids], rounds: list[Sequence[Beside]], limit: int, tell: Callable[[str], None]
 ) -> tuple[E, Ids]:
-    """From the set seen last, one effect more as long as that helps; ``seen`` and ``rounds`` grow by what was tried."""
-    current = seen[-1]
+    """From the set seen last, one effect more as long as that helps; ``seen`` and ``rounds`` grow by what was tried.
+
+    Returns the evidence, and the set that it is linearised about.
+    """
+    current = about = seen[-1]
     while len(current) < limit:
         tell(f"candidates beside {', '.join(current) or 'the base model'}")
         rounds.append(evidence.trials(current))
@@ -104,12 +120,12 @@ def _forward(
         if larger is None:
             break
         seen.append(larger)
-        evidence = evidence.moved(larger)
+        evidence, about = evidence.moved(larger), larger
         current = swapped(evidence, larger, tell)
         if frozenset(current) in map(frozenset, seen[:-1]):
             break
         seen.append(current)
-    return evidence, current
+    return evidence, about
 
 
 def swapped(evidence: Evidence, ids: Ids, tell: Callable[[str], None] = lambda text: None) -> Ids:

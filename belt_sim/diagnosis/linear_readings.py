@@ -41,12 +41,13 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
 
     Where there are any by less than one chance in as many as there are readings (of a single one that is Schwarz's
     criterion), Akaike's says how many predict best, and one further on that stands out alone is asked for as well: what
-    is left out of a shape that is there would be taken for something unknown.
+    is left out of a shape that is there would be taken for something unknown. Noise is no larger than what all of them
+    leave.
 
     roots (R, S, n, n): whitening of each record; shapes (2 H, R, S, n): of the harmonics.
     """
     length = float(np.max(samples.cases.rig.belt_length))
-    white, left = [], []
+    white, left, slow_ones = [], [], 0
     for r, travel in enumerate(samples.travel):
         slow = _slow(travel, length / SMOOTH)
         for root, shape, y in zip(roots[r], shapes[:, r].swapaxes(0, 1), residual[r], strict=True):
@@ -56,8 +57,10 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
             rows = rows - own @ (own.T @ rows)
             white.append(rows[:, :-1])
             left.append(rows[:, -1])
+            slow_ones += own.shape[1]
     columns, residual = np.concatenate(white), np.concatenate(left)
     gains = np.cumsum(np.square(np.linalg.qr(columns)[0].T @ residual))[1::2]
+    gains /= _too_much(residual @ residual - gains[-1], len(residual) - columns.shape[1] - slow_ones)
     harmonics = np.arange(1, len(gains) + 1)
     readings = np.isfinite(samples.y).sum()
     if not np.any(chi2.sf(gains, 2 * harmonics) < 1.0 / readings):
@@ -65,6 +68,11 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
     alone = harmonics[np.diff(gains, prepend=0.0) > 2.0 * np.log(readings)]
     best = max([harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone])
     return int(min(max(FEWEST, best), len(gains)))
+
+
+def _too_much(chi2_left: float, numbers: int) -> float:
+    """By what factor noise was taken to have too much variance, if so: an edge that is there may have passed for it."""
+    return min(1.0, max(chi2_left, 1e-3 * numbers) / numbers) if numbers > 0 else 1.0
 
 
 def _slow(travel: np.ndarray, spacing: float) -> np.ndarray:

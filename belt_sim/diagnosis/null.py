@@ -117,8 +117,8 @@ def null_gains(
             dof[name] = max(dof[name], int(rank.max()) + free)
             gains[name].append(taken + (rng.chisquare(free, size) if free else 0.0))
             if name in alone:
-                whole = np.max(ranks, axis=1) == np.max(ranks)  # where all of its numbers are in the readings
-                alone[name] += [float(np.mean(np.array(every)[whole])) + free] * size
+                whole = np.array(ranks)[:, left.of] == np.max(ranks)  # where all of its numbers are in the readings
+                alone[name] += [float(np.mean(np.array(every)[whole])) + free] * int(whole.any()) * size
         tick(size)
     means = {n: float(np.mean(m)) for n, m in alone.items()}
     return NullGains({n: np.concatenate(g) for n, g in gains.items()}, dof, means)

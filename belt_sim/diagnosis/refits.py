@@ -15,21 +15,17 @@ from belt_sim.diagnosis.around import Around, around
 from belt_sim.diagnosis.candidate import has_diverged, is_plausible
 from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.decide import NESTING, Ids
-from belt_sim.diagnosis.fit import Fit, hoped
+from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.null import NullGains
 from belt_sim.diagnosis.one_step import projected
 from belt_sim.diagnosis.pairs import Pairs
+from belt_sim.diagnosis.race import ALIKE, Race
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import RunFailed
 
 REFITTED = 6  # candidates a round; the others keep what their columns promise
-ALIKE = 0.5  # chi2 by which two ends of one search may differ along a valley that readings hardly bound
-CLOSE = 12.0  # chi2 behind the best candidate, or the least that counts: further behind, no exact end is needed
-HORIZON = 20.0  # steps as good as the next that a fit behind others is given
-BEHIND = 0.3  # share of the best score so far; a valley is slow where it bends, and what is ahead now may lose
-MET = 0.02  # of a number, or its scale: two fits of a candidate so near each other go the same way
-TRIED = 2  # steps that every fit is given
+MOVES = 3  # more, at most, until nuisances are where the fit about them puts them
 PROMISING = 0.3  # share of its threshold that a candidate must promise to be refitted
 
 
@@ -139,11 +135,18 @@ class Refits:
         return Pairs(places, rows @ rows.T), rows @ self.fit(()).residual
 
     def moved(self, ids: Ids) -> Self:
-        """Refits with nuisances taken at the fit of a set."""
+        """Refits with nuisances taken at the fit of a set, which is another there: until it stays."""
+        moved = self._moved(ids)
+        for _ in range(MOVES):
+            if _same(self.fits[frozenset(ids)], moved.fit(ids)):
+                break
+            self, moved = moved, moved._moved(ids)
+        return moved if moved.recalibrated is None else moved.recalibrated(moved, ids)
+
+    def _moved(self, ids: Ids) -> Self:
         bench, starts = self.bench.moved_to(self.fit(ids).vector), self.starts | self.fits
         starts = {key: _elsewhere(f, bench) for key, f in starts.items() if np.isfinite(f.chi2)}
-        moved = replace(self, bench=bench, starts=starts, fits={}, tried={}, held={})
-        return moved if self.recalibrated is None else self.recalibrated(moved, ids)
+        return replace(self, bench=bench, starts=starts, fits={}, tried={}, held={})
 
     def trials(self, ids: Ids) -> list[Trial]:
         """Every other candidate beside ``ids``."""
@@ -193,6 +196,12 @@ class Refits:
             where = self.bench.forward.index(name)
             vector[where] = larger[-1][where]
         return self.bench.start(ids, vector)
+
+
+def _same(one: Fit, other: Fit) -> bool:
+    """Whether two fits of one set have the same numbers, as far as readings tell."""
+    apart = (other.vector - one.vector)[other.free] @ other.columns.reshape(len(other.free), -1)
+    return bool(apart @ apart < NESTING)
 
 
 def _elsewhere(fit: Fit, bench: Workbench) -> Fit:
@@ -247,53 +256,3 @@ def _better(bench: Workbench, one: Fit, other: Fit) -> bool:
     if abs(one.chi2 - other.chi2) > ALIKE:
         return one.chi2 < other.chi2
     return (is_plausible(bench.forward, one), -one.chi2) > (is_plausible(bench.forward, other), -other.chi2)
-
-
-def _together(one: Fit, other: Fit) -> bool:
-    """Whether two fits of one set have met."""
-    return bool(np.allclose(one.vector, other.vector, rtol=MET, atol=MET))
-
-
-@dataclass(frozen=True)
-class Race:
-    """Fits of several candidates beside a set that fits with ``chi2``, each from several starts: which go on.
-
-    owners: the candidate of every fit; thresholds: of every candidate.
-    """
-
-    chi2: float
-    owners: Sequence[str]
-    thresholds: dict[str, float]
-    sides: tuple[np.ndarray, np.ndarray]
-
-    def __call__(self, fits: Sequence[Fit]) -> None:
-        """Settle what has met a better fit of its candidate, or would be far behind the front of all even after so many
-        more steps as good as the next.
-        """
-        least = BEHIND * (self._front(fits)[1] + CLOSE) - CLOSE
-        seen: list[tuple[str, Fit]] = []
-        for name, fit in sorted(zip(self.owners, fits, strict=True), key=lambda pair: pair[1].chi2):
-            if not (fit.settled or fit.due.any() or fit.taken < TRIED):
-                at_once = hoped(replace(fit, radius=np.inf), self.sides)  # a step that failed made the next ones short
-                reach = fit.chi2 - max(HORIZON * hoped(fit, self.sides), at_once)
-                met = any(n == name and _together(fit, other) for n, other in seen)
-                fit.settled = met or self._score(name, reach) < least
-            seen.append((name, fit))
-
-    def ahead(self, fits: Sequence[Fit]) -> list[int]:
-        """Which fits are the best of candidates near the front, or as good."""
-        best, least = self._front(fits)
-        near = [
-            self._score(n, best[n]) > least and f.chi2 < best[n] + ALIKE for n, f in zip(self.owners, fits, strict=True)
-        ]
-        return [k for k, ahead in enumerate(near) if ahead]
-
-    def _front(self, fits: Sequence[Fit]) -> tuple[dict[str, float], float]:
-        """The best chi2 of every candidate, and the score below which none is near the front."""
-        best: dict[str, float] = {}
-        for name, fit in zip(self.owners, fits, strict=True):
-            best[name] = min(fit.chi2, best.get(name, np.inf))
-        return best, max([0.0, *(self._score(n, c) for n, c in best.items())]) - CLOSE
-
-    def _score(self, name: str, chi2: float) -> float:
-        return self.chi2 - chi2 - self.thresholds[name]

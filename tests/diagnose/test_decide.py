@@ -112,3 +112,23 @@ def test_no_more_effects_than_allowed():
     gain = {"a": 100, "b": 90, "c": 80, "ab": 200, "ac": 190, "bc": 180, "abc": 300}
     assert len(decide(Written(gain), limit=2).ids) == 2
     assert decide(Written(gain), limit=0).ids == ()
+
+
+@dataclass
+class Apart(Written):
+    """Gains about a set may be others than about what was chosen on the way; about: set -> gains there."""
+
+    about: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def moved(self, ids):
+        return Apart(self.about.get("".join(sorted(ids)), self.gain), about=self.about)
+
+
+def test_what_a_set_does_not_need_about_itself_is_not_named():
+    """Beside a and c settings are taken to have been others, for which b makes up once it has taken the place of c."""
+    gain = {"a": 50, "b": 4, "c": 5, "ab": 55, "ac": 75, "bc": 9, "abc": 76}
+    about = {"ac": gain | {"ab": 80, "ac": 76, "abc": 82}, "ab": gain}
+    assert decide(Apart(gain, about={"ac": about["ac"]} | {"ab": about["ac"]})).ids == ("a", "b")
+    found = decide(Apart(gain, about=about | {"a": gain}))
+    assert found.ids == ("a",)
+    assert found.evidence.gain == gain

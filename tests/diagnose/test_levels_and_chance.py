@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
 
+from belt_sim.diagnosis.alternatives import Alternatives
 from belt_sim.diagnosis.chance import beyond
 from belt_sim.diagnosis.contrasts import WINDOW
 from belt_sim.diagnosis.levels import LEVEL_SPREAD, TOGETHER
+from belt_sim.diagnosis.noise import Levels
 from belt_sim.diagnosis.null import NoiseSource, NullGains, null_gains
 from belt_sim.diagnosis.openset import open_set
 
@@ -115,6 +117,21 @@ def test_what_is_fitted_already_gains_nothing_more():
     assert not null.gains["same"].any()
     assert np.mean(null.gains["more"]) == pytest.approx(1.0, abs=SIGMAS * np.sqrt(2.0 / 2000))
     assert np.var(null.gains["more"]) == pytest.approx(2.0, rel=0.4)
+
+
+def test_numbers_cost_as_much_where_some_levels_of_noise_hide_them():
+    """A column near what can be seen at all is there at one noise level and not at the other."""
+    shape = 1e-7 * np.ones((1, len(SPREAD), 1, 40)) / np.sqrt(40 * len(SPREAD))
+    bench, turn = linear_bench(SPREAD), np.arange(2000) % 2
+    low, high = (Levels(white=(w,), wander=(1.0,)) for w in (0.5, 1.5))
+    finder = SimpleNamespace(
+        draw=lambda e, count, rng: np.where(turn[:count, None, None], 1.5, 0.5) * np.ones((1, 1, 3)),
+        many=lambda errors: [(low, high)[k] for k in turn[: len(errors)]],
+    )
+    grid = Alternatives(shape, (np.array([0]),))
+    null = null_gains(replace(bench, finder=finder), {"faint": grid}, shape[:0], 0.0 * shape[0], count=2000, seed=4)
+    assert null.dof == {"faint": 1}
+    assert null.inflation("faint") == pytest.approx(1.0, rel=0.2)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Refits reach the valley they began in, and the effect that explains more takes the place of the one that does not."""
 
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -113,3 +114,29 @@ def test_an_effect_is_at_null_where_all_that_is_better_with_it_has_diverged():
     assert far.chi2 > current.chi2 + 1000.0
     best = best_of(bench, near, ["faint"])["faint"]
     assert (best.chi2, best.vector[0], best.ids) == (current.chi2, 0.0, ("other", "faint"))
+
+
+@dataclass(frozen=True)
+class Sliding:
+    """A workbench on which the number of a set comes nearer to 10 the nearer to it settings were taken to be."""
+
+    about: float = 0.0
+    metric = SimpleNamespace(whiten=lambda rows: rows)
+    forward = SimpleNamespace(null=lambda: np.zeros(1), index=lambda name: [0])
+
+    def moved_to(self, vector):
+        return Sliding(float(vector[0]))
+
+    def start(self, ids, vector):
+        return Fit(ids=ids, free=[0], vector=vector)
+
+    def fit(self, starts):
+        at = np.array([10.0 + 0.3 * (self.about - 10.0)])
+        return [replace(f, vector=at, chi2=1.0, columns=np.eye(1), slopes=np.eye(1)) for f in starts]
+
+
+def test_settings_are_moved_until_they_stay():
+    """Of a tension that is a quarter off, what is linear about none of it says too much."""
+    moved = Refits(Sliding(), None, 0.0, None).moved(("a",))
+    assert moved.bench.about == pytest.approx(9.1)
+    assert moved.fit(("a",)).vector[0] == pytest.approx(9.73)

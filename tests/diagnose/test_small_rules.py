@@ -100,3 +100,17 @@ def test_a_condition_in_which_nothing_is_asked_speaks_against_no_effect(more, wo
         )
 
     assert Chance({"yaw 0": np.ones((5, 3))}).worse(left_out(7.0 + more), left_out(7.0)) == worse
+
+
+def test_a_zero_that_is_far_off_is_no_law():
+    """One run's zero is beyond what its sheet says, another's readings bend as none do by chance."""
+    rng = np.random.default_rng(2)
+    noise = 0.1 * rng.normal(size=(200, 40)) + rng.normal(size=(200, 1))
+    record, bent = np.zeros(40, dtype=int), 6.0 * np.cos(np.linspace(0.0, np.pi, 40))
+
+    def left_out(errors):
+        every = np.ones(1, dtype=bool), errors[None, None]
+        return Condition(0.0, errors, np.empty((0, 40)), record, *every)
+
+    held = HeldOut(0.0, 0.0, {"zero": left_out(np.full(40, 6.0)), "bent": left_out(bent)})
+    assert list(Chance({"zero": noise, "bent": noise}).beyond_floor(held)) == ["bent"]
