@@ -71,7 +71,8 @@ def test_diagnose_twice_then_compare_and_report(belt, folder):
     assert effect.strength == after["effects"][0]["numbers"]["strength"]
     compared = belt("compare", f"campaign={folder}", "model=beam_th2", f"effects={found}", "pictures=false")
     error = read(compared.folder / "comparison.json")["error"]["fit"]
-    assert error["after_mm"] == pytest.approx(after["error"]["fit"]["after_mm"], rel=1e-3)
+    # a diagnosis carries predictions from the likeliest settings back to the stated ones, to first order
+    assert error["after_mm"] == pytest.approx(after["error"]["fit"]["after_mm"], rel=5e-3)
 
     report = again.folder / "report.html"
     report.unlink()
