@@ -200,6 +200,8 @@ class Refits:
 
 def _same(one: Fit, other: Fit) -> bool:
     """Whether two fits of one set have the same numbers, as far as readings tell."""
+    if not other.free:
+        return True
     apart = (other.vector - one.vector)[other.free] @ other.columns.reshape(len(other.free), -1)
     return bool(apart @ apart < NESTING)
 

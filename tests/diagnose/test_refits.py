@@ -128,11 +128,12 @@ class Sliding:
         return Sliding(float(vector[0]))
 
     def start(self, ids, vector):
-        return Fit(ids=ids, free=[0], vector=vector)
+        return Fit(ids=ids, free=[0] if ids else [], vector=vector)
 
     def fit(self, starts):
         at = np.array([10.0 + 0.3 * (self.about - 10.0)])
-        return [replace(f, vector=at, chi2=1.0, columns=np.eye(1), slopes=np.eye(1)) for f in starts]
+        found = [(f, np.eye(1)[: len(f.free)]) for f in starts]
+        return [replace(f, vector=at if f.ids else f.vector, chi2=1.0, columns=k, slopes=k) for f, k in found]
 
 
 def test_settings_are_moved_until_they_stay():
@@ -140,3 +141,10 @@ def test_settings_are_moved_until_they_stay():
     moved = Refits(Sliding(), None, 0.0, None).moved(("a",))
     assert moved.bench.about == pytest.approx(9.1)
     assert moved.fit(("a",)).vector[0] == pytest.approx(9.73)
+
+
+def test_settings_are_moved_back_to_where_nothing_is_missing():
+    """After a set that was dropped: nothing is fitted then that could slide."""
+    moved = Refits(Sliding(9.1), None, 0.0, None).moved(())
+    assert moved.bench.about == 0.0
+    assert moved.fit(()).free == []
