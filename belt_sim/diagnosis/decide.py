@@ -1,8 +1,9 @@
 """The decision which effects are missing, from evidence alone: the same on readings and on readings made by chance.
 
-Forward with swaps, at most four, and from the best of all pairs where that promises more than what was seen; then
-every set seen on the way is compared with all its subsets, the empty one too, by one final metric: gain over the base
-model beyond what chance gives. No larger set wins that predicts held-out conditions worse than a smaller one.
+Forward with swaps, at most four, and from the best of all pairs where that promises more than what was seen, also
+where effects stand out that each mislead without the other; then every set seen on the way is compared with all its
+subsets, the empty one too, by one final metric: gain over the base model beyond what chance gives. No larger set wins
+that predicts held-out conditions worse than a smaller one.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -76,7 +77,7 @@ def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None]
     first, rounds = evidence, list[Sequence[Beside]]()
     seen: list[Ids] = [()]
     evidence, about = _forward(evidence, seen, rounds, limit, tell)
-    if len(seen) == 1:
+    if len(seen) == 1 and not any(t.passes for tried in rounds for t in tried):
         return Decision((), evidence, tuple(rounds))
     best, pair = best_of_all(evidence, seen), first.pair(seen) if limit > 1 else None
     if pair is not None:

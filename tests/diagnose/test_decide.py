@@ -79,6 +79,9 @@ class Written:
         (Written({"a": 50, "b": 45, "ab": 90}, worsens=("ab",)), "a"),  # the larger set predicts worse
         (Written({"a": 50, "b": 45}, worsens=("a",)), "b"),  # the first does, the second does not
         (Written({"a": 50}, worsens=("a",)), ""),
+        (Written({"a": 50, "b": 45, "ab": 150}, worsens=("a", "b")), "ab"),  # each alone predicts worse, both do not
+        (Written({"a": 50, "b": 45, "ab": 150}, worsens=("a", "b", "ab")), ""),
+        (Written({"a": 8, "b": 8, "ab": 150}), ""),  # nothing stands out by itself
         (Written({"a": 50, "b": 48, "c": 47, "bc": 200, "ab": 70, "ac": 60, "abc": 201}), "bc"),  # a was in the way
         (Written({"a": 95, "b": 60, "c": 60, "bc": 118, "ab": 96, "ac": 96}), "bc"),  # a is their sum, nearly
         (Written({"a": 95, "b": 60, "c": 60, "bc": 104, "ab": 96, "ac": 96}), "a"),  # two explain no more than chance
