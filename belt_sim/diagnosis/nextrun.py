@@ -57,7 +57,10 @@ class Outlook:
         known = self.bench.metric.whiten(a.values - b.values)
         (there_a, along_a), (there_b, along_b) = self.predict(a, a.free), self.predict(b, b.free)
         new = self.white(there_a - there_b)
-        refitted = ((a.columns, self.white(along_a)), (b.columns, self.white(along_b)))
+        refitted = [
+            (fit.columns.reshape(len(fit.free), known.size), self.white(along))
+            for fit, along in ((a, along_a), (b, along_b))
+        ]
         before = min(_rest(known, columns) for columns, _ in refitted)
         after = [
             min(
@@ -89,7 +92,7 @@ class Outlook:
     def white(self, x: np.ndarray) -> np.ndarray:
         """Whitened action by action: (..., actions, m)."""
         white = self.metric.whiten(x)
-        return white.reshape(*white.shape[:-1], len(self.actions), -1)
+        return white.reshape(*white.shape[:-1], len(self.actions), white.shape[-1] // len(self.actions))
 
     def _metric(self, vector: np.ndarray) -> Metric:
         directions = np.eye(self.forward.size)[-len(NUISANCES) :]

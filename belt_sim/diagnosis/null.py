@@ -118,7 +118,7 @@ def null_gains(
             gains[name].append(taken + (rng.chisquare(free, size) if free else 0.0))
             if name in alone:
                 whole = np.array(ranks)[:, left.of] == np.max(ranks)  # where all of its numbers are in the readings
-                alone[name] += [float(np.mean(np.array(every)[whole])) + free] * int(whole.any()) * size
+                alone[name] += [float(np.mean(np.array(every)[whole])) + free] * size
         tick(size)
     means = {n: float(np.mean(m)) for n, m in alone.items()}
     return NullGains({n: np.concatenate(g) for n, g in gains.items()}, dof, means)

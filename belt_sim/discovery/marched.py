@@ -56,7 +56,7 @@ class March:
     def fine(self) -> list[Refit]:
         """Laws that explain enough, every size being known, best first."""
         made = [r for r in self.tried.values() if r is not None and r.gain >= self.enough and r.certain(CERTAIN)]
-        return sorted(made, key=worth, reverse=True)
+        return sorted(made, key=lambda r: r.worth, reverse=True)
 
     def winner(self) -> Refit | None:
         """The law that is worth most."""
@@ -64,7 +64,7 @@ class March:
 
     def that_predicts(self, won: Refit) -> Refit:
         """The law that won, or a close one where what is held out would be predicted worse with it than without."""
-        close = [r for r in self.fine() if worth(won) - worth(r) < margin(won)]
+        close = [r for r in self.fine() if won.worth - r.worth < margin(won)]
         return next((r for r in close if self.falls(r)), won)
 
     def falls(self, made: Refit) -> bool:
@@ -83,8 +83,8 @@ class March:
             key, there = _key(s.law), s.score + shift.get(places(s.law), shift[ANYWHERE])
             if key in self.tried:
                 made = self.tried[key]
-                there = -np.inf if made is None else worth(made)
-            close = Close(s, max(worth(won) - there, 0.0))
+                there = -np.inf if made is None else made.worth
+            close = Close(s, max(won.worth - there, 0.0))
             fewer = len(s.law.terms) <= len(won.scored.law.terms)
             if key != _key(won.scored.law) and fewer and close.less < margin(won):
                 found.setdefault(key, close)
@@ -96,18 +96,13 @@ class March:
         """What the march makes of laws at each place, beyond the search: what it made of the last that was put there;
         anywhere else what it made of the first."""
         made = [r for r in self.tried.values() if r is not None]
-        found = {places(r.scored.law): worth(r) - r.scored.score for r in made}
-        return {ANYWHERE: worth(made[0]) - made[0].scored.score if made else 0.0} | found
+        found = {places(r.scored.law): r.worth - r.scored.score for r in made}
+        return {ANYWHERE: made[0].worth - made[0].scored.score if made else 0.0} | found
 
 
 def margin(won: Refit) -> float:
     """chi2 within which laws cannot be told from one: what chance makes, and what forms make that are nearly right."""
     return WITHIN + MODELLED * won.gain
-
-
-def worth(made: Refit) -> float:
-    """chi2 that a law explains in the march, its numbers paid."""
-    return made.gain - cost(made.scored.law)
 
 
 def marched(survey: Survey, choice: Choice, likeliest: Course, enough: float) -> tuple[Refit | None, tuple[Close, ...]]:
@@ -144,11 +139,10 @@ def of_first_order(survey: Survey, choice: Choice, likeliest: Course) -> list[Sc
     found = []
     for name in (TENSION, TRAVEL):
         own = [s for s in choice.judged if len(s.law.terms) == 1 and s.law.terms[0].place.name == name]
-        if name == TENSION:
-            own = [*own[:1], *_courses_of(survey, choice)[:1]]
-        promise = max((s.gain for s in own), default=0.0) >= PROMISE * choice.best.gain
-        if promise or likeliest.place.name == name:
-            found += own[:2] if name == TENSION else own[:1]
+        tried = [*own[:1], *(_courses_of(survey, choice)[:1] if name == TENSION else [])]
+        promise = max((s.gain for s in (tried if name == TENSION else own)), default=0.0)
+        if promise >= PROMISE * choice.best.gain or likeliest.place.name == name:
+            found += tried
     return found
 
 

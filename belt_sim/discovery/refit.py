@@ -9,7 +9,7 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.effect_file import Written, written
-from belt_sim.discovery.search import Scored, fitted
+from belt_sim.discovery.search import Scored, cost, fitted
 from belt_sim.discovery.survey import Survey
 
 ROUND = 2.0  # sigma
@@ -29,6 +29,11 @@ class Refit:
     fit: Fit
     gain: float
     exponent: tuple[float, float]
+
+    @property
+    def worth(self) -> float:
+        """chi2 that the law explains in the march, its numbers paid."""
+        return self.gain - cost(self.scored.law)
 
     def estimates(self) -> dict[str, tuple[float, float, str]]:
         """Parameter -> value, u (one sigma), unit; u is 0 of a number that was held."""

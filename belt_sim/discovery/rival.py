@@ -27,7 +27,7 @@ def one_law(survey: Survey, least: float) -> OneLaw | None:
     fine = sorted((refined(survey, s) for s in distinct(ones, REFINED)), key=lambda s: -s.score)
     tried = [s for s in fine[:TRIES] if s.gain - cost(s.law) - searched > PROMISE * least]
     closed = [r for r in (refit(survey, s) for s in tried) if r is not None]
-    best = max(closed, key=lambda r: r.gain - cost(r.scored.law), default=None)
+    best = max(closed, key=lambda r: r.worth, default=None)
     if best is None:
         return None
     law = best.scored.law

@@ -29,10 +29,11 @@ class EdgeGuide(Effect):
         "stiffness_lower": Parameter(unit="N/m", meaning="rollers of the lower span", plausible=(10.0, 1e8), scale=1e5),
         "gap": Parameter(
             unit="m",
-            meaning="play between edge and roller",  # a search from a wrong one ends where the next reading touches
+            meaning="play between edge and roller",
             plausible=(0.0, 0.02),
             scale=1e-3,
             modifier=True,
+            # so close that a search does not end where only the next reading touches
             grid=(0.0, 1.5e-4, 3e-4, 4.5e-4, 6.5e-4, 1e-3, 1.5e-3, 2.2e-3, 4e-3, 8e-3),
         ),
         "at": Parameter(

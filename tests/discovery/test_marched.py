@@ -7,7 +7,7 @@ from small_discovery import surveyed
 
 from belt_sim.discovery.choose import Choice, _elsewhere
 from belt_sim.discovery.forms import Form
-from belt_sim.discovery.marched import March, elsewhere, of_first_order, places, worth
+from belt_sim.discovery.marched import March, elsewhere, of_first_order, places
 from belt_sim.discovery.search import Scored, cost
 from belt_sim.discovery.survey import Law, Term
 
@@ -30,7 +30,7 @@ def scored(made, score):
 
 def fitted(s, score):
     """A law as the march has it, without one."""
-    return SimpleNamespace(scored=s, gain=score + cost(s.law), certain=lambda sigmas: True)
+    return SimpleNamespace(scored=s, gain=score + cost(s.law), worth=score, certain=lambda sigmas: True)
 
 
 def likely(name):
@@ -78,7 +78,7 @@ def test_what_wins_in_the_march_is_told_with_the_best_of_other_places_first(surv
     assert [c.scored for c in told] == [best, close, same]
     assert [c.less for c in told] == pytest.approx([2.0, 7.0, 4.0])
     assert elsewhere(told, won) == [best, close]
-    assert worth(won) == 212.0
+    assert won.worth == 212.0
 
 
 def test_terms_of_one_place_are_moved_together(survey):
