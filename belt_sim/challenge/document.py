@@ -17,6 +17,7 @@ from belt_sim.challenge.tables import (
     by_probability,
     by_size,
     by_source,
+    of_pairs,
     of_targets,
 )
 from belt_sim.files import write_text
@@ -48,8 +49,8 @@ def write_document(top: Path, published: Sequence[Published]) -> Path:
     """Write how_often_right.md and its pictures into a folder of documents."""
     line = [p for p in published if p.about["source"] != SPACE]
     own = [f for p in line if p.about["ablation"] == OWN for f in p.rows]
-    parts = [_INTRO, _commands(line), of_targets(own), by_source(line), by_size(own), by_effect(own), by_plan(own)]
-    parts += [_pictures(top, own), of_strangers(own), of_answers(line), of_failures(own)]
+    parts = [_INTRO, _commands(line), of_targets(own), by_source(line), by_size(own), of_pairs(own), by_effect(own)]
+    parts += [by_plan(own), _pictures(top, own), of_strangers(own), of_answers(line), of_failures(own)]
     parts += [_space([p for p in published if p.about["source"] == SPACE])]
     return write_text(top / "how_often_right.md", "\n".join(p for p in parts if p))
 

@@ -90,6 +90,34 @@ def by_size(rows: Sequence[Facts]) -> str:
     return "## By size\n\n" + table(head, lines) if lines else ""
 
 
+def of_pairs(rows: Sequence[Facts]) -> str:
+    """Two effects, by what the best single effect of the generator's library leaves of them."""
+    classes = {"under 3": (0.0, 3.0), f"3 - {SEEN:.1f}": (3.0, SEEN), f"{SEEN:.1f} - 9": (SEEN, 9.0)}
+    classes["9 and more"] = (9.0, np.inf)
+    lines = []
+    for words, (low, high) in classes.items():
+        mine = [f for f in of_kind(rows, "two") if f.distance is not None and low <= f.distance < high]
+        flags = [
+            [f.right for f in mine],
+            [set(f.hidden) <= f.answer_set for f in mine],
+            [set(f.named) < set(f.hidden) for f in mine],
+            [confidently_wrong(f) for f in mine],
+        ]
+        if mine:
+            lines.append((words, *map(ranged, flags)))
+    head = ("one effect leaves", "exactly named", "or in the confusable set", "none or one named", "confidently wrong")
+    return _PAIRS + table(head, lines) if lines else ""
+
+
+_PAIRS = """## Two hidden effects
+
+By what the best single effect of the generator's library leaves of both, in units of noise. Where that is less than 3 a
+second effect lowers chi2 by 9 at most, and so does chance, for one of thirty candidates, in every thirteenth campaign:
+of such two nobody can name both, who may not name what is not there.
+
+"""
+
+
 def by_plan(rows: Sequence[Facts]) -> str:
     """The same figures for every kind of machine."""
     lines = []

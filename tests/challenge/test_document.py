@@ -77,6 +77,23 @@ def test_failures_stand_below_their_cause(tmp_path):
     assert "| one hidden: another named | 1 | taper |" in text
 
 
+def test_two_effects_are_told_by_what_one_effect_leaves_of_them(tmp_path):
+    hidden = [truth("two", "taper", "crown") | {"distance": d} for d in (2.9, 3.1, 8.0, 40.0)]
+    answers = [answer_of("taper"), answer_of("taper", "crown"), answer_of("cant", "crown"), answer_of("taper", "crown")]
+    found = [result(h, a) | {"seed": s} for s, (h, a) in enumerate(zip(hidden, answers, strict=True))]
+    text = publish(found, str(tmp_path)).read_text()
+    section = text.split("## Two hidden effects")[1].split("## ")[0]
+    told = {cells[1]: [c.split(" (")[0] for c in cells[2:6]] for cells in _cells(section)}
+    assert told["under 3"] == ["0 of 1", "0 of 1", "1 of 1", "0 of 1"]
+    assert told["3 - 4.8"] == ["1 of 1", "1 of 1", "0 of 1", "0 of 1"]
+    assert told["4.8 - 9"] == ["0 of 1", "0 of 1", "0 of 1", "1 of 1"]
+    assert told["9 and more"] == ["1 of 1", "1 of 1", "0 of 1", "0 of 1"]
+
+
+def _cells(section):
+    return [[c.strip() for c in line.split("|")] for line in section.splitlines() if "|" in line]
+
+
 def test_laws_beyond_the_library_are_told_by_distance_form_and_place(tmp_path):
     said = {"place": "yaw_head", "variable": "wave", "form": "periodic"}
     answers = [(7.0, answer_of(verdict="none_known")), (9.0, answer_of()), (15.0, answer_of(verdict="none_known"))]
