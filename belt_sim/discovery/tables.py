@@ -55,7 +55,11 @@ def products(survey: Survey, place: Place, vectors: np.ndarray) -> Products:
     """Products of all columns of a place with vectors (q, R, m)."""
     across = vectors.transpose(1, 2, 0)  # (R, m, q)
     forms, blocks = survey.once(("forms", place.kind, survey.wide), lambda: _blocks(survey, place), survey.states)
-    found = [(_reading if block.reading else _still)(survey, place, block, across) for block in blocks]
+    felt = _felt(survey, place, across)
+    found = [
+        _reading(survey, place, block, across) if block.reading else _still(survey, place, block, felt)
+        for block in blocks
+    ]
     starts = np.cumsum([0, *(len(block.forms) for block in blocks)])
     return Products(
         place,
@@ -102,32 +106,59 @@ def inputs_of(
     return found
 
 
-def _still(survey: Survey, place: Place, block: Block, across: np.ndarray) -> Products:
+def _still(survey: Survey, place: Place, block: Block, felt: np.ndarray) -> Products:
     """Of forms that the belt has no hand in.
 
     In double precision: of a column that almost cancels the length and the products are rounded alike in no other way,
     where they do not come from the same rows.
     """
     inputs = survey.once(("inputs", block), lambda: inputs_of(survey.states, block.everything, None, None, float))
-    operator = _operator(survey, place)
     within = survey.states if place.name == TRAVEL else None  # the encoder's error acts on what is shown
-    lengths = survey.once(("lengths", place.name, block), lambda: _lengths(inputs @ operator, block.waves), within)
-    return _products(place, block, inputs @ (operator @ across), lengths)
+    lengths = survey.once(
+        ("lengths", place.name, block), lambda: _lengths(inputs @ _operator(survey, place), block.waves), within
+    )
+    return _products(place, block, inputs @ felt, lengths)
+
+
+def _felt(survey: Survey, place: Place, across: np.ndarray) -> np.ndarray:
+    """Products (R, J, q) of what an input at a place, the same to all its parts, does to the whitened readings with
+    vectors (R, m, q).
+    """
+    found: Any = 0.0
+    for channel, part in place.parts:
+        lever = np.asarray(survey.states.lever(place, channel, part), dtype=float)
+        own = survey.ops.rows[channel].swapaxes(0, 1) @ across
+        found = found + own * (lever[..., None] if lever.ndim else lever)
+    return np.asarray(found)
 
 
 def _reading(survey: Survey, place: Place, block: Block, across: np.ndarray) -> Products:
     """Of forms that read the state."""
-    states = survey.states
+    parts = [_rows(survey, place.kind, channel, part, block) for channel, part in place.parts]
+    whole = np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
+    return _products(place, block, whole @ across.astype(np.float32), _lengths(whole, block.waves))
 
-    def rows(channel: str, part: int | None) -> np.ndarray:
-        where = channel if part is None else part
+
+def _rows(survey: Survey, kind: str, channel: str, part: int | None, block: Block) -> np.ndarray:
+    """Whitened columns (R, F + w, m) of forms that read the state where a part of a place is.
+
+    Those of the places of one kind are remembered: what is at both pulleys is at each of them as well.
+    """
+    states, where = survey.states, channel if part is None else part
+
+    def made() -> np.ndarray:
         inputs = survey.once(
             ("inputs", where, block), lambda: inputs_of(states, block.everything, part, channel), states
         )
         return inputs @ survey.ops.rows[channel].swapaxes(0, 1)
 
-    whole = np.sum([rows(*part) for part in place.parts], axis=0) if len(place.parts) > 1 else rows(*place.parts[0])
-    return _products(place, block, whole @ across.astype(np.float32), _lengths(whole, block.waves))
+    last = survey.once(("rows",), dict, states)
+    if last.get("kind") != kind:
+        last.clear()
+        last["kind"] = kind
+    if (channel, block) not in last:
+        last[channel, block] = made()
+    return last[channel, block]
 
 
 def _operator(survey: Survey, place: Place) -> np.ndarray:
