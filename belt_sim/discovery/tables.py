@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
+from belt_sim.discovery.operators import single
 from belt_sim.discovery.places import TRAVEL, Place
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Survey
@@ -87,11 +88,9 @@ def _block(forms: list[Form]) -> Block:
     return Block(forms, [*forms, *(forms[k].sine() for k in waves)], waves)
 
 
-def inputs_of(
-    states: States, forms: Sequence[Form], part: int | None, signal: str | None, dtype: type = np.float32
-) -> np.ndarray:
+def inputs_of(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
     """Forms along every run, (R, F, J); part: the pulley, signal: the sensor."""
-    found: np.ndarray = np.empty((len(states.tension), len(forms), len(states.s)), dtype=dtype)
+    found = np.empty((len(states.tension), len(forms), len(states.s)))
     shaped: dict[tuple, np.ndarray] = {}
     courses: dict[tuple, np.ndarray] = {}
     with np.errstate(over="ignore"):  # of what has faded away
@@ -102,7 +101,7 @@ def inputs_of(
                 shaped[what] = formula(SHAPES[f.shape])(x=x, p=f.knee, s=states.s, xp=np, stop=stop)
             if when not in courses:
                 courses[when] = formula(COURSES[f.course])(s=travel_of(states, f), p=f.at, q=f.wide, xp=np)
-            np.multiply(shaped[what], courses[when], out=found[:, k], casting="same_kind")
+            np.multiply(shaped[what], courses[when], out=found[:, k])
     return found
 
 
@@ -112,7 +111,7 @@ def _still(survey: Survey, place: Place, block: Block, felt: np.ndarray) -> Prod
     In double precision: of a column that almost cancels the length and the products are rounded alike in no other way,
     where they do not come from the same rows.
     """
-    inputs = survey.once(("inputs", block), lambda: inputs_of(survey.states, block.everything, None, None, float))
+    inputs = survey.once(("inputs", block), lambda: inputs_of(survey.states, block.everything, None, None))
     within = survey.states if place.name == TRAVEL else None  # the encoder's error acts on what is shown
     lengths = survey.once(
         ("lengths", place.name, block), lambda: _lengths(inputs @ _operator(survey, place), block.waves), within
@@ -136,7 +135,7 @@ def _reading(survey: Survey, place: Place, block: Block, across: np.ndarray) -> 
     """Of forms that read the state."""
     parts = [_rows(survey, place.kind, channel, part, block) for channel, part in place.parts]
     whole = np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
-    return _products(place, block, whole @ across.astype(np.float32), _lengths(whole, block.waves))
+    return _products(place, block, whole @ single(across), _lengths(whole, block.waves))
 
 
 def _rows(survey: Survey, kind: str, channel: str, part: int | None, block: Block) -> np.ndarray:
@@ -148,7 +147,7 @@ def _rows(survey: Survey, kind: str, channel: str, part: int | None, block: Bloc
 
     def made() -> np.ndarray:
         inputs = survey.once(
-            ("inputs", where, block), lambda: inputs_of(states, block.everything, part, channel), states
+            ("inputs", where, block), lambda: single(inputs_of(states, block.everything, part, channel)), states
         )
         return inputs @ survey.ops.rows[channel].swapaxes(0, 1)
 
