@@ -156,8 +156,9 @@ class _SignalLevels:
         cost = np.zeros((len(errors), len(self.lengths), *shape))
         for part, of_lengths in zip(self.fast, self._fast_grids, strict=True):
             z = part.read(errors)
+            products = z.swapaxes(1, 2) @ z  # of all windows together: there are few directions, and many windows
             for k, (modes, logs, weights) in enumerate(of_lengths):
-                squares = np.sum((z @ modes) ** 2, axis=1)
+                squares = np.sum((products @ modes) * modes, axis=1)
                 cost[:, k] += logs
                 cost[:, k] += (squares @ weights).reshape(-1, *shape)
         cost -= cost.min(axis=(1, 2, 3), keepdims=True)

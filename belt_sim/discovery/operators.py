@@ -43,8 +43,13 @@ def operators(bench: Workbench, ground: Ground, answers: Responses, effects: Seq
     shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
     true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
     names = [*CHANNELS, *(s.name for s in samples.signals if s.kind == "lateral")]
-    rows = {n: single(ground.white(shapes(bench, answers, true, n))) for n in names}
+    rows = {n: _run_by_run(ground.white(shapes(bench, answers, true, n))) for n in names}
     return Operators(rows=rows, grid=answers.grid, true=true)
+
+
+def _run_by_run(rows: np.ndarray) -> np.ndarray:
+    """Rows (J, R, m) in single precision, those of a run side by side in memory, as they are multiplied."""
+    return single(np.ascontiguousarray(rows.swapaxes(0, 1))).swapaxes(0, 1)
 
 
 def shapes(bench: Workbench, answers: Responses, true: np.ndarray, channel: str) -> np.ndarray:

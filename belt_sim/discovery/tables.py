@@ -52,9 +52,23 @@ class Block:
         return self.forms[0].variable not in STATELESS
 
 
-def products(survey: Survey, place: Place, vectors: np.ndarray) -> Products:
-    """Products of all columns of a place with vectors (q, R, m)."""
-    across = vectors.transpose(1, 2, 0)  # (R, m, q)
+class Across:
+    """Whitened vectors (q, R, m) as columns (R, m, q), in double and in single precision, with what was worked out."""
+
+    def __init__(self, vectors: np.ndarray) -> None:
+        self.double = np.ascontiguousarray(vectors.transpose(1, 2, 0))
+        self.single = single(self.double)
+        self._felt: dict[str, np.ndarray] = {}
+
+    def felt(self, survey: Survey, channel: str) -> np.ndarray:
+        """Products (R, J, q) with what an input at a channel does."""
+        if channel not in self._felt:
+            self._felt[channel] = survey.ops.rows[channel].swapaxes(0, 1) @ self.double
+        return self._felt[channel]
+
+
+def products(survey: Survey, place: Place, across: Across) -> Products:
+    """Products of all columns of a place with vectors."""
     forms, blocks = survey.once(("forms", place.kind, survey.wide), lambda: _blocks(survey, place), survey.states)
     felt = _felt(survey, place, across)
     found = [
@@ -119,23 +133,20 @@ def _still(survey: Survey, place: Place, block: Block, felt: np.ndarray) -> Prod
     return _products(place, block, inputs @ felt, lengths)
 
 
-def _felt(survey: Survey, place: Place, across: np.ndarray) -> np.ndarray:
-    """Products (R, J, q) of what an input at a place, the same to all its parts, does to the whitened readings with
-    vectors (R, m, q).
-    """
+def _felt(survey: Survey, place: Place, across: Across) -> np.ndarray:
+    """Products (R, J, q) of vectors with what an input at a place, the same to all its parts, does."""
     found: Any = 0.0
     for channel, part in place.parts:
         lever = np.asarray(survey.states.lever(place, channel, part), dtype=float)
-        own = survey.ops.rows[channel].swapaxes(0, 1) @ across
-        found = found + own * (lever[..., None] if lever.ndim else lever)
+        found = found + across.felt(survey, channel) * (lever[..., None] if lever.ndim else lever)
     return np.asarray(found)
 
 
-def _reading(survey: Survey, place: Place, block: Block, across: np.ndarray) -> Products:
+def _reading(survey: Survey, place: Place, block: Block, across: Across) -> Products:
     """Of forms that read the state."""
     parts = [_rows(survey, place.kind, channel, part, block) for channel, part in place.parts]
     whole = np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
-    return _products(place, block, whole @ single(across), _lengths(whole, block.waves))
+    return _products(place, block, whole @ across.single, _lengths(whole, block.waves))
 
 
 def _rows(survey: Survey, kind: str, channel: str, part: int | None, block: Block) -> np.ndarray:
