@@ -162,7 +162,8 @@ class _SignalLevels:
                 cost[:, k] += logs
                 cost[:, k] += (squares @ weights).reshape(-1, *shape)
         cost -= cost.min(axis=(1, 2, 3), keepdims=True)
-        return -2.0 * np.logaddexp(-0.5 * cost, -0.5 * BEYOND)
+        known, near = np.full_like(cost, -0.5 * BEYOND), cost < BEYOND + 75.0  # further off it changes no digit
+        return -2.0 * np.logaddexp(-0.5 * cost, -0.5 * BEYOND, out=known, where=near)
 
     @cached_property
     def _fast_grids(self) -> list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
