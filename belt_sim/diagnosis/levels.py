@@ -13,6 +13,7 @@ import numpy as np
 
 from belt_sim.campaign import Run, SignalSheet
 from belt_sim.diagnosis.contrasts import Contrast, Scatter, contrast, scatter
+from belt_sim.diagnosis.metric import AT_ONCE
 from belt_sim.diagnosis.noise import FLOOR, SMOOTH, Levels, Reach
 from belt_sim.diagnosis.samples import Samples
 
@@ -66,7 +67,8 @@ class LevelFinder:
 
     def many(self, errors: np.ndarray) -> list[Levels]:
         """The same for many sets of readings (B, R, S, n)."""
-        best = [signal.best(errors) for signal in self.signals]
+        some = [errors[k : k + AT_ONCE] for k in range(0, len(errors), AT_ONCE)]
+        best = [[level for part in some for level in signal.best(part)] for signal in self.signals]
         found = []
         for k in range(len(errors)):
             white, wander, length = zip(*(b[k] for b in best), strict=True)
@@ -78,15 +80,11 @@ class LevelFinder:
                     length=length,
                     smooth=self.smooth,
                     repeats=self.repeats,
-                    read=self._read,
+                    read=any(signal.contrasts for signal in self.signals),
                     trusted=not far,
                 )
             )
         return found
-
-    @property
-    def _read(self) -> bool:
-        return any(signal.contrasts for signal in self.signals)
 
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Levels (count, S, 3) that the readings (R, S, n) leave possible, by their probability."""

@@ -13,7 +13,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.noise import Levels, covariance, whitener
 from belt_sim.diagnosis.samples import Samples
 
-AT_ONCE = 64  # arrays that are whitened together: more do not stay within a processor's reach
+AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach
 
 
 @dataclass(frozen=True)
