@@ -10,10 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from belt_sim.diagnosis.heldout import HeldOut, conditions, lateral_readings
 from belt_sim.diagnosis.null import NoiseSource
+from belt_sim.diagnosis.tails import gumbel_fit, gumbel_isf
 from belt_sim.diagnosis.workbench import Workbench
 
 DRAWS = 200
@@ -80,7 +80,7 @@ def beyond(largest: np.ndarray, level: float) -> float:
 
     By the law of extremes (Gumbel) that all draws make: the few largest of them alone are another with every seed.
     """
-    return float(stats.gumbel_r.isf(level, *stats.gumbel_r.fit(largest)))
+    return gumbel_isf(level, *gumbel_fit(largest))
 
 
 def chance_of(bench: Workbench, left: np.ndarray, seed: int) -> Chance:

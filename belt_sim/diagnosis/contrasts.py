@@ -5,6 +5,7 @@ Long records are averaged in bins for what is slow, and the scatter within short
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -52,16 +53,23 @@ class Contrast:
 
     def modes(self, reach: Reach) -> "Modes":
         """In which modes wander of this reach is independent."""
-        size = self.per_bin / max(self.sheet.white, FLOOR) ** 2
-        kernel = size * wander_kernel(self.sheet, self.travel, reach)
         q = self.bin_size
-        slow = np.linalg.eigh(self.free.T @ (q * _averaged(kernel, q)) @ self.free)
-        spacing = float(np.median(np.diff(self.travel)))
-        near = size * wander_kernel(self.sheet, spacing * np.arange(WINDOW), reach)
-        fast = np.linalg.eigh(_FAST.T @ near @ _FAST)
+        kernel, fast = _wander(self.sheet, self.travel.tobytes(), self.per_bin, q, reach)
+        slow = np.linalg.eigh(self.free.T @ kernel @ self.free)
         windows = 0 if q == 1 else len(self.keep) // WINDOW
         ratios = np.concatenate([slow[0], np.tile(fast[0], windows)])
         return Modes(np.maximum(ratios, 0.0), slow[1], fast[1])
+
+
+@lru_cache(maxsize=256)
+def _wander(sheet: SignalSheet, travel: bytes, per_bin: float, q: int, reach: Reach):
+    """Covariance (b, b) of a wander's bins over the stated white noise, and variances and modes of what is fast in it:
+    the same wherever predictions are taken.
+    """
+    size, at = per_bin / max(sheet.white, FLOOR) ** 2, np.frombuffer(travel)
+    kernel = size * wander_kernel(sheet, at, reach)
+    near = size * wander_kernel(sheet, float(np.median(np.diff(at))) * np.arange(WINDOW), reach)
+    return q * _averaged(kernel, q), np.linalg.eigh(_FAST.T @ near @ _FAST)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 
 from belt_sim.campaign import Run, SignalSheet
 from belt_sim.diagnosis.contrasts import Contrast, Scatter, contrast, scatter
+from belt_sim.diagnosis.metric import AT_ONCE
 from belt_sim.diagnosis.noise import FLOOR, SMOOTH, Levels, Reach
 from belt_sim.diagnosis.samples import Samples
 
@@ -66,7 +67,8 @@ class LevelFinder:
 
     def many(self, errors: np.ndarray) -> list[Levels]:
         """The same for many sets of readings (B, R, S, n)."""
-        best = [signal.best(errors) for signal in self.signals]
+        some = [errors[k : k + AT_ONCE] for k in range(0, len(errors), AT_ONCE)]
+        best = [[level for part in some for level in signal.best(part)] for signal in self.signals]
         found = []
         for k in range(len(errors)):
             white, wander, length = zip(*(b[k] for b in best), strict=True)
@@ -78,15 +80,11 @@ class LevelFinder:
                     length=length,
                     smooth=self.smooth,
                     repeats=self.repeats,
-                    read=self._read,
+                    read=any(signal.contrasts for signal in self.signals),
                     trusted=not far,
                 )
             )
         return found
-
-    @property
-    def _read(self) -> bool:
-        return any(signal.contrasts for signal in self.signals)
 
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Levels (count, S, 3) that the readings (R, S, n) leave possible, by their probability."""
@@ -156,12 +154,14 @@ class _SignalLevels:
         cost = np.zeros((len(errors), len(self.lengths), *shape))
         for part, of_lengths in zip(self.fast, self._fast_grids, strict=True):
             z = part.read(errors)
+            products = z.swapaxes(1, 2) @ z  # of all windows together: there are few directions, and many windows
             for k, (modes, logs, weights) in enumerate(of_lengths):
-                squares = np.sum((z @ modes) ** 2, axis=1)
+                squares = np.sum((products @ modes) * modes, axis=1)
                 cost[:, k] += logs
                 cost[:, k] += (squares @ weights).reshape(-1, *shape)
         cost -= cost.min(axis=(1, 2, 3), keepdims=True)
-        return -2.0 * np.logaddexp(-0.5 * cost, -0.5 * BEYOND)
+        known, near = np.full_like(cost, -0.5 * BEYOND), cost < BEYOND + 75.0  # further off it changes no digit
+        return -2.0 * np.logaddexp(-0.5 * cost, -0.5 * BEYOND, out=known, where=near)
 
     @cached_property
     def _fast_grids(self) -> list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:

@@ -13,11 +13,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.interpolate import BSpline
-from scipy.stats import chi2
 
 from belt_sim.case import Case
 from belt_sim.diagnosis.added_readings import READ_BY
 from belt_sim.diagnosis.samples import Samples
+from belt_sim.diagnosis.tails import chi2_sf
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect, overrides, uses
 from belt_sim.jax_setup import in_float64
@@ -63,7 +63,7 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
     gains /= _too_much(residual @ residual - gains[-1], len(residual) - columns.shape[1] - slow_ones)
     harmonics = np.arange(1, len(gains) + 1)
     readings = np.isfinite(samples.y).sum()
-    if not np.any(chi2.sf(gains, 2 * harmonics) < 1.0 / readings):
+    if not np.any(chi2_sf(gains, 2 * harmonics) < 1.0 / readings):
         return min(FEWEST, len(gains))
     alone = harmonics[np.diff(gains, prepend=0.0) > 2.0 * np.log(readings)]
     best = max([harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone])

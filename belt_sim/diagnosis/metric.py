@@ -13,6 +13,8 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.noise import Levels, covariance, whitener
 from belt_sim.diagnosis.samples import Samples
 
+AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach
+
 
 @dataclass(frozen=True)
 class Metric:
@@ -21,7 +23,7 @@ class Metric:
     samples: Samples
     levels: Levels
     roots: np.ndarray  # (R, S, n, n); zero rows where nothing was measured
-    local: tuple[tuple[np.ndarray, np.ndarray], ...]  # a run's nuisances: directions (k, S*n), shrinkage (k,)
+    local: tuple[np.ndarray, np.ndarray]  # a run's nuisances: directions (R, k, S*n), shrinkage (R, k)
     shared: tuple[np.ndarray, np.ndarray]  # those of all runs together: (m, N), (m,)
 
     def noise_white(self, x: np.ndarray) -> np.ndarray:
@@ -35,9 +37,12 @@ class Metric:
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
         """Unit-covariance vector (..., N) of readings or shapes (..., R, S, n)."""
-        white = self.noise_white(x)
-        rows = [_shrink(white[..., r, :], *self.local[r]) for r in range(white.shape[-2])]
-        return _shrink(np.concatenate(rows, axis=-1), *self.shared)
+        many = int(np.prod(x.shape[:-3]))
+        each, found = x.reshape(many, *x.shape[-3:]), np.empty((many, int(np.prod(x.shape[-3:]))))
+        for start in range(0, many, AT_ONCE):
+            white = self.noise_white(each[start : start + AT_ONCE])
+            found[start : start + AT_ONCE] = _shrink(_shrink_runs(white, *self.local), *self.shared)
+        return found.reshape(*x.shape[:-3], found.shape[1])
 
     def chi2(self, residual: np.ndarray) -> np.ndarray:
         """Squared length of whitened residuals (..., R, S, n) -> (...)."""
@@ -46,6 +51,13 @@ class Metric:
 
 def _shrink(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndarray:
     return x - ((x @ directions.T) * share) @ directions
+
+
+def _shrink_runs(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Rows (k, R, S*n) -> (k, R * S*n), every run by its own directions (R, k, S*n) and shares (R, k)."""
+    runs = x.swapaxes(0, 1)
+    found = runs - ((runs @ directions.swapaxes(1, 2)) * share[:, None]) @ directions
+    return found.swapaxes(0, 1).reshape(len(x), x.shape[1] * x.shape[2])
 
 
 def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tuple[np.ndarray, np.ndarray]:
@@ -105,15 +117,15 @@ def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.n
             if key not in seen:
                 seen[key] = whitener(covariance(signal, travel, samples.per_bin[r], levels, s))
             roots[r, s][np.ix_(keep, keep)] = seen[key]
-    bare = Metric(samples, levels, roots, (), (np.zeros((0, 1)), np.zeros(0)))
-    white = bare.noise_white(shapes)
-    local = tuple(_shrinkage(white[:, r]) for r in range(runs))
-    common = bare.noise_white(shared)
-    columns = np.concatenate([_shrink(common[:, r], *local[r]) for r in range(runs)], axis=-1)
-    return Metric(samples, levels, roots, local, _shrinkage(columns))
+    none = np.zeros((0, 1)), np.zeros(0)
+    bare = Metric(samples, levels, roots, none, none)
+    local = _shrinkage(bare.noise_white(shapes).swapaxes(0, 1))
+    return Metric(samples, levels, roots, local, _shrinkage(_shrink_runs(bare.noise_white(shared), *local)))
 
 
 def _shrinkage(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Directions (k, m) and shares (k,) with (I + N N^T)^(-1/2) = I - sum share d d^T; columns (k, m) = N^T."""
+    """Directions (..., k, m) and shares (..., k) with (I + N N^T)^(-1/2) = I - sum share d d^T; columns (..., k, m):
+    N^T.
+    """
     _, size, directions = np.linalg.svd(columns, full_matrices=False)
     return directions, 1.0 - 1.0 / np.sqrt(1.0 + size**2)

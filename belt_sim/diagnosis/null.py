@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import stats
 
 from belt_sim.diagnosis.alternatives import Alternatives
 from belt_sim.diagnosis.noise import SMOOTH
 from belt_sim.diagnosis.projection import Projection
+from belt_sim.diagnosis.tails import chi2_cdf, chi2_isf, chi2_logsf
 from belt_sim.diagnosis.workbench import Workbench
 
 BATCH = 250
@@ -39,7 +39,7 @@ class NullGains:
 
     def log_p(self, name: str, gain):
         """log of the probability of so large a gain, or of gains (B,)."""
-        once = stats.chi2.logsf(np.maximum(gain, 0.0) / self.inflation(name), max(self.dof[name], 1))
+        once = chi2_logsf(np.maximum(gain, 0.0) / self.inflation(name), max(self.dof[name], 1))
         return once if name not in self.alone else _of_any(once, self.tries(name))
 
     def inflation(self, name: str) -> float:
@@ -52,7 +52,7 @@ class NullGains:
         if name not in self.alone:
             return 1.0
         upper = float(np.quantile(self.gains[name], UPPER))
-        once = float(stats.chi2.cdf(upper / self.inflation(name), max(self.dof[name], 1)))
+        once = float(chi2_cdf(upper / self.inflation(name), max(self.dof[name], 1)))
         return max(float(np.log(UPPER) / np.log(once)), 1.0) if 0.0 < once < 1.0 else 1.0
 
     def critical(self, names, level: float) -> float:
@@ -69,7 +69,7 @@ class NullGains:
             return float("inf")
         if (name, log_p) not in self._thresholds:
             once = -np.expm1(np.log1p(-np.exp(log_p)) / self.tries(name)) if log_p < 0.0 else 1.0
-            self._thresholds[name, log_p] = float(stats.chi2.isf(once, self.dof[name]) * self.inflation(name))
+            self._thresholds[name, log_p] = float(chi2_isf(once, self.dof[name]) * self.inflation(name))
         return self._thresholds[name, log_p]
 
 

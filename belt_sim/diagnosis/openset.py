@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.null import NoiseSource, NullGains
 from belt_sim.diagnosis.structures import structures
-from belt_sim.diagnosis.waves import EACH_ITS_PHASE, wave_gains, wavelengths
+from belt_sim.diagnosis.waves import EACH_ITS_PHASE, Waves, wavelengths
 from belt_sim.diagnosis.workbench import Workbench
 
 LEVEL = 0.01  # false alarms of all tests together; the candidates and the search for laws spend as much each
@@ -44,10 +44,11 @@ class OpenSet:
 class OpenTests:
     """All tests of what a fit leaves, with what chance gives them.
 
-    inside (k, N): directions that the fit takes; families: test -> orthonormal rows; null, critical: by chance.
+    waves: of any length; inside (k, N): directions that the fit takes; families: test -> orthonormal rows; null,
+    critical: by chance.
     """
 
-    bench: Workbench
+    waves: Waves
     inside: np.ndarray
     families: dict[str, np.ndarray]
     null: NullGains
@@ -64,7 +65,7 @@ class OpenTests:
         log_p = {n: self.null.log_p(n, float(g[0])) for n, g in gains.items()}
         worst = {n: min(tests, key=lambda t: log_p[t]) for n, tests in names.items() if tests}
         failed = [n for n, t in worst.items() if log_p[t] < self.critical]
-        lengths = [float(x) for x in wavelengths(self.bench)]
+        lengths = [float(x) for x in wavelengths(self.waves.bench)]
         return OpenSet(
             failed=tuple(sorted(failed, key=lambda n: log_p[worst[n]])),
             log_p={n: log_p[t] for n, t in worst.items()},
@@ -75,7 +76,7 @@ class OpenTests:
 
     def _counted(self, residuals: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, list[str]]]:
         """Test -> gains (B,) of whitened residuals (B, N) as they are judged; family -> its tests."""
-        gains, _, names = _gains(self.bench, self.families, apart(residuals, self.inside))
+        gains, _, names = _gains(self.waves, self.families, apart(residuals, self.inside))
         own = names.get(EACH_ITS_PHASE, ())
         return gains | {n: gains[n] / SPECTRUM for n in own}, names
 
@@ -85,11 +86,12 @@ def open_tests(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> Ope
     inside = basis(fit.columns)
     families = {n: basis(apart(bench.metric.whiten(rows), inside)) for n, rows in structures(bench).items()}
     families = {n: rows for n, rows in families.items() if len(rows)}
+    waves = Waves(bench)
     gains, dof, _ = _gains(
-        bench, families, apart(replicas(bench, bench.samples.y - fit.values, bootstraps, seed + 77), inside)
+        waves, families, apart(replicas(bench, bench.samples.y - fit.values, bootstraps, seed + 77), inside)
     )
     null = NullGains(gains, dof)
-    return OpenTests(bench, inside, families, null, null.critical(list(gains), LEVEL))
+    return OpenTests(waves, inside, families, null, null.critical(list(gains), LEVEL))
 
 
 def open_set(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> OpenSet:
@@ -97,12 +99,12 @@ def open_set(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> OpenS
     return open_tests(bench, fit, bootstraps=bootstraps, seed=seed).look(fit.residual)
 
 
-def _gains(bench: Workbench, families: dict[str, np.ndarray], rows: np.ndarray):
+def _gains(scan: Waves, families: dict[str, np.ndarray], rows: np.ndarray):
     """Test -> gains (B,) of whitened rows (B, N) and degrees of freedom; family -> its tests."""
     gains = {n: np.sum((rows @ own.T) ** 2, axis=1) for n, own in families.items()}
     dof = {n: len(own) for n, own in families.items()}
     names = {n: [n] for n in gains}
-    waves, wave_dof = wave_gains(bench, rows)
+    waves, wave_dof = scan.gains(rows)
     for n, along in waves.items():
         names[n] = [f"{n} {k}" for k in range(along.shape[1])]
         gains |= dict(zip(names[n], along.T, strict=True))

@@ -47,7 +47,7 @@ def rehearse(
         gram=products.gram,
         raw=products.raw,
         out=products.out,
-        noise={n: np.einsum("brk,bsl->kl", raw[:, o], raw[:, o]) / count for n, o in products.out.items()},
+        noise={n: (s := raw[:, o].sum(axis=1)).T @ s / count for n, o in products.out.items()},
         thresholds={n: null.threshold(n, critical) for n in names},
     )
     total, hopeful = moments.sum(axis=1), np.zeros(count, dtype=bool)

@@ -1,6 +1,7 @@
 """A campaign's samples as arrays of one shape: runs x signals x samples, thinned where they are needlessly dense."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import jax
 import numpy as np
@@ -36,12 +37,16 @@ class Samples:
 
     def averaged(self, harmonics: np.ndarray) -> np.ndarray:
         """What the mean over a bin leaves of waves with so many (k,) periods a belt length, (R, k)."""
-        steps = np.abs(np.diff(self.travel, axis=1))
-        widths = [np.median(s[s > 0.0]) if np.any(s > 0.0) else 0.0 for s in steps]
         many, length = self.per_bin[:, None], float(np.max(self.cases.rig.belt_length))
-        half = np.pi * np.outer(widths / self.per_bin, harmonics) / length  # of the phase between two readings
+        half = np.pi * np.outer(self._widths / self.per_bin, harmonics) / length  # of the phase between two readings
         one = np.ones_like(half)
         return np.divide(np.sin(many * half), many * np.sin(half), out=one, where=np.abs(np.sin(half)) > 1e-12)
+
+    @cached_property
+    def _widths(self) -> np.ndarray:
+        """From one sample to the next in every run (R,) [m]."""
+        steps = np.abs(np.diff(self.travel, axis=1))
+        return np.array([np.median(s[s > 0.0]) if np.any(s > 0.0) else 0.0 for s in steps])
 
     def of_runs(self, which: np.ndarray) -> "Samples":
         """Those of some runs, by number."""

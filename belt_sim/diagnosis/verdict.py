@@ -71,9 +71,10 @@ def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = 
     left = left.and_failed(unknown.failed if unknown is not None else ())
     if not left.failed:
         imitating = imitated(found, look) if look is not None else ()
-        if not imitating:
+        if look is None or not imitating:
             return Judgement(found.chosen, found.held_out, left, first, unknown=unknown)
-        return _nothing_named(found, first, left.and_failed(imitating), look)
+        bare = look(found.base_bench, found.base, True)
+        return replace(_base_instead(found, first, left.and_failed(imitating), None), unknown=bare)
     return _beside_the_unknown(found, first, left, unknown, look)
 
 
@@ -83,15 +84,11 @@ def _beside_the_unknown(
     """Something is left beside the chosen set: what of it is needed beside that."""
     columns = _columns(found, left, unknown)
     stays = _needed(found, found.chosen, columns)
-    if stays is None:
-        return _nothing_named(found, first, left, look)
-    if look is not None:
-        bare = look(found.base_bench, found.base, True)
+    bare = look(found.base_bench, found.base, True) if look is not None else None
+    if stays is not None and bare is not None:
         stays = _needed(found, found.chosen, np.concatenate([bare.columns(), columns]))
-        if stays is None:
-            return replace(_base_instead(found, first, left, None), unknown=bare)
-    if min(probabilities(found, first)[i] for i in stays.ids) < IMPROBABLE:
-        return _nothing_named(found, first, left, look)
+    if stays is None or min(probabilities(found, first)[i] for i in stays.ids) < IMPROBABLE:
+        return replace(_base_instead(found, first, left, None), unknown=bare)
     if look is not None and stays.ids != found.chosen.ids:
         alone = found.bench.fit([found.bench.start(stays.ids, stays.vector)])[0]
         unknown = look(found.bench, alone, True)
@@ -133,12 +130,6 @@ def _base_alone(found: Selection, first: OpenSet, look: Look | None) -> Judgemen
     unknown = look(found.base_bench, found.base, bool(first.failed)) if look is not None and use is None else None
     first = first.and_failed(unknown.failed if unknown is not None else ())
     return Judgement(found.base, found.base_held_out, first, first, use_model=use, unknown=unknown)
-
-
-def _nothing_named(found: Selection, first: OpenSet, left: OpenSet, look: Look | None) -> Judgement:
-    """Something is missing that no effect can be named for: what is seen beside the base model."""
-    unknown = look(found.base_bench, found.base, True) if look is not None else None
-    return replace(_base_instead(found, first, left, None), unknown=unknown)
 
 
 def _base_instead(found: Selection, first: OpenSet, left: OpenSet, use: Rung | None) -> Judgement:

@@ -6,6 +6,8 @@ tension or of a slack belt), and as one that has its own phase in every run.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -29,20 +31,32 @@ def wavelengths(bench: Workbench) -> np.ndarray:
     return 1.0 / np.arange(low, high, max(STEP * low, (high - low) / MOST))
 
 
-def wave_gains(bench: Workbench, residuals: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, int]]:
-    """How much of whitened residuals (B, N) lies along waves: family -> gains (B, K), and its degrees of freedom."""
-    runs, signals = bench.samples.y.shape[:2]
-    weights = _weights(bench)
-    found: dict[str, list[np.ndarray]] = {name: [] for name in [*weights, EACH_ITS_PHASE]}
-    blocks = residuals.reshape(len(residuals), runs, -1).swapaxes(0, 1)
-    for directions in _directions(bench):
-        along = np.matmul(blocks, directions.swapaxes(-1, -2)).reshape(runs, len(residuals), -1, 2 * signals)
-        for name, weight in weights.items():
-            coherent = np.tensordot(weight / np.linalg.norm(weight), along, axes=1)
-            found[name].append(np.sum(coherent**2, axis=-1))
-        found[EACH_ITS_PHASE].append(np.sum(along**2, axis=(0, -1)))
-    dof = dict.fromkeys(weights, 2 * signals) | {EACH_ITS_PHASE: 2 * signals * runs}
-    return {n: np.concatenate(g, axis=1) for n, g in found.items() if g}, dof
+@dataclass(frozen=True)
+class Waves:
+    """The scan of a campaign; what waves are at its noise is worked out once for all residuals."""
+
+    bench: Workbench
+
+    def gains(self, residuals: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, int]]:
+        """How much of whitened residuals (B, N) lies along waves: family -> gains (B, K), and its degrees of
+        freedom.
+        """
+        runs, signals = self.bench.samples.y.shape[:2]
+        weights = _weights(self.bench)
+        found: dict[str, list[np.ndarray]] = {name: [] for name in [*weights, EACH_ITS_PHASE]}
+        blocks = residuals.reshape(len(residuals), runs, -1).swapaxes(0, 1)
+        for directions in self._directions:
+            along = np.matmul(blocks, directions.swapaxes(-1, -2)).reshape(runs, len(residuals), -1, 2 * signals)
+            for name, weight in weights.items():
+                coherent = np.tensordot(weight / np.linalg.norm(weight), along, axes=1)
+                found[name].append(np.sum(coherent**2, axis=-1))
+            found[EACH_ITS_PHASE].append(np.sum(along**2, axis=(0, -1)))
+        dof = dict.fromkeys(weights, 2 * signals) | {EACH_ITS_PHASE: 2 * signals * runs}
+        return {n: np.concatenate(g, axis=1) for n, g in found.items() if g}, dof
+
+    @cached_property
+    def _directions(self) -> list[np.ndarray]:
+        return list(_directions(self.bench))
 
 
 def wave_shapes(bench: Workbench, name: str, length: float) -> np.ndarray:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from belt_sim import si
 from belt_sim.campaign.nouns import Kind
@@ -40,7 +40,7 @@ class Cell:
 
 def family_k(count: int) -> float:
     """k such that none of ``count`` independent normal errors exceeds k sigma, with probability 95 %."""
-    return float(norm.isf(0.025 / max(count, 1)))
+    return float(-ndtri(0.025 / max(count, 1)))
 
 
 def validation_uncertainty(bench: Workbench) -> np.ndarray:

@@ -64,10 +64,14 @@ def discover(
     """
     tell("testing what is left against generic laws")
     survey = survey_of(bench, fit)
-    gate, _ = judged(survey, draws=draws, seed=seed, level=level)
+    return discovered(survey, judged(survey, draws=draws, seed=seed, level=level)[0], failed=failed, tell=tell)
+
+
+def discovered(survey: Survey, gate: Gate, *, failed: bool, tell: Callable[[str], None]) -> Discovered:
+    """The same of a survey whose gate is known."""
     courses = tuple(survey.courses())
     seen = gate.failed or (failed and gate.p < SUGGESTIVE)
-    if not seen or len(bench.samples.runs) < FEWEST:
+    if not seen or len(survey.bench.samples.runs) < FEWEST:
         return Discovered(survey=survey, gate=gate, courses=courses, left=failed)
     tell("looking for the law of what is left")
     choice = choose(survey, courses[0])

@@ -116,7 +116,7 @@ def _scan(ground: Ground, root, information, pull, shared, squares):
     values = np.maximum(values, 0.0)
     onto = vectors.swapaxes(1, 2) @ root.T
     b, c = (onto @ pull[..., None])[..., 0], onto @ shared  # (G, K), (G, K, c)
-    gram, along = np.linalg.pinv(ground.inverse, hermitian=True), ground.shared_residual
+    gram, along = ground.gram, ground.shared_residual
     at_none = 0.5 * along @ ground.inverse @ along - 0.5 * np.linalg.slogdet(gram)[1]
     shrink = squares[:, None, None] / (1.0 + squares[:, None, None] * values)  # (H, G, K)
     flat, each = shrink.reshape(len(squares), -1), c.reshape(-1, c.shape[-1])

@@ -7,11 +7,11 @@ from readings simulated with the noise as it is known, levels estimated anew fro
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.noise import Reach
 from belt_sim.diagnosis.null import NoiseSource
+from belt_sim.diagnosis.tails import chi2_isf, chi2_logsf, gumbel_fit, gumbel_isf, gumbel_sf
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.search import Scored, distinct, of_every_form, ranked
 from belt_sim.discovery.survey import Survey, survey_of
@@ -45,11 +45,11 @@ class Chance:
 
     def p(self, surprise: float) -> float:
         """Probability of a best -log p of at least ``surprise``."""
-        return float(stats.gumbel_r.sf(surprise, self.location, self.scale))
+        return gumbel_sf(surprise, self.location, self.scale)
 
     def gain(self, level: float) -> float:
         """The gain of a law with one size that is beaten with probability ``level``."""
-        return float(stats.chi2.isf(np.exp(-stats.gumbel_r.isf(level, self.location, self.scale)), 1))
+        return float(chi2_isf(np.exp(-gumbel_isf(level, self.location, self.scale)), 1))
 
 
 def gate(bench: Workbench, fit: Fit, *, draws: int = DRAWS, seed: int = 0, level: float = LEVEL) -> Gate:
@@ -68,14 +68,14 @@ def judged(survey: Survey, *, draws: int = DRAWS, seed: int = 0, level: float = 
         most = np.maximum(most, _largest(p, gain[:, :draws]))
         tables.append((p.place, p.forms, n))
         found.append(gain[:, draws])
-    chance, laws = Chance(*map(float, stats.gumbel_r.fit(most))), ranked(tables, found)
+    chance, laws = Chance(*gumbel_fit(most)), ranked(tables, found)
     p_best = chance.p(float(np.max(surprise(laws.gain, laws.halves))))
     return Gate(p_best < level, p_best, chance.gain(level), tuple(distinct(laws, SHOWN))), chance
 
 
 def surprise(gain, sizes):
-    """-log of the chance of a gain by itself; of gains beyond FAR, where scipy's underflows, in proportion to them."""
-    return -stats.chi2.logsf(np.minimum(gain, FAR), sizes) + 0.5 * np.maximum(gain - FAR, 0.0)
+    """-log of the chance of a gain by itself; of gains beyond FAR, where it underflows, in proportion to them."""
+    return -chi2_logsf(np.minimum(gain, FAR), sizes) + 0.5 * np.maximum(gain - FAR, 0.0)
 
 
 def _largest(p: Products, gain: np.ndarray) -> np.ndarray:

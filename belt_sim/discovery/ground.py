@@ -5,6 +5,7 @@ belt's stiffness, and the effects that are chosen already) is taken out by proje
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +27,11 @@ class Ground:
     shared: np.ndarray
     inverse: np.ndarray
 
+    @cached_property
+    def gram(self) -> np.ndarray:
+        """Products (c, c) of what runs share, with its prior."""
+        return np.linalg.pinv(self.inverse, hermitian=True)
+
     def white(self, shapes: np.ndarray) -> np.ndarray:
         """Shapes or readings (k, R, S, n) -> (k, R, m)."""
         runs = len(self.residual)
@@ -35,7 +41,7 @@ class Ground:
         """Products (k, R, c) of whitened rows (k, R, m) with what runs share, run by run."""
         return (rows.swapaxes(0, 1) @ self.shared.transpose(1, 2, 0)).swapaxes(0, 1)
 
-    @property
+    @cached_property
     def shared_residual(self) -> np.ndarray:
         """Products (c,) of what runs share with the residual."""
         return np.einsum("crm,rm->c", self.shared, self.residual)

@@ -2,16 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.unknown import OneLaw
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.discovery.discover import Discovered, discover, unknown_columns
-from belt_sim.discovery.gate import DRAWS
+from belt_sim.discovery.discover import Discovered, discovered, unknown_columns
+from belt_sim.discovery.gate import DRAWS, Gate, judged
 from belt_sim.discovery.rival import lead_by_chance, one_law
-from belt_sim.discovery.survey import survey_of
+from belt_sim.discovery.survey import Survey, survey_of
 from belt_sim.discovery.words import formula
 
 LEADS = 4  # times as many campaigns, in which an effect is at work: of these the tail counts itself
@@ -19,24 +20,34 @@ LEADS = 4  # times as many campaigns, in which an effect is at work: of these th
 
 @dataclass(frozen=True)
 class Seen:
-    """What a search beside a fit has seen."""
+    """What a search beside a fit has seen; left: another test has shown already that something is there.
 
-    discovered: Discovered
+    The gate is asked at once, which law it is only where somebody wants to know.
+    """
+
+    survey: Survey
+    gate: Gate
+    left: bool
+    tell: Callable[[str], None]
 
     @property
     def failed(self) -> tuple[str, ...]:
         """The law that explains more than chance, if one does."""
-        gate = self.discovered.gate
-        if not gate.failed:
+        if not self.gate.failed:
             return ()
-        law = gate.best[0].law
+        law = self.gate.best[0].law
         return (f"a law beyond the library ({law.terms[0].place.words}: {formula(law)})",)
+
+    @cached_property
+    def discovered(self) -> Discovered:
+        """What it is."""
+        return discovered(self.survey, self.gate, failed=self.left, tell=self.tell)
 
     def columns(self) -> np.ndarray:
         """Shapes (k, R, S, n) of what was discovered."""
         if self.discovered.found:
             return unknown_columns(self.discovered)
-        return np.empty((0, *self.discovered.survey.bench.samples.y.shape))
+        return np.empty((0, *self.survey.bench.samples.y.shape))
 
 
 @dataclass(frozen=True)
@@ -49,7 +60,9 @@ class Looking:
 
     def __call__(self, bench: Workbench, fit: Fit, failed: bool) -> Seen:
         """What is seen beside ``fit``."""
-        return Seen(discover(bench, fit, draws=self.draws, seed=self.seed, failed=failed, tell=self.tell))
+        self.tell("testing what is left against generic laws")
+        survey = survey_of(bench, fit)
+        return Seen(survey, judged(survey, draws=self.draws, seed=self.seed)[0], failed, self.tell)
 
     def one_law(self, bench: Workbench, fit: Fit, least: float) -> OneLaw | None:
         """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``."""

@@ -12,7 +12,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
-from belt_sim.discovery.operators import kept_row
+from belt_sim.discovery.operators import kept_row, single
 from belt_sim.discovery.places import place_columns
 from belt_sim.discovery.responses import MOMENT
 from belt_sim.discovery.states import States
@@ -42,7 +42,7 @@ class Loop:
         key = (name, where, channel)
         if key not in self.kept:
             rows = np.stack([self._row(r, *key) for r in range(len(self.survey.states.tension))])
-            self.kept[key] = rfft(rows.astype(np.float32), self.length)[:, None]
+            self.kept[key] = rfft(single(rows), self.length)[:, None]
         return self.kept[key]
 
     @property
@@ -196,7 +196,7 @@ def _added(loop: Loop, acting: list[tuple[str, np.ndarray]], reads: Sequence[Rea
         return dict.fromkeys(reads, np.zeros((len(states.tension), 1, cells)))
     spacing, found = states.s[1] - states.s[0], {}
     first = np.where(np.arange(cells) > 0, 1.0, 0.5).astype(np.float32)  # half a cell
-    there = [(channel, rfft(u.astype(np.float32) * first, loop.length)) for channel, u in acting]
+    there = [(channel, rfft(single(u) * first, loop.length)) for channel, u in acting]
 
     def seen(name: str, where: int) -> np.ndarray:
         whole = sum(u * loop.spectrum(name, where, channel) for channel, u in there)

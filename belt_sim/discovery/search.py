@@ -13,7 +13,7 @@ from scipy.optimize import minimize_scalar
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.places import Place
 from belt_sim.discovery.survey import Law, Survey, Term
-from belt_sim.discovery.tables import Products, products
+from belt_sim.discovery.tables import Across, Products, products
 
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)
 FIRSTS, SECONDS = 12, 12
@@ -141,10 +141,10 @@ def singles(survey: Survey) -> Ranked:
 def of_every_form(survey: Survey, targets: np.ndarray) -> Iterator[tuple[Products, float, np.ndarray]]:
     """Place by place and exponent by exponent, the chi2 gains (F, B) of all forms in whitened errors (B, R, m)."""
     g = survey.ground
-    vectors, count = np.concatenate([targets, g.shared]), len(targets)
-    beside, along = list(range(count, len(vectors))), np.einsum("crm,brm->cb", g.shared, targets)
+    across, count = Across(np.concatenate([targets, g.shared])), len(targets)
+    beside, along = list(range(count, count + len(g.shared))), np.einsum("crm,brm->cb", g.shared, targets)
     for place in survey.tried:
-        p = products(survey, place, vectors)
+        p = products(survey, place, across)
         for n in exponents_of(survey):
             yield p, n, gains(p, survey.weight(n), count, beside, g.inverse, along)
 
@@ -184,8 +184,9 @@ def pairs(survey: Survey, firsts: list[Scored]) -> list[Scored]:
     vectors = np.concatenate([g.residual[None], g.shared, *own])
     start = 1 + len(g.shared)
     spans = np.cumsum([start, *[len(c) for c in own]])
-    prior = np.linalg.pinv(g.inverse, hermitian=True) - np.einsum("crm,drm->cd", g.shared, g.shared)
-    tables = [products(survey, place, vectors) for place in survey.tried]
+    prior = g.gram - np.einsum("crm,drm->cd", g.shared, g.shared)
+    across = Across(vectors)
+    tables = [products(survey, place, across) for place in survey.tried]
     found: list[Scored] = []
     for first, low, high in zip(firsts, spans[:-1], spans[1:], strict=True):
         beside = [*range(1, start), *range(low, high)]

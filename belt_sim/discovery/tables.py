@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
+from belt_sim.discovery.operators import single
 from belt_sim.discovery.places import TRAVEL, Place
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Survey
@@ -51,11 +52,29 @@ class Block:
         return self.forms[0].variable not in STATELESS
 
 
-def products(survey: Survey, place: Place, vectors: np.ndarray) -> Products:
-    """Products of all columns of a place with vectors (q, R, m)."""
-    across = vectors.transpose(1, 2, 0)  # (R, m, q)
+class Across:
+    """Whitened vectors (q, R, m) as columns (R, m, q), in double and in single precision, with what was worked out."""
+
+    def __init__(self, vectors: np.ndarray) -> None:
+        self.double = np.ascontiguousarray(vectors.transpose(1, 2, 0))
+        self.single = single(self.double)
+        self._felt: dict[str, np.ndarray] = {}
+
+    def felt(self, survey: Survey, channel: str) -> np.ndarray:
+        """Products (R, J, q) with what an input at a channel does."""
+        if channel not in self._felt:
+            self._felt[channel] = survey.ops.rows[channel].swapaxes(0, 1) @ self.double
+        return self._felt[channel]
+
+
+def products(survey: Survey, place: Place, across: Across) -> Products:
+    """Products of all columns of a place with vectors."""
     forms, blocks = survey.once(("forms", place.kind, survey.wide), lambda: _blocks(survey, place), survey.states)
-    found = [(_reading if block.reading else _still)(survey, place, block, across) for block in blocks]
+    felt = _felt(survey, place, across)
+    found = [
+        _reading(survey, place, block, across) if block.reading else _still(survey, place, block, felt)
+        for block in blocks
+    ]
     starts = np.cumsum([0, *(len(block.forms) for block in blocks)])
     return Products(
         place,
@@ -83,11 +102,9 @@ def _block(forms: list[Form]) -> Block:
     return Block(forms, [*forms, *(forms[k].sine() for k in waves)], waves)
 
 
-def inputs_of(
-    states: States, forms: Sequence[Form], part: int | None, signal: str | None, dtype: type = np.float32
-) -> np.ndarray:
+def inputs_of(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
     """Forms along every run, (R, F, J); part: the pulley, signal: the sensor."""
-    found: np.ndarray = np.empty((len(states.tension), len(forms), len(states.s)), dtype=dtype)
+    found = np.empty((len(states.tension), len(forms), len(states.s)))
     shaped: dict[tuple, np.ndarray] = {}
     courses: dict[tuple, np.ndarray] = {}
     with np.errstate(over="ignore"):  # of what has faded away
@@ -98,36 +115,60 @@ def inputs_of(
                 shaped[what] = formula(SHAPES[f.shape])(x=x, p=f.knee, s=states.s, xp=np, stop=stop)
             if when not in courses:
                 courses[when] = formula(COURSES[f.course])(s=travel_of(states, f), p=f.at, q=f.wide, xp=np)
-            np.multiply(shaped[what], courses[when], out=found[:, k], casting="same_kind")
+            np.multiply(shaped[what], courses[when], out=found[:, k])
     return found
 
 
-def _still(survey: Survey, place: Place, block: Block, across: np.ndarray) -> Products:
+def _still(survey: Survey, place: Place, block: Block, felt: np.ndarray) -> Products:
     """Of forms that the belt has no hand in.
 
     In double precision: of a column that almost cancels the length and the products are rounded alike in no other way,
     where they do not come from the same rows.
     """
-    inputs = survey.once(("inputs", block), lambda: inputs_of(survey.states, block.everything, None, None, float))
-    operator = _operator(survey, place)
+    inputs = survey.once(("inputs", block), lambda: inputs_of(survey.states, block.everything, None, None))
     within = survey.states if place.name == TRAVEL else None  # the encoder's error acts on what is shown
-    lengths = survey.once(("lengths", place.name, block), lambda: _lengths(inputs @ operator, block.waves), within)
-    return _products(place, block, inputs @ (operator @ across), lengths)
+    lengths = survey.once(
+        ("lengths", place.name, block), lambda: _lengths(inputs @ _operator(survey, place), block.waves), within
+    )
+    return _products(place, block, inputs @ felt, lengths)
 
 
-def _reading(survey: Survey, place: Place, block: Block, across: np.ndarray) -> Products:
+def _felt(survey: Survey, place: Place, across: Across) -> np.ndarray:
+    """Products (R, J, q) of vectors with what an input at a place, the same to all its parts, does."""
+    found: Any = 0.0
+    for channel, part in place.parts:
+        lever = np.asarray(survey.states.lever(place, channel, part), dtype=float)
+        found = found + across.felt(survey, channel) * (lever[..., None] if lever.ndim else lever)
+    return np.asarray(found)
+
+
+def _reading(survey: Survey, place: Place, block: Block, across: Across) -> Products:
     """Of forms that read the state."""
-    states = survey.states
+    parts = [_rows(survey, place.kind, channel, part, block) for channel, part in place.parts]
+    whole = np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
+    return _products(place, block, whole @ across.single, _lengths(whole, block.waves))
 
-    def rows(channel: str, part: int | None) -> np.ndarray:
-        where = channel if part is None else part
+
+def _rows(survey: Survey, kind: str, channel: str, part: int | None, block: Block) -> np.ndarray:
+    """Whitened columns (R, F + w, m) of forms that read the state where a part of a place is.
+
+    Those of the places of one kind are remembered: what is at both pulleys is at each of them as well.
+    """
+    states, where = survey.states, channel if part is None else part
+
+    def made() -> np.ndarray:
         inputs = survey.once(
-            ("inputs", where, block), lambda: inputs_of(states, block.everything, part, channel), states
+            ("inputs", where, block), lambda: single(inputs_of(states, block.everything, part, channel)), states
         )
         return inputs @ survey.ops.rows[channel].swapaxes(0, 1)
 
-    whole = np.sum([rows(*part) for part in place.parts], axis=0) if len(place.parts) > 1 else rows(*place.parts[0])
-    return _products(place, block, whole @ across.astype(np.float32), _lengths(whole, block.waves))
+    last = survey.once(("rows",), dict, states)
+    if last.get("kind") != kind:
+        last.clear()
+        last["kind"] = kind
+    if (channel, block) not in last:
+        last[channel, block] = made()
+    return last[channel, block]
 
 
 def _operator(survey: Survey, place: Place) -> np.ndarray:

@@ -13,7 +13,7 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import Condition, HeldOut
 from belt_sim.diagnosis.null import NullGains
 from belt_sim.diagnosis.openset import SPECTRUM, OpenTests
-from belt_sim.diagnosis.waves import EACH_ITS_PHASE
+from belt_sim.diagnosis.waves import EACH_ITS_PHASE, Waves
 from belt_sim.effects.base import Parameter
 from belt_sim.results.diagnosis import error_table
 from belt_sim.results.errors import Change, Errors
@@ -74,7 +74,7 @@ def test_waves_of_their_own_phase_are_allowed_another_spectrum(monkeypatch):
     monkeypatch.setattr(openset, "_gains", lambda *args: given)
     monkeypatch.setattr(openset, "wavelengths", lambda bench: np.array([5.0]))
     null = NullGains({n: np.ones(10) for n in names}, dict.fromkeys(names, 1))
-    open_tests = OpenTests(None, np.empty((0, 3)), {}, null, critical=-14.0)
+    open_tests = OpenTests(Waves(None), np.empty((0, 3)), {}, null, critical=-14.0)
     found = open_tests.look(np.zeros(3))
     assert found.gain == {EACH_ITS_PHASE: pytest.approx(gain / SPECTRUM), "run r01": gain}
     assert found.failed == ("run r01",)
