@@ -146,6 +146,19 @@ def test_thresholds_are_passed_by_chance_as_often_as_stated():
         assert null.log_p(name, 2.0 * null.threshold(name, critical)) < critical
 
 
+def test_rare_thresholds_come_from_the_tail_of_all_draws():
+    """One in a hundred of few draws: the fourth smallest p would be another with every seed."""
+    dof = {f"{n}": 1 + n % 2 for n in range(6)}
+    said, fourth = [], []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        null = NullGains({n: rng.chisquare(k, 400) for n, k in dof.items()}, dof)
+        said.append(null.critical(list(dof), 0.01))
+        fourth.append(np.sort(np.min([null.log_p(n, null.gains[n]) for n in dof], axis=0))[3])
+    assert np.mean(said) == pytest.approx(np.log(1.0 - 0.99 ** (1 / 6)), abs=0.25)
+    assert np.std(said) < 0.8 * np.std(fourth)
+
+
 def test_u_is_the_scatter_of_refits_to_white_noise():
     rng = np.random.default_rng(4)
     columns = rng.normal(size=(2, 30)) * [[1.0], [5.0]]
