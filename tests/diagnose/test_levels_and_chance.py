@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.alternatives import Alternatives
 from belt_sim.diagnosis.chance import beyond
 from belt_sim.diagnosis.contrasts import WINDOW
 from belt_sim.diagnosis.levels import LEVEL_SPREAD, TOGETHER

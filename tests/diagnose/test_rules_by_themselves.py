@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.heldout import _surprise, held_out
+from belt_sim.diagnosis.heldout import Condition, HeldOut, _surprise, held_out
 from belt_sim.diagnosis.null import NullGains
 from belt_sim.diagnosis.openset import OpenSet, apart, basis
 from belt_sim.diagnosis.shape_card import _exponent, _onset, _required_angle, _wavelength, shape_card
@@ -144,6 +145,20 @@ def test_thresholds_are_passed_by_chance_as_often_as_stated():
     for name in inflated:
         assert null.log_p(name, null.threshold(name, critical)) == pytest.approx(critical, rel=1e-9)
         assert null.log_p(name, 2.0 * null.threshold(name, critical)) < critical
+
+
+@pytest.mark.parametrize(("sigmas", "vetoed"), [(3.5, False), (4.0, True)])
+def test_an_error_rises_by_chance_in_one_of_a_dozen_conditions_less_than_once_in_1000_campaigns(sigmas, vetoed):
+    """Settings that happen to undo a right effect in one condition do not cost it its name."""
+    apart_by = np.array([1.0, -1.0, 1.0, -1.0]) / 2.0
+    after = -sigmas * apart_by
+    new, old = (
+        Condition(-100.0 * k, e, np.zeros((0, 4)), np.zeros(4, dtype=int), np.array([True]), e[None, None])
+        for k, e in ((1, after), (0, after + apart_by))
+    )
+    chance = Chance({"yaw +": apart_by[None]})
+    said = chance.worse(HeldOut(-100.0, 1.0, {"yaw +": new}), HeldOut(0.0, 1.0, {"yaw +": old}))
+    assert said == (("yaw +",) if vetoed else ())
 
 
 def test_rare_thresholds_come_from_the_tail_of_all_draws():
