@@ -17,7 +17,7 @@ from belt_sim.diagnosis.tails import gumbel_fit, gumbel_isf
 from belt_sim.diagnosis.workbench import Workbench
 
 DRAWS = 200
-SIGMAS = 3.3  # a rise by more is no chance, for any of a dozen conditions
+SIGMAS = 3.8  # by which an error rises in one of a dozen conditions, with the right effects, once in 1000 campaigns
 UNASKED = 1e-3  # chi2, below which both predict a condition alike
 FLOOR_LEVEL = 0.002  # of campaigns with nothing missing, whose worst condition is beyond the limit
 

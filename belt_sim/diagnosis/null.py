@@ -1,8 +1,9 @@
-"""What happens when nothing is missing: a parametric bootstrap of the whole pipeline, noise estimation included.
+"""What happens when nothing is missing: a parametric bootstrap of the whole pipeline.
 
-Readings are simulated with the estimated noise and nuisances; levels are estimated from their repeats again; every
-candidate is refitted in its linear range, at every point of its grid; a modifier without a grid, which has no such
-range, counts as one more degree of freedom.
+Readings are simulated with nuisances, and with noise at levels that the readings leave possible; they are judged at
+those believed in, as the readings themselves are. How far off belief may be is in the draws: levels read once more off
+what was drawn would be drawn to the data sheet a second time. Every candidate is refitted in its linear range, at every
+point of its grid; a modifier without a grid, which has no such range, counts as one more degree of freedom.
 Thresholds come from these gains, not from a table.
 """
 
@@ -18,6 +19,7 @@ from belt_sim.diagnosis.tails import chi2_cdf, chi2_isf, chi2_logsf
 from belt_sim.diagnosis.workbench import Workbench
 
 BATCH = 250
+TAIL = 0.1  # of the smallest p of all, from which on their law is taken to be that of the tail
 UPPER = 0.9  # quantile of the bootstrap by which alternatives are counted: below it they say little of the tail
 SMALL = -30.0  # log p, below which the chance of any of several is the sum of theirs
 _CURRENT = "fitted already"  # family of what is fitted already
@@ -56,12 +58,19 @@ class NullGains:
         return max(float(np.log(UPPER) / np.log(once)), 1.0) if 0.0 < once < 1.0 else 1.0
 
     def critical(self, names, level: float) -> float:
-        """log p that the smallest p of all ``names`` falls below with probability ``level``."""
+        """log p that the smallest p of all ``names`` falls below with probability ``level``.
+
+        The few smallest of all draws are another with every seed; the tail as a whole says where they should be. There
+        a p is as likely as it is large, or by some power of that where the law of one candidate is not quite its own:
+        log p falls short of the tail's beginning by an exponential law.
+        """
         names = [n for n in names if self.dof[n] > 0]
         if not names:
             return -np.inf
         smallest = np.min([self.log_p(n, self.gains[n]) for n in names], axis=0)
-        return float(np.quantile(smallest, level, method="weibull"))  # so often beaten by one replicate more
+        begins = float(np.quantile(smallest, max(level, TAIL), method="weibull"))  # so often beaten by one more
+        further = begins - smallest[smallest < begins]
+        return begins - float(np.mean(further)) * np.log(TAIL / level) if level < TAIL and len(further) else begins
 
     def threshold(self, name: str, log_p: float) -> float:
         """The gain of one candidate that has this log p."""
@@ -108,7 +117,7 @@ def null_gains(
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
         errors = noise.draw(size)
-        left = projection.sums(errors, bench.finder.many(errors))
+        left = projection.sums(errors, [bench.levels] * size)
         for name in shapes:
             sets = range(len(projection.sets[name]))
             every, ranks = zip(*(left.gains(name, k) for k in sets), strict=True)

@@ -19,7 +19,9 @@ from belt_sim.diagnosis.rehearsal import Rehearsal, rehearse
 from belt_sim.diagnosis.workbench import Workbench
 
 REHEARSED = 2  # times as many replicates as the thresholds come from
-FAMILY_LEVEL = 0.01  # false alarms of all candidates together; the open set and the search for laws spend as much each
+#: false alarms of all candidates together; the open set and the search for laws spend half as much each and held-out
+#: errors a tenth, so that all roads to one stay below the 5 % that are allowed
+FAMILY_LEVEL = 0.02
 
 
 @dataclass

@@ -100,6 +100,7 @@ def test_a_candidate_pays_for_every_point_that_was_tried(waved):
     alternatives = near.shapes(bench, "test_wave")
     assert len(alternatives) == len(GRID)
     shapes = {"test_wave": alternatives, "one": alternatives.columns[alternatives.choices[0]]}
+    bench = bench.at_levels(bench.finder(bench.samples.y - fit.values))  # as a workbench for these readings has them
     null = null_gains(bench, shapes, fit.slopes, fit.values, count=400, seed=1)
     assert null.dof == {"test_wave": 2, "one": 2}  # nothing is drawn for the modifier: the grid stands for it
     assert np.mean(null.gains["one"]) == pytest.approx(2.0, rel=0.35)

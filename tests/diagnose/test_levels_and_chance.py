@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.alternatives import Alternatives
 from belt_sim.diagnosis.chance import beyond
 from belt_sim.diagnosis.contrasts import WINDOW
 from belt_sim.diagnosis.levels import LEVEL_SPREAD, TOGETHER
@@ -109,9 +108,9 @@ def test_what_is_fitted_already_gains_nothing_more():
     current, new = 1e-4 * rng.normal(size=(2, 1, len(SPREAD), 1, 40))
     bench = linear_bench(SPREAD)
     shapes = {"same": 2.0 * current, "more": np.concatenate([current, new + 0.5 * current])}
-    exact = replace(
-        bench, finder=SimpleNamespace(draw=lambda e, count, rng: np.ones((count, 1, 3)), many=bench.finder.many)
-    )
+    levels = Levels(white=(1.0,), wander=(1.0,))
+    finder = SimpleNamespace(draw=lambda e, count, rng: np.ones((count, 1, 3)))
+    exact = replace(bench, finder=finder, levels=levels)
     null = null_gains(exact, shapes, current, 0.0 * current[0], count=2000, seed=4)
     assert null.dof == {"same": 0, "more": 1}
     assert not null.gains["same"].any()
@@ -119,19 +118,13 @@ def test_what_is_fitted_already_gains_nothing_more():
     assert np.var(null.gains["more"]) == pytest.approx(2.0, rel=0.4)
 
 
-def test_numbers_cost_as_much_where_some_levels_of_noise_hide_them():
-    """A column near what can be seen at all is there at one noise level and not at the other."""
-    shape = 1e-7 * np.ones((1, len(SPREAD), 1, 40)) / np.sqrt(40 * len(SPREAD))
-    bench, turn = linear_bench(SPREAD), np.arange(2000) % 2
-    low, high = (Levels(white=(w,), wander=(1.0,)) for w in (0.5, 1.5))
-    finder = SimpleNamespace(
-        draw=lambda e, count, rng: np.where(turn[:count, None, None], 1.5, 0.5) * np.ones((1, 1, 3)),
-        many=lambda errors: [(low, high)[k] for k in turn[: len(errors)]],
-    )
-    grid = Alternatives(shape, (np.array([0]),))
-    null = null_gains(replace(bench, finder=finder), {"faint": grid}, shape[:0], 0.0 * shape[0], count=2000, seed=4)
-    assert null.dof == {"faint": 1}
-    assert null.inflation("faint") == pytest.approx(1.0, rel=0.2)
+def test_chance_is_judged_at_the_noise_that_readings_are_judged_at():
+    """Noise twice as large as believed gives four times the gain: nothing is read off what was drawn."""
+    shape = 1e-4 * np.ones((1, len(SPREAD), 1, 40))
+    finder = SimpleNamespace(draw=lambda e, count, rng: 2.0 * np.ones((count, 1, 3)))
+    bench = replace(linear_bench(SPREAD), finder=finder, levels=Levels(white=(1.0,), wander=(1.0,)))
+    null = null_gains(bench, {"bow": shape}, shape[:0], 0.0 * shape[0], count=2000, seed=4)
+    assert null.inflation("bow") == pytest.approx(4.0, rel=0.2)
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.heldout import _surprise, held_out
+from belt_sim.diagnosis.heldout import Condition, HeldOut, _surprise, held_out
 from belt_sim.diagnosis.null import NullGains
 from belt_sim.diagnosis.openset import OpenSet, apart, basis
 from belt_sim.diagnosis.shape_card import _exponent, _onset, _required_angle, _wavelength, shape_card
@@ -144,6 +145,33 @@ def test_thresholds_are_passed_by_chance_as_often_as_stated():
     for name in inflated:
         assert null.log_p(name, null.threshold(name, critical)) == pytest.approx(critical, rel=1e-9)
         assert null.log_p(name, 2.0 * null.threshold(name, critical)) < critical
+
+
+@pytest.mark.parametrize(("sigmas", "vetoed"), [(3.5, False), (4.0, True)])
+def test_an_error_rises_by_chance_in_one_of_a_dozen_conditions_less_than_once_in_1000_campaigns(sigmas, vetoed):
+    """Settings that happen to undo a right effect in one condition do not cost it its name."""
+    apart_by = np.array([1.0, -1.0, 1.0, -1.0]) / 2.0
+    after = -sigmas * apart_by
+    new, old = (
+        Condition(-100.0 * k, e, np.zeros((0, 4)), np.zeros(4, dtype=int), np.array([True]), e[None, None])
+        for k, e in ((1, after), (0, after + apart_by))
+    )
+    chance = Chance({"yaw +": apart_by[None]})
+    said = chance.worse(HeldOut(-100.0, 1.0, {"yaw +": new}), HeldOut(0.0, 1.0, {"yaw +": old}))
+    assert said == (("yaw +",) if vetoed else ())
+
+
+def test_rare_thresholds_come_from_the_tail_of_all_draws():
+    """One in a hundred of few draws: the fourth smallest p would be another with every seed."""
+    dof = {f"{n}": 1 + n % 2 for n in range(6)}
+    said, fourth = [], []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        null = NullGains({n: rng.chisquare(k, 400) for n, k in dof.items()}, dof)
+        said.append(null.critical(list(dof), 0.01))
+        fourth.append(np.sort(np.min([null.log_p(n, null.gains[n]) for n in dof], axis=0))[3])
+    assert np.mean(said) == pytest.approx(np.log(1.0 - 0.99 ** (1 / 6)), abs=0.25)
+    assert np.std(said) < 0.8 * np.std(fourth)
 
 
 def test_u_is_the_scatter_of_refits_to_white_noise():
