@@ -29,16 +29,15 @@ def menu(template: Run) -> list[Action]:
 
 
 def twofold(template: Run) -> list[Action]:
-    """Two changes at once: each on a record twice as long, and with travel reversed what makes most of that."""
+    """Two changes at once: each on a record twice as long, and each tension with travel reversed."""
     base = _fresh(template)
-    changes = _changes(base)
-    reverse, tensions = changes[_REVERSED], changes[_TENSIONS]
-    longer = [(c, _LONGER) for c in changes if c[0] != "turn the belt over"]
-    return [_made(base, *_both(a, b)) for a, b in [*longer, *((t, reverse) for t in tensions)]]
+    changes = {c[0]: c for c in _changes(base)}
+    longer = [(c, _LONGER) for words, c in changes.items() if words != "turn the belt over"]
+    back = [(c, changes["run with travel reversed"]) for words, c in changes.items() if "tension" in words]
+    return [_made(base, *_both(one, other)) for one, other in longer + back]
 
 
 Change = tuple[str, Callable[[Run], Run], dict[str, bool]]
-_TENSIONS, _REVERSED = slice(3, 5), 5  # places among the changes
 _LONGER: Change = "run twice as long", lambda r: replace(r, travel=2.0 * r.travel), {}
 
 

@@ -103,7 +103,7 @@ class Outlook:
         known, there = right.values, self.predict(right, [])[0]
         rests, fit = [np.inf], other
         for _ in range(STEPS):
-            values, slopes = self._here(fit)
+            values, slopes = self.here(fit)
             new, along = self.predict(fit, fit.free)
             rest = np.concatenate([self.bench.metric.whiten(known - values), self.white(there - new)[action]])
             if not np.isfinite(rest).all():
@@ -117,7 +117,7 @@ class Outlook:
             fit = replace(fit, vector=vector)
         return min(rests)
 
-    def _here(self, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+    def here(self, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
         """Values (R, S, n) and slopes (k, R, S, n) of the campaign's own runs."""
         directions = np.eye(self.bench.forward.size)[fit.free]
         values, slopes = self.bench.forward.lanes(np.repeat(fit.vector[None], len(directions), axis=0), directions)
