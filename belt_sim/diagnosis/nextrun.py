@@ -23,7 +23,8 @@ from belt_sim.results.found import NextRun
 RESOLVED = 3.0  # sigma
 #: sigma by which the likelier of two stands out in 97 of 100 campaigns, so that it has 95 % of the probability
 SURE = 5.0
-STEPS = 5  # of a refit
+STEPS = 8  # of a refit
+SHORTER = 0.3  # a step that went too far, the next time
 SETTLED = 0.98  # of what remains, from one step to the next
 
 
@@ -100,22 +101,21 @@ class Outlook:
 
     def refitted(self, right: Fit, other: Fit, action: int) -> float:
         """sigma with one action that refitting ``other`` leaves, were ``right`` right: by numbers that march."""
-        known, there = right.values, self.predict(right, [])[0]
-        rests, fit = [np.inf], other
+        there, least, fit, step = self.predict(right, [])[0], np.inf, other, np.zeros(len(other.free))
         for _ in range(STEPS):
-            values, slopes = self.here(fit)
-            new, along = self.predict(fit, fit.free)
-            rest = np.concatenate([self.bench.metric.whiten(known - values), self.white(there - new)[action]])
-            if not np.isfinite(rest).all():
-                break
-            rests.append(float(np.linalg.norm(rest)))
-            if not rests[-1] < SETTLED * rests[-2]:
-                break
+            values, slopes = self.here(tried := _stepped(fit, step))
+            new, along = self.predict(tried, tried.free)
+            rest = np.concatenate([self.bench.metric.whiten(right.values - values), self.white(there - new)[action]])
+            size = float(np.linalg.norm(rest)) if np.isfinite(rest).all() else np.inf
+            if not size < SETTLED * least:
+                if size <= least or not step.any():
+                    return min(size, least)
+                step = SHORTER * step
+                continue
+            least, fit = size, tried
             columns = np.concatenate([self.bench.metric.whiten(slopes), self.white(along)[:, action]], axis=1)
-            vector = fit.vector.copy()
-            vector[fit.free] += np.linalg.lstsq(columns.T, rest, rcond=1e-9)[0]
-            fit = replace(fit, vector=vector)
-        return min(rests)
+            step = np.linalg.lstsq(columns.T, rest, rcond=1e-9)[0]
+        return least
 
     def here(self, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
         """Values (R, S, n) and slopes (k, R, S, n) of the campaign's own runs."""
@@ -184,6 +184,13 @@ def _hypothetical(bench: Workbench, actions: list[Action]) -> Samples:
         yaw_at=np.array([a.run.yaw_at for a in actions]),
         per_bin=np.ones(len(actions)),
     )
+
+
+def _stepped(fit: Fit, step: np.ndarray) -> Fit:
+    """A fit with its numbers a step (k,) further."""
+    vector = fit.vector.copy()
+    vector[fit.free] += step
+    return replace(fit, vector=vector)
 
 
 def _rest(residual: np.ndarray, columns: np.ndarray) -> float:
