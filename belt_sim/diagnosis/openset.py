@@ -2,15 +2,13 @@
 
 What the best set leaves is tested for structure (structures.py) and for waves of any length (waves.py). Every test is
 one of a family, and the smallest p of all is held against that of residuals made by chance: noise (at levels that the
-readings leave possible, judged at those believed in) and nuisances drawn, the chosen effects refitted; against the law
-of extremes that all of these make, for the second smallest of 200 is another with every seed.
+readings leave possible, judged at those believed in) and nuisances drawn, the chosen effects refitted.
 """
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from belt_sim.diagnosis.chance import beyond
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.null import NoiseSource, NullGains
 from belt_sim.diagnosis.structures import structures
@@ -93,8 +91,7 @@ def open_tests(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> Ope
         bench, families, apart(replicas(bench, bench.samples.y - fit.values, bootstraps, seed + 77), inside)
     )
     null = NullGains(gains, dof)
-    smallest = np.min([null.log_p(n, own) for n, own in gains.items() if dof[n] > 0], axis=0)
-    return OpenTests(bench, inside, families, null, -beyond(-smallest, LEVEL))
+    return OpenTests(bench, inside, families, null, null.critical(list(gains), LEVEL))
 
 
 def open_set(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> OpenSet:
