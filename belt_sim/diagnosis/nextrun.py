@@ -6,6 +6,7 @@ promise something again by numbers that march: a crown far from its null follows
 so. Where no single change promises enough, two at once are tried.
 """
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -53,7 +54,8 @@ def _best(outlook: "Outlook", chosen: Fit, pairs: list[Rival], keep: int) -> lis
         for k in np.argsort(-after)[:keep]:
             sigma = float(after[k])
             if sigma >= RESOLVED:
-                sigma = min(sigma, outlook.refitted(chosen, pair.fit, k), outlook.refitted(pair.fit, chosen, k))
+                alone = outlook.alone(k)
+                sigma = min(sigma, alone.refitted(chosen, pair.fit), alone.refitted(pair.fit, chosen))
             advice.append(NextRun(outlook.actions[k].words, (pair.effect, pair.other), before, sigma))
     return advice
 
@@ -70,6 +72,7 @@ class Outlook:
         self.forward = Forward(
             self.samples, forward.model, forward.classes, forward.step, forward.terms, brief=forward.brief
         )
+        self.chosen = chosen
         self.metric = self._metric(chosen.vector)
 
     def separations(self, a: Fit, b: Fit) -> tuple[float, np.ndarray]:
@@ -99,13 +102,20 @@ class Outlook:
         ]
         return before, np.array(after)
 
-    def refitted(self, right: Fit, other: Fit, action: int) -> float:
-        """sigma with one action that refitting ``other`` leaves, were ``right`` right: by numbers that march."""
+    def alone(self, action: int) -> "Outlook":
+        """One of the actions by itself."""
+        one = copy(self)
+        one.actions, one.samples = [self.actions[action]], self.samples.of_runs(np.array([action]))
+        one.metric = one._metric(self.chosen.vector)
+        return one
+
+    def refitted(self, right: Fit, other: Fit) -> float:
+        """sigma with all actions that refitting ``other`` leaves, were ``right`` right: by numbers that march."""
         there, least, fit, step = self.predict(right, [])[0], np.inf, other, np.zeros(len(other.free))
         for _ in range(STEPS):
             values, slopes = self.here(tried := _stepped(fit, step))
             new, along = self.predict(tried, tried.free)
-            rest = np.concatenate([self.bench.metric.whiten(right.values - values), self.white(there - new)[action]])
+            rest = np.concatenate([self.bench.metric.whiten(right.values - values), self.white(there - new).ravel()])
             size = float(np.linalg.norm(rest)) if np.isfinite(rest).all() else np.inf
             if not size < SETTLED * least:
                 if size <= least or not step.any():
@@ -113,7 +123,9 @@ class Outlook:
                 step = SHORTER * step
                 continue
             least, fit = size, tried
-            columns = np.concatenate([self.bench.metric.whiten(slopes), self.white(along)[:, action]], axis=1)
+            columns = np.concatenate(
+                [self.bench.metric.whiten(slopes), self.white(along).reshape(len(step), -1)], axis=1
+            )
             step = np.linalg.lstsq(columns.T, rest, rcond=1e-9)[0]
         return least
 
@@ -130,7 +142,7 @@ class Outlook:
         for k, position in enumerate(free):
             directions[k, position] = 1.0
         flip = self._flip()
-        values, slopes = self.forward.lanes(np.repeat(fit.vector[None], count, axis=0), directions)
+        values, slopes = self.forward.lanes(np.repeat(fit.vector[None], count, axis=0), directions, self.samples)
         turned = np.flatnonzero([a.turned_over for a in self.actions])
         samples, over = self.samples.of_runs(turned), np.repeat((fit.vector * flip)[None], count, axis=0)
         values[:, turned], slopes[:, turned] = self.forward.lanes(over, directions * flip, samples)
@@ -148,7 +160,8 @@ class Outlook:
 
     def _metric(self, vector: np.ndarray) -> Metric:
         directions = np.eye(self.forward.size)[-len(NUISANCES) :]
-        values, slopes = self.forward.lanes(np.repeat(vector[None], len(NUISANCES), axis=0), directions)
+        vectors = np.repeat(vector[None], len(NUISANCES), axis=0)
+        values, slopes = self.forward.lanes(vectors, directions, self.samples)
         shapes, shared = nuisance_shapes(self.bench.campaign, self.samples, values[0], slopes)
         return metric_of(self.samples, self.bench.levels, shapes, 0.0 * shared)
 

@@ -83,6 +83,16 @@ def test_two_changes_at_once_are_tried_where_one_is_not_enough(one_sided, monkey
     assert ", twice as long" in two[0].action
 
 
+def test_an_action_by_itself_says_what_it_says_among_others(one_sided):
+    bench, offset, gain = one_sided
+    outlook = Outlook(bench, offset)
+    turned = next(k for k, a in enumerate(outlook.actions) if a.turned_over)
+    for k in (0, turned):
+        _, among = outlook.separations(offset, gain)
+        _, alone = outlook.alone(k).separations(offset, gain)
+        assert alone == pytest.approx(among[k], rel=1e-6)
+
+
 def test_every_advice_can_be_read_again():
     template = campaign("nothing").runs[0]
     actions = [*menu(template), *twofold(template)]
@@ -111,7 +121,7 @@ def test_a_promise_is_kept_by_what_marches_and_not_by_derivatives(bent, left):
         bench=bench, predict=predict, white=lambda x: x, here=lambda fit: (still, np.zeros((1, 1)))
     )
     right, other = SimpleNamespace(values=still), Fit(ids=("a",), free=[0], vector=np.array([0.1]))
-    assert Outlook.refitted(outlook, right, other, 0) == pytest.approx(left, abs=0.01)
+    assert Outlook.refitted(outlook, right, other) == pytest.approx(left, abs=0.01)
 
 
 def test_no_pair_no_advice():
