@@ -144,7 +144,7 @@ def _left_out(
         record=record,
         out=out,
         left=errors,
-        testable=_is_known(here, root, allowed, away),
+        testable=_is_known(here, root, allowed, away, [bench.forward.slots[k].effect.id for k in fit.free]),
     )
 
 
@@ -180,12 +180,22 @@ def _surprise(left: np.ndarray, here: np.ndarray, rest: np.ndarray, sigma: np.nd
     return float(left @ left - explained + np.linalg.slogdet(total)[1] - np.linalg.slogdet(information)[1])
 
 
-def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.ndarray) -> bool:
+def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.ndarray, owners: Sequence[str]) -> bool:
     """Whether the other runs know what the numbers do to the left-out readings ``here`` (k, m): better than any machine
     does, and better than to within the whole of it.
 
-    Numbers that are known together only (an offset and a gain of the tension) may each be unknown in that.
+    Numbers that are known together only (an offset and a gain of the tension) may each be unknown in that. But what
+    every effect does has to be known, of which the numbers ``owners`` (k,) are, or else all of them together as well as
+    that: beside an edge of a thousand sigma nobody sees that the others know nothing of a crown.
     """
     off = float(np.linalg.norm(root @ here))
-    before, whole = float(np.linalg.norm(sigma[:, None] * here)), float(np.linalg.norm(away @ here))
-    return off < VISIBLE or off < min(KNOWN * before, whole)
+
+    def known(own: np.ndarray) -> bool:
+        least = float(np.linalg.norm(root[:, own] @ here[own]))
+        before, whole = (
+            float(np.linalg.norm(sigma[own, None] * here[own])),
+            float(np.linalg.norm(away[own] @ here[own])),
+        )
+        return least < VISIBLE or min(off, least) < min(KNOWN * before, whole)
+
+    return off < VISIBLE or all(known(np.array([o == name for o in owners])) for name in set(owners))

@@ -24,28 +24,56 @@ class Action:
 
 def menu(template: Run) -> list[Action]:
     """Actions derived from one run of the campaign, on a record as long as that run's unless said otherwise."""
-    end = float(template.travel[-1])
-    base = replace(template, travel=np.linspace(0.0, end, SAMPLES), time=None, signals={}, repeat_of=None, use="fit")
-    yaw = template.yaw if template.yaw else OPPOSITE_YAW
-    tension = template.tension / si.N_PER_MM2
-    low, high = 0.6 * tension, 1.7 * tension
+    base = _fresh(template)
+    return [_made(base, *c) for c in [*_changes(base), _LONGER]]
 
-    def at(change: Callable[[Run], Run], words: str, **more) -> Action:
-        return Action(f"{words} ({_settings(change(base))})", change(base), **more)
 
+def twofold(template: Run) -> list[Action]:
+    """Two changes at once: each on a record twice as long, and each tension with travel reversed."""
+    base = _fresh(template)
+    changes = {c[0]: c for c in _changes(base)}
+    longer = [(c, _LONGER) for words, c in changes.items() if words != "turn the belt over"]
+    back = [(c, changes["run with travel reversed"]) for words, c in changes.items() if "tension" in words]
+    return [_made(base, *_both(one, other)) for one, other in longer + back]
+
+
+Change = tuple[str, Callable[[Run], Run], dict[str, bool]]
+_LONGER: Change = "run twice as long", lambda r: replace(r, travel=2.0 * r.travel), {}
+
+
+def _changes(base: Run) -> list[Change]:
+    """Words of every change, what it does to a run, and what else it takes."""
+    yaw = base.yaw if base.yaw else OPPOSITE_YAW
+    tension = base.tension
     return [
-        at(lambda r: replace(r, yaw=-yaw), "run at opposite yaw"),
-        at(lambda r: replace(r, yaw=0.0), "run at zero yaw"),
-        at(lambda r: replace(r, yaw=2 * yaw), "run at twice the yaw"),
-        at(lambda r: replace(r, tension=low * si.N_PER_MM2), "run at lower tension"),
-        at(lambda r: replace(r, tension=high * si.N_PER_MM2), "run at higher tension"),
-        at(lambda r: replace(r, direction=-r.direction), "run with travel reversed"),
-        at(lambda r: replace(r, speed=2 * r.speed), "run at twice the speed"),
-        at(lambda r: replace(r, speed=0.5 * r.speed), "run at half the speed"),
-        at(lambda r: r, "put sensors at all four points", all_points=True),
-        at(lambda r: r, "turn the belt over", turned_over=True),
-        at(lambda r: replace(r, travel=np.linspace(0.0, 2 * end, SAMPLES)), "run twice as long"),
+        ("run at opposite yaw", lambda r: replace(r, yaw=-yaw), {}),
+        ("run at zero yaw", lambda r: replace(r, yaw=0.0), {}),
+        ("run at twice the yaw", lambda r: replace(r, yaw=2 * yaw), {}),
+        ("run at lower tension", lambda r: replace(r, tension=0.6 * tension), {}),
+        ("run at higher tension", lambda r: replace(r, tension=1.7 * tension), {}),
+        ("run with travel reversed", lambda r: replace(r, direction=-r.direction), {}),
+        ("run at twice the speed", lambda r: replace(r, speed=2 * r.speed), {}),
+        ("run at half the speed", lambda r: replace(r, speed=0.5 * r.speed), {}),
+        ("put sensors at all four points", lambda r: r, {"all_points": True}),
+        ("turn the belt over", lambda r: r, {"turned_over": True}),
     ]
+
+
+def _both(one: Change, other: Change) -> Change:
+    words = f"{one[0]}, {other[0].removeprefix('run ')}"
+    return words, lambda r: other[1](one[1](r)), one[2] | other[2]
+
+
+def _fresh(template: Run) -> Run:
+    """A run like another, without readings."""
+    end = float(template.travel[-1])
+    travel = np.linspace(0.0, end, SAMPLES)
+    return replace(template, travel=travel, time=None, signals={}, repeat_of=None, use="fit")
+
+
+def _made(base: Run, words: str, change: Callable[[Run], Run], more: dict[str, bool]) -> Action:
+    run = change(base)
+    return Action(f"{words} ({_settings(run)})", run, **more)
 
 
 def _settings(run: Run) -> str:

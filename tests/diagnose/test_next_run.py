@@ -1,12 +1,17 @@
 """The next run: opposite yaw tells an offset of the pulley from an error of a sensor."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from small_campaign import CLASSES, MODEL, TENSIONS, campaign
 
+from belt_sim.challenge.advice import _SETTING
+from belt_sim.diagnosis import nextrun
 from belt_sim.diagnosis.confusable import Rival
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.menu import menu, twofold
 from belt_sim.diagnosis.nextrun import RESOLVED, Outlook, next_runs
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.virtual_rig.make import make_campaign
@@ -63,6 +68,60 @@ def test_the_best_action_comes_first(one_sided):
     assert [a.sigma_after for a in advice] == sorted((a.sigma_after for a in advice), reverse=True)
     assert {a.separates for a in advice} == {("yaw_offset_tail", "sensor_gain")}
     assert any("opposite yaw" in a.action or "zero yaw" in a.action or "reversed" in a.action for a in advice)
+
+
+def test_two_changes_at_once_are_tried_where_one_is_not_enough(one_sided, monkeypatch):
+    bench, offset, gain = one_sided
+    pairs = [Rival("yaw_offset_tail", "sensor_gain", 0.1, gain)]
+    one = next_runs(bench, offset, pairs)
+    assert one[0].sigma_after > nextrun.SURE
+    assert not any(", twice as long" in a.action for a in one)
+    monkeypatch.setattr(nextrun, "SURE", np.inf)
+    two = next_runs(bench, offset, pairs)
+    assert len(two) == len(one)
+    assert two[0].sigma_after > one[0].sigma_after
+    assert ", twice as long" in two[0].action
+
+
+def test_an_action_by_itself_says_what_it_says_among_others(one_sided):
+    bench, offset, gain = one_sided
+    outlook = Outlook(bench, offset)
+    turned = next(k for k, a in enumerate(outlook.actions) if a.turned_over)
+    for k in (0, turned):
+        _, among = outlook.separations(offset, gain)
+        _, alone = outlook.alone(k).separations(offset, gain)
+        assert alone == pytest.approx(among[k], rel=1e-6)
+
+
+def test_every_advice_can_be_read_again():
+    template = campaign("nothing").runs[0]
+    actions = [*menu(template), *twofold(template)]
+    assert len({a.words for a in actions}) == len(actions)
+    for a in actions:
+        said = _SETTING.search(a.words)
+        assert said
+        assert float(said["travel"]) == pytest.approx(a.run.travel[-1], abs=0.5)
+        assert bool(said["reversed"]) == (a.run.direction < 0)
+
+
+@pytest.mark.parametrize(("bent", "left"), [(0.0, 1.0), (1.0, 0.0)])
+def test_a_promise_is_kept_by_what_marches_and_not_by_derivatives(bent, left):
+    """Of two readings to come the number x of one explanation moves the first by 2 x, and the second by x^2 as well."""
+
+    def march(x):
+        return np.array([2.0 * x, bent * x**2]), np.array([[2.0, 2.0 * bent * x]])
+
+    def predict(fit, free):
+        values, slopes = march(fit.vector[0]) if free else (np.array([2.0, 1.0]), np.empty((0, 2)))
+        return values[None], slopes[:, None]
+
+    still = np.zeros(1)
+    bench = SimpleNamespace(metric=SimpleNamespace(whiten=lambda x: x))
+    outlook = SimpleNamespace(
+        bench=bench, predict=predict, white=lambda x: x, here=lambda fit: (still, np.zeros((1, 1)))
+    )
+    right, other = SimpleNamespace(values=still), Fit(ids=("a",), free=[0], vector=np.array([0.1]))
+    assert Outlook.refitted(outlook, right, other) == pytest.approx(left, abs=0.01)
 
 
 def test_no_pair_no_advice():

@@ -25,7 +25,8 @@ RUNS = tuple(
 
 #: a parameter of which a machine leaves everything open
 OPEN = SimpleNamespace(plausible=(-1e6, 1e6), null=0.0)
-SLOT = SimpleNamespace(scale=1.0, name="size", effect=SimpleNamespace(parameters={"size": OPEN}, linear=False))
+EFFECT = SimpleNamespace(id="a", parameters={"size": OPEN}, linear=False)
+SLOT = SimpleNamespace(scale=1.0, name="size", effect=EFFECT)
 
 
 class Plain:
@@ -86,6 +87,21 @@ def test_what_only_the_left_out_runs_show_is_said_to_be_untested():
     assert found.untestable == ("7 N/mm2",)
     assert found.by_condition["7 N/mm2"] == pytest.approx(3.0 * np.sqrt(np.mean(rows[0, :2] ** 2)), rel=EXACT)
     assert found.by_condition["yaw +"] < EXACT
+
+
+def test_a_large_effect_that_is_known_does_not_hide_that_a_small_one_is_not():
+    """Beside another of a thousand sigma, what only 7 N/mm2 shows is nothing that hold-out can test there."""
+    rows = shapes()
+    rows[0, 2:] *= 1e-3
+    numbers = np.array([3.0, 1000.0])
+    y = np.einsum("k,krsn->rsn", numbers, rows)
+    at_joint_fit = replace(fitted(rows, 0.0 * y), vector=numbers, values=y)
+    bench = Plain(y)
+    bench.forward.slots = (
+        SLOT,
+        SimpleNamespace(scale=1.0, name="size", effect=SimpleNamespace(**vars(EFFECT) | {"id": "b"})),
+    )
+    assert held_out(bench, at_joint_fit).untestable == ("7 N/mm2",)
 
 
 def test_numbers_that_are_known_together_only_are_known():

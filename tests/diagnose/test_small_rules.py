@@ -12,7 +12,7 @@ from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import Condition, HeldOut
 from belt_sim.diagnosis.null import NullGains
-from belt_sim.diagnosis.openset import SPECTRUM, OpenTests
+from belt_sim.diagnosis.openset import SPECTRUM, OpenSet, OpenTests
 from belt_sim.diagnosis.waves import EACH_ITS_PHASE, Waves
 from belt_sim.effects.base import Parameter
 from belt_sim.results.diagnosis import error_table
@@ -79,6 +79,19 @@ def test_waves_of_their_own_phase_are_allowed_another_spectrum(monkeypatch):
     assert found.gain == {EACH_ITS_PHASE: pytest.approx(gain / SPECTRUM), "run r01": gain}
     assert found.failed == ("run r01",)
     assert found.wavelength == {EACH_ITS_PHASE: 5.0}
+
+
+@pytest.mark.parametrize(("log_p", "asked"), [(-5.0, [200]), (-9.0, [200, 1000]), (-10.5, [200, 1000]), (-30.0, [200])])
+def test_chance_is_asked_more_often_where_it_decides(monkeypatch, log_p, asked):
+    found, counts = OpenSet((), {"a": log_p}, {}, {}), []
+
+    def made(bench, fit, *, bootstraps, seed):
+        counts.append(bootstraps)
+        return SimpleNamespace(look=lambda residual: found, critical=-10.0)
+
+    monkeypatch.setattr(openset, "open_tests", made)
+    assert openset.open_set(None, SimpleNamespace(residual=None), bootstraps=200, seed=0) is found
+    assert counts == asked
 
 
 def test_a_condition_that_tests_nothing_is_said_to():
