@@ -13,6 +13,7 @@ SURE = 0.9  # probability from which a name is said with confidence
 NAMING = ("explained", "partly")
 #: an error is reducible where the held-out error exceeds the noise floor by this factor
 REDUCIBLE = 1.1
+FOLLOWED = 3.0  # sigma; an advice that does not bring its pair so far apart is not followed
 STOPS = "cannot_say"
 CRASH = "crash"  # in place of what could not be worked out
 
@@ -26,8 +27,9 @@ class Facts:
     form; named: effect -> probability; aliases: effect -> what the answer says it cannot be told from, effects of one
     set joined by +; outcome: see ``outcome_of``; covered: for each true parameter of a rightly named effect, whether it
     lies in its 95 % interval; removed: share of the reducible held-out error; advice: whether the advised run told the
-    pair apart (None: not followed); place, law: whether a discovered law has the right place, variable and form (None:
-    nothing to compare); p: of what is left, by chance; why: what went wrong, empty when nothing did.
+    pair apart (None: not followed), promised: by so many sigma it was to; place, law: whether a discovered law has the
+    right place, variable and form (None: nothing to compare); p: of what is left, by chance; why: what went wrong,
+    empty when nothing did.
     """
 
     seed: int
@@ -50,6 +52,7 @@ class Facts:
     covered: list[bool] = field(default_factory=list)
     removed: float | None = None
     advice: bool | None = None
+    promised: float | None = None
     discovered: str | None = None
     place: bool | None = None
     law: bool | None = None
@@ -123,7 +126,7 @@ def facts_of(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None)
         suspected=sorted({s["kind"] for s in answer.get("suspicions", [])}),
         caught=caught(truth, answer),
         removed=removed(error_of(answer), result.get("least") if own else None),
-        advice=(result.get("advice") or {}).get("resolved") if own else None,
+        **_followed(result if own else {}),
         p=_p_value(answer),
         sentence=answer.get("sentence", ""),
     )
@@ -248,6 +251,12 @@ def discovery(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, 
     if not truth.get("place"):
         return told
     return told | {"place": place_right(truth, said), "law": law_right(truth, said)}
+
+
+def _followed(result: Mapping[str, Any]) -> dict[str, Any]:
+    """What came of the advice that was followed, and what it had promised."""
+    advice = result.get("advice") or {}
+    return {"advice": advice.get("resolved"), "promised": _rounded(advice.get("sigma_after"))}
 
 
 def _p_value(answer: Mapping[str, Any]) -> float | None:

@@ -68,7 +68,7 @@ def _published(content: dict[str, Any]) -> Published:
         truth = {
             k: v
             for k, v in row.items()
-            if k not in (*_OF_AN_ANSWER, "advice", "discovered", "place", "law", "why", "p")
+            if k not in (*_OF_AN_ANSWER, "advice", "promised", "discovered", "place", "law", "why", "p")
         }
         for name, other in answers.items():
             others.setdefault(name, []).append(Facts(**truth | other))

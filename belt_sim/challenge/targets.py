@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.challenge.facts import NAMING, SURE, Facts
+from belt_sim.challenge.facts import FOLLOWED, NAMING, SURE, Facts
 from belt_sim.challenge.wilson import Share, share_of
+from belt_sim.results.found import APART
 
 SIZES = (3, 6, 12, 24)
 _BETWEEN = {3: (2.0, 4.5), 6: (4.5, 9.0), 12: (9.0, 18.0), 24: (18.0, 1e9)}  # geometric means lie between sizes
@@ -108,6 +109,7 @@ def _numbers(rows: Sequence[Facts]) -> list[Target]:
     inside = [flag for f in rows for flag in f.covered]
     large = [f for f in of_kind(rows, "library", "two", least=12 * 0.8) if f.removed is not None]
     advised = [f for f in rows if f.advice is not None]
+    sure, unsure = ([f for f in advised if ((f.promised or 0.0) >= APART) is whether] for whether in (True, False))
     mean = f"mean {np.mean([f.removed for f in large]):.0%}" if large else ""
     return [
         Target(name="95 % interval holds the true value", found=share_of(inside), at_least=0.93, note="wanted 93-97 %"),
@@ -118,7 +120,13 @@ def _numbers(rows: Sequence[Facts]) -> list[Target]:
             note=mean,
         ),
         Target(
-            name="next-run advice resolves the pair", found=_share(advised, lambda f: bool(f.advice)), at_least=0.90
+            name=f"next-run advice resolves the pair, where {APART:g} sigma are promised",
+            found=_share(sure, _advice),
+            at_least=0.90,
+        ),
+        Target(
+            name=f"next-run advice resolves the pair, where {FOLLOWED:g} to {APART:g} are promised",
+            found=_share(unsure, _advice),
         ),
         Target(name="answered without a crash", found=_share(rows, lambda f: f.outcome != "crash"), at_least=1.0),
     ]
@@ -148,6 +156,10 @@ def _discovery(rows: Sequence[Facts]) -> list[Target]:
 def confidently_wrong(f: Facts) -> bool:
     """A false name is said with confidence."""
     return f.verdict in NAMING and any(p >= SURE for p in f.false_names.values())
+
+
+def _advice(f: Facts) -> bool:
+    return bool(f.advice)
 
 
 def _right(f: Facts) -> bool:

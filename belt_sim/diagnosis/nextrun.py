@@ -19,11 +19,9 @@ from belt_sim.diagnosis.menu import Action, menu, twofold
 from belt_sim.diagnosis.metric import Metric, metric_of, nuisance_shapes
 from belt_sim.diagnosis.samples import Samples, stack_cases
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.results.found import NextRun
+from belt_sim.results.found import APART, NextRun
 
 RESOLVED = 3.0  # sigma
-#: sigma by which the likelier of two stands out in 97 of 100 campaigns, so that it has 95 % of the probability
-SURE = 5.0
 STEPS = 8  # of a refit
 SHORTER = 0.3  # a step that went too far, the next time
 SETTLED = 0.98  # of what remains, from one step to the next
@@ -35,7 +33,7 @@ def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) 
         return []
     template = bench.samples.runs[_liveliest(bench, chosen)]
     advice = _best(Outlook(bench, chosen, menu(template)), chosen, pairs, keep)
-    unsure = [p for p in pairs if max(a.sigma_after for a in advice if _about(a, p)) < SURE]
+    unsure = [p for p in pairs if max(a.sigma_after for a in advice if _about(a, p)) < APART]
     if unsure:
         advice += _best(Outlook(bench, chosen, twofold(template)), chosen, unsure, keep)
     advice = sorted(advice, key=lambda a: -a.sigma_after)

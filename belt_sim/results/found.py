@@ -102,6 +102,10 @@ class Confusable:
         return f"{self.effect} cannot be told apart from {self.other} ({words.fixed(self.sigma, 1)} sigma)"
 
 
+#: sigma by which the likelier of two stands out in 97 of 100 campaigns, so that it has 95 % of the probability
+APART = 5.0
+
+
 @dataclass(frozen=True)
 class NextRun:
     """One action on the rig, the pair that it separates, and the separation before and after in sigma."""
@@ -113,7 +117,8 @@ class NextRun:
 
     def __str__(self) -> str:
         change = f"{words.fixed(self.sigma_before, 1)} -> {words.fixed(self.sigma_after, 1)} sigma"
-        return f"next run: {self.action} tells {' from '.join(self.separates)}: {change}"
+        tells = "tells" if self.sigma_after >= APART else "may tell"
+        return f"next run: {self.action} {tells} {' from '.join(self.separates)}: {change}"
 
 
 @dataclass(frozen=True, kw_only=True)

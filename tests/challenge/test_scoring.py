@@ -1,10 +1,10 @@
 """Every outcome that a campaign can have, every figure that is counted from it, and what is published."""
 
 import pytest
-from scored import DIRT, facts, truth
+from scored import DIRT, facts, result, truth
 from small_challenge import answer_of
 
-from belt_sim.challenge.facts import removed
+from belt_sim.challenge.facts import facts_of, removed
 from belt_sim.challenge.laws import pairs, place_said
 from belt_sim.challenge.reliability import reliability
 from belt_sim.challenge.targets import confidently_wrong, targets
@@ -66,6 +66,17 @@ def test_effects_that_stand_together_count_one_by_one():
     assert pair.answer_set == {"crown", "cant", "taper"}
     assert not confidently_wrong(pair)
     assert confidently_wrong(facts(truth("library", "taper"), aliased("cant", "taper + slip")))
+
+
+def test_advice_counts_by_what_it_promises():
+    """Five sigma tell a pair apart in 97 of 100 campaigns; three do in seven of ten, however right they are."""
+    kept = [(9.0, True), (5.0, True), (4.9, False), (3.1, True), (3.0, False)]
+    results = [
+        result(truth("library", "taper"), answer_of("taper"), advice={"resolved": r, "sigma_after": s}) for s, r in kept
+    ]
+    rows = [facts_of(r) for r in results] + [facts(truth("library", "taper"), answer_of("taper"))]
+    found = {t.name: (t.found.count, t.found.trials) for t in targets(rows) if "advice" in t.name}
+    assert list(found.values()) == [(2, 2), (1, 3)]
 
 
 def suspicion(run, signal):

@@ -74,9 +74,9 @@ def test_two_changes_at_once_are_tried_where_one_is_not_enough(one_sided, monkey
     bench, offset, gain = one_sided
     pairs = [Rival("yaw_offset_tail", "sensor_gain", 0.1, gain)]
     one = next_runs(bench, offset, pairs)
-    assert one[0].sigma_after > nextrun.SURE
+    assert one[0].sigma_after > nextrun.APART
     assert not any(", twice as long" in a.action for a in one)
-    monkeypatch.setattr(nextrun, "SURE", np.inf)
+    monkeypatch.setattr(nextrun, "APART", np.inf)
     two = next_runs(bench, offset, pairs)
     assert len(two) == len(one)
     assert two[0].sigma_after > one[0].sigma_after
