@@ -28,7 +28,7 @@ FAMILY_LEVEL = 0.02
 class Selection:
     """The chosen fit on its workbench, the base fit on its own, every round's trials, and what could stand in the place
     of each chosen effect; larger: sets of one effect more; chance, null, critical: what all were judged by; gain: chi2
-    of the chosen fit over the base, on one metric.
+    of the chosen fit over the base, on one metric; bare_held_out: held-out errors of no effect, on that metric.
     """
 
     base_bench: Workbench
@@ -36,6 +36,7 @@ class Selection:
     base: Fit
     chosen: Fit
     base_held_out: HeldOut
+    bare_held_out: HeldOut
     held_out: HeldOut
     chance: Chance
     null: NullGains
@@ -88,7 +89,7 @@ def select(
     held = held_out(bench, base)
     return Selection(
         base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
-        held_out=held_out(last.bench, chosen),
+        bare_held_out=last.held_out(()), held_out=held_out(last.bench, chosen),
         chance=last.chance, null=last.null, critical=last.critical, swaps=swaps,
         rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
         base_left=tests.look(base.residual), rehearsal=rehearsal,

@@ -112,13 +112,13 @@ def _rises(found: Selection, held: HeldOut) -> tuple[str, ...]:
     """The held-out error as the report would show it, as a failed test, where it is larger than the base model's.
 
     In plain rms slow wander counts most, and small effects hide in it: a rise that the report would not show is none
-    where every condition becomes likelier.
+    where every condition becomes likelier: at one noise, for that beside the effects is less than beside none.
     """
-    own, base = OwnErrors(found.bench), found.base_held_out
+    own, base, bare = OwnErrors(found.bench), found.base_held_out, found.bare_held_out.conditions
     before, after = (own.rms(h, held.tested) for h in (base, held))
     if after <= before:
         return ()
-    less_likely = max(held.conditions[n].surprise - base.conditions[n].surprise for n in held.tested) > NESTING
+    less_likely = max(held.conditions[n].surprise - bare[n].surprise for n in held.tested) > NESTING
     if after < SHOWN_RISE * before and not less_likely:
         return ()
     return (f"held-out error, {after / before:.2f} times the base model's",)

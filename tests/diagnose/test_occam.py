@@ -249,6 +249,7 @@ def test_the_error_that_is_told_is_the_one_beside_every_runs_own_settings(monkey
         return SimpleNamespace(tested=tuple(parts), conditions=parts, size=size)
 
     found = chosen_by(400.0)
-    found.base_held_out = held(1.0, (0.0, 0.0))
+    found.base_held_out = held(1.0, (-90.0, -90.0))  # judged by the larger noise that is read beside no effect
+    found.bare_held_out = held(1.0, (0.0, 0.0))
     monkeypatch.setattr(deciding, "OwnErrors", lambda bench: SimpleNamespace(rms=lambda held, names: held.size))
     assert deciding._rises(found, held(after, likelier)) == said
