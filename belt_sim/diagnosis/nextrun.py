@@ -80,15 +80,15 @@ class Outlook:
         does a run in which the belt leaves its pulleys.
         """
         known = self.bench.metric.whiten(a.values - b.values)
-        (there_a, along_a), (there_b, along_b) = self.predict(a, a.free), self.predict(b, b.free)
+        predicted = [self.predict(fit, fit.free) for fit in (a, b)]
+        stays = np.logical_and.reduce([_finite(x) for values, along in predicted for x in (values, *along)])
+        (there_a, along_a), (there_b, along_b) = ([_where(stays, x) for x in both] for both in predicted)
         new = self.white(there_a - there_b)
         refitted = [
             (fit.columns.reshape(len(fit.free), known.size), self.white(along))
             for fit, along in ((a, along_a), (b, along_b))
         ]
         before = min(_rest(known, columns) for columns, _ in refitted)
-        runs = range(len(self.actions))
-        stays = [all(np.isfinite(x[r]).all() for x in (there_a, there_b)) for r in runs]
         after = [
             min(
                 _rest(np.concatenate([known, new[r]]), np.concatenate([columns, further[:, r]], axis=1))
@@ -96,7 +96,7 @@ class Outlook:
             )
             if stays[r]
             else before
-            for r in runs
+            for r in range(len(self.actions))
         ]
         return before, np.array(after)
 
@@ -113,8 +113,10 @@ class Outlook:
         for _ in range(STEPS):
             values, slopes = self.here(tried := _stepped(fit, step))
             new, along = self.predict(tried, tried.free)
-            rest = np.concatenate([self.bench.metric.whiten(right.values - values), self.white(there - new).ravel()])
-            size = float(np.linalg.norm(rest)) if np.isfinite(rest).all() else np.inf
+            size = np.inf
+            if all(np.isfinite(x).all() for x in (values, slopes, there, new, along)):
+                gaps = self.bench.metric.whiten(right.values - values), self.white(there - new).ravel()
+                size = float(np.linalg.norm(rest := np.concatenate(gaps)))
             if not size < SETTLED * least:
                 if size <= least or not step.any():
                     return min(size, least)
@@ -160,8 +162,20 @@ class Outlook:
         directions = np.eye(self.forward.size)[-len(NUISANCES) :]
         vectors = np.repeat(vector[None], len(NUISANCES), axis=0)
         values, slopes = self.forward.lanes(vectors, directions, self.samples)
+        stays = np.logical_and.reduce([_finite(x) for x in (values[0], *slopes)])
+        values, slopes = _where(stays, values), _where(stays, slopes)
         shapes, shared = nuisance_shapes(self.bench.campaign, self.samples, values[0], slopes)
         return metric_of(self.samples, self.bench.levels, shapes, 0.0 * shared)
+
+
+def _finite(x: np.ndarray) -> np.ndarray:
+    """Which actions (actions,) of readings (actions, S, n) are predicted: none in which the belt leaves its pulleys."""
+    return np.isfinite(x).all(axis=(1, 2))
+
+
+def _where(stays: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Readings (..., actions, S, n), 0 in actions (actions,) that are not predicted."""
+    return np.where(stays[:, None, None], x, 0.0)
 
 
 def _liveliest(bench: Workbench, chosen: Fit) -> int:

@@ -93,6 +93,27 @@ def test_an_action_by_itself_says_what_it_says_among_others(one_sided):
         assert alone == pytest.approx(among[k], rel=1e-6)
 
 
+def test_a_run_in_which_the_belt_leaves_its_pulleys_promises_nothing(one_sided, monkeypatch):
+    """And leaves the others what they promise, without a word of numbers that are none."""
+    bench, offset, gain = one_sided
+    outlook = Outlook(bench, offset)
+    before, wanted = outlook.separations(offset, gain)
+    lanes = outlook.forward.lanes
+
+    def off(vectors, directions, samples):
+        values, slopes = lanes(vectors, directions, samples)
+        if len(samples.runs) == len(outlook.actions):
+            values[:, 1, :, 5:], slopes[:, 1, :, 5:] = np.inf, np.nan
+        return values, slopes
+
+    monkeypatch.setattr(outlook.forward, "lanes", off)
+    outlook.metric = outlook._metric(offset.vector)
+    _, found = outlook.separations(offset, gain)
+    assert found[1] == before < wanted[1]
+    others = [k for k in range(len(wanted)) if k != 1]
+    assert found[others] == pytest.approx(wanted[others], rel=1e-6)
+
+
 def test_every_advice_can_be_read_again():
     template = campaign("nothing").runs[0]
     actions = [*menu(template), *twofold(template)]
