@@ -13,14 +13,13 @@ from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.loop import Closed, closed, states_with
 from belt_sim.discovery.places import TENSION, TRAVEL, place_columns
 from belt_sim.discovery.rounds import Loop
-from belt_sim.discovery.search import Scored, cost, distinct, exponents_of, fitted, gain_of, pairs, refined, singles
+from belt_sim.discovery.search import WITHIN, Scored, cost, distinct, exponents_of, fitted, gain_of, pairs, refined, singles
 from belt_sim.discovery.survey import Law, Survey, Term
 
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
 PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
 ONE = 0.998  # cosine of readings that are the same
 POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
-WITHIN = 6.0  # chi2: a likelihood ratio of 20
 MODELLED = 0.02  # of a gain, to which linear columns can be trusted
 AGAIN = 400  # imagined repetitions of the campaign
 

@@ -13,12 +13,12 @@ import numpy as np
 
 from belt_sim.diagnosis.heldout import held_out
 from belt_sim.diagnosis.own_errors import errors_of
-from belt_sim.discovery.choose import MODELLED, WITHIN, Choice
+from belt_sim.discovery.choose import MODELLED, Choice
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.places import TENSION, TRAVEL
 from belt_sim.discovery.refit import Refit, refit
-from belt_sim.discovery.search import Scored, cost, fitted
+from belt_sim.discovery.search import WITHIN, Scored, cost, fitted
 from belt_sim.discovery.survey import Law, Survey, Term
 
 PROMISE = 0.5  # of the best law's gain, that a law of which the first order is known has to show

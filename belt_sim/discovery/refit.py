@@ -9,11 +9,10 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.effect_file import Written, written
-from belt_sim.discovery.search import Scored, cost, fitted
+from belt_sim.discovery.search import WITHIN, Scored, cost, fitted
 from belt_sim.discovery.survey import Survey
 
 ROUND = 2.0  # sigma
-WITHIN = 6.0  # chi2: a likelihood ratio of 20
 FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
 HALVINGS = 20  # to a millionth, as good as nothing
 

@@ -15,6 +15,7 @@ from belt_sim.discovery.places import Place
 from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.discovery.tables import Across, Products, products
 
+WITHIN = 6.0  # chi2: a likelihood ratio of 20
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)
 FIRSTS, SECONDS = 12, 12
 STEP_OF_GRID = 1.8  # ratio to the next knee or length of the grid
