@@ -13,7 +13,18 @@ from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.loop import Closed, closed, states_with
 from belt_sim.discovery.places import TENSION, TRAVEL, place_columns
 from belt_sim.discovery.rounds import Loop
-from belt_sim.discovery.search import WITHIN, Scored, cost, distinct, exponents_of, fitted, gain_of, pairs, refined, singles
+from belt_sim.discovery.search import (
+    WITHIN,
+    Scored,
+    cost,
+    distinct,
+    exponents_of,
+    fitted,
+    gain_of,
+    pairs,
+    refined,
+    singles,
+)
 from belt_sim.discovery.survey import Law, Survey, Term
 
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
