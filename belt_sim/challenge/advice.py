@@ -12,7 +12,8 @@ import numpy as np
 from belt_sim import si
 from belt_sim.campaign import Campaign, Run, SignalSheet, read_campaign, write_campaign
 from belt_sim.challenge.answers import answerer
-from belt_sim.challenge.facts import FOLLOWED, facts_of
+from belt_sim.challenge.facts import facts_of
+from belt_sim.results.found import RESOLVED
 from belt_sim.virtual_rig import Truth
 from belt_sim.virtual_rig.further import measured_further
 
@@ -27,7 +28,7 @@ def promised(answer: Mapping[str, Any]) -> dict[str, Any] | None:
     """The first advice that promises to tell its pair apart, and that this rig can follow."""
     for advice in answer.get("next_runs", []):
         can = _SETTING.search(advice["action"]) and "turn the belt over" not in advice["action"]
-        if can and advice["sigma_after"] >= FOLLOWED > advice["sigma_before"]:
+        if can and advice["sigma_after"] >= RESOLVED > advice["sigma_before"]:
             return dict(advice)
     return None
 

@@ -13,7 +13,6 @@ SURE = 0.9  # probability from which a name is said with confidence
 NAMING = ("explained", "partly")
 #: an error is reducible where the held-out error exceeds the noise floor by this factor
 REDUCIBLE = 1.1
-FOLLOWED = 3.0  # sigma; an advice that does not bring its pair so far apart is not followed
 STOPS = "cannot_say"
 CRASH = "crash"  # in place of what could not be worked out
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.challenge.facts import FOLLOWED, NAMING, SURE, Facts
+from belt_sim.challenge.facts import NAMING, SURE, Facts
 from belt_sim.challenge.wilson import Share, share_of
-from belt_sim.results.found import APART
+from belt_sim.results.found import APART, RESOLVED
 
 SIZES = (3, 6, 12, 24)
 _BETWEEN = {3: (2.0, 4.5), 6: (4.5, 9.0), 12: (9.0, 18.0), 24: (18.0, 1e9)}  # geometric means lie between sizes
@@ -125,7 +125,7 @@ def _numbers(rows: Sequence[Facts]) -> list[Target]:
             at_least=0.90,
         ),
         Target(
-            name=f"next-run advice resolves the pair, where {FOLLOWED:g} to {APART:g} are promised",
+            name=f"next-run advice resolves the pair, where {RESOLVED:g} to {APART:g} are promised",
             found=_share(unsure, _advice),
         ),
         Target(name="answered without a crash", found=_share(rows, lambda f: f.outcome != "crash"), at_least=1.0),

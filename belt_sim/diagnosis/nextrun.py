@@ -19,9 +19,8 @@ from belt_sim.diagnosis.menu import Action, menu, twofold
 from belt_sim.diagnosis.metric import Metric, metric_of, nuisance_shapes
 from belt_sim.diagnosis.samples import Samples, stack_cases
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.results.found import APART, NextRun
+from belt_sim.results.found import APART, RESOLVED, NextRun
 
-RESOLVED = 3.0  # sigma
 STEPS = 8  # of a refit
 SHORTER = 0.3  # a step that went too far, the next time
 SETTLED = 0.98  # of what remains, from one step to the next

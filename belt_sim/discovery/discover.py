@@ -62,9 +62,16 @@ def discover(
     draws: campaigns simulated with nothing missing; level: false discoveries when nothing is; failed: another test
     has shown already that something is left.
     """
+    return discovered(*asked(bench, fit, draws=draws, seed=seed, level=level, tell=tell), failed=failed, tell=tell)
+
+
+def asked(
+    bench: Workbench, fit: Fit, *, draws: int, seed: int, level: float = LEVEL, tell: Callable[[str], None]
+) -> tuple[Survey, Gate]:
+    """What ``fit`` leaves, and whether any generic law explains more of it than chance."""
     tell("testing what is left against generic laws")
     survey = survey_of(bench, fit)
-    return discovered(survey, judged(survey, draws=draws, seed=seed, level=level)[0], failed=failed, tell=tell)
+    return survey, judged(survey, draws=draws, seed=seed, level=level)[0]
 
 
 def discovered(survey: Survey, gate: Gate, *, failed: bool, tell: Callable[[str], None]) -> Discovered:

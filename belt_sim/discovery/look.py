@@ -9,8 +9,8 @@ import numpy as np
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.unknown import OneLaw
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.discovery.discover import Discovered, discovered, unknown_columns
-from belt_sim.discovery.gate import DRAWS, Gate, judged
+from belt_sim.discovery.discover import Discovered, asked, discovered, unknown_columns
+from belt_sim.discovery.gate import DRAWS, Gate
 from belt_sim.discovery.rival import lead_by_chance, one_law
 from belt_sim.discovery.survey import Survey, survey_of
 from belt_sim.discovery.words import formula
@@ -60,9 +60,7 @@ class Looking:
 
     def __call__(self, bench: Workbench, fit: Fit, failed: bool) -> Seen:
         """What is seen beside ``fit``."""
-        self.tell("testing what is left against generic laws")
-        survey = survey_of(bench, fit)
-        return Seen(survey, judged(survey, draws=self.draws, seed=self.seed)[0], failed, self.tell)
+        return Seen(*asked(bench, fit, draws=self.draws, seed=self.seed, tell=self.tell), failed, self.tell)
 
     def one_law(self, bench: Workbench, fit: Fit, least: float) -> OneLaw | None:
         """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``."""

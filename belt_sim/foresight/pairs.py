@@ -6,10 +6,11 @@ from itertools import combinations
 import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.nextrun import RESOLVED, Outlook
+from belt_sim.diagnosis.nextrun import Outlook
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.foresight.sizes import best_column
 from belt_sim.results.check import Pair, Visible
+from belt_sim.results.found import RESOLVED
 
 #: Size at which a pair is judged, in whitened units: an effect that is plain to see.
 PLAIN = 12.0

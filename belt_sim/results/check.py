@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from belt_sim.results import words
+from belt_sim.results.found import RESOLVED
 from belt_sim.results.label import CampaignLabel
 from belt_sim.results.shown import Shown
 from belt_sim.results.table import Table
@@ -97,7 +98,7 @@ class Check(Shown):
     def _alike(self) -> str:
         if not self.pairs:
             return "All of them could be told apart, pair by pair, where they are plain to see."
-        helped = sum(p.sigma_after >= 3.0 for p in self.pairs)
+        helped = sum(p.sigma_after >= RESOLVED for p in self.pairs)
         more = f"; a further run would resolve {helped} of them" if any(p.action for p in self.pairs) else ""
         return f"{len(self.pairs)} pairs could not be told apart even where they are plain to see (12 sigma){more}."
 

@@ -102,6 +102,7 @@ class Confusable:
         return f"{self.effect} cannot be told apart from {self.other} ({words.fixed(self.sigma, 1)} sigma)"
 
 
+RESOLVED = 3.0  # sigma, below which nobody takes two explanations for told apart
 #: sigma by which the likelier of two stands out in 97 of 100 campaigns, so that it has 95 % of the probability
 APART = 5.0
 

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 from small_campaign import CLASSES, MODEL, TENSIONS, campaign
 
 from belt_sim.challenge.advice import _SETTING
@@ -12,8 +13,9 @@ from belt_sim.diagnosis import nextrun
 from belt_sim.diagnosis.confusable import Rival
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.menu import menu, twofold
-from belt_sim.diagnosis.nextrun import RESOLVED, Outlook, next_runs
+from belt_sim.diagnosis.nextrun import Outlook, next_runs
 from belt_sim.diagnosis.workbench import workbench
+from belt_sim.results.found import APART, RESOLVED
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, grid
 
@@ -143,6 +145,12 @@ def test_a_promise_is_kept_by_what_marches_and_not_by_derivatives(bent, left):
     )
     right, other = SimpleNamespace(values=still), Fit(ids=("a",), free=[0], vector=np.array([0.1]))
     assert Outlook.refitted(outlook, right, other) == pytest.approx(left, abs=0.01)
+
+
+def test_a_promise_that_tells_two_apart_is_kept_in_97_of_100_campaigns():
+    """Twice the difference of log likelihoods is normal about s^2, with 2 s; 19 to 1 is 95 % of the probability."""
+    kept = [float(ndtr((0.5 * s**2 - np.log(19.0)) / s)) for s in (RESOLVED, 4.0, APART)]
+    assert kept == pytest.approx([0.70, 0.90, 0.97], abs=0.005)
 
 
 def test_no_pair_no_advice():
