@@ -23,7 +23,7 @@ class IdlerSkew(Effect):
     tension_exponent = -1.0
     parameters = {
         "force": Parameter(
-            unit="N", meaning="side force on the upper span, forward travel", plausible=(-20.0, 20.0), scale=0.1
+            unit="N", meaning="side force on the upper span, forward travel", plausible=(-50.0, 50.0), scale=0.1
         ),
         "place": PLACE,
     }

@@ -25,7 +25,7 @@ class SideDrag(Effect):
         "moment": Parameter(
             unit="N m",
             meaning="couple of a drag at the edge y > 0 of the upper span",
-            plausible=(-10.0, 10.0),
+            plausible=(-50.0, 50.0),
             scale=0.2,
         ),
         "place": PLACE,

@@ -7,6 +7,7 @@ import pytest
 from virtual_bench import YAW, plan_of
 
 import belt_sim
+from belt_sim.effects.library import library
 from belt_sim.scene_parts import SceneParts
 from belt_sim.virtual_rig.fault import overrides
 from belt_sim.virtual_rig.library import CATALOGUE, LOT, STRANGERS
@@ -67,6 +68,16 @@ def test_the_catalogue_holds_twins_of_effects_and_strangers_have_none():
     effects = {path.stem for path in (Path(belt_sim.__file__).parent / "effects").glob("*.py")}
     assert set(CATALOGUE) <= effects
     assert not set(STRANGERS) & effects
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_what_is_hidden_is_no_larger_than_what_its_twin_takes_for_a_machines(name):
+    """Two authors, one machine. A wobble is one size here and a cosine and a sine there."""
+    numbers = library()[name].parameters
+    for parameter, size in CATALOGUE[name].sizes.items():
+        same = [numbers[parameter]] if parameter in numbers else [p for p in numbers.values() if p.unit == size.unit]
+        most = max(max(map(abs, p.plausible)) for p in same)
+        assert size.limit <= most * (1 + 1e-9), f"{name}.{parameter}: {size.limit:g} hidden, {most:g} plausible"
 
 
 def test_places_in_the_lot_are_taken_once():

@@ -8,7 +8,7 @@ from belt_sim.virtual_rig.fault import TAIL, Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class BuildUp(Fault):
     id = "build_up"
-    sizes = {"rate": Size(unit="1/m2", typical=5e-7, limit=5e-5)}
+    sizes = {"rate": Size(unit="1/m2", typical=5e-7, limit=1e-5)}
     lot = 18
     rate: float = 0.0
 

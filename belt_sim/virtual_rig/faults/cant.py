@@ -9,7 +9,7 @@ from belt_sim.virtual_rig.faults._pulleys import with_more
 @dataclass(frozen=True, kw_only=True)
 class Cant(Fault):
     id = "cant"
-    sizes = {"gamma": Size(unit="rad", typical=1e-3, limit=1e-2)}
+    sizes = {"gamma": Size(unit="rad", typical=1e-3, limit=5e-3)}
     lot = 3
     gamma: float = 0.0
 

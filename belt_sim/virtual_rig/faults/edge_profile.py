@@ -13,6 +13,7 @@ from belt_sim.virtual_rig.fault import Fault, Size
 
 HARMONICS, DECAY = 40, 1.27
 FIRST = 4e-4  # [m]: of the cosine and of the sine, together 0.57 mm
+STEEPEST = 1e-2  # [m]: amplitude times harmonic, that is 3 mm/m of slope on a belt of 20 m
 _FIELDS = [(f"{kind}{k}", float, 0.0) for k in range(1, HARMONICS + 1) for kind in ("cos", "sin")]
 _Harmonics = make_dataclass("_Harmonics", _FIELDS, bases=(Fault,), frozen=True, kw_only=True)
 
@@ -20,7 +21,10 @@ _Harmonics = make_dataclass("_Harmonics", _FIELDS, bases=(Fault,), frozen=True, 
 @dataclass(frozen=True, kw_only=True)
 class EdgeProfile(_Harmonics):  # type: ignore[misc,valid-type]
     id = "edge_profile"
-    sizes = {name: Size(unit="m", typical=FIRST / int(name[3:]) ** DECAY, limit=1e-2) for name, *_ in _FIELDS}
+    sizes = {
+        name: Size(unit="m", typical=FIRST / int(name[3:]) ** DECAY, limit=STEEPEST / int(name[3:]))
+        for name, *_ in _FIELDS
+    }
     lot = 14
     mixed = True
 

@@ -9,7 +9,7 @@ from belt_sim.virtual_rig.load import along_span
 @dataclass(frozen=True, kw_only=True)
 class MachineTilt(Fault):
     id = "machine_tilt"
-    sizes = {"angle": Size(unit="rad", typical=2e-3, limit=0.1)}
+    sizes = {"angle": Size(unit="rad", typical=2e-3, limit=0.05)}
     lot = 22
     angle: float = 0.0
 

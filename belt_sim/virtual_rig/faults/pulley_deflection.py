@@ -9,7 +9,7 @@ from belt_sim.virtual_rig.faults._pulleys import with_more
 @dataclass(frozen=True, kw_only=True)
 class PulleyDeflection(Fault):
     id = "pulley_deflection"
-    sizes = {"compliance": Size(unit="1/(N m2)", typical=5e-6, limit=5e-4)}
+    sizes = {"compliance": Size(unit="1/(N m2)", typical=5e-6, limit=3e-4)}
     positive = True
     lot = 19
     compliance: float = 0.0

@@ -8,7 +8,7 @@ from belt_sim.virtual_rig.fault import Fault, Size
 @dataclass(frozen=True, kw_only=True)
 class SensorDelay(Fault):
     id = "sensor_delay"
-    sizes = {"delay": Size(unit="s", typical=1.5, limit=30.0)}
+    sizes = {"delay": Size(unit="s", typical=1.5, limit=5.0)}
     positive = True
     lot = 26
     delay: float = 0.0

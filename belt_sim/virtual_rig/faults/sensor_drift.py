@@ -9,7 +9,7 @@ from belt_sim.virtual_rig.faults._points import at_point, size_at_points
 @dataclass(frozen=True, kw_only=True)
 class SensorDrift(Fault):
     id = "sensor_drift"
-    sizes = size_at_points("d", "m/s", 5e-6, 1e-4)
+    sizes = size_at_points("d", "m/s", 5e-6, 2e-5)
     lot = 13
     d1: float = 0.0
     d2: float = 0.0

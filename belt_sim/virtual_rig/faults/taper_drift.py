@@ -9,7 +9,7 @@ from belt_sim.virtual_rig.faults._warming import SLOWEST, Warming, warmed
 @dataclass(frozen=True, kw_only=True)
 class TaperDrift(Warming, Fault):
     id = "taper_drift"
-    sizes = {"rate": Size(unit="1/(m s)", typical=2e-7, limit=2e-5)}
+    sizes = {"rate": Size(unit="1/(m s)", typical=2e-7, limit=5e-6)}
     lot = 17
     rate: float = 0.0
     time_constant: float = SLOWEST

@@ -9,7 +9,7 @@ from belt_sim.virtual_rig.faults._pulleys import with_more
 @dataclass(frozen=True, kw_only=True)
 class UnequalTension(Fault):
     id = "unequal_tension"
-    sizes = {"yaw_per_force": Size(unit="rad/N", typical=1e-7, limit=1e-5)}
+    sizes = {"yaw_per_force": Size(unit="rad/N", typical=1e-7, limit=2e-6)}
     lot = 21
     yaw_per_force: float = 0.0
 

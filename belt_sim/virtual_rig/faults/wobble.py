@@ -20,7 +20,7 @@ class Wobble(Fault):
     """Seen from above the axis swings by beta_1 cos(s/R + phase): the slope of the radius is a quarter turn late."""
 
     id = "wobble"
-    sizes = {"beta_1": Size(unit="rad", typical=1e-3, limit=1e-2)}
+    sizes = {"beta_1": Size(unit="rad", typical=1e-3, limit=2e-3)}
     lot = 6
     beta_1: float = 0.0
     phase: float = 0.0

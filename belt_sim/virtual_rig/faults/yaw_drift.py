@@ -9,7 +9,7 @@ from belt_sim.virtual_rig.faults._warming import SLOWEST, Warming, warmed
 @dataclass(frozen=True, kw_only=True)
 class YawDrift(Warming, Fault):
     id = "yaw_drift"
-    sizes = {"rate": Size(unit="rad/s", typical=1e-6, limit=1e-4)}
+    sizes = {"rate": Size(unit="rad/s", typical=1e-6, limit=1e-5)}
     lot = 16
     rate: float = 0.0
     time_constant: float = SLOWEST
