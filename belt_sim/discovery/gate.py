@@ -1,7 +1,8 @@
 """The gate: does any generic law still explain more than chance beside the effects that were chosen?
 
 The statistic is the smallest p of the whole dictionary at all places; its distribution when nothing is missing comes
-from readings simulated with the noise as it is known, levels estimated anew from each of them.
+from readings simulated with noise at levels that the readings leave possible, judged at those believed in, as the
+readings themselves are.
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.noise import Reach
 from belt_sim.diagnosis.null import NoiseSource
 from belt_sim.diagnosis.tails import chi2_isf, chi2_logsf, gumbel_fit, gumbel_isf, gumbel_sf
 from belt_sim.diagnosis.workbench import Workbench
@@ -20,7 +20,6 @@ from belt_sim.discovery.tables import Products
 LEVEL = 0.01  # false alarms of the gate when nothing is missing
 DRAWS = 100
 FAR = 1000.0  # chi2
-MOST = 3.0  # slow noise over what is believed of it, at most: levels of a short record may find none at all
 SHOWN = 5
 
 
@@ -87,22 +86,11 @@ def _largest(p: Products, gain: np.ndarray) -> np.ndarray:
 
 
 def errors_by_chance(survey: Survey, draws: int, rng: np.random.Generator) -> np.ndarray:
-    """Whitened errors (draws, R, m), scaled as the levels found in each would make them."""
+    """Whitened errors (draws, R, m), judged at the noise believed in, as the readings are.
+
+    How far off belief may be is in the draws. Levels read once more off each draw make another statistic than that of
+    the readings: of a draw in which a few repeats show little slow noise, what there is would count many times.
+    """
     bench, left = survey.bench, survey.bench.samples.y - survey.fit.values
-    errors = np.where(np.isfinite(bench.fitted.y), NoiseSource(bench, left, rng).draw(draws), 0.0)
-    signals = range(errors.shape[2])
-    believed = np.array([[_slow(lv.of(s)) for s in signals] for lv in bench.finder.many(errors)])
-    here = np.array([_slow(bench.levels.of(s)) for s in signals])
-    return survey.ground.white(errors * _ratio(here, believed)[:, None, :, None])
-
-
-def _ratio(here: np.ndarray, believed: np.ndarray) -> np.ndarray:
-    """Size of slow noise over the one believed in each draw (draws, S); a draw in which none is seen counts as MOST."""
-    seen = believed > here / MOST
-    return np.where(here > 0.0, np.where(seen, here / np.where(seen, believed, 1.0), MOST), 1.0)
-
-
-def _slow(level: tuple[float, float, Reach]) -> float:
-    """Size of the slow part of the noise, which is what laws are mistaken for."""
-    _, wander, reach = level
-    return wander * float(np.sqrt(reach.length))
+    errors = NoiseSource(bench, left, rng).draw(draws)
+    return survey.ground.white(np.where(np.isfinite(bench.fitted.y), errors, 0.0))
