@@ -1,6 +1,7 @@
 """From what was chosen and what it leaves to what is found: a set is found only if nothing is left with it."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,9 +63,10 @@ def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = 
         bare_model = _base_alone(found, found.base_left, look)
         return bare_model if bare_model.use_model else replace(bare_model, nearest=found.chosen, fails=rises)
     first = found.base_left.and_failed(beyond_floor(found, found.base_held_out))
-    left = open_set(found.bench, found.chosen, bootstraps=bootstraps, seed=seed)
-    left = left.and_failed(beyond_floor(found, found.held_out))
-    use = _better_model(found)
+    with ThreadPoolExecutor(1) as beside:  # other models are marched meanwhile
+        testing = beside.submit(open_set, found.bench, found.chosen, bootstraps=bootstraps, seed=seed)
+        use = _better_model(found)
+        left = testing.result().and_failed(beyond_floor(found, found.held_out))
     if use is not None:
         return _base_instead(found, first, left, use)
     unknown = look(found.bench, found.chosen, bool(left.failed)) if look is not None else None
