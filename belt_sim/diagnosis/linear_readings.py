@@ -165,11 +165,13 @@ def _kept(forward, samples: Samples, cls: type[Effect], acting: Sequence[Effect]
         return columns(samples, cls, acting)
     key = cls, *(e for e in acting if overrides(e, ("encoder", "seen") if type(e) is cls else READ_BY))
     known = forward.columns
-    if key not in known:
-        if len(known) == KEPT:
+    found = known.get(key)
+    if found is None:  # other threads may ask as well, and forget what is kept
+        found = columns(samples, cls, acting)
+        if len(known) >= KEPT:
             known.clear()
-        known[key] = columns(samples, cls, acting)
-    return known[key]
+        known[key] = found
+    return found
 
 
 def as_they_show(forward, samples: Samples, roots: np.ndarray, values: np.ndarray) -> dict[str, int]:
