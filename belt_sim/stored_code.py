@@ -40,6 +40,7 @@ TRACED = (
     "effects",
     "diagnosis/forward.py",
     "diagnosis/added_readings.py",
+    "diagnosis/linear_readings.py",
     "diagnosis/as_set.py",
     "discovery/responses.py",
     "discovery/channels.py",
