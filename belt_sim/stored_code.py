@@ -16,7 +16,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
-from threading import Lock, stack_size
+from threading import Barrier, Lock, stack_size
 from typing import Any
 
 import jax
@@ -27,7 +27,8 @@ from jax import export
 from belt_sim.jax_setup import in_float64
 from belt_sim.mappings import Programs
 
-STACK = 256 * 2**20  # [bytes], of the thread that compiles and loads; what is not used costs nothing
+LOADERS = 2  # programs that are compiled or loaded at once
+STACK = 256 * 2**20  # [bytes], of a thread that compiles and loads; what is not used costs nothing
 LEAST_EFFORT = {"xla_backend_optimization_level": 0}
 VERSIONS_KEPT = 8  # of the sources; code of older ones is deleted
 _HERE = Path(__file__).parent
@@ -39,6 +40,7 @@ TRACED = (
     "effects",
     "diagnosis/forward.py",
     "diagnosis/added_readings.py",
+    "diagnosis/linear_readings.py",
     "diagnosis/as_set.py",
     "discovery/responses.py",
     "discovery/channels.py",
@@ -86,15 +88,16 @@ def sources() -> list[Path]:
 
 @cache
 def _loader() -> ThreadPoolExecutor:
-    """One thread with a deep stack, in which all is compiled or loaded, one after another.
+    """Threads with a deep stack, in which all is compiled or loaded.
 
     XLA links the kernels of a stored program by recursion, in an order that is another every time: programs of
     thousands of kernels may end an ordinary stack, and with it the process.
     """
-    pool = ThreadPoolExecutor(1, thread_name_prefix="loader")
+    pool, all_there = ThreadPoolExecutor(LOADERS, thread_name_prefix="loader"), Barrier(LOADERS)
     before = stack_size(STACK)
     try:
-        pool.submit(int).result()  # it is begun with this stack
+        for begun in [pool.submit(all_there.wait) for _ in range(LOADERS)]:  # they are begun with this stack
+            begun.result()
     finally:
         stack_size(before)
     return pool

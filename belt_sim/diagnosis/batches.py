@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from itertools import zip_longest
 from typing import Any
 
 import jax
@@ -26,8 +27,11 @@ class Work:
 
 
 def finish(works: Sequence[Work]) -> None:
-    """Do all batches, so that a core waits for none of another program."""
-    batches = [batch for work in works for batch in work.batches]
+    """Do all batches, so that a core waits for none of another program; the first of each program come first, so that
+    programs are loaded side by side.
+    """
+    turns = zip_longest(*(work.batches for work in works))
+    batches = [batch for turn in turns for batch in turn if batch is not None]
     if len(batches) == 1:
         batches[0]()
         return

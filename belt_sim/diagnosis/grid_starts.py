@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.diagnosis.alternatives import Alternatives, Point
 from belt_sim.diagnosis.candidate import is_possible
 from belt_sim.diagnosis.fit import Fit, inside
-from belt_sim.diagnosis.projection import inverse
+from belt_sim.diagnosis.products import inverse
 from belt_sim.diagnosis.workbench import Workbench
 
 ALIKE = 0.5  # chi2 between two predictions, below which they say the same

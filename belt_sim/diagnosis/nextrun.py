@@ -6,12 +6,14 @@ promise something again by numbers that march: a crown far from its null follows
 so. Where no single change promises enough, two at once are tried.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
 
 import numpy as np
 
 from belt_sim.campaign import SignalSheet, case_of
+from belt_sim.diagnosis.batches import WORKERS
 from belt_sim.diagnosis.confusable import Rival
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import NUISANCES, Forward
@@ -44,17 +46,20 @@ def _about(advice: NextRun, pair: Rival) -> bool:
 
 
 def _best(outlook: "Outlook", chosen: Fit, pairs: list[Rival], keep: int) -> list[NextRun]:
-    """The best actions of one outlook for every pair."""
-    advice = []
+    """The best actions of one outlook for every pair; marches of a few rows leave a core idle, so that two go on."""
+    promised = []
     for pair in pairs:
         before, after = outlook.separations(chosen, pair.fit)
-        for k in np.argsort(-after)[:keep]:
-            sigma = float(after[k])
-            if sigma >= RESOLVED:
-                alone = outlook.alone(k)
-                sigma = min(sigma, alone.refitted(chosen, pair.fit), alone.refitted(pair.fit, chosen))
-            advice.append(NextRun(outlook.actions[k].words, (pair.effect, pair.other), before, sigma))
-    return advice
+        promised += [(pair, k, before, float(after[k])) for k in np.argsort(-after)[:keep]]
+
+    def marched(pair: Rival, k: int, before: float, sigma: float) -> NextRun:
+        if sigma >= RESOLVED:
+            alone = outlook.alone(k)
+            sigma = min(sigma, alone.refitted(chosen, pair.fit), alone.refitted(pair.fit, chosen))
+        return NextRun(outlook.actions[k].words, (pair.effect, pair.other), before, sigma)
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        return [found.result() for found in [pool.submit(marched, *one) for one in promised]]
 
 
 class Outlook:

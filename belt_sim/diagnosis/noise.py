@@ -7,7 +7,6 @@ levels may be off; levels.py reads them off the campaign, as factors on what is 
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -85,14 +84,3 @@ def whitener(cov: np.ndarray) -> np.ndarray:
     """Inverse of the lower Cholesky factor: it turns noise of covariance ``cov`` into unit white noise."""
     lower = cholesky(cov, lower=True)
     return solve_triangular(lower, np.eye(len(cov)), lower=True)
-
-
-@lru_cache(maxsize=256)
-def _wander_modes(signal: SignalSheet, travel: bytes, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
-    values, vectors = np.linalg.eigh(wander_kernel(signal, np.frombuffer(travel), reach))
-    return np.maximum(values, 0.0), vectors
-
-
-def wander_modes(signal: SignalSheet, travel: np.ndarray, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
-    """Variances (n,) and modes (n, n), as columns, of a signal's wander of the stated size."""
-    return _wander_modes(signal, np.ascontiguousarray(travel).tobytes(), reach)

@@ -7,14 +7,14 @@ point of its grid; a modifier without a grid, which has no such range, counts as
 Thresholds come from these gains, not from a table.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from belt_sim.diagnosis.alternatives import Alternatives
 from belt_sim.diagnosis.noise import SMOOTH
-from belt_sim.diagnosis.projection import Projection
+from belt_sim.diagnosis.products import halves, inverse
 from belt_sim.diagnosis.tails import chi2_cdf, chi2_isf, chi2_logsf
 from belt_sim.diagnosis.workbench import Workbench
 
@@ -22,7 +22,6 @@ BATCH = 250
 TAIL = 0.1  # of the smallest p of all, from which on their law is taken to be that of the tail
 UPPER = 0.9  # quantile of the bootstrap by which alternatives are counted: below it they say little of the tail
 SMALL = -30.0  # log p, below which the chance of any of several is the sum of theirs
-_CURRENT = "fitted already"  # family of what is fitted already
 
 
 @dataclass(frozen=True)
@@ -106,31 +105,48 @@ def null_gains(
     count: replicates; tick(n) is told of progress.
     """
     rng = np.random.default_rng(seed)
-    families = {_CURRENT: current.reshape(-1, *base.shape)}
-    families |= {n: s.columns if isinstance(s, Alternatives) else s for n, s in shapes.items()}
-    choices = {n: s.choices for n, s in shapes.items() if isinstance(s, Alternatives)}
-    projection = Projection(bench.fitted, bench.shapes, bench.shared, families, beside=_CURRENT, choices=choices)
+    tried = _Tried(bench, shapes, current.reshape(-1, *base.shape))
+    free = {n: bench.forward.modifiers(n) if tried.ranks[n].any() else 0 for n in shapes}
     noise = NoiseSource(bench, bench.samples.y - base, rng)
     gains: dict[str, list[np.ndarray]] = {n: [] for n in shapes}
     alone: dict[str, list[float]] = {n: [] for n, s in shapes.items() if isinstance(s, Alternatives)}
-    dof = dict.fromkeys(shapes, 0)
     for start in range(0, count, BATCH):
         size = min(BATCH, count - start)
-        errors = noise.draw(size)
-        left = projection.sums(errors, [bench.levels] * size)
-        for name in shapes:
-            sets = range(len(projection.sets[name]))
-            every, ranks = zip(*(left.gains(name, k) for k in sets), strict=True)
-            taken, rank = np.max(every, axis=0), np.max(ranks, axis=0)
-            free = bench.forward.modifiers(name) if rank.any() else 0
-            dof[name] = max(dof[name], int(rank.max()) + free)
-            gains[name].append(taken + (rng.chisquare(free, size) if free else 0.0))
+        for name, every in tried.gains(noise.draw(size)):
+            gains[name].append(np.max(every, axis=0) + (rng.chisquare(free[name], size) if free[name] else 0.0))
             if name in alone:
-                whole = np.array(ranks)[:, left.of] == np.max(ranks)  # where all of its numbers are in the readings
-                alone[name] += [float(np.mean(np.array(every)[whole])) + free] * size
+                whole = every[tried.ranks[name] == tried.ranks[name].max()]  # where all its numbers are in the readings
+                alone[name] += [float(np.mean(whole)) + free[name]] * size
         tick(size)
     means = {n: float(np.mean(m)) for n, m in alone.items()}
+    dof = {n: int(tried.ranks[n].max()) + free[n] for n in shapes}
     return NullGains({n: np.concatenate(g) for n, g in gains.items()}, dof, means)
+
+
+class _Tried:
+    """Columns of all candidates beside what is fitted already; ranks: of each candidate, how many of the columns that
+    are fitted together can be told apart, at every point of its grid.
+    """
+
+    def __init__(self, bench: Workbench, shapes: Mapping[str, np.ndarray | Alternatives], current: np.ndarray) -> None:
+        families = {n: s.columns if isinstance(s, Alternatives) else s for n, s in shapes.items()}
+        ends = np.cumsum([0, *map(len, families.values())])
+        choices = [
+            np.stack(s.choices) if isinstance(s, Alternatives) else np.arange(len(s))[None] for s in shapes.values()
+        ]
+        self.places = {n: a + c for n, a, c in zip(shapes, ends[:-1], choices, strict=True)}
+        white, own = (bench.metric.whiten(x) for x in (np.concatenate(list(families.values())), current))
+        white -= (white @ own.T) @ inverse((own @ own.T)[None])[0][0] @ own
+        self.rows = bench.metric.back(white).reshape(len(white), -1)
+        gram = white @ white.T
+        found = {n: halves(gram[c[:, :, None], c[:, None, :]]) for n, c in self.places.items()}
+        self.halves, self.ranks = ({n: f[k] for n, f in found.items()} for k in (0, 1))
+
+    def gains(self, readings: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+        """Every candidate, and the chi2 (points, B) that it takes of readings (B, R, S, n)."""
+        moments = self.rows @ readings.reshape(len(readings), -1).T
+        for name, places in self.places.items():
+            yield name, np.sum((self.halves[name].swapaxes(1, 2) @ moments[places]) ** 2, axis=1)
 
 
 class NoiseSource:

@@ -1,6 +1,7 @@
 """From what was chosen and what it leaves to what is found: a set is found only if nothing is left with it."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,20 +63,31 @@ def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = 
         bare_model = _base_alone(found, found.base_left, look)
         return bare_model if bare_model.use_model else replace(bare_model, nearest=found.chosen, fails=rises)
     first = found.base_left.and_failed(beyond_floor(found, found.base_held_out))
-    left = open_set(found.bench, found.chosen, bootstraps=bootstraps, seed=seed)
-    left = left.and_failed(beyond_floor(found, found.held_out))
-    use = _better_model(found)
+    with ThreadPoolExecutor(1) as beside:  # other models are marched meanwhile
+        testing = beside.submit(open_set, found.bench, found.chosen, bootstraps=bootstraps, seed=seed)
+        use = _better_model(found)
+        left = testing.result().and_failed(beyond_floor(found, found.held_out))
     if use is not None:
         return _base_instead(found, first, left, use)
-    unknown = look(found.bench, found.chosen, bool(left.failed)) if look is not None else None
+    unknown, imitating = _asked(found, left, look) if look is not None else (None, ())
     left = left.and_failed(unknown.failed if unknown is not None else ())
     if not left.failed:
-        imitating = imitated(found, look) if look is not None else ()
         if look is None or not imitating:
             return Judgement(found.chosen, found.held_out, left, first, unknown=unknown)
         bare = look(found.base_bench, found.base, True)
         return replace(_base_instead(found, first, left.and_failed(imitating), None), unknown=bare)
     return _beside_the_unknown(found, first, left, unknown, look)
+
+
+def _asked(found: Selection, left: OpenSet, look: Look) -> tuple[Unknown, tuple[str, ...]]:
+    """What is seen beside the chosen set, and the law that does better than it, which is asked for at the same time
+    where no test has failed yet.
+    """
+    if left.failed:
+        return look(found.bench, found.chosen, True), ()
+    with ThreadPoolExecutor(1) as beside:
+        imitating = beside.submit(imitated, found, look)
+        return look(found.bench, found.chosen, False), imitating.result()
 
 
 def _beside_the_unknown(

@@ -76,12 +76,14 @@ def title(fig: "Figure", text: str) -> None:
 
 def save(fig: "Figure", path: str | os.PathLike) -> Path:
     """Write the figure as PNG in one move; BeltError when that is not possible."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     path = Path(path)
-    if layout := fig.get_layout_engine():  # once; savefig would draw all of it a second time, to lay it out
+    if layout := fig.get_layout_engine():
         layout.execute(fig)
         fig.set_layout_engine("none")
-    try:
-        write_with(path, lambda draft: fig.savefig(draft, format="png"))
+    try:  # savefig would draw all of it once more without a mark, for the layout that is made already
+        write_with(path, FigureCanvasAgg(fig).print_png)
     except OSError as cause:
         raise BeltError(f"picture {path}: cannot be written ({cause.strerror}); choose another folder") from cause
     return path

@@ -1,6 +1,7 @@
 """Diagnose: which physical effect a model lacks, judged on a campaign."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -10,11 +11,13 @@ from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.drawings import drawings_of
 from belt_sim.diagnosis.examine import BOOTSTRAPS, examine
+from belt_sim.diagnosis.unknown import Unknown
 from belt_sim.discovery.describe import describe as describe_discovery
 from belt_sim.discovery.look import Looking, Seen
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.discovery import Discovery
 from belt_sim.use_cases.asked import candidates_of, fitted_model
 from belt_sim.use_cases.beyond import beyond_in_runs
 from belt_sim.whole_number import whole
@@ -64,11 +67,17 @@ def diagnose(
         tell=lambda stage: progress(0, stage),
         tick=lambda replicates: progress(replicates, ""),
     )
-    found = describe(findings, seed=seed, config=config)
-    beyond = beyond_in_runs(campaign, chosen, [e.id for e in found.effects])
-    seen = findings.judgement.unknown
-    discovery = describe_discovery(seen.discovered, config=config) if isinstance(seen, Seen) else None
-    return replace(found, admitted=admitted, drawings=drawings_of(findings), beyond=beyond, discovery=discovery)
+    with ThreadPoolExecutor(1) as beside:
+        discovery = beside.submit(_discovery, findings.judgement.unknown, config)
+        found = describe(findings, seed=seed, config=config)
+        drawings = drawings_of(findings)
+        beyond = beyond_in_runs(campaign, chosen, [e.id for e in found.effects])
+    return replace(found, admitted=admitted, drawings=drawings, beyond=beyond, discovery=discovery.result())
+
+
+def _discovery(seen: Unknown | None, config: Any) -> Discovery | None:
+    """What the search for laws has seen, where there was one."""
+    return describe_discovery(seen.discovered, config=config) if isinstance(seen, Seen) else None
 
 
 def admission(classes: Sequence[type[Effect]], model: AnalyticModel, campaign: Campaign) -> tuple[str, ...]:

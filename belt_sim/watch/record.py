@@ -171,9 +171,7 @@ def _log_picture(recording: rr.RecordingStream, root: str, case: Case, curves: C
     """The belt in space, at most ``pictures`` times."""
     length = _length(curves)
     scene = Scene(recording, f"{root}/belt", case, look_of(case, length))
-    for frame in drawn_curves.frames(case, curves, every=max(length / pictures, 0.1)):
-        series.at(recording, frame.travel)
-        scene.frame(frame)
+    scene.frames(list(drawn_curves.frames(case, curves, every=max(length / pictures, 0.1))))
 
 
 def _shown(overlay: Overlay) -> Curves:

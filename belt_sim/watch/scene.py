@@ -1,6 +1,8 @@
 """The belt, its pulleys and the four points in Rerun's space."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import rerun as rr
@@ -8,7 +10,7 @@ import rerun as rr
 from belt_sim.case import Case
 from belt_sim.frame import Frame
 from belt_sim.pictures.colours import FAINT, INK, POINTS, rgb
-from belt_sim.watch import shape
+from belt_sim.watch import series, shape
 from belt_sim.watch.look import TRUE, Look, drawn, full_colour_tilt, thinned
 
 #: Face of a pulley in belt widths, true to scale and enlarged; the axis stands out by STUB faces.
@@ -20,6 +22,7 @@ EDGE, AXIS, REACH, DOT = -0.7, -1.5, -2.0, -5.0
 #: Marks stand so many pulley radii above the belt, which would hide them.
 ABOVE = 0.04
 #: cylinders stand along z in Rerun; a pulley's axis lies along y
+UP = (0, 0, 1)
 LYING = rr.RotationAxisAngle(axis=[1, 0, 0], radians=math.pi / 2)
 
 
@@ -65,43 +68,73 @@ class Scene:
         log(f"{self.root}/reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]), **static)
 
     def frame(self, frame: Frame) -> None:
-        """Draw one instant."""
-        thin = thinned(frame, float(self.case.rig.tail_radius))
-        shown = drawn(thin, self.look)
-        self._belt(shown, shape.tilt(thin.left, thin.right))
-        self._turn(shown)
-        self._points(shown)
-
-    def _belt(self, shown: Frame, tilt: np.ndarray) -> None:
-        """Both edges as closed line strips; between them a ribbon coloured by the true tilt."""
-        log, n = self.recording.log, len(shown.left)
-        edges = [np.vstack([edge, edge[:1]]).astype(np.float32) for edge in (shown.left, shown.right)]
-        log(f"{self.root}/belt/edges", rr.LineStrips3D.from_fields(strips=edges))
-        if n != self.stations:
-            log(f"{self.root}/belt/ribbon", rr.Mesh3D.from_fields(triangle_indices=shape.ribbon_triangles(n)))
-            self.stations = n
-        colours = shape.tilt_colours(tilt, self.full_tilt)
-        ribbon = rr.Mesh3D.from_fields(
-            vertex_positions=np.vstack([shown.left, shown.right]).astype(np.float32),
-            vertex_colors=np.vstack([colours, colours]),
-        )
+        """Draw one instant, that of the recording's time."""
+        now, log = self._drawn(frame), self.recording.log
+        self._triangles(len(now.ribbon) // 2)
+        log(f"{self.root}/belt/edges", rr.LineStrips3D.from_fields(strips=now.edges))
+        ribbon = rr.Mesh3D.from_fields(vertex_positions=now.ribbon, vertex_colors=now.colours)
         log(f"{self.root}/belt/ribbon", ribbon)
-
-    def _turn(self, shown: Frame) -> None:
-        """Turn both pulleys about +z, put the tail pulley where it stands."""
-        log = self.recording.log
-        at = {"head": (0.0, shown.yaw_head), "tail": (shown.tail_x, shown.yaw_tail)}
-        for name, (x, yaw) in at.items():
+        for name, (x, turn) in now.pulleys.items():
             log(f"{self.root}/{name}", rr.Transform3D(translation=[x, 0.0, 0.0]))
-            turn = rr.RotationAxisAngle(axis=[0, 0, 1], radians=yaw)
             log(f"{self.root}/{name}/turned", rr.Transform3D(rotation=turn))
+        log(f"{self.root}/points", rr.Points3D.from_fields(positions=now.points))
+        log(f"{self.root}/reach", rr.LineStrips3D.from_fields(strips=now.reach))
 
-    def _points(self, shown: Frame) -> None:
-        """Points 1-4, each with a line over how far it has been to either side."""
+    def frames(self, frames: Sequence[Frame]) -> None:
+        """Draw instants against travel, all with as many stations: as columns, a fraction of the work."""
+        all_drawn = [self._drawn(frame) for frame in frames]
+        series.at(self.recording, frames[0].travel)
+        self._triangles(stations := len(all_drawn[0].ribbon) // 2)
+        index = [rr.TimeColumn(series.TRAVEL, sequence=[series.millimetres(frame.travel) for frame in frames])]
+
+        def send(path: str, columns: rr.ComponentColumnList, each: int = 1) -> None:
+            cut = columns.partition([each] * len(frames))
+            rr.send_columns(f"{self.root}/{path}", index, cut, recording=self.recording)
+
+        send("belt/edges", rr.LineStrips3D.columns(strips=[e for d in all_drawn for e in d.edges]), 2)
+        places, colours = (np.concatenate(x) for x in zip(*((d.ribbon, d.colours) for d in all_drawn), strict=True))
+        send("belt/ribbon", rr.Mesh3D.columns(vertex_positions=places, vertex_colors=colours), 2 * stations)
+        for name in all_drawn[0].pulleys:
+            x, turns = zip(*(d.pulleys[name] for d in all_drawn), strict=True)
+            send(name, rr.Transform3D.columns(translation=[[at, 0.0, 0.0] for at in x]))
+            send(f"{name}/turned", rr.Transform3D.columns(rotation_axis_angle=list(turns)))
+        send("points", rr.Points3D.columns(positions=np.concatenate([d.points for d in all_drawn])), 4)
+        send("reach", rr.LineStrips3D.columns(strips=[r for d in all_drawn for r in d.reach]), 4)
+
+    def _triangles(self, stations: int) -> None:
+        """Of the ribbon between the edges, where they are others than before."""
+        if stations != self.stations:
+            triangles = rr.Mesh3D.from_fields(triangle_indices=shape.ribbon_triangles(stations))
+            self.recording.log(f"{self.root}/belt/ribbon", triangles)
+            self.stations = stations
+
+    def _drawn(self, frame: Frame) -> "_Drawn":
+        """What is to be seen at one instant."""
+        thin = thinned(frame, float(self.case.rig.tail_radius))
+        tilt, shown = shape.tilt(thin.left, thin.right), drawn(thin, self.look)
         at = shown.points * [1.0, 1.0, 1.0 + ABOVE]
         self.least, self.most = np.minimum(self.least, at[:, 1]), np.maximum(self.most, at[:, 1])
         ends = [np.column_stack([at[:, 0], y, at[:, 2]]) for y in (self.least, self.most)]
-        log = self.recording.log
-        log(f"{self.root}/points", rr.Points3D.from_fields(positions=at.astype(np.float32)))
-        strips = np.stack(ends, axis=1).astype(np.float32)
-        log(f"{self.root}/reach", rr.LineStrips3D.from_fields(strips=list(strips)))
+        places = {"head": (0.0, shown.yaw_head), "tail": (shown.tail_x, shown.yaw_tail)}
+        return _Drawn(
+            edges=[np.vstack([edge, edge[:1]]).astype(np.float32) for edge in (shown.left, shown.right)],
+            ribbon=np.vstack([shown.left, shown.right]).astype(np.float32),
+            colours=np.tile(shape.tilt_colours(tilt, self.full_tilt), (2, 1)),
+            pulleys={n: (x, rr.RotationAxisAngle(axis=UP, radians=yaw)) for n, (x, yaw) in places.items()},
+            points=at.astype(np.float32),
+            reach=list(np.stack(ends, axis=1).astype(np.float32)),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Drawn:
+    """One instant: both edges as closed line strips; between them a ribbon coloured by the true tilt; where pulleys
+    stand and how they are turned; points 1-4, each with a line over how far it has been to either side.
+    """
+
+    edges: list[np.ndarray]
+    ribbon: np.ndarray
+    colours: np.ndarray
+    pulleys: dict[str, tuple[float, rr.RotationAxisAngle]]
+    points: np.ndarray
+    reach: list[np.ndarray]

@@ -26,9 +26,14 @@ KNOWN: dict[str, tuple[str, str, str, float]] = {
 }
 
 
+def millimetres(travel: float) -> int:
+    """A travel [m] on its timeline."""
+    return round(travel / MM)
+
+
 def at(recording: rr.RecordingStream, travel: float, time: float | None = None) -> None:
     """What is logged next belongs to this travel [m] and time [s]."""
-    recording.set_time(TRAVEL, sequence=round(travel / MM))
+    recording.set_time(TRAVEL, sequence=millimetres(travel))
     if time is not None:
         recording.set_time(TIME, duration=time)
 

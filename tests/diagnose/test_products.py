@@ -1,14 +1,17 @@
-"""Projections in the eigenvectors of the wander say what least squares on whitened readings say."""
+"""What chance gives candidates by products of columns is what least squares on whitened readings say."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE
 
+from belt_sim.diagnosis.alternatives import Alternatives
 from belt_sim.diagnosis.metric import metric_of
 from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.projection import FAINT, Projection
+from belt_sim.diagnosis.null import _Tried
+from belt_sim.diagnosis.products import FAINT
 from belt_sim.diagnosis.samples import Samples
 
 EXACT = 1e-10
@@ -76,42 +79,39 @@ def _basis(rows):
     return directions[strength > 1e-6 * strength[0]]
 
 
-def test_gains_are_those_of_least_squares_at_any_noise_levels(laid_out):
+@pytest.fixture(scope="module", params=LEVELS)
+def bench(request, laid_out):
+    """A workbench as far as chance asks it, at some noise levels."""
+    samples, shapes, shared, _ = laid_out
+    return SimpleNamespace(metric=metric_of(samples, request.param, shapes, shared), levels=request.param)
+
+
+def test_gains_are_those_of_least_squares_on_whitened_readings(bench, laid_out):
     samples, _, _, families = laid_out
-    errors = 1e-4 * np.random.default_rng(2).normal(size=(9, *samples.y.shape))
-    levels = [LEVELS[k % len(LEVELS)] for k in range(len(errors))]
-    left = Projection(*laid_out, beside="current").sums(errors, levels)
-    wanted = [dense(laid_out, e, lv) for e, lv in zip(errors, levels, strict=True)]
+    errors = 1e-4 * np.random.default_rng(2).normal(size=(3, *samples.y.shape))
+    tried = _Tried(bench, families, families["current"])
+    wanted = [dense(laid_out, e, bench.levels) for e in errors]
+    found = dict(tried.gains(errors))
     for name in families:
-        gains, rank = left.gains(name)
-        assert gains == pytest.approx([w[name][0] for w in wanted], rel=EXACT, abs=EXACT)
-        assert list(rank[left.of]) == [w[name][1] for w in wanted]
+        np.testing.assert_allclose(found[name], [[w[name][0] for w in wanted]], rtol=EXACT, atol=EXACT)
+        assert tried.ranks[name] == [wanted[0][name][1]]
 
 
-def test_sums_are_products_of_what_is_whitened(laid_out):
-    samples, shapes, shared, families = laid_out
-    errors = 1e-4 * np.random.default_rng(3).normal(size=(2, *samples.y.shape))
-    found = Projection(*laid_out).sums(errors, LEVELS[2:])
-    ends = np.cumsum([0, *(len(f) for f in families.values())])
-    for k, levels in enumerate(LEVELS[2:]):
-        metric = metric_of(samples, levels, shapes, shared)
-        columns = metric.whiten(np.concatenate(list(families.values())))
-        gram, moments = columns @ columns.T, columns @ metric.whiten(errors[k])
-        for name, a, b in zip(families, ends[:-1], ends[1:], strict=True):
-            own = found.gram(name)[found.of[k]]
-            np.testing.assert_allclose(own, gram[a:b, a:b], rtol=1e-9, atol=1e-9 * np.abs(gram).max())
-        np.testing.assert_allclose(found.moments[k], moments, rtol=1e-9, atol=1e-9 * np.abs(moments).max())
-
-
-def test_columns_of_a_family_may_be_fitted_in_sets(laid_out):
-    """Two of three columns together are a family of two; no readings need be of the same levels."""
-    samples, shapes, shared, families = laid_out
+def test_columns_of_a_family_may_be_fitted_in_sets(bench, laid_out):
+    """Every point of a grid is a family of its own."""
+    samples, _, _, families = laid_out
     errors = 1e-4 * np.random.default_rng(4).normal(size=(3, *samples.y.shape))
-    sets = {"three": [np.array([2, 0]), np.array([1])]}
-    apart = families | {"two": families["three"][[0, 2]], "last": families["three"][1:2]}
-    left = Projection(*laid_out, beside="current", choices=sets).sums(errors, LEVELS[1:])
-    right = Projection(samples, shapes, shared, apart, beside="current").sums(errors, LEVELS[1:])
-    for which, name in enumerate(("two", "last")):
-        gains, rank = left.gains("three", which)
-        assert gains == pytest.approx(right.gains(name)[0], rel=EXACT)
-        np.testing.assert_array_equal(rank, right.gains(name)[1])
+    points = Alternatives(families["three"], (np.array([2, 0]), np.array([1, 2])))
+    apart = {k: families["three"][list(c)] for k, c in enumerate(points.choices)}
+    (_, together), *_ = _Tried(bench, {"three": points}, families["current"]).gains(errors)
+    for k, (_, alone) in enumerate(_Tried(bench, apart, families["current"]).gains(errors)):
+        np.testing.assert_allclose(together[k], alone[0], rtol=EXACT)
+
+
+def test_readings_need_not_be_whitened(bench, laid_out):
+    samples, _, _, families = laid_out
+    errors = 1e-4 * np.random.default_rng(3).normal(size=(2, *samples.y.shape))
+    white = bench.metric.whiten(families["three"])
+    products = bench.metric.back(white).reshape(3, -1) @ errors.reshape(2, -1).T
+    wanted = white @ bench.metric.whiten(errors).T
+    np.testing.assert_allclose(products, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
