@@ -119,7 +119,7 @@ def test_all_code_that_is_traced_is_among_the_sources(what):
             traced = jax.make_jaxpr(partial(_respond, **shape))(acting, case, 0.2, 0.1, 10)
     begun = {Path(__file__), *(Path(m.__file__) for m in (stored_code,))}
     ran = files_of(traced.jaxpr) - begun
-    assert len(ran) > 10
+    assert len(ran) > 8
     assert ran <= set(stored_code.sources())
 
 
