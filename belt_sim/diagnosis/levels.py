@@ -2,7 +2,8 @@
 
 What is known beforehand is the data sheet. What is read off are contrasts in which no model appears: differences of
 repeated runs. Without repeats it is what single runs leave beside everything that settings, sensors and all candidates
-could do to them; that may hold a stranger as well as noise, and is trusted only where it agrees with the sheet.
+could do to them; that may hold a stranger as well as noise, and is trusted only where it agrees with the sheet. A
+sensor of which nothing was read is as others are that are stated alike: instruments of one make are off together.
 """
 
 from collections.abc import Sequence
@@ -11,10 +12,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from belt_sim.campaign import Run, SignalSheet
-from belt_sim.diagnosis.contrasts import Contrast, Scatter, contrast, scatter
+from belt_sim.campaign import SignalSheet
+from belt_sim.diagnosis.contrasts import Contrast, Scatter, scatter
 from belt_sim.diagnosis.metric import AT_ONCE
 from belt_sim.diagnosis.noise import FLOOR, SMOOTH, Levels, Reach
+from belt_sim.diagnosis.repeats import differences, repeated_groups, single_runs
 from belt_sim.diagnosis.samples import Samples
 
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
@@ -42,10 +44,10 @@ class LevelFinder:
         """
         self.samples, self.shapes, self.columns = samples, shapes, columns
         self.groups = repeated_groups(samples)
-        contrasts = [c for group in self.groups for c in _differences(samples, shapes, group)]
+        contrasts = [c for group in self.groups for c in differences(samples, shapes, group)]
         self.repeats = len({c.runs for c in contrasts})
         if columns is not None and not contrasts:
-            contrasts = _single_runs(samples, np.concatenate([shapes, columns]))
+            contrasts = single_runs(samples, np.concatenate([shapes, columns]))
         of_signal = [[c for c in contrasts if c.signal == s] for s in range(len(samples.signals))]
         fast = [scatter(samples, self.groups, s) if self.repeats else [] for s in range(len(samples.signals))]
         self.signals, self.smooth = list(map(_SignalLevels, samples.signals, of_signal, fast)), False
@@ -68,7 +70,8 @@ class LevelFinder:
     def many(self, errors: np.ndarray) -> list[Levels]:
         """The same for many sets of readings (B, R, S, n)."""
         some = [errors[k : k + AT_ONCE] for k in range(0, len(errors), AT_ONCE)]
-        best = [[level for part in some for level in signal.best(part)] for signal in self.signals]
+        read = [[level for part in some for level in signal.best(part)] for signal in self.signals]
+        best = [_as_others([read[s] for s in alike], read[k]) for k, alike in enumerate(self.like)]
         found = []
         for k in range(len(errors)):
             white, wander, length = zip(*(b[k] for b in best), strict=True)
@@ -88,7 +91,33 @@ class LevelFinder:
 
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Levels (count, S, 3) that the readings (R, S, n) leave possible, by their probability."""
-        return np.stack([signal.draw(errors, count, rng) for signal in self.signals], axis=1)
+        each = np.stack([signal.draw(errors, count, rng) for signal in self.signals], axis=1)
+        rows = np.arange(count)
+        drawn = [
+            each[rows, rng.choice(alike, size=count)] if alike else each[:, k] for k, alike in enumerate(self.like)
+        ]
+        return np.stack(drawn, axis=1)
+
+    @cached_property
+    def like(self) -> list[list[int]]:
+        """For every signal of which nothing was read, those that were read and are stated alike; none for others."""
+        read = [k for k, signal in enumerate(self.signals) if signal.contrasts]
+        stated = [(s.kind, s.white, s.wander_sd, s.wander_length) for s in self.samples.signals]
+        return [
+            [] if signal.contrasts else [r for r in read if stated[r] == stated[k]]
+            for k, signal in enumerate(self.signals)
+        ]
+
+
+Level = tuple[float, float, float]
+
+
+def _as_others(others: list[list[Level]], own: list[Level]) -> list[Level]:
+    """(white, wander, length) of one signal in every set of readings: the means of others, in logarithm, if any."""
+    if not others:
+        return own
+    means = np.exp(np.mean(np.log(others), axis=0))
+    return [(float(a), float(b), float(c)) for a, b, c in means]
 
 
 class _SignalLevels:
@@ -258,40 +287,3 @@ def _far_off(white: Sequence[float], wander: Sequence[float], length: Sequence[f
     """Whether levels are so far from the data sheet that something else may be in them."""
     off = np.abs(np.log([*white, *wander])) > UNTRUSTED * LEVEL_SPREAD
     return bool(off.any() or (np.abs(np.log(length)) > UNTRUSTED * LENGTH_SPREAD).any())
-
-
-def repeated_groups(samples: Samples) -> list[tuple[int, ...]]:
-    """Indices of runs with the same settings, group by group, where there are two or more."""
-    found: dict[tuple, list[int]] = {}
-    for k, run in enumerate(samples.runs):
-        found.setdefault(_settings_of(run), []).append(k)
-    return [tuple(runs) for runs in found.values() if len(runs) > 1]
-
-
-def _settings_of(run: Run) -> tuple:
-    return run.tension, run.yaw, run.yaw_head, run.speed, run.direction, run.yaw_at
-
-
-def _differences(samples: Samples, shapes: np.ndarray, group: tuple[int, ...]) -> list[Contrast]:
-    """Every run of a group against the mean of those before it (Helmert), for every signal; runs sampled at other
-    travels than the first are left out.
-    """
-    first = samples.travel[group[0]]
-    alike = [r for r in group if np.allclose(samples.travel[r], first)]
-    found = []
-    for k in range(1, len(alike)):
-        weights = np.array([-1.0 / k] * k + [1.0]) / np.sqrt(1.0 + 1.0 / k)
-        runs = tuple(alike[: k + 1])
-        made = [contrast(samples, shapes, runs, tuple(weights), s) for s in range(len(samples.signals))]
-        found += [c for c in made if c is not None]
-    return found
-
-
-def _single_runs(samples: Samples, columns: np.ndarray) -> list[Contrast]:
-    """Every run and signal, beside what columns (k, R, S, n) could do to it."""
-    made = [
-        contrast(samples, columns, (r,), (1.0,), s)
-        for r in range(len(samples.runs))
-        for s in range(len(samples.signals))
-    ]
-    return [c for c in made if c is not None]

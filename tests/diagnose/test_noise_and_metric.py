@@ -180,3 +180,18 @@ def test_without_repeats_and_with_nothing_known_of_the_candidates_the_stated_lev
     found = LevelFinder(b.samples, b.shapes)(b.samples.y)
     assert [found.of(s) for s in range(len(b.samples.signals))] == [(1.0, 1.0, Reach())] * len(b.samples.signals)
     assert "as stated" in found.sentence
+
+
+def test_a_sensor_that_only_one_run_has_is_as_those_that_are_stated_alike():
+    """A sensor added for one run has no repeats; one of another make stays as its own sheet says."""
+    b = long_bench()
+    first = b.samples.signals[0]
+    signals = (first, replace(first, name="added"), replace(first, name="other", white=3.0 * first.white))
+    y = np.full((len(b.samples.runs), 3, b.samples.y.shape[2]), np.nan)
+    y[:, 0], y[0] = 0.0, 0.0
+    drawn = errors(b, 1, np.random.default_rng(5), white=1.6, wander=1.6)[0][:, :1] + y
+    shapes = np.broadcast_to(b.shapes[:, :, :1], (len(b.shapes), *y.shape))
+    levels = LevelFinder(replace(b.samples, signals=signals, y=y), shapes)(drawn)
+    assert levels.white[0] > 1.3
+    np.testing.assert_allclose([*levels.of(1)[:2], levels.of(1)[2].length], [*levels.of(0)[:2], levels.of(0)[2].length])
+    assert levels.of(2)[:2] == (1.0, 1.0)
