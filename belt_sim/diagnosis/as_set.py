@@ -31,9 +31,17 @@ class Slot:
 
     @property
     def side(self) -> tuple[float, float]:
-        """Lowest and highest value in units of scale: null, where a machine has the number on one side of it only."""
-        low, high = self.effect.parameters[self.name].plausible
+        """Lowest and highest value in units of scale that a fit may take.
+
+        A size has null for one, where a machine has it on one side of null only: how large it is, is for the readings
+        to say. What only shapes an effect ends where no machine goes on: a weld of many metres is a camber, and one of
+        a hair's breadth is whatever noise did when it passed.
+        """
+        declared = self.effect.parameters[self.name]
+        low, high = declared.plausible
         ends = self.null if self.null <= low else -np.inf, self.null if self.null >= high else np.inf
+        if declared.modifier:
+            ends = min(low, self.null), max(high, self.null)
         return ends[0] / self.scale, ends[1] / self.scale
 
 
