@@ -40,7 +40,6 @@ TRACED = (
     "effects",
     "diagnosis/forward.py",
     "diagnosis/added_readings.py",
-    "diagnosis/linear_readings.py",
     "diagnosis/as_set.py",
     "discovery/responses.py",
     "discovery/channels.py",

@@ -7,7 +7,7 @@ length. Of short waves the mean over a bin of readings shows less (``shown_by_bi
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cache
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -20,8 +20,8 @@ from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.tails import chi2_sf
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect, overrides, uses
+from belt_sim.jax_setup import in_float64
 from belt_sim.laws.sensor import Reading
-from belt_sim.stored_code import kept, own
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
 KEPT = 8  # sets of columns, at once
@@ -94,6 +94,7 @@ def fitted(cls: type[Effect], terms: Mapping[str, int]) -> list[str]:
     return names[: 2 * terms[cls.id]] if cls.linear and cls.id in terms else names
 
 
+@in_float64
 def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> np.ndarray:
     """Lateral readings (k, R, S, n) per unit of every parameter of ``cls``; effects: all that act, with their numbers.
 
@@ -104,11 +105,11 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
     shapes = np.zeros((len(cls.parameters), runs, signals, n))
     by_bins = shown_by_bins([(cls, name) for name in cls.parameters], samples).T[:, :, None]
 
+    def one(settings, stated):
+        return _shown(cls, effects, replace(samples.cases, settings=settings), stated)
+
     stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
-    reading = tuple(e for e in effects if overrides(e, READ_BY))
-    cases = samples.cases
-    program = _compiled(cls, own(cls, *map(type, reading)))
-    shown = np.asarray(program(cases.settings, stated, cases.rig, cases.belt, reading)).swapaxes(0, 1)
+    shown = np.asarray(jax.vmap(one)(samples.cases.settings, stated)).swapaxes(0, 1)
     for s, signal in enumerate(samples.signals):
         if signal.at.startswith("point"):
             rows = shown[:, :, int(signal.at[-1]) - 1]
@@ -122,17 +123,6 @@ def shown_by_bins(parameters: Sequence[tuple[type[Effect], str]], samples: Sampl
     places = {cls: {name: k for k, name in enumerate(cls.parameters)} for cls, _ in parameters if cls.linear}
     harmonics = [1 + places[cls][name] // 2 if cls.linear else 0 for cls, name in parameters]
     return samples.averaged(np.array(harmonics))
-
-
-@cache
-def _compiled(cls: type[Effect], stored: bool):
-    """What the sensors show of every run: one program, where eager JAX would compile each operation by itself."""
-
-    def one(settings, stated, rig, belt, effects):
-        return _shown(cls, effects, Case(rig=rig, belt=belt, settings=settings), stated)
-
-    name = f"columns of {cls.__module__}.{cls.__qualname__}" if stored else None
-    return kept(jax.vmap(one, in_axes=(0, 0, None, None, None)), name)
 
 
 def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray) -> np.ndarray:

@@ -1,12 +1,13 @@
 """Small rules by themselves: numbers that only shape, waves of any spectrum, conditions that test nothing."""
 
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis import openset
+from belt_sim.diagnosis import batches, openset
 from belt_sim.diagnosis.candidate import estimates, is_plausible, is_possible
 from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.fit import Fit
@@ -127,3 +128,15 @@ def test_a_zero_that_is_far_off_is_no_law():
 
     held = HeldOut(0.0, 0.0, {"zero": left_out(np.full(40, 6.0)), "bent": left_out(bent)})
     assert list(Chance({"zero": noise, "bent": noise}).beyond_floor(held)) == ["bent"]
+
+
+def test_the_first_batch_of_every_program_comes_before_the_second_of_any(monkeypatch):
+    """So programs are loaded side by side."""
+    done = []
+    works = [
+        batches.Work(np.zeros(0), [partial(done.append, (name, k)) for k in range(n)])
+        for name, n in (("a", 3), ("b", 1), ("c", 2))
+    ]
+    monkeypatch.setattr(batches, "WORKERS", 1)
+    batches.finish(works)
+    assert done == [("a", 0), ("b", 0), ("c", 0), ("a", 1), ("c", 1), ("a", 2)]

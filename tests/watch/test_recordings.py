@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import rerun as rr
 from moving_belt import case, curves, frames
 from rerun.chunk import RrdReader
 
@@ -14,7 +15,9 @@ from belt_sim.si import MM
 from belt_sim.watch.look import look_of
 from belt_sim.watch.read_back import read_back
 from belt_sim.watch.record import Overlay, record_curves, record_runs
-from belt_sim.watch.rerun import PICTURES, RerunObserver, _free_port, live, to_file
+from belt_sim.watch.rerun import PICTURES, RecordingFile, RerunObserver, _free_port, live, to_file
+from belt_sim.watch.scene import Scene
+from belt_sim.watch.series import at
 from belt_sim.watch.shape import tilt
 
 SINGLE = 1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m
@@ -79,6 +82,28 @@ def test_the_tail_pulley_is_shown_yawed(recorded):
     logged, _ = recorded
     turn = logged["machine/true/tail/turned:Transform3D:rotation_axis_angle"].values[-1]
     assert float(turn.item()["angle"]) == pytest.approx(YAW, rel=1e-6)
+
+
+def test_instants_as_columns_say_what_they_say_one_by_one(tmp_path):
+    shown, logged = list(frames(TRAVEL)), []
+    for name in ("one", "all"):
+        file, recording = RecordingFile(tmp_path / f"{name}.rrd"), rr.RecordingStream("test")
+        file.open(recording)
+        scene = Scene(recording, "belt", case(), look_of(case(), TRAVEL))
+        if name == "all":
+            scene.frames(shown)
+        else:
+            for frame in shown:
+                at(recording, frame.travel)
+                scene.frame(frame)
+        file.close()
+        logged.append(read_back(tmp_path / f"{name}.rrd"))
+    one, columns = logged
+    assert one.keys() == columns.keys()
+    assert "belt/belt/ribbon:Mesh3D:vertex_colors" in one
+    for key in one:
+        np.testing.assert_array_equal(one[key].travel_mm, columns[key].travel_mm)
+        np.testing.assert_equal(list(one[key].values), list(columns[key].values))
 
 
 def test_frames_closer_than_asked_for_are_left_out(tmp_path):
