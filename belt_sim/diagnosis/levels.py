@@ -92,11 +92,10 @@ class LevelFinder:
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Levels (count, S, 3) that the readings (R, S, n) leave possible, by their probability."""
         each = np.stack([signal.draw(errors, count, rng) for signal in self.signals], axis=1)
-        rows = np.arange(count)
-        drawn = [
-            each[rows, rng.choice(alike, size=count)] if alike else each[:, k] for k, alike in enumerate(self.like)
-        ]
-        return np.stack(drawn, axis=1)
+        for k, alike in enumerate(self.like):
+            if alike:
+                each[:, k] = each[np.arange(count), rng.choice(alike, size=count)]
+        return each
 
     @cached_property
     def like(self) -> list[list[int]]:
