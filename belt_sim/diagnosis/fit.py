@@ -140,11 +140,13 @@ def _take(fit: Fit, metric, values, slopes, target, sides) -> None:
     """Derivatives that are due at the point where the fit stands; at its start the residual too."""
     begins = not np.isfinite(fit.chi2)
     if begins:
-        if not np.isfinite(values).all():  # whitening takes nan for a reading that is missing
+        with np.errstate(over="ignore", invalid="ignore"):  # a start may lie anywhere
+            residual = metric.whiten(target - values)
+            chi2 = float(residual @ residual)
+        if not (np.isfinite(values).all() and np.isfinite(chi2)):  # whitening takes nan for a reading that is missing
             fit.settled = True
             return
-        fit.residual, fit.values = metric.whiten(target - values), values
-        fit.chi2 = float(fit.residual @ fit.residual)
+        fit.residual, fit.values, fit.chi2 = residual, values, chi2
     known = np.isfinite(slopes).all(axis=(1, 2, 3), keepdims=True)  # a hair further on the belt runs away: no direction
     slopes, due, k = np.where(known, slopes, 0.0), fit.due, len(fit.free)
     fit.true = bool(due.all()) or (fit.true and not begins)

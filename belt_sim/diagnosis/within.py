@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import chi2
 
-from belt_sim.diagnosis.candidate import ends, estimates, has_diverged, is_plausible, prior_sigma, spread_of
-from belt_sim.diagnosis.fit import Fit, Sides
+from belt_sim.diagnosis.candidate import ends, estimates, has_diverged, prior_sigma, spread_of
+from belt_sim.diagnosis.fit import Fit, Sides, room
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.results.found import Estimate
 
@@ -22,10 +22,10 @@ SHARE = 0.95  # of campaigns in which truth is no further from the best fit
 
 def within(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     """``fits``, each as a machine could have it where that explains the readings as well."""
-    again = [k for k, fit in enumerate(fits) if _may_be_a_valley(bench, fit)]
+    low, high = sides = _sides(bench)
+    again = [k for k, fit in enumerate(fits) if _may_be_a_valley(bench, fit, sides)]
     if not again:
         return list(fits)
-    low, high = sides = _sides(bench)
     begun = [bench.start(f.ids, np.clip(_nearest(bench, f), low, high), f.free) for f in (fits[k] for k in again)]
     found = list(fits)
     for k, inner in zip(again, bench.fit(begun, sides=sides), strict=True):
@@ -60,9 +60,10 @@ def _only_shapes(bench: Workbench, position: int) -> bool:
     return slot.effect.parameters[slot.name].modifier
 
 
-def _may_be_a_valley(bench: Workbench, fit: Fit) -> bool:
+def _may_be_a_valley(bench: Workbench, fit: Fit, sides: Sides) -> bool:
     """Whether numbers are impossible, but not the well-known one of an effect that has no other."""
-    if has_diverged(fit) or is_plausible(bench.forward, fit):
+    down, up = room(fit, sides)
+    if has_diverged(fit) or (np.all(down <= 0.0) and np.all(up >= 0.0)):
         return False
     known = estimates(bench.forward, fit)
     single = [i for i in fit.ids if len(bench.forward.index(i)) == 1]

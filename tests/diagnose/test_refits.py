@@ -123,7 +123,8 @@ class Sliding:
     about: float = 0.0
     metric = SimpleNamespace(whiten=lambda rows: rows)
     slot = SimpleNamespace(effect=SimpleNamespace(id="a", parameters={"size": NUMBER}), name="size", scale=1.0)
-    forward = SimpleNamespace(null=lambda: np.zeros(1), index=lambda name: [0], slots=[slot])
+    sides = np.full(1, -np.inf), np.full(1, np.inf)
+    forward = SimpleNamespace(null=lambda: np.zeros(1), index=lambda name: [0], slots=[slot], sides=sides)
 
     def moved_to(self, vector):
         return Sliding(float(vector[0]))
