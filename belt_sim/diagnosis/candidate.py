@@ -12,21 +12,34 @@ from belt_sim.results.found import COVERAGE_95, Estimate
 DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
 ALIKE = 1e-12  # beside 1, what is left of the square of a derivative that others make up
 EDGE = 2.0  # what a machine could have is a judgement, good to this factor
-FAINT = 1e-6  # a parameter that moves no reading by this many sigma is not in the readings
 
 
 def estimates(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
     """Effect id -> parameter -> Estimate, where the readings say more of a number than its plausible range does."""
-    return _estimates(forward, fit, list(range(len(fit.free))))
+    return _by_effect(fit, [(s, e) for s, e in _judged(*_with_sigma(forward, fit)) if is_told(s, e)])
 
 
-def _estimates(forward: Forward, fit: Fit, rows: Sequence[int]) -> dict[str, dict[str, Estimate]]:
-    """The same of the numbers at ``rows`` of a fit, the others held."""
-    seen = [k for k in rows if np.linalg.norm(fit.columns[k]) >= FAINT]
-    own = fit.columns[list(rows)]
-    spread = dict(zip(rows, np.sqrt(np.diag(spread_of(own))), strict=True))
-    slots, values = [forward.slots[fit.free[k]] for k in seen], [fit.vector[fit.free[k]] for k in seen]
-    return {i: {} for i in fit.ids} | _found(slots, np.array(values), np.array([spread[k] for k in seen]))
+def numbers(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
+    """Effect id -> parameter -> Estimate whatever the readings say of it."""
+    return _by_effect(fit, _judged(*_with_sigma(forward, fit)))
+
+
+def is_told(slot: Slot, estimate: Estimate) -> bool:
+    """Whether readings exclude something of what a machine could have."""
+    (low, high), (least, most) = slot.effect.parameters[slot.name].plausible, estimate.interval_95
+    return least > low or most < high
+
+
+def _by_effect(fit: Fit, found: Sequence[tuple[Slot, Estimate]]) -> dict[str, dict[str, Estimate]]:
+    told: dict[str, dict[str, Estimate]] = {i: {} for i in fit.ids}
+    for slot, estimate in found:
+        told[slot.effect.id][slot.name] = estimate
+    return told
+
+
+def _with_sigma(forward: Forward, fit: Fit) -> tuple[list[Slot], np.ndarray, np.ndarray]:
+    """What a fit says: slots, numbers and one sigma of each, in units of their scales."""
+    return [forward.slots[p] for p in fit.free], fit.vector[fit.free], np.sqrt(np.diag(spread_of(fit.columns)))
 
 
 def spread_of(columns: np.ndarray) -> np.ndarray:
@@ -36,39 +49,29 @@ def spread_of(columns: np.ndarray) -> np.ndarray:
     return np.linalg.inv(alike @ alike.T + ALIKE * np.eye(len(size))) / np.outer(size, size)
 
 
-def _given_shapes(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
-    """Estimates with everything held that only shapes what others do.
-
-    At one speed nobody knows from which speed on traction is lost, and so not how much is lost per unit of speed: no
-    number can be told, but that some is lost is known.
-    """
-    slots = [forward.slots[p] for p in fit.free]
-    rows = [k for k, s in enumerate(slots) if not s.effect.parameters[s.name].modifier]
-    return _estimates(forward, fit, rows)
-
-
-def _found(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> dict[str, dict[str, Estimate]]:
-    """Effect id -> parameter -> Estimate of numbers and their sigmas in units of their scales.
+def _judged(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> list[tuple[Slot, Estimate]]:
+    """Numbers and their sigmas, given in units of their scales, each with whether a real machine could have it.
 
     What the only size of an effect is, its gain comes from. One of several may be hardly bound by the readings and far
     out at the best fit by chance, as what only shapes others: what a machine has then fits as well.
     """
-    found: dict[str, dict[str, Estimate]] = {}
+    found = []
     sizes = Counter(s.effect.id for s in slots if not s.effect.parameters[s.name].modifier)
-    for slot, x, dx in zip(slots, values, spread, strict=True):
-        declared = slot.effect.parameters[slot.name]
-        value, u, (low, high) = float(x * slot.scale), float(dx * slot.scale), declared.plausible
-        of_effect = found.setdefault(slot.effect.id, {})
-        least, most = value - COVERAGE_95 * u, value + COVERAGE_95 * u
-        if least <= low and most >= high:
-            continue  # the readings exclude nothing of what a machine could have
-        away = value - declared.null
-        lowest, highest = _with_slack(low - declared.null, -EDGE), _with_slack(high - declared.null, EDGE)
+    for slot, x, u in zip(slots, values, spread, strict=True):
+        declared, (lowest, highest) = slot.effect.parameters[slot.name], ends(slot)
         one_of_several = declared.modifier or sizes[slot.effect.id] > 1
         reach = COVERAGE_95 * u if one_of_several else 0.0
-        there = lowest - reach <= away <= highest + reach or abs(away) <= 2.0 * u
-        of_effect[slot.name] = Estimate(value, u, declared.unit, bool(there))
+        there = lowest - reach <= x <= highest + reach or abs(x - declared.null / slot.scale) <= 2.0 * u
+        found.append((slot, Estimate(float(x * slot.scale), float(u * slot.scale), declared.unit, bool(there))))
     return found
+
+
+def ends(slot: Slot) -> tuple[float, float]:
+    """Lowest and highest that a number of a real machine could be, in units of its scale."""
+    declared = slot.effect.parameters[slot.name]
+    null, (low, high) = declared.null, declared.plausible
+    lowest, highest = _with_slack(low - null, -EDGE), _with_slack(high - null, EDGE)
+    return (null + lowest) / slot.scale, (null + highest) / slot.scale
 
 
 def _with_slack(bound: float, factor: float) -> float:
@@ -77,22 +80,25 @@ def _with_slack(bound: float, factor: float) -> float:
 
 
 def is_plausible(forward: Forward, fit: Fit) -> bool:
-    """True when every effect has a number that was found, all found could be met on a real machine, none diverged."""
-    if has_diverged(fit):
-        return False
-    found = estimates(forward, fit)
-    given = _given_shapes(forward, fit) if not all(found.values()) else {}
-    return _all_met({i: numbers or given[i] for i, numbers in found.items()})
+    """True when all numbers could be met on a real machine: those that were found by what is known of them, the others
+    as they are (``within.py`` fits them so where it can); none diverged.
+
+    That an effect is there says its gain. Its numbers need not be known for that: of two that do the same only their
+    sum is, of one that saturates only that it is large.
+    """
+    return not has_diverged(fit) and is_possible(*_with_sigma(forward, fit), everywhere=True)
 
 
-def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> bool:
-    """The same of numbers (k,) and their sigmas (k,) in units of their scales."""
+def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray, everywhere: bool = False) -> bool:
+    """The same of numbers (k,) and their sigmas (k,) in units of their scales; of what was not found only where
+    ``everywhere``: in the linear range it may be anything as well.
+    """
     seen = spread > 0.0
-    return _all_met(_found([s for s, there in zip(slots, seen, strict=True) if there], values[seen], spread[seen]))
-
-
-def _all_met(found: dict[str, dict[str, Estimate]]) -> bool:
-    return all(params and all(e.plausible for e in params.values()) for params in found.values())
+    judged = _judged([s for s, there in zip(slots, seen, strict=True) if there], values[seen], spread[seen])
+    if not all(e.plausible for s, e in judged if is_told(s, e)):
+        return False
+    unknown = [(ends(s), e.value / s.scale) for s, e in judged if not is_told(s, e)]
+    return not everywhere or all(lowest <= x <= highest for (lowest, highest), x in unknown)
 
 
 def has_diverged(fit: Fit) -> bool:

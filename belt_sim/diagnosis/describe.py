@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.candidate import estimates
+from belt_sim.diagnosis.candidate import estimates, numbers
 from belt_sim.diagnosis.confusable import probabilities, selection_frequency
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.intervals import by_likelihood
@@ -16,6 +16,7 @@ from belt_sim.diagnosis.run_errors import run_errors
 from belt_sim.diagnosis.shape_card import shape_card
 from belt_sim.diagnosis.verdict import damage, nearest_words
 from belt_sim.diagnosis.where import where
+from belt_sim.diagnosis.within import each_alone
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.errors import Errors
@@ -98,7 +99,8 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
     chosen, forward = d.judgement.named, d.bench.forward
     seen = estimates(forward, chosen)
     if d.verdict == Verdict.EXPLAINED:  # elsewhere numbers are effective ones
-        seen = by_likelihood(d.found.bench, chosen, seen)
+        every = numbers(forward, chosen)
+        seen = by_likelihood(d.found.bench, chosen, {i: own or every[i] for i, own in seen.items()})
     there = {e.id: e for e in forward.effects_at(chosen.vector, chosen.ids)}
     return tuple(
         FoundEffect(
@@ -109,6 +111,7 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
             confusable_with=_alike(d, name),
             rejected=d.verdict.rejects_model,
             source_file=getattr(type(there[name]), "source_file", None),
+            alone=each_alone(d.found.bench, chosen, name) if not seen[name] else {},
         )
         for name in chosen.ids
     )

@@ -67,23 +67,30 @@ class Fit:
 
 
 Race = Callable[[Sequence[Fit]], None]
+Sides = tuple[np.ndarray, np.ndarray]
 
 
 def fit_sets(
-    forward: Forward, metric: Metric, starts: Sequence[Fit], y: np.ndarray | None = None, race: Race | None = None
+    forward: Forward,
+    metric: Metric,
+    starts: Sequence[Fit],
+    y: np.ndarray | None = None,
+    race: Race | None = None,
+    sides: Sides | None = None,
 ) -> list[Fit]:
     """Refine every start; all sets advance together, so that a round costs one batch of predictions.
 
     race: settles, after every round, what is not worth another; what it settles keeps the derivatives that it has, and
-    so does all that ends.
+    so does all that ends. sides: lowest and highest value of every number, by default what its effect is declared with.
     """
     target = metric.samples.y if y is None else y
+    sides = forward.sides if sides is None else sides
     fits = [_begun(f) for f in starts]
     for _ in range(MAX_ROUNDS):
         active = [f for f in fits if not f.settled]
         if not active:
             break
-        _advance(forward, metric, active, target)
+        _advance(forward, metric, active, target, sides)
         if race is not None:
             race(fits)
         else:
@@ -105,10 +112,10 @@ def _made_true(fits: Sequence[Fit]) -> None:
             fit.due, fit.settled = np.ones(len(fit.free), dtype=bool), False
 
 
-def _advance(forward, metric, fits: list[Fit], target) -> None:
+def _advance(forward, metric, fits: list[Fit], target, sides: Sides) -> None:
     """The derivatives that are due, one prediction for every fit that has them all."""
     begin = [bool(f.due.any()) or not np.isfinite(f.chi2) for f in fits]
-    points = [f.vector if b else _proposal(f, forward.sides) for f, b in zip(fits, begin, strict=True)]
+    points = [f.vector if b else _proposal(f, sides) for f, b in zip(fits, begin, strict=True)]
     along = [_directions(f, forward.size) for f in fits]
     at = np.concatenate([np.repeat(p[None], len(d), axis=0) for p, d in zip(points, along, strict=True)])
     values, slopes = forward.lanes(at, np.concatenate(along))
@@ -117,9 +124,9 @@ def _advance(forward, metric, fits: list[Fit], target) -> None:
         here = slice(start, start + len(rows))
         start += len(rows)
         if b:
-            _take(fit, metric, values[here][0], slopes[here][: int(fit.due.sum())], target, forward.sides)
+            _take(fit, metric, values[here][0], slopes[here][: int(fit.due.sum())], target, sides)
         else:
-            _judge(fit, point, metric, values[here][0], target, forward.sides)
+            _judge(fit, point, metric, values[here][0], target, sides)
 
 
 def _directions(fit: Fit, size: int) -> np.ndarray:
@@ -133,11 +140,13 @@ def _take(fit: Fit, metric, values, slopes, target, sides) -> None:
     """Derivatives that are due at the point where the fit stands; at its start the residual too."""
     begins = not np.isfinite(fit.chi2)
     if begins:
-        if not np.isfinite(values).all():  # whitening takes nan for a reading that is missing
+        with np.errstate(over="ignore", invalid="ignore"):  # a start may lie anywhere
+            residual = metric.whiten(target - values)
+            chi2 = float(residual @ residual)
+        if not (np.isfinite(values).all() and np.isfinite(chi2)):  # whitening takes nan for a reading that is missing
             fit.settled = True
             return
-        fit.residual, fit.values = metric.whiten(target - values), values
-        fit.chi2 = float(fit.residual @ fit.residual)
+        fit.residual, fit.values, fit.chi2 = residual, values, chi2
     known = np.isfinite(slopes).all(axis=(1, 2, 3), keepdims=True)  # a hair further on the belt runs away: no direction
     slopes, due, k = np.where(known, slopes, 0.0), fit.due, len(fit.free)
     fit.true = bool(due.all()) or (fit.true and not begins)
@@ -242,7 +251,7 @@ def _sizes(fit: Fit) -> np.ndarray:
     return np.linalg.norm(fit.columns, axis=1)
 
 
-def room(fit: Fit, sides: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def room(fit: Fit, sides: Sides) -> tuple[np.ndarray, np.ndarray]:
     """How far each free number (k,) may go down and up from where the fit stands, to the ``sides`` a machine has."""
     low, high = (side[fit.free] - fit.vector[fit.free] for side in sides)
     return low, high

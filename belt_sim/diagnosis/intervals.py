@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from belt_sim.diagnosis.candidate import spread_of
+from belt_sim.diagnosis.candidate import is_told, spread_of
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.results.found import COVERAGE_95, Estimate
@@ -26,7 +26,9 @@ Found = Mapping[str, Mapping[str, Estimate]]
 
 
 def by_likelihood(bench: Workbench, fit: Fit, found: Found) -> dict[str, dict[str, Estimate]]:
-    """The estimates ``found`` of a fit, with intervals of their own where 1.96 u either way is not what chi2 says."""
+    """The estimates ``found`` of a fit, with intervals of their own where 1.96 u either way is not what chi2 says; only
+    those of which the readings then say something.
+    """
     slots = [bench.forward.slots[p] for p in fit.free]
     rows = [k for k, s in enumerate(slots) if s.name in found.get(s.effect.id, {})]
     sides = [_Side(bench, fit, k, way) for k in rows for way in (-1.0, 1.0)]
@@ -43,12 +45,12 @@ def by_likelihood(bench: Workbench, fit: Fit, found: Found) -> dict[str, dict[st
         if low.row in crooked:
             slot = slots[low.row]
             ends = sorted(float(side.end * slot.scale) for side in (low, high))
-            least, most = slot.effect.parameters[slot.name].plausible
             own = told[slot.effect.id]
-            if ends[0] <= least and ends[1] >= most:  # the readings exclude nothing of what a machine could have
-                del own[slot.name]
-            else:
-                own[slot.name] = replace(own[slot.name], interval=(ends[0], ends[1]))
+            own[slot.name] = replace(own[slot.name], interval=(ends[0], ends[1]))
+    for slot in slots:
+        own = told.get(slot.effect.id, {})
+        if slot.name in own and not is_told(slot, own[slot.name]):
+            del own[slot.name]
     return told
 
 

@@ -21,6 +21,7 @@ from belt_sim.diagnosis.null import NullGains
 from belt_sim.diagnosis.one_step import projected
 from belt_sim.diagnosis.pairs import Pairs
 from belt_sim.diagnosis.race import ALIKE, Race
+from belt_sim.diagnosis.within import within
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import RunFailed
 
@@ -185,7 +186,7 @@ class Refits:
         """Refit those sets that were not yet, from where they stood before, or else from the nearest superset."""
         new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in self.fits}
         begun = [self._start(key, ids) for key, ids in new.items()]
-        self.fits |= dict(zip(new, self.bench.fit(begun) if begun else [], strict=True))
+        self.fits |= dict(zip(new, within(self.bench, self.bench.fit(begun)) if begun else [], strict=True))
 
     def _start(self, key: frozenset, ids: Ids) -> Fit:
         if key in self.starts:
@@ -241,7 +242,9 @@ def best_of(
     ends = [k for k in race.ahead(fits) if not fits[k].done]
     for k, fit in zip(ends, bench.fit([fits[k] for k in ends]) if ends else [], strict=True):
         fits[k] = fit
-    return _best(bench, near, owners, fits)
+    best = _best(bench, near, owners, fits)
+    ahead = [n for n, f in best.items() if f.done and near.fit.chi2 - f.chi2 > threshold(n)]
+    return best | dict(zip(ahead, within(bench, [best[n] for n in ahead]), strict=True))
 
 
 def _best(bench: Workbench, near: Around, owners: Sequence[str], fits: Sequence[Fit]) -> dict[str, Fit]:

@@ -123,15 +123,16 @@ def _needed(found: Selection, fit: Fit, columns: np.ndarray) -> Fit | None:
 def _rises(found: Selection, held: HeldOut) -> tuple[str, ...]:
     """The held-out error as the report would show it, as a failed test, where it is larger than the base model's.
 
-    In plain rms slow wander counts most, and small effects hide in it: a rise that the report would not show is none
-    where every condition becomes likelier: at one noise, for that beside the effects is less than beside none.
+    In plain rms slow wander counts most, and small effects hide in it: a rise that the report would not show, or that
+    stays within what a perfect model would leave, is none where every condition becomes likelier: at one noise, for
+    that beside the effects is less than beside none.
     """
     own, base, bare = OwnErrors(found.bench), found.base_held_out, found.bare_held_out.conditions
     before, after = (own.rms(h, held.tested) for h in (base, held))
     if after <= before:
         return ()
     less_likely = max(held.conditions[n].surprise - bare[n].surprise for n in held.tested) > NESTING
-    if after < SHOWN_RISE * before and not less_likely:
+    if after <= max(SHOWN_RISE * before, own.floor) and not less_likely:
         return ()
     return (f"held-out error, {after / before:.2f} times the base model's",)
 

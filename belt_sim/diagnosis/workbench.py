@@ -7,7 +7,7 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fit import Fit, Race, fit_sets
+from belt_sim.diagnosis.fit import Fit, Race, Sides, fit_sets
 from belt_sim.diagnosis.forward import NUISANCES, Forward
 from belt_sim.diagnosis.levels import LevelFinder
 from belt_sim.diagnosis.linear_readings import as_they_show
@@ -75,9 +75,11 @@ class Workbench:
         positions = [k for i in ids for k in self.forward.index(i)] if free is None else list(free)
         return Fit(ids=tuple(ids), free=positions, vector=np.array(vector))
 
-    def fit(self, starts: Sequence[Fit], y: np.ndarray | None = None, race: Race | None = None) -> list[Fit]:
+    def fit(
+        self, starts: Sequence[Fit], y: np.ndarray | None = None, race: Race | None = None, sides: Sides | None = None
+    ) -> list[Fit]:
         """Joint refits on the fitted runs."""
-        return fit_sets(self.forward, self.metric, starts, y, race)
+        return fit_sets(self.forward, self.metric, starts, y, race, sides)
 
     def slopes(self, vector: np.ndarray, positions: Sequence[int]) -> np.ndarray:
         """Derivatives of the predictions at ``vector`` along ``positions``, shape (k, R, S, n)."""

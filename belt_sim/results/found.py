@@ -1,7 +1,7 @@
 """What a diagnosis finds: effects with their numbers, what else was tried, and what cannot be told apart."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,9 @@ class Estimate:
         return self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
 
     def __str__(self) -> str:
+        low, high = self.interval_95
+        if COVERAGE_95 * self.u > high - low:  # where readings stop to change, u says nothing
+            return words.between(low, high, self.unit)
         return words.with_u(self.value, self.u, self.unit)
 
 
@@ -41,7 +44,8 @@ class FoundEffect:
 
     probability: its weight against what could stand in its place; confusable_with: that, effects that stand there
     together joined by +; source_file: of an effect of one's own; rejected: even with it the model fails, so that its
-    numbers are effective values.
+    numbers are effective values; alone: what each of several numbers would be without the others, where only together
+    they are known.
     """
 
     id: str
@@ -51,6 +55,17 @@ class FoundEffect:
     confusable_with: tuple[str, ...] = ()
     rejected: bool = False
     source_file: str | None = None
+    alone: Mapping[str, Estimate] = field(default_factory=dict)
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """What is known of its numbers, a line each."""
+        if self.parameters:
+            return tuple(f"{n} = {e}" for n, e in self.parameters.items())
+        if self.alone:
+            said = " or ".join(f"{n} = {e}" for n, e in self.alone.items())
+            return (f"{said} (each if it were alone: the readings do not tell which)",)
+        return ("that it is there is known, how large it is not",)
 
     @property
     def stamp(self) -> str:
@@ -64,8 +79,7 @@ class FoundEffect:
     def __str__(self) -> str:
         alike = f"; confusable with {', '.join(self.confusable_with)}" if self.confusable_with else ""
         stamp = f" ({self.stamp})" if self.stamp else ""
-        numbers = ", ".join(f"{n} = {e}" for n, e in self.parameters.items())
-        return f"{self.id}: {numbers}; probability {words.fixed(self.probability, 2)}{alike}{stamp}"
+        return f"{self.id}: {', '.join(self.told)}; probability {words.fixed(self.probability, 2)}{alike}{stamp}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -94,6 +94,7 @@ def _found(e: dict[str, Any]) -> FoundEffect:
         confusable_with=tuple(e["confusable_with"]),
         rejected="stamp" in e,
         source_file=e.get("source_file"),
+        alone=_estimates(e.get("alone", {})),
     )
 
 

@@ -79,6 +79,11 @@ def with_u(value: Any, u: Any, unit: str = "") -> str:
     return _minus(core) + unit
 
 
+def between(low: float, high: float, unit: str = "") -> str:
+    """low to high to three digits, with the unit."""
+    return f"{number(low)} to {number(high)}" + ("" if unit in ("", "1") else f" {unit}")
+
+
 def listed(names: Sequence[str]) -> str:
     """a, b and c."""
     names = list(names)

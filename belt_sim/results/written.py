@@ -175,6 +175,7 @@ def _found(e: FoundEffect) -> Json:
         "probability": e.probability,
         "confusable_with": list(e.confusable_with),
     }
+    row |= {"alone": {n: _estimate(p) for n, p in e.alone.items()}} if e.alone else {}
     row |= {"stamp": e.stamp} if e.stamp else {}
     return row | ({"source_file": e.source_file} if e.source_file else {})
 

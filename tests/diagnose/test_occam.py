@@ -242,6 +242,8 @@ def test_no_effect_is_found_with_which_the_error_that_is_told_rises(passing, mon
         (1.0, (-5.0, 5.0), ()),
         (1.2, (-5.0, -5.0), ("held-out error, 1.20 times the base model's",)),
         (1.002, (-5.0, 0.5), ()),  # what no report would show, where every condition becomes likelier
+        (1.08, (-5.0, 0.5), ()),  # nor what a perfect model would leave
+        (1.08, (-50.0, 5.0), ("held-out error, 1.08 times the base model's",)),
         (1.002, (-50.0, 5.0), ("held-out error, 1.00 times the base model's",)),
     ],
 )
@@ -253,5 +255,7 @@ def test_the_error_that_is_told_is_the_one_beside_every_runs_own_settings(monkey
     found = chosen_by(400.0)
     found.base_held_out = held(1.0, (-90.0, -90.0))  # judged by the larger noise that is read beside no effect
     found.bare_held_out = held(1.0, (0.0, 0.0))
-    monkeypatch.setattr(deciding, "OwnErrors", lambda bench: SimpleNamespace(rms=lambda held, names: held.size))
+    monkeypatch.setattr(
+        deciding, "OwnErrors", lambda bench: SimpleNamespace(rms=lambda held, names: held.size, floor=1.1)
+    )
     assert deciding._rises(found, held(after, likelier)) == said

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from linear_bench import SPREAD, WHITE, linear_bench
+from linear_bench import NUMBER, SPREAD, WHITE, linear_bench
 
 from belt_sim.diagnosis.around import Around
 from belt_sim.diagnosis.candidate import has_diverged
@@ -122,7 +122,9 @@ class Sliding:
 
     about: float = 0.0
     metric = SimpleNamespace(whiten=lambda rows: rows)
-    forward = SimpleNamespace(null=lambda: np.zeros(1), index=lambda name: [0])
+    slot = SimpleNamespace(effect=SimpleNamespace(id="a", parameters={"size": NUMBER}), name="size", scale=1.0)
+    sides = np.full(1, -np.inf), np.full(1, np.inf)
+    forward = SimpleNamespace(null=lambda: np.zeros(1), index=lambda name: [0], slots=[slot], sides=sides)
 
     def moved_to(self, vector):
         return Sliding(float(vector[0]))
