@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from belt_sim.diagnosis.decide import one_more
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.openset import OpenSet
 from belt_sim.diagnosis.refits import Trial
@@ -15,7 +16,7 @@ REPEATS = 2000  # imagined repetitions of the campaign
 UNSEEN = 0.01  # probability kept for what neither library nor tests have thought of
 IMITATED = 0.3  # the same where tests say that there is something: of six names beside an unknown two were not there
 HELD = 0.95  # of the probability, in the smallest set of effects that is told: what is left out has the rest
-PERHAPS = 4.6  # chi2 (a likelihood ratio of 10) by which one effect more may miss what pays for it, and be told
+PERHAPS = 4.6  # chi2 (a likelihood ratio of 10) by which one effect more may miss what chance gives it, and be told
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,8 @@ def probabilities(selection: Selection, unknown: OpenSet, *, beside: bool = Fals
     found = {}
     for name, trials in selection.swaps.items():
         own = _own(trials, name).score
-        none = max(-own, free - rest)  # not there at all, or unknown
+        few = one_more(selection.chosen.ids) - one_more(selection.chosen.ids[1:])  # likelier without it by these odds
+        none = max(few * _unit(selection, name) - own, free - rest)  # not there at all, or unknown
         others = np.exp(_log_weights(selection, name, _possible(selection, name)))
         unnamed = np.exp(np.clip(none / (2.0 * _unit(selection, name)), -700, 50))
         weights = [*others, unnamed, *_without(selection, name)]
@@ -112,7 +114,9 @@ def _without(selection: Selection, name: str) -> np.ndarray:
     """Weights of larger sets that do without an effect, against that of the chosen set."""
     sets = [t for t in selection.larger if t.plausible and name not in t.fit.ids]
     units = np.array([max(_unit(selection, i) for i in t.fit.ids) for t in sets])
-    return np.exp(np.clip((np.array([t.score for t in sets]) - _worth(selection)) / (2.0 * units), -700, 50))
+    ahead, odds = np.array([t.score for t in sets]) - _worth(selection), one_more(selection.chosen.ids)
+    more = np.array([one_more(t.fit.ids) - odds for t in sets])  # by which one fault more is less likely
+    return np.exp(np.clip((ahead / units - more) / 2.0, -700, 50))
 
 
 def _worth(selection: Selection) -> float:

@@ -6,7 +6,7 @@ faults do, and a second fault may be there that these readings nearly show. Both
 
 from dataclasses import replace
 
-from belt_sim.diagnosis.decide import Ids
+from belt_sim.diagnosis.decide import MAX_EFFECTS, Ids
 from belt_sim.diagnosis.refits import Refits, Trial
 from belt_sim.results.words import TOGETHER
 
@@ -19,7 +19,7 @@ def larger(evidence: Refits, ids: Ids) -> list[Trial]:
     if not ids:
         return []
     gain, paid = evidence.gains([ids])[0], sum(map(evidence.threshold, ids))
-    tried = evidence.tried.get(frozenset(ids), [])
+    tried = evidence.trials(ids) if len(ids) < MAX_EFFECTS else []  # not yet, where a larger set was left for this one
     beside = [replace(t, gain=gain + t.gain, threshold=paid + t.threshold) for t in tried]
     return beside + (_in_place(evidence, ids[0]) if len(ids) == 1 else [])
 

@@ -16,10 +16,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from belt_sim.diagnosis.decide import ODDS
 from belt_sim.diagnosis.select import Selection
 from belt_sim.diagnosis.unknown import Look
 
-ODDS = 4.6  # chi2 (a likelihood ratio of 10)
 LEVEL = 0.02  # of campaigns with one effect, in which it loses its name to a law by chance
 
 

@@ -145,8 +145,10 @@ class Refits:
         return moved if moved.recalibrated is None else moved.recalibrated(moved, ids)
 
     def _moved(self, ids: Ids) -> Self:
-        bench, starts = self.bench.moved_to(self.fit(ids).vector), self.starts | self.fits
-        starts = {key: _elsewhere(f, bench) for key, f in starts.items() if np.isfinite(f.chi2)}
+        bench = self.bench.moved_to(self.fit(ids).vector)
+        known = {key: f for key, f in self.starts.items() if key not in self.fits}
+        known |= {key: f for key, f in self.fits.items() if np.isfinite(f.chi2)}
+        starts = {key: _elsewhere(f, bench) for key, f in known.items()}
         return replace(self, bench=bench, starts=starts, fits={}, tried={}, held={})
 
     def trials(self, ids: Ids) -> list[Trial]:
@@ -175,7 +177,7 @@ class Refits:
         elif fit.done:
             self.fits[key] = fit
             self.held.pop(key, None)
-        elif fit.settled:
+        elif fit.settled or fit.taken:  # one that ran out of rounds is nearer than null is
             self.starts[key] = fit
         gain = current.chi2 - fit.chi2
         if gain < -NESTING:

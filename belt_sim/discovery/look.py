@@ -71,5 +71,5 @@ class Looking:
         """How much more chi2 the best law explains than ``effects`` in campaigns in which these are right, (draws,)."""
         self.tell("asking how far ahead of the right effect one law gets by chance")
         beside = survey_of(bench, effects)
-        survey = replace(survey_of(bench, base), states=beside.states)
+        survey = replace(survey_of(bench, base, like=effects), states=beside.states)
         return lead_by_chance(survey, beside, draws=LEADS * self.draws, seed=self.seed)

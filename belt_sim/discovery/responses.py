@@ -15,6 +15,7 @@ from belt_sim.analytic.march import march_open
 from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case
 from belt_sim.diagnosis.batches import ROWS
+from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import model_name, room_for
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, Pulse
@@ -61,11 +62,11 @@ def _looked_up(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarra
     return found
 
 
-def responses(bench: Workbench, vector: np.ndarray, ids) -> Responses:
-    """Responses with the effects ``ids`` of a parameter vector at work."""
-    forward, samples = bench.forward, bench.forward.samples
-    effects = forward.effects_at(vector, ids)
-    far = max(float(np.max(in_float64(true_travel)(effects, samples.cases, samples.end))), samples.end)
+def responses(bench: Workbench, fit: Fit, like: Fit | None = None) -> Responses:
+    """Responses with the effects of a fit at work; like: on the grid that this fit has, if it goes further."""
+    forward = bench.forward
+    samples, effects = forward.samples, forward.effects_at(fit.vector, fit.ids)
+    far = max(_far(bench, f) for f in (fit, like or fit))
     step = forward.step * max(2, int(np.ceil(far / CELLS / forward.step)))
     cells = int(np.ceil(far / step)) + 1
     travel = step * (cells + 1)
@@ -81,6 +82,12 @@ def responses(bench: Workbench, vector: np.ndarray, ids) -> Responses:
     return Responses(
         grid=step * np.arange(cells), fine=np.linspace(0.0, travel, steps + 1), curves=curves, pulses=pulses
     )
+
+
+def _far(bench: Workbench, fit: Fit) -> float:
+    """How far a belt goes in truth, whatever its encoder says [m]."""
+    samples, effects = bench.forward.samples, bench.forward.effects_at(fit.vector, fit.ids)
+    return max(float(np.max(in_float64(true_travel)(effects, samples.cases, samples.end))), samples.end)
 
 
 @cache

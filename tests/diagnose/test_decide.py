@@ -75,7 +75,9 @@ class Written:
         (Written({"a": 5, "b": 5, "c": 5}), ""),  # chance gives as much
         (Written({"a": 50, "b": 20}), "a"),
         (Written({"a": 50, "b": 20, "ab": 55}), "a"),  # b adds less than chance
+        (Written({"a": 50, "b": 20, "ab": 63}), "a"),  # more than chance, but one fault more is ten times less likely
         (Written({"a": 50, "b": 20, "ab": 90}), "ab"),
+        (Written({"a": 50, "b": 20, "ab": 63}, absurd=("a",)), "ab"),  # and a by itself is what no machine has
         (Written({"a": 50, "b": 45, "ab": 90}, worsens=("ab",)), "a"),  # the larger set predicts worse
         (Written({"a": 50, "b": 45}, worsens=("a",)), "b"),  # the first does, the second does not
         (Written({"a": 50}, worsens=("a",)), ""),

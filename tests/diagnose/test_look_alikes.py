@@ -9,6 +9,7 @@ from linear_bench import SPREAD, WHITE, linear_bench
 from belt_sim.diagnosis.around import Around
 from belt_sim.diagnosis.chance import Chance
 from belt_sim.diagnosis.confusable import HELD, PERHAPS, probabilities, rivals
+from belt_sim.diagnosis.decide import ODDS
 from belt_sim.diagnosis.larger import larger
 from belt_sim.diagnosis.null import NullGains
 from belt_sim.diagnosis.openset import OpenSet
@@ -64,7 +65,7 @@ def test_a_pair_in_its_place_takes_probability_from_a_name_and_one_with_it_does_
     without = probabilities(selection(singles, [trial("bc", 98.0)]), CLEAN, beside=True)["a"]
     impossible = probabilities(selection(singles, [trial("bc", 98.0, plausible=False)]), CLEAN, beside=True)["a"]
     assert alone == with_it == impossible
-    assert without == pytest.approx(alone / (1.0 + np.exp(-1.0)))
+    assert without == pytest.approx(alone / (1.0 + np.exp(-1.0 - 0.5 * ODDS)))
 
 
 def test_a_pair_that_one_look_alike_stands_for_is_fitted_and_compared():
@@ -79,7 +80,8 @@ def test_a_pair_that_one_look_alike_stands_for_is_fitted_and_compared():
     near = Around(base, dict(enumerate(shapes.values())), {})
     refits = Refits(bench, null, null.critical(list(shapes), 0.01), Chance({}), near, fits={frozenset(): base})
     sets = {t.id: t for t in larger(refits, ("a",))}
-    assert set(sets) == {"b + c"}
+    assert set(sets) == {"b + c", *"bcde"}  # and each beside a, though nobody had tried these
+    assert [set(sets[i].fit.ids) for i in "bcde"] == [{"a", i} for i in "bcde"]
     known = np.stack([b.ravel(), c.ravel()], axis=1)
     left = bench.metric.chi2(bench.fitted.y - np.reshape(known @ [1.5, 1.5], bench.fitted.y.shape))
     assert sets["b + c"].gain == pytest.approx(base.chi2 - left, abs=0.05)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from belt_sim.diagnosis.confusable import IMITATED, UNSEEN, probabilities
+from belt_sim.diagnosis.decide import ODDS
 from belt_sim.diagnosis.openset import OpenSet
 
 CLEAN = OpenSet((), {}, {}, {})
@@ -39,3 +40,17 @@ def test_no_name_is_sure_beside_something_unknown():
     assert probability({"a": 100.0}, beside=False, unknown=free) == pytest.approx(
         (1.0 - IMITATED) / (1.0 + np.exp(10.0))
     )
+
+
+def test_a_name_beside_another_is_less_sure_of_what_chance_may_have_made():
+    """Of machines with a fault one in ten has a second: a second name that beats chance by as much may be none."""
+    trials = [SimpleNamespace(id="a", score=ODDS, plausible=True)]
+    found = {}
+    for ids in (("a",), ("b", "a"), ("b", "c", "a")):
+        selection = SimpleNamespace(
+            swaps={"a": trials}, larger=(), chosen=SimpleNamespace(ids=ids), gain=100.0,
+            threshold=lambda name: THRESHOLD, null=SimpleNamespace(inflation=lambda name: 1.0),
+        )  # fmt: skip
+        found[len(ids)] = probabilities(selection, CLEAN, beside=True)["a"]
+    assert found[1] == pytest.approx((1.0 - UNSEEN) / (1.0 + np.exp(-0.5 * ODDS)))
+    assert found[2] == found[3] == pytest.approx((1.0 - UNSEEN) / 2.0)

@@ -150,3 +150,29 @@ def test_settings_are_moved_back_to_where_nothing_is_missing():
     moved = Refits(Sliding(9.1), None, 0.0, None).moved(())
     assert moved.bench.about == 0.0
     assert moved.fit(()).free == []
+
+
+class Slow(Sliding):
+    """A workbench that gets no further than where it begins, as where a guide is touched now and then."""
+
+    def moved_to(self, vector):
+        return self
+
+    def fit(self, starts):
+        columns = np.eye(1)
+        return [
+            replace(f, chi2=float((f.vector[0] - 10.0) ** 2), columns=columns[: len(f.free)], slopes=columns)
+            for f in starts
+        ]
+
+
+@pytest.mark.parametrize("moves", [0, 1, 2])
+def test_what_a_search_has_found_is_not_looked_for_anew(moves):
+    """Neither because it ran out of rounds, nor because settings moved twice before anybody asked for it."""
+    refits = Refits(Slow(), SimpleNamespace(threshold=lambda *_: 5.0), 0.0, None)
+    found = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0, taken=24)
+    assert refits._trial(refits.fit(()), "a", found).gain == 99.0
+    for _ in range(moves):
+        refits = refits.moved(())
+    assert refits.fit(("a",)).vector[0] == 9.0
+    assert refits.gains([("a",)]) == [99.0]

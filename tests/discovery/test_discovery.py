@@ -22,6 +22,7 @@ from belt_sim.use_cases.leave import leave_discovery
 from belt_sim.use_cases.plot import discovery_by_kind, draw_discovery
 from belt_sim.virtual_rig.make import make_campaign
 
+SLOW = 0.15  # of the travel, by which an encoder is off
 EXPLAINED = 0.9  # of the hidden effect's chi2, D^2
 
 
@@ -111,6 +112,18 @@ def leads_of(d):
     bench = workbench(made, MODEL, [library()["yaw_offset_tail"]])
     base, right = (bench.fit([bench.start(ids, bench.forward.null())])[0] for ids in ((), ("yaw_offset_tail",)))
     return Looking(seed=0, draws=10).lead_by_chance(bench, base, right)
+
+
+def test_an_encoder_that_shows_too_little_is_compared_over_the_travel_that_it_stands_for():
+    """Beside it the belt goes further than beside none, and an input to it has more cells, or longer ones."""
+    made = make_campaign(base="strip", seed=3, plan=PLAN)[0]
+    bench = workbench(made, MODEL, [library()["encoder_scale"]])
+    base = bench.fit([bench.start((), bench.forward.null())])[0]
+    slow = bench.fit([bench.start(("encoder_scale",), bench.forward.null())])[0]
+    counted = SLOW / bench.forward.slots[0].scale
+    for off in (counted, -counted):
+        slow.vector[0] = off
+        assert np.isfinite(Looking(seed=0, draws=1).lead_by_chance(bench, base, slow)).all()
 
 
 def test_a_law_gets_ahead_of_a_right_effect_by_chance():
