@@ -1,10 +1,8 @@
 """The command line: every command is a Hydra application; errors of the user are one line and a non-zero exit."""
 
-import ctypes
 import gc
 import os
 import sys
-from contextlib import suppress
 from importlib.metadata import version
 
 from belt_sim.cli_errors import files_named, one_line, ordered, refused
@@ -14,8 +12,6 @@ from belt_sim.paths import CONF
 SELDOM = 50_000  # new objects between two looks for garbage in cycles, of which imports and tracing leave hardly any
 #: read when numpy and scipy are loaded; matrices here are small, and what runs at once are marches
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-M_TRIM_THRESHOLD, M_MMAP_MAX = -1, -4  # of mallopt(3)
-KEPT = 2**30  # [bytes] at the end of the heap, that are not given back
 COMMANDS = {
     "simulate": "one model, one case: curves and late rates",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
@@ -39,7 +35,6 @@ def main() -> None:
     """Entry point of ``belt-sim``."""
     gc.set_threshold(SELDOM)
     use_one_blas_thread()
-    keep_memory()
     status = run(sys.argv[1:])
     gc.freeze()  # all that is left goes with the process
     sys.exit(status)
@@ -49,18 +44,6 @@ def use_one_blas_thread() -> None:
     """Linear algebra in the thread that asks for it, unless the environment says otherwise."""
     for name in BLAS_THREADS:
         os.environ.setdefault(name, "1")
-
-
-def keep_memory() -> None:
-    """Large arrays are made in memory that was used before, where the C library can be told so.
-
-    By default it hands every array of some size back to the system as soon as it is done with, which clears all of it,
-    page by page, before the next may have it.
-    """
-    with suppress(OSError, AttributeError, TypeError):  # it has no such choice
-        mallopt = ctypes.CDLL(None).mallopt
-        mallopt(M_MMAP_MAX, 0)
-        mallopt(M_TRIM_THRESHOLD, KEPT)
 
 
 def run(arguments: list[str]) -> int:
