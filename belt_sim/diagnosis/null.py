@@ -37,6 +37,7 @@ class NullGains:
     dof: Mapping[str, int]
     alone: Mapping[str, float] = field(default_factory=dict)
     _thresholds: dict[tuple[str, float], float] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _means: dict[str, float] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def log_p(self, name: str, gain):
         """log of the probability of so large a gain, or of gains (B,)."""
@@ -45,8 +46,9 @@ class NullGains:
 
     def inflation(self, name: str) -> float:
         """Mean bootstrap gain over its degrees of freedom; above 1 where noise levels are uncertain."""
-        mean = self.alone.get(name, float(np.mean(self.gains[name])))
-        return max(mean / max(self.dof[name], 1), 0.5)
+        if name not in self._means:
+            self._means[name] = self.alone[name] if name in self.alone else float(np.mean(self.gains[name]))
+        return max(self._means[name] / max(self.dof[name], 1), 0.5)
 
     def tries(self, name: str) -> float:
         """How many independent tries the alternatives of a candidate are worth."""
