@@ -18,6 +18,7 @@ from functools import cache
 from pathlib import Path
 from threading import Barrier, Lock, stack_size
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import jax
 import jaxlib
@@ -32,6 +33,7 @@ STACK = 256 * 2**20  # [bytes], of a thread that compiles and loads; what is not
 LEAST_EFFORT = {"xla_backend_optimization_level": 0}
 VERSIONS_KEPT = 8  # of the sources; code of older ones is deleted
 _HERE = Path(__file__).parent
+_written: WeakKeyDictionary[type, str] = WeakKeyDictionary()  # class that was written -> what says what it does
 _OWN = "belt_sim."
 #: what is traced: the files of this folder itself, and these
 TRACED = (
@@ -75,6 +77,25 @@ def kept(function: Callable[..., Any], name: str | None, brief: bool = False) ->
 def own(*things: Any) -> bool:
     """Whether classes and functions are this package's, so that its sources say what they do."""
     return all(t.__module__.startswith(_OWN) and "<" not in t.__qualname__ for t in things)
+
+
+def written_as(cls: type, words: str) -> None:
+    """Note that a class was written by this package, and in what words all that is traced of it."""
+    _written[cls] = hashlib.sha256(words.encode()).hexdigest()
+
+
+def is_written(effect: type) -> bool:
+    """Whether an effect was written by this package, rather than stands in it."""
+    return effect in _written
+
+
+def model_name(model: Any, *effects: type) -> str | None:
+    """What code of an analytic model with some effects is stored by; None where somebody's own code is in it."""
+    written = [_written[e] for e in effects if is_written(e)]
+    if not own(model.span, *(e for e in effects if not is_written(e)), *map(type, model.built_in)):
+        return None
+    named = f"{model.name} {model.span.__module__}.{model.span.__qualname__} {model.built_in} {model.moments}"
+    return f"{named} {written}" if written else named
 
 
 def sources() -> list[Path]:

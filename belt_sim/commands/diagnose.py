@@ -1,6 +1,7 @@
 """belt-sim diagnose: which physical effect the model lacks."""
 
 from contextlib import nullcontext
+from functools import partial
 from typing import Any
 
 from belt_sim.commands.run_folder import done_before, plain, run_folder
@@ -28,9 +29,13 @@ def run(cfg: Any) -> None:
     apart = drawing_apart() if config["pictures"] else nullcontext()
     with progress(1.0, f"diagnosing {campaign.title}") as done, apart as draw:
         stages = in_stages(done, count)
-        found = diagnose(campaign, config["model"]["name"], **asked, progress=stages, tell=print, config=config)
+        shown = partial(draw, folder) if draw else lambda found: None
+        found = diagnose(
+            campaign, config["model"]["name"], **asked, progress=stages, tell=print, shown=shown, config=config
+        )
         stages(0, "writing the report")
-        leave_diagnosis(folder, found, draw=draw)
+        discovered = found.discovery is not None and found.discovery.found
+        leave_diagnosis(folder, found, draw=draw if discovered else None)
         if watch == "rrd":
             leave_recording(folder, campaign, found)
     tell_diagnosis(found, folder)

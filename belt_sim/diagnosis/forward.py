@@ -32,7 +32,7 @@ from belt_sim.diagnosis.compositions import LIGHT, READ, Groups, group_of, membe
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
-from belt_sim.stored_code import kept, own
+from belt_sim.stored_code import is_written, kept, model_name
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
@@ -218,16 +218,11 @@ def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: i
     """Predictions at a batch of points and runs; tilts: of roll as well, which a march feels."""
     only = ("y", "tilt") if tilts else ("y",)
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only)
-    named = model_name(model, *dict.fromkeys(s.effect for s in slots))
+    effects = tuple(dict.fromkeys(s.effect for s in slots))
+    named = model_name(model, *effects)
     name = named and f"{named} {[f'{s.effect.id}.{s.name}' for s in slots]} {room} {history} {only}"
-    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), name, brief and name is None)
-
-
-def model_name(model: Composition, *effects: type[Effect]) -> str | None:
-    """What compiled code of a model with some effects is stored by; None where somebody's own code is in it."""
-    if not own(model.span, *effects, *map(type, model.built_in)):
-        return None
-    return f"{model.name} {model.span.__module__}.{model.span.__qualname__} {model.built_in} {model.moments}"
+    brief = brief and (name is None or any(map(is_written, effects)))
+    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), name, brief)
 
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:

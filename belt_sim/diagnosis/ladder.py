@@ -11,7 +11,7 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.model import MODELS
-from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.diagnosis.workbench import Workbench, predicted
 
 HOUSE = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
 MOST = 0.8  # of the chi2 beyond noise: a model that takes less of it leaves something unexplained itself
@@ -36,8 +36,7 @@ def ladder(bench: Workbench, chi2: float) -> list[Rung]:
     beyond = max(chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
     found = []
     for model in (MODELS[name] for name in HOUSE if name != asked.name):
-        other = workbench(bench.campaign, model, ())
-        values = other.forward.values(other.forward.null()[None])[0]
+        values = predicted(bench.campaign, model)
         gain = chi2 - float(bench.metric.chi2(bench.fitted.y - values))
         lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
         rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))

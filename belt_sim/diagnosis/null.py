@@ -37,6 +37,7 @@ class NullGains:
     dof: Mapping[str, int]
     alone: Mapping[str, float] = field(default_factory=dict)
     _thresholds: dict[tuple[str, float], float] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _means: dict[str, float] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def log_p(self, name: str, gain):
         """log of the probability of so large a gain, or of gains (B,)."""
@@ -45,8 +46,9 @@ class NullGains:
 
     def inflation(self, name: str) -> float:
         """Mean bootstrap gain over its degrees of freedom; above 1 where noise levels are uncertain."""
-        mean = self.alone.get(name, float(np.mean(self.gains[name])))
-        return max(mean / max(self.dof[name], 1), 0.5)
+        if name not in self._means:
+            self._means[name] = self.alone[name] if name in self.alone else float(np.mean(self.gains[name]))
+        return max(self._means[name] / max(self.dof[name], 1), 0.5)
 
     def tries(self, name: str) -> float:
         """How many independent tries the alternatives of a candidate are worth."""
@@ -162,31 +164,43 @@ class NoiseSource:
         samples = bench.samples
         levels = bench.finder.draw(self.errors, count, rng)
         white = np.array([s.white for s in samples.signals]) / np.sqrt(samples.per_bin)[:, None]
-        errors = white[..., None] * rng.standard_normal((count, *samples.y.shape))
+        errors = rng.standard_normal((count, *samples.y.shape))
+        errors *= white[..., None]
         errors *= levels[:, None, :, 0, None]
         errors += self._wander(levels[..., 1], levels[..., 2])
         runs = rng.standard_normal((count, *bench.shapes.shape[:2]))
         errors += np.einsum("ckr,krsn->crsn", runs, bench.shapes)
-        return errors + np.einsum("cm,mrsn->crsn", rng.standard_normal((count, len(bench.shared))), bench.shared)
+        errors += np.einsum("cm,mrsn->crsn", rng.standard_normal((count, len(bench.shared))), bench.shared)
+        return errors
 
     def _wander(self, size: np.ndarray, length: np.ndarray) -> np.ndarray:
         """Wander (count, R, S, n) at factors (count, S) on its size and length, by recursion along the travel."""
         samples = self.bench.samples
         stated = np.array([max(s.wander_length, 1e-6) for s in samples.signals])
-        steps = np.diff(samples.travel, axis=1)[None, :, None] / (length * stated)[:, None, :, None]
-        steps = np.broadcast_to(steps, (len(size), *samples.y.shape[:2], steps.shape[-1]))
-        found = (smooth_wander if self.bench.levels.smooth else rough_wander)(steps, self.rng)
+        apart, of = np.unique(np.diff(samples.travel, axis=1), axis=0, return_inverse=True)
+        steps = apart.T[:, :, None, None] / (length * stated).T
         sd = size * np.array([s.wander_sd for s in samples.signals])
+        if not self.bench.levels.smooth:
+            return rough_wander(steps, of.reshape(-1), sd.T, self.rng).transpose(3, 1, 2, 0)
+        found = smooth_wander(steps[:, of.reshape(-1)].transpose(3, 1, 2, 0), self.rng)
         return sd[:, None, :, None] * found
 
 
-def rough_wander(steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Wander (..., n) of unit size and exponential correlation at ``steps`` (..., n - 1) in units of its length."""
+def rough_wander(steps: np.ndarray, of: np.ndarray, size: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Wander (n, R, S, B) of ``size`` (S, B) and exponential correlation at ``steps`` (n - 1, U, S, B) in units of its
+    length; of (R,): which of the U every run has. What is worked on together lies together.
+    """
     keep = np.exp(-steps)
     fresh = np.sqrt(1.0 - keep**2)
-    found = rng.standard_normal((*steps.shape[:-1], steps.shape[-1] + 1))
-    for k in range(keep.shape[-1]):
-        found[..., k + 1] = keep[..., k] * found[..., k] + fresh[..., k] * found[..., k + 1]
+    if steps.shape[1] > 1:
+        keep, fresh = keep[:, of], fresh[:, of]
+    n, _, signals, count = steps.shape
+    drawn = rng.standard_normal((count, len(of), signals, n + 1))
+    found = np.ascontiguousarray(drawn.transpose(3, 1, 2, 0))
+    for k in range(n):
+        found[k + 1] *= fresh[k]
+        found[k + 1] += keep[k] * found[k]
+    found *= size
     return found
 
 

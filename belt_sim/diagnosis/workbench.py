@@ -51,17 +51,20 @@ class Workbench:
 
         Itself where a belt runs away at ``vector``, or a hair beside it.
         """
-        shapes, shared, values = _shapes(self.campaign, self.samples, self.forward, vector)
-        if not all(np.isfinite(x).all() for x in (shapes, shared, values)):
-            return self
-        moved = self._about(self.forward, shapes, shared, values)
-        forward = settled(self.campaign, self.fitted, self.forward, moved.metric, shapes, shared, vector)
+        here = _shapes(self.campaign, self.samples, self.forward, vector)
+        return self._about(self.forward, *here)._settled(vector) if _finite(*here) else self
+
+    def _settled(self, vector: np.ndarray) -> "Workbench":
+        """The workbench, laid out at ``vector``, with every run's settings where they most likely were."""
+        forward = self.settled(vector)
         if forward is self.forward:
-            return moved
-        shapes, shared, values = _shapes(self.campaign, self.samples, forward, vector)
-        if not all(np.isfinite(x).all() for x in (shapes, shared, values)):
-            return moved
-        return moved._about(forward, shapes, shared, values)
+            return self
+        there = _shapes(self.campaign, self.samples, forward, vector)
+        return self._about(forward, *there) if _finite(*there) else self
+
+    def settled(self, vector: np.ndarray) -> Forward:
+        """The model with every run's settings where they most likely were; the workbench is laid out at ``vector``."""
+        return settled(self.campaign, self.fitted, self.forward, self.metric, self.shapes, self.shared, vector)
 
     def _about(self, forward: Forward, shapes: np.ndarray, shared: np.ndarray, values: np.ndarray) -> "Workbench":
         """The workbench where nuisances have these shapes: what settings did to one of two repeats is not noise."""
@@ -97,6 +100,26 @@ def workbench(
 
     terms: effect id -> harmonics that are fitted; by default as many as show.
     """
+    bench, _ = _as_stated(campaign, model, classes, terms)
+    return bench._settled(bench.forward.null()) if _finite(bench.shapes, bench.shared) else bench
+
+
+def predicted(campaign: Campaign, model: Composition) -> np.ndarray:
+    """What ``model`` by itself says of all runs (R, S, n), their settings where they most likely were."""
+    bench, stated = _as_stated(campaign, model, ())
+    if not _finite(bench.shapes, bench.shared):
+        return stated
+    found = bench.settled(bench.forward.null()).values(bench.forward.null()[None])[0]
+    return found if np.isfinite(found).all() else stated
+
+
+def _as_stated(
+    campaign: Campaign,
+    model: Composition,
+    classes: Sequence[type[Effect]],
+    terms: Mapping[str, int] | None = None,
+) -> tuple[Workbench, np.ndarray]:
+    """The workbench with settings as they are stated, and what the model by itself says there."""
     samples = samples_of(campaign)
     march = march_error(samples, model, _noise_only(samples))
     forward = Forward(samples, model, classes, march.step, terms)
@@ -110,7 +133,7 @@ def workbench(
     terms = as_they_show(forward, fitted, metric.roots, values) if terms is None else forward.terms
     if terms != forward.terms:
         forward = Forward(samples, model, classes, march.step, terms)
-    return Workbench(
+    bench = Workbench(
         campaign=campaign,
         samples=samples,
         fitted=fitted,
@@ -121,7 +144,13 @@ def workbench(
         shared=shared,
         metric=metric,
         march=march,
-    ).moved_to(forward.null())
+    )
+    return bench, values
+
+
+def _finite(*arrays: np.ndarray) -> bool:
+    """Whether all are: a belt may run away."""
+    return all(bool(np.isfinite(x).all()) for x in arrays)
 
 
 def _noise_only(samples: Samples):

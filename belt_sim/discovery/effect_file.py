@@ -1,5 +1,6 @@
 """A found law as an ordinary effect file, which compare and diagnose accept and an engineer renames."""
 
+import hashlib
 import re
 import sys
 import types
@@ -11,6 +12,7 @@ from belt_sim.discovery.places import TENSION, TRAVEL
 from belt_sim.discovery.survey import Law, Term
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import effects_in
+from belt_sim.stored_code import written_as
 
 ID = "found_effect"
 ODD = ("x", "x|x|", "x^3", "saturated", "beyond", "stuck")
@@ -78,12 +80,14 @@ def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int
         hooks=called,
         **needed(inputs + called),
     )
-    return Written(text, numbers, effect_of(text))
+    cls = effect_of(text)
+    written_as(cls, f"{[n.name for n in numbers]} {inputs} {called}")  # laws with other numbers are traced alike
+    return Written(text, numbers, cls)
 
 
 def effect_of(text: str) -> type[Effect]:
     """The effect class that the text of a file defines."""
-    module = types.ModuleType(f"found_effect_{abs(hash(text))}")
+    module = types.ModuleType(f"found_effect_{hashlib.sha256(text.encode()).hexdigest()[:16]}")
     sys.modules[module.__name__] = module
     exec(compile(text, "found_effect.py", "exec"), module.__dict__)
     return next(iter(effects_in(module).values()))

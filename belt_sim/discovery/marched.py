@@ -17,7 +17,7 @@ from belt_sim.discovery.choose import MODELLED, Choice
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.places import TENSION, TRAVEL
-from belt_sim.discovery.refit import Refit, refit
+from belt_sim.discovery.refit import Refit, refits
 from belt_sim.discovery.search import WITHIN, Scored, cost, fitted
 from belt_sim.discovery.survey import Law, Survey, Term
 
@@ -48,10 +48,11 @@ class March:
 
     def put(self, laws: Sequence[Scored]) -> None:
         """Fit laws there that have not been."""
+        new: dict[tuple, Scored] = {}
         for s in laws:
-            key = _key(s.law)
-            if key not in self.tried:
-                self.tried[key] = refit(self.survey, s)
+            new.setdefault(_key(s.law), s)
+        new = {key: s for key, s in new.items() if key not in self.tried}
+        self.tried |= dict(zip(new, refits(self.survey, list(new.values())), strict=True))
 
     def fine(self) -> list[Refit]:
         """Laws that explain enough, every size being known, best first."""

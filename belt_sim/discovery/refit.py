@@ -1,9 +1,12 @@
 """The closed loop: a law put into the march as an effect and fitted with all that was chosen, from its linear sizes."""
 
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from belt_sim.diagnosis.batches import WORKERS
 from belt_sim.diagnosis.candidate import has_diverged
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
@@ -56,6 +59,14 @@ class Refit:
                 tag = n.name.partition("_")[2]
                 squares[tag] = squares.get(tag, 0.0) + (value / u) ** 2 if u > 0.0 else np.inf
         return min(squares.values()) >= sigmas**2
+
+
+def refits(survey: Survey, laws: Sequence[Scored]) -> list[Refit | None]:
+    """Laws in closed loop, side by side: what compiles, loads or marches a few rows leaves a core idle."""
+    if len(laws) < 2:
+        return [refit(survey, s) for s in laws]
+    with ThreadPoolExecutor(WORKERS) as pool:
+        return list(pool.map(lambda s: refit(survey, s), laws))
 
 
 def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit | None:

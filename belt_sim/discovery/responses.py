@@ -16,14 +16,14 @@ from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case
 from belt_sim.diagnosis.batches import ROWS
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.forward import model_name, room_for
+from belt_sim.diagnosis.forward import room_for
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect, overrides
 from belt_sim.jax_setup import in_float64
 from belt_sim.laws.span import response
-from belt_sim.stored_code import kept
+from belt_sim.stored_code import kept, model_name
 
 RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most

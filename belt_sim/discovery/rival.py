@@ -9,7 +9,7 @@ import numpy as np
 
 from belt_sim.diagnosis.unknown import OneLaw
 from belt_sim.discovery.gate import errors_by_chance
-from belt_sim.discovery.refit import refit
+from belt_sim.discovery.refit import refits
 from belt_sim.discovery.search import cost, distinct, exponents_of, of_every_form, prices, refined, singles
 from belt_sim.discovery.survey import Survey
 from belt_sim.discovery.words import formula
@@ -26,7 +26,7 @@ def one_law(survey: Survey, least: float) -> OneLaw | None:
     searched = 2.0 * float(np.log(len(ones) / len(exponents_of(survey))))
     fine = sorted((refined(survey, s) for s in distinct(ones, REFINED)), key=lambda s: -s.score)
     tried = [s for s in fine[:TRIES] if s.gain - cost(s.law) - searched > PROMISE * least]
-    closed = [r for r in (refit(survey, s) for s in tried) if r is not None]
+    closed = [r for r in refits(survey, tried) if r is not None]
     best = max(closed, key=lambda r: r.worth, default=None)
     if best is None:
         return None

@@ -36,14 +36,16 @@ def diagnose(
     advise: bool = True,
     progress: Callable[[int, str], None] = lambda replicates, stage: None,
     tell: Callable[[str], None] = lambda line: None,
+    shown: Callable[[Diagnosis], None] = lambda found: None,
     config: Any = None,
 ) -> Diagnosis:
     """Which of the candidates ``effects`` (None: the library) the analytic ``model`` lacks.
 
     effects: ids, .py files of your own (tested before any long work; ``tell`` hears what the test says) or Effect
     classes; leave_out: ids of the library not to be tried; advise: look for the next run to make; progress(replicates,
-    stage): told of every stage, and of bootstrap replicates as they are done; config: what asked for it, for the
-    provenance. Raises InputError, CannotRepresent, RunFailed.
+    stage): told of every stage, and of bootstrap replicates as they are done; shown: is given the result as soon as it
+    can be drawn, without what was discovered; config: what asked for it, for the provenance. Raises InputError,
+    CannotRepresent, RunFailed.
     """
     whole("seed", seed, 0)
     whole("bootstraps", bootstraps, MIN_BOOTSTRAPS, MAX_BOOTSTRAPS)
@@ -69,10 +71,10 @@ def diagnose(
     )
     with ThreadPoolExecutor(1) as beside:
         discovery = beside.submit(_discovery, findings.judgement.unknown, config)
-        found = describe(findings, seed=seed, config=config)
-        drawings = drawings_of(findings)
+        found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=drawings_of(findings))
+        shown(found)
         beyond = beyond_in_runs(campaign, chosen, [e.id for e in found.effects])
-    return replace(found, admitted=admitted, drawings=drawings, beyond=beyond, discovery=discovery.result())
+    return replace(found, beyond=beyond, discovery=discovery.result())
 
 
 def _discovery(seen: Unknown | None, config: Any) -> Discovery | None:

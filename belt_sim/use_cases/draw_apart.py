@@ -1,8 +1,8 @@
-"""Pictures of a diagnosis drawn by a process of their own, beside the report and the recording.
+"""Pictures of a diagnosis drawn by a process of their own, beside what is left of the diagnosis, report and recording.
 
-The process is started before there is anything to draw, so that it has imported what it needs when the result comes:
-through its standard input, as the files of a diagnosis hold it. As ``python -m belt_sim.use_cases.draw_apart`` this
-file is that process.
+The process is started before there is anything to draw, so that it has imported what it needs when a result comes:
+through its standard input, a line each, as the files of a diagnosis hold it. As ``python -m
+belt_sim.use_cases.draw_apart`` this file is that process.
 """
 
 import gc
@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import NoReturn
 
 from belt_sim.errors import BeltError
 from belt_sim.results.diagnosis import Diagnosis
@@ -26,7 +27,8 @@ Draw = Callable[[Path, Diagnosis], None]
 def drawing_apart() -> Iterator[Draw]:
     """A function that begins to draw a diagnosis into a folder; all is drawn when the block has ended.
 
-    Raises BeltError when a picture could not be drawn.
+    It may be called again when something was discovered as well: what is drawn already is not drawn again. Raises
+    BeltError when a picture could not be drawn.
     """
     command = [sys.executable, "-m", __name__]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
@@ -38,8 +40,8 @@ def drawing_apart() -> Iterator[Draw]:
     def draw(folder: Path, diagnosis: Diagnosis) -> None:
         task = {"diagnosis": diagnosis_json(diagnosis), "drawings": drawings_json(diagnosis.drawings)}
         with suppress(BrokenPipeError):  # the process has died, and has said why
-            asked.write(json.dumps(task | {"folder": str(folder)}).encode())
-            asked.close()
+            asked.write(json.dumps(task | {"folder": str(folder)}).encode() + b"\n")
+            asked.flush()
 
     try:
         yield draw
@@ -58,13 +60,41 @@ def _draw() -> None:
     """What the process does; no result comes where the diagnosis failed."""
     gc.disable()  # it ends soon
     from belt_sim.pictures.style import figure
-    from belt_sim.use_cases.leave import draw_diagnosis
+    from belt_sim.use_cases.leave import draw_found
 
     figure(1.0, 1.0)
-    content = sys.stdin.buffer.read()
-    if content:
-        task = json.loads(content)
-        draw_diagnosis(Path(task["folder"]), diagnosis_of(task["diagnosis"], task["drawings"], task["folder"]))
+    drawn, other = False, 0
+    for line in sys.stdin.buffer:
+        task = json.loads(line)
+        folder = Path(task["folder"])
+        diagnosis = diagnosis_of(task["diagnosis"], task["drawings"], task["folder"])
+        if not drawn:
+            drawn, other = True, _draw_two_by_two(folder, diagnosis)
+        draw_found(folder, diagnosis)
+    if other and os.waitstatus_to_exitcode(os.waitpid(other, 0)[1]):
+        sys.exit(1)  # it has said why
+
+
+def _draw_two_by_two(folder: Path, diagnosis: Diagnosis) -> int:
+    """Draw a diagnosis, where processes can be forked with one for the overlays, of which there are as much as of all
+    else; its id, or 0."""
+    from belt_sim.use_cases.leave import OVERLAY, draw_own
+
+    other = os.fork() if hasattr(os, "fork") else -1
+    if other == 0:
+        _end(lambda: draw_own(folder, diagnosis, lambda kind: kind == OVERLAY))
+    draw_own(folder, diagnosis, lambda kind: other < 0 or kind != OVERLAY)
+    return max(other, 0)
+
+
+def _end(work: Callable[[], None]) -> NoReturn:
+    """Do the last work of a forked process; what went wrong is said in a line."""
+    try:
+        work()
+    except BaseException as error:
+        print(error, file=sys.stderr, flush=True)
+        os._exit(1)
+    os._exit(0)
 
 
 if __name__ == "__main__":

@@ -16,9 +16,10 @@ from belt_sim.results.simulation import Simulation
 from belt_sim.results.written import comparison_json, diagnosis_json, drawings_json, run_json, summary_json
 from belt_sim.tables import write_curves
 
+OVERLAY = "overlay"
 #: picture of a diagnosis -> its file
 _OF_DIAGNOSIS = {
-    "overlay": "overlay.png",
+    OVERLAY: "overlay.png",
     "headline": "headline.png",
     "where": "where.png",
     "ranking": "ranking.png",
@@ -97,9 +98,19 @@ def leave_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
 
 def draw_diagnosis(folder: Path, d: Diagnosis) -> None:
     """The still pictures of a diagnosis, and of what was discovered."""
+    draw_own(folder, d)
+    draw_found(folder, d)
+
+
+def draw_own(folder: Path, d: Diagnosis, wanted: Callable[[str], bool] = lambda kind: True) -> None:
+    """The pictures of a diagnosis itself, of those kinds that are wanted."""
+    draw(folder, d, {kind: name for kind, name in _OF_DIAGNOSIS.items() if wanted(kind)})
+
+
+def draw_found(folder: Path, d: Diagnosis) -> None:
+    """The pictures of what was discovered, where something was."""
     from belt_sim.use_cases.plot import draw_discovery
 
-    draw(folder, d, _OF_DIAGNOSIS)
     if d.discovery is not None and d.discovery.found:
         draw_discovery(folder, d.discovery)
 

@@ -143,8 +143,12 @@ def test_what_a_diagnosis_found_can_be_added_to_the_model(tmp_path):
     def progress(replicates: int, stage: str) -> None:
         told.append((replicates, stage))
 
-    d = bs.diagnose(measured, MODEL, CLASSES, bootstraps=200, seed=SEED, progress=progress)
+    seen: list[bs.Diagnosis] = []
+    d = bs.diagnose(measured, MODEL, CLASSES, bootstraps=200, seed=SEED, progress=progress, shown=seen.append)
     assert d.verdict is bs.Verdict.EXPLAINED
+    (early,) = seen  # all that pictures of it show
+    assert early.discovery is None
+    assert (early.ranking, early.drawings, early.sentence) == (d.ranking, d.drawings, d.sentence)
     assert sum(n for n, _ in told) >= 200
     assert "laying out the campaign" in [what for _, what in told]
     before, after = bs.compare(measured, "beam_th2"), bs.compare(measured, "beam_th2", d.effects)

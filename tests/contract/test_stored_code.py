@@ -12,11 +12,11 @@ import pytest
 
 from belt_sim import stored_code
 from belt_sim.analytic.model import MODELS
-from belt_sim.diagnosis.forward import Forward, _one_run, model_name
+from belt_sim.diagnosis.forward import Forward, _one_run
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.discovery.responses import _respond
 from belt_sim.effects.library import library
-from belt_sim.stored_code import kept, own
+from belt_sim.stored_code import kept, model_name, own, written_as
 from belt_sim.virtual_rig import Plan, Setting, make_campaign
 
 
@@ -129,6 +129,20 @@ def test_code_of_somebody_elses_effects_is_not_stored():
     assert model_name(strip, cant)
     assert model_name(strip, Cant) is None
     assert len({model_name(m) for m in MODELS.values() if hasattr(m, "built_in")} - {None}) > 3
+
+
+def test_laws_that_were_written_are_told_apart_by_what_is_traced_of_them():
+    def law():
+        return type("Found", (library()["cant"],), {"__module__": "found_effect_1"})
+
+    one, alike, other = law(), law(), law()
+    strip = MODELS["strip"]
+    assert model_name(strip, one) is None
+    for cls, words in ((one, "x"), (alike, "x"), (other, "x**2")):
+        written_as(cls, words)
+    assert model_name(strip, one) == model_name(strip, alike)
+    assert len({model_name(strip, one), model_name(strip, other), model_name(strip)}) == 3
+    assert not own(one)
 
 
 def test_code_that_is_compiled_with_less_effort_says_the_same():

@@ -11,7 +11,7 @@ from belt_sim.diagnosis.chance import beyond
 from belt_sim.diagnosis.contrasts import WINDOW
 from belt_sim.diagnosis.levels import LEVEL_SPREAD, TOGETHER
 from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.null import NoiseSource, NullGains, null_gains
+from belt_sim.diagnosis.null import NoiseSource, NullGains, null_gains, rough_wander
 from belt_sim.diagnosis.openset import open_set
 
 DRAWS = 4000
@@ -168,3 +168,17 @@ def test_the_limit_of_the_largest_hardly_moves_with_the_seed():
     assert np.std(limits) < 0.05 < np.std(np.log(drawn.max(axis=1)))
     exceeded = np.exp(0.3 * rng.standard_normal((200_000, 5))).max(axis=1) > np.exp(np.mean(limits))
     assert 0.0005 < np.mean(exceeded) < 0.004
+
+
+def test_wander_of_runs_that_were_read_elsewhere_is_that_of_their_own_travel():
+    """The recursion, place by place, of what is drawn record by record."""
+    apart, of = np.array([[0.5, 1.0, 0.1], [2.0, 0.0, 0.3]]), np.array([1, 0, 1])
+    length, size = np.array([[1.0, 3.0], [2.0, 0.7]]), np.array([[1.0, 0.2], [0.5, 4.0]])  # (B, S)
+    steps = apart.T[:, :, None, None] / length.T
+    found = rough_wander(steps, of, size.T, np.random.default_rng(5))
+    told = np.random.default_rng(5).standard_normal((2, 3, 2, 4))
+    for b, r, s in np.ndindex(2, 3, 2):
+        keep = np.exp(-apart[of[r]] / length[b, s])
+        for k in range(3):
+            told[b, r, s, k + 1] = keep[k] * told[b, r, s, k] + np.sqrt(1.0 - keep[k] ** 2) * told[b, r, s, k + 1]
+        np.testing.assert_allclose(found[:, r, s, b], size[b, s] * told[b, r, s], rtol=1e-12)

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_campaign import bench
+from small_campaign import bench, campaign
 
+from belt_sim.analytic.model import MODELS
 from belt_sim.diagnosis import workbench
 from belt_sim.diagnosis.settings import FURTHEST, settled
 
@@ -46,3 +47,12 @@ def test_settings_stay_within_what_may_occur(careless):
     far = replace(careless, fitted=replace(careless.fitted, y=careless.fitted.y + 0.01))
     forward = settled(far.campaign, far.fitted, far.forward, far.metric, far.shapes, far.shared, far.forward.null())
     assert np.abs(forward.tension).max() <= FURTHEST * TENSION * (1 + 1e-12)
+
+
+def test_a_model_by_itself_says_what_it_says_on_a_workbench_of_its_own():
+    """Where its runs were set, though nothing that a fit needs there is worked out."""
+    measured, strip = campaign("sag_roll"), MODELS["strip"]
+    other = workbench.workbench(measured, strip, ())
+    assert np.any(other.forward.tension)
+    told = other.forward.values(other.forward.null()[None])[0]
+    np.testing.assert_array_equal(workbench.predicted(measured, strip), told)
