@@ -8,12 +8,9 @@ import numpy as np
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.operators import kept_row
+from belt_sim.discovery.operators import kept_row, tension_turn
 from belt_sim.discovery.places import TENSION, TRAVEL, Place
 from belt_sim.discovery.responses import MOMENT, Responses
-
-#: rows of Responses.curves at the run-ups (tail, head)
-READ = (0, 1, 2, 3, MOMENT, MOMENT + 1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +19,8 @@ class States:
 
     Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw; set
     (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): shown [m] and rate [m/s]; tension,
-    speed (R,); squeeze (R, 2, J): what a relative change of tension adds to kappa.
+    speed (R,); squeeze (R, 2, J): what a relative change of tension adds to kappa, and tighten (R, 3): that per unit of
+    the boundary values of a span.
     """
 
     s: np.ndarray
@@ -37,6 +35,7 @@ class States:
     tension: np.ndarray
     speed: np.ndarray
     squeeze: np.ndarray
+    tighten: np.ndarray
     signals: tuple[str, ...]
 
     def lever(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
@@ -48,13 +47,13 @@ class States:
         return 1.0
 
 
-def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course: Course | None = None) -> States:
+def states_of(bench: Workbench, answers: Responses, tighten: np.ndarray, course: Course | None = None) -> States:
     """States of the model, moved by what an unknown input does to them when there is a ``course`` of it."""
     runs, grid = bench.samples.runs, answers.grid
     rows = np.stack([[np.interp(grid, answers.fine, row) for row in kept[: MOMENT + 2]] for kept in answers.curves])
     drift = np.zeros((len(runs), 2, len(grid)))
     if course is not None:
-        rows = rows + _moved(answers, squeeze, course)
+        rows = rows + _moved(answers, tension_turn(tighten, rows), course)
         drift = _drift(answers, course)
     y, spacing = rows[:, :4], grid[1] - grid[0]
     bending = float(bench.samples.cases.belt.bending_stiffness)
@@ -77,7 +76,8 @@ def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course:
         rate=np.gradient(shown, spacing, axis=-1) * speed[:, None, None],
         tension=np.asarray(settings.tension),
         speed=speed,
-        squeeze=squeeze,
+        squeeze=tension_turn(tighten, rows),
+        tighten=tighten,
         signals=tuple(s.name for s in bench.samples.signals),
     )
 
@@ -92,7 +92,7 @@ def _moved(answers: Responses, squeeze: np.ndarray, course: Course) -> np.ndarra
         k = CHANNELS.index(channel)
         for r, u in enumerate(inputs):
             felt = u * squeeze[r, pulley] if course.place.name == TENSION else u
-            for row in READ:
+            for row in range(MOMENT + 2):
                 added[r, row] += answers.at(answers.pulses[r, k, row], answers.grid) @ felt
     return added
 
