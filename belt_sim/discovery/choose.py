@@ -63,13 +63,19 @@ def choose(survey: Survey, course: Course) -> Choice:
     everything = _merged(ones, _judged(loop, seconds))
     more = [closed(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
     everything = _merged(everything, [c for c in more if c is not None])
-    everything = _merged(everything, _judged(loop, _alike(survey, everything[0])))
+    leading = {c.law.says: c for c in (everything[0], _simple(everything))}  # in the march the second may win
+    for made in leading.values():
+        everything = _merged(everything, _judged(loop, _alike(survey, made)))
     best = everything[0]
     close = WITHIN + MODELLED * best.gain
     rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
     frequency = _frequency(survey, [best, *rivals])
-    simple = next(c for c in everything if len(c.law.terms) == 1)
-    return Choice(best.scored, tuple(c.scored for c in everything), frequency, simple.scored, possible)
+    return Choice(best.scored, tuple(c.scored for c in everything), frequency, _simple(everything).scored, possible)
+
+
+def _simple(laws: Sequence[Closed]) -> Closed:
+    """The first of ``laws`` with one term."""
+    return next(c for c in laws if len(c.law.terms) == 1)
 
 
 def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> list[Closed]:

@@ -171,7 +171,8 @@ def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
     """Forms for a law once it is known that something is missing.
 
     What begins when the yaw is set, either way; what goes or swings with time instead of travel; what rings after a
-    step; what reads the state and comes back with ``periods`` [m] of the machine; what sticks.
+    step, or dies away without a swing; what reads the state and comes back with ``periods`` [m] of the machine; what
+    sticks.
     """
     end = float(states.s[-1])
     found = [Form("one", course="square")]
@@ -202,7 +203,8 @@ def _swinging(states: States, periods: Sequence[float]) -> list[Form]:
     beta = ("beta",) if np.any(states.beta) else ()
     names = (*beta, "y", "alpha", "kappa")
     back = [Form(n, course="wave", at=at) for n in names for at in periods if shortest < at < 2.0 * end]
-    return rings(states, ("one", *beta)) + back
+    creeping = [Form(n, course="fade", at=end * r) for n in beta for r in RISES]  # what rings, damped by much
+    return rings(states, ("one", *beta)) + creeping + back
 
 
 def rings(states: States, names: tuple[str, ...]) -> list[Form]:
