@@ -20,7 +20,7 @@ from belt_sim.discovery.loop import closed
 from belt_sim.discovery.places import TENSION, TRAVEL
 from belt_sim.discovery.refit import Refit, refit
 from belt_sim.discovery.rounds import Loop
-from belt_sim.discovery.search import WITHIN, Scored, cost, fitted
+from belt_sim.discovery.search import WITHIN, Scored, fitted
 from belt_sim.discovery.survey import Law, Survey, Term
 
 PROMISE = 0.5  # of the best law's gain, that a law of which the first order is known has to show
@@ -155,12 +155,18 @@ def _courses_of(survey: Survey, choice: Choice, likeliest: Course) -> list[Score
     one changes that.
     """
     there = [p for p in survey.places if p.name == TENSION]
-    terms = [t for s in choice.judged[:LEADING] for t in s.law.terms if t.form.variable != "one"]
+    leading = [*choice.judged[:LEADING], *[s for s in choice.judged if _like_a_pull(s.law)][:1]]
+    terms = [t for s in leading for t in s.law.terms if t.form.variable != "one"]
     forms = {f.family: f for t in reversed(terms) for f in (_course(t.form),) if f.course not in ("always", "ring")}
     laws = [Law((Term(place, form),)) for place, form in product(there, forms.values())]
     loop, read = Loop(survey), survey.informed(likeliest)
     made = [closed(loop, law, fitted(read, read.columns(law))[1]) for law in laws]
     return sorted((c.scored for c in made if c is not None), key=lambda s: -s.score)
+
+
+def _like_a_pull(law: Law) -> bool:
+    """Whether a law turns the belt in proportion to how it is bent at both pulleys, as a change of the tension does."""
+    return [t.says[:3] for t in law.terms] == [("turn_both", "kappa", "x")]
 
 
 def _course(form: Form) -> Form:

@@ -38,7 +38,7 @@ class Loop:
     kept: dict = field(default_factory=dict)
 
     def spectrum(self, name: str, where: int, channel: str) -> np.ndarray:
-        """Of what an input in one cell of a channel adds to y, kappa or squeeze at a pulley, or to a signal (R, 1, w)."""
+        """Of what an input in one cell of a channel adds to what is read at a pulley, or to a signal (R, 1, w)."""
         key = (name, where, channel)
         if key not in self.kept:
             rows = np.stack([self._row(r, *key) for r in range(len(self.survey.states.tension))])

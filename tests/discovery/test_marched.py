@@ -7,7 +7,7 @@ from small_discovery import surveyed
 
 from belt_sim.discovery.choose import Choice, _elsewhere
 from belt_sim.discovery.forms import Form
-from belt_sim.discovery.marched import March, elsewhere, of_first_order, places
+from belt_sim.discovery.marched import LEADING, March, elsewhere, of_first_order, places
 from belt_sim.discovery.search import Scored, cost
 from belt_sim.discovery.survey import Law, Term
 
@@ -49,6 +49,13 @@ def test_the_course_of_what_bends_the_belt_is_tried_for_the_tension(survey):
     tried = [s.law.terms[0] for s in of_first_order(survey, choice, likely(survey, "tension"))]
     assert [(t.place.name, t.form.course) for t in tried] == [("tension", "always"), ("tension", "wave")]
     assert tried[1].form.at == pytest.approx(WAVE, rel=0.02)  # as the closed loop has it
+
+
+def test_of_laws_behind_the_leading_ones_what_acts_as_a_pull_does_is_tried_for_the_tension(survey):
+    before = [scored(law(survey, ("yaw_tail", Form("y"))), 200.0 - k) for k in range(LEADING)]
+    bent = scored(law(survey, ("turn_both", Form("kappa", course="after", at=12.0))), 150.0)
+    tried = of_first_order(survey, chosen(*before, bent), likely(survey, "tension"))
+    assert "after" in {s.law.terms[0].form.course for s in tried}
 
 
 def test_a_law_of_the_encoder_that_promises_half_is_tried(survey):
