@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.discovery.evidence import Course
+from belt_sim.discovery.forms import STATED
 from belt_sim.discovery.loop import Closed, closed, states_with
-from belt_sim.discovery.places import TENSION, TRAVEL, place_columns
+from belt_sim.discovery.places import place_columns
 from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import (
     WITHIN,
@@ -156,7 +157,7 @@ def _elsewhere(survey: Survey, terms: Sequence[Term], which: Collection[int]) ->
         for place in survey.tried
         if place.name != old.name and (place.kind == "sensor") == (old.kind == "sensor")
         for n in exponents_of(survey)
-        if steady or place.kind not in (TENSION, TRAVEL)
+        if steady or place.kind not in STATED
     ]
 
 

@@ -12,7 +12,7 @@ from belt_sim.discovery.evidence import Course, basis_of, courses
 from belt_sim.discovery.forms import Form, dictionary, seldom
 from belt_sim.discovery.ground import Ground, ground_of
 from belt_sim.discovery.operators import Operators, operators, shapes
-from belt_sim.discovery.places import TRAVEL, Place, place_columns, places_of
+from belt_sim.discovery.places import SPAN, TRAVEL, Place, place_columns, places_of
 from belt_sim.discovery.responses import Responses, responses, tension_answers
 from belt_sim.discovery.states import States, states_of
 
@@ -89,7 +89,7 @@ class Survey:
     @property
     def tried(self) -> tuple[Place, ...]:
         """The places to try."""
-        return self.places if self.wide else tuple(p for p in self.places if p.name != TRAVEL)
+        return self.places if self.wide else tuple(p for p in self.places if p.kind not in (SPAN, TRAVEL))
 
     @property
     def periods(self) -> tuple[float, ...]:
