@@ -54,11 +54,9 @@ def choose(survey: Survey, course: Course) -> Choice:
     """The law that explains most for its numbers, beside a course of the unknown that says what the states were."""
     survey = replace(survey, wide=True)
     loop, read = Loop(survey), survey.informed(course)
-    ones = _judged(loop, [(s, distinct(singles(s), SINGLES)) for s in (survey, read)])
-    for places in PLACES:
-        ones = _merged(ones, _judged(loop, _otherwise(loop, ones, places)))
+    ones = of_one_term(loop, read)
     possible = explained(survey, course)
-    firsts = _unlike(survey, ones, FIRSTS) if ones[0].gain < possible else []
+    firsts = unlike(survey, ones, FIRSTS) if ones[0].gain < possible else []
     beside = [(replace(survey, states=states_with(loop, c)), c.scored) for c in firsts]
     seconds = [(s, distinct(pairs(s, [one]), PAIRS)) for s, one in beside]
     everything = _merged(ones, _judged(loop, seconds))
@@ -77,6 +75,14 @@ def choose(survey: Survey, course: Course) -> Choice:
 def _simple(laws: Sequence[Closed]) -> Closed:
     """The first of ``laws`` with one term."""
     return next(c for c in laws if len(c.law.terms) == 1)
+
+
+def of_one_term(loop: Loop, read: Survey) -> list[Closed]:
+    """Laws of one term in closed loop, best first; read: the survey with states as the data show them."""
+    ones = _judged(loop, [(s, distinct(singles(s), SINGLES)) for s in (loop.survey, read)])
+    for places in PLACES:
+        ones = _merged(ones, _judged(loop, _otherwise(loop, ones, places)))
+    return ones
 
 
 def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> list[Closed]:
@@ -102,7 +108,7 @@ def _plain(survey: Survey, law: Law) -> Law:
     return Law(tuple(replace(t, form=form or t.form) for t, form in zip(law.terms, forms, strict=True)))
 
 
-def _unlike(survey: Survey, laws: Sequence[Closed], count: int) -> list[Closed]:
+def unlike(survey: Survey, laws: Sequence[Closed], count: int) -> list[Closed]:
     """The first of ``laws`` that do different things to the readings."""
     some = list(laws[: 4 * count])
     gram = _against(survey, np.stack([c.readings for c in some]))
