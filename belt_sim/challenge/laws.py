@@ -15,12 +15,13 @@ _PLACES = {
     "sideways drift": "runup_{}",
     "sideways shift": "wrap",
     "twist over": "wrap",
+    "bend of": "span",
     "tension of": "tension",
     "travel that": "travel",
     "readings of all": "sensor_all",
     "reading of": "sensor",
 }
-_NAMES = {"yaw": "yaw_{}", "turn": "runup_{}", "drift": "runup_{}", "shift": "wrap", "twist": "wrap"}
+_NAMES = {"span": "span", "yaw": "yaw_{}", "turn": "runup_{}", "drift": "runup_{}", "shift": "wrap", "twist": "wrap"}
 #: sign in a formula -> variable of the generator, the first that is there
 _VARIABLES = (("β", "yaw"), ("κ", "curvature"), ("α", "contact_angle"), ("dy/dt", "y"), ("y", "y"))
 #: mark of a shape in a formula -> form

@@ -29,7 +29,7 @@ def imitated(found: Selection, look: Look) -> tuple[str, ...]:
     charged, worth = [found.threshold(i) for i in chosen.ids], _worth(found)
     before = found.base_bench.at_levels(bench.levels)  # noise as the set is judged by, not swollen by what is missing
     base = replace(found.base, chi2=float(before.metric.chi2(before.fitted.y - found.base.values)))
-    law = look.one_law(before, base, worth)
+    law = look.one_law(before, base, worth, closely=len(chosen.ids) > 1)  # several imitate what one law alone does
     if law is None:
         return ()
     gain = chosen.chi2 + found.gain - float(bench.metric.chi2(bench.fitted.y - law.values))

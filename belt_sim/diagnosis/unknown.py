@@ -43,8 +43,9 @@ class Look(Protocol):
     def __call__(self, bench: Workbench, fit: Fit, failed: bool) -> Unknown:
         """What is seen beside ``fit``; failed: whether another test has shown already that something is left."""
 
-    def one_law(self, bench: Workbench, fit: Fit, least: float) -> OneLaw | None:
-        """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``."""
+    def one_law(self, bench: Workbench, fit: Fit, least: float, *, closely: bool = False) -> OneLaw | None:
+        """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``; closely: one
+        that changes what it reads is sought as well."""
 
     def lead_by_chance(self, bench: Workbench, base: Fit, effects: Fit) -> np.ndarray:
         """How much more chi2 the best law explains than ``effects`` in campaigns in which these are right, (draws,)."""

@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.discovery.evidence import Course
+from belt_sim.discovery.forms import STATED
 from belt_sim.discovery.loop import Closed, closed, states_with
-from belt_sim.discovery.places import TENSION, TRAVEL, place_columns
+from belt_sim.discovery.places import place_columns
 from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import (
     WITHIN,
@@ -53,23 +54,35 @@ def choose(survey: Survey, course: Course) -> Choice:
     """The law that explains most for its numbers, beside a course of the unknown that says what the states were."""
     survey = replace(survey, wide=True)
     loop, read = Loop(survey), survey.informed(course)
-    ones = _judged(loop, [(s, distinct(singles(s), SINGLES)) for s in (survey, read)])
-    for places in PLACES:
-        ones = _merged(ones, _judged(loop, _otherwise(loop, ones, places)))
+    ones = of_one_term(loop, read)
     possible = explained(survey, course)
-    firsts = _unlike(survey, ones, FIRSTS) if ones[0].gain < possible else []
+    firsts = unlike(survey, ones, FIRSTS) if ones[0].gain < possible else []
     beside = [(replace(survey, states=states_with(loop, c)), c.scored) for c in firsts]
     seconds = [(s, distinct(pairs(s, [one]), PAIRS)) for s, one in beside]
     everything = _merged(ones, _judged(loop, seconds))
     more = [closed(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
     everything = _merged(everything, [c for c in more if c is not None])
-    everything = _merged(everything, _judged(loop, _alike(survey, everything[0])))
+    leading = {c.law.says: c for c in (everything[0], _simple(everything))}  # in the march the second may win
+    for made in leading.values():
+        everything = _merged(everything, _judged(loop, _alike(survey, made)))
     best = everything[0]
     close = WITHIN + MODELLED * best.gain
     rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
     frequency = _frequency(survey, [best, *rivals])
-    simple = next(c for c in everything if len(c.law.terms) == 1)
-    return Choice(best.scored, tuple(c.scored for c in everything), frequency, simple.scored, possible)
+    return Choice(best.scored, tuple(c.scored for c in everything), frequency, _simple(everything).scored, possible)
+
+
+def _simple(laws: Sequence[Closed]) -> Closed:
+    """The first of ``laws`` with one term."""
+    return next(c for c in laws if len(c.law.terms) == 1)
+
+
+def of_one_term(loop: Loop, read: Survey) -> list[Closed]:
+    """Laws of one term in closed loop, best first; read: the survey with states as the data show them."""
+    ones = _judged(loop, [(s, distinct(singles(s), SINGLES)) for s in (loop.survey, read)])
+    for places in PLACES:
+        ones = _merged(ones, _judged(loop, _otherwise(loop, ones, places)))
+    return ones
 
 
 def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> list[Closed]:
@@ -95,7 +108,7 @@ def _plain(survey: Survey, law: Law) -> Law:
     return Law(tuple(replace(t, form=form or t.form) for t, form in zip(law.terms, forms, strict=True)))
 
 
-def _unlike(survey: Survey, laws: Sequence[Closed], count: int) -> list[Closed]:
+def unlike(survey: Survey, laws: Sequence[Closed], count: int) -> list[Closed]:
     """The first of ``laws`` that do different things to the readings."""
     some = list(laws[: 4 * count])
     gram = _against(survey, np.stack([c.readings for c in some]))
@@ -150,7 +163,7 @@ def _elsewhere(survey: Survey, terms: Sequence[Term], which: Collection[int]) ->
         for place in survey.tried
         if place.name != old.name and (place.kind == "sensor") == (old.kind == "sensor")
         for n in exponents_of(survey)
-        if steady or place.kind not in (TENSION, TRAVEL)
+        if steady or place.kind not in STATED
     ]
 
 

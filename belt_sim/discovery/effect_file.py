@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from belt_sim.discovery.effect_text import BEND, TEMPLATE, needed
 from belt_sim.discovery.forms import COURSES, SHAPES
-from belt_sim.discovery.places import TENSION, TRAVEL
+from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL
 from belt_sim.discovery.survey import Law, Term
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import effects_in
@@ -30,7 +30,15 @@ _TIDY = {
     "m/m^2": "1/m",
     "1/m/(rad)": "1/(m rad)",
 }
-_LAW_OF = {"yaw": "drive", "turn": "run-up", "drift": "run-up", "shift": "wrap", "twist": "wrap", TENSION: "span"}
+_LAW_OF = {
+    "yaw": "drive",
+    "turn": "run-up",
+    "drift": "run-up",
+    "shift": "wrap",
+    "twist": "wrap",
+    SPAN: "run-up",
+    TENSION: "span",
+}
 
 
 @dataclass(frozen=True)
@@ -109,7 +117,15 @@ def _law(law: Law) -> str:
 
 def _hook(term: Term) -> str:
     kind = term.place.kind
-    hooks = {"turn": "runup", "drift": "runup", "shift": "wrap", "twist": "wrap", TENSION: "bend", TRAVEL: "encoder"}
+    hooks = {
+        "turn": "runup",
+        "drift": "runup",
+        "shift": "wrap",
+        "twist": "wrap",
+        SPAN: "runup",
+        TENSION: "bend",
+        TRAVEL: "encoder",
+    }
     return hooks.get(kind, kind)
 
 
@@ -210,7 +226,11 @@ def _calls(terms, kind_of=lambda t: True) -> list[tuple[Term, int, str]]:
     for k, t in terms:
         tag = "" if k == 0 else f"_{k + 1}"
         for _, pulley in t.place.parts:
-            found.append((t, pulley, f"self._input{tag}({_x(t, pulley)}, {_s(t)}, case)"))
+            call = f"self._input{tag}({_x(t, pulley)}, {_s(t)}, case)"
+            if t.place.kind == SPAN:  # on the pulley that it runs up
+                sign = ">" if SPANS[pulley or 0] == t.place.pulleys else "<"
+                call = f"jnp.where(case.settings.direction {sign} 0.0, {call}, 0.0)"
+            found.append((t, pulley, call))
     return found
 
 
@@ -259,7 +279,7 @@ def _sensor(terms, points) -> str:
 
 _HOOKS = {
     "yaw": _yaw,
-    "runup": _at_pulleys("runup", {"turn": "turn", "drift": "drift"}),
+    "runup": _at_pulleys("runup", {"turn": "turn", "drift": "drift", SPAN: "turn"}),
     "wrap": _at_pulleys("runoff", {"shift": "y", "twist": "alpha"}),
     "bend": _bend,
     "encoder": _encoder,

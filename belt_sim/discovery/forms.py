@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.discovery.places import SPAN, TENSION, TRAVEL
 from belt_sim.discovery.states import States
 
 #: shape -> formula of x and of its number p
@@ -42,6 +43,7 @@ SWINGING = ("wave", "ring")
 STEADY = ("always", "travel", "root")
 STATELESS = ("one", "set", "beta")  # variables that the belt has no hand in
 UNITS = {"one": "1", "set": "1", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
+STATED = (TENSION, TRAVEL, SPAN)  # kinds of places of which courses are tried only, whatever the belt does
 WIDE = (0.05, 0.1, 0.2)  # of the record, how long something lasts
 PARTS = 12  # of the record, for onsets
 RISES = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # of the record
@@ -152,7 +154,7 @@ def dictionary(states: States, kind: str) -> list[Form]:
     end = float(states.s[-1])
     timed = [("rise", end * r) for r in RISES] + [("after", end * k / PARTS) for k in range(1, PARTS - 1)]
     courses = [(c, None) for c in STEADY] + timed
-    if kind in ("tension", "travel"):
+    if kind in STATED:
         return [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
     forms = [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
     if kind == "sensor":
@@ -171,7 +173,8 @@ def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
     """Forms for a law once it is known that something is missing.
 
     What begins when the yaw is set, either way; what goes or swings with time instead of travel; what rings after a
-    step; what reads the state and comes back with ``periods`` [m] of the machine; what sticks.
+    step, or dies away without a swing; what reads the state and comes back with ``periods`` [m] of the machine; what
+    sticks.
     """
     end = float(states.s[-1])
     found = [Form("one", course="square")]
@@ -180,7 +183,7 @@ def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
         found += [Form("set", course=c, at=a) for c, a in _timed(end)]
     if len(np.unique(states.speed)) > 1:
         longest = end / float(np.min(states.speed))
-        odd = kind not in ("tension", "travel", "sensor") and bool(np.any(states.beta))
+        odd = kind not in (*STATED, "sensor") and bool(np.any(states.beta))
         names = [n for n, there in (("one", True), ("set", late), ("beta", odd)) if there]
         found += [Form(n, course=c, at=a, timed=True) for n in names for c, a in _timed(longest)[1:]]
         found += [f.in_time(longest / end) for f in waves(states, ("one",))]
@@ -188,7 +191,7 @@ def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
     if kind == "sensor":
         largest = float(np.abs(states.shown).max())
         return found + [Form("shown", shape="stuck", knee=b * largest) for b in STUCK]
-    return found if kind in ("tension", "travel") else found + _swinging(states, periods)
+    return found if kind in STATED else found + _swinging(states, periods)
 
 
 def _timed(end: float) -> list[tuple[str, float | None]]:
@@ -202,7 +205,8 @@ def _swinging(states: States, periods: Sequence[float]) -> list[Form]:
     beta = ("beta",) if np.any(states.beta) else ()
     names = (*beta, "y", "alpha", "kappa")
     back = [Form(n, course="wave", at=at) for n in names for at in periods if shortest < at < 2.0 * end]
-    return rings(states, ("one", *beta)) + back
+    creeping = [Form(n, course="fade", at=end * r) for n in beta for r in RISES]  # what rings, damped by much
+    return rings(states, ("one", *beta)) + creeping + back
 
 
 def rings(states: States, names: tuple[str, ...]) -> list[Form]:

@@ -62,10 +62,11 @@ class Looking:
         """What is seen beside ``fit``."""
         return Seen(*asked(bench, fit, draws=self.draws, seed=self.seed, tell=self.tell), failed, self.tell)
 
-    def one_law(self, bench: Workbench, fit: Fit, least: float) -> OneLaw | None:
-        """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``."""
+    def one_law(self, bench: Workbench, fit: Fit, least: float, *, closely: bool = False) -> OneLaw | None:
+        """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``; closely: one
+        that changes what it reads is sought as well."""
         self.tell("asking whether one law explains as much")
-        return one_law(survey_of(bench, fit), least)
+        return one_law(survey_of(bench, fit), least, closely=closely)
 
     def lead_by_chance(self, bench: Workbench, base: Fit, effects: Fit) -> np.ndarray:
         """How much more chi2 the best law explains than ``effects`` in campaigns in which these are right, (draws,)."""

@@ -16,9 +16,11 @@ from belt_sim.diagnosis.own_errors import errors_of
 from belt_sim.discovery.choose import MODELLED, Choice
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.forms import Form
+from belt_sim.discovery.loop import closed
 from belt_sim.discovery.places import TENSION, TRAVEL
 from belt_sim.discovery.refit import Refit, refits
-from belt_sim.discovery.search import WITHIN, Scored, cost, fitted
+from belt_sim.discovery.rounds import Loop
+from belt_sim.discovery.search import WITHIN, Scored, fitted
 from belt_sim.discovery.survey import Law, Survey, Term
 
 PROMISE = 0.5  # of the best law's gain, that a law of which the first order is known has to show
@@ -140,24 +142,32 @@ def of_first_order(survey: Survey, choice: Choice, likeliest: Course) -> list[Sc
     found = []
     for name in (TENSION, TRAVEL):
         own = [s for s in choice.judged if len(s.law.terms) == 1 and s.law.terms[0].place.name == name]
-        tried = [*own[:1], *(_courses_of(survey, choice)[:1] if name == TENSION else [])]
+        tried = [*own[:1], *(_courses_of(survey, choice, likeliest)[:1] if name == TENSION else [])]
         promise = max((s.gain for s in (tried if name == TENSION else own)), default=0.0)
         if promise >= PROMISE * choice.best.gain or likeliest.place.name == name:
             found += tried
     return found
 
 
-def _courses_of(survey: Survey, choice: Choice) -> list[Scored]:
-    """The courses of the leading laws as changes of the tension, best first."""
+def _courses_of(survey: Survey, choice: Choice, likeliest: Course) -> list[Scored]:
+    """The courses of the leading laws as changes of the tension, fitted in closed loop, best first.
+
+    They begin where the belt is bent as the likeliest course has it: a pull acts where the belt is bent, and a large
+    one changes that.
+    """
     there = [p for p in survey.places if p.name == TENSION]
-    terms = [t for s in choice.judged[:LEADING] for t in s.law.terms if t.form.variable != "one"]
+    leading = [*choice.judged[:LEADING], *[s for s in choice.judged if _like_a_pull(s.law)][:1]]
+    terms = [t for s in leading for t in s.law.terms if t.form.variable != "one"]
     forms = {f.family: f for t in reversed(terms) for f in (_course(t.form),) if f.course not in ("always", "ring")}
-    found = []
-    for place, form in product(there, forms.values()):
-        law = Law((Term(place, form),))
-        gain, sizes, _ = fitted(survey, survey.columns(law))
-        found.append(Scored(law, gain, gain - cost(law), tuple(sizes)))
-    return sorted(found, key=lambda s: -s.score)
+    laws = [Law((Term(place, form),)) for place, form in product(there, forms.values())]
+    loop, read = Loop(survey), survey.informed(likeliest)
+    made = [closed(loop, law, fitted(read, read.columns(law))[1]) for law in laws]
+    return sorted((c.scored for c in made if c is not None), key=lambda s: -s.score)
+
+
+def _like_a_pull(law: Law) -> bool:
+    """Whether a law turns the belt in proportion to how it is bent at both pulleys, as a change of the tension does."""
+    return [t.says[:3] for t in law.terms] == [("turn_both", "kappa", "x")]
 
 
 def _course(form: Form) -> Form:

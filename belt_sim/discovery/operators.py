@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS
 from belt_sim.discovery.ground import Ground
-from belt_sim.discovery.responses import TILT, Responses, Y, tension_answers
+from belt_sim.discovery.responses import TILT, Responses, Y
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import in_float64
@@ -90,18 +90,14 @@ def _sensor(bench: Workbench, answers: Responses, true: np.ndarray, signal: int)
     return found
 
 
-def tension_turn(bench: Workbench, answers: Responses) -> np.ndarray:
-    """What a relative change of tension adds to kappa at the run-ups (tail, head), (R, 2, J) [1/m]."""
-    per = tension_answers(bench)
-    curves = np.stack([_on(answers, answers.curves[:, k]) for k in range(8)], axis=1)
-    y, angle = curves[:, :4], curves[:, 4:8]
+def tension_turn(tighten: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """What a relative change of tension adds to kappa at the run-ups (tail, head), (R, 2, J) [1/m].
+
+    tighten (R, 3): the same per unit of a span's boundary values; rows (R, 8, J): y and angle of the curves.
+    """
+    y, angle = rows[:, :4], rows[:, 4:8]
     found = []
     for up, off in ((0, 3), (1, 2)):
         ends = np.stack([y[:, up] - y[:, off], angle[:, off], angle[:, up]], axis=1)
-        found.append(np.einsum("rk,rkj->rj", per[:, :3], ends))
+        found.append(np.einsum("rk,rkj->rj", tighten, ends))
     return np.stack(found, axis=1)
-
-
-def _on(answers: Responses, rows: np.ndarray) -> np.ndarray:
-    """Rows (R, n) of the records at the grid (R, J)."""
-    return np.stack([np.interp(answers.grid, answers.fine, row) for row in rows])

@@ -20,6 +20,8 @@ KINDS = {
 PULLEYS = ("tail", "head")
 TENSION = "tension"
 TRAVEL = "travel"
+SPAN = "span"
+SPANS = ("upper", "lower")  # the first runs up the tail pulley where the belt travels forwards
 
 
 @dataclass(frozen=True)
@@ -33,19 +35,25 @@ class Place:
 
     @property
     def kind(self) -> str:
-        """yaw, turn, drift, shift, twist, tension, travel or sensor."""
+        """yaw, turn, drift, shift, twist, span, tension, travel or sensor."""
         if self.name in (TENSION, TRAVEL):
             return self.name
+        if self.name.startswith(SPAN):
+            return SPAN
         return "sensor" if self.parts[0][1] is None else self.parts[0][0].split("_")[0]
 
     @property
     def pulleys(self) -> str:
-        """tail, head, both, or the sensors' names."""
+        """tail, head, both, upper or lower of a span, or the sensors' names."""
         return self.name.split("_")[-1]
 
 
 def places_of(samples: Samples) -> tuple[Place, ...]:
-    """All places of a campaign: each pulley and both alike, the tension, each sensor and all alike, the encoder."""
+    """All places of a campaign: each pulley and both alike, the tension, each sensor and all alike, the encoder.
+
+    What loads a span bends it where it runs up, on whichever pulley that is: where the belt has travelled both ways a
+    span is a place of its own.
+    """
     found = []
     for kind, words in KINDS.items():
         channels = [f"{kind}_{p}" for p in PULLEYS]
@@ -53,7 +61,11 @@ def places_of(samples: Samples) -> tuple[Place, ...]:
             found.append(Place(channels[k], words.format(f"the {p} pulley"), UNITS[channels[k]], ((channels[k], k),)))
         both = tuple(zip(channels, (0, 1), strict=True))
         found.append(Place(f"{kind}_both", words.format("both pulleys alike"), UNITS[channels[0]], both))
-    found.append(Place(TENSION, "tension of the belt", "1", (("turn_tail", 0), ("turn_head", 1))))
+    runups = (("turn_tail", 0), ("turn_head", 1))
+    found.append(Place(TENSION, "tension of the belt", "1", runups))
+    if len({r.direction for r in samples.runs}) > 1:
+        words = "bend of the {} span where it runs up"
+        found += [Place(f"{SPAN}_{s}", words.format(s), UNITS["turn_tail"], runups) for s in SPANS]
     sensors = [s for s in samples.signals if s.kind == "lateral"]
     for s in sensors:
         found.append(Place(f"sensor_{s.name}", f"reading of {s.name}", "m", ((s.name, None),)))

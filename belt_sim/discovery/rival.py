@@ -5,34 +5,54 @@ them (Occam). The best of so many laws gets ahead of one effect by chance as wel
 by campaigns in which it is at work.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from belt_sim.diagnosis.unknown import OneLaw
+from belt_sim.discovery.choose import of_one_term, unlike
 from belt_sim.discovery.gate import errors_by_chance
 from belt_sim.discovery.refit import refits
-from belt_sim.discovery.search import cost, distinct, exponents_of, of_every_form, prices, refined, singles
+from belt_sim.discovery.rounds import Loop
+from belt_sim.discovery.search import Scored, cost, distinct, exponents_of, of_every_form, prices, refined, singles
 from belt_sim.discovery.survey import Survey
 from belt_sim.discovery.words import formula
 
 REFINED = 8  # laws whose shape numbers are fitted
-TRIES = 2  # laws put into closed loop
+TRIES = 2  # laws put into the march
 PROMISE = 0.75  # share of a gain that a law has to promise in the linear range: a law of the state gains in the march
 
 
-def one_law(survey: Survey, least: float) -> OneLaw | None:
-    """The single law that explains most; None where none promises a chi2 of ``least`` beyond its price."""
-    survey = survey.informed(survey.courses()[0])
-    ones = singles(survey)
+def one_law(survey: Survey, least: float, *, closely: bool = False) -> OneLaw | None:
+    """The single law that explains most; None where none promises a chi2 of ``least`` beyond its price.
+
+    closely: it is sought in closed loop, as laws are of which somebody asks what they say.
+    """
+    read = survey.informed(survey.courses()[0])
+    ones = singles(read)
     searched = 2.0 * float(np.log(len(ones) / len(exponents_of(survey))))
-    fine = sorted((refined(survey, s) for s in distinct(ones, REFINED)), key=lambda s: -s.score)
-    tried = [s for s in fine[:TRIES] if s.gain - cost(s.law) - searched > PROMISE * least]
-    closed = [r for r in refits(survey, tried) if r is not None]
+    first = in_closed_loop(survey, read) if closely else at_first_order(read, ones)
+    survey = survey if closely else read
+    closed = [r for r in refits(survey, [s for s in first if s.score - searched > PROMISE * least]) if r is not None]
     best = max(closed, key=lambda r: r.worth, default=None)
     if best is None:
         return None
     law = best.scored.law
     words = f"{law.terms[0].place.words}: {formula(law)}"
     return OneLaw(words, best.fit.values, cost(law), searched)
+
+
+def at_first_order(read: Survey, ones: Iterable[Scored]) -> list[Scored]:
+    """The first of laws that read states as the data show them."""
+    return sorted((refined(read, s) for s in distinct(ones, REFINED)), key=lambda s: -s.score)[:TRIES]
+
+
+def in_closed_loop(survey: Survey, read: Survey) -> list[Scored]:
+    """The first of laws that change what they read, and do different things to the readings.
+
+    At first order many of those that lead do the same, and one that changes what it reads by much is far behind.
+    """
+    return [c.scored for c in unlike(survey, of_one_term(Loop(survey), read), TRIES)]
 
 
 def lead_by_chance(survey: Survey, beside: Survey, *, draws: int, seed: int) -> np.ndarray:

@@ -12,8 +12,8 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
-from belt_sim.discovery.operators import kept_row, single
-from belt_sim.discovery.places import place_columns
+from belt_sim.discovery.operators import kept_row, single, tension_turn
+from belt_sim.discovery.places import TENSION, place_columns
 from belt_sim.discovery.responses import MOMENT
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Law, Survey, Term
@@ -38,7 +38,7 @@ class Loop:
     kept: dict = field(default_factory=dict)
 
     def spectrum(self, name: str, where: int, channel: str) -> np.ndarray:
-        """Of what an input in one cell of a channel adds to y or kappa at a pulley, or to a signal (R, 1, w)."""
+        """Of what an input in one cell of a channel adds to what is read at a pulley, or to a signal (R, 1, w)."""
         key = (name, where, channel)
         if key not in self.kept:
             rows = np.stack([self._row(r, *key) for r in range(len(self.survey.states.tension))])
@@ -55,7 +55,12 @@ class Loop:
         row = where if name != "kappa" else MOMENT + where
         if name == "shown":
             row = kept_row(s.bench.samples.signals[where].at, s.bench.samples.runs[run].direction)
-        found = s.answers.at(s.answers.pulses[run, CHANNELS.index(channel), row], grid + grid[1] - grid[0])[:, 1]
+        pulse = s.answers.pulses[run, CHANNELS.index(channel)]
+        if name == "squeeze":
+            seen = tension_turn(s.states.tighten[run, None], pulse[None, :MOMENT])[0, where]
+        else:
+            seen = pulse[row]
+        found = s.answers.at(seen, grid + grid[1] - grid[0])[:, 1]
         return found / float(s.bench.samples.cases.belt.bending_stiffness) if name == "kappa" else found
 
 
@@ -96,7 +101,7 @@ def states_at_work(loop: Loop, law: Law, sizes: np.ndarray, states: States) -> S
     survey = loop.survey
     felt = _inputs(survey, [(law, sizes)])({r: _at(states, r) for r in _read_by(law, states)})
     sensors = [k for k, s in enumerate(survey.bench.samples.signals) if s.kind == "lateral"]
-    reads = [(n, k) for n in ("y", "alpha", "kappa") for k in (0, 1)]
+    reads = [(n, k) for n in ("y", "alpha", "kappa", "squeeze") for k in (0, 1)]
     reads += [(n, k) for k in sensors for n in ("shown", "rate")]
     added = _added(loop, _acting(law, felt), reads)
     return _with(survey.states, {r: _at(survey.states, r)[:, 0] + added[r][:, 0] for r in reads})
@@ -134,11 +139,15 @@ def _factor(survey: Survey, t: Term, forms: list[Form], sizes: np.ndarray, chann
             size[:, None] * formula(COURSES[half])(s=s, p=_column(forms, "at"), q=_column(forms, "wide"), xp=np)
             for half, size in zip(halves, sizes.T, strict=True)
         )
-    lever = np.asarray(states.lever(t.place, channel, part))
-    found = course * survey.weight(t.exponent)[:, None, None] * (lever[:, None] if lever.ndim else lever)
+    found = course * survey.weight(t.exponent)[:, None, None]
     if _reading(t):
         return found
-    return found * _shaped(forms, variable(states, t.form.variable, part, channel)[:, None])
+    lever = np.asarray(states.lever(t.place, channel, part))
+    return (
+        found
+        * (lever[:, None] if lever.ndim else lever)
+        * _shaped(forms, variable(states, t.form.variable, part, channel)[:, None])
+    )
 
 
 def _shaped(forms: list[Form], x: np.ndarray) -> np.ndarray:
@@ -156,10 +165,13 @@ def _column(forms: list[Form], number: str) -> np.ndarray | None:
 
 
 def _reading(t: Term) -> bool:
-    return t.form.variable not in STATELESS
+    """Whether what a term does goes with the state: it reads that, or it is a pull that acts where the belt is bent."""
+    return t.form.variable not in STATELESS or t.place.name == TENSION
 
 
 def _reads(t: Term, states: States, channel: str, part: int | None) -> Read:
+    if t.place.name == TENSION:
+        return "squeeze", 0 if part is None else part
     return t.form.variable, states.signals.index(channel) if part is None else part
 
 

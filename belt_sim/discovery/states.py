@@ -8,12 +8,9 @@ import numpy as np
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.operators import kept_row
-from belt_sim.discovery.places import TENSION, TRAVEL, Place
+from belt_sim.discovery.operators import kept_row, tension_turn
+from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL, Place
 from belt_sim.discovery.responses import MOMENT, Responses
-
-#: rows of Responses.curves at the run-ups (tail, head)
-READ = (0, 1, 2, 3, MOMENT, MOMENT + 1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +19,8 @@ class States:
 
     Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw; set
     (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): shown [m] and rate [m/s]; tension,
-    speed (R,); squeeze (R, 2, J): what a relative change of tension adds to kappa.
+    speed (R,); squeeze (R, 2, J): what a relative change of tension adds to kappa, and tighten (R, 3): that per unit of
+    the boundary values of a span; forward (R,): whether the upper span runs up the tail pulley.
     """
 
     s: np.ndarray
@@ -37,24 +35,28 @@ class States:
     tension: np.ndarray
     speed: np.ndarray
     squeeze: np.ndarray
+    tighten: np.ndarray
+    forward: np.ndarray
     signals: tuple[str, ...]
 
     def lever(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
-        """What an input of 1 at a place is to one of its channels: 1, or (R, J)."""
+        """What an input of 1 at a place is to one of its channels: 1, (R, J), or (R, 1)."""
         if place.name == TENSION:
             return self.squeeze[:, pulley]
+        if place.kind == SPAN:
+            return (self.forward[:, None] == (SPANS[pulley or 0] == place.pulleys)).astype(float)
         if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
             return np.gradient(self.shown[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
         return 1.0
 
 
-def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course: Course | None = None) -> States:
+def states_of(bench: Workbench, answers: Responses, tighten: np.ndarray, course: Course | None = None) -> States:
     """States of the model, moved by what an unknown input does to them when there is a ``course`` of it."""
     runs, grid = bench.samples.runs, answers.grid
     rows = np.stack([[np.interp(grid, answers.fine, row) for row in kept[: MOMENT + 2]] for kept in answers.curves])
     drift = np.zeros((len(runs), 2, len(grid)))
     if course is not None:
-        rows = rows + _moved(answers, squeeze, course)
+        rows = rows + _moved(answers, states_of(bench, answers, tighten), course)
         drift = _drift(answers, course)
     y, spacing = rows[:, :4], grid[1] - grid[0]
     bending = float(bench.samples.cases.belt.bending_stiffness)
@@ -77,22 +79,23 @@ def states_of(bench: Workbench, answers: Responses, squeeze: np.ndarray, course:
         rate=np.gradient(shown, spacing, axis=-1) * speed[:, None, None],
         tension=np.asarray(settings.tension),
         speed=speed,
-        squeeze=squeeze,
+        squeeze=tension_turn(tighten, rows),
+        tighten=tighten,
+        forward=np.array([r.direction > 0 for r in runs]),
         signals=tuple(s.name for s in bench.samples.signals),
     )
 
 
-def _moved(answers: Responses, squeeze: np.ndarray, course: Course) -> np.ndarray:
-    """What the course's mean input adds to the rows of the curves, (R, 10, J)."""
+def _moved(answers: Responses, base: States, course: Course) -> np.ndarray:
+    """What the course's mean input adds to the rows of the curves, (R, 10, J); base: states without it."""
     inputs = course.inputs(answers.grid)
     added = np.zeros((len(inputs), MOMENT + 2, len(answers.grid)))
     for channel, pulley in course.place.parts:
         if pulley is None:
             continue
         k = CHANNELS.index(channel)
-        for r, u in enumerate(inputs):
-            felt = u * squeeze[r, pulley] if course.place.name == TENSION else u
-            for row in READ:
+        for r, felt in enumerate(inputs * base.lever(course.place, channel, pulley)):
+            for row in range(MOMENT + 2):
                 added[r, row] += answers.at(answers.pulses[r, k, row], answers.grid) @ felt
     return added
 

@@ -11,9 +11,9 @@ from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.evidence import Course, basis_of, courses
 from belt_sim.discovery.forms import Form, dictionary, seldom
 from belt_sim.discovery.ground import Ground, ground_of
-from belt_sim.discovery.operators import Operators, operators, shapes, tension_turn
-from belt_sim.discovery.places import TRAVEL, Place, place_columns, places_of
-from belt_sim.discovery.responses import Responses, responses
+from belt_sim.discovery.operators import Operators, operators, shapes
+from belt_sim.discovery.places import SPAN, TRAVEL, Place, place_columns, places_of
+from belt_sim.discovery.responses import Responses, responses, tension_answers
 from belt_sim.discovery.states import States, states_of
 
 
@@ -89,7 +89,7 @@ class Survey:
     @property
     def tried(self) -> tuple[Place, ...]:
         """The places to try."""
-        return self.places if self.wide else tuple(p for p in self.places if p.name != TRAVEL)
+        return self.places if self.wide else tuple(p for p in self.places if p.kind not in (SPAN, TRAVEL))
 
     @property
     def periods(self) -> tuple[float, ...]:
@@ -134,7 +134,7 @@ class Survey:
 
     def informed(self, course: Course) -> "Survey":
         """The survey with states as the data show them, a smooth input being at work."""
-        return replace(self, states=states_of(self.bench, self.answers, self.states.squeeze, course))
+        return replace(self, states=states_of(self.bench, self.answers, self.states.tighten, course))
 
 
 def survey_of(bench: Workbench, fit: Fit, like: Fit | None = None) -> Survey:
@@ -142,7 +142,7 @@ def survey_of(bench: Workbench, fit: Fit, like: Fit | None = None) -> Survey:
     answers = responses(bench, fit, like)
     ground = ground_of(bench, fit)
     ops = operators(bench, ground, answers, bench.forward.effects_at(fit.vector, fit.ids))
-    states = states_of(bench, answers, tension_turn(bench, answers))
+    states = states_of(bench, answers, tension_answers(bench)[:, :3])
     places = tuple(p for p in places_of(bench.samples) if _felt(ops, p))
     unit = float(np.exp(np.mean(np.log(states.tension))))
     unit = 1e6 * float(f"{unit / 1e6:.1g}")

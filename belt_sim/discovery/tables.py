@@ -13,7 +13,7 @@ import numpy as np
 
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
 from belt_sim.discovery.operators import single
-from belt_sim.discovery.places import TRAVEL, Place
+from belt_sim.discovery.places import TENSION, TRAVEL, Place
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Survey
 
@@ -126,7 +126,7 @@ def _still(survey: Survey, place: Place, block: Block, felt: np.ndarray) -> Prod
     where they do not come from the same rows.
     """
     inputs = survey.once(("inputs", block), lambda: inputs_of(survey.states, block.everything, None, None))
-    within = survey.states if place.name == TRAVEL else None  # the encoder's error acts on what is shown
+    within = survey.states if place.name in (TENSION, TRAVEL) else None  # they act on what is bent, and shown
     lengths = survey.once(
         ("lengths", place.name, block), lambda: _lengths(inputs @ _operator(survey, place), block.waves), within
     )

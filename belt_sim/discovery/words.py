@@ -4,7 +4,7 @@ import math
 
 from belt_sim.discovery.effect_file import parity, size_unit
 from belt_sim.discovery.forms import UNITS
-from belt_sim.discovery.places import TENSION, TRAVEL
+from belt_sim.discovery.places import SPAN, TENSION, TRAVEL
 from belt_sim.discovery.refit import Refit
 from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.results import words
@@ -98,7 +98,7 @@ def looks_like(survey: Survey, law: Law) -> str:
             "it warms up or settles" if course in ("travel", "square", "root", "rise") else "it was changed in the run"
         )
         thing = {"sensor": "a sensor or its stand", "yaw": "the stand of a pulley"}
-        thing |= {TENSION: "the tension", TRAVEL: "the encoder or its wheel"}
+        thing |= {TENSION: "the tension", TRAVEL: "the encoder or its wheel", SPAN: "what touches a span"}
         return f"{thing.get(kind, 'the surface of a pulley')}: {slow}"
     if kind == "sensor":
         return (

@@ -201,6 +201,8 @@ def test_a_discovered_law_is_right_in_its_place_and_in_its_law_or_not():
         ("readings of all sensors alike", "sensor_all"),
         ("sensor_y4", "sensor"),
         ("tension of the belt", "tension"),
+        ("bend of the lower span where it runs up", "span"),
+        ("span_upper", "span"),
     ],
 )
 def test_places_of_the_finder_in_the_words_of_the_generator(said, true):

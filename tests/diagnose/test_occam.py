@@ -35,8 +35,8 @@ class Looked:
         self.asked.append((fit.ids, failed))
         return SimpleNamespace(failed=self.failed if fit.ids else self.beyond, columns=lambda: np.empty((0, 1, 1, 1)))
 
-    def one_law(self, bench, fit, least):
-        self.asked.append("one law")
+    def one_law(self, bench, fit, least, *, closely=False):
+        self.asked.append("one law, closely" if closely else "one law")
         if self.explains is None:
             return None
         return OneLaw("yaw: s", np.array([[[self.explains]]]), COST, SEARCHED)
@@ -107,7 +107,7 @@ def test_one_effect_keeps_its_name_where_laws_get_as_far_ahead_of_a_right_one(le
 def test_several_effects_are_no_likelier_for_what_chance_makes_of_laws():
     look = Looked(explains=410.0, leads=(100.0,))
     assert imitated(chosen_by(400.0), look)
-    assert look.asked == ["one law"]
+    assert look.asked == ["one law, closely"]
 
 
 def test_a_law_costs_more_where_noise_levels_are_uncertain():
@@ -150,7 +150,7 @@ def test_an_imitation_is_none_known_and_the_base_model_is_searched(passing):
     found = judged(chosen_by(400.0), bootstraps=1, seed=0, look=look)
     assert (verdict(found, ()), found.named.ids, found.nearest.ids) == (Verdict.NONE_KNOWN, (), ("a", "b"))
     assert "one law" in found.why
-    assert set(look.asked[:2]) == {(("a", "b"), False), "one law"}  # side by side
+    assert set(look.asked[:2]) == {(("a", "b"), False), "one law, closely"}  # side by side
     assert look.asked[2:] == [((), True)]
 
 
@@ -161,7 +161,7 @@ def test_a_law_seen_beside_the_effects_takes_their_names(passing, monkeypatch):
     found = judged(chosen_by(400.0), bootstraps=1, seed=0, look=look)
     assert (verdict(found, ()), found.named.ids) == (Verdict.NONE_KNOWN, ())
     assert found.fails == ("a law beyond the library",)  # and not that one law in their place does better
-    assert set(look.asked[:2]) == {(("a", "b"), False), "one law"}
+    assert set(look.asked[:2]) == {(("a", "b"), False), "one law, closely"}
     assert look.asked[2:] == [((), True)]
 
 

@@ -22,18 +22,23 @@ def law_of(place: str, form: Form) -> Law:
     return Law((Term(where, form),))
 
 
-@pytest.mark.parametrize("place", STEERING)
-def test_a_law_that_steers_itself_does_what_the_march_does(place):
-    form, size = STEERING[place]
-    survey, law = surveyed("yaw_creep"), law_of(place, form)
-    made = closed(Loop(survey), law, [size], steps=0)
+def marched(law: Law, size: float) -> np.ndarray:
+    """Whitened readings that a law adds in the march."""
+    survey = surveyed("yaw_creep")
     cls = effect_file(survey, Scored(law, 0.0, 0.0), [size], "A test.").cls
     forward = workbench(campaign("yaw_creep"), MODEL, [cls]).forward
     names = [slot.name for slot in forward.slots]
     vector = forward.null()
     vector[names.index("size")] = size / forward.slots[names.index("size")].scale
     there = forward.values(np.stack([vector, forward.null()]))
-    whole = survey.ground.white((there[0] - there[1])[None])[0]
+    return survey.ground.white((there[0] - there[1])[None])[0]
+
+
+@pytest.mark.parametrize("place", STEERING)
+def test_a_law_that_steers_itself_does_what_the_march_does(place):
+    form, size = STEERING[place]
+    survey, law = surveyed("yaw_creep"), law_of(place, form)
+    made, whole = closed(Loop(survey), law, [size], steps=0), marched(law, size)
     open_loop = size * survey.columns(law)[0]
     assert np.linalg.norm(made.readings - whole) < 0.03 * np.linalg.norm(whole)
     assert np.linalg.norm(open_loop - whole) > 0.1 * np.linalg.norm(whole)
@@ -58,3 +63,13 @@ def test_the_fit_in_closed_loop_finds_what_was_made_with_it():
 def test_what_sticks_follows_and_slides():
     path = np.array([0.0, 1.0, 3.0, 2.5, 0.0])
     assert stop(path, 1.0) == pytest.approx([0.0, 1.0, 1.0, 0.5, -1.0])
+
+
+def test_a_pull_acts_where_the_belt_is_bent_as_it_is_then():
+    """At first order in the pull, which is no first order in where the belt runs."""
+    survey, law, size = surveyed("yaw_creep"), law_of("tension", Form("one")), -0.05
+    whole = marched(law, size)
+    off = [np.linalg.norm(r - whole) for r in (closed(Loop(survey), law, [size], steps=0).readings,
+                                               size * survey.columns(law)[0])]  # fmt: skip
+    assert off[0] < 0.4 * off[1]
+    assert off[0] < 0.06 * np.linalg.norm(whole)

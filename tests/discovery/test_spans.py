@@ -1,0 +1,73 @@
+"""A span that is loaded is bent where it runs up: on one pulley forwards, on the other in reverse."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from small_discovery import MODEL, PLAN, surveyed
+
+from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.discovery.choose import choose
+from belt_sim.discovery.forms import Form
+from belt_sim.discovery.refit import effect_file
+from belt_sim.discovery.search import Scored
+from belt_sim.discovery.survey import Law, Survey, Term, survey_of
+from belt_sim.virtual_rig.make import make_campaign
+
+WAVE = Form("one", course="wave", at=3.0)
+SIZES = [2e-6, 1e-6]
+
+
+@cache
+def both_ways() -> tuple[Workbench, Survey]:
+    """A campaign in which nothing is hidden, half of it in reverse, and what is seen beside the base model."""
+    runs = tuple(replace(r, direction=d) for r, d in zip(PLAN.runs, (1.0, -1.0) * len(PLAN.runs), strict=False))
+    bench = workbench(make_campaign(hidden=[], base="strip", seed=3, plan=replace(PLAN, runs=runs))[0], MODEL, [])
+    return bench, survey_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])
+
+
+def law_of(survey: Survey, place: str) -> Law:
+    return Law((Term(next(p for p in survey.places if p.name == place), WAVE),))
+
+
+def made_by(survey: Survey, law: Law) -> np.ndarray:
+    """Whitened readings (R, m) of a law, at first order."""
+    return np.tensordot(SIZES, survey.columns(law), axes=1)
+
+
+def test_spans_are_places_where_the_belt_has_travelled_both_ways():
+    assert not [p for p in surveyed("yaw_creep").places if p.kind == "span"]
+    assert [p.pulleys for p in both_ways()[1].places if p.kind == "span"] == ["upper", "lower"]
+
+
+def test_a_span_is_bent_on_the_pulley_that_it_runs_up():
+    _, survey = both_ways()
+    forward = np.array([r.direction > 0 for r in survey.bench.samples.runs])
+    upper, lower, tail, head = (
+        made_by(survey, law_of(survey, p)) for p in ("span_upper", "span_lower", "turn_tail", "turn_head")
+    )
+    assert np.array_equal(upper, np.where(forward[:, None], tail, head))
+    assert np.array_equal(lower, np.where(forward[:, None], head, tail))
+
+
+def test_the_file_of_a_law_of_a_span_does_in_the_march_what_the_search_says():
+    bench, survey = both_ways()
+    law = law_of(survey, "span_lower")
+    cls = effect_file(survey, Scored(law, 0.0, 0.0), SIZES, "A test.").cls
+    forward = replace(bench, forward=type(bench.forward)(bench.samples, MODEL, [cls], bench.forward.step)).forward
+    names = [slot.name for slot in forward.slots]
+    vector = forward.null()
+    for name, size in zip(("cos", "sin"), SIZES, strict=True):
+        vector[names.index(name)] = size / forward.slots[names.index(name)].scale
+    there = forward.values(np.stack([vector, forward.null()]))
+    whole, search = survey.ground.white((there[0] - there[1])[None])[0], made_by(survey, law)
+    assert np.linalg.norm(search - whole) < 0.05 * np.linalg.norm(whole)
+
+
+def test_a_load_on_a_span_is_told_from_what_a_pulley_does():
+    _, survey = both_ways()
+    row = made_by(survey, law_of(survey, "span_lower"))
+    noise = np.random.default_rng(0).standard_normal(row.shape)
+    hidden = replace(survey, ground=replace(survey.ground, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={})
+    (term,) = choose(hidden, hidden.courses()[0]).best.law.terms
+    assert term.says == ("span_lower", "one", "x", "wave")
