@@ -15,7 +15,7 @@ from belt_sim.diagnosis.structures import structures
 from belt_sim.diagnosis.waves import EACH_ITS_PHASE, Waves, wavelengths
 from belt_sim.diagnosis.workbench import Workbench
 
-LEVEL = 0.01  # false alarms of all tests together; the search for laws spends as much, the candidates twice that
+LEVEL = 0.01  # false alarms of all tests together; the search for laws spends half as much, the candidates twice that
 #: unless repeats tell that it is smooth, wander is taken for exponential; one of Matern 3/2 has up to 1.3 times the
 #: variance of the exponential that fits it best at some wavelength, and looks like waves of their own phase there;
 #: levels read off a few repeats add to that
