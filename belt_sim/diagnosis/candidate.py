@@ -11,6 +11,7 @@ from belt_sim.results.found import COVERAGE_95, Estimate
 
 DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
 ALIKE = 1e-12  # beside 1, what is left of the square of a derivative that others make up
+ROUNDED = 1e-9  # share of a bound, by which a number that a fit put there may have come out beside it
 EDGE = 2.0  # what a machine could have is a judgement, good to this factor
 
 
@@ -97,8 +98,13 @@ def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray, e
     judged = _judged([s for s, there in zip(slots, seen, strict=True) if there], values[seen], spread[seen])
     if not all(e.plausible for s, e in judged if is_told(s, e)):
         return False
-    unknown = [(ends(s), e.value / s.scale) for s, e in judged if not is_told(s, e)]
-    return not everywhere or all(lowest <= x <= highest for (lowest, highest), x in unknown)
+    return not everywhere or all(_is_within(ends(s), e.value / s.scale) for s, e in judged if not is_told(s, e))
+
+
+def _is_within(bounds: tuple[float, float], x: float) -> bool:
+    """Whether a number is within bounds: on one, give or take what is lost on the way there, too."""
+    lost = ROUNDED * max(map(abs, bounds))
+    return bounds[0] - lost <= x <= bounds[1] + lost
 
 
 def has_diverged(fit: Fit) -> bool:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.candidate import estimates, is_plausible, numbers
+from belt_sim.diagnosis.candidate import ends, estimates, is_plausible, numbers
+from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.within import each_alone, within
 from belt_sim.effects.base import Parameter
 from belt_sim.results.found import Estimate, FoundEffect
@@ -100,6 +101,17 @@ def test_a_number_that_saturates_is_possible_though_none_is_told():
     found = within(bench, [far])[0]
     assert found.vector[0] <= 2.0
     assert is_plausible(bench.forward, found)
+
+
+@pytest.mark.parametrize(("beside", "possible"), [(0.0, True), (1e-12, True), (-1e-12, True), (1e-3, False)])
+def test_a_number_on_its_bound_is_possible_however_it_was_rounded(beside, possible):
+    forward = load_cell()
+    bound = ends(forward.slots[0])[1]
+    same = np.array([[1.0, 0.0, 1.0], [1.0, 0.0, 1.0]])
+    fit = Fit(ids=("bent",), free=[0, 1], vector=np.array([bound + beside, 0.0]), chi2=1.0, columns=same)
+    fit.values = np.zeros(1)
+    assert estimates(forward, fit) == {"bent": {}}
+    assert is_plausible(forward, fit) is possible
 
 
 def test_a_well_known_number_beyond_any_machine_stays_impossible():
