@@ -87,4 +87,5 @@ def test_the_command_line_says_how_many_threads_before_linear_algebra_is_loaded(
 
 def test_a_diagnosis_waits_for_no_slow_import():
     """scipy.stats takes a quarter of a second: tails.py has what is needed of it."""
-    assert _said("import json, sys, belt_sim.diagnosis.examine; print(json.dumps('scipy.stats' in sys.modules))") is False
+    loaded = "import json, sys, belt_sim.diagnosis.examine; print(json.dumps('scipy.stats' in sys.modules))"
+    assert _said(loaded) is False
