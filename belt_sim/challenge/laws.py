@@ -35,6 +35,7 @@ _SHAPES = (
 )
 #: mark of a course along the travel -> forms that it may be called, the first that is there
 _COURSES = (
+    ("once a revolution", ("periodic",)),
     ("that fades", ("periodic", "exponential")),
     ("a wave of", ("periodic",)),
     ("a step", ("threshold", "constant")),

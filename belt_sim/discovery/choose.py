@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.forms import STATED
 from belt_sim.discovery.loop import Closed, closed, states_with
-from belt_sim.discovery.places import place_columns
+from belt_sim.discovery.places import BY_THE_BELT, Place, place_columns
 from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import (
     WITHIN,
@@ -158,19 +158,28 @@ def _alike(survey: Survey, best: Closed) -> list[tuple[Survey, list[Scored]]]:
 def _elsewhere(survey: Survey, terms: Sequence[Term], which: Collection[int]) -> list[Law]:
     """Laws with those of the ``terms`` that are asked for at one other place, going with the tension in any way."""
     old, steady = terms[min(which)].place, {terms[k].form.variable for k in which} <= {"one", "set"}
+    carried = all(terms[k].form.carried for k in which)
     return [
         Law(tuple(Term(place, t.form, n) if k in which else t for k, t in enumerate(terms)))
         for place in survey.tried
         if place.name != old.name and (place.kind == "sensor") == (old.kind == "sensor")
         for n in exponents_of(survey)
-        if steady or place.kind not in STATED
+        if _said_of(place, steady, carried)
     ]
+
+
+def _said_of(place: Place, steady: bool, carried: bool) -> bool:
+    """Whether a term may be of a place; carried: it goes round with the belt, so that both pulleys do not feel it
+    alike."""
+    if carried:
+        return place.kind in BY_THE_BELT and place.pulleys != "both"
+    return not place.carried and (steady or place.kind not in STATED)
 
 
 def explained(survey: Survey, course: Course) -> float:
     """chi2 that the mean of a course explains."""
     g, u = survey.ground, course.inputs(survey.ops.grid)
-    felt = [(u * survey.states.lever(course.place, *part))[None] for part in course.place.parts]
+    felt = [survey.states.felt(course.place, u, *part)[None] for part in course.place.parts]
     column = place_columns(survey.ops, course.place, felt)[0].astype(float)
     return g.left() - g.left(g.residual - column)
 

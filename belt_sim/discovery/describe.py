@@ -12,9 +12,10 @@ from belt_sim.diagnosis.own_errors import errors_of
 from belt_sim.discovery.discover import FEWEST, Discovered
 from belt_sim.discovery.effect_file import parity
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, UNITS, stop, variable
+from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, UNITS, Form, stop, travel_of, variable
 from belt_sim.discovery.forms import formula as evaluated
 from belt_sim.discovery.refit import effect_file
+from belt_sim.discovery.states import States
 from belt_sim.discovery.words import CALLED, formula, looks_like, sentence
 from belt_sim.provenance import provenance
 from belt_sim.results import words
@@ -102,7 +103,7 @@ def _no_law(found: Discovered) -> str:
 
 def _places(found: Discovered) -> tuple[PlaceEvidence, ...]:
     best: dict[str, Course] = {}
-    for c in found.courses:
+    for c in sorted((*found.courses, *([found.course] if found.refit else [])), key=lambda c: -c.gain):
         best.setdefault(c.place.name, c)
     return tuple(
         PlaceEvidence(place=c.place.name, words=c.place.words, pool=c.pool, gain=c.gain, length=float(c.length))
@@ -161,13 +162,14 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
     part, u = term.place.parts[0][1], course.inputs(s.ops.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]
     by_travel = term.form.variable in STATELESS
-    x = np.broadcast_to(s.states.s, u.shape)
+    x = np.broadcast_to(_travelled(s.states, term.form, part), u.shape)
     if not by_travel:
         x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
     if term.form.variable == "beta":
         slack = slack * s.states.beta
     elif not by_travel and term.form.course != "always":
-        slack = slack * _course_of(term.form.course, numbers, s.states.s[None])
+        along = travel_of(s.states, term.form, part) if term.form.carried else s.states.s[None]
+        slack = slack * _course_of(term.form.course, numbers, along)
     told = np.abs(slack) > 0.2 * np.abs(slack).max()
     reduced = np.where(told, u / np.where(told, slack, 1.0), np.nan)
     points = []
@@ -179,6 +181,12 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
         points.append(Against(tension=float(tension), x=px[keep], u=pu[keep]))
     line = np.linspace(float(np.min(x)), float(np.max(x)), DRAWN)
     return tuple(points), Against(tension=0.0, x=line, u=_drawn(found, line, by_travel))
+
+
+def _travelled(states: States, form: Form, part: int | None) -> np.ndarray:
+    """The travel that a law is drawn against: of what the belt carries the one of a forward run's first turn that
+    brings the same part of the belt to the tail pulley."""
+    return states.belt * (states.met[:, part or 0] % 1.0) if form.carried else states.s
 
 
 def _course_of(course: str, numbers, s: np.ndarray) -> np.ndarray:
@@ -197,7 +205,7 @@ def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
         return sum(numbers[n][0] * half for n, half in zip(("cos", "sin"), halves, strict=True))
     if by_travel:
         return numbers["size"][0] * evaluated(COURSES[form.course])(
-            s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np
+            s=line / found.survey.states.belt if form.carried else line, p=at, q=numbers.get("wide", (None,))[0], xp=np
         )
     knee = numbers.get("knee", (form.knee,))[0]
     return numbers["size"][0] * evaluated(SHAPES[form.shape])(x=line, p=knee, s=line, xp=np, stop=stop)

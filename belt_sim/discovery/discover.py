@@ -43,8 +43,17 @@ class Discovered:
         """The course of greatest evidence; where a law was found, of those at its place."""
         if self.refit is None:
             return self.courses[0]
-        place = self.refit.scored.law.terms[0].place.name
-        return next(c for c in self.courses if c.place.name == place)
+        place = self.refit.scored.law.terms[0].place
+        return self.survey.courses_at(place)[0] if place.carried else self._at(place.name)
+
+    @property
+    def alike(self) -> Course:
+        """The same; of what the belt carries as if both pulleys met it at once."""
+        place = self.course.place
+        return self._at(f"{place.kind}_both") if place.carried else self.course
+
+    def _at(self, name: str) -> Course:
+        return next(c for c in self.courses if c.place.name == name)
 
 
 def discover(
@@ -92,9 +101,10 @@ def discovered(survey: Survey, gate: Gate, *, failed: bool, tell: Callable[[str]
 def unknown_columns(found: Discovered, modes: int = 12) -> np.ndarray:
     """Shapes (k, R, S, n) of what was discovered, to refit effects beside it: the strongest modes of the unknown's
     course and, where a law describes it, that law's own parameters in closed loop. A law is seldom the very one that is
-    at work; what it misses has the same place, and is no effect of the library.
+    at work; what it misses has the same place, and is no effect of the library. Of what the belt carries a free course
+    would be: it does what a weld or an edge does.
     """
-    course = course_columns(found.survey, found.course, modes)
+    course = course_columns(found.survey, found.alike, modes)
     if found.refit is None:
         return course
     fit, cls = found.refit.fit, found.refit.written.cls

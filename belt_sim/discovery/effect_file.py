@@ -131,7 +131,7 @@ def _hook(term: Term) -> str:
 
 def _numbers(term: Term, tag: str, sizes: list) -> list[Number]:
     form = term.form
-    unit = size_unit(term)
+    unit, along = size_unit(term), "s" if form.timed else "1" if form.carried else "m"
     what = f"size of {form.shape.replace('x', form.variable)} ({form.course})"
     if form.waving:
         found = [Number(f"{half}{tag}", unit, f"{what}, {half}", float(sizes.pop(0))) for half in ("cos", "sin")]
@@ -140,10 +140,10 @@ def _numbers(term: Term, tag: str, sizes: list) -> list[Number]:
     if form.knee is not None:
         found.append(Number(f"knee{tag}", _UNITS[form.variable], f"{form.variable} at its knee", form.knee, True))
     if form.at is not None:
-        meaning = "wavelength" if form.waving else "travel of its course"
-        found.append(Number(f"at{tag}", "s" if form.timed else "m", meaning, form.at, True))
+        meaning = "wavelength" if form.waving else "middle of the stretch" if form.carried else "travel of its course"
+        found.append(Number(f"at{tag}", along, meaning, form.at, True))
     if form.wide is not None:
-        found.append(Number(f"wide{tag}", "s" if form.timed else "m", "how long it lasts", form.wide, True))
+        found.append(Number(f"wide{tag}", along, "how long it lasts", form.wide, True))
     found.append(Number(f"exponent{tag}", "1", "of the tension", term.exponent, True))
     return [replace(n, value=float(n.value)) for n in found]  # numpy writes its own numbers in words of numpy
 
@@ -205,7 +205,9 @@ def _x(term: Term, pulley: int | None, travel: str = "state.travel") -> str:
     return stateless.get(v, f"state.{v}[{pulley}]")
 
 
-def _s(term: Term, travel: str = "state.travel") -> str:
+def _s(term: Term, travel: str = "state.travel", pulley: int | None = None) -> str:
+    if term.form.carried:
+        return f"_met(case, {travel})[{pulley}]"
     since = term.form.variable in ("beta", "set") and term.form.course != "wave"
     s = f"_since(case, {travel})" if since else travel
     return f"{s} / case.settings.speed" if term.form.timed else s
@@ -226,7 +228,7 @@ def _calls(terms, kind_of=lambda t: True) -> list[tuple[Term, int, str]]:
     for k, t in terms:
         tag = "" if k == 0 else f"_{k + 1}"
         for _, pulley in t.place.parts:
-            call = f"self._input{tag}({_x(t, pulley)}, {_s(t)}, case)"
+            call = f"self._input{tag}({_x(t, pulley)}, {_s(t, pulley=pulley)}, case)"
             if t.place.kind == SPAN:  # on the pulley that it runs up
                 sign = ">" if SPANS[pulley or 0] == t.place.pulleys else "<"
                 call = f"jnp.where(case.settings.direction {sign} 0.0, {call}, 0.0)"

@@ -14,6 +14,15 @@ HELPERS = {
 
 
 ''',
+    "_met": '''def _met(case, travel):
+    """Which part of the belt runs up the tail and the head pulley, in belt lengths from the one that is at the tail
+    pulley when a forward run starts."""
+    span, wrap = case.rig.span_length, case.rig.wrap_tail
+    ahead, back = travel - jnp.stack([0.0 * span, span + wrap]), jnp.stack([-wrap, span]) - travel
+    return jnp.where(case.settings.direction > 0, ahead, back) / case.rig.belt_length
+
+
+''',
     "_is_set": '''def _is_set(case, travel):
     """1 once the yaw is set."""
     return jnp.where(travel >= case.settings.yaw.at[0], 1.0, 0.0)

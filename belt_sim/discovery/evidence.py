@@ -6,6 +6,7 @@ run; its length and height are those of greatest evidence. Whitened columns make
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from belt_sim.campaign import Run
 from belt_sim.discovery.ground import Ground
 from belt_sim.discovery.operators import Operators
 from belt_sim.discovery.places import Place, place_columns
+
+if TYPE_CHECKING:
+    from belt_sim.discovery.states import States
 
 KNOTS = 64
 LENGTHS = (0.04, 0.12, 0.4, 1.2)  # of the record
@@ -53,13 +57,13 @@ class Course:
         return self.weights.T @ on
 
 
-def basis_of(ground: Ground, ops: Operators, place: Place, levers: Sequence[np.ndarray | float]) -> Basis:
-    """Information on a place's input; levers: what an input of 1 is to each of its channels."""
+def basis_of(ground: Ground, ops: Operators, place: Place, states: "States") -> Basis:
+    """Information on a place's input; states: what says how each of its channels feels one."""
     grid = ops.grid
     knots = np.linspace(grid[0], grid[-1], KNOTS)
     hats = np.maximum(0.0, 1.0 - np.abs(grid[None] - knots[:, None]) / (knots[1] - knots[0]))
     plain = np.repeat(hats[:, None], len(ground.residual), axis=1)
-    inputs = [plain * lever for lever in levers]
+    inputs = [states.felt(place, plain, *part) for part in place.parts]
     rows = place_columns(ops, place, inputs).swapaxes(0, 1).astype(float)
     information = rows @ rows.swapaxes(1, 2)
     pull = np.einsum("rkm,rm->rk", rows, ground.residual)

@@ -23,7 +23,8 @@ SHAPES = {
     "beyond": "x - xp.clip(x, -p, p)",
     "stuck": "stop(x, p, s)",
 }
-#: course -> formula of the travel s [m] (of what swings: two) and of its numbers p and q [m]
+#: course -> formula of the travel s [m] (of what swings: two) and of its numbers p and q [m]; of a stretch of the belt:
+#: of the part of it that runs up, of its middle and its length, all in belt lengths
 COURSES = {
     "always": "1.0 + 0.0 * s",
     "travel": "s",
@@ -33,6 +34,7 @@ COURSES = {
     "fade": "xp.exp(-s / p)",
     "after": "1.0 / (1.0 + xp.exp(-(s - p) / 0.3))",
     "during": "1.0 / (1.0 + xp.exp(-(s - p) / 0.3)) - 1.0 / (1.0 + xp.exp(-(s - p - q) / 0.3))",
+    "stretch": "1.0 / (1.0 + xp.exp((xp.abs((s - p + 0.5) % 1.0 - 0.5) - 0.5 * q) / 0.01))",
     "wave": "xp.cos(2.0 * xp.pi * s / p)",
     "wave'": "xp.sin(2.0 * xp.pi * s / p)",
     "ring": "xp.exp(-s / q) * xp.cos(2.0 * xp.pi * s / p)",
@@ -44,6 +46,7 @@ STEADY = ("always", "travel", "root")
 STATELESS = ("one", "set", "beta")  # variables that the belt has no hand in
 UNITS = {"one": "1", "set": "1", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
 STATED = (TENSION, TRAVEL, SPAN)  # kinds of places of which courses are tried only, whatever the belt does
+STRETCHES = (0.05, 0.1, 0.2, 0.4)  # of the belt
 WIDE = (0.05, 0.1, 0.2)  # of the record, how long something lasts
 PARTS = 12  # of the record, for onsets
 RISES = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # of the record
@@ -77,6 +80,11 @@ class Form:
         return self.course.rstrip("'") in SWINGING
 
     @property
+    def carried(self) -> bool:
+        """Whether it goes round with the belt."""
+        return self.course == "stretch"
+
+    @property
     def family(self) -> tuple[str, str, str]:
         """What it says, without its numbers."""
         return self.variable, self.shape, self.course.rstrip("'") + " in time" * self.timed
@@ -103,7 +111,7 @@ class Form:
 
     def values(self, states: States, part: int | None, signal: str | None) -> np.ndarray:
         """The form along every run, (R, J); part: the pulley, signal: the sensor."""
-        x, s = variable(states, self.variable, part, signal), travel_of(states, self)
+        x, s = variable(states, self.variable, part, signal), travel_of(states, self, part)
         with np.errstate(over="ignore"):  # of what has faded away
             return self._of(x, s)
 
@@ -112,8 +120,10 @@ class Form:
         return shaped * formula(COURSES[self.course])(s=s, p=self.at, q=self.wide, xp=np)
 
 
-def travel_of(states: States, form: Form) -> np.ndarray:
-    """What a form's course goes with, (R, J), or (1, J) where all runs have the same."""
+def travel_of(states: States, form: Form, part: int | None) -> np.ndarray:
+    """What a form's course goes with, (R, J), or (1, J) where all runs have the same; part: the pulley."""
+    if form.carried:
+        return states.met[:, part or 0]
     running = form.course.startswith("wave")  # with the belt, whenever the yaw was set
     s = states.since if form.variable in ("beta", "set") and not running else states.s[None]
     return s / states.speed[:, None] if form.timed else s
@@ -227,6 +237,13 @@ def windows(states: States, names: tuple[str, ...]) -> list[Form]:
     end = float(states.s[-1])
     starts = [(w, at) for w in WIDE for at in np.arange(0.05, 0.97 - w, max(w, 0.1) / 1.5)]
     return [Form(n, course="during", at=float(end * at), wide=end * w) for n in names for w, at in starts]
+
+
+def stretches(kind: str) -> list[Form]:
+    """What a stretch of the belt carries, all round it: grip that it lacks, stiffness, or a bend of its own."""
+    names = ("alpha", "kappa", *(("one",) if kind == "turn" else ()))
+    places = [(float(at), wide) for wide in STRETCHES for at in np.arange(0.5, 1.5 - 1e-9, 0.5 * wide)]
+    return [Form(n, course="stretch", at=at, wide=wide) for n in names for at, wide in places]
 
 
 def waves(states: States, names: tuple[str, ...]) -> list[Form]:

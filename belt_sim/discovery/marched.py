@@ -157,7 +157,7 @@ def _courses_of(survey: Survey, choice: Choice, likeliest: Course) -> list[Score
     """
     there = [p for p in survey.places if p.name == TENSION]
     leading = [*choice.judged[:LEADING], *[s for s in choice.judged if _like_a_pull(s.law)][:1]]
-    terms = [t for s in leading for t in s.law.terms if t.form.variable != "one"]
+    terms = [t for s in leading for t in s.law.terms if t.form.variable != "one" and not t.form.carried]
     forms = {f.family: f for t in reversed(terms) for f in (_course(t.form),) if f.course not in ("always", "ring")}
     laws = [Law((Term(place, form),)) for place, form in product(there, forms.values())]
     loop, read = Loop(survey), survey.informed(likeliest)

@@ -21,6 +21,9 @@ PULLEYS = ("tail", "head")
 TENSION = "tension"
 TRAVEL = "travel"
 SPAN = "span"
+CARRIED = "carried"
+#: kinds of what a stretch of belt can do where it runs up
+BY_THE_BELT = ("turn", "drift")
 SPANS = ("upper", "lower")  # the first runs up the tail pulley where the belt travels forwards
 
 
@@ -44,15 +47,25 @@ class Place:
 
     @property
     def pulleys(self) -> str:
-        """tail, head, both, upper or lower of a span, or the sensors' names."""
+        """tail, head, both, carried, upper or lower of a span, or the sensors' names."""
         return self.name.split("_")[-1]
+
+    @property
+    def carried(self) -> bool:
+        """Whether the belt carries what acts here from pulley to pulley."""
+        return self.pulleys == CARRIED and self.kind in BY_THE_BELT
+
+    @property
+    def seldom(self) -> bool:
+        """Whether it is tried only where something is known to be missing."""
+        return self.kind in (SPAN, TRAVEL) or self.carried
 
 
 def places_of(samples: Samples) -> tuple[Place, ...]:
     """All places of a campaign: each pulley and both alike, the tension, each sensor and all alike, the encoder.
 
     What loads a span bends it where it runs up, on whichever pulley that is: where the belt has travelled both ways a
-    span is a place of its own.
+    span is a place of its own. What the belt carries meets both pulleys, one after the other, if it goes round once.
     """
     found = []
     for kind, words in KINDS.items():
@@ -61,6 +74,9 @@ def places_of(samples: Samples) -> tuple[Place, ...]:
             found.append(Place(channels[k], words.format(f"the {p} pulley"), UNITS[channels[k]], ((channels[k], k),)))
         both = tuple(zip(channels, (0, 1), strict=True))
         found.append(Place(f"{kind}_both", words.format("both pulleys alike"), UNITS[channels[0]], both))
+        if kind in BY_THE_BELT and samples.end > float(samples.cases.rig.belt_length):
+            there = words.format("both pulleys (as the belt carries it)")
+            found.append(Place(f"{kind}_{CARRIED}", there, UNITS[channels[0]], both))
     runups = (("turn_tail", 0), ("turn_head", 1))
     found.append(Place(TENSION, "tension of the belt", "1", runups))
     if len({r.direction for r in samples.runs}) > 1:

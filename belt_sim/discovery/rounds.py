@@ -132,7 +132,7 @@ def _inputs(survey: Survey, laws: Sequence[Sized]) -> Callable[[dict[Read, np.nd
 def _factor(survey: Survey, t: Term, forms: list[Form], sizes: np.ndarray, channel: str, part: int | None):
     """Everything in a term's input (R, F, J) that the state has no hand in."""
     states = survey.states
-    s = travel_of(states, t.form)[:, None]
+    s = travel_of(states, t.form, part)[:, None]
     halves = [t.form.course, t.form.sine().course][: sizes.shape[1]]
     with np.errstate(over="ignore"):  # of what has faded away
         course = sum(

@@ -243,6 +243,8 @@ def _put(law: Law, k: int, number: str, value: float) -> Law:
 def _neighbour(survey: Survey, form: Form) -> float:
     """Ratio to the next number of the grid."""
     end = float(survey.states.s[-1]) / (float(np.min(survey.states.speed)) if form.timed else 1.0)
+    if form.carried:
+        return 1.0 + 0.5 * float(form.wide or 1.0) / float(form.at or 1.0)
     if form.waving:
         return 1.0 + 0.5 * float(form.at or 1.0) / end
     if form.course in ("after", "during"):

@@ -20,7 +20,9 @@ class States:
     Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw; set
     (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): shown [m] and rate [m/s]; tension,
     speed (R,); squeeze (R, 2, J): what a relative change of tension adds to kappa, and tighten (R, 3): that per unit of
-    the boundary values of a span; forward (R,): whether the upper span runs up the tail pulley.
+    the boundary values of a span; forward (R,): whether the upper span runs up the tail pulley; met (R, 2, J): which
+    part of the belt runs up, in belt lengths from the one that is at the tail pulley when a forward run starts; later,
+    belt: travel [m] by which it is at the head pulley after the tail pulley, and at the same pulley again.
     """
 
     s: np.ndarray
@@ -37,6 +39,9 @@ class States:
     squeeze: np.ndarray
     tighten: np.ndarray
     forward: np.ndarray
+    met: np.ndarray
+    later: float
+    belt: float
     signals: tuple[str, ...]
 
     def lever(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
@@ -49,6 +54,16 @@ class States:
             return np.gradient(self.shown[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
         return 1.0
 
+    def felt(self, place: Place, u: np.ndarray, channel: str, pulley: int | None) -> np.ndarray:
+        """What an input u (..., R, J) at a place is at one of its channels; of what the belt carries u is that at the
+        tail pulley, and the head pulley meets it later."""
+        if not place.carried or pulley != 1:
+            return u * self.lever(place, channel, pulley)
+        before = self.s - self.later
+        cells = np.where(before < 0.0, before + self.belt, before) / (self.s[1] - self.s[0])  # it was there, or will be
+        low = np.minimum(cells.astype(int), len(self.s) - 2)
+        return u[..., low] * (1.0 - cells + low) + u[..., low + 1] * (cells - low)
+
 
 def states_of(bench: Workbench, answers: Responses, tighten: np.ndarray, course: Course | None = None) -> States:
     """States of the model, moved by what an unknown input does to them when there is a ``course`` of it."""
@@ -56,8 +71,9 @@ def states_of(bench: Workbench, answers: Responses, tighten: np.ndarray, course:
     rows = np.stack([[np.interp(grid, answers.fine, row) for row in kept[: MOMENT + 2]] for kept in answers.curves])
     drift = np.zeros((len(runs), 2, len(grid)))
     if course is not None:
-        rows = rows + _moved(answers, states_of(bench, answers, tighten), course)
-        drift = _drift(answers, course)
+        base = states_of(bench, answers, tighten)
+        rows = rows + _moved(answers, base, course)
+        drift = _drift(answers, base, course)
     y, spacing = rows[:, :4], grid[1] - grid[0]
     bending = float(bench.samples.cases.belt.bending_stiffness)
     settings = bench.forward.samples.cases.settings  # as the runs most likely had them
@@ -66,7 +82,8 @@ def states_of(bench: Workbench, answers: Responses, tighten: np.ndarray, course:
     at = [[kept_row(s.at, r.direction) for s in bench.samples.signals] for r in runs]
     shown = np.stack([[rows[r, k] - np.interp(runs[r].yaw_at, grid, rows[r, k]) if k < 4 else 0.0 * grid for k in ks]
                       for r, ks in enumerate(at)])  # fmt: skip
-    speed = np.array([r.speed for r in runs])
+    speed, forward = np.array([r.speed for r in runs]), np.array([r.direction > 0 for r in runs])
+    rig = bench.samples.cases.rig
     return States(
         s=grid,
         y=y[:, :2],
@@ -81,9 +98,22 @@ def states_of(bench: Workbench, answers: Responses, tighten: np.ndarray, course:
         speed=speed,
         squeeze=tension_turn(tighten, rows),
         tighten=tighten,
-        forward=np.array([r.direction > 0 for r in runs]),
+        forward=forward,
+        met=met_by(rig, forward, grid),
+        later=float(rig.span_length + rig.wrap_tail),
+        belt=float(rig.belt_length),
         signals=tuple(s.name for s in bench.samples.signals),
     )
+
+
+def met_by(rig, forward: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Which part of the belt runs up tail and head pulley along s, (R, 2, J), in belt lengths (see States).
+
+    A forward run brings it from the tail pulley over the lower span to the head pulley, one in reverse over the upper.
+    """
+    span, wrap = float(rig.span_length), float(rig.wrap_tail)
+    ahead, back = s - np.array([[0.0], [span + wrap]]), np.array([[-wrap], [span]]) - s
+    return np.where(forward[:, None, None], ahead, back) / float(rig.belt_length)
 
 
 def _moved(answers: Responses, base: States, course: Course) -> np.ndarray:
@@ -94,16 +124,17 @@ def _moved(answers: Responses, base: States, course: Course) -> np.ndarray:
         if pulley is None:
             continue
         k = CHANNELS.index(channel)
-        for r, felt in enumerate(inputs * base.lever(course.place, channel, pulley)):
+        for r, felt in enumerate(base.felt(course.place, inputs, channel, pulley)):
             for row in range(MOMENT + 2):
                 added[r, row] += answers.at(answers.pulses[r, k, row], answers.grid) @ felt
     return added
 
 
-def _drift(answers: Responses, course: Course) -> np.ndarray:
+def _drift(answers: Responses, base: States, course: Course) -> np.ndarray:
     """Sideways drift where the belt runs up either pulley, (R, 2, J), that a course is."""
-    inputs, parts = course.inputs(answers.grid), course.place.parts
-    return np.stack([inputs * ((drift_at(p), p) in parts) for p in (0, 1)], axis=1)
+    inputs, place = course.inputs(answers.grid), course.place
+    there = [(drift_at(p), p) for p in (0, 1)]
+    return np.stack([base.felt(place, inputs, *t) if t in place.parts else 0.0 * inputs for t in there], axis=1)
 
 
 def present(names: Sequence[str], states: States) -> list[str]:

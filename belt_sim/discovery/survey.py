@@ -9,10 +9,10 @@ import numpy as np
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.evidence import Course, basis_of, courses
-from belt_sim.discovery.forms import Form, dictionary, seldom
+from belt_sim.discovery.forms import Form, dictionary, seldom, stretches
 from belt_sim.discovery.ground import Ground, ground_of
 from belt_sim.discovery.operators import Operators, operators, shapes
-from belt_sim.discovery.places import SPAN, TRAVEL, Place, place_columns, places_of
+from belt_sim.discovery.places import Place, place_columns, places_of
 from belt_sim.discovery.responses import Responses, responses, tension_answers
 from belt_sim.discovery.states import States, states_of
 
@@ -83,13 +83,15 @@ class Survey:
 
     def forms(self, place: Place) -> tuple[list[Form], list[Form]]:
         """The forms to try at a place: the dictionary, and what is seldom."""
+        if place.carried:
+            return stretches(place.kind), []
         rare = seldom(self.states, place.kind, self.periods) if self.wide else []
         return dictionary(self.states, place.kind), rare
 
     @property
     def tried(self) -> tuple[Place, ...]:
         """The places to try."""
-        return self.places if self.wide else tuple(p for p in self.places if p.kind not in (SPAN, TRAVEL))
+        return self.places if self.wide else tuple(p for p in self.places if not p.seldom)
 
     @property
     def periods(self) -> tuple[float, ...]:
@@ -103,14 +105,14 @@ class Survey:
         inputs = []
         for channel, part in place.parts:
             one = np.stack([f.values(self.states, part, channel) for f in forms])
-            inputs.append(one * self.states.lever(place, channel, part))
+            inputs.append(one * self.states.lever(place, channel, part))  # forms know which part of the belt is there
         return place_columns(self.ops, place, inputs)
 
     def readings(self, place: Place, inputs: np.ndarray) -> np.ndarray:
         """What inputs (k, R, J) at a place add to the readings, (k, R, S, n)."""
         found = 0.0
         for channel, part in place.parts:
-            felt = inputs * self.states.lever(place, channel, part)
+            felt = self.states.felt(place, inputs, channel, part)
             cells = shapes(self.bench, self.answers, self.ops.true, channel)
             found = found + np.einsum("krj,jrsn->krsn", felt, cells, optimize=True)
         return np.asarray(found)
@@ -124,13 +126,17 @@ class Survey:
         return np.concatenate(found).astype(float)
 
     def courses(self) -> list[Course]:
-        """The courses of all places and ways of pooling, by evidence."""
-        runs = self.bench.samples.runs
-        found = []
-        for place in self.places:
-            levers = [self.states.lever(place, *part) for part in place.parts]
-            found += courses(self.ground, basis_of(self.ground, self.ops, place, levers), place, runs)
+        """The courses of all places and ways of pooling, by evidence.
+
+        Not of what the belt carries: a smooth course there takes what known effects of the belt, a weld or an edge, do.
+        """
+        found = [c for place in self.places if not place.carried for c in self.courses_at(place)]
         return sorted(found, key=lambda c: -c.gain)
+
+    def courses_at(self, place: Place) -> list[Course]:
+        """The courses of a place and all ways of pooling, by evidence."""
+        basis = basis_of(self.ground, self.ops, place, self.states)
+        return sorted(courses(self.ground, basis, place, self.bench.samples.runs), key=lambda c: -c.gain)
 
     def informed(self, course: Course) -> "Survey":
         """The survey with states as the data show them, a smooth input being at work."""

@@ -49,7 +49,7 @@ class Block:
     @property
     def reading(self) -> bool:
         """Whether they read the state."""
-        return self.forms[0].variable not in STATELESS
+        return _reads(self.forms[0])
 
 
 class Across:
@@ -69,7 +69,9 @@ class Across:
 
 def products(survey: Survey, place: Place, across: Across) -> Products:
     """Products of all columns of a place with vectors."""
-    forms, blocks = survey.once(("forms", place.kind, survey.wide), lambda: _blocks(survey, place), survey.states)
+    forms, blocks = survey.once(
+        ("forms", place.kind, place.carried, survey.wide), lambda: _blocks(survey, place), survey.states
+    )
     felt = _felt(survey, place, across)
     found = [
         _reading(survey, place, block, across) if block.reading else _still(survey, place, block, felt)
@@ -91,10 +93,15 @@ def products(survey: Survey, place: Place, across: Across) -> Products:
 def _blocks(survey: Survey, place: Place) -> tuple[list[Form], list[Block]]:
     """The forms to try at a place, block by block; those of the same forms are the same."""
     usual, rare = survey.forms(place)
-    still = [[f for f in some if f.variable in STATELESS] for some in (usual, rare)]
-    lists = [*still, [f for f in (*usual, *rare) if f.variable not in STATELESS]]
+    still = [[f for f in some if not _reads(f)] for some in (usual, rare)]
+    lists = [*still, [f for f in (*usual, *rare) if _reads(f)]]
     blocks = [survey.once(("block", tuple(some)), partial(_block, some)) for some in lists if some]
     return [f for block in blocks for f in block.forms], blocks
+
+
+def _reads(form: Form) -> bool:
+    """Whether a form is another at another pulley: it reads the state, or which part of the belt is there."""
+    return form.variable not in STATELESS or form.carried
 
 
 def _block(forms: list[Form]) -> Block:
@@ -114,7 +121,7 @@ def inputs_of(states: States, forms: Sequence[Form], part: int | None, signal: s
                 x = variable(states, f.variable, part, signal)
                 shaped[what] = formula(SHAPES[f.shape])(x=x, p=f.knee, s=states.s, xp=np, stop=stop)
             if when not in courses:
-                courses[when] = formula(COURSES[f.course])(s=travel_of(states, f), p=f.at, q=f.wide, xp=np)
+                courses[when] = formula(COURSES[f.course])(s=travel_of(states, f, part), p=f.at, q=f.wide, xp=np)
             np.multiply(shaped[what], courses[when], out=found[:, k])
     return found
 

@@ -38,7 +38,7 @@ def _term(t: Term, tag: str, numbers) -> str:
         return f"{words.number(fallback)} {unit}".strip()
 
     knee = number("knee", form.knee, UNITS[form.variable] if form.variable not in ("one", "set") else "")
-    unit = "s" if form.timed else "m"
+    unit = "s" if form.timed else "" if form.carried else "m"
     at, wide = number("at", form.at, unit), number("wide", form.wide, unit)
     s = ("t" if form.timed else "s") + "′" * (x == "" and form.variable == "set")
     shape = {
@@ -59,6 +59,7 @@ def _term(t: Term, tag: str, numbers) -> str:
         "fade": f"exp(−{s}/({at}))",
         "after": f"after {at}",
         "during": f"from {at} on for {wide}",
+        "stretch": f"once a revolution on {wide} of the belt",
         "wave": f"a wave of {at}",
         "ring": f"a wave of {at} that fades over {wide}",
     }[form.course]
@@ -91,6 +92,8 @@ def looks_like(survey: Survey, law: Law) -> str:
     kind, v, shape, course = t.place.kind, t.form.variable, t.form.shape, t.form.course
     if course == "ring":
         return "something that swings out after a step"
+    if course == "stretch":
+        return "a stretch of the belt that is unlike the rest: greasy, worn or mended"
     if course == "wave":
         return _wave(survey, float(t.form.at or 0.0))
     if v in ("one", "set"):

@@ -1,5 +1,6 @@
 """Small campaigns for every test of the discovery, and what was discovered in them."""
 
+from dataclasses import replace
 from functools import cache
 
 from small_campaign import SHAPE, TENSIONS
@@ -39,6 +40,14 @@ def fitted(hidden: str = "", seed: int = 3) -> tuple[Workbench, Fit]:
 def surveyed(hidden: str = "", seed: int = 3) -> Survey:
     """The survey beside the base model."""
     return survey_of(*fitted(hidden, seed))
+
+
+@cache
+def both_ways() -> tuple[Workbench, Survey]:
+    """A campaign in which nothing is hidden, half of it in reverse, and what is seen beside the base model."""
+    runs = tuple(replace(r, direction=d) for r, d in zip(PLAN.runs, (1.0, -1.0) * len(PLAN.runs), strict=False))
+    bench = workbench(make_campaign(hidden=[], base="strip", seed=3, plan=replace(PLAN, runs=runs))[0], MODEL, [])
+    return bench, survey_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])
 
 
 @cache

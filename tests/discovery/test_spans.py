@@ -1,29 +1,18 @@
 """A span that is loaded is bent where it runs up: on one pulley forwards, on the other in reverse."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
-from small_discovery import MODEL, PLAN, surveyed
+from small_discovery import MODEL, both_ways, surveyed
 
-from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.discovery.choose import choose
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.search import Scored
-from belt_sim.discovery.survey import Law, Survey, Term, survey_of
-from belt_sim.virtual_rig.make import make_campaign
+from belt_sim.discovery.survey import Law, Survey, Term
 
 WAVE = Form("one", course="wave", at=3.0)
 SIZES = [2e-6, 1e-6]
-
-
-@cache
-def both_ways() -> tuple[Workbench, Survey]:
-    """A campaign in which nothing is hidden, half of it in reverse, and what is seen beside the base model."""
-    runs = tuple(replace(r, direction=d) for r, d in zip(PLAN.runs, (1.0, -1.0) * len(PLAN.runs), strict=False))
-    bench = workbench(make_campaign(hidden=[], base="strip", seed=3, plan=replace(PLAN, runs=runs))[0], MODEL, [])
-    return bench, survey_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])
 
 
 def law_of(survey: Survey, place: str) -> Law:

@@ -1,0 +1,128 @@
+"""What the belt carries meets the tail and the head pulley one after the other, forwards and in reverse."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from small_discovery import MODEL, both_ways
+
+from belt_sim.challenge.laws import pairs, place_said
+from belt_sim.discovery.choose import _elsewhere, choose
+from belt_sim.discovery.describe import _drawn, _travelled
+from belt_sim.discovery.discover import Discovered
+from belt_sim.discovery.evidence import Course
+from belt_sim.discovery.forms import Form
+from belt_sim.discovery.gate import Gate
+from belt_sim.discovery.places import places_of
+from belt_sim.discovery.refit import effect_file
+from belt_sim.discovery.search import Scored
+from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.words import formula
+
+GREASE = Form("alpha", course="stretch", at=1.2, wide=0.1)
+BENT = Form("one", course="stretch", at=0.8, wide=0.1)
+
+
+def law_of(survey: Survey, place: str, form: Form) -> Law:
+    return Law((Term(next(p for p in survey.places if p.name == place), form),))
+
+
+def test_it_is_a_place_where_the_belt_goes_round_and_something_is_missing():
+    bench, survey = both_ways()
+    assert [p.name for p in survey.places if p.carried] == ["turn_carried", "drift_carried"]
+    assert not [p for p in survey.tried if p.carried]
+    assert [p for p in replace(survey, wide=True).tried if p.carried]
+    short = replace(bench.samples, travel=bench.samples.travel * 0.1)
+    assert not [p for p in places_of(short) if p.carried]
+
+
+def test_the_head_pulley_meets_what_the_tail_pulley_has_met_whichever_way_the_belt_goes():
+    rig, states = both_ways()[0].samples.cases.rig, both_ways()[1].states
+    for met in states.met:
+        tail, head = (np.interp(s, states.s, row) for s, row in zip((3.0, 3.0 + states.later), met, strict=True))
+        assert tail == pytest.approx(head)
+    forward = states.met[states.forward][0]
+    reverse = states.met[~states.forward][0]
+    at_run_off = np.interp(float(rig.span_length), states.s, forward[0])  # of the head pulley at the start
+    assert reverse[1, 0] == pytest.approx(at_run_off)  # which is its run-up in reverse
+
+
+def test_a_course_is_felt_at_the_head_pulley_later_or_once_round():
+    survey = both_ways()[1]
+    states, place = survey.states, next(p for p in survey.places if p.name == "drift_carried")
+    u = np.broadcast_to(np.sin(2.0 * np.pi * states.s / states.belt), (len(states.tension), len(states.s)))
+    tail, head = (states.felt(place, u, *part) for part in place.parts)
+    assert np.array_equal(tail, u)
+    assert np.allclose(head, np.sin(2.0 * np.pi * (states.s - states.later) / states.belt), atol=0.01)
+
+
+@pytest.mark.parametrize(("name", "form", "size"), [("drift_carried", GREASE, 0.02), ("turn_carried", BENT, 2e-6)])
+def test_the_file_of_such_a_law_does_in_the_march_what_the_search_says(name, form, size):
+    bench, survey = both_ways()
+    law = law_of(survey, name, form)
+    cls = effect_file(survey, Scored(law, 0.0, 0.0), [size], "A test.").cls
+    forward = replace(bench, forward=type(bench.forward)(bench.samples, MODEL, [cls], bench.forward.step)).forward
+    at = [slot.name for slot in forward.slots].index("size")
+    vector = forward.null()
+    vector[at] = size / forward.slots[at].scale
+    there = forward.values(np.stack([vector, forward.null()]))
+    whole = survey.ground.white((there[0] - there[1])[None])[0]
+    search = np.tensordot([size], survey.columns(law), axes=1)
+    assert np.linalg.norm(search - whole) < 0.05 * np.linalg.norm(whole)
+
+
+def test_what_the_belt_carries_is_found_and_told_from_what_either_pulley_does():
+    _, survey = both_ways()
+    row = survey.columns(law_of(survey, "drift_carried", GREASE))[0]
+    noise = np.random.default_rng(0).standard_normal(row.shape)
+    hidden = replace(survey, ground=replace(survey.ground, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={})
+    (term,) = choose(hidden, hidden.courses()[0]).best.law.terms
+    assert term.says == ("drift_carried", "alpha", "x", "stretch")
+    assert term.form.at % 1.0 == pytest.approx(GREASE.at % 1.0, abs=0.02)
+
+
+def test_elsewhere_it_is_carried_past_one_pulley_and_nothing_else_is_carried():
+    survey = replace(both_ways()[1], wide=True)
+
+    def moved(form: Form, name: str) -> set[str]:
+        law = law_of(survey, name, form)
+        return {made.terms[0].place.name for made in _elsewhere(survey, law.terms, (0,))}
+
+    assert moved(GREASE, "drift_carried") == {"drift_tail", "drift_head", "turn_tail", "turn_head", "turn_carried"}
+    assert not {n for n in moved(Form("one"), "drift_tail") if n.endswith("carried")}
+
+
+def test_a_free_course_of_what_the_belt_carries_is_kept_from_known_effects():
+    _, survey = both_ways()
+    courses = tuple(survey.courses())
+    assert not [c for c in courses if c.place.carried]
+    own = survey.courses_at(next(p for p in survey.places if p.name == "drift_carried"))[0]
+
+    class Carried(Discovered):
+        @property
+        def course(self) -> Course:
+            return own
+
+    found = Carried(survey=survey, gate=Gate(True, 0.0, 0.0, ()), courses=courses)
+    assert found.alike.place.name == "drift_both"
+
+
+def test_it_is_said_as_what_comes_with_the_belt():
+    survey = both_ways()[1]
+    law = law_of(survey, "drift_carried", GREASE)
+    said = formula(law)
+    assert said == "α once a revolution on 0.100 of the belt"
+    assert ("belt_phase", "periodic") in pairs(f"(0.3 ± 0.1) × {said}")
+    assert place_said(law.terms[0].place.words) == "runup_both"
+
+
+def test_a_law_of_the_belt_alone_is_drawn_where_it_was_met():
+    survey = both_ways()[1]
+    states, law = survey.states, law_of(survey, "turn_carried", BENT)
+    numbers = {"size": (1.0, 0.1, ""), "at": (BENT.at, 0.1, ""), "wide": (BENT.wide, 0.1, "")}
+    refit = SimpleNamespace(estimates=lambda: numbers, scored=SimpleNamespace(law=law))
+    found = SimpleNamespace(survey=survey, refit=refit)
+    for run in range(len(states.met)):
+        drawn = _drawn(found, _travelled(states, BENT, 0)[run], by_travel=True)
+        assert np.allclose(drawn, BENT.values(states, 0, None)[run], atol=1e-6)
