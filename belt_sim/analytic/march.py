@@ -6,6 +6,7 @@ laws, vmapped over cases, differentiable in every number of a case and of an eff
 """
 
 from dataclasses import replace
+from functools import cache
 
 import jax
 import jax.numpy as jnp
@@ -19,14 +20,16 @@ from belt_sim.curves import Curves
 from belt_sim.effects.around_engine import as_driven, as_numpy
 from belt_sim.effects.base import uses
 from belt_sim.errors import InputError, RunFailed
-from belt_sim.jax_setup import compiled, in_float64
+from belt_sim.jax_setup import in_float64
 from belt_sim.laws import drive, wrap
 from belt_sim.laws.runup import RunUp, Yaw
 from belt_sim.si import N_PER_MM2
+from belt_sim.stored_code import kept, model_name
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]
 BEFORE = -1.0  # [m]: the instant before the start
+RETURNED = ("travel", "y", "angle", "moment", "edge_stress", "tilt", "sag")  # of Curves
 
 
 def march(
@@ -51,7 +54,8 @@ def march_driven(
         raise InputError("tension", f"{tension / N_PER_MM2:g}", "N/mm2", "effects leave none; make them weaker")
     records, stride, slots = plan
     spacing, roomy = travel / (records * stride), (room_for(records), stride, slots)
-    curves = first(as_numpy(_march_jit(case, tuple(effects), spacing, model=model, plan=roomy)), records + 1)
+    rows = _marching(model, roomy, tuple(map(type, effects)))(case, tuple(effects), spacing)
+    curves = first(as_numpy(Curves(**dict(zip(RETURNED, rows, strict=True)))), records + 1)
     if not np.isfinite(curves.y).all():
         raise RunFailed("y is not finite: weaken the effects or shorten model.step")
     return curves
@@ -136,7 +140,16 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
     return _curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
 
 
-_march_jit = compiled(_steps_traced, static_argnames=("model", "plan"))
+@cache
+def _marching(model: Composition, plan, effects: tuple[type, ...]):
+    """A function (case, effects, spacing) -> arrays of RETURNED that is stored: neither traced nor lowered again."""
+
+    def rows(*args):
+        curves = _steps_traced(*args, model=model, plan=plan)
+        return tuple(getattr(curves, name) for name in RETURNED)
+
+    name = model_name(model, *effects)
+    return kept(rows, name and f"march {name} {plan}")
 
 
 def _stepper(spans, spacing):
