@@ -6,6 +6,10 @@ belt_sim.use_cases.draw_apart`` this file is that process.
 """
 
 import gc
+
+if __name__ == "__main__":
+    gc.disable()  # this process ends soon; objects of imports alone are looked through for a fifth of a second
+
 import json
 import os
 import subprocess
@@ -58,7 +62,6 @@ def drawing_apart() -> Iterator[Draw]:
 
 def _draw() -> None:
     """What the process does; no result comes where the diagnosis failed."""
-    gc.disable()  # it ends soon
     from belt_sim.pictures.style import figure
     from belt_sim.use_cases.leave import draw_found
 
