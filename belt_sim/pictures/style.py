@@ -24,6 +24,7 @@ LOOK: Any = {
     "axes.titlesize": FONT + 1,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # no ticks stand above, to be looked for three times a picture
     "axes.labelcolor": INK,
     "axes.edgecolor": FAINT,
     "axes.linewidth": 0.8,
