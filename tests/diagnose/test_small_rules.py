@@ -1,5 +1,7 @@
 """Small rules by themselves: numbers that only shape, waves of any spectrum, conditions that test nothing."""
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
@@ -137,6 +139,23 @@ def test_the_first_batch_of_every_program_comes_before_the_second_of_any(monkeyp
         batches.Work(np.zeros(0), [partial(done.append, (name, k)) for k in range(n)])
         for name, n in (("a", 3), ("b", 1), ("c", 2))
     ]
-    monkeypatch.setattr(batches, "WORKERS", 1)
-    batches.finish(works)
+    with ThreadPoolExecutor(1) as one:
+        monkeypatch.setattr(batches, "_pool", lambda: one)
+        batches.finish(works)
     assert done == [("a", 0), ("b", 0), ("c", 0), ("a", 1), ("c", 1), ("a", 2)]
+
+
+def test_batches_of_all_requests_run_in_the_same_threads():
+    seen = set()
+    works = [batches.Work(np.zeros(0), [lambda: seen.add(threading.get_ident())] * 4)]
+    for _ in range(8):
+        batches.finish(works)
+    assert len(seen) <= batches.WORKERS
+
+
+def test_an_error_of_a_batch_is_told_when_all_have_ended():
+    ended = []
+    works = [batches.Work(np.zeros(0), [lambda: 1 / 0, lambda: ended.append(1)])]
+    with pytest.raises(ZeroDivisionError):
+        batches.finish(works)
+    assert ended == [1]
