@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.linalg.lapack import dpocon, dpotrf, dpotrs
 
+from belt_sim.diagnosis.bounded import inside
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.metric import Metric
 
@@ -23,9 +23,6 @@ SHORTER = (0.1, 0.5)  # times as long a step as one that failed
 PATIENCE = 2  # failures in a row until derivatives that were learned are taken anew
 LEAST = 1e-9  # damping, in units of the information
 CLOSE = 1.2  # how near a step comes to its longest
-SMALL = 16  # numbers, up to which it costs nothing to look at all directions of a system
-APART = 1e-6  # of the largest direction of a system: where it has more of all, any way to solve it is as exact
-DEPENDENT = 1e-10  # the same, what is as good as none
 FAINT = 1e-3  # a parameter that moves no reading by this many sigma at its scale is not there
 
 
@@ -255,28 +252,3 @@ def room(fit: Fit, sides: Sides) -> tuple[np.ndarray, np.ndarray]:
     """How far each free number (k,) may go down and up from where the fit stands, to the ``sides`` a machine has."""
     low, high = (side[fit.free] - fit.vector[fit.free] for side in sides)
     return low, high
-
-
-def inside(system: np.ndarray, along: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """The step (k,) that solves ``system`` step = ``along``; numbers that it takes beyond ``low`` and ``high`` (k,) end
-    there.
-    """
-    step, held = np.zeros(len(along)), np.zeros(len(along), dtype=bool)
-    while not held.all():
-        rest = along[~held] - system[np.ix_(~held, held)] @ step[held]
-        step[~held] = _solved(system[np.ix_(~held, ~held)], rest)
-        beyond = ~held & ((step < low) | (step > high))
-        if not beyond.any():
-            break
-        step = np.where(beyond, np.clip(step, low, high), step)
-        held |= beyond
-    return step
-
-
-def _solved(system: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """The shortest solution (k,) of a symmetric system (k, k) without the directions that it has next to nothing of."""
-    if len(right) > SMALL:
-        root, failed = dpotrf(system)
-        if not failed and dpocon(root, np.abs(system).sum(axis=0).max())[0] > APART:
-            return dpotrs(root, right)[0]
-    return np.linalg.lstsq(system, right, rcond=DEPENDENT)[0]

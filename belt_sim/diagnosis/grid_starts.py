@@ -10,8 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from belt_sim.diagnosis.alternatives import Alternatives, Point
+from belt_sim.diagnosis.bounded import inside
 from belt_sim.diagnosis.candidate import is_possible
-from belt_sim.diagnosis.fit import Fit, inside
+from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.products import inverse
 from belt_sim.diagnosis.workbench import Workbench
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from belt_sim.diagnosis.bounded import inside
 from belt_sim.diagnosis.candidate import prior_sigma
-from belt_sim.diagnosis.fit import Fit, inside, room
+from belt_sim.diagnosis.fit import Fit, room
 from belt_sim.diagnosis.spectrum import with_harmonics
 from belt_sim.diagnosis.workbench import Workbench
 

@@ -18,7 +18,7 @@ from belt_sim.diagnosis.decide import NESTING, Ids
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.heldout import HeldOut, held_out
 from belt_sim.diagnosis.null import NullGains
-from belt_sim.diagnosis.one_step import projected
+from belt_sim.diagnosis.one_step import bent, projected
 from belt_sim.diagnosis.pairs import Pairs
 from belt_sim.diagnosis.race import ALIKE, Race
 from belt_sim.diagnosis.within import within
@@ -223,7 +223,8 @@ def screened(
     promise = {n: (near.fit.chi2 - f.chi2) - threshold(n) for n, f in found.items()}
     hopeful = [n for n in names if near.fit.chi2 - found[n].chi2 > PROMISING * threshold(n)]
     first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
-    chosen = [n for n in hopeful if n in first or n in near.weak]  # one step says little of what is not linear
+    doubtful = {*near.weak, *bent(bench, near, {n: found[n] for n in hopeful if n not in first})}
+    chosen = [n for n in hopeful if n in first or n in doubtful]  # one step says little of what is not linear
     return found | best_of(bench, near, chosen, threshold, known)
 
 
