@@ -12,6 +12,7 @@ from belt_sim.challenge.failures import each, of_failures
 from belt_sim.challenge.published import Published
 from belt_sim.challenge.tables import (
     by_chance,
+    by_code,
     by_effect,
     by_plan,
     by_probability,
@@ -49,8 +50,8 @@ def write_document(top: Path, published: Sequence[Published]) -> Path:
     """Write how_often_right.md and its pictures into a folder of documents."""
     line = [p for p in published if p.about["source"] != SPACE]
     own = [f for p in line if p.about["ablation"] == OWN for f in p.rows]
-    parts = [_INTRO, _commands(line), of_targets(own), by_source(line), by_size(own), of_pairs(own), by_effect(own)]
-    parts += [by_plan(own), _pictures(top, own), of_strangers(own), of_answers(line), of_failures(own)]
+    parts = [_INTRO, _commands(line), of_targets(own), by_source(line), by_code(line), by_size(own), of_pairs(own)]
+    parts += [by_effect(own), by_plan(own), _pictures(top, own), of_strangers(own), of_answers(line), of_failures(own)]
     parts += [_space([p for p in published if p.about["source"] == SPACE])]
     return write_text(top / "how_often_right.md", "\n".join(p for p in parts if p))
 
@@ -61,10 +62,9 @@ def _commands(published: Sequence[Published]) -> str:
     for p in published:
         a, many = p.about, p.about["seeds"][1] - p.about["seeds"][0] + 1
         asked = f"source={a['source']} ablation={a['ablation']} first_seed={a['seeds'][0]}"
-        commits = ", ".join(c[:10] for c in a["commits"])
         answered = f"{len(p.rows)} campaigns" if len(p.rows) == many else f"{len(p.rows)} of {many} answered"
         lines.append(
-            f"belt-sim challenge {asked} count={many} bootstraps={a['bootstraps']}    # {answered}; commit {commits}"
+            f"belt-sim challenge {asked} count={many} bootstraps={a['bootstraps']}    # {answered}; commit {p.code}"
         )
         if p.unanswered and a["ablation"] == OWN:
             holes.append(f"{len(p.unanswered)} of {a['source']} ({_seeds(p.unanswered)})")

@@ -1,6 +1,6 @@
 """What is published of challenges: a small file of facts each, and one document with pictures made of all of them."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,14 +9,16 @@ from belt_sim.challenge.published import as_text, read_published
 from belt_sim.files import write_text
 
 
-def publish(results: Sequence[Mapping[str, Any]], folder: str, drawn: Iterable[int] = ()) -> Path:
+def publish(results: Sequence[Mapping[str, Any]], folder: str, drawn: Sequence[int] = ()) -> Path:
     """Write FOLDER/challenge/NAME.json from results, and FOLDER/how_often_right.md with pictures from all such files.
 
-    NAME is the source and who answered: new results take the place of those that were published. drawn: seeds of all
-    campaigns that were sealed, so that those without an answer are told. Returns the document's path.
+    NAME is the source, its first seed and who answered: new results take the place of those of the same campaigns, and
+    stand beside others, which are deleted by hand. drawn: seeds of all campaigns that were sealed, so that those
+    without an answer are told. Returns the document's path.
     """
     top = Path(folder)
     if results:
-        name = f"{results[0]['source']}_{results[0]['ablation']}".replace(":", "_")
+        first = min([r["seed"] for r in results] + list(drawn))
+        name = f"{results[0]['source']}_{first}_{results[0]['ablation']}".replace(":", "_")
         write_text(top / "challenge" / f"{name}.json", as_text(results, drawn))
     return write_document(top, read_published(top / "challenge"))

@@ -24,6 +24,11 @@ class Published:
     others: dict[str, list[Facts]]
 
     @property
+    def code(self) -> str:
+        """Commits of the code that answered."""
+        return ", ".join(c[:10] for c in self.about["commits"])
+
+    @property
     def unanswered(self) -> list[int]:
         """Seeds between the first and the last that have no answer."""
         first, last = self.about["seeds"]

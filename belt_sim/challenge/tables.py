@@ -51,14 +51,25 @@ def of_targets(rows: Sequence[Facts]) -> str:
 
 def by_source(published: Sequence[Published]) -> str:
     """The same for every source of campaigns; nothing where there is but one."""
-    mine = [p for p in published if p.about["ablation"] == OWN]
-    if len(mine) < 2:
+    return _side_by_side("## The same by source of campaigns", [(p.about["source"], p) for p in published])
+
+
+def by_code(published: Sequence[Published]) -> str:
+    """The same for every code that answered; nothing where there is but one."""
+    return _side_by_side("## The same by commit of the code", [(p.code, p) for p in published])
+
+
+def _side_by_side(title: str, published: Sequence[tuple[str, Published]]) -> str:
+    groups: dict[str, list[Facts]] = {}
+    for name, p in published:
+        if p.about["ablation"] == OWN:
+            groups.setdefault(name, []).extend(p.rows)
+    if len(groups) < 2:
         return ""
-    names = [p.about["source"] for p in mine]
-    found = [{t.name: t.found for t in targets(p.rows)} for p in mine]
+    found = [{t.name: t.found for t in targets(rows)} for rows in groups.values()]
     every = dict.fromkeys(name for f in found for name in f)
     lines = [(n, *(counted(f.get(n)) for f in found)) for n in every if any(counted(f.get(n)) for f in found)]
-    return "## The same by source of campaigns\n\n" + table(("figure", *names), lines)
+    return f"{title}\n\n" + table(("figure", *groups), lines)
 
 
 def by_effect(rows: Sequence[Facts]) -> str:

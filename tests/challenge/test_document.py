@@ -51,6 +51,17 @@ def test_results_in_any_order_are_one_file_and_what_has_no_answer_is_told(tmp_pa
     assert "in no figure" not in whole
 
 
+def test_campaigns_of_another_first_seed_stand_beside_those_that_were_published(tmp_path):
+    publish([result(truth("nothing"), answer_of()) | {"seed": s} for s in (3, 4)], str(tmp_path))
+    later = [result(truth("nothing"), answer_of("cant")) | {"seed": 70, "commit": "b" * 40}]
+    text = publish(later, str(tmp_path)).read_text()
+    assert "| false alarm when nothing is hidden | <= 5% | 1 of 3 |" in text
+    by_code = text.split("## The same by commit of the code")[1].split("## ")[0]
+    assert f"{'b' * 10} |" in by_code
+    assert "| false alarm when nothing is hidden | 0 of 2 | 1 of 1 |" in by_code
+    assert "by source" not in text
+
+
 def test_an_ablation_of_fewer_campaigns_stands_beside_the_diagnosis_on_these(tmp_path):
     publish([result(truth("nothing"), answer_of()) | {"seed": s} for s in range(4)], str(tmp_path))
     other = {"ablation": "no_repeats", "seed": 2}
