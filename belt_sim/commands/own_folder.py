@@ -23,18 +23,18 @@ ANEW = ("simulate", "compare", "diagnose", "export", "virtual-rig")
 def own_folder(folder: Path, command: str) -> Iterator[None]:
     """Around a run of ``command`` in ``folder``; raises InputError when another run is at work there."""
     hidden = folder / ".hydra"
-    try:
-        with _locked(hidden / "lock", folder):
+    with _locked(hidden / "lock", folder):  # whoever is refused here leaves the folder to the run that is at work
+        try:
             before = _there(folder)
             yield
             if command in ANEW:
                 _without_stale(folder, before, command)
-    except BeltError:
-        if folder.is_dir() and {p.name for p in folder.iterdir()} <= {".hydra"}:
-            shutil.rmtree(hidden, ignore_errors=True)
-            with suppress(OSError):
-                folder.rmdir()
-        raise
+        except BeltError:
+            if folder.is_dir() and {p.name for p in folder.iterdir()} <= {".hydra"}:
+                shutil.rmtree(hidden, ignore_errors=True)
+                with suppress(OSError):
+                    folder.rmdir()
+            raise
 
 
 @contextmanager

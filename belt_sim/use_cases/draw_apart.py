@@ -1,7 +1,8 @@
 """Pictures of a diagnosis drawn by a process of their own, beside what is left of the diagnosis, report and recording.
 
 The process is started before there is anything to draw, so that it has imported what it needs when a result comes:
-through its standard input, a line each, as the files of a diagnosis hold it. As ``python -m
+through its standard input, a line each, as the files of a diagnosis hold it. Pictures lie in a hidden folder until all
+are drawn: a diagnosis that is stopped leaves none without its report. As ``python -m
 belt_sim.use_cases.draw_apart`` this file is that process.
 """
 
@@ -12,6 +13,8 @@ if __name__ == "__main__":
 
 import json
 import os
+import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -20,6 +23,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from belt_sim.errors import BeltError
+from belt_sim.files import moved_in, pictures_of
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.read import diagnosis_of
 from belt_sim.results.written import diagnosis_json, drawings_json
@@ -29,35 +33,54 @@ Draw = Callable[[Path, Diagnosis], None]
 
 @contextmanager
 def drawing_apart() -> Iterator[Draw]:
-    """A function that begins to draw a diagnosis into a folder; all is drawn when the block has ended.
+    """A function that begins to draw a diagnosis into a folder; all is drawn, and there, when the block has ended.
 
     It may be called again when something was discovered as well: what is drawn already is not drawn again. Raises
     BeltError when a picture could not be drawn.
     """
-    command = [sys.executable, "-m", __name__]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, env=environment)
-    asked, said = process.stdin, process.stderr
+    process = _begun()
+    asked, folders = process.stdin, set[Path]()
     assert asked is not None
-    assert said is not None
 
     def draw(folder: Path, diagnosis: Diagnosis) -> None:
+        folders.add(folder)
         task = {"diagnosis": diagnosis_json(diagnosis), "drawings": drawings_json(diagnosis.drawings)}
         with suppress(BrokenPipeError):  # the process has died, and has said why
-            asked.write(json.dumps(task | {"folder": str(folder)}).encode() + b"\n")
+            asked.write(json.dumps(task | {"folder": str(folder), "into": str(pictures_of(folder))}).encode() + b"\n")
             asked.flush()
 
     try:
         yield draw
-    except BaseException:
+        _ended(process)
+        for folder in folders:
+            moved_in(pictures_of(folder), folder)
+    finally:
+        _stop(process)
+        for folder in folders:
+            shutil.rmtree(pictures_of(folder), ignore_errors=True)
+
+
+def _begun() -> subprocess.Popen[bytes]:
+    """The process, with those that it starts a group of its own, which is stopped as one."""
+    command = [sys.executable, "-m", __name__]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, stdin=pipe, stderr=pipe, env=environment, start_new_session=True)
+
+
+def _ended(process: subprocess.Popen[bytes]) -> None:
+    """Nothing more will be asked, and everything is drawn."""
+    said = process.communicate()[1].decode().strip().splitlines()
+    if process.returncode:
+        raise BeltError(said[-1] if said else "pictures: the process that draws them died")
+
+
+def _stop(process: subprocess.Popen[bytes]) -> None:
+    if process.poll() is None:
+        if hasattr(os, "killpg"):
+            os.killpg(process.pid, signal.SIGKILL)
         process.kill()
         process.communicate()
-        raise
-    with suppress(BrokenPipeError):
-        asked.close()
-    lines = said.read().decode().strip().splitlines()
-    if process.wait():
-        raise BeltError(lines[-1] if lines else "pictures: the process that draws them died")
 
 
 def _draw() -> None:
@@ -69,7 +92,7 @@ def _draw() -> None:
     drawn, other = False, 0
     for line in sys.stdin.buffer:
         task = json.loads(line)
-        folder = Path(task["folder"])
+        folder = Path(task["into"])
         diagnosis = diagnosis_of(task["diagnosis"], task["drawings"], task["folder"])
         if not drawn:
             drawn, other = True, _draw_two_by_two(folder, diagnosis)

@@ -26,14 +26,12 @@ def test_a_sweep_that_finds_its_runs_done_keeps_them(belt):
     assert len(list(belt.folder.glob("*/curves.csv"))) == 2
 
 
-def test_two_runs_in_one_folder_are_refused(tmp_path):
+def test_of_two_runs_in_one_folder_the_second_is_refused_and_takes_nothing_away(tmp_path):
     (tmp_path / ".hydra").mkdir()
-    with (
-        own_folder(tmp_path, "simulate"),
-        pytest.raises(InputError, match="another run is at work there"),
-        own_folder(tmp_path, "simulate"),
-    ):
-        pass
+    with own_folder(tmp_path, "simulate"):
+        with pytest.raises(InputError, match="another run is at work there"), own_folder(tmp_path, "simulate"):
+            pass
+        assert (tmp_path / ".hydra" / "lock").is_file()
 
 
 def test_a_refused_run_leaves_no_folder(belt):
