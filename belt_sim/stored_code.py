@@ -40,9 +40,9 @@ TRACED = (
     "analytic",
     "laws",
     "effects",
-    "diagnosis/forward.py",
-    "diagnosis/added_readings.py",
-    "diagnosis/as_set.py",
+    "diagnosis/readings/forward.py",
+    "diagnosis/readings/added_readings.py",
+    "diagnosis/readings/as_set.py",
     "discovery/responses.py",
     "discovery/channels.py",
 )

@@ -15,9 +15,9 @@ import numpy as np
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.nextrun import Outlook
-from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.diagnosis.answer.nextrun import Outlook
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.effects.camber import Camber
 from belt_sim.effects.tension_bias import TensionBias
 from belt_sim.files import write_json

@@ -13,10 +13,10 @@ import numpy as np
 from belt_sim import si
 from belt_sim.campaign import Campaign
 from belt_sim.challenge.facts import error_of
-from belt_sim.diagnosis.heldout import conditions
-from belt_sim.diagnosis.own_errors import OwnErrors
-from belt_sim.diagnosis.samples import samples_of
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.errors.own_errors import OwnErrors
+from belt_sim.diagnosis.fits.heldout import conditions
+from belt_sim.diagnosis.fits.workbench import workbench
+from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.use_cases.asked import fitted_model
 from belt_sim.virtual_rig import Truth
 from belt_sim.virtual_rig.expected import expected

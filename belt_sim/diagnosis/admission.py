@@ -11,8 +11,8 @@ from belt_sim.analytic.march import march
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates
-from belt_sim.diagnosis.around import around
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library

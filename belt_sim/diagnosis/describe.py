@@ -5,18 +5,18 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.candidate import estimates, numbers
-from belt_sim.diagnosis.confusable import probabilities, selection_frequency
+from belt_sim.diagnosis.answer.confusable import probabilities, selection_frequency
+from belt_sim.diagnosis.answer.ladder import Rung
+from belt_sim.diagnosis.answer.verdict import damage, nearest_words
+from belt_sim.diagnosis.choice.refits import Trial
+from belt_sim.diagnosis.errors.own_errors import errors_of
+from belt_sim.diagnosis.errors.run_errors import run_errors
+from belt_sim.diagnosis.errors.where import where
 from belt_sim.diagnosis.examine import Findings
-from belt_sim.diagnosis.intervals import by_likelihood
-from belt_sim.diagnosis.ladder import Rung
-from belt_sim.diagnosis.own_errors import errors_of
-from belt_sim.diagnosis.refits import Trial
-from belt_sim.diagnosis.run_errors import run_errors
-from belt_sim.diagnosis.shape_card import shape_card
-from belt_sim.diagnosis.verdict import damage, nearest_words
-from belt_sim.diagnosis.where import where
-from belt_sim.diagnosis.within import each_alone
+from belt_sim.diagnosis.fits.candidate import estimates, numbers
+from belt_sim.diagnosis.fits.intervals import by_likelihood
+from belt_sim.diagnosis.fits.within import each_alone
+from belt_sim.diagnosis.left_over.shape_card import shape_card
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.errors import Errors

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from belt_sim.diagnosis.drift_chart import stiffness_drift
+from belt_sim.diagnosis.errors.drift_chart import stiffness_drift
+from belt_sim.diagnosis.errors.where import K, cells, validation_uncertainty, window_edges
 from belt_sim.diagnosis.examine import Findings
-from belt_sim.diagnosis.where import K, cells, validation_uncertainty, window_edges
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.results import words
 from belt_sim.results.drawings import Drawings, FailureMap, Panel
 from belt_sim.results.errors import UNITS

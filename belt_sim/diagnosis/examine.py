@@ -5,16 +5,16 @@ from dataclasses import dataclass
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
-from belt_sim.diagnosis.confusable import Rival, rivals
-from belt_sim.diagnosis.decide import MAX_EFFECTS
-from belt_sim.diagnosis.nextrun import next_runs
-from belt_sim.diagnosis.openset import OpenSet
-from belt_sim.diagnosis.refits import Trial
-from belt_sim.diagnosis.select import Selection, select
-from belt_sim.diagnosis.setting_up import set_up
-from belt_sim.diagnosis.unknown import Look
-from belt_sim.diagnosis.verdict import Judgement, judged, verdict
-from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.diagnosis.answer.confusable import Rival, rivals
+from belt_sim.diagnosis.answer.nextrun import next_runs
+from belt_sim.diagnosis.answer.verdict import Judgement, judged, verdict
+from belt_sim.diagnosis.choice.decide import MAX_EFFECTS
+from belt_sim.diagnosis.choice.refits import Trial
+from belt_sim.diagnosis.choice.select import Selection, select
+from belt_sim.diagnosis.errors.setting_up import set_up
+from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.left_over.openset import OpenSet
+from belt_sim.diagnosis.left_over.unknown import Look
 from belt_sim.effects.base import Effect
 from belt_sim.results.found import NextRun
 from belt_sim.results.verdict import Verdict

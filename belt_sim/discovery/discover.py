@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.choose import Choice, choose
 from belt_sim.discovery.evidence import Course, prior_modes
 from belt_sim.discovery.gate import DRAWS, LEVEL, Gate, judged

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.null import NoiseSource
-from belt_sim.diagnosis.tails import chi2_isf, chi2_logsf, gumbel_fit, gumbel_isf, gumbel_sf
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.left_over.null import NoiseSource
+from belt_sim.diagnosis.numerics.tails import chi2_isf, chi2_logsf, gumbel_fit, gumbel_isf, gumbel_sf
 from belt_sim.discovery.search import Scored, distinct, of_every_form, ranked
 from belt_sim.discovery.survey import Survey, survey_of
 from belt_sim.discovery.tables import Products

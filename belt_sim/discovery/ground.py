@@ -9,9 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.metric import Metric
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.metric import Metric
 
 CHOSEN = 1e-8  # prior precision of a chosen effect's parameters, in whitened units
 

@@ -1,4 +1,4 @@
-"""The search for unknown laws as a test of every verdict (``belt_sim.diagnosis.unknown``)."""
+"""The search for unknown laws as a test of every verdict (``belt_sim.diagnosis.left_over.unknown``)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -6,9 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.unknown import OneLaw
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.left_over.unknown import OneLaw
 from belt_sim.discovery.discover import Discovered, asked, discovered, unknown_columns
 from belt_sim.discovery.gate import DRAWS, Gate
 from belt_sim.discovery.rival import lead_by_chance, one_law

@@ -11,8 +11,8 @@ from itertools import product
 
 import numpy as np
 
-from belt_sim.diagnosis.heldout import held_out
-from belt_sim.diagnosis.own_errors import errors_of
+from belt_sim.diagnosis.errors.own_errors import errors_of
+from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.discovery.choose import MODELLED, Choice
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.forms import Form

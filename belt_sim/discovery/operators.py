@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS
 from belt_sim.discovery.ground import Ground
 from belt_sim.discovery.responses import TILT, Responses, Y

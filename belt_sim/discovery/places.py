@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.diagnosis.samples import Samples
+from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.discovery.channels import UNITS
 from belt_sim.discovery.operators import Operators
 

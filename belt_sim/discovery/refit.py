@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from belt_sim.diagnosis.batches import WORKERS
-from belt_sim.diagnosis.candidate import has_diverged
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.forward import Forward
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.candidate import has_diverged
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.readings.batches import WORKERS
+from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.discovery.effect_file import Written, written
 from belt_sim.discovery.search import WITHIN, Scored, cost, fitted
 from belt_sim.discovery.survey import Survey

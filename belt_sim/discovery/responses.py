@@ -14,10 +14,10 @@ import numpy as np
 from belt_sim.analytic.march import march_open
 from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case
-from belt_sim.diagnosis.batches import ROWS
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.forward import room_for
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.readings.batches import ROWS
+from belt_sim.diagnosis.readings.forward import room_for
 from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect, overrides

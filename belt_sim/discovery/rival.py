@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from belt_sim.diagnosis.unknown import OneLaw
+from belt_sim.diagnosis.left_over.unknown import OneLaw
 from belt_sim.discovery.choose import of_one_term, unlike
 from belt_sim.discovery.gate import errors_by_chance
 from belt_sim.discovery.refit import refits

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.operators import kept_row, tension_turn

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.evidence import Course, basis_of, courses
 from belt_sim.discovery.forms import Form, dictionary, seldom, stretches
 from belt_sim.discovery.ground import Ground, ground_of

@@ -4,13 +4,13 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.forward import NUISANCES, Forward
-from belt_sim.diagnosis.levels import LevelFinder
-from belt_sim.diagnosis.metric import metric_of, nuisance_shapes
-from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.samples import samples_of
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.levels import LevelFinder
+from belt_sim.diagnosis.noise.metric import metric_of, nuisance_shapes
+from belt_sim.diagnosis.noise.noise import Levels
+from belt_sim.diagnosis.readings.forward import NUISANCES, Forward
+from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.base import Effect
 
 

@@ -5,9 +5,9 @@ from itertools import combinations
 
 import numpy as np
 
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.nextrun import Outlook
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.answer.nextrun import Outlook
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.foresight.sizes import best_column
 from belt_sim.results.check import Pair, Visible
 from belt_sim.results.found import RESOLVED

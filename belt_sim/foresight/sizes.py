@@ -6,8 +6,8 @@ import math
 import numpy as np
 from scipy import stats
 
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.results.check import Visible
 
 FALSE_ALARM, MISSED = 0.05, 0.1

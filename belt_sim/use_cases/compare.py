@@ -10,9 +10,9 @@ from belt_sim.case import Case
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.drawings import drawings
-from belt_sim.diagnosis.run_errors import overall_errors, run_errors
-from belt_sim.diagnosis.where import where
-from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.diagnosis.errors.run_errors import overall_errors, run_errors
+from belt_sim.diagnosis.errors.where import where
+from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.model import Model, SteadyModel
 from belt_sim.provenance import provenance

@@ -11,7 +11,7 @@ from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.drawings import drawings_of
 from belt_sim.diagnosis.examine import BOOTSTRAPS, examine
-from belt_sim.diagnosis.unknown import Unknown
+from belt_sim.diagnosis.left_over.unknown import Unknown
 from belt_sim.discovery.describe import describe as describe_discovery
 from belt_sim.discovery.look import Looking, Seen
 from belt_sim.effects.base import Effect

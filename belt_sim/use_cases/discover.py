@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.discovery.describe import describe
 from belt_sim.discovery.discover import discover as search
 from belt_sim.discovery.gate import DRAWS

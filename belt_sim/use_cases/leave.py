@@ -90,7 +90,7 @@ def leave_discovery(folder: Path, d: Discovery) -> None:
 
 def leave_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
     """comparison.rrd: what was measured, the base model and the final model."""
-    from belt_sim.diagnosis.recording import record_campaign
+    from belt_sim.diagnosis.answer.recording import record_campaign
     from belt_sim.use_cases.asked import effects_of, fitted_model
 
     record_campaign(folder / "comparison.rrd", campaign, fitted_model(d.base_model), effects_of(d.effects))

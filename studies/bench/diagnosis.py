@@ -23,8 +23,8 @@ from belt_sim.analytic.plan import plan_steps
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.write import write_campaign
 from belt_sim.case import Case
-from belt_sim.diagnosis.forward import Forward
-from belt_sim.diagnosis.samples import samples_of
+from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.around_engine import indicate
 from belt_sim.jax_setup import compiled
 from belt_sim.paths import ROOT

@@ -12,8 +12,8 @@ import pytest
 
 from belt_sim import stored_code
 from belt_sim.analytic.model import MODELS
-from belt_sim.diagnosis.forward import Forward, _one_run
-from belt_sim.diagnosis.samples import samples_of
+from belt_sim.diagnosis.readings.forward import Forward, _one_run
+from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.discovery.responses import _respond
 from belt_sim.effects.library import library
 from belt_sim.stored_code import kept, model_name, own, written_as

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 
 from belt_sim.campaign import SignalSheet
-from belt_sim.diagnosis.levels import LevelFinder
-from belt_sim.diagnosis.metric import metric_of
-from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.samples import Samples
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.levels import LevelFinder
+from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.noise.noise import Levels
+from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Parameter
 
 YAW, SPACING = 7e-4, 0.5

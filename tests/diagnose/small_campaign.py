@@ -14,7 +14,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.drawings import drawings_of
 from belt_sim.diagnosis.examine import Findings, examine
-from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.si import N_PER_MM2
 from belt_sim.use_cases.asked import candidates_of

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.beside import _Seen, _solved, members_that_stay, unknown_columns
-from belt_sim.diagnosis.openset import OpenSet
+from belt_sim.diagnosis.left_over.beside import _Seen, _solved, members_that_stay, unknown_columns
+from belt_sim.diagnosis.left_over.openset import OpenSet
 
 COUNT, THRESHOLD = 40, 10.0
 NOTHING_SEEN = OpenSet((), {}, {}, {})

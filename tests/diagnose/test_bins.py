@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from belt_sim.diagnosis.linear_readings import shown_by_bins
-from belt_sim.diagnosis.samples import Samples
+from belt_sim.diagnosis.readings.linear_readings import shown_by_bins
+from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.edge_profile import EdgeProfile
 from belt_sim.effects.taper import Taper
 

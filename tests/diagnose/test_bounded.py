@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.bounded import inside
+from belt_sim.diagnosis.numerics.bounded import inside
 
 
 def test_of_two_numbers_known_only_together_the_step_ends_in_their_valley():

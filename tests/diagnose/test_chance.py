@@ -4,11 +4,11 @@ import numpy as np
 from noise_by_recursion import errors
 from small_campaign import repeated_bench
 
-from belt_sim.diagnosis.alternatives import Alternatives
-from belt_sim.diagnosis.around import around
-from belt_sim.diagnosis.null import null_gains
-from belt_sim.diagnosis.select import FAMILY_LEVEL
-from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.diagnosis.choice.select import FAMILY_LEVEL
+from belt_sim.diagnosis.fits.alternatives import Alternatives
+from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.left_over.null import null_gains
 
 IDS = ("taper", "yaw_offset_tail", "cant", "sensor_gain", "wobble")
 BOOTSTRAPS, DRAWS = 600, 300

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import pytest
 
-from belt_sim.diagnosis.decide import best_of_all, decide, swapped
+from belt_sim.diagnosis.choice.decide import best_of_all, decide, swapped
 
 THRESHOLD = 10.0
 

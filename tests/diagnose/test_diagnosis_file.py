@@ -10,8 +10,8 @@ from shipped_schema import check
 from small_campaign import SEED, diagnosed, drawn
 
 from belt_sim.campaign import Suspicion
-from belt_sim.diagnosis.openset import OpenSet
-from belt_sim.diagnosis.verdict import Judgement, damage, verdict
+from belt_sim.diagnosis.answer.verdict import Judgement, damage, verdict
+from belt_sim.diagnosis.left_over.openset import OpenSet
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.results.diagnosis import Diagnosis

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis import refits
-from belt_sim.diagnosis.around import Around
-from belt_sim.diagnosis.one_step import bent, projected
-from belt_sim.diagnosis.refits import screened
+from belt_sim.diagnosis.choice import refits
+from belt_sim.diagnosis.choice.refits import screened
+from belt_sim.diagnosis.fits.around import Around
+from belt_sim.diagnosis.fits.one_step import bent, projected
 
 
 @pytest.fixture(name="laid_out")

@@ -5,12 +5,12 @@ import pytest
 from small_campaign import MODEL, campaign
 from test_linear_readings import with_edge
 
-from belt_sim.diagnosis.candidate import prior_sigma
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.heldout import HeldOut, held_out
-from belt_sim.diagnosis.own_errors import OwnErrors
-from belt_sim.diagnosis.spectrum import with_harmonics
-from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.diagnosis.errors.own_errors import OwnErrors
+from belt_sim.diagnosis.fits.candidate import prior_sigma
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.heldout import HeldOut, held_out
+from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.readings.spectrum import with_harmonics
 from belt_sim.effects.library import library
 
 HARMONICS = 16

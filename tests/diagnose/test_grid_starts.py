@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.alternatives import Alternatives
-from belt_sim.diagnosis.as_set import Slot
-from belt_sim.diagnosis.grid_starts import best_of_grid
+from belt_sim.diagnosis.fits.alternatives import Alternatives
+from belt_sim.diagnosis.fits.grid_starts import best_of_grid
+from belt_sim.diagnosis.readings.as_set import Slot
 from belt_sim.effects.base import Parameter
 
 N = 60

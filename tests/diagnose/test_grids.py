@@ -8,13 +8,13 @@ import pytest
 from noise_by_recursion import errors
 from small_campaign import MODEL, campaign
 
-from belt_sim.diagnosis.around import around
-from belt_sim.diagnosis.forward import Forward
-from belt_sim.diagnosis.null import null_gains
-from belt_sim.diagnosis.one_step import projected
-from belt_sim.diagnosis.refits import PROMISING, best_of, screened
-from belt_sim.diagnosis.samples import samples_of
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.choice.refits import PROMISING, best_of, screened
+from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.fits.one_step import projected
+from belt_sim.diagnosis.fits.workbench import workbench
+from belt_sim.diagnosis.left_over.null import null_gains
+from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.effects.weld import Weld
 

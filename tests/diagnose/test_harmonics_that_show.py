@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.linear_readings import that_show
+from belt_sim.diagnosis.readings.linear_readings import that_show
 
 LENGTH, N, RUNS, HARMONICS = 12.0, 240, 4, 12
 NOISE = 1.0

@@ -8,11 +8,11 @@ import pytest
 from noise_by_recursion import errors
 from small_campaign import CLASSES, MODEL, SHAPE, bench, campaign, examined, q_of
 
-from belt_sim.diagnosis.around import around
-from belt_sim.diagnosis.decide import MAX_EFFECTS
-from belt_sim.diagnosis.heldout import conditions
-from belt_sim.diagnosis.refits import best_of
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.choice.decide import MAX_EFFECTS
+from belt_sim.diagnosis.choice.refits import best_of
+from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.fits.heldout import conditions
+from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.paper import TEST_RIG
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02

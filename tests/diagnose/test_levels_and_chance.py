@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.chance import beyond
-from belt_sim.diagnosis.contrasts import WINDOW
-from belt_sim.diagnosis.levels import LEVEL_SPREAD, TOGETHER
-from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.null import NoiseSource, NullGains, null_gains, rough_wander
-from belt_sim.diagnosis.openset import open_set
+from belt_sim.diagnosis.choice.chance import beyond
+from belt_sim.diagnosis.left_over.null import NoiseSource, NullGains, null_gains, rough_wander
+from belt_sim.diagnosis.left_over.openset import open_set
+from belt_sim.diagnosis.noise.contrasts import WINDOW
+from belt_sim.diagnosis.noise.levels import LEVEL_SPREAD, TOGETHER
+from belt_sim.diagnosis.noise.noise import Levels
 
 DRAWS = 4000
 SIGMAS = 4.5

@@ -7,10 +7,10 @@ import pytest
 from small_campaign import MODEL, campaign
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.added_readings import only_added
-from belt_sim.diagnosis.forward import Forward
-from belt_sim.diagnosis.samples import samples_of
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.fits.workbench import workbench
+from belt_sim.diagnosis.readings.added_readings import only_added
+from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.effects.library import library
 from belt_sim.paper import TEST_RIG

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.around import Around
-from belt_sim.diagnosis.chance import Chance
-from belt_sim.diagnosis.confusable import HELD, PERHAPS, probabilities, rivals
-from belt_sim.diagnosis.decide import ODDS
-from belt_sim.diagnosis.larger import larger
-from belt_sim.diagnosis.null import NullGains
-from belt_sim.diagnosis.openset import OpenSet
-from belt_sim.diagnosis.refits import Refits
+from belt_sim.diagnosis.answer.confusable import HELD, PERHAPS, probabilities, rivals
+from belt_sim.diagnosis.choice.chance import Chance
+from belt_sim.diagnosis.choice.decide import ODDS
+from belt_sim.diagnosis.choice.larger import larger
+from belt_sim.diagnosis.choice.refits import Refits
+from belt_sim.diagnosis.fits.around import Around
+from belt_sim.diagnosis.left_over.null import NullGains
+from belt_sim.diagnosis.left_over.openset import OpenSet
 
 CLEAN = OpenSet((), {}, {}, {})
 THRESHOLD = 10.0

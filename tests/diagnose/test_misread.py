@@ -7,9 +7,9 @@ import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
 from belt_sim.campaign import Suspicion
-from belt_sim.diagnosis.metric import metric_of
-from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.setting_up import believed, misread, set_up
+from belt_sim.diagnosis.errors.setting_up import believed, misread, set_up
+from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.noise.noise import Levels
 
 COUNT = 40
 S = np.arange(COUNT) / COUNT

@@ -9,12 +9,12 @@ from scipy.special import ndtr
 from small_campaign import CLASSES, MODEL, TENSIONS, campaign
 
 from belt_sim.challenge.advice import _SETTING
-from belt_sim.diagnosis import nextrun
-from belt_sim.diagnosis.confusable import Rival
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.menu import menu, twofold
-from belt_sim.diagnosis.nextrun import Outlook, next_runs
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.answer import nextrun
+from belt_sim.diagnosis.answer.confusable import Rival
+from belt_sim.diagnosis.answer.menu import menu, twofold
+from belt_sim.diagnosis.answer.nextrun import Outlook, next_runs
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.results.found import APART, RESOLVED
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, grid

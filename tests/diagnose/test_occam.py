@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis import verdict as deciding
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.occam import imitated
-from belt_sim.diagnosis.openset import OpenSet
-from belt_sim.diagnosis.unknown import OneLaw
-from belt_sim.diagnosis.verdict import judged, verdict
+from belt_sim.diagnosis.answer import verdict as deciding
+from belt_sim.diagnosis.answer.verdict import judged, verdict
+from belt_sim.diagnosis.choice.occam import imitated
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.left_over.openset import OpenSet
+from belt_sim.diagnosis.left_over.unknown import OneLaw
 from belt_sim.results.verdict import Verdict
 
 THRESHOLD, COST, SEARCHED = 12.0, 5.0, 20.0

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, linear_bench
 
-from belt_sim.diagnosis.heldout import held_out
-from belt_sim.diagnosis.metric import metric_of
-from belt_sim.diagnosis.own_errors import OwnErrors, errors_of
+from belt_sim.diagnosis.errors.own_errors import OwnErrors, errors_of
+from belt_sim.diagnosis.fits.heldout import held_out
+from belt_sim.diagnosis.noise.metric import metric_of
 
 COUNT, ZERO = 40, 1e-3  # a zero of a hundred times the noise
 

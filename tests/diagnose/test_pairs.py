@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.pairs import Pairs
+from belt_sim.diagnosis.choice.pairs import Pairs
 
 RNG = np.random.default_rng(3)
 A, B, OTHER = RNG.standard_normal((3, 200))

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.confusable import IMITATED, UNSEEN, probabilities
-from belt_sim.diagnosis.decide import ODDS
-from belt_sim.diagnosis.openset import OpenSet
+from belt_sim.diagnosis.answer.confusable import IMITATED, UNSEEN, probabilities
+from belt_sim.diagnosis.choice.decide import ODDS
+from belt_sim.diagnosis.left_over.openset import OpenSet
 
 CLEAN = OpenSet((), {}, {}, {})
 THRESHOLD = 10.0

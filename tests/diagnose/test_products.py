@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE
 
-from belt_sim.diagnosis.alternatives import Alternatives
-from belt_sim.diagnosis.metric import metric_of
-from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.null import _Tried
-from belt_sim.diagnosis.products import FAINT
-from belt_sim.diagnosis.samples import Samples
+from belt_sim.diagnosis.fits.alternatives import Alternatives
+from belt_sim.diagnosis.left_over.null import _Tried
+from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.noise.noise import Levels
+from belt_sim.diagnosis.numerics.products import FAINT
+from belt_sim.diagnosis.readings.samples import Samples
 
 EXACT = 1e-10
 COUNT = 50

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.chance import chance_of
-from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.null import NullGains
-from belt_sim.diagnosis.recalibration import Recalibration
-from belt_sim.diagnosis.refits import Refits
+from belt_sim.diagnosis.choice.chance import chance_of
+from belt_sim.diagnosis.choice.recalibration import Recalibration
+from belt_sim.diagnosis.choice.refits import Refits
+from belt_sim.diagnosis.left_over.null import NullGains
+from belt_sim.diagnosis.noise.noise import Levels
 
 SWOLLEN = 9.0  # times the variance of noise, by which chance was judged before
 LEVEL = 0.025

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from linear_bench import NUMBER, SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.around import Around
-from belt_sim.diagnosis.candidate import has_diverged
-from belt_sim.diagnosis.chance import Chance
-from belt_sim.diagnosis.decide import swapped
-from belt_sim.diagnosis.fit import Fit, fit_sets
-from belt_sim.diagnosis.null import NullGains
-from belt_sim.diagnosis.refits import Refits, best_of
+from belt_sim.diagnosis.choice.chance import Chance
+from belt_sim.diagnosis.choice.decide import swapped
+from belt_sim.diagnosis.choice.refits import Refits, best_of
+from belt_sim.diagnosis.fits.around import Around
+from belt_sim.diagnosis.fits.candidate import has_diverged
+from belt_sim.diagnosis.fits.fit import Fit, fit_sets
+from belt_sim.diagnosis.left_over.null import NullGains
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 UNIT = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.around import around
-from belt_sim.diagnosis.chance import chance_of
-from belt_sim.diagnosis.decide import decide
-from belt_sim.diagnosis.null import NullGains, null_gains
-from belt_sim.diagnosis.openset import open_tests
-from belt_sim.diagnosis.projected import Projected, Range
-from belt_sim.diagnosis.refits import Refits
-from belt_sim.diagnosis.rehearsal import _Products, rehearse
+from belt_sim.diagnosis.choice.chance import chance_of
+from belt_sim.diagnosis.choice.decide import decide
+from belt_sim.diagnosis.choice.projected import Projected, Range
+from belt_sim.diagnosis.choice.refits import Refits
+from belt_sim.diagnosis.choice.rehearsal import _Products, rehearse
+from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.left_over.null import NullGains, null_gains
+from belt_sim.diagnosis.left_over.openset import open_tests
 
 COUNT, REPLICATES = 40, 1000
 CLOSE = 0.1  # in chi2: a refit stops when a round gains less than 0.02

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from belt_sim.diagnosis.chance import Chance
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.heldout import Condition, HeldOut, _surprise, held_out
-from belt_sim.diagnosis.null import NullGains
-from belt_sim.diagnosis.openset import OpenSet, apart, basis
-from belt_sim.diagnosis.shape_card import _exponent, _onset, _required_angle, _wavelength, shape_card
+from belt_sim.diagnosis.choice.chance import Chance
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.heldout import Condition, HeldOut, _surprise, held_out
+from belt_sim.diagnosis.left_over.null import NullGains
+from belt_sim.diagnosis.left_over.openset import OpenSet, apart, basis
+from belt_sim.diagnosis.left_over.shape_card import _exponent, _onset, _required_angle, _wavelength, shape_card
 
 EXACT = 1e-6  # of a refit with its wide prior
 YAW, LENGTH = 7e-4, 11.28

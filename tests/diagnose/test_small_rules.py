@@ -9,14 +9,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis import batches, openset
-from belt_sim.diagnosis.candidate import estimates, is_plausible, is_possible
-from belt_sim.diagnosis.chance import Chance
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.heldout import Condition, HeldOut
-from belt_sim.diagnosis.null import NullGains
-from belt_sim.diagnosis.openset import SPECTRUM, OpenSet, OpenTests
-from belt_sim.diagnosis.waves import EACH_ITS_PHASE, Waves
+from belt_sim.diagnosis.choice.chance import Chance
+from belt_sim.diagnosis.fits.candidate import estimates, is_plausible, is_possible
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.heldout import Condition, HeldOut
+from belt_sim.diagnosis.left_over import openset
+from belt_sim.diagnosis.left_over.null import NullGains
+from belt_sim.diagnosis.left_over.openset import SPECTRUM, OpenSet, OpenTests
+from belt_sim.diagnosis.left_over.waves import EACH_ITS_PHASE, Waves
+from belt_sim.diagnosis.readings import batches
 from belt_sim.effects.base import Parameter
 from belt_sim.results.diagnosis import error_table
 from belt_sim.results.errors import Change, Errors

@@ -8,9 +8,9 @@ import pytest
 from linear_bench import SPACING, WHITE, linear_bench, run
 from scipy.linalg import toeplitz
 
-from belt_sim.diagnosis.levels import _of_wander
-from belt_sim.diagnosis.noise import Levels
-from belt_sim.diagnosis.null import NoiseSource
+from belt_sim.diagnosis.left_over.null import NoiseSource
+from belt_sim.diagnosis.noise.levels import _of_wander
+from belt_sim.diagnosis.noise.noise import Levels
 
 LENGTH, COUNT = 20, 160  # samples
 REPEATS = tuple(run() for _ in range(4))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from belt_sim.diagnosis.tails import chi2_cdf, chi2_isf, chi2_logsf, chi2_sf, gumbel_fit, gumbel_isf, gumbel_sf
+from belt_sim.diagnosis.numerics.tails import chi2_cdf, chi2_isf, chi2_logsf, chi2_sf, gumbel_fit, gumbel_isf, gumbel_sf
 
 
 @pytest.mark.parametrize("numbers", [1, 2, 80])

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.candidate import ends, estimates, is_plausible, numbers
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.within import each_alone, within
+from belt_sim.diagnosis.fits.candidate import ends, estimates, is_plausible, numbers
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.within import each_alone, within
 from belt_sim.effects.base import Parameter
 from belt_sim.results.found import Estimate, FoundEffect
 

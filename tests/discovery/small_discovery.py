@@ -7,8 +7,8 @@ from small_campaign import SHAPE, TENSIONS
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.discovery.describe import describe
 from belt_sim.discovery.discover import Discovered, discover
 from belt_sim.discovery.survey import Survey, survey_of

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_discovery import MODEL, campaign, fitted, surveyed
 
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.discovery.channels import Pulse
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.refit import effect_file

@@ -9,8 +9,8 @@ from shipped_schema import check
 from small_discovery import MODEL, PLAN, D, campaign, described, discovered, fitted
 
 import belt_sim as bs
-from belt_sim.diagnosis.openset import apart, basis
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.fits.workbench import workbench
+from belt_sim.diagnosis.left_over.openset import apart, basis
 from belt_sim.discovery.describe import describe
 from belt_sim.discovery.discover import discover, unknown_columns
 from belt_sim.discovery.gate import gate

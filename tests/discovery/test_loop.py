@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_discovery import MODEL, campaign, surveyed
 
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.discovery.forms import Form, stop
 from belt_sim.discovery.loop import closed, states_with
 from belt_sim.discovery.refit import effect_file

@@ -85,9 +85,27 @@ ABOVE = {
 
 @pytest.mark.parametrize("part", ABOVE)
 def test_arrows_point_one_way(part):
-    known = {m.split(".")[1] for p in (ROOT / "belt_sim" / part).glob("*.py") for m in imported(p) if "belt_sim." in m}
+    known = {m.split(".")[1] for p in (ROOT / "belt_sim" / part).rglob("*.py") for m in imported(p) if "belt_sim." in m}
     assert known
     assert not known & set(ABOVE[part])
+
+
+#: Parts of a diagnosis, from the ground up: each knows those before it and no other.
+STOREYS = ("numerics", "readings", "noise", "fits", "left_over", "choice", "errors", "answer")
+
+
+def test_a_diagnosis_has_these_storeys():
+    assert {p.parent.name for p in (ROOT / "belt_sim" / "diagnosis").glob("*/__init__.py")} == set(STOREYS)
+
+
+@pytest.mark.parametrize("storey", STOREYS)
+def test_a_storey_of_a_diagnosis_stands_on_those_below(storey):
+    above = {
+        f"belt_sim.diagnosis.{s}"
+        for s in (*STOREYS[STOREYS.index(storey) + 1 :], "examine", "describe", "drawings", "admission")
+    }
+    for path in (ROOT / "belt_sim" / "diagnosis" / storey).glob("*.py"):
+        assert not {m for m in imported(path) if m.startswith("belt_sim.diagnosis.")} & above, path.name
 
 
 def test_laws_do_not_know_the_effects():

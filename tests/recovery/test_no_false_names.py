@@ -7,9 +7,9 @@ import pytest
 from small_campaign import BOOTSTRAPS, CLASSES, MODEL, SEED, SPREAD, campaign, examined
 
 from belt_sim.campaign import Quantity
+from belt_sim.diagnosis.choice.occam import imitated
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.examine import examine
-from belt_sim.diagnosis.occam import imitated
 from belt_sim.discovery.look import Looking
 from belt_sim.results.verdict import Verdict
 from belt_sim.virtual_rig.make import make_campaign

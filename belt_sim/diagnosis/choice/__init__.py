@@ -1,0 +1,1 @@
+"""Which effects are missing: evidence, its thresholds by chance, and the decision."""

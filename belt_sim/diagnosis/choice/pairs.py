@@ -1,0 +1,66 @@
+"""Pairs of candidates, all at once in the linear range: where a third effect looks like the sum of two, a search that
+adds one effect after the other takes the third and never sees the two.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from belt_sim.diagnosis.choice.decide import NESTING, Ids
+
+FEW = 4  # numbers of an effect, at most; one with more (a free edge profile) looks like no sum of others
+ALIKE = 1e-9  # of the largest eigenvalue of columns of unit length: those below are sums of the others
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """places: candidate -> its columns; gram (K, K): whitened products of all columns."""
+
+    places: Mapping[str, Sequence[int]]
+    gram: np.ndarray
+
+    def best(self, moments: np.ndarray, threshold: Callable[[str], float], seen: Sequence[Ids]) -> Ids | None:
+        """The pair that promises most beyond chance; None where one of its members alone, or a set that was seen,
+        promises as much. moments (K,): products of columns and residual.
+        """
+        scores = {ids: g - sum(map(threshold, ids)) for ids, g in self._gains(moments).items()}
+        known = {frozenset(part) for ids in seen for part in combinations(ids, min(2, len(ids)))}
+        pair = max((ids for ids in scores if len(ids) == 2), key=lambda ids: scores[ids], default=None)
+        if pair is None or not np.isfinite(scores[pair]):
+            return None
+        others = max(s for ids, s in scores.items() if len(ids) == 1 or frozenset(ids) in known)
+        return pair if scores[pair] > others + NESTING else None
+
+    def in_place(self, moments: np.ndarray, threshold: Callable[[str], float], name: str, least: float) -> list[Ids]:
+        """Pairs without an effect that promise at most so much less than it does, beyond chance, best first."""
+        scores = {ids: g - sum(map(threshold, ids)) for ids, g in self._gains(moments).items()}
+        enough = scores.get((name,), np.inf) - least
+        pairs = [ids for ids, score in scores.items() if len(ids) == 2 and name not in ids and score > enough]
+        return sorted(pairs, key=lambda ids: -scores[ids])
+
+    def _gains(self, moments: np.ndarray) -> dict[Ids, float]:
+        found: dict[Ids, float] = {}
+        for sets, rows, inverse in self._inverses:
+            along = moments[rows]
+            found |= zip(sets, np.einsum("mk,mkl,ml->m", along, inverse, along).tolist(), strict=True)
+        return found
+
+    @cached_property
+    def _inverses(self) -> list[tuple[list[Ids], np.ndarray, np.ndarray]]:
+        """Singles and pairs with as many columns as one another, these columns (m, k), inverses of their products."""
+        few = [n for n, rows in self.places.items() if 0 < len(rows) <= FEW]
+        of_size: dict[int, list[Ids]] = {}
+        for ids in [(n,) for n in few] + list(combinations(few, 2)):
+            of_size.setdefault(sum(len(self.places[i]) for i in ids), []).append(ids)
+        size = np.sqrt(np.maximum(np.diag(self.gram), 0.0))
+        scale = np.where(size > 0.0, 1.0 / np.where(size > 0.0, size, 1.0), 0.0)
+        found = []
+        for sets in of_size.values():
+            rows = np.array([[k for i in ids for k in self.places[i]] for ids in sets])
+            unit = scale[rows][:, :, None] * scale[rows][:, None, :]
+            products = self.gram[rows[:, :, None], rows[:, None, :]] * unit
+            found.append((sets, rows, np.linalg.pinv(products, rcond=ALIKE, hermitian=True) * unit))
+        return found

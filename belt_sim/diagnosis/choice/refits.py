@@ -1,0 +1,266 @@
+"""Evidence from joint refits: sets of effects fitted to the readings of a campaign, each once.
+
+A candidate beside a set is screened by what its column takes of the residual; those that promise most are refitted.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Self
+
+import numpy as np
+
+from belt_sim.diagnosis.choice.chance import Chance
+from belt_sim.diagnosis.choice.decide import NESTING, Ids
+from belt_sim.diagnosis.choice.pairs import Pairs
+from belt_sim.diagnosis.fits.around import Around, around
+from belt_sim.diagnosis.fits.candidate import has_diverged, is_plausible
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.heldout import HeldOut, held_out
+from belt_sim.diagnosis.fits.one_step import bent, projected
+from belt_sim.diagnosis.fits.race import ALIKE, Race
+from belt_sim.diagnosis.fits.within import within
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.left_over.null import NullGains
+from belt_sim.errors import RunFailed
+
+REFITTED = 6  # candidates a round; the others keep what their columns promise
+MOVES = 3  # more, at most, until nuisances are where the fit about them puts them
+PROMISING = 0.3  # share of its threshold that a candidate must promise to be refitted
+
+
+@dataclass
+class Trial:
+    """A candidate beside what was there: its joint fit on a workbench, gain over the reference, threshold."""
+
+    id: str
+    bench: Workbench
+    fit: Fit
+    gain: float
+    threshold: float
+
+    @cached_property
+    def plausible(self) -> bool:
+        """Whether a real machine could have all numbers."""
+        return is_plausible(self.bench.forward, self.fit)
+
+    @cached_property
+    def held_out(self) -> HeldOut:
+        """Held-out errors."""
+        return held_out(self.bench, self.fit)
+
+    @property
+    def passes(self) -> bool:
+        return self.gain > self.threshold and self.plausible
+
+    @property
+    def score(self) -> float:
+        """Gain above what chance would give an effect with as many parameters."""
+        return self.gain - self.threshold if np.isfinite(self.threshold) else -np.inf
+
+
+@dataclass
+class Refits:
+    """Refits on one workbench; null: thresholds at the base model; near: what is about that, if known already; starts:
+    set -> where a refit may begin: trials that were not carried to their end, and all that was fitted elsewhere;
+    recalibrated: the same with the chance of what may come beside a set, where that is another.
+    """
+
+    bench: Workbench
+    null: NullGains
+    critical: float
+    chance: Chance
+    near: Around | None = None
+    starts: dict[frozenset, Fit] = field(default_factory=dict)
+    fits: dict[frozenset, Fit] = field(default_factory=dict)
+    tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
+    held: dict[frozenset, HeldOut] = field(default_factory=dict)
+    recalibrated: Callable[[Self, Ids], Self] | None = None
+
+    @property
+    def names(self) -> Ids:
+        """All candidates."""
+        return tuple(c.id for c in self.bench.forward.classes)
+
+    def threshold(self, name: str) -> float:
+        """The gain of one effect that chance beats as seldom as agreed."""
+        return self.null.threshold(name, self.critical)
+
+    def fit(self, ids: Ids) -> Fit:
+        """The best joint fit of a set that was found."""
+        self._fit([ids])
+        return self.fits[frozenset(ids)]
+
+    def gains(self, sets: Sequence[Ids]) -> list[float]:
+        """chi2 gain of sets over the base model."""
+        self._fit([(), *sets])
+        base = self.fits[frozenset()].chi2
+        return [base - self.fits[frozenset(ids)].chi2 for ids in sets]
+
+    def plausible(self, ids: Ids) -> bool:
+        """Whether a real machine could have all numbers of a set."""
+        return is_plausible(self.bench.forward, self.fit(ids))
+
+    def held_out(self, ids: Ids) -> HeldOut:
+        """Held-out errors of a set."""
+        key = frozenset(ids)
+        if key not in self.held:
+            self.held[key] = held_out(self.bench, self.fit(ids))
+        return self.held[key]
+
+    def worse(self, larger: Ids, smaller: Ids) -> tuple[str, ...]:
+        """What of the held-out error is larger with the larger set."""
+        return self.chance.worse(self.held_out(larger), self.held_out(smaller))
+
+    def pair(self, seen: Sequence[Ids]) -> Ids | None:
+        """The best of all pairs of candidates about what ``near`` is, if it promises more than what was seen."""
+        if self.near is None:
+            return None
+        pairs, moments = self._pairs(self.near)
+        return pairs.best(moments, self.threshold, seen)
+
+    def pairs_in_place(self, name: str, least: float) -> list[Ids]:
+        """Pairs that promise about the base model at most so much less than one effect does, best first."""
+        if self.near is None:
+            return []
+        pairs, moments = self._pairs(self.near)
+        return pairs.in_place(moments, self.threshold, name, least)
+
+    def _pairs(self, near: Around) -> tuple[Pairs, np.ndarray]:
+        """All pairs of candidates about the base model, and the products of their columns with what that leaves."""
+        shapes = {n: self.bench.metric.whiten(near.here(self.bench, n)) for n in self.names}
+        ends = np.cumsum([0, *map(len, shapes.values())])
+        rows = np.concatenate(list(shapes.values()))
+        places = {n: range(a, b) for n, (a, b) in zip(shapes, pairwise(ends), strict=True)}
+        return Pairs(places, rows @ rows.T), rows @ self.fit(()).residual
+
+    def moved(self, ids: Ids) -> Self:
+        """Refits with nuisances taken at the fit of a set, which is another there: until it stays."""
+        moved = self._moved(ids)
+        for _ in range(MOVES):
+            if _same(self.fits[frozenset(ids)], moved.fit(ids)):
+                break
+            self, moved = moved, moved._moved(ids)
+        return moved if moved.recalibrated is None else moved.recalibrated(moved, ids)
+
+    def _moved(self, ids: Ids) -> Self:
+        bench = self.bench.moved_to(self.fit(ids).vector)
+        known = {key: f for key, f in self.starts.items() if key not in self.fits}
+        known |= {key: f for key, f in self.fits.items() if np.isfinite(f.chi2)}
+        starts = {key: _elsewhere(f, bench) for key, f in known.items()}
+        return replace(self, bench=bench, starts=starts, fits={}, tried={}, held={})
+
+    def trials(self, ids: Ids) -> list[Trial]:
+        """Every other candidate beside ``ids``."""
+        key = frozenset(ids)
+        if key not in self.tried:
+            current = self.fit(ids)
+            others = [n for n in self.names if n not in key]
+            near = self.near
+            if near is None or current is not near.fit:
+                near = around(self.bench, current, others, near)
+            beside = screened(self.bench, near, others, self.threshold, self._known(key, others))
+            self.tried[key] = [self._trial(current, name, fit) for name, fit in beside.items()]
+        return self.tried[key]
+
+    def _known(self, key: frozenset, names: Sequence[str]) -> dict[str, Fit]:
+        """A fit with each of ``names`` beside ``key``, or else beside something else, where there is one."""
+        fits = self.starts | self.fits
+        found = {n: f for own, f in fits.items() for n in names if n in own}
+        return found | {n: fits[key | {n}] for n in names if key | {n} in fits}
+
+    def _trial(self, current: Fit, name: str, fit: Fit) -> Trial:
+        key = frozenset(fit.ids)
+        if key in self.fits and _better(self.bench, self.fits[key], fit):
+            fit = self.fits[key]
+        elif fit.done:
+            self.fits[key] = fit
+            self.held.pop(key, None)
+        elif fit.settled or fit.taken:  # one that ran out of rounds is nearer than null is
+            self.starts[key] = fit
+        gain = current.chi2 - fit.chi2
+        if gain < -NESTING:
+            raise RunFailed(f"refit of {name} beside {current.ids}: chi2 rose by {-gain:.3g}; the optimiser failed")
+        return Trial(id=name, bench=self.bench, fit=fit, gain=max(gain, 0.0), threshold=self.threshold(name))
+
+    def _fit(self, sets: Sequence[Ids]) -> None:
+        """Refit those sets that were not yet, from where they stood before, or else from the nearest superset."""
+        new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in self.fits}
+        begun = [self._start(key, ids) for key, ids in new.items()]
+        self.fits |= dict(zip(new, within(self.bench, self.bench.fit(begun)) if begun else [], strict=True))
+
+    def _start(self, key: frozenset, ids: Ids) -> Fit:
+        if key in self.starts:
+            return self.starts[key]
+        larger = [f.vector for k, f in self.starts.items() if k > key]
+        vector = self.bench.forward.null()
+        for name in key if larger else ():
+            where = self.bench.forward.index(name)
+            vector[where] = larger[-1][where]
+        return self.bench.start(ids, vector)
+
+
+def _same(one: Fit, other: Fit) -> bool:
+    """Whether two fits of one set have the same numbers, as far as readings tell."""
+    if not other.free:
+        return True
+    apart = (other.vector - one.vector)[other.free] @ other.columns.reshape(len(other.free), -1)
+    return bool(apart @ apart < NESTING)
+
+
+def _elsewhere(fit: Fit, bench: Workbench) -> Fit:
+    """A fit to go on from on another workbench, with the derivatives that it had."""
+    columns = bench.metric.whiten(fit.slopes) if fit.free else fit.columns
+    return replace(fit, chi2=np.inf, columns=columns, true=False, settled=False)
+
+
+def screened(
+    bench: Workbench, near: Around, names: Sequence[str], threshold, known: Mapping[str, Fit]
+) -> dict[str, Fit]:
+    """Every candidate beside what ``near`` is around; refitted where its column promises enough."""
+    found = {name: projected(bench, near, name) for name in names}
+    promise = {n: (near.fit.chi2 - f.chi2) - threshold(n) for n, f in found.items()}
+    hopeful = [n for n in names if near.fit.chi2 - found[n].chi2 > PROMISING * threshold(n)]
+    first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
+    doubtful = {*near.weak, *bent(bench, near, {n: found[n] for n in hopeful if n not in first})}
+    chosen = [n for n in hopeful if n in first or n in doubtful]  # one step says little of what is not linear
+    return found | best_of(bench, near, chosen, threshold, known)
+
+
+def best_of(
+    bench: Workbench, near: Around, names: Sequence[str], threshold=None, known: Mapping[str, Fit] | None = None
+) -> dict[str, Fit]:
+    """The best joint fit of what ``near`` is around with each of ``names``; several starts for nonlinear effects.
+
+    threshold: of every name; only what beats it, and the best of others nearly, is then carried to its end; known:
+    fits with these names, beside the same or something else.
+    """
+    begun = [(name, start) for name in names for start in near.starts(bench, name, (known or {}).get(name))]
+    owners, starts = [name for name, _ in begun], [start for _, start in begun]
+    if threshold is None:
+        return _best(bench, near, owners, bench.fit(starts) if starts else [])
+    race = Race(near.fit.chi2, owners, {n: threshold(n) for n in names}, bench.forward.sides)
+    fits = bench.fit(starts, race=race) if starts else []
+    ends = [k for k in race.ahead(fits) if not fits[k].done]
+    for k, fit in zip(ends, bench.fit([fits[k] for k in ends]) if ends else [], strict=True):
+        fits[k] = fit
+    best = _best(bench, near, owners, fits)
+    ahead = [n for n, f in best.items() if f.done and near.fit.chi2 - f.chi2 > threshold(n)]
+    return best | dict(zip(ahead, within(bench, [best[n] for n in ahead]), strict=True))
+
+
+def _best(bench: Workbench, near: Around, owners: Sequence[str], fits: Sequence[Fit]) -> dict[str, Fit]:
+    """The best fit of every owner, of those that have not diverged; at null where these are worse than without it."""
+    best: dict[str, Fit] = {}
+    for name, fit in zip(owners, fits, strict=True):
+        if not has_diverged(fit) and (name not in best or _better(bench, fit, best[name])):
+            best[name] = fit
+    return {n: f if f.chi2 <= near.fit.chi2 else near.with_effect(bench, n) for n, f in best.items()}
+
+
+def _better(bench: Workbench, one: Fit, other: Fit) -> bool:
+    """Whether one fit is better than another; of two that readings do not tell apart, what a machine can have is."""
+    if abs(one.chi2 - other.chi2) > ALIKE:
+        return one.chi2 < other.chi2
+    return (is_plausible(bench.forward, one), -one.chi2) > (is_plausible(bench.forward, other), -other.chi2)

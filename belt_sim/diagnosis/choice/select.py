@@ -1,0 +1,97 @@
+"""Which effects are missing: thresholds from chance, then one decision (decide.py) on joint refits (refits.py)."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import cast
+
+from belt_sim.diagnosis.choice.chance import Chance, chance_of
+from belt_sim.diagnosis.choice.decide import MAX_EFFECTS, decide
+from belt_sim.diagnosis.choice.larger import larger
+from belt_sim.diagnosis.choice.recalibration import Recalibration
+from belt_sim.diagnosis.choice.refits import Refits, Trial
+from belt_sim.diagnosis.choice.rehearsal import Rehearsal, rehearse
+from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.heldout import HeldOut, held_out
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.left_over.null import NullGains, null_gains
+from belt_sim.diagnosis.left_over.openset import OpenSet, open_tests
+
+REHEARSED = 2  # times as many replicates as the thresholds come from
+#: false alarms of all candidates together; the open set and the search for laws spend half as much each and held-out
+#: errors a tenth, so that all roads to one stay below the 5 % that are allowed
+FAMILY_LEVEL = 0.02
+
+
+@dataclass
+class Selection:
+    """The chosen fit on its workbench, the base fit on its own, every round's trials, and what could stand in the place
+    of each chosen effect; larger: sets of one effect more; chance, null, critical: what all were judged by; gain: chi2
+    of the chosen fit over the base, on one metric; bare_held_out: held-out errors of no effect, on that metric.
+    """
+
+    base_bench: Workbench
+    bench: Workbench
+    base: Fit
+    chosen: Fit
+    base_held_out: HeldOut
+    bare_held_out: HeldOut
+    held_out: HeldOut
+    chance: Chance
+    null: NullGains
+    critical: float
+    base_left: OpenSet
+    rehearsal: Rehearsal
+    rounds: Sequence[Sequence[Trial]] = ()
+    swaps: dict[str, list[Trial]] = field(default_factory=dict)
+    larger: Sequence[Trial] = ()
+    gain: float = 0.0
+
+    def threshold(self, name: str) -> float:
+        """The gain of one effect that chance beats as seldom as agreed."""
+        return self.null.threshold(name, self.critical)
+
+
+def select(
+    bench: Workbench,
+    base: Fit,
+    *,
+    bootstraps: int,
+    seed: int,
+    limit: int = MAX_EFFECTS,
+    tell: Callable[[str], None] = lambda text: None,
+    tick: Callable[[int], None] = lambda n: None,
+) -> Selection:
+    """Choose up to ``limit`` effects where the ``base`` fit lacks them.
+
+    tell hears what is being done, tick counts bootstrap replicates.
+    """
+    names = [c.id for c in bench.forward.classes]
+    near = around(bench, base, names)
+    shapes = {n: near.shapes(bench, n) for n in names}
+    with ThreadPoolExecutor(2) as beside:  # what chance does is worked out beside what does not ask for it
+        open_set = beside.submit(open_tests, bench, base, bootstraps=max(200, bootstraps // 2), seed=seed)
+        chances = beside.submit(chance_of, bench, bench.samples.y - base.values, seed + 1)
+        null = null_gains(bench, shapes, base.slopes, base.values, count=bootstraps, seed=seed, tick=tick)
+        critical, tests = null.critical(names, FAMILY_LEVEL), open_set.result()
+        tell("rehearsing on campaigns in which nothing is missing")
+        rehearsed = beside.submit(
+            rehearse, bench, near, null, critical, tests, count=REHEARSED * bootstraps, seed=seed + 2
+        )
+        again = Recalibration(bootstraps, seed + 3, FAMILY_LEVEL, bench.levels)
+        first = Refits(bench, null, critical, chances.result(), near, fits={frozenset(): base}, recalibrated=again)
+        decision = decide(first, limit=limit, tell=tell)
+        rehearsal = rehearsed.result()
+    ids, last = decision.ids, decision.evidence
+    chosen = last.fit(ids)
+    swaps = {n: sorted(last.trials(tuple(i for i in ids if i != n)), key=lambda t: -t.score) for n in ids}
+    held = held_out(bench, base)
+    return Selection(
+        base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
+        bare_held_out=last.held_out(()), held_out=held_out(last.bench, chosen),
+        chance=last.chance, null=last.null, critical=last.critical, swaps=swaps,
+        rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
+        base_left=tests.look(base.residual), rehearsal=rehearsal,
+        larger=larger(last, ids), gain=last.gains([ids])[0],
+    )  # fmt: skip

@@ -1,0 +1,131 @@
+"""What looks wrong in a campaign once the model's own path is taken off its readings."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from belt_sim.campaign import Suspicion
+from belt_sim.campaign.offsets import shifted_runs
+from belt_sim.campaign.record import records
+from belt_sim.diagnosis.fits.workbench import Workbench
+
+CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
+ALONE = 0.1  # share of it that the same may clear in another run: what an effect does, it does in several
+WITHIN = 4.0  # sigmas of its chi2 that the run may then still be from what noise makes of it
+UNDONE = 0.5  # share of the chi2 beyond noise that a turned sign must at least account for
+LEFT = 0.05  # share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly
+
+
+def believed(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
+    """``suspicions`` of the data by themselves; a sign that explains less of what ``values`` (R, S, n) leave than it
+    does not is to be looked at only: a fault of the machine larger than the yaw turns readings as well.
+    """
+    signs = [s for s in suspicions if s.kind == "wrong_sign" and s.severity == "stop"]
+    left = _OfRuns(bench, values) if signs else None
+    return tuple(
+        replace(s, severity="look") if left and s in signs and not left.undone_by(s) else s for s in suspicions
+    )
+
+
+def set_up(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
+    """What is wrong, worst first: ``suspicions`` of the data by themselves, and what ``values`` (R, S, n) show."""
+    seen = believed(bench, values, suspicions) or offsets(bench, values)
+    return seen if any(s.severity == "stop" for s in seen) else (*misread(bench, values), *seen)
+
+
+def misread(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
+    """The run in which a single record with its sign turned, or two exchanged, is all that the model does not explain.
+
+    What a machine does shows in more than one record; what a hand did is undone to within noise.
+    """
+    left = _OfRuns(bench, values)
+    spread = WITHIN * np.sqrt(2.0 * left.count)
+    gains, found = defaultdict[tuple, list[float]](list), []
+    for r, told, read in left.ways:
+        after = left.after((r, told, read))
+        gain = float(np.sum(left.before - after))
+        gains[told.kind, told.signal].append(gain)
+        if gain > CLEARED and after[r] - spread[r] < LEFT * gain:
+            found.append((gain, r, told))
+    if len({r for _, r, _ in found}) != 1:
+        return ()  # in several runs: the model lacks something
+    gain, _, told = max(found, key=lambda f: f[0])
+    others = sorted(gains[told.kind, told.signal])[:-1]
+    return (told,) if max(others, default=0.0) < ALONE * gain else ()
+
+
+Way = tuple[int, Suspicion, np.ndarray]  # a run, what was done to it, and its readings (S, n) with that undone
+
+
+class _OfRuns:
+    """chi2 beyond the number of readings, run by run (R,), of the readings as they are and read another way."""
+
+    def __init__(self, bench: Workbench, values: np.ndarray) -> None:
+        self.bench, self.values = bench, values
+        self.count = np.isfinite(bench.fitted.y).sum(axis=(1, 2))
+        self.ways = list(_other_ways(bench))
+        self.before = self._of(bench.fitted.y)
+
+    def after(self, way: Way) -> np.ndarray:
+        """With one run read another way."""
+        y = self.bench.fitted.y.copy()
+        y[way[0]] = way[2]
+        return self._of(y)
+
+    def undone_by(self, told: Suspicion) -> bool:
+        """Whether a turned sign, of one run or all, of one signal or all or the one that fits, accounts for most."""
+        samples = self.bench.samples
+        runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
+        lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
+        for turned in (
+            [k for k in lateral if samples.signals[k].name == told.signal],
+            lateral,
+            *([k] for k in lateral),
+        ):
+            y = self.bench.fitted.y.copy()
+            y[np.ix_(runs, turned)] *= -1.0
+            if np.sum(self._of(y)[runs]) < UNDONE * np.sum(self.before[runs]):
+                return True
+        return not runs
+
+    def _of(self, y: np.ndarray) -> np.ndarray:
+        white = self.bench.metric.whiten(y - self.values).reshape(len(y), -1)
+        return np.sum(white**2, axis=1) - self.count
+
+
+def _other_ways(bench: Workbench) -> Iterator[Way]:
+    """The readings of single runs with a sign turned (of one signal, of the yaw), or with two signals exchanged."""
+    y = bench.fitted.y
+    lateral = [s for s, signal in enumerate(bench.samples.signals) if signal.kind == "lateral"]
+    for r, run in enumerate(bench.samples.runs):
+        there = [s for s in lateral if np.isfinite(y[r, s]).any()]
+        for turned in [[s] for s in there] + ([there] if len(there) > 1 else []):
+            name = bench.samples.signals[turned[0]].name if len(turned) == 1 else None
+            whose = "its sign" if name else "the sign of its yaw"
+            words = f"fits the model with {whose} turned round, and nothing else in this run is off"
+            read = y[r].copy()
+            read[turned] *= -1.0
+            yield r, Suspicion(run=run.name, signal=name, kind="wrong_sign", sentence=words), read
+        for s, t in combinations(there, 2):
+            if np.array_equal(np.isfinite(y[r, s]), np.isfinite(y[r, t])):
+                both = " and ".join(bench.samples.signals[k].name for k in (s, t))
+                words = "fit the model with the two exchanged, and nothing else in this run is off"
+                read = y[r].copy()
+                read[[s, t]] = read[[t, s]]
+                yield r, Suspicion(run=run.name, signal=both, kind="swapped", sentence=words), read
+
+
+def offsets(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
+    """Runs that do not begin where ``values`` (R, S, n) do, by more than the sheet's errors allow."""
+    samples = bench.samples
+    rest = samples.y - values
+    runs = []
+    for r, run in enumerate(samples.runs):
+        own = np.concatenate([[True], np.diff(samples.travel[r]) > 0])  # shorter records are padded
+        signals = {s.name: rest[r, k, own] for k, s in enumerate(samples.signals) if s.name in run.signals}
+        runs.append(replace(run, travel=samples.travel[r, own], time=None, signals=signals))
+    left = replace(bench.campaign, runs=tuple(runs))
+    return tuple(shifted_runs(left, records(left), bent=0.0))

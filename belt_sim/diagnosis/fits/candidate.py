@@ -1,0 +1,125 @@
+"""One set of effects as a candidate explanation: its numbers, and whether a real machine could have them."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.readings.forward import Forward, Slot
+from belt_sim.results.found import COVERAGE_95, Estimate
+
+DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
+ALIKE = 1e-12  # beside 1, what is left of the square of a derivative that others make up
+ROUNDED = 1e-9  # share of a bound, by which a number that a fit put there may have come out beside it
+EDGE = 2.0  # what a machine could have is a judgement, good to this factor
+
+
+def estimates(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
+    """Effect id -> parameter -> Estimate, where the readings say more of a number than its plausible range does."""
+    return _by_effect(fit, [(s, e) for s, e in _judged(*_with_sigma(forward, fit)) if is_told(s, e)])
+
+
+def numbers(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
+    """Effect id -> parameter -> Estimate whatever the readings say of it."""
+    return _by_effect(fit, _judged(*_with_sigma(forward, fit)))
+
+
+def is_told(slot: Slot, estimate: Estimate) -> bool:
+    """Whether readings exclude something of what a machine could have."""
+    (low, high), (least, most) = slot.effect.parameters[slot.name].plausible, estimate.interval_95
+    return least > low or most < high
+
+
+def _by_effect(fit: Fit, found: Sequence[tuple[Slot, Estimate]]) -> dict[str, dict[str, Estimate]]:
+    told: dict[str, dict[str, Estimate]] = {i: {} for i in fit.ids}
+    for slot, estimate in found:
+        told[slot.effect.id][slot.name] = estimate
+    return told
+
+
+def _with_sigma(forward: Forward, fit: Fit) -> tuple[list[Slot], np.ndarray, np.ndarray]:
+    """What a fit says: slots, numbers and one sigma of each, in units of their scales."""
+    return [forward.slots[p] for p in fit.free], fit.vector[fit.free], np.sqrt(np.diag(spread_of(fit.columns)))
+
+
+def spread_of(columns: np.ndarray) -> np.ndarray:
+    """Covariance (k, k) of numbers with whitened derivatives ``columns`` (k, N), large along what no reading shows."""
+    size = np.maximum(np.linalg.norm(columns, axis=1), 1e-30)
+    alike = columns / size[:, None]
+    return np.linalg.inv(alike @ alike.T + ALIKE * np.eye(len(size))) / np.outer(size, size)
+
+
+def _judged(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> list[tuple[Slot, Estimate]]:
+    """Numbers and their sigmas, given in units of their scales, each with whether a real machine could have it.
+
+    What the only size of an effect is, its gain comes from. One of several may be hardly bound by the readings and far
+    out at the best fit by chance, as what only shapes others: what a machine has then fits as well.
+    """
+    found = []
+    sizes = Counter(s.effect.id for s in slots if not s.effect.parameters[s.name].modifier)
+    for slot, x, u in zip(slots, values, spread, strict=True):
+        declared, (lowest, highest) = slot.effect.parameters[slot.name], ends(slot)
+        one_of_several = declared.modifier or sizes[slot.effect.id] > 1
+        reach = COVERAGE_95 * u if one_of_several else 0.0
+        there = lowest - reach <= x <= highest + reach or abs(x - declared.null / slot.scale) <= 2.0 * u
+        found.append((slot, Estimate(float(x * slot.scale), float(u * slot.scale), declared.unit, bool(there))))
+    return found
+
+
+def ends(slot: Slot) -> tuple[float, float]:
+    """Lowest and highest that a number of a real machine could be, in units of its scale."""
+    declared = slot.effect.parameters[slot.name]
+    null, (low, high) = declared.null, declared.plausible
+    lowest, highest = _with_slack(low - null, -EDGE), _with_slack(high - null, EDGE)
+    return (null + lowest) / slot.scale, (null + highest) / slot.scale
+
+
+def _with_slack(bound: float, factor: float) -> float:
+    """A bound relative to null, a factor further up, or down where that is negative."""
+    return bound * abs(factor) if bound * factor > 0.0 else bound / abs(factor)
+
+
+def is_plausible(forward: Forward, fit: Fit) -> bool:
+    """True when all numbers could be met on a real machine: those that were found by what is known of them, the others
+    as they are (``within.py`` fits them so where it can); none diverged.
+
+    That an effect is there says its gain. Its numbers need not be known for that: of two that do the same only their
+    sum is, of one that saturates only that it is large.
+    """
+    return not has_diverged(fit) and is_possible(*_with_sigma(forward, fit), everywhere=True)
+
+
+def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray, everywhere: bool = False) -> bool:
+    """The same of numbers (k,) and their sigmas (k,) in units of their scales; of what was not found only where
+    ``everywhere``: in the linear range it may be anything as well.
+    """
+    seen = spread > 0.0
+    judged = _judged([s for s, there in zip(slots, seen, strict=True) if there], values[seen], spread[seen])
+    if not all(e.plausible for s, e in judged if is_told(s, e)):
+        return False
+    return not everywhere or all(_is_within(ends(s), e.value / s.scale) for s, e in judged if not is_told(s, e))
+
+
+def _is_within(bounds: tuple[float, float], x: float) -> bool:
+    """Whether a number is within bounds: on one, give or take what is lost on the way there, too."""
+    lost = ROUNDED * max(map(abs, bounds))
+    return bounds[0] - lost <= x <= bounds[1] + lost
+
+
+def has_diverged(fit: Fit) -> bool:
+    """True where a fit has left the range of numbers: what it says is no finding."""
+    numbers = [fit.vector[fit.free], fit.values, np.array([fit.chi2])]
+    return bool(any(not np.isfinite(x).all() for x in numbers) or np.any(np.abs(fit.vector[fit.free]) > DIVERGED))
+
+
+def prior_sigma(forward: Forward, free: Sequence[int]) -> np.ndarray:
+    """What is known of parameters before any reading: one sigma (k,) about null in units of their scales, from what a
+    real machine could have.
+    """
+    reach = []
+    for position in free:
+        slot = forward.slots[position]
+        declared = slot.effect.parameters[slot.name]
+        reach.append(max(abs(bound - declared.null) for bound in declared.plausible) / slot.scale)
+    return np.array(reach)

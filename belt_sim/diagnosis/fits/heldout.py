@@ -1,0 +1,202 @@
+"""Held-out error: whole conditions (a tension, a sign of yaw) are left out, the rest is refitted, they are predicted.
+
+Refits are one Gauss-Newton step from the joint fit, which is exact for effects that enter linearly. Before any reading
+a parameter is known as well as a real machine allows (candidate.prior_sigma), and harmonics as well as they fall
+(spectrum.py): what only the left-out runs show falls back to null; a condition is one that hold-out cannot test where
+the rest does not know what the effects do to it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from belt_sim.diagnosis.fits.candidate import prior_sigma
+from belt_sim.diagnosis.fits.fit import Fit, room
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.numerics.bounded import inside
+from belt_sim.diagnosis.readings.spectrum import with_harmonics
+
+KNOWN = 0.5  # what the numbers do to left-out readings is known from the other runs when its u is below this share of
+#             what it was before any, and below its size: what may as well be nothing, or twice as much, says nothing
+LARGE = 0.9  # of the largest yaw, from which a yaw counts as the largest
+VISIBLE = 2.0  # sigma by which left-out readings have to be uncertain before anybody asks who knows them
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition left out: -2 log of the density that the rest predicted for it (surprise), errors (m,) [m] of its
+    lateral readings, what one sigma of each refitted number moves there (k, m), which record (run and signal) each
+    reading is of (m,), and whether the rest knows what the numbers do there; out (R,): its runs; left (r, S, n): all
+    their errors.
+    """
+
+    surprise: float
+    errors: np.ndarray
+    moved: np.ndarray
+    record: np.ndarray
+    out: np.ndarray
+    left: np.ndarray
+    testable: bool = True
+
+    @property
+    def rms(self) -> float:
+        """Of the errors [m]."""
+        return float(np.sqrt(np.mean(self.errors**2))) if self.errors.size else float("nan")
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """chi2: -2 log of the density that the refits predicted for the left-out readings, up to a constant (without
+    free parameters the squared length of the whitened error); rms [m]: of the lateral signals; conditions by name.
+    """
+
+    chi2: float
+    rms: float
+    conditions: dict[str, Condition] = field(default_factory=dict)
+
+    @property
+    def by_condition(self) -> dict[str, float]:
+        """rms [m] of every condition."""
+        return {name: c.rms for name, c in self.conditions.items()}
+
+    @property
+    def tested(self) -> tuple[str, ...]:
+        """Conditions that test something; all where none does."""
+        return tuple(n for n in self.conditions if n not in self.untestable) or tuple(self.conditions)
+
+    def over(self, names: Sequence[str]) -> float:
+        """rms [m] over some conditions."""
+        return float(np.sqrt(np.mean(np.concatenate([self.conditions[n].errors for n in names]) ** 2)))
+
+    @property
+    def untestable(self) -> tuple[str, ...]:
+        """Conditions that alone show what the effects do there, so that leaving them out tests nothing."""
+        return tuple(name for name, c in self.conditions.items() if not c.testable)
+
+
+def conditions(bench: Workbench) -> dict[str, np.ndarray]:
+    """Name -> which runs (R,) it leaves out: every tension, every sign of yaw, the largest yaws where there are smaller
+    ones, and the runs marked hold_out.
+
+    The lowest and the highest tension and the largest yaw ask for an extrapolation, in which a wrong law shows first.
+    """
+    runs = bench.samples.runs
+    fitted = np.array([r.use == "fit" for r in runs])
+    tension = np.array([r.tension for r in runs])
+    sign = np.array([np.sign(r.yaw) for r in runs])
+    found = {f"{t / 1e6:g} N/mm2": (tension == t) & fitted for t in np.unique(tension)}
+    found |= {f"yaw {'+' if s > 0 else '-' if s < 0 else '0'}": (sign == s) & fitted for s in np.unique(sign)}
+    size = np.abs([r.yaw for r in runs])
+    large = size > LARGE * np.max(size[fitted], initial=0.0)
+    if np.any(fitted & ~large & (size > 0.0)):
+        found["largest yaw"] = large & fitted
+    kept = {n: m for n, m in found.items() if m.any() and not m[fitted].all()}
+    if not fitted.all():
+        kept["hold_out"] = ~fitted
+    return kept or {"all": fitted}
+
+
+def held_out(bench: Workbench, fit: Fit) -> HeldOut:
+    """Prediction error of ``fit`` on each condition when that condition is left out."""
+    before = _before(bench, fit)
+    found = {name: _left_out(bench, fit, out, *before) for name, out in conditions(bench).items()}
+    errors = np.concatenate([c.errors for c in found.values()])
+    rms = float(np.sqrt(np.sum(errors**2) / max(errors.size, 1)))
+    return HeldOut(sum(c.surprise for c in found.values()), rms, found)
+
+
+def lateral_readings(bench: Workbench, out: np.ndarray) -> np.ndarray:
+    """Which readings (r, S, n) of the runs ``out`` (R,) are of lateral signals and there."""
+    lateral = np.array([s.kind == "lateral" for s in bench.samples.signals])
+    return np.isfinite(bench.samples.y[out]) & lateral[None, :, None]
+
+
+def _before(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of the free numbers (k,) of a fit: one sigma before any reading, the same as harmonics fall, and how far off null
+    they are.
+    """
+    allowed = prior_sigma(bench.forward, fit.free)
+    away = fit.vector[fit.free] - bench.forward.null()[fit.free]
+    slots = [bench.forward.slots[k] for k in fit.free]
+    variance = np.diag(fit.covariance) if any(s.effect.linear for s in slots) else allowed
+    return allowed, with_harmonics(slots, away, variance, allowed), away
+
+
+def _left_out(
+    bench: Workbench, fit: Fit, out: np.ndarray, allowed: np.ndarray, sigma: np.ndarray, away: np.ndarray
+) -> Condition:
+    runs, there = len(bench.samples.runs), lateral_readings(bench, out)
+    record = np.broadcast_to(np.arange(there[..., 0].size).reshape(there.shape[:2])[..., None], there.shape)[there]
+    blocks = fit.residual.reshape(runs, -1)
+    if not fit.free:
+        left = blocks[out].ravel()
+        errors = bench.samples.y[out] - fit.values[out]
+        return Condition(float(left @ left), errors[there], np.empty((0, len(record))), record, out, errors)
+    columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
+    here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
+    step, root = _refit(rest, blocks[~out].ravel(), sigma, away, room(fit, bench.forward.sides))
+    left = blocks[out].ravel() - step @ here
+    errors = bench.samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
+    return Condition(
+        surprise=_surprise(left, here, rest, sigma),
+        errors=errors[there],
+        moved=root @ fit.slopes[:, out][:, there],
+        record=record,
+        out=out,
+        left=errors,
+        testable=_is_known(here, root, allowed, away, [bench.forward.slots[k].effect.id for k in fit.free]),
+    )
+
+
+def _refit(columns: np.ndarray, residual: np.ndarray, sigma: np.ndarray, away: np.ndarray, space):
+    """The step (k,) from a joint fit ``away`` from null to that of some runs with the prior, and a root (k, k) of its
+    covariance: rows are what one sigma of independent combinations adds to the numbers.
+
+    space: how far each number may go down and up (k,); what a machine has on one side of null only (a stiffness) some
+    runs alone, which may hardly show it, do not put on the other.
+    """
+    scale = 1.0 / np.sqrt(np.sum(columns**2, axis=1) + sigma**-2.0)
+    information = (columns @ columns.T + np.diag(sigma**-2.0)) * np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(information)
+    root = (vectors / np.sqrt(np.maximum(values, 1e-12))).T * scale
+    along = columns @ residual - away / sigma**2
+    step = root.T @ (root @ along)
+    if np.any((step < space[0]) | (step > space[1])):
+        step = scale * inside(information, scale * along, space[0] / scale, space[1] / scale)
+    return step, root
+
+
+def _surprise(left: np.ndarray, here: np.ndarray, rest: np.ndarray, sigma: np.ndarray) -> float:
+    """-2 log predictive density of whitened errors ``left`` (m,) when parameters with shapes ``here`` (k, m) are known
+    from ``rest`` (k, m') and a prior of ``sigma`` (k,): r^T (I + J^T C J)^-1 r + log det(I + J^T C J).
+    """
+    information = rest @ rest.T + np.diag(sigma**-2.0)
+    scale = 1.0 / np.sqrt(np.diag(information) + np.sum(here**2, axis=1))
+    information = information * np.outer(scale, scale)
+    seen = here * scale[:, None]
+    total = information + seen @ seen.T
+    along = seen @ left
+    explained = along @ np.linalg.solve(total, along)
+    return float(left @ left - explained + np.linalg.slogdet(total)[1] - np.linalg.slogdet(information)[1])
+
+
+def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.ndarray, owners: Sequence[str]) -> bool:
+    """Whether the other runs know what the numbers do to the left-out readings ``here`` (k, m): better than any machine
+    does, and better than to within the whole of it.
+
+    Numbers that are known together only (an offset and a gain of the tension) may each be unknown in that. But what
+    every effect does has to be known, of which the numbers ``owners`` (k,) are, or else all of them together as well as
+    that: beside an edge of a thousand sigma nobody sees that the others know nothing of a crown.
+    """
+    off = float(np.linalg.norm(root @ here))
+
+    def known(own: np.ndarray) -> bool:
+        least = float(np.linalg.norm(root[:, own] @ here[own]))
+        before, whole = (
+            float(np.linalg.norm(sigma[own, None] * here[own])),
+            float(np.linalg.norm(away[own] @ here[own])),
+        )
+        return least < VISIBLE or min(off, least) < min(KNOWN * before, whole)
+
+    return off < VISIBLE or all(known(np.array([o == name for o in owners])) for name in set(owners))

@@ -1,0 +1,51 @@
+"""The seam for what no effect of the library is: what a search for unknown laws hands to the verdict."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
+
+
+class Unknown(Protocol):
+    """What is seen beside a fit."""
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """Tests by which something is left that chance does not explain; empty when nothing is."""
+
+    def columns(self) -> np.ndarray:
+        """Shapes (k, R, S, n) of what is left, to refit effects beside it; none where nothing was found."""
+
+
+@dataclass(frozen=True)
+class OneLaw:
+    """A single law in closed loop: what it says, its predictions (R, S, n), and the chi2 that its numbers (cost), and
+    its being the best of so many (searched), had to earn.
+    """
+
+    words: str
+    values: np.ndarray
+    cost: float
+    searched: float
+
+    @property
+    def price(self) -> float:
+        """What it had to earn altogether [chi2]."""
+        return self.cost + self.searched
+
+
+class Look(Protocol):
+    """The search for unknown laws."""
+
+    def __call__(self, bench: Workbench, fit: Fit, failed: bool) -> Unknown:
+        """What is seen beside ``fit``; failed: whether another test has shown already that something is left."""
+
+    def one_law(self, bench: Workbench, fit: Fit, least: float, *, closely: bool = False) -> OneLaw | None:
+        """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``; closely: one
+        that changes what it reads is sought as well."""
+
+    def lead_by_chance(self, bench: Workbench, base: Fit, effects: Fit) -> np.ndarray:
+        """How much more chi2 the best law explains than ``effects`` in campaigns in which these are right, (draws,)."""

@@ -1,0 +1,140 @@
+"""The scale on which a residual is judged: readings whitened by noise, with nuisances integrated out.
+
+x -> (I + N N^T)^(-1/2) L^(-1) x has unit covariance when nothing is missing: L the Cholesky factor of noise.py, N the
+whitened nuisance shapes in units of their prior sigma (zero, gain, tension and yaw setting of every run, and where the
+yaw was applied; stiffness and length of the belt, shared by all).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.noise.noise import Levels, covariance, whitener
+from belt_sim.diagnosis.readings.samples import Samples
+
+AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Whitening of arrays (..., R, S, n) into vectors (..., N)."""
+
+    samples: Samples
+    levels: Levels
+    roots: np.ndarray  # (R, S, n, n); zero rows where nothing was measured
+    local: tuple[np.ndarray, np.ndarray]  # a run's nuisances: directions (R, k, S*n), shrinkage (R, k)
+    shared: tuple[np.ndarray, np.ndarray]  # those of all runs together: (m, N), (m,)
+
+    def noise_white(self, x: np.ndarray) -> np.ndarray:
+        """L^-1 x, shape (..., R, S*n): white noise, nuisances still in it."""
+        filled = np.where(np.isfinite(x), x, 0.0)
+        many, (runs, signals, n) = int(np.prod(x.shape[:-3])), x.shape[-3:]
+        each = filled.reshape(many, runs, signals, n).transpose(1, 2, 0, 3)
+        # all of them by one matrix product a record
+        white = np.matmul(each, self.roots.swapaxes(-1, -2)).transpose(2, 0, 1, 3)
+        return white.reshape(*x.shape[:-2], signals * n)
+
+    def whiten(self, x: np.ndarray) -> np.ndarray:
+        """Unit-covariance vector (..., N) of readings or shapes (..., R, S, n)."""
+        many = int(np.prod(x.shape[:-3]))
+        each, found = x.reshape(many, *x.shape[-3:]), np.empty((many, int(np.prod(x.shape[-3:]))))
+        for start in range(0, many, AT_ONCE):
+            white = self.noise_white(each[start : start + AT_ONCE])
+            found[start : start + AT_ONCE] = _shrink(_shrink_runs(white, *self.local), *self.shared)
+        return found.reshape(*x.shape[:-3], found.shape[1])
+
+    def back(self, white: np.ndarray) -> np.ndarray:
+        """Rows (k, R, S, n) whose products with readings are those of vectors (k, N) with whitened readings, so that
+        many sets of these need not be whitened.
+        """
+        runs, signals, n = self.samples.y.shape
+        by_run = _shrink(white, *self.shared).reshape(len(white), runs, signals * n)
+        each = _shrink_runs(by_run, *self.local).reshape(len(white), runs, signals, n)
+        return np.matmul(each.transpose(1, 2, 0, 3), self.roots).transpose(2, 0, 1, 3)
+
+    def chi2(self, residual: np.ndarray) -> np.ndarray:
+        """Squared length of whitened residuals (..., R, S, n) -> (...)."""
+        return np.sum(self.whiten(residual) ** 2, axis=-1)
+
+
+def _shrink(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndarray:
+    return x - ((x @ directions.T) * share) @ directions
+
+
+def _shrink_runs(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Rows (k, R, S*n) -> (k, R * S*n), every run by its own directions (R, k, S*n) and shares (R, k)."""
+    runs = x.swapaxes(0, 1)
+    found = runs - ((runs @ directions.swapaxes(1, 2)) * share[:, None]) @ directions
+    return found.swapaxes(0, 1).reshape(len(x), x.shape[1] * x.shape[2])
+
+
+def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tuple[np.ndarray, np.ndarray]:
+    """Shapes in units of one prior sigma: of every run (K, R, S, n), and of what all runs share (m, R, S, n).
+
+    All runs share the stiffness, the place of the yaw where a logger may tell it too late in all runs alike, and the
+    length of the belt: what comes once a turn drifts out of step with the stated length, the more the longer a record.
+
+    values (R, S, n): predictions; slopes (5, R, S, n): along forward.NUISANCES.
+    """
+    runs, _, n = values.shape
+    shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
+    for s, signal in enumerate(samples.signals):
+        for size, shape in ((signal.zero, np.ones((runs, n))), (signal.gain, values[:, s])):
+            if size > 0:
+                row = np.zeros_like(values)
+                row[:, s] = size * shape
+                shapes.append(row)
+    late = np.array([run.yaw_at_u for run in samples.runs])
+    shared = [stiffness_sigma(campaign) * slopes[0]]
+    if late.any():
+        shapes.append(late[:, None, None] * slopes[3])
+        shared.append(shapes[-1])
+    if (longer := length_sigma(campaign, float(np.max(samples.cases.rig.belt_length)))) > 0:
+        shared.append(longer * slopes[4])
+    return np.stack(shapes), np.stack(shared)
+
+
+def stiffness_sigma(campaign: Campaign) -> float:
+    """Relative uncertainty of F/EI beyond the tension's own: E, and the width (1/b^2)."""
+    belt = campaign.belt
+    return float(
+        np.hypot(
+            belt.youngs_modulus.u / belt.youngs_modulus.value,
+            2.0 * belt.width.u / belt.width.value,
+        )
+    )
+
+
+def length_sigma(campaign: Campaign, length: float) -> float:
+    """Relative uncertainty of the belt's length [m]: of the centre distance and of both radii."""
+    machine = campaign.machine
+    radii = np.hypot(machine.head_radius.u, machine.tail_radius.u)
+    return float(np.hypot(2.0 * machine.centre_distance.u, np.pi * radii) / length)
+
+
+def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.ndarray) -> Metric:
+    """The metric at given noise levels; shapes and shared from ``nuisance_shapes``."""
+    runs, signals, n = samples.y.shape
+    roots = np.zeros((runs, signals, n, n))
+    seen: dict[bytes, np.ndarray] = {}
+    for r in range(runs):
+        for s, signal in enumerate(samples.signals):
+            keep = np.flatnonzero(np.isfinite(samples.y[r, s]))
+            travel = samples.travel[r, keep]
+            key = travel.tobytes() + bytes([s]) + np.float64(samples.per_bin[r]).tobytes()
+            if key not in seen:
+                seen[key] = whitener(covariance(signal, travel, samples.per_bin[r], levels, s))
+            roots[r, s][np.ix_(keep, keep)] = seen[key]
+    none = np.zeros((0, 1)), np.zeros(0)
+    bare = Metric(samples, levels, roots, none, none)
+    local = _shrinkage(bare.noise_white(shapes).swapaxes(0, 1))
+    return Metric(samples, levels, roots, local, _shrinkage(_shrink_runs(bare.noise_white(shared), *local)))
+
+
+def _shrinkage(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (..., k, m) and shares (..., k) with (I + N N^T)^(-1/2) = I - sum share d d^T; columns (..., k, m):
+    N^T.
+    """
+    _, size, directions = np.linalg.svd(columns, full_matrices=False)
+    return directions, 1.0 - 1.0 / np.sqrt(1.0 + size**2)

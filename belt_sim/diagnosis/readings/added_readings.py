@@ -1,0 +1,71 @@
+"""What linear effects add to the readings, without the march: then their harmonics make no march another program.
+
+That is exact where every other sensor law shows a gain times the reading and an offset; beside any other law, one of a
+gauge that sticks for instance, a linear effect is compiled into the march.
+"""
+
+from collections.abc import Sequence
+from functools import cache, partial
+
+import jax
+import jax.numpy as jnp
+
+from belt_sim.case import Case, Settings
+from belt_sim.diagnosis.readings.as_set import Slot, run_at
+from belt_sim.effects.around_engine import true_travel
+from belt_sim.effects.base import Effect, overrides, uses
+from belt_sim.laws.sensor import Reading
+from belt_sim.stored_code import kept, own
+
+READ_BY = ("encoder", "seen", "sensor")  # hooks by which readings are what they are
+
+
+def only_added(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
+    """Those of ``classes`` whose readings can be added to those of a march without them."""
+    sensors = [c for c in classes if overrides(c, ("sensor",))]
+    return tuple(c for c in classes if c.linear) if all(c.linear or c.affine for c in sensors) else ()
+
+
+def of_readings(classes: Sequence[type[Effect]], adding: Sequence[type[Effect]]) -> list[type[Effect]]:
+    """The effects on which it depends what ``adding`` add."""
+    return [c for c in classes if c in adding or overrides(c, READ_BY)]
+
+
+@cache
+def compiled_added(slots: tuple[Slot, ...], adding: tuple[type[Effect], ...]):
+    """What the effects ``adding`` add to the readings of a batch of points and runs."""
+    one = partial(_one_added, slots=slots, adding=adding)
+    classes = tuple(dict.fromkeys(s.effect for s in slots))
+    name = f"added {adding} {[f'{s.effect.id}.{s.name}' for s in slots]}" if own(*classes) else None
+    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None)), name)
+
+
+def _one_added(vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, *, slots, adding):
+    """What effects add to the readings of one run at every place, (6, n).
+
+    Readings show as much of each number as ``shown`` says; where the sensors were zeroed all of it stood.
+    """
+
+    def added(numbers, travel, time):
+        effects, case = run_at(numbers, slots, Case(rig=rig, belt=belt, settings=settings))
+        return _added(effects, adding, case, travel, time)
+
+    zero = added(vector, yaw_at[None], yaw_at[None] / settings.speed)
+    return jnp.pad(added(vector * shown, travel, time) - zero, ((0, 2), (0, 0)))
+
+
+def _added(effects: Sequence[Effect], adding: Sequence[type[Effect]], case: Case, stated, time):
+    """What those of ``effects`` that are of the classes ``adding`` add to y at points 1-4, shape (4, n), at encoder
+    travels ``stated`` [m] and times ``time`` [s], both (n,)."""
+    seen = true_travel(effects, case, stated)
+    for e in uses(effects, "seen"):
+        seen = e.seen(seen, case)
+
+    def shown(some):
+        none = jnp.zeros((4, len(stated)))
+        reading = Reading(travel=stated, seen=seen, time=time, y=none, tilt=none[:2])
+        for e in uses(some, "sensor"):
+            reading = e.sensor(reading, case)
+        return reading.y
+
+    return shown(effects) - shown([e for e in effects if type(e) not in adding])

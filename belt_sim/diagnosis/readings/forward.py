@@ -1,0 +1,250 @@
+"""The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
+
+A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw | length
+of the belt], the last five relative, relative, in radians, in metres of travel and relative, the same for every run (a
+run's own setting error is small and enters linearly, through the derivative). Many points are computed at once;
+derivatives are differences of neighbouring points, which share the point they start from. What is null is not compiled
+in (``compositions``); both points of a difference are marched by the same code, so that its rounding is not taken for a
+derivative.
+
+Points and runs are marched as one list of rows, a fixed number at a time, over as many steps as the campaign needs: one
+compilation serves campaigns of any number of runs, samples, travel and step.
+"""
+
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import replace
+from functools import cache, partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.analytic.composition import Composition
+from belt_sim.analytic.march import march_open
+from belt_sim.analytic.plan import plan_steps
+from belt_sim.case import Case, Settings
+from belt_sim.diagnosis.readings import linear_readings
+from belt_sim.diagnosis.readings.added_readings import compiled_added, of_readings, only_added
+from belt_sim.diagnosis.readings.as_set import NUISANCES, Slot, lengthened, run_at
+from belt_sim.diagnosis.readings.batches import Work, finish, in_batches
+from belt_sim.diagnosis.readings.compositions import LIGHT, READ, Groups, group_of, members
+from belt_sim.diagnosis.readings.samples import Samples
+from belt_sim.effects.around_engine import indicate
+from belt_sim.effects.base import Effect
+from belt_sim.stored_code import is_written, kept, model_name
+
+STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
+REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
+ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
+SLOTS = 16  # the same of the wrap's history
+DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
+DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6)  # of stiffness, tension, yaw [rad], its place [m] (half a step), length
+
+
+class Forward:
+    """Predictions of ``model`` with every effect of ``classes`` within reach, all null to begin with."""
+
+    def __init__(
+        self,
+        samples: Samples,
+        model: Composition,
+        classes: Sequence[type[Effect]],
+        step: float = STEP,
+        terms: Mapping[str, int] | None = None,
+        like: "Forward | None" = None,
+        brief: bool = False,
+    ) -> None:
+        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved;
+        like: another with as much room, whose compiled code serves this one too; brief: it is asked so little that
+        compiling is to be quick."""
+        self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
+        self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
+        self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
+        self.linear = np.array([s.effect.linear for s in self.slots] + [False] * len(NUISANCES))
+        self.size = len(self.slots) + len(NUISANCES)
+        self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
+        ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
+        self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
+        self._groups = [group_of(s.effect) for s in self.slots]
+        self._added = only_added(self.classes)
+        travel = samples.end * REACH + 0.5
+        steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
+        self._march = travel / steps, steps
+        self.brief = brief
+        self._room: tuple[int, int] = room_for(steps, slots) if like is None else like._room
+        self.tension, self.yaw = np.zeros((2, len(samples.runs)))
+        self.longer = 0.0
+        self.offset: np.ndarray | float = 0.0
+        self.columns: dict[tuple, np.ndarray] = {}  # of linear effects, as far as they are known (linear_readings)
+
+    def set_to(self, tension: np.ndarray, yaw: np.ndarray, longer: float = 0.0) -> "Forward":
+        """The same with every run (R,) set off by these [relative, rad], and a belt that is so much longer [1]."""
+        settings = self.samples.cases.settings
+        change = np.array(settings.yaw.change)
+        change[:, -1] += yaw - self.yaw
+        settings = replace(
+            settings,
+            tension=settings.tension * (1.0 + tension) / (1.0 + self.tension),
+            yaw=replace(settings.yaw, change=change),
+        )
+        found = copy(self)
+        rig = lengthened(self.samples.cases.rig, (1.0 + longer) / (1.0 + self.longer) - 1.0)
+        found.samples = replace(self.samples, cases=replace(self.samples.cases, settings=settings, rig=rig))
+        found.tension, found.yaw, found.longer, found.offset = tension, yaw, longer, 0.0
+        found.columns = {}
+        return found
+
+    def less(self, offset: np.ndarray) -> "Forward":
+        """The same with ``offset`` (R, S, n) taken off all predictions of its own runs."""
+        found = copy(self)
+        found.offset = offset
+        return found
+
+    def index(self, effect_id: str) -> list[int]:
+        """Positions in the parameter vector of an effect's parameters."""
+        return [k for k, s in enumerate(self.slots) if s.effect.id == effect_id]
+
+    def modifiers(self, effect_id: str) -> int:
+        """How many of an effect's parameters only shape what its others do, and are not tried on a grid."""
+        mine = [s.effect.parameters[s.name] for s in self.slots if s.effect.id == effect_id]
+        return sum(p.modifier and not p.grid for p in mine)
+
+    def grids(self, effect_id: str) -> dict[int, tuple[float, ...]]:
+        """Positions of an effect's parameters that are tried on a grid, and the values there."""
+        declared = {k: self.slots[k].effect.parameters[self.slots[k].name] for k in self.index(effect_id)}
+        belt = float(self.samples.cases.rig.belt_length)
+        units = {k: (belt if p.of_belt else 1.0) / p.scale for k, p in declared.items()}
+        return {k: tuple(v * units[k] for v in p.grid) for k, p in declared.items() if p.grid}
+
+    def null(self) -> np.ndarray:
+        """q (size,) with nothing wrong."""
+        return self._null.copy()
+
+    def values(self, vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
+        """Predictions (C, R, S, n) at parameter vectors (C, size)."""
+        return self._composed(vector, self._active(vector), samples)
+
+    def _composed(self, vector: np.ndarray, codes: Sequence[Groups], samples: Samples | None) -> np.ndarray:
+        """The same by the code of some groups of effects each."""
+        samples = samples or self.samples
+        places = {code: np.flatnonzero([c == code for c in codes]) for code in dict.fromkeys(codes)}
+        marched = [(rows, self._marched(vector[rows], code, samples)) for code, rows in places.items()]
+        own = [k for k, s in enumerate(self.slots) if s.effect in self._added]
+        rows = np.flatnonzero(np.any(vector[:, own] != self._null[own], axis=1))
+        of, shown = self._shown(vector[rows], samples) if len(rows) else (rows, None)
+        finish([*(work for _, work in marched), *([shown] if shown else [])])
+        found = np.empty((len(vector), *samples.y.shape))
+        for here, work in marched:
+            found[here] = work.found
+        if shown:
+            found[rows] += shown.found[of]
+        return found - self.offset if samples is self.samples else found
+
+    def lanes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
+        """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
+        points, of = np.unique(vector, axis=0, return_inverse=True)
+        read = np.any(directions[:, self.linear], axis=1) & ~np.any(directions[:, ~self.linear], axis=1)
+        along = np.where(read[:, None], 0.0, directions)
+        codes = self._codes(points, of.reshape(-1), along)
+        starts = list(dict.fromkeys(zip(of.reshape(-1).tolist(), codes, strict=True)))
+        start = [starts.index(key) for key in zip(of.reshape(-1).tolist(), codes, strict=True)]
+        moving = np.flatnonzero(np.any(along, axis=1))
+        least = np.array([DIFFERENCE] * len(self.slots) + list(DIFFERENCES))
+        step = np.min(least / np.maximum(np.abs(along[moving]), 1e-30), axis=1, initial=np.inf)[:, None]
+        asked = np.concatenate([points[[k for k, _ in starts]], vector[moving] + step * along[moving]])
+        found = self._composed(asked, [c for _, c in starts] + [codes[k] for k in moving], samples)
+        values = found[start]
+        slopes = np.zeros_like(values)
+        slopes[moving] = (found[len(starts) :] - values[moving]) / step[..., None, None]
+        if read.any():
+            slopes[read] = linear_readings.slopes(self, vector[read], directions[read], samples or self.samples)
+        return values, slopes
+
+    def _active(self, vector: np.ndarray) -> list[Groups]:
+        """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
+        off = vector[:, : len(self.slots)] != self._null[: len(self.slots)]
+        out = {READ, *map(group_of, self._added)}
+        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - out for row in off]
+
+    def _codes(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
+        """By which code each derivative is taken: one for all of a point, but for what is dear."""
+        there, moved = self._active(points), self._active(self._null + along)
+        shared = [
+            groups.union(*(moved[k] & {LIGHT} for k in np.flatnonzero(of == p))) for p, groups in enumerate(there)
+        ]
+        return [shared[p] | groups for p, groups in zip(of, moved, strict=True)]
+
+    def _marched(self, vector: np.ndarray, groups: Groups, samples: Samples) -> Work:
+        """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
+        within = set(members(self.classes, groups))
+        kept = [k for k, s in enumerate(self.slots) if s.effect in within]
+        tilts = any(s.at.endswith("mid_span") for s in samples.signals)
+        march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, self.brief)
+        scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
+        vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
+        return in_batches(march, vector, _shown_by_bins([self.slots[k] for k in kept], samples), samples, self._march)
+
+    def _shown(self, vector: np.ndarray, samples: Samples) -> tuple[np.ndarray, Work]:
+        """What effects that only add to the readings add to them, by one program for any harmonics: of each of (C,)
+        where it stands in what is found."""
+        slots = tuple(Slot(c, name) for c in of_readings(self.classes, self._added) for name in c.parameters)
+        numbers = np.tile([*(s.null for s in slots), *np.zeros(len(NUISANCES))], (len(vector), 1))
+        numbers[:, len(slots) :] = vector[:, len(self.slots) :]
+        place = {slot: k for k, slot in enumerate(slots)}
+        for k, slot in enumerate(self.slots):
+            if slot in place:
+                numbers[:, place[slot]] = vector[:, k] * slot.scale
+        different, of = np.unique(numbers, axis=0, return_inverse=True)
+        program = compiled_added(slots, self._added)
+        return of.reshape(-1), in_batches(program, different, _shown_by_bins(slots, samples), samples)
+
+    def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
+        """The effects ``ids`` with the numbers of a parameter vector."""
+        numbers: dict[str, dict[str, float]] = {c.id: {} for c in self.classes}
+        for slot, value in zip(self.slots, vector, strict=False):
+            numbers[slot.effect.id][slot.name] = float(value) * slot.scale
+        return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
+
+
+def _shown_by_bins(slots: Sequence[Slot], samples: Samples) -> np.ndarray:
+    """How much of each number, and of each nuisance behind them, every run shows, (R, k)."""
+    shown = linear_readings.shown_by_bins([(s.effect, s.name) for s in slots], samples)
+    return np.concatenate([shown, np.ones((len(shown), len(NUISANCES)))], axis=1)
+
+
+@cache
+def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int, tilts: bool, brief: bool):
+    """Predictions at a batch of points and runs; tilts: of roll as well, which a march feels."""
+    only = ("y", "tilt") if tilts else ("y",)
+    one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only)
+    effects = tuple(dict.fromkeys(s.effect for s in slots))
+    named = model_name(model, *effects)
+    name = named and f"{named} {[f'{s.effect.id}.{s.name}' for s in slots]} {room} {history} {only}"
+    brief = brief and (name is None or any(map(is_written, effects)))
+    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), name, brief)
+
+
+def room_for(steps: int, slots: int) -> tuple[int, int]:
+    """Records and slots of the wrap's history that compiled code has, for so many."""
+    return _doubled(ROOM, steps + 2), _doubled(SLOTS, slots)
+
+
+def _doubled(size: int, least: int) -> int:
+    """``size``, doubled until it is at least ``least``."""
+    while size < least:
+        size *= 2
+    return size
+
+
+def _one_run(
+    vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, *,
+    model, slots, room, history, only,
+):  # fmt: skip
+    """Readings (6, n) of one run at every place; (4, n) where ``only`` has no tilt."""
+    effects, case = run_at(vector * shown, slots, Case(rig=rig, belt=belt, settings=settings))
+    curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only)
+    stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
+    read = indicate(curves, case, effects, stated, jnp.append(time, yaw_at / case.settings.speed))
+    lateral = read.y[:, :-1] - read.y[:, -1:]
+    return jnp.concatenate([lateral, read.tilt[:, :-1]]) if "tilt" in only else lateral
