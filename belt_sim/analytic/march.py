@@ -100,7 +100,7 @@ def march_open(
     beyond, last = jnp.arange(room)[:, None] > steps, _observe(carry, spans)
     places, order = _places(case)
     rows = {n: jnp.where(beyond, last[n], row) for n, row in rows.items()}
-    curves = {n: (row - row[0] if n == "y" else row).T for n, row in rows.items()}
+    curves = {n: (row - _lay(start) if n == "y" else row).T for n, row in rows.items()}
     curves = {n: rows[places if n in ("y", "angle") else order] for n, rows in curves.items()}
     return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
 
@@ -136,7 +136,7 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
     _, rows = jax.lax.scan(record, start, jnp.arange(records))
     first = _observe(start, spans)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
-    rows["y"] = rows["y"] - first["y"]
+    rows["y"] = rows["y"] - _lay(start)
     return _curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
 
 
@@ -250,17 +250,23 @@ def _partner(runoff):
 def _start(spans, slots):
     """The belt lies straight and sticks: y = 0 and alpha = 0 all round, whatever the yaw (paper eq. 11-13)."""
     zero = jnp.zeros(2)
-    off = wrap.RunOff(y=zero, alpha=zero)
+    off = wrap.RunOff.stuck(zero, zero, zero)
     yaw = _yaw(spans.case, drive.angle_at, 0.0)
     blank = spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw)
     yaw = _yaw_now(spans.effects, spans.case, 0.0, blank)
     now = spans.slid(spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw), off, yaw)
-    return jnp.zeros((slots, 4)).at[0].set(_landed(now)), now, off, yaw
+    return jnp.zeros((slots, 6)).at[0].set(_landed(now)), now, off, yaw
+
+
+def _lay(start):
+    """Where the belt lay before the start, at the places of ``_observe``."""
+    yaw = start[3]
+    return jnp.concatenate([yaw.aside_runup, yaw.aside_runoff[::-1]])
 
 
 def _landed(now):
-    """What the wrap's history keeps of an instant, shape (4,)."""
-    return jnp.stack([now.y[0], now.alpha[0], now.y[1], now.alpha[1]])
+    """What the wrap's history keeps of an instant, shape (6,)."""
+    return jnp.stack([now.y, now.alpha, now.moment], axis=1).ravel()
 
 
 def _observe(carry, spans):

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from belt_sim.case import Case
 from belt_sim.effects.base import uses
 from belt_sim.laws.inside import Bend, BoundaryValues, no_bend
-from belt_sim.laws.runup import State, Yaw
+from belt_sim.laws.runup import Contact, State, Yaw
 from belt_sim.laws.span import Response, Span, response
 from belt_sim.laws.wrap import RunOff
 
@@ -58,14 +58,15 @@ class Spans:
             stiffness=(0.0 if span.limp else 1.0) * answer.runup[:, 2],
             bending=span.bending + jnp.zeros(()),
             turned=jnp.stack([yaw.tail, yaw.head]),
+            left=off.turned[::-1],
             direction=case.settings.direction + jnp.zeros(()),
         )
 
     def slid(self, state: State, off: RunOff, yaw: Yaw) -> State:
         """The instant after the belt has turned on the pulleys, where effects let it."""
         for e in uses(self.effects, "slide"):
-            alpha = e.slide(state.alpha, state, self.case)
-            state = self.state(state.travel, state.since, state.y, alpha, off, yaw)
+            contact = e.slide(Contact(y=state.y, alpha=state.alpha), state, self.case)
+            state = self.state(state.travel, state.since, contact.y, contact.alpha, off, yaw)
         return state
 
     def boundary_values(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> BoundaryValues:

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from belt_sim.case import Case, Settings
 from belt_sim.errors import InputError
 from belt_sim.laws.inside import Bend, BoundaryValues
-from belt_sim.laws.runup import RunUp, State, Yaw
+from belt_sim.laws.runup import Contact, RunUp, State, Yaw
 from belt_sim.laws.sensor import Reading
 from belt_sim.laws.span import Response, Span
 from belt_sim.laws.wrap import RunOff
@@ -125,9 +125,9 @@ class Effect:
         """Run-up law: what is added to dy/ds and dalpha/ds."""
         return runup
 
-    def slide(self, alpha, state: State, case: Case):
-        """Run-up law: contact angles (2,) [rad] after the belt has turned on the pulleys at once."""
-        return alpha
+    def slide(self, contact: Contact, state: State, case: Case) -> Contact:
+        """Run-up law: how the belt lies where it runs up once it has slid on the pulleys, all at once."""
+        return contact
 
     def wrap(self, runoff: RunOff, state: State, case: Case) -> RunOff:
         """Wrap law: where the belt leaves the pulleys."""

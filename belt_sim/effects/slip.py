@@ -1,4 +1,4 @@
-"""Finite friction: a change of yaw turns the belt on its pulley, once."""
+"""Finite friction: the belt turns on a pulley at a change of yaw, and wherever it leaves one."""
 
 from dataclasses import dataclass, replace
 
@@ -6,43 +6,64 @@ import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
 
+_PASSES = 3  # of the length of a zone
+_ASIDE = 0.3  # of turn times zone: how far the end of a zone goes aside
+_LONG, _SHORT = 1.125, 0.2  # of the side force in a zone, to 2 % of its length
+
 
 @effect
 @dataclass(frozen=True, kw_only=True)
 class Slip(Effect):
-    """Right after a change of yaw the span bends, the belt on the pulley not yet: friction must take up the step M.
+    """A step M of the belt's moment at the end of a wrap is taken up by friction on a zone of the wrap, which slides.
 
-    Turning a wrapped belt meets at most mu F b/4R newton metres per metre, so M fades over z = 4 R M/(mu F b), and
-    the run-up turns by the curvature left there, M z/2EI; M is what is left once it has turned, M = M_0 - EI k M z/2EI
-    (k = dkappa/dtheta_u), a few per cent less on a long span and a third less on a short one. z ends with the wrap. A
-    change over ``over`` metres lands belt bent already, and turns it by M (z - over)/2EI or not at all. Then the belt
-    lands as bent as its span and sticks. Given as 1/mu, so that 0 is perfect sticking.
+    Turning a wrapped belt meets at most mu F b/4R newton metres per metre, so that M would fade over
+    z = 4 R M/(mu F b); a long zone goes aside as well, which meets mu F/R newtons per metre, and is shorter:
+    z/sqrt(1 + 1.125 x^2/(x + 0.2)) with x = z/b. The end of the wrap turns by the curvature left there, M zone/2EI, and
+    goes aside by 0.3 of turn times zone. M is what is left once it has turned, M_0 - EI k turn (k = dkappa/dtheta at
+    that end of the span). A zone ends with the wrap. Given as 1/mu, so that 0 is perfect sticking.
 
-    Beside the 3D belt on the test rig, what slip adds to y_1 in the first 3 m is right within 10 % at 20 and 40 N/mm2
-    and mu 0.15, within 25 % at 10, and up to 60 % too small at 0.3 (some 10 um). What sliding adds later, 1 to 2 % of
-    y, and the turning back of a short belt are not in it.
+    Where the belt runs up this happens once at each change of yaw: the span bends, the belt on the pulley not yet. A
+    change over ``over`` metres lands belt bent already, and turns it by M (zone - over)/2EI or not at all. Then the
+    belt lands as bent as its span and sticks. Where it leaves, sliding goes on for good: the belt comes as bent as it
+    landed and leaves as bent as the next span wants it; M is the difference.
     """
 
     id = "slip"
     law = "run-up"
-    reference = "Coulomb friction of a wrap, checked against the 3D belt: docs/three_dimensions.md, Friction"
+    reference = "Coulomb friction of a wrap; zones solved in tests/agreement/test_slip.py, 3D belt: three_dimensions.md"
     parity = "odd"
     parameters = {
         "inverse_friction": Parameter(unit="1", meaning="1/mu of belt on pulley", plausible=(1.0, 20.0), scale=6.0)
     }
     inverse_friction: float = 0.0
 
-    def slide(self, alpha, state, case):
-        rig = case.rig
-        radius, wrap = jnp.stack([rig.tail_radius, rig.head_radius]), jnp.stack([rig.wrap_tail, rig.wrap_head])
-        per_moment = 4.0 * radius * self.inverse_friction / (case.tension_force * case.belt.width)  # z/M
-        size, give = jnp.abs(state.moment), 0.5 * state.stiffness
-        held = 2.0 * state.moment / (1.0 + jnp.sqrt(1.0 + 4.0 * give * per_moment * size))
-        slides_all = per_moment * jnp.abs(held) > wrap
-        held = jnp.where(slides_all, state.moment / (1.0 + give * wrap), held)
-        zone = jnp.where(slides_all, wrap, per_moment * jnp.abs(held))
+    def slide(self, contact, state, case):
+        held, zone = self._zone(state.moment, state.stiffness, case)
         turned = sum(self._turned(yaw, held, zone, state) for yaw in (case.settings.yaw, case.settings.yaw_head))
-        return alpha - turned / (2.0 * state.bending)
+        turned = turned / (2.0 * state.bending)
+        return replace(contact, y=contact.y + _ASIDE * turned * zone, alpha=contact.alpha - turned)
+
+    def wrap(self, runoff, state, case):
+        stuck = (state.moment_runoff + state.bending * state.stiffness * state.left)[::-1]
+        held, zone = self._zone(stuck - runoff.moment, state.stiffness[::-1], case)
+        turned = held * zone / (2.0 * state.bending)
+        aside = runoff.y + _ASIDE * turned * zone
+        return replace(runoff, y=aside, alpha=runoff.alpha + turned, turned=runoff.turned + turned)
+
+    def _zone(self, moment, stiffness, case):
+        """What is left of a step of moment [N m] once the belt has turned, and the length [m] on which it slides; shape
+        (2,), tail and head pulley."""
+        rig, width = case.rig, case.belt.width
+        radius, wrap = jnp.stack([rig.tail_radius, rig.head_radius]), jnp.stack([rig.wrap_tail, rig.wrap_head])
+        turning = 4.0 * radius * self.inverse_friction / (case.tension_force * width)  # z/M
+        give, per_moment = 0.5 * stiffness, turning
+        for _ in range(_PASSES):
+            held = 2.0 * moment / (1.0 + jnp.sqrt(1.0 + 4.0 * give * per_moment * jnp.abs(moment)))
+            x = turning * jnp.abs(held) / width
+            per_moment = turning / jnp.sqrt(1.0 + _LONG * x**2 / (x + _SHORT))
+        slides_all = per_moment * jnp.abs(held) > wrap
+        held = jnp.where(slides_all, moment / (1.0 + give * wrap), held)
+        return held, jnp.where(slides_all, wrap, per_moment * jnp.abs(held))
 
     def _turned(self, schedule, held, zone, state):
         """Moment times length [N m2] over which it turns the belt, if a change of yaw has just ended."""

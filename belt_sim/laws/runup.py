@@ -25,6 +25,15 @@ class RunUp:
 
 @pytree
 @dataclass(frozen=True, kw_only=True)
+class Contact:
+    """How the belt lies where it runs up: y [m], alpha [rad], shape (2,): tail, head pulley."""
+
+    y: jnp.ndarray
+    alpha: jnp.ndarray
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
 class Yaw:
     """Yaw of the tail and the head pulley as it is [rad]; roll of the belt where each span runs up and off [rad], and
     how far aside the pulley's surface has gone there [m], from which y of the march counts; shape (2,): span that runs
@@ -65,7 +74,8 @@ class State:
     kappa, kappa_runoff: curvature at either end [1/m];
     moment, moment_runoff [N m] = EI times the elastic part of kappa; added: the part of kappa that does not come from
     the span's ends [1/m]; stiffness: d kappa / d theta_u of the span [1/m]; bending: its EI
-    [N m2]; turned: yaw of the tail and the head pulley [rad] at which all this holds;
+    [N m2]; turned: yaw of the tail and the head pulley [rad] at which all this holds; left: how far the belt has turned
+    on the pulley before either span [rad];
     direction of travel (+1, -1).
     """
 
@@ -81,4 +91,5 @@ class State:
     stiffness: jnp.ndarray
     bending: jnp.ndarray
     turned: jnp.ndarray
+    left: jnp.ndarray
     direction: jnp.ndarray

@@ -14,16 +14,27 @@ from belt_sim.pytree import pytree
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class RunOff:
-    """Where the belt leaves the two pulleys: y [m], alpha [rad], shape (2,): tail pulley, head pulley."""
+    """Where the belt leaves the two pulleys: y [m], alpha [rad], shape (2,): tail pulley, head pulley.
+
+    moment: with which it landed there [N m]; turned: how far it has turned on the pulley before it leaves [rad], which
+    alpha holds already.
+    """
 
     y: jnp.ndarray
     alpha: jnp.ndarray
+    moment: jnp.ndarray
+    turned: jnp.ndarray
+
+    @staticmethod
+    def stuck(y, alpha, moment) -> "RunOff":
+        """A belt that leaves as it landed."""
+        return RunOff(y=y, alpha=alpha, moment=moment, turned=jnp.zeros(2))
 
 
 def delayed(ring, step, arcs, spacing):
     """Values that ran up one wrapped arc ago.
 
-    ring: (slots, 4), columns y tail, alpha tail, y head, alpha head, row k holding march step k modulo slots;
+    ring: (slots, 6), columns y, alpha, moment of the tail, then of the head, row k holding march step k modulo slots;
     step: number of the step asked for; arcs: wrapped arcs (2,) [m], tail and head; spacing [m] of the march.
     """
     slots = ring.shape[0]
@@ -33,6 +44,6 @@ def delayed(ring, step, arcs, spacing):
         whole = jnp.floor(back).astype(int)
         part = back - whole
         near, far = ring[(step - whole) % slots], ring[(step - whole - 1) % slots]
-        values.append(((1 - part) * near + part * far)[2 * pulley : 2 * pulley + 2])
+        values.append(((1 - part) * near + part * far)[3 * pulley : 3 * pulley + 3])
     both = jnp.stack(values)
-    return RunOff(y=both[:, 0], alpha=both[:, 1])
+    return RunOff.stuck(both[:, 0], both[:, 1], both[:, 2])

@@ -74,13 +74,13 @@ _derivatives = compiled(_at_rest, static_argnames=("model",))
 def _rate(spans: Spans, x, late, yaws):
     """dx/ds of x = (y, alpha) at the tail's, then the head's run-up, when the wraps give ``late`` back."""
     commanded = Yaw.of(yaws[0], yaws[1])
-    y, off = x[0::2], RunOff(y=late[0::2], alpha=late[1::2])
+    y, off = x[0::2], _stuck(late)
     yaw, alpha, zero = commanded, x[1::2], jnp.zeros(())
     for _ in range(_CORRECTIONS):
         if spans.span.limp:
             alpha = spans.slope(y, off, yaw) - yaw.runup
         state = spans.state(zero, zero, y, alpha, off, yaw)
-        gone = RunOff(y=late[0::2], alpha=late[1::2])
+        gone = _stuck(late)
         for e in uses(spans.effects, "wrap"):
             gone = e.wrap(gone, state, spans.case)
         yaw, off = commanded, gone
@@ -94,3 +94,8 @@ def _rate(spans: Spans, x, late, yaws):
         push = e.runup(push, state, spans.case)
     moved = jnp.stack([-alpha + push.drift, -(state.kappa + push.turn)], axis=1)
     return moved.ravel()
+
+
+def _stuck(late) -> RunOff:
+    """The run-off of a belt that sticks: y and alpha as they come off the tail, then off the head."""
+    return RunOff.stuck(late[0::2], late[1::2], jnp.zeros(2))

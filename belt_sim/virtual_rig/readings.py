@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from belt_sim.virtual_rig.travel import Journey
+from belt_sim.virtual_rig.journey import Journey
 
 #: place -> (state row, wrapped arc behind it) for travel direction +1; -1 swaps top and bottom.
 POINTS = {
@@ -31,13 +31,13 @@ def _lateral(journey: Journey, place: str, s: np.ndarray) -> np.ndarray:
     row, wrap = POINTS[place]
     if wrap is None:
         return journey.at(s)[row]
-    return journey.leaving(s)[0 if wrap == "wrap_tail" else 1][0]
+    return journey.gone_by(s)[0 if wrap == "wrap_tail" else 1][0]
 
 
 def _tilt(journey: Journey, s: np.ndarray, to_tail: bool) -> np.ndarray:
     """phi at the middle of the span that runs to the tail (or to the head) pulley, from its ends and its loads."""
-    line, here, (tail_off, head_off) = journey.line, journey.at(s), journey.leaving(s)
-    beta, beta_head = (_between(journey, rows, s) for rows in (journey.tail_yaw, journey.head_yaw))
+    line, here, (tail_off, head_off) = journey.line, journey.at(s), journey.gone_by(s)
+    beta, beta_head = (journey.between(rows, s) for rows in (journey.tail_yaw, journey.head_yaw))
     if to_tail:
         off, up, turn_off, turn_up = head_off, here[:2], beta_head, beta
     else:
@@ -46,13 +46,6 @@ def _tilt(journey: Journey, s: np.ndarray, to_tail: bool) -> np.ndarray:
     off, up = np.stack([off[0], off[1] + turn_off]), np.stack([up[0], up[1] + turn_up])
     tilt = row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
     for prop in journey.props:
-        acts = prop.acts(s, line, off, up, _between(journey, prop.kept, s))[0] * (s > 0)
+        acts = prop.acts(s, line, off, up, journey.between(prop.kept, s))[0] * (s > 0)
         tilt = tilt + np.where(prop.to_tail == to_tail, prop.load.tilt * acts, 0.0)
     return tilt
-
-
-def _between(journey: Journey, rows: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """What was kept at the nodes, shape (nodes, batch), linear between them; 0 up to travel 0."""
-    lanes = range(s.shape[1])
-    values = [np.interp(s[:, b], journey.nodes, rows[:, b], left=0.0) for b in lanes]
-    return np.where(s > 0, np.stack(values, axis=1), 0.0)

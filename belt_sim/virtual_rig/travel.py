@@ -5,86 +5,29 @@ interpolation of the computed past. States are y and the contact angle alpha = t
 of the tail and of the head pulley: dy/ds = -alpha, dalpha/ds = -kappa. On the tail theta_p is +yaw at the
 run-up and -yaw at the run-off, on the head -yaw and +yaw, whichever way the belt runs.
 
-Friction lets a run-up go once, at each change of the commanded yaw: by M z/(2 EI), M the entry moment that is
-left when it has let go and z = 4 R M/(mu F b) the length over which friction takes that up, a wrap at most.
+Friction lets a run-up go once, at each change of the commanded yaw, as far as the entry moment that is then left
+wants (grip.py); and it lets a run-off go all the time, as far as the moment there differs from that of landing.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from belt_sim.virtual_rig.fault import Fault, overrides
+from belt_sim.virtual_rig.grip import turned_by
+from belt_sim.virtual_rig.journey import Journey, Prop, dot
 from belt_sim.virtual_rig.line import Line
-from belt_sim.virtual_rig.load import Load
 from belt_sim.virtual_rig.span import Span
 
 #: Steps in one wrapped arc: 1 nm of the 10 mm that the test rig moves in 60 m.
 STEPS_A_WRAP = 4
 #: The step that carries a yaw step begins this far [m] after the one that ends before it.
 _BEFORE = 1e-7
-_HALVINGS = 40  # of the interval in which the angle lies that friction lets a run-up turn by
 _ANGLE = np.array([[0.0], [1.0]])  # picks the angle out of a pair (y, angle)
 _ROWS = ("run_up", "run_off")
 _SHARES = (0.0, 0.5, 1.0)  # of the way from the least tension to the most; a response is a parabola through these
-
-
-@dataclass(frozen=True)
-class Journey:
-    """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head.
-
-    tail_yaw, head_yaw: (n, batch) as they really are; spans: the one that runs to the tail and the one that runs to
-    the head pulley; faults: by which the belt creeps on the wraps; began: with which it did not begin straight; props:
-    the loads on the spans.
-    """
-
-    line: Line
-    nodes: np.ndarray
-    state: np.ndarray
-    slope: np.ndarray
-    tail_yaw: np.ndarray
-    head_yaw: np.ndarray
-    spans: tuple[Span, Span]
-    faults: tuple[Fault, ...] = ()
-    began: tuple[Fault, ...] = ()
-    props: list["Prop"] = field(default_factory=list)
-
-    def at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
-        """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
-        k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
-        rows = np.arange(first, last).reshape(-1, *(1,) * s.ndim)
-        lanes = np.arange(s.shape[-1])
-        h = self.nodes[k + 1] - self.nodes[k]
-        ends = [a[j, rows, lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
-        since = _blend((s - self.nodes[k]) / h, h, *ends)
-        return np.where(s < 0, sum((f.before(s, self.line)[first:last] for f in self.began), 0.0), since)
-
-    def leaving(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch)."""
-        tail = self.at(s - self.line.wrap_tail, 0, 2)
-        head = self.at(s - self.line.wrap_head, 2, 4)
-        tail[0] += self.line.wrap_shift(s)
-        for fault in self.faults:
-            slid = fault.creep(s, self.line, np.stack([tail[1], head[1]]))
-            tail[0] += slid[0]
-            head[0] += slid[1]
-        return tail, head
-
-
-@dataclass
-class Prop:
-    """A load of a fault: on the span that runs to the tail (lane by lane)?, what it remembers, now and (n, batch)."""
-
-    fault: Fault
-    load: Load
-    to_tail: np.ndarray
-    now: np.ndarray
-    kept: np.ndarray
-
-    def acts(self, s, line: Line, off, up, kept):
-        """How much of the load acts at travel s, and what it remembers then; off, up: (y, theta) at its span's ends."""
-        return self.fault.push(s, line, self.load, _dot(self.load.row, off, up), kept)
 
 
 def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
@@ -97,6 +40,8 @@ def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
         slope=np.zeros((len(nodes), 4, batch)),
         tail_yaw=np.zeros((len(nodes), batch)),
         head_yaw=np.zeros((len(nodes), batch)),
+        bent=np.zeros((len(nodes), 2, batch)),
+        gone=np.zeros((len(nodes), 4, batch)),
         spans=(line.span(), line.span(to_tail=False)),
         faults=tuple(f for f in faults if overrides(f, "creep")),
         began=tuple(f for f in faults if overrides(f, "before")),
@@ -123,7 +68,8 @@ class _Road:
         self.of = {hook: [f for f in faults if overrides(f, hook)] for hook in hooks}
         line = past.line
         self.here = past.leaving(np.zeros(past.state.shape[2]))  # what leaves the pulleys at the node at hand
-        self.slips = bool(np.isfinite(line.friction).any())
+        self.sticks = ~np.isfinite(line.friction)
+        self.slips = not self.sticks.all()
         self.soft = 1 + line.cover * line.bending
         self.yields = bool(np.any(line.compliance))
         swings = [f.swing for f in self.of["tension"]]
@@ -168,7 +114,7 @@ class _Road:
         for fault in self.of["slide"]:
             drift = drift * fault.slide(s, line, y[1::2])
         if node is not None:
-            self.past.tail_yaw[node], self.past.head_yaw[node] = beta, beta_head
+            self.past.tail_yaw[node], self.past.head_yaw[node], self.past.bent[node] = beta, beta_head, kappa
         return -np.stack([drift[0], turn[0], drift[1], turn[1]])
 
     def bent(self, s, k, y, past, node=None):
@@ -178,9 +124,22 @@ class _Road:
         if self.yields:
             off = self._pushed(s, _ends(y, past, beta, beta_head), None)[1][1]
             beta = self._yielding(beta, beta_head, y, past, to_tail, to_head, off)
+        if self.slips:
+            past = self._let_off(s, _ends(y, past, beta, beta_head), past, to_tail, to_head, node)
         ends = _ends(y, past, beta, beta_head)
-        kappa = np.stack([_dot(to_tail.run_up, *ends[0]), _dot(to_head.run_up, *ends[1])])
+        kappa = np.stack([dot(to_tail.run_up, *ends[0]), dot(to_head.run_up, *ends[1])])
         return kappa + self._pushed(s, ends, node)[0], beta, beta_head
+
+    def _let_off(self, s, ends, past, to_tail, to_head, node):
+        """What leaves the tail and the head pulley once friction has let it go."""
+        bent = np.stack([dot(to_head.run_off, *ends[1]), dot(to_tail.run_off, *ends[0])])
+        bent = bent + self._pushed(s, ends, None)[1][::-1]
+        stiff = -np.stack([to_head.run_off[1], to_tail.run_off[1]])
+        turn, aside = turned_by(bent - self.past.landed(s), stiff, self.line, self.sticks)
+        gone = np.stack([aside, turn], axis=1)
+        if node is not None:
+            self.past.gone[node] = gone.reshape(4, -1)
+        return past[0] + gone[0], past[1] + gone[1]
 
     def slipped(self, k: int, y: np.ndarray) -> np.ndarray:
         """The state once the run-ups have let go, in lanes whose yaw is changed at the beginning of step k."""
@@ -189,25 +148,10 @@ class _Road:
         changed = (middle > line.yaw_at) & ((k == 0) | ((before + self.nodes[k]) / 2 <= line.yaw_at))
         if not changed.any():
             return y
-        least, most = np.zeros((2, y.shape[1])), self._wanted(k, y)
-        for _ in range(_HALVINGS):  # what turns the run-up is the moment that is left when it has turned
-            turn = (least + most) / 2
-            more = np.abs(self._wanted(k, self._turned(y, turn))) > np.abs(turn)
-            least, most = np.where(more, turn, least), np.where(more, most, turn)
-        return self._turned(y, np.where(changed, (least + most) / 2, 0.0))
-
-    def _turned(self, y: np.ndarray, turn: np.ndarray) -> np.ndarray:
-        y = y.copy()
-        y[1::2] -= turn
-        return y
-
-    def _wanted(self, k: int, y: np.ndarray) -> np.ndarray:
-        """Angle [rad] by which friction would let the run-ups turn at their present curvature, shape (2, batch)."""
-        line = self.line
         kappa = self.bent(self.nodes[k], k, y, self.here)[0]
-        radius, wrap = np.stack([line.tail_radius, line.head_radius]), np.stack([line.wrap_tail, line.wrap_head])
-        length = 4 * radius * np.abs(kappa) * line.bending / (line.friction * line.force * line.width)
-        return kappa * np.minimum(length, wrap) / 2
+        stiff = np.stack([span.run_up[3] for span in self._responses(self.nodes[k])])
+        turn, aside = (np.where(changed, x, 0.0) for x in turned_by(kappa, stiff, line, self.sticks))
+        return y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])
 
     def _yaws(self, s: float, k: int):
         line = self.line
@@ -234,8 +178,8 @@ class _Road:
     def _yielding(self, beta, beta_head, y, past, to_tail, to_head, pushed):
         """What the span moments leave of the yaw on a compliant tail bearing: beta - C (M_up + M_off)."""
         tail_off, head_off = past
-        still = _dot(to_tail.run_up, head_off + _ANGLE * beta_head, y[:2])
-        still = still + _dot(to_head.run_off, tail_off, y[2:] - _ANGLE * beta_head) + pushed
+        still = dot(to_tail.run_up, head_off + _ANGLE * beta_head, y[:2])
+        still = still + dot(to_head.run_off, tail_off, y[2:] - _ANGLE * beta_head) + pushed
         give = self.line.compliance * self.line.bending
         return (beta - give * still) / (1 + give * (to_tail.run_up[3] - to_head.run_off[1]))
 
@@ -258,16 +202,6 @@ def _ends(y, past, beta, beta_head):
     tail_off, head_off = past
     to_tail = head_off + _ANGLE * beta_head, y[:2] + _ANGLE * beta
     return to_tail, (tail_off - _ANGLE * beta, y[2:] - _ANGLE * beta_head)
-
-
-def _dot(row, off, up):
-    return row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
-
-
-def _blend(t, h, left, left_slope, right, right_slope):
-    """Cubic Hermite interpolation at the share t of an interval h, from values and slopes at its ends."""
-    up = t * t * (3 - 2 * t)
-    return left + up * (right - left) + h * t * (1 - t) * ((1 - t) * left_slope - t * right_slope)
 
 
 def _nodes(line: Line, reach: float) -> np.ndarray:

@@ -1,44 +1,84 @@
-"""Slip at a change of yaw against the least energy of a belt that friction holds, and when it must not happen."""
+"""Slip against the least energy and the equilibrium of a belt that friction holds, and when it must not happen."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from paper_cases import BELT, RIG, YAW, affected, paper_case, steered
-from scipy.optimize import lsq_linear
+from paper_cases import RIG, YAW, affected, paper_case, steered
+from scipy.integrate import solve_ivp
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
+from belt_sim.curves import late_rates
+from belt_sim.effects.base import effect
 from belt_sim.effects.slip import Slip
 from belt_sim.laws.span import beam_second_order, response
 
-STRIPS = 0.01  # of the turn: three hundred pieces of the wrap
+LINES = 12  # across the belt
+CLOSED = 0.08  # of the turn: 2 % of the closed form, 6 % because the shear of a short span helps, which it leaves out
+ASIDE = 0.12  # of the way aside: 0.28 to 0.33 of turn times zone
 EXACT = 1e-9
 MU = 0.15
 SHORT = replace(RIG, centre_distance=2.0)
 BEAM = analytic_model("beam_th2")
 
 
-def turn_of_least_energy(case, friction: float) -> float:
-    """Turn of the run-up on the tail pulley [rad] at which bending of wrap and span, and friction work, are least.
+def turn_of_least_energy(case, friction: float) -> tuple[float, float]:
+    """Turn [rad] of the run-up on the tail pulley, and how far it goes aside [m], that cost least: bending of wrap and
+    span, and friction along the way of every point of the wrap.
 
-    1/2 EI int theta'^2 ds + int (mu F b/4R) theta ds + 1/2 EI k (beta - theta(0))^2 over theta >= 0 along the wrap; the
-    friction's work is completed to a square, so that it is one bounded least-squares problem.
+    1/2 EI int u''^2 ds + 1/2 EI (k (beta + u'(0))^2 + 2 k_y u(0) (beta + u'(0)) + k_yy u(0)^2)
+    + int mu F/(R b) |(eta u', u)| d eta ds over the way u aside, cubic Hermite functions along the wrap; |v| is rounded
+    to sqrt(v^2 + e^2), e falling.
     """
-    force, bending = float(case.tension_force), float(case.belt.bending_stiffness)
-    k = float(response(beam_second_order(case)).runup[2])
-    pieces = 300
+    force, bending, width = float(case.tension_force), float(case.belt.bending_stiffness), case.belt.width
+    length, pieces = float(case.rig.span_length), 80
+    row = response(beam_second_order(case)).runup
+    k_y, k = float(row[0]), float(row[2])
     ds = float(case.rig.wrap_tail) / pieces
-    bend = (np.eye(pieces, k=1) - np.eye(pieces)) * np.sqrt(bending / ds)  # the last piece is held at 0
-    entry = np.zeros((1, pieces))
-    entry[0, 0] = np.sqrt(bending * k)
-    rows = np.concatenate([bend, entry])
-    work = np.full(pieces, friction * force * BELT.width / (4 * float(case.rig.tail_radius)) * ds)
-    work[0] *= 0.5
-    right = np.concatenate([np.zeros(pieces), [np.sqrt(bending * k) * YAW]])
-    right = right - np.linalg.lstsq(rows.T, work, rcond=None)[0]
-    return float(lsq_linear(rows, right, bounds=(0.0, np.inf), method="bvls", tol=1e-14).x[0])
+    beam = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]]) / ds**3
+    beam *= bending * np.outer([1, ds, 1, ds], [1, ds, 1, ds])
+    stiff = np.zeros((2 * pieces + 2, 2 * pieces + 2))
+    for e in range(pieces):
+        stiff[2 * e : 2 * e + 4, 2 * e : 2 * e + 4] += beam
+    stiff[:2, :2] += bending * np.array([[12 / length**3 + force / bending / length, k_y], [k_y, k]])
+    load = np.zeros(len(stiff))
+    load[:2] = bending * YAW * np.array([k_y, k])
+    share = np.full(pieces + 1, ds)
+    share[[0, -1]] /= 2
+    eta = ((np.arange(LINES) + 0.5) / LINES - 0.5) * width
+    limit = friction * force / float(case.rig.tail_radius) * share[:, None] / LINES
+
+    def slope_and_stiffness(x, e):
+        aside, along = x[0::2, None], x[1::2, None] * eta
+        way = np.sqrt(aside**2 + along**2 + e**2)
+        slope, more = stiff @ x + load, stiff.copy()
+        at = np.arange(pieces + 1)
+        slope[0::2] += (limit * aside / way).sum(1)
+        slope[1::2] += (limit * along * eta / way).sum(1)
+        more[2 * at, 2 * at] += (limit * (way**2 - aside**2) / way**3).sum(1)
+        more[2 * at + 1, 2 * at + 1] += (limit * eta**2 * (way**2 - along**2) / way**3).sum(1)
+        both = -(limit * aside * along * eta / way**3).sum(1)
+        more[2 * at, 2 * at + 1] += both
+        more[2 * at + 1, 2 * at] += both
+        return slope, more
+
+    def energy(x, e):
+        way = np.sqrt(x[0::2, None] ** 2 + (x[1::2, None] * eta) ** 2 + e**2)
+        return 0.5 * x @ stiff @ x + load @ x + np.sum(limit * way)
+
+    x = np.zeros(len(stiff))
+    for e in abs(YAW) * width * 10.0 ** np.arange(-1, -6, -0.5):
+        for _ in range(50):
+            slope, more = slope_and_stiffness(x, e)
+            step, part = -np.linalg.solve(more, slope), 1.0
+            while part > 1e-6 and energy(x + part * step, e) > energy(x, e) + 1e-4 * part * (slope @ step):
+                part /= 2
+            x = x + part * step
+            if abs(slope @ step) < 1e-12 * abs(energy(x, e)):
+                break
+    return -float(x[1]), float(x[0])
 
 
 @pytest.mark.parametrize(
@@ -46,12 +86,51 @@ def turn_of_least_energy(case, friction: float) -> float:
 )
 def test_the_belt_turns_as_far_as_bending_and_friction_work_say(rig, tension, friction):
     case = paper_case(tension, rig=rig)
-    wanted = turn_of_least_energy(case, friction)
+    turn, aside = turn_of_least_energy(case, friction)
     start = march(case, BEAM, (Slip(inverse_friction=1 / friction),), travel=0.1)
-    turned = YAW - float(start.angle[0, 0])
-    assert turned == pytest.approx(wanted, rel=STRIPS)
-    zone = wanted * 2 * float(case.belt.bending_stiffness) / float(start.moment[0, 0])
-    assert 0.0 < abs(zone) < float(rig.wrap_tail)
+    assert YAW - float(start.angle[0, 0]) == pytest.approx(turn, rel=CLOSED)
+    assert float(start.y[0, 0]) == pytest.approx(aside, rel=ASIDE)
+
+
+@pytest.mark.parametrize("begins", [0.02, 0.1, 0.3, 1.0, 3.0])
+def test_a_zone_that_goes_on_sliding_is_as_long_as_its_equilibrium_says(begins):
+    """Where a belt leaves: couple and side force of friction against (eta theta', theta), from sticking to the end of
+    the wrap, in widths and with mu F/R = EI = 1: M' = m + S, S' = -f, theta' = M, from M = theta = 0 to S = 0."""
+    eta = (np.arange(400) + 0.5) / 400 - 0.5
+
+    def rates(_, state):
+        moment, angle, side, _ = state
+        way = np.sqrt((eta * moment) ** 2 + angle**2) + 1e-300
+        return [np.mean(eta**2 * moment / way) + side, moment, -np.mean(angle / way), angle]
+
+    def over(_, state):
+        return state[2]
+
+    over.terminal = True
+    found = solve_ivp(rates, (0, 100), [1e-9, 0, begins, 0], events=over, rtol=1e-8, atol=1e-12)
+    moment, angle, _, aside = found.y[:, -1]
+    x, zone = 4 * moment, 2 * angle / moment
+    assert zone / x == pytest.approx(1 / np.sqrt(1 + 1.125 * x**2 / (x + 0.2)), rel=0.03)
+    assert aside / (angle * zone) == pytest.approx(0.3, rel=0.12)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Landing(Slip):
+    """Slip of the run-ups alone."""
+
+    id = "landing"
+
+    def wrap(self, runoff, state, case):
+        return runoff
+
+
+def test_a_belt_drifts_faster_for_good_by_sliding_where_it_leaves():
+    case, friction = paper_case(40), 1 / MU
+    sliding = (), (Landing(inverse_friction=friction),), (Slip(inverse_friction=friction),)
+    sticks, lands, leaves = (late_rates(march(case, BEAM, e, travel=400.0))[0] for e in sliding)
+    assert lands == pytest.approx(sticks, rel=1e-4)
+    assert 1.002 < leaves / sticks < 1.02
 
 
 def test_the_zone_ends_with_the_wrap():
@@ -62,16 +141,14 @@ def test_the_zone_ends_with_the_wrap():
 
 
 def test_it_happens_at_changes_of_yaw_and_at_no_other_time():
-    """Later by a step, later by a change of nothing, and never while the yaw moves slowly against the zone."""
+    """Later by a step, later by a change of nothing, less if the yaw moves, never if it moves slowly."""
     slip = {"slip": {"inverse_friction": 1 / MU}}
     still = Schedule.step(0.0)
-    early, late, idle, slow, slow_sticks, quick, quick_sticks = affected(
+    early, late, idle, quick, quick_sticks = affected(
         [
             (steered(paper_case(20), Schedule.step(YAW).then(still)), slip),
             (steered(paper_case(20), Schedule.step(YAW, at=2.0)), slip),
             (steered(paper_case(20), Schedule.step(YAW).then(Schedule.step(0.0, at=3.0))), slip),
-            (steered(paper_case(20), Schedule.ramp(YAW, at=0.0, over=1.0)), slip),
-            (steered(paper_case(20), Schedule.ramp(YAW, at=0.0, over=1.0)), {}),
             (steered(paper_case(20), Schedule.ramp(YAW, at=0.0, over=0.1)), slip),
             (steered(paper_case(20), Schedule.ramp(YAW, at=0.0, over=0.1)), {}),
         ],
@@ -79,9 +156,11 @@ def test_it_happens_at_changes_of_yaw_and_at_no_other_time():
     )
     np.testing.assert_allclose(late.y[:, 10:], early.y[:, :-10], atol=EXACT * np.abs(early.y).max())
     np.testing.assert_array_equal(idle.y, early.y)
-    np.testing.assert_array_equal(slow.y, slow_sticks.y)
     sticks = affected([(paper_case(20), {})], 20.0)[0]
-    assert 0.1 < np.abs(quick.y - quick_sticks.y).max() / np.abs(early.y - sticks.y).max() < 0.9
+    assert 0.1 < np.abs(quick.y - quick_sticks.y)[0, :10].max() / np.abs(early.y - sticks.y)[0, :10].max() < 0.9
+    slow = steered(paper_case(20), Schedule.ramp(YAW, at=0.0, over=1.0))
+    with_slip, without = (march(slow, BEAM, e, travel=5.0) for e in ((Landing(inverse_friction=1 / MU),), ()))
+    np.testing.assert_array_equal(with_slip.y, without.y)
 
 
 def test_a_belt_that_turned_starts_faster():

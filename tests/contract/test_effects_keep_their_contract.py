@@ -17,7 +17,7 @@ from belt_sim.effects.library import library
 from belt_sim.effects.sag_roll import SagRoll
 from belt_sim.laws import span as span_law
 from belt_sim.laws.inside import Bend, BoundaryValues
-from belt_sim.laws.runup import RunUp, State, Yaw
+from belt_sim.laws.runup import Contact, RunUp, State, Yaw
 from belt_sim.laws.sensor import Reading
 from belt_sim.laws.span import Response
 from belt_sim.laws.wrap import RunOff
@@ -75,8 +75,8 @@ def any_arguments():
         "bend": (Bend(**{f.name: jnp.asarray(pair()) for f in fields(Bend)}), held, case),
         "yaw": (yaw, now, case),
         "runup": (RunUp(drift=jnp.asarray(pair()), turn=jnp.asarray(pair())), now, case),
-        "slide": (jnp.asarray(pair()), now, case),
-        "wrap": (RunOff(y=jnp.asarray(pair()), alpha=jnp.asarray(pair())), now, case),
+        "slide": (Contact(y=jnp.asarray(pair()), alpha=jnp.asarray(pair())), now, case),
+        "wrap": (RunOff.stuck(*(jnp.asarray(pair()) for _ in range(3))), now, case),
         "scene": (SceneParts.undisturbed(case), case),
         "encoder": (line, case),
         "seen": (line, case),
