@@ -15,9 +15,9 @@ class Journey:
     """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head.
 
     tail_yaw, head_yaw: (n, batch) as they really are; bent: curvature at the run-ups, (n, 2, batch); gone: how far
-    friction has let the belt go where it leaves, (y, alpha) of the tail, then of the head pulley, (n, 4, batch); spans: the one that runs to the tail and the one that runs to
-    the head pulley; faults: by which the belt creeps on the wraps; began: with which it did not begin straight; props:
-    the loads on the spans.
+    friction has let the belt go where it leaves, (y, alpha) of the tail, then of the head pulley, (n, 4, batch); spans:
+    the one that runs to the tail and the one that runs to the head pulley; faults: by which the belt creeps on the
+    wraps; began: with which it did not begin straight; props: the loads on the spans.
     """
 
     line: Line

@@ -16,6 +16,7 @@ from belt_sim.virtual_rig.observe import Errors, observe, true_line
 from belt_sim.virtual_rig.plan import Setting
 
 AGREE = 1.5e-6  # [m]: the fitter's step of 50 mm under a wobble of 1 mrad; 0.1 um otherwise
+LET_GO = 5e-6  # [m]: slip; the fitter lets go a step late where the belt leaves, its zones are 2 % off
 PASSING = 1e-5  # [m]: a weld, whose passing both integrate on tables of their own; 1e-3 of its movement
 TILTED = 1e-4  # [rad]: the fitter reads the tilt under a load between places; 0.5 % of the tilt
 KINKED = 1e-3  # [rad]: a weld at mid-span, where the kernel of both tables has a kink; 5 % of the tilt
@@ -88,7 +89,7 @@ def test_both_codes_agree(case):
     if case[0] in ON_THE_BELT:  # sensors are set to zero where the yaw is applied
         fitter[:4] -= fitter[:4, :1]
     assert np.abs(truth[:4]).max() > 1e-3  # [m]: there is something to agree on
-    np.testing.assert_allclose(fitter[:4], truth[:4], atol={"weld": PASSING}.get(case[0], AGREE))
+    np.testing.assert_allclose(fitter[:4], truth[:4], atol={"weld": PASSING, "slip": LET_GO}.get(case[0], AGREE))
     if case[0] not in NO_TILT:  # at travel 0 the fitter's belt is twisted already
         tolerance = KINKED if case[0] == "weld" else TILTED if case[0] in PUSHED else AGREE
         np.testing.assert_allclose(fitter[4:, 1:], truth[4:, 1:], atol=tolerance)

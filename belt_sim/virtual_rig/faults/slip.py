@@ -1,7 +1,5 @@
-"""Both pulleys hold the belt by friction, given as 1/mu: at each change of yaw the run-ups let go once.
-
-By M z/(2 EI), M the entry moment that is left after it, z = 4 R M/(mu F b) the length over which friction takes it
-up, a wrap at most; 0 = they hold any moment. The march does it (travel.py).
+"""Both pulleys hold the belt by friction, given as 1/mu: at each change of yaw the run-ups let go once, and the run-offs
+let go all the time, as far as grip.py says; 0 = they hold any moment. The march does it (travel.py).
 """
 
 from dataclasses import dataclass, replace
