@@ -14,6 +14,7 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.plan import first, plan_steps, room_for
+from belt_sim.analytic.record import lay, observed, places_of, sorted_curves
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.curves import Curves
@@ -90,17 +91,17 @@ def march_open(
     def one(k, loop):
         carry, rows = loop
         carry = advance(carry, k)
-        seen = _observe(carry, spans)
+        seen = observed(carry, spans)
         return carry, {n: row.at[k + 1].set(seen[n]) for n, row in rows.items()}
 
     start = _start(spans, slots)
-    first = _observe(start, spans)
+    first = observed(start, spans)
     rows = {n: jnp.zeros((room, *first[n].shape)).at[0].set(first[n]) for n in only}
     carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
-    beyond, last = jnp.arange(room)[:, None] > steps, _observe(carry, spans)
-    places, order = _places(case)
+    beyond, last = jnp.arange(room)[:, None] > steps, observed(carry, spans)
+    places, order = places_of(case)
     rows = {n: jnp.where(beyond, last[n], row) for n, row in rows.items()}
-    curves = {n: (row - _lay(start) if n == "y" else row).T for n, row in rows.items()}
+    curves = {n: (row - lay(start) if n == "y" else row).T for n, row in rows.items()}
     curves = {n: rows[places if n in ("y", "angle") else order] for n, rows in curves.items()}
     return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
 
@@ -130,14 +131,14 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
             return advance(carry, k * stride + i)
 
         carry = one(0, carry) if stride == 1 else jax.lax.fori_loop(0, stride, one, carry)
-        return carry, _observe(carry, spans)
+        return carry, observed(carry, spans)
 
     start = _start(spans, slots)
     _, rows = jax.lax.scan(record, start, jnp.arange(records))
-    first = _observe(start, spans)
+    first = observed(start, spans)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
-    rows["y"] = rows["y"] - _lay(start)
-    return _curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
+    rows["y"] = rows["y"] - lay(start)
+    return sorted_curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
 
 
 @cache
@@ -258,48 +259,6 @@ def _start(spans, slots):
     return jnp.zeros((slots, 6)).at[0].set(_landed(now)), now, off, yaw
 
 
-def _lay(start):
-    """Where the belt lay before the start, at the places of ``_observe``."""
-    yaw = start[3]
-    return jnp.concatenate([yaw.aside_runup, yaw.aside_runoff[::-1]])
-
-
 def _landed(now):
     """What the wrap's history keeps of an instant, shape (6,)."""
     return jnp.stack([now.y, now.alpha, now.moment], axis=1).ravel()
-
-
-def _observe(carry, spans):
-    """What is kept of one instant, still in the order (span up the tail, span up the head)."""
-    _, now, off, yaw = carry
-    return {
-        "y": jnp.concatenate([now.y + yaw.aside_runup, off.y + yaw.aside_runoff[::-1]]),
-        "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
-        "moment": now.moment,
-        "tilt": spans.tilt(now, off, yaw),
-    }
-
-
-def _curves(rows, case, span, travel) -> Curves:
-    """Sort what was kept by place: points 1-4, upper and lower span; on reversed travel the spans change places."""
-    places, spans = _places(case)
-    moment = rows["moment"].T[spans]
-    edge = case.settings.tension - jnp.abs(moment) * 6.0 / (case.belt.width**2 * case.belt.thickness)
-    sag = case.sag_curvature * span.length**2 / 8.0
-    return Curves(
-        travel=travel,
-        y=rows["y"].T[places],
-        angle=rows["angle"].T[places],
-        moment=moment,
-        edge_stress=edge,
-        tilt=rows["tilt"].T[spans],
-        sag=jnp.stack([sag, sag]),
-    )
-
-
-def _places(case: Case):
-    """Of what was kept (run-up tail, run-up head, run-off tail, run-off head; spans up tail and head): which belongs to
-    the points 1-4, and which to the upper and the lower span."""
-    forward = case.settings.direction > 0
-    places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([2, 0, 3, 1]))
-    return places, jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))

@@ -13,7 +13,7 @@ import numpy as np
 from belt_sim.virtual_rig.line import Line
 
 _BEGINNINGS = np.geomspace(1e-3, 30.0, 60)  # of S
-_STEPS = 400  # of the longest zone that is possible, on which f never falls below this share of mu F/R:
+_STEPS = 400  # in a width
 _AGAIN = 12  # times that the zone of what is left is worked out
 _FAINT = 1e-30  # of a curvature [1/m], instead of none
 

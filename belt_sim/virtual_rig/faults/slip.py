@@ -1,5 +1,6 @@
-"""Both pulleys hold the belt by friction, given as 1/mu: at each change of yaw the run-ups let go once, and the run-offs
-let go all the time, as far as grip.py says; 0 = they hold any moment. The march does it (travel.py).
+"""Both pulleys hold the belt by friction, given as 1/mu; 0 = they hold any moment.
+
+At each change of yaw the run-ups let go once, and the run-offs let go all the time (grip.py, travel.py).
 """
 
 from dataclasses import dataclass, replace
