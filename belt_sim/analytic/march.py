@@ -29,6 +29,7 @@ from belt_sim.stored_code import kept, model_name
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]
 BEFORE = -1.0  # [m]: the instant before the start
+POINTS, SPANS = ((0, 2, 1, 3), (2, 0, 3, 1)), ((0, 1), (1, 0))  # where each is in what is kept; the same in reverse
 RETURNED = ("travel", "y", "angle", "moment", "edge_stress", "tilt", "sag")  # of Curves
 
 
@@ -87,22 +88,24 @@ def march_open(
     spans = _spans(case, (*model.built_in, *effects), model)
     advance = _stepper(spans, spacing)
 
+    start = _start(spans, slots)
+    zero = _observe(start, spans)["y"]
+
+    def seen(carry):
+        now = _observe(carry, spans)
+        now["y"] = now["y"] - zero
+        return {n: _by_place(now[n], case) for n in only}
+
     def one(k, loop):
         carry, rows = loop
         carry = advance(carry, k)
-        seen = _observe(carry, spans)
-        return carry, {n: row.at[k + 1].set(seen[n]) for n, row in rows.items()}
+        return carry, {n: rows[n].at[k + 1].set(row) for n, row in seen(carry).items()}
 
-    start = _start(spans, slots)
-    first = _observe(start, spans)
-    rows = {n: jnp.zeros((room, *first[n].shape)).at[0].set(first[n]) for n in only}
+    rows = {n: jnp.zeros((room, *row.shape)).at[0].set(row) for n, row in seen(start).items()}
     carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
-    beyond, last = jnp.arange(room)[:, None] > steps, _observe(carry, spans)
-    places, order = _places(case)
-    rows = {n: jnp.where(beyond, last[n], row) for n, row in rows.items()}
-    curves = {n: (row - row[0] if n == "y" else row).T for n, row in rows.items()}
-    curves = {n: rows[places if n in ("y", "angle") else order] for n, rows in curves.items()}
-    return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
+    beyond = jnp.arange(room)[:, None] > steps
+    curves = {n: jnp.where(beyond, row, rows[n]).T for n, row in seen(carry).items()}
+    return Curves(travel=spacing * jnp.arange(room), **curves)
 
 
 def _spans(case: Case, effects, model: Composition) -> Spans:
@@ -275,25 +278,18 @@ def _observe(carry, spans):
 
 
 def _curves(rows, case, span, travel) -> Curves:
-    """Sort what was kept by place: points 1-4, upper and lower span; on reversed travel the spans change places."""
-    places, spans = _places(case)
-    moment = rows["moment"].T[spans]
+    """What was kept, sorted by place."""
+    y, angle, moment, tilt = (_by_place(rows[name].T, case) for name in ("y", "angle", "moment", "tilt"))
     edge = case.settings.tension - jnp.abs(moment) * 6.0 / (case.belt.width**2 * case.belt.thickness)
     sag = case.sag_curvature * span.length**2 / 8.0
     return Curves(
-        travel=travel,
-        y=rows["y"].T[places],
-        angle=rows["angle"].T[places],
-        moment=moment,
-        edge_stress=edge,
-        tilt=rows["tilt"].T[spans],
-        sag=jnp.stack([sag, sag]),
+        travel=travel, y=y, angle=angle, moment=moment, edge_stress=edge, tilt=tilt, sag=jnp.stack([sag, sag])
     )
 
 
-def _places(case: Case):
-    """Of what was kept (run-up tail, run-up head, run-off tail, run-off head; spans up tail and head): which belongs to
-    the points 1-4, and which to the upper and the lower span."""
+def _by_place(rows, case: Case):
+    """Points 1-4 of rows (4, ...) for run-up tail, run-up head, run-off tail, run-off head; upper and lower span of
+    rows (2, ...) for the spans up the tail and up the head pulley; on reversed travel the spans change places."""
+    ahead, back = POINTS if len(rows) == len(POINTS[0]) else SPANS
     forward = case.settings.direction > 0
-    places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([2, 0, 3, 1]))
-    return places, jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))
+    return jnp.stack([jnp.where(forward, rows[a], rows[b]) for a, b in zip(ahead, back, strict=True)])
