@@ -14,7 +14,7 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.plan import first, plan_steps, room_for
-from belt_sim.analytic.record import lay, observed, places_of, sorted_curves
+from belt_sim.analytic.record import by_place, lay, observed, sorted_curves
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.curves import Curves
@@ -88,22 +88,24 @@ def march_open(
     spans = _spans(case, (*model.built_in, *effects), model)
     advance = _stepper(spans, spacing)
 
+    start = _start(spans, slots)
+    zero = lay(start)
+
+    def seen(carry):
+        now = observed(carry, spans)
+        now["y"] = now["y"] - zero
+        return {n: by_place(now[n], case) for n in only}
+
     def one(k, loop):
         carry, rows = loop
         carry = advance(carry, k)
-        seen = observed(carry, spans)
-        return carry, {n: row.at[k + 1].set(seen[n]) for n, row in rows.items()}
+        return carry, {n: rows[n].at[k + 1].set(row) for n, row in seen(carry).items()}
 
-    start = _start(spans, slots)
-    first = observed(start, spans)
-    rows = {n: jnp.zeros((room, *first[n].shape)).at[0].set(first[n]) for n in only}
+    rows = {n: jnp.zeros((room, *row.shape)).at[0].set(row) for n, row in seen(start).items()}
     carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
-    beyond, last = jnp.arange(room)[:, None] > steps, observed(carry, spans)
-    places, order = places_of(case)
-    rows = {n: jnp.where(beyond, last[n], row) for n, row in rows.items()}
-    curves = {n: (row - lay(start) if n == "y" else row).T for n, row in rows.items()}
-    curves = {n: rows[places if n in ("y", "angle") else order] for n, rows in curves.items()}
-    return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
+    beyond = jnp.arange(room)[:, None] > steps
+    curves = {n: jnp.where(beyond, row, rows[n]).T for n, row in seen(carry).items()}
+    return Curves(travel=spacing * jnp.arange(room), **curves)
 
 
 def _spans(case: Case, effects, model: Composition) -> Spans:

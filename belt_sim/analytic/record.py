@@ -5,6 +5,8 @@ import jax.numpy as jnp
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 
+POINTS, SPANS = ((0, 2, 1, 3), (2, 0, 3, 1)), ((0, 1), (1, 0))  # where each is in what is kept; the same in reverse
+
 
 def observed(carry, spans):
     """What is kept of one instant, still in the order (span up the tail, span up the head)."""
@@ -24,25 +26,18 @@ def lay(start):
 
 
 def sorted_curves(rows, case, span, travel) -> Curves:
-    """Sort what was kept by place: points 1-4, upper and lower span; on reversed travel the spans change places."""
-    places, spans = places_of(case)
-    moment = rows["moment"].T[spans]
+    """What was kept, sorted by place."""
+    y, angle, moment, tilt = (by_place(rows[name].T, case) for name in ("y", "angle", "moment", "tilt"))
     edge = case.settings.tension - jnp.abs(moment) * 6.0 / (case.belt.width**2 * case.belt.thickness)
     sag = case.sag_curvature * span.length**2 / 8.0
     return Curves(
-        travel=travel,
-        y=rows["y"].T[places],
-        angle=rows["angle"].T[places],
-        moment=moment,
-        edge_stress=edge,
-        tilt=rows["tilt"].T[spans],
-        sag=jnp.stack([sag, sag]),
+        travel=travel, y=y, angle=angle, moment=moment, edge_stress=edge, tilt=tilt, sag=jnp.stack([sag, sag])
     )
 
 
-def places_of(case: Case):
-    """Of what was kept (run-up tail, run-up head, run-off tail, run-off head; spans up tail and head): which belongs to
-    the points 1-4, and which to the upper and the lower span."""
+def by_place(rows, case: Case):
+    """Points 1-4 of rows (4, ...) for run-up tail, run-up head, run-off tail, run-off head; upper and lower span of
+    rows (2, ...) for the spans up the tail and up the head pulley; on reversed travel the spans change places."""
+    ahead, back = POINTS if len(rows) == len(POINTS[0]) else SPANS
     forward = case.settings.direction > 0
-    places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([2, 0, 3, 1]))
-    return places, jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))
+    return jnp.stack([jnp.where(forward, rows[a], rows[b]) for a, b in zip(ahead, back, strict=True)])

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.inside import along, support
+from belt_sim.laws.inside import along, supports
 
 _NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness
 
@@ -53,7 +53,7 @@ class EdgeGuide(Effect):
     def influence(self, span, case):
         fields = along(span)
         share = self._from_tail(span.length) / span.length
-        near_runup, near_runoff = support(span, 1.0 - share, fields), support(span, share, fields)
+        near_runoff, near_runup = supports(span, share, fields)
         return near_runup, near_runoff
 
     def _from_tail(self, length):

@@ -15,8 +15,6 @@ import jax.numpy as jnp
 from belt_sim.laws.span import Span, condensed, inverse
 from belt_sim.pytree import pytree
 
-_HALVINGS = 5  # of half a span: 65 places along the whole
-
 
 @pytree
 @dataclass(frozen=True, kw_only=True)
@@ -89,16 +87,15 @@ def no_bend() -> Bend:
 
 @jax.jit  # many effects ask for it: it is traced once for all of them
 def along(span: Span) -> Along:
-    """The fields of a span, by halving what ``condensed`` gives of half of it."""
+    """The fields of a span, by halving half of it as ``condensed`` doubled it."""
     kl2, g, roll, _ = numbers(span)
-    (p, q), (r, s) = condensed(kl2, g, 0.5)
+    *shorter, ((p, q), (r, s)) = condensed(kl2, g, 0.5)
     meet = inverse(s - p)
     zero, turned = jnp.zeros(3), jnp.eye(3)[:, 1]  # of u = (y/L, theta, phi/roll)
     twisted = meet[:, 2] * span.length / (span.torsion * roll)
     start, middle, end = (zero, turned, zero), (meet @ q @ turned, -meet @ r @ turned, twisted), (turned, zero, zero)
     values = jnp.stack([jnp.stack(columns, axis=1) for columns in (start, middle, end)])
-    for k in range(1, _HALVINGS + 1):
-        (p, q), (r, s) = condensed(kl2, g, 0.5 ** (k + 1))
+    for (p, q), (r, s) in reversed(shorter):
         between = inverse(s - p) @ (q @ values[1:] - r @ values[:-1])
         values = jnp.concatenate([jnp.stack([values[:-1], between], 1).reshape(-1, 3, 3), values[-1:]])
     left, right = p @ values[:-1] + q @ values[1:], r @ values[-2:-1] + s @ values[-1:]
@@ -120,14 +117,17 @@ def natural_rows(fields: Along, span: Span):
     return jnp.stack([-fields.per_runup, fields.per_runoff, span.bending * fields.per_couple])
 
 
-def support(span: Span, share, fields: Along) -> Support:
-    """What a side load does at ``share`` (0..1) of the length from the run-off.
+def supports(span: Span, share, fields: Along) -> tuple[Support, Support]:
+    """What a side load does at ``share`` (0..1) of the length from the run-off, and what at as much from the run-up."""
+    kl2, g, *_ = numbers(span)
+    short, long = (condensed(kl2, g, part)[-1] for part in (share, 1.0 - share))
+    return _support(span, share, (short, long), fields), _support(span, 1.0 - share, (long, short), fields)
 
-    The pieces to either side meet with equal y, theta, phi; EI kappa' jumps by the load.
-    """
-    kl2, g, roll, scale = numbers(span)
-    (_, q0), (r0, s0) = condensed(kl2, g, share)
-    (p1, q1), (r1, _) = condensed(kl2, g, 1.0 - share)
+
+def _support(span: Span, share, pieces, fields: Along) -> Support:
+    """Of one load between two pieces of a span: they meet with equal y, theta, phi; EI kappa' jumps by the load."""
+    _, _, roll, scale = numbers(span)
+    ((_, q0), (r0, s0)), ((p1, q1), (r1, _)) = pieces
     meet = inverse(s0 - p1)
     pushed = -meet[:, 1] * span.length**2 / (span.bending * scale)
     held = jnp.stack([-meet @ r0, meet @ q1])[:, 0] * span.length  # y at the place per (y/L, theta, phi/roll), (2, 3)

@@ -18,7 +18,7 @@ from belt_sim.case import Case
 from belt_sim.pytree import pytree
 
 _SQUARINGS = 4  # transfer matrix of L/1024 -> L/64
-_DOUBLINGS = 5  # condensed L/64 -> L/2
+_DOUBLINGS = 5  # condensed L/64 -> L/2: fields along a span are known at 65 places
 _TAYLOR_TERMS = 8
 
 
@@ -107,8 +107,7 @@ def response(span: Span) -> Response:
     kl2 = span.force * span.length**2 / span.bending
     roll = jnp.sqrt(span.bending / span.torsion)
     g = span.length * span.sag_curvature * roll
-    half = condensed(kl2, g, 0.5)
-    (p, q), (r, s) = half
+    (p, q), (r, s) = condensed(kl2, g, 0.5)[-1]
     middle = inverse(s - p)
     um0, um1 = -middle @ r, middle @ q  # middle values per unit of either end
     f0 = jnp.concatenate([p + q @ um0, q @ um1], axis=-1)  # values (y/L, theta, phi/roll) at run-off, run-up
@@ -127,7 +126,8 @@ def response(span: Span) -> Response:
 
 @jax.jit
 def condensed(kl2, g, share):
-    """((P, Q), (R, S)) of the ``share`` of a span: f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1 between its two ends.
+    """((P, Q), (R, S)) of 1/32, 1/16, ... 1 times the ``share`` of a span, which one doubling after the other gives:
+    f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1 between its two ends.
 
     u = (y/L, theta, phi/roll), f = (kappa L, kappa' L^2/scale, phi' L/roll), roll = sqrt(EI/T), scale =
     sqrt(1 + (K L)^2); L is the length of the whole span.
@@ -144,14 +144,16 @@ def condensed(kl2, g, share):
     a, b, c, d = transfer[:3, :3], transfer[:3, 3:], transfer[3:, :3], transfer[3:, 3:]
     b_inv = inverse(b)
 
-    def double(_, pieces):
+    def double(pieces, _):
         p, q, r, s = pieces
         x = inverse(s - p)
-        return p - q @ x @ r, q @ x @ q, -r @ x @ r, s + r @ x @ q
+        longer = p - q @ x @ r, q @ x @ q, -r @ x @ r, s + r @ x @ q
+        return longer, longer
 
     start = (-b_inv @ a, b_inv, c - d @ b_inv @ a, d @ b_inv)
-    p, q, r, s = jax.lax.fori_loop(0, _DOUBLINGS, double, start)
-    return (p, q), (r, s)
+    _, longer = jax.lax.scan(double, start, length=_DOUBLINGS)
+    stages = [start, *([x[k] for x in longer] for k in range(_DOUBLINGS))]
+    return tuple(((p, q), (r, s)) for p, q, r, s in stages)
 
 
 def inverse(m):

@@ -14,7 +14,7 @@ from belt_sim.effects.camber import Camber
 from belt_sim.effects.edge_guide import EdgeGuide
 from belt_sim.effects.taper import Taper
 from belt_sim.effects.weld import Weld
-from belt_sim.laws.inside import along, support
+from belt_sim.laws.inside import along, supports
 from belt_sim.laws.span import beam_first_order, beam_second_order, strip
 
 TEXTBOOK = 1e-8  # rounding of beams condensed piece by piece
@@ -22,6 +22,7 @@ FIELDS = 1e-4  # Simpson's rule on 65 places, and scipy's solver at its toleranc
 LOADED = 1e-6  # rounding of matrix exponentials of the whole span
 TILTED = 2e-3  # read between 65 places, and the load makes a kink
 STILL = 1e-9  # [m]: rounding of a march in which nothing moves
+DOUBLED = 1e-10  # rounding of pieces that were doubled from one to the next; each condensed by itself is off by 3e-9
 SETTLED = 0.01  # of a weld's movement after 14 rounds of the belt
 STEPS = 0.01  # of y: a stop met within a step of 50 mm
 BELT_LENGTH = float(RIG.belt_length)
@@ -31,13 +32,22 @@ KAPPA = 1e-4  # [1/m]
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5])
 def test_a_side_load_bends_a_clamped_beam_like_the_textbook(share):
     span = beam_first_order(paper_case(40))
-    found, length, bending = support(span, share, along(span)), span.length, span.bending
+    found, length, bending = supports(span, share, along(span))[0], span.length, span.bending
     near, far = share, 1.0 - share
     assert found.give == pytest.approx((near * far * length) ** 3 / (3.0 * bending), rel=TEXTBOOK)
     assert found.runup == pytest.approx(near**2 * far * length / bending, rel=TEXTBOOK)
     assert found.runoff == pytest.approx(near * far**2 * length / bending, rel=TEXTBOOK)
     cubic = [3 * near**2 - 2 * near**3, near * far**2 * length, -far * near**2 * length, 0.0, 0.0]
     np.testing.assert_allclose(found.place, cubic, atol=TEXTBOOK * length)
+
+
+def test_inside_a_beam_whose_end_is_turned_curvature_is_the_textbooks():
+    """Linear along a beam of first order, 4/L where it is turned and -2/L at the other end."""
+    span = beam_first_order(paper_case(40))
+    fields, length = along(span), span.length
+    curvature = (6.0 * np.asarray(fields.x) / length - 2.0) / length
+    np.testing.assert_allclose(fields.per_runup, curvature, atol=4.0 * DOUBLED / length)
+    np.testing.assert_allclose(fields.per_runoff, curvature[::-1] * -1.0, atol=4.0 * DOUBLED / length)
 
 
 @pytest.mark.parametrize("law", [beam_first_order, beam_second_order])
@@ -142,7 +152,7 @@ def test_a_side_load_on_a_hanging_span_is_what_its_equations_say(law, share):
         middle = expm(m * at) @ u
         return u, middle, expm(m * (length - at)) @ (middle + here * load)
 
-    found = support(span, share, along(span))
+    found = supports(span, share, along(span))[0]
     still = (0.0, 0.0, 0.0)
     off, there, up = solved(still, still, 1.0)
     mid = expm(m * length / 2) @ off

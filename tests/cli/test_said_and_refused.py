@@ -2,10 +2,13 @@
 
 import csv
 import json
+import os
 from importlib.metadata import version
 
 import pytest
 import yaml
+
+from belt_sim import cli
 
 REFUSED = [
     (["simulate", "+foo=1"], "+foo=1: no such key"),
@@ -29,6 +32,16 @@ def test_refused_in_a_line(belt, arguments, says):
 def test_version(belt):
     answer = belt("--version")
     assert (answer.status, answer.out.strip()) == (0, f"belt-sim {version('belt-sim')}")
+
+
+def test_a_process_ends_with_the_status_of_its_command(monkeypatch):
+    """Where no command came to its end the interpreter says why, and with what status."""
+    ended = []
+    monkeypatch.setattr(os, "_exit", ended.append)
+    cli._end([])
+    assert not ended
+    cli._end([3])
+    assert ended == [3]
 
 
 def test_late_rates_that_have_not_settled_are_told(belt):
