@@ -135,8 +135,10 @@ def _wave(survey: Survey, at: float) -> str:
     return "something that repeats, but with no part of the machine that the sheet knows"
 
 
-def sentence(survey: Survey, refit: Refit, share: float, looks: str, alone: bool) -> str:
-    """One sentence: place, law, numbers, parity, tension, share, what it looks like."""
+def sentence(survey: Survey, refit: Refit, share: float, looks: str, *, alone: bool, carries: bool) -> str:
+    """One sentence: place, law, numbers, parity, tension, share, whether it carries over to runs that it has not seen,
+    what it looks like.
+    """
     law, numbers = refit.scored.law, refit.estimates()
     places = words.listed(list(dict.fromkeys(t.place.words for t in law.terms)))
     said = f"The {places} lacks {formula(law, numbers)}"
@@ -148,4 +150,6 @@ def sentence(survey: Survey, refit: Refit, share: float, looks: str, alone: bool
         said += f"; {'no dependence on' if none else 'depends on'} tension (exponent {words.with_u(value, u)})"
     said += f"; explains {100.0 * share:.0f} % of what the base model leaves" if alone else \
         f"; explains {100.0 * share:.0f} % of what is left"  # fmt: skip
+    if not carries:
+        said += "; does not carry over: runs that were left out are predicted worse with it than without"
     return f"{said}; looks like {looks}." if looks else f"{said}."
