@@ -142,6 +142,7 @@ def sentence(survey: Survey, refit: Refit, share: float, looks: str, *, alone: b
     law, numbers = refit.scored.law, refit.estimates()
     places = words.listed(list(dict.fromkeys(t.place.words for t in law.terms)))
     said = f"The {places} lacks {formula(law, numbers)}"
+    said += _middles(law, numbers)
     odd = parity(law)
     said += f"; {odd} in yaw" if odd != "mixed" else "; neither odd nor even in yaw"
     value, u = refit.exponent
@@ -153,3 +154,14 @@ def sentence(survey: Survey, refit: Refit, share: float, looks: str, *, alone: b
     if not carries:
         said += "; does not carry over: runs that were left out are predicted worse with it than without"
     return f"{said}; looks like {looks}." if looks else f"{said}."
+
+
+def _middles(law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
+    """Where on the belt the stretches of a law are, to be found there; empty where it has none."""
+    said = ""
+    for k, t in enumerate(law.terms):
+        if t.form.carried:
+            value, u, _ = numbers["at" if k == 0 else f"at_{k + 1}"]
+            said += f"; the middle of the stretch runs up the tail pulley {words.with_u(value % 1.0, u)} "
+            said += "belt lengths after the start of a forward run"
+    return said
