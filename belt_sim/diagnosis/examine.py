@@ -84,7 +84,7 @@ def examine(
     found = select(bench, base, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
     tell("testing what is left")
     judgement = judged(found, bootstraps=max(200, bootstraps // 2), seed=seed, look=None if damaged else look)
-    named = judgement.named.ids
+    found, named = judgement.instead or found, judgement.named.ids
     pairs = [pair for pair in rivals(found) if pair.effect in named]
     advice: list[NextRun] = []
     if advise and pairs:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.forms import STATED
+from belt_sim.discovery.forms import SHAPED, STATED
 from belt_sim.discovery.loop import Closed, closed, states_with
 from belt_sim.discovery.places import BY_THE_BELT, Place, place_columns
 from belt_sim.discovery.rounds import Loop
@@ -30,6 +30,7 @@ from belt_sim.discovery.survey import Law, Survey, Term
 
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
 PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
+BENT = 2  # laws with a knee, of which both slopes are tried
 ONE = 0.998  # cosine of readings that are the same
 POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
 MODELLED = 0.02  # of a gain, to which linear columns can be trusted
@@ -61,7 +62,7 @@ def choose(survey: Survey, course: Course) -> Choice:
     seconds = [(s, distinct(pairs(s, [one]), PAIRS)) for s, one in beside]
     everything = _merged(ones, _judged(loop, seconds))
     more = [closed(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
-    everything = _merged(everything, [c for c in more if c is not None])
+    everything = _merged(everything, [*(c for c in more if c is not None), *(bent(loop, ones) if firsts else [])])
     leading = {c.law.says: c for c in (everything[0], _simple(everything))}  # in the march the second may win
     for made in leading.values():
         everything = _merged(everything, _judged(loop, _alike(survey, made)))
@@ -83,6 +84,28 @@ def of_one_term(loop: Loop, read: Survey) -> list[Closed]:
     for places in PLACES:
         ones = _merged(ones, _judged(loop, _otherwise(loop, ones, places)))
     return ones
+
+
+def bent(loop: Loop, ones: Sequence[Closed]) -> list[Closed]:
+    """The first of laws of one term with a knee, at different places, with a slope of its own on either side of it.
+
+    What acts beyond a knee only has no slope below, and what saturates none above. Such a law lacks nothing that a
+    second term beside it would bring: with the slope of one side free, the other is another too.
+    """
+    first: dict[str, Closed] = {}
+    for c in ones:
+        if c.law.terms[0].form.shape in SHAPED:
+            first.setdefault(c.law.terms[0].place.name, c)
+    made = [closed(loop, *_both_slopes(c), POLISH) for c in list(first.values())[:BENT]]
+    return [c for c in made if c is not None]
+
+
+def _both_slopes(one: Closed) -> tuple[Law, np.ndarray]:
+    """A law of one term as a straight one and one that saturates, and their sizes."""
+    term, size = one.law.terms[0], float(one.sizes[0])
+    straight = replace(term.form, shape="x", knee=None)
+    law = Law(tuple(replace(term, form=f) for f in (straight, replace(term.form, shape="saturated"))))
+    return law, np.array([size, -size] if term.form.shape == "beyond" else [0.0, size])
 
 
 def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> list[Closed]:

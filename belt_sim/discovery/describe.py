@@ -46,8 +46,8 @@ def describe(found: Discovered, *, config: Any = None) -> Discovery:
     common |= {"unit": found.course.place.unit, "courses": _courses(found, found.course)}
     if found.refit is None:
         return Discovery(**common, sentence=_no_law(found))
-    law = _law(found)
-    said = sentence(s, found.refit, law.share, law.looks_like, not s.fit.ids)
+    law, error = _law(found), _errors(found)
+    said = sentence(s, found.refit, law.share, law.looks_like, alone=not s.fit.ids, carries=carries_over(error))
     points, curve = _against(found)
     return Discovery(
         **common,
@@ -56,7 +56,7 @@ def describe(found: Discovered, *, config: Any = None) -> Discovery:
         rivals=_rivals(found),
         against=points,
         curve=curve,
-        error=_errors(found),
+        error=error,
         effect_file=_file(found, said),
     )
 
@@ -215,6 +215,12 @@ def _errors(found: Discovered) -> Errors:
     assert found.refit is not None
     s, r = found.survey, found.refit
     return errors_of(r.bench, s.fit, held_out(s.bench, s.fit), r.fit, held_out(r.bench, r.fit))
+
+
+def carries_over(error: Errors) -> bool:
+    """Whether a law predicts runs that it has not seen no worse than none does, or no worse than a perfect one."""
+    own = error.own
+    return own is None or own.after <= max(own.before, own.floor)
 
 
 def _file(found: Discovered, said: str) -> str:

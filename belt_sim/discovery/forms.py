@@ -52,7 +52,9 @@ PARTS = 12  # of the record, for onsets
 RISES = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # of the record
 KNEES = (0.1, 0.25, 0.5, 0.75)  # of the largest size of a variable
 FADES = (0.5, 1.5, 4.5)  # wavelengths, over which what rings dies away
+ENDLESS = 2.5  # records, over which what fades hardly does
 STUCK = (0.02, 0.05, 0.1, 0.25, 0.5)  # of the largest reading, how far something sticks
+SAME_YAW = 0.02  # of the largest, within which yaws are one size: settings may be off by as much
 RATIO = 1.3  # to the next wavelength of what rings
 SHORTEST = 3.0  # cells in a wave, and samples
 
@@ -100,11 +102,13 @@ class Form:
 
     def plainer(self, end: float, cell: float) -> "Form | None":
         """The form that it comes to when a length is beyond a record of ``end`` ([m]; of what is timed [s]), or within
-        a cell of it: a straight rise, a wave; what is there from the start."""
+        a cell of it: a straight rise, a wave; what is there from the start, or stays."""
         if self.course in ("rise", "after") and (self.at or 0.0) < cell:
             return replace(self, course="always", at=None)
         if self.course == "rise" and (self.at or 0.0) > end:
             return replace(self, course="travel", at=None)
+        if self.course == "fade" and (self.at or 0.0) > ENDLESS * end:
+            return replace(self, course="always", at=None)
         if self.course == "ring" and (self.wide or 0.0) > end:
             return replace(self, course="wave", wide=None)
         return None
@@ -172,7 +176,7 @@ def dictionary(states: States, kind: str) -> list[Form]:
     if np.any(states.beta):
         forms += [Form("beta", course=c, at=a) for c, a in courses]
         forms += waves(states, ("beta",)) + windows(states, ("beta",))
-        if len(np.unique(np.abs(states.beta).max(axis=1))) > 1:
+        if np.ptp(sizes := np.abs(states.beta).max(axis=1)) > SAME_YAW * sizes.max():
             forms += [Form("beta", shape=s) for s in ("x|x|", "x^2", "x^3")]
     forms += windows(states, ("alpha", "kappa"))
     fading = [("fade", end * r) for r in RISES[:4]]

@@ -8,10 +8,10 @@ import numpy as np
 
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.left_over.unknown import OneLaw
+from belt_sim.diagnosis.left_over.unknown import OneLaw, Together
 from belt_sim.discovery.discover import Discovered, asked, discovered, unknown_columns
 from belt_sim.discovery.gate import DRAWS, Gate
-from belt_sim.discovery.rival import lead_by_chance, one_law
+from belt_sim.discovery.rival import lead_by_chance, one_law, together
 from belt_sim.discovery.survey import Survey, survey_of
 from belt_sim.discovery.words import formula
 
@@ -67,6 +67,11 @@ class Looking:
         that changes what it reads is sought as well."""
         self.tell("asking whether one law explains as much")
         return one_law(survey_of(bench, fit), least, closely=closely)
+
+    def together(self, bench: Workbench, fit: Fit) -> Together | None:
+        """The single law that explains most beside ``fit``, put beside it; None where none can be."""
+        self.tell("asking what is needed beside one law")
+        return together(survey_of(bench, fit))
 
     def lead_by_chance(self, bench: Workbench, base: Fit, effects: Fit) -> np.ndarray:
         """How much more chi2 the best law explains than ``effects`` in campaigns in which these are right, (draws,)."""

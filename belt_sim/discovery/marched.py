@@ -25,6 +25,7 @@ from belt_sim.discovery.survey import Law, Survey, Term
 
 PROMISE = 0.5  # of the best law's gain, that a law of which the first order is known has to show
 LEADING = 5  # laws whose courses are tried for the tension
+COURSES = 2  # of the tension that are put into the march: a pull that swings by half is not of first order
 ELSEWHERE = 2  # close laws at other places that are put into the march
 ANYWHERE = frozenset[str]()
 SHOWN = 12  # laws that are told beside the one that won
@@ -142,7 +143,7 @@ def of_first_order(survey: Survey, choice: Choice, likeliest: Course) -> list[Sc
     found = []
     for name in (TENSION, TRAVEL):
         own = [s for s in choice.judged if len(s.law.terms) == 1 and s.law.terms[0].place.name == name]
-        tried = [*own[:1], *(_courses_of(survey, choice, likeliest)[:1] if name == TENSION else [])]
+        tried = [*own[:1], *(_courses_of(survey, choice, likeliest)[:COURSES] if name == TENSION else [])]
         promise = max((s.gain for s in (tried if name == TENSION else own)), default=0.0)
         if promise >= PROMISE * choice.best.gain or likeliest.place.name == name:
             found += tried

@@ -5,14 +5,14 @@ them (Occam). The best of so many laws gets ahead of one effect by chance as wel
 by campaigns in which it is at work.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from belt_sim.diagnosis.left_over.unknown import OneLaw
+from belt_sim.diagnosis.left_over.unknown import OneLaw, Together
 from belt_sim.discovery.choose import of_one_term, unlike
 from belt_sim.discovery.gate import errors_by_chance
-from belt_sim.discovery.refit import refits
+from belt_sim.discovery.refit import Refit, refits
 from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import Scored, cost, distinct, exponents_of, of_every_form, prices, refined, singles
 from belt_sim.discovery.survey import Survey
@@ -32,14 +32,30 @@ def one_law(survey: Survey, least: float, *, closely: bool = False) -> OneLaw | 
     ones = singles(read)
     searched = 2.0 * float(np.log(len(ones) / len(exponents_of(survey))))
     first = in_closed_loop(survey, read) if closely else at_first_order(read, ones)
-    survey = survey if closely else read
-    closed = [r for r in refits(survey, [s for s in first if s.score - searched > PROMISE * least]) if r is not None]
-    best = max(closed, key=lambda r: r.worth, default=None)
+    best = _best(survey if closely else read, [s for s in first if s.score - searched > PROMISE * least])
     if best is None:
         return None
     law = best.scored.law
     words = f"{law.terms[0].place.words}: {formula(law)}"
     return OneLaw(words, best.fit.values, cost(law), searched)
+
+
+def together(survey: Survey) -> Together | None:
+    """The law that explains most beside the effects of a survey, in the march with them, and there by itself."""
+    read = survey.informed(survey.courses()[0])
+    best = _best(survey, in_closed_loop(survey, read))
+    if best is None:
+        return None
+    own = best.bench.forward.index(best.written.cls.id)
+    vector = best.bench.forward.null()
+    vector[own] = best.fit.vector[own]
+    begin = best.bench.start((best.written.cls.id,), vector, [p for p in best.fit.free if p in own])
+    return Together(best.bench, best.bench.fit([begin])[0], best.fit)
+
+
+def _best(survey: Survey, laws: Sequence[Scored]) -> Refit | None:
+    """The law that is worth most in the march; None where the belt runs away with all."""
+    return max((r for r in refits(survey, laws) if r is not None), key=lambda r: r.worth, default=None)
 
 
 def at_first_order(read: Survey, ones: Iterable[Scored]) -> list[Scored]:

@@ -135,11 +135,14 @@ def _wave(survey: Survey, at: float) -> str:
     return "something that repeats, but with no part of the machine that the sheet knows"
 
 
-def sentence(survey: Survey, refit: Refit, share: float, looks: str, alone: bool) -> str:
-    """One sentence: place, law, numbers, parity, tension, share, what it looks like."""
+def sentence(survey: Survey, refit: Refit, share: float, looks: str, *, alone: bool, carries: bool) -> str:
+    """One sentence: place, law, numbers, parity, tension, share, whether it carries over to runs that it has not seen,
+    what it looks like.
+    """
     law, numbers = refit.scored.law, refit.estimates()
     places = words.listed(list(dict.fromkeys(t.place.words for t in law.terms)))
     said = f"The {places} lacks {formula(law, numbers)}"
+    said += _middles(law, numbers)
     odd = parity(law)
     said += f"; {odd} in yaw" if odd != "mixed" else "; neither odd nor even in yaw"
     value, u = refit.exponent
@@ -148,4 +151,17 @@ def sentence(survey: Survey, refit: Refit, share: float, looks: str, alone: bool
         said += f"; {'no dependence on' if none else 'depends on'} tension (exponent {words.with_u(value, u)})"
     said += f"; explains {100.0 * share:.0f} % of what the base model leaves" if alone else \
         f"; explains {100.0 * share:.0f} % of what is left"  # fmt: skip
+    if not carries:
+        said += "; does not carry over: runs that were left out are predicted worse with it than without"
     return f"{said}; looks like {looks}." if looks else f"{said}."
+
+
+def _middles(law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
+    """Where on the belt the stretches of a law are, to be found there; empty where it has none."""
+    said = ""
+    for k, t in enumerate(law.terms):
+        if t.form.carried:
+            value, u, _ = numbers["at" if k == 0 else f"at_{k + 1}"]
+            said += f"; the middle of the stretch runs up the tail pulley {words.with_u(value % 1.0, u)} "
+            said += "belt lengths after the start of a forward run"
+    return said

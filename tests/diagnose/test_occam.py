@@ -60,6 +60,7 @@ def chosen_by(gain, ids=("a", "b"), inflation=1.0, last=100.0):
     return SimpleNamespace(
         chosen=fit, base=base, bench=bench, base_bench=bench, gain=gain, threshold=lambda name: THRESHOLD,
         null=SimpleNamespace(inflation=lambda name: inflation),
+        rounds=(),
         swaps={i: [SimpleNamespace(id=i, gain=last if i == ids[-1] else 100.0)] for i in ids},
         base_left=CLEAN.and_failed(("smooth, odd in yaw",)), base_held_out="base", held_out="chosen",
     )  # fmt: skip

@@ -11,13 +11,15 @@ from small_discovery import MODEL, PLAN, D, campaign, described, discovered, fit
 import belt_sim as bs
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.left_over.openset import apart, basis
-from belt_sim.discovery.describe import describe
+from belt_sim.discovery.describe import carries_over, describe
 from belt_sim.discovery.discover import discover, unknown_columns
 from belt_sim.discovery.gate import gate
 from belt_sim.discovery.look import Looking
+from belt_sim.discovery.words import sentence
 from belt_sim.effects.library import library
 from belt_sim.errors import InputError
 from belt_sim.results.discovery_json import discovery_json, read_discovery
+from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.use_cases.leave import leave_discovery
 from belt_sim.use_cases.plot import discovery_by_kind, draw_discovery
 from belt_sim.virtual_rig.make import make_campaign
@@ -92,6 +94,28 @@ def test_what_only_other_tests_have_seen_is_given_no_place():
     found = describe(discover(*fitted(), draws=40, failed=True))
     assert not found.found
     assert "no place" in found.sentence
+
+
+def test_a_law_that_predicts_worse_than_none_is_told_so():
+    law = discovered("yaw_creep")
+    assert carries_over(described("yaw_creep").error)
+    assert "carry over" not in described("yaw_creep").sentence
+    worse = sentence(law.survey, law.refit, 1.0, "creep", alone=True, carries=False)
+    assert "does not carry over" in worse
+    for after, fine in ((0.9, True), (1.1, False)):
+        own = OwnChange(before=1.0, after=after, floor=0.5)
+        assert carries_over(Errors(noise_floor=0.5, own=own)) == fine
+    assert carries_over(Errors(noise_floor=0.5, own=OwnChange(before=0.1, after=0.4, floor=0.5)))
+
+
+def test_a_law_stands_in_the_march_beside_effects_and_by_itself():
+    """Beside nothing both fits are the same; the law is the one that was hidden."""
+    bench, fit = fitted("yaw_creep")
+    made = Looking(seed=0, draws=40).together(bench, fit)
+    assert made is not None
+    assert made.law.ids == made.both.ids == ("found_effect",)
+    assert made.law.chi2 == pytest.approx(made.both.chi2, abs=0.1)
+    assert fit.chi2 - made.both.chi2 > EXPLAINED * D**2
 
 
 def test_one_law_explains_what_was_hidden_and_is_not_sought_for_more():

@@ -7,7 +7,7 @@ from small_discovery import surveyed
 
 from belt_sim.discovery.choose import Choice, _elsewhere
 from belt_sim.discovery.forms import Form
-from belt_sim.discovery.marched import LEADING, March, elsewhere, of_first_order, places
+from belt_sim.discovery.marched import COURSES, LEADING, March, elsewhere, of_first_order, places
 from belt_sim.discovery.search import Scored, cost
 from belt_sim.discovery.survey import Law, Term
 
@@ -56,6 +56,18 @@ def test_of_laws_behind_the_leading_ones_what_acts_as_a_pull_does_is_tried_for_t
     bent = scored(law(survey, ("turn_both", Form("kappa", course="after", at=12.0))), 150.0)
     tried = of_first_order(survey, chosen(*before, bent), likely(survey, "tension"))
     assert "after" in {s.law.terms[0].form.course for s in tried}
+
+
+def test_two_courses_are_tried_for_the_tension(survey):
+    """A pull that swings by half is far from what the first order makes of it, by which courses are ranked."""
+    forms = (
+        Form("kappa", course="wave", at=WAVE),
+        Form("kappa", course="after", at=12.0),
+        Form("kappa", course="root"),
+    )
+    choice = chosen(*(scored(law(survey, ("turn_both", f)), 200.0 - k) for k, f in enumerate(forms)))
+    tried = [s.law.terms[0] for s in of_first_order(survey, choice, likely(survey, "tension"))]
+    assert len(tried) == COURSES == len({t.form.course for t in tried})
 
 
 def test_a_law_of_the_encoder_that_promises_half_is_tried(survey):

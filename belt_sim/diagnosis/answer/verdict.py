@@ -9,6 +9,7 @@ import numpy as np
 from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.answer.confusable import probabilities
 from belt_sim.diagnosis.answer.ladder import Rung, better_model, ladder
+from belt_sim.diagnosis.choice.beside_a_law import refused, stands
 from belt_sim.diagnosis.choice.decide import NESTING
 from belt_sim.diagnosis.choice.occam import imitated
 from belt_sim.diagnosis.choice.select import Selection
@@ -32,7 +33,8 @@ class Judgement:
 
     named: the fit of the effects that are found, the base fit when none is; left: the tests of what the named leave;
     base_left: the same of the base model; nearest: the set that explains most but not all, and the tests that it fails;
-    use_model: another base model that explains more; unknown: what is seen beside the named effects, if anybody looked.
+    use_model: another base model that explains more; unknown: what is seen beside the named effects, if anybody looked;
+    instead: the selection of the named effects, where it is another than was made.
     """
 
     named: Fit
@@ -43,6 +45,7 @@ class Judgement:
     fails: tuple[str, ...] = ()
     use_model: Rung | None = None
     unknown: Unknown | None = None
+    instead: Selection | None = None
 
     @property
     def why(self) -> str:
@@ -52,6 +55,36 @@ class Judgement:
 
 
 def judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None = None) -> Judgement:
+    """What of the chosen set stands; where none was chosen and something is left, what hold-out refused because of that
+    something.
+    """
+    made = _judged(found, bootstraps=bootstraps, seed=seed, look=look)
+    if look is None or made.unknown is None or made.named.ids or not made.left.failed:
+        return made
+    trial = refused(found, made.left, made.unknown)
+    if trial is None:
+        return made
+    other = found.instead((trial.id,))
+    left = open_set(other.bench, other.chosen, bootstraps=bootstraps, seed=seed)
+    unknown = look(other.bench, other.chosen, True)
+    return _beside_a_law(other, made, left.and_failed(unknown.failed), unknown, look) or made
+
+
+def _beside_a_law(other: Selection, made: Judgement, left: OpenSet, unknown: Unknown, look: Look) -> Judgement | None:
+    """The judgement that names what hold-out had refused; None where that does not stand beside the unknown."""
+    if made.unknown is None or not left.failed:
+        return None
+    columns = np.concatenate([made.unknown.columns(), _columns(other, left, unknown)])
+    stays = members_that_stay(other.bench, other.chosen, columns, other.threshold)
+    if stays is None or min(probabilities(other, made.base_left)[i] for i in stays.ids) < IMPROBABLE:
+        return None
+    if not stands(other, stays, look):
+        return None
+    held = held_out(other.bench, stays)
+    return Judgement(stays, held, left, made.base_left, other.chosen, left.failed, unknown=unknown, instead=other)
+
+
+def _judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None) -> Judgement:
     """Test what the chosen set leaves; where that fails, keep only what is needed beside the unknown.
 
     The unknown is what is seen beside the chosen set, and what is seen beside the base model: effects that took most of

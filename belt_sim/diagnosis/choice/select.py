@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from typing import cast
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
 
 from belt_sim.diagnosis.choice.chance import Chance, chance_of
-from belt_sim.diagnosis.choice.decide import MAX_EFFECTS, decide
+from belt_sim.diagnosis.choice.decide import MAX_EFFECTS, Ids, decide
 from belt_sim.diagnosis.choice.larger import larger
 from belt_sim.diagnosis.choice.recalibration import Recalibration
 from belt_sim.diagnosis.choice.refits import Refits, Trial
@@ -28,7 +28,8 @@ FAMILY_LEVEL = 0.02
 class Selection:
     """The chosen fit on its workbench, the base fit on its own, every round's trials, and what could stand in the place
     of each chosen effect; larger: sets of one effect more; chance, null, critical: what all were judged by; gain: chi2
-    of the chosen fit over the base, on one metric; bare_held_out: held-out errors of no effect, on that metric.
+    of the chosen fit over the base, on one metric; bare_held_out: held-out errors of no effect, on that metric;
+    evidence: refits of other sets, about the chosen one.
     """
 
     base_bench: Workbench
@@ -47,10 +48,16 @@ class Selection:
     swaps: dict[str, list[Trial]] = field(default_factory=dict)
     larger: Sequence[Trial] = ()
     gain: float = 0.0
+    evidence: Refits | None = None
 
     def threshold(self, name: str) -> float:
         """The gain of one effect that chance beats as seldom as agreed."""
         return self.null.threshold(name, self.critical)
+
+    def instead(self, ids: Ids) -> "Selection":
+        """The same with other effects chosen, judged about them."""
+        assert self.evidence is not None
+        return replace(self, **_about(self.evidence.moved(ids), ids))
 
 
 def select(
@@ -83,15 +90,28 @@ def select(
         first = Refits(bench, null, critical, chances.result(), near, fits={frozenset(): base}, recalibrated=again)
         decision = decide(first, limit=limit, tell=tell)
         rehearsal = rehearsed.result()
-    ids, last = decision.ids, decision.evidence
-    chosen = last.fit(ids)
-    swaps = {n: sorted(last.trials(tuple(i for i in ids if i != n)), key=lambda t: -t.score) for n in ids}
-    held = held_out(bench, base)
     return Selection(
-        base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
-        bare_held_out=last.held_out(()), held_out=held_out(last.bench, chosen),
-        chance=last.chance, null=last.null, critical=last.critical, swaps=swaps,
+        base_bench=bench, base=base, base_held_out=held_out(bench, base),
         rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
         base_left=tests.look(base.residual), rehearsal=rehearsal,
-        larger=larger(last, ids), gain=last.gains([ids])[0],
+        **_about(decision.evidence, decision.ids),
     )  # fmt: skip
+
+
+def _about(last: Refits, ids: Ids) -> dict[str, Any]:
+    """What a selection says of the effects that are chosen, from the evidence about them."""
+    chosen = last.fit(ids)
+    swaps = {n: sorted(last.trials(tuple(i for i in ids if i != n)), key=lambda t: -t.score) for n in ids}
+    return {
+        "bench": last.bench,
+        "chosen": chosen,
+        "bare_held_out": last.held_out(()),
+        "held_out": held_out(last.bench, chosen),
+        "chance": last.chance,
+        "null": last.null,
+        "critical": last.critical,
+        "swaps": swaps,
+        "larger": larger(last, ids),
+        "gain": last.gains([ids])[0],
+        "evidence": last,
+    }

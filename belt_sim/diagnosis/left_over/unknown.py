@@ -37,6 +37,15 @@ class OneLaw:
         return self.cost + self.searched
 
 
+@dataclass(frozen=True)
+class Together:
+    """One law in the march beside effects: a workbench that has both, the fit of the law alone, and that of both."""
+
+    bench: Workbench
+    law: Fit
+    both: Fit
+
+
 class Look(Protocol):
     """The search for unknown laws."""
 
@@ -46,6 +55,9 @@ class Look(Protocol):
     def one_law(self, bench: Workbench, fit: Fit, least: float, *, closely: bool = False) -> OneLaw | None:
         """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``; closely: one
         that changes what it reads is sought as well."""
+
+    def together(self, bench: Workbench, fit: Fit) -> Together | None:
+        """The single law that explains most beside ``fit``, put beside it; None where none can be."""
 
     def lead_by_chance(self, bench: Workbench, base: Fit, effects: Fit) -> np.ndarray:
         """How much more chi2 the best law explains than ``effects`` in campaigns in which these are right, (draws,)."""

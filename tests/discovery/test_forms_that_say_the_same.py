@@ -1,0 +1,29 @@
+"""Forms that the readings cannot tell from plainer ones."""
+
+from dataclasses import replace
+
+import numpy as np
+from small_discovery import surveyed
+
+from belt_sim.discovery.forms import Form, dictionary
+
+YAW = 1e-3  # rad
+
+
+def test_powers_of_the_yaw_are_tried_where_its_sizes_differ():
+    """Where settings put one stated yaw run by run there is one size of it: its cube is no law of its own."""
+    states = surveyed("yaw_creep").states
+    on = states.set * np.where(np.arange(len(states.beta)) % 2, 1.0, -1.0)[:, None]
+
+    def powers(sizes):
+        return {f.shape for f in dictionary(replace(states, beta=on * sizes[:, None]), "yaw") if f.variable == "beta"}
+
+    count = len(states.beta)
+    assert powers(YAW * (1.0 + 1e-3 * np.arange(count) / count)) == {"x"}
+    assert "x^3" in powers(YAW * np.linspace(0.5, 1.0, count))
+
+
+def test_what_fades_over_many_records_stays():
+    form = Form("beta", course="fade", at=30.0)
+    assert form.plainer(10.0, 0.1) == Form("beta")
+    assert form.plainer(20.0, 0.1) is None
