@@ -16,6 +16,7 @@ from belt_sim.diagnosis.openset import OpenSet, open_tests
 from belt_sim.diagnosis.recalibration import Recalibration
 from belt_sim.diagnosis.refits import Refits, Trial
 from belt_sim.diagnosis.rehearsal import Rehearsal, rehearse
+from belt_sim.diagnosis.rise import without_a_rise
 from belt_sim.diagnosis.workbench import Workbench
 
 REHEARSED = 2  # times as many replicates as the thresholds come from
@@ -83,10 +84,10 @@ def select(
         first = Refits(bench, null, critical, chances.result(), near, fits={frozenset(): base}, recalibrated=again)
         decision = decide(first, limit=limit, tell=tell)
         rehearsal = rehearsed.result()
-    ids, last = decision.ids, decision.evidence
+    held = held_out(bench, base)
+    last, ids = without_a_rise(decision.evidence, decision.ids, held)
     chosen = last.fit(ids)
     swaps = {n: sorted(last.trials(tuple(i for i in ids if i != n)), key=lambda t: -t.score) for n in ids}
-    held = held_out(bench, base)
     return Selection(
         base_bench=bench, bench=last.bench, base=base, chosen=chosen, base_held_out=held,
         bare_held_out=last.held_out(()), held_out=held_out(last.bench, chosen),
