@@ -11,7 +11,7 @@ import numpy as np
 
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.noise.metric import Metric
+from belt_sim.diagnosis.noise.metric import Metric
 
 CHOSEN = 1e-8  # prior precision of a chosen effect's parameters, in whitened units
 

@@ -6,9 +6,9 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.noise.metric import metric_of, nuisance_shapes
-from belt_sim.diagnosis.noise.noise.noise import Levels
+from belt_sim.diagnosis.noise.levels import LevelFinder
+from belt_sim.diagnosis.noise.metric import metric_of, nuisance_shapes
+from belt_sim.diagnosis.noise.noise import Levels
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.base import Effect

@@ -16,16 +16,21 @@ from belt_sim.virtual_rig.plan import Noise, Plan
 _FACTOR, _TRIALS = 3.0, 9
 _AWAY = 10.0  # [m] a belt that has run away
 _REFINED, _CLOSE = 2, 0.01  # rounds in which the size is closed in on, and how close is close
+_ROUNDS = 2  # more, in which machine and settings are put where a change looks like them
+_FURTHEST = 10.0  # sigma, by which they are
+_SEEN = 0.1  # noise units, below which it does not matter that they bend there
 
 
 @dataclass(frozen=True, eq=False)
 class Ruler:
     """Measures changes of readings, shape (signals, n, runs), in units of noise and nuisances.
 
-    roots: one matrix a signal that makes its noise white; nuisances: their whitened one-sigma changes, (N, m).
+    roots: one matrix a signal that makes its noise white; nuisances: their whitened one-sigma changes, (N, m): first
+    the machine's, then tension and yaw of every run.
     """
 
     plan: Plan
+    noise: Noise
     law: str
     base: Line
     clean: np.ndarray
@@ -37,12 +42,12 @@ class Ruler:
         return np.concatenate([(root @ x).ravel() for root, x in zip(self.roots, change, strict=True)])
 
     def reduced(self, change: np.ndarray) -> np.ndarray:
-        """A change as a vector whose length is its d: whitened, and relieved of what the nuisances explain.
+        """A change as a vector whose length is its d: whitened, and relieved of what the nuisances explain."""
+        return self._relieved(self.whitened(change))
 
-        With N N' = U diag(l^2) U', the metric (1 + N N')^-1 has the root 1 - U (1 - (1 + l^2)^-1/2) U'.
-        """
+    def _relieved(self, vector: np.ndarray) -> np.ndarray:
+        """With N N' = U diag(l^2) U', the metric (1 + N N')^-1 has the root 1 - U (1 - (1 + l^2)^-1/2) U'."""
         u, share = self._nuisance_axes
-        vector = self.whitened(change)
         return vector - u @ (share * (u.T @ vector))
 
     @cached_property
@@ -53,8 +58,37 @@ class Ruler:
         return u, 1 - 1 / np.sqrt(1 + squares[felt])
 
     def sizes(self, faults: Sequence[Fault]) -> np.ndarray:
-        """d of each of several faults, all observed in one batch, shape (faults,)."""
-        return np.array([np.linalg.norm(self.reduced(c)) for c in self.changes(faults)])
+        """d of each of several faults, all observed in one batch, shape (faults,).
+
+        A tension that errs does just what other settings of the runs do: where these bend, that is no size either.
+        """
+        seen = np.stack([self.whitened(c) for c in self.changes(faults)])
+        bent = self._second_order(seen)
+        for _ in range(_ROUNDS):
+            if rows := np.flatnonzero(bent.any(axis=1)).tolist():
+                bent[rows] = self._second_order(seen[rows] - bent[rows])
+        return np.linalg.norm([self._relieved(x) for x in seen - bent], axis=1)
+
+    def _second_order(self, seen: np.ndarray) -> np.ndarray:
+        """What machine and settings do beyond their derivatives where they most likely are after whitened changes
+        (faults, N), where that shows.
+        """
+        names, runs = [n for n, q in stated(self.plan).items() if q.u > 0], len(self.plan.runs)
+        shapes = self.nuisances[:, : len(names) + 2 * runs]
+        normal = np.eye(self.nuisances.shape[1]) + self.nuisances.T @ self.nuisances
+        likeliest = np.linalg.solve(normal, self.nuisances.T @ seen.T).T[:, : shapes.shape[1]]
+        likeliest = likeliest.clip(-_FURTHEST, _FURTHEST)
+        lines = [self._line_off(dict(zip(names, row, strict=False)), row[len(names) :]) for row in likeliest]
+        there = np.split(observe(self.plan, stack(lines), []), len(lines), axis=2)
+        found = np.stack([self.whitened(t - self.clean) for t in there]) - likeliest @ shapes.T
+        return np.where(np.linalg.norm(found, axis=1, keepdims=True) > _SEEN, found, 0.0)
+
+    def _line_off(self, machine: dict[str, float], settings: np.ndarray) -> Line:
+        """The line with machine data, tension and yaw of every run so many sigma off."""
+        tension, yaw = np.split(settings, 2)
+        off = {name: float(sigmas) * stated(self.plan)[name].u for name, sigmas in machine.items()}
+        errors = Errors(machine=off, tension_rel=self.noise.tension_rel * tension, yaw=self.noise.yaw_u * yaw)
+        return replace(true_line(self.plan, self.law, errors), run=np.arange(len(self.plan.runs)))
 
     def changes(self, faults: Sequence[Fault]) -> list[np.ndarray]:
         """Change of the readings by each fault alone."""
@@ -87,7 +121,7 @@ def ruler(plan: Plan, noise: Noise, base: str) -> Ruler:
     line, clean, moved = moved_by_one(plan, base)
     sheets = [noise.sheet(name, place) for name, place in plan.signals.items()]
     roots = [_root(plan.travel, sheet, noise.smooth) for sheet in sheets]
-    blank = Ruler(plan, base, line, clean, roots, np.empty(0))
+    blank = Ruler(plan, noise, base, line, clean, roots, np.empty(0))
     columns = np.stack([blank.whitened(c) for c in _nuisances(moved, clean, sheets, noise)], axis=1)
     return replace(blank, nuisances=columns)
 
@@ -114,15 +148,15 @@ def _root(travel: np.ndarray, sheet, smooth: bool) -> np.ndarray:
 
 def _nuisances(moved: dict[str, np.ndarray], clean: np.ndarray, sheets, noise: Noise) -> list[np.ndarray]:
     """One-sigma changes: machine data move all runs together, settings, zeros and gains one run each."""
-    shared = [change for name, change in moved.items() if name not in ("tension", "yaw")]
-    own = [noise.tension_rel * moved["tension"], noise.yaw_u * moved["yaw"]]
+    lanes = np.eye(clean.shape[2])
+    found = [change for name, change in moved.items() if name not in ("tension", "yaw")]
+    found += [s * moved[n] * lane for s, n in ((noise.tension_rel, "tension"), (noise.yaw_u, "yaw")) for lane in lanes]
     for k, sheet in enumerate(sheets):
         for change in (np.full_like(clean, sheet.zero), sheet.gain * clean):
             alone = np.zeros_like(clean)
             alone[k] = change[k]
-            own.append(alone)
-    lanes = np.eye(clean.shape[2])
-    return shared + [change * lane for change in own if change.any() for lane in lanes]
+            found += [alone * lane for lane in lanes] if alone.any() else []
+    return found
 
 
 def fault_of_size(rule: Ruler, fault: Fault, wanted: float) -> tuple[Fault, float]:

@@ -3,12 +3,12 @@
 from types import SimpleNamespace
 
 import numpy as np
-from belt_sim.diagnosis.noise.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.noise.metric import metric_of
-from belt_sim.diagnosis.noise.noise.noise import Levels
 
 from belt_sim.campaign import SignalSheet
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.levels import LevelFinder
+from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.noise.noise import Levels
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Parameter
 

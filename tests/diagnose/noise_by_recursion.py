@@ -1,9 +1,9 @@
 """Errors of readings drawn by another route than the diagnosis' own: wander as a first-order recursion in travel."""
 
 import numpy as np
-from belt_sim.diagnosis.noise.noise.noise import Levels
 
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.noise import Levels
 
 
 def errors(

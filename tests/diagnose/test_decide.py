@@ -93,6 +93,21 @@ def test_the_set_that_is_chosen(evidence, chosen):
     assert "".join(sorted(decide(evidence).ids)) == chosen
 
 
+@dataclass
+class Bent(Written):
+    """Columns say little of what an effect does: the best pair, as they have it, is another."""
+
+    def pair(self, seen):
+        return ("a", "c") if len(seen) == 1 else None
+
+
+def test_of_two_that_each_mislead_the_second_is_sought_beside_the_one_that_stands_out_most():
+    gain = {"a": 50, "b": 5, "c": 45, "ab": 150, "ac": 60, "bc": 50, "abc": 151}
+    assert set(decide(Bent(gain, worsens=("a", "c"))).ids) == {"a", "b"}
+    assert decide(Bent(gain, worsens=("a", "c", "ab"))).ids == ()
+    assert decide(Bent(gain, worsens=("a", "c"), absurd=("ab",))).ids == ()
+
+
 def test_the_best_set_of_an_earlier_round_is_not_lost():
     """Two effects fit a little better than the one they pushed out, but not by what two cost."""
     gain = {"a": 60, "b": 5, "c": 5, "ab": 62, "ac": 62, "bc": 65, "abc": 66}

@@ -5,11 +5,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from belt_sim.diagnosis.noise.noise.metric import length_sigma
 from small_campaign import MODEL
 
 from belt_sim.campaign import Campaign, Machine, Quantity
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.noise.metric import length_sigma
 from belt_sim.diagnosis.readings.forward import NUISANCES
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 from belt_sim.use_cases.asked import candidates_of

@@ -5,14 +5,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from belt_sim.diagnosis.noise.noise.contrasts import WINDOW
-from belt_sim.diagnosis.noise.noise.levels import LEVEL_SPREAD, TOGETHER
-from belt_sim.diagnosis.noise.noise.noise import Levels
 from linear_bench import REPEATS, SPACING, SPREAD, WHITE, linear_bench
 
 from belt_sim.diagnosis.choice.chance import beyond
 from belt_sim.diagnosis.left_over.null import NoiseSource, NullGains, null_gains, rough_wander
 from belt_sim.diagnosis.left_over.openset import open_set
+from belt_sim.diagnosis.noise.contrasts import WINDOW
+from belt_sim.diagnosis.noise.levels import LEVEL_SPREAD, TOGETHER
+from belt_sim.diagnosis.noise.noise import Levels
 
 DRAWS = 4000
 SIGMAS = 4.5

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_sim.diagnosis.noise.noise.metric import metric_of
-from belt_sim.diagnosis.noise.noise.noise import Levels
 from linear_bench import SPREAD, WHITE, linear_bench
 
 from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.errors.setting_up import believed, misread, set_up
+from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.noise.noise import Levels
 
 COUNT = 40
 S = np.arange(COUNT) / COUNT

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_sim.diagnosis.noise.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.noise.metric import metric_of, nuisance_shapes, stiffness_sigma
-from belt_sim.diagnosis.noise.noise.noise import Levels, Reach, covariance
 from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
 from belt_sim.campaign import Quantity
 from belt_sim.diagnosis.errors.where import cells, validation_uncertainty
+from belt_sim.diagnosis.noise.levels import LevelFinder
+from belt_sim.diagnosis.noise.metric import metric_of, nuisance_shapes, stiffness_sigma
+from belt_sim.diagnosis.noise.noise import Levels, Reach, covariance
 from belt_sim.diagnosis.readings.as_set import NUISANCES
 
 DRAWS = 600

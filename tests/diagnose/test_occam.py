@@ -8,6 +8,7 @@ import pytest
 
 from belt_sim.diagnosis.answer import verdict as deciding
 from belt_sim.diagnosis.answer.verdict import judged, verdict
+from belt_sim.diagnosis.choice import rise
 from belt_sim.diagnosis.choice.occam import imitated
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.left_over.openset import OpenSet
@@ -256,7 +257,5 @@ def test_the_error_that_is_told_is_the_one_beside_every_runs_own_settings(monkey
     found = chosen_by(400.0)
     found.base_held_out = held(1.0, (-90.0, -90.0))  # judged by the larger noise that is read beside no effect
     found.bare_held_out = held(1.0, (0.0, 0.0))
-    monkeypatch.setattr(
-        deciding, "OwnErrors", lambda bench: SimpleNamespace(rms=lambda held, names: held.size, floor=1.1)
-    )
+    monkeypatch.setattr(rise, "OwnErrors", lambda bench: SimpleNamespace(rms=lambda held, names: held.size, floor=1.1))
     assert deciding._rises(found, held(after, likelier)) == said

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_sim.diagnosis.noise.noise.metric import metric_of
 from linear_bench import SPREAD, linear_bench
 
 from belt_sim.diagnosis.errors.own_errors import OwnErrors, errors_of
 from belt_sim.diagnosis.fits.heldout import held_out
+from belt_sim.diagnosis.noise.metric import metric_of
 
 COUNT, ZERO = 40, 1e-3  # a zero of a hundred times the noise
 

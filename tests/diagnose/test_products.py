@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from belt_sim.diagnosis.noise.noise.metric import metric_of
-from belt_sim.diagnosis.noise.noise.noise import Levels
 from linear_bench import SPREAD, WHITE
 
 from belt_sim.diagnosis.fits.alternatives import Alternatives
 from belt_sim.diagnosis.left_over.null import _Tried
+from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.noise.noise import Levels
 from belt_sim.diagnosis.numerics.products import FAINT
 from belt_sim.diagnosis.readings.samples import Samples
 

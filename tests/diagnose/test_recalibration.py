@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_sim.diagnosis.noise.noise.noise import Levels
 from linear_bench import SPREAD, WHITE, linear_bench
 
 from belt_sim.diagnosis.choice.chance import chance_of
 from belt_sim.diagnosis.choice.recalibration import Recalibration
 from belt_sim.diagnosis.choice.refits import Refits
 from belt_sim.diagnosis.left_over.null import NullGains
+from belt_sim.diagnosis.noise.noise import Levels
 
 SWOLLEN = 9.0  # times the variance of noise, by which chance was judged before
 LEVEL = 0.025

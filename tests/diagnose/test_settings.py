@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_sim.diagnosis.noise.noise.settings import FURTHEST, settled
 from small_campaign import bench, campaign
 
 from belt_sim.analytic.model import MODELS
 from belt_sim.diagnosis.fits import workbench
+from belt_sim.diagnosis.noise.settings import FURTHEST, settled
 
 OFF = 2.0  # sigma
 TENSION, YAW = 0.06, 3e-5  # one sigma of a careless setting

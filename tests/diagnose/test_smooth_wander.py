@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from belt_sim.diagnosis.noise.noise.levels import _of_wander
-from belt_sim.diagnosis.noise.noise.noise import Levels
 from linear_bench import SPACING, WHITE, linear_bench, run
 from scipy.linalg import toeplitz
 
 from belt_sim.diagnosis.left_over.null import NoiseSource
+from belt_sim.diagnosis.noise.levels import _of_wander
+from belt_sim.diagnosis.noise.noise import Levels
 
 LENGTH, COUNT = 20, 160  # samples
 REPEATS = tuple(run() for _ in range(4))

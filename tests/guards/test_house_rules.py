@@ -91,7 +91,7 @@ def test_arrows_point_one_way(part):
 
 
 #: Parts of a diagnosis, from the ground up: each knows those before it and no other.
-STOREYS = ("numerics", "readings", "noise", "fits", "left_over", "choice", "errors", "answer")
+STOREYS = ("numerics", "readings", "noise", "fits", "errors", "left_over", "choice", "answer")
 
 
 def test_a_diagnosis_has_these_storeys():

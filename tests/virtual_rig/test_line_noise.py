@@ -111,6 +111,18 @@ def test_a_zero_error_hides_an_offset():
     assert np.linalg.norm(rule.reduced(rule.changes([fault])[0])) == pytest.approx(expected, rel=1e-4)
 
 
+@pytest.mark.parametrize("sigmas", [1.0, 3.0])
+def test_an_error_of_the_tension_is_no_larger_than_what_settings_that_do_the_same_cost(sigmas):
+    """At a low tension readings bend with it: to first order settings would miss most of what they can do."""
+    plan = Plan(runs=tuple(Setting(tension=7e6, yaw=y) for y in (-7e-4, 7e-4)), length=20.0, spacing=0.5)
+    noise = only(white=5e-7, tension_rel=0.016, yaw_u=1e-9)
+    rule = ruler(plan, noise, "strip")
+    fault = fault_of({"id": "tension_bias", "gain": 0.016 * sigmas})
+    bound = np.sqrt(2.0) * sigmas
+    assert np.linalg.norm(rule.reduced(rule.changes([fault])[0])) > 1.5 * bound
+    assert 0.9 * bound < rule.sizes([fault])[0] < 1.02 * bound
+
+
 def test_an_effect_is_brought_to_size():
     rule = ruler(Plan(length=20.0, spacing=0.5), Noise(), "strip")
     for name in ("taper", "soft_cover"):

@@ -17,7 +17,7 @@ from belt_sim.diagnosis.answer.confusable import Rival
 from belt_sim.diagnosis.answer.menu import Action, menu, twofold
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.noise.metric import Metric, metric_of, nuisance_shapes
+from belt_sim.diagnosis.noise.metric import Metric, metric_of, nuisance_shapes
 from belt_sim.diagnosis.readings.batches import WORKERS
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward
 from belt_sim.diagnosis.readings.samples import Samples, stack_cases

@@ -10,10 +10,9 @@ from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.answer.confusable import probabilities
 from belt_sim.diagnosis.answer.ladder import Rung, better_model, ladder
 from belt_sim.diagnosis.choice.beside_a_law import refused, stands
-from belt_sim.diagnosis.choice.decide import NESTING
 from belt_sim.diagnosis.choice.occam import imitated
+from belt_sim.diagnosis.choice.rise import rises
 from belt_sim.diagnosis.choice.select import Selection
-from belt_sim.diagnosis.errors.own_errors import OwnErrors
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import HeldOut, held_out
 from belt_sim.diagnosis.left_over.beside import members_that_stay, unknown_columns
@@ -23,7 +22,6 @@ from belt_sim.results.verdict import Verdict
 from belt_sim.results.words import listed
 
 SHOWN = 3  # failed tests in a sentence
-SHOWN_RISE = 1.005  # of the held-out error, from which two decimals show it
 IMPROBABLE = 0.05  # probability, below which nothing is named beside an unknown
 
 
@@ -154,20 +152,8 @@ def _needed(found: Selection, fit: Fit, columns: np.ndarray) -> Fit | None:
 
 
 def _rises(found: Selection, held: HeldOut) -> tuple[str, ...]:
-    """The held-out error as the report would show it, as a failed test, where it is larger than the base model's.
-
-    In plain rms slow wander counts most, and small effects hide in it: a rise that the report would not show, or that
-    stays within what a perfect model would leave, is none where every condition becomes likelier: at one noise, for
-    that beside the effects is less than beside none.
-    """
-    own, base, bare = OwnErrors(found.bench), found.base_held_out, found.bare_held_out.conditions
-    before, after = (own.rms(h, held.tested) for h in (base, held))
-    if after <= before:
-        return ()
-    less_likely = max(held.conditions[n].surprise - bare[n].surprise for n in held.tested) > NESTING
-    if after <= max(SHOWN_RISE * before, own.floor) and not less_likely:
-        return ()
-    return (f"held-out error, {after / before:.2f} times the base model's",)
+    """The rise of the held-out error beside the base model's, as a failed test."""
+    return rises(found.bench, found.base_held_out, found.bare_held_out, held)
 
 
 def _base_alone(found: Selection, first: OpenSet, look: Look | None) -> Judgement:

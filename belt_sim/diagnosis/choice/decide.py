@@ -1,9 +1,10 @@
 """The decision which effects are missing, from evidence alone: the same on readings and on readings made by chance.
 
-Forward with swaps, at most four, and from the best of all pairs where that promises more than what was seen, also
-where effects stand out that each mislead without the other; then every set seen on the way is compared with all its
-subsets, the empty one too, by one final metric: gain over the base model beyond what chance gives, and beyond the odds
-of one fault more. No larger set wins that predicts held-out conditions worse than a smaller one.
+Forward with swaps, at most four, and from the best of all pairs where that promises more than what was seen; where
+effects stand out that each mislead without another, also from the best pair with the one that stands out most. Then
+every set seen on the way is compared with all its subsets, the empty one too, by one final metric: gain over the base
+model beyond what chance gives, and beyond the odds of one fault more. No larger set wins that predicts held-out
+conditions worse than a smaller one.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -82,17 +83,34 @@ def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None]
     evidence, about = _forward(evidence, seen, rounds, limit, tell)
     if len(seen) == 1 and not any(t.passes for tried in rounds for t in tried):
         return Decision((), evidence, tuple(rounds))
-    best, pair = best_of_all(evidence, seen), first.pair(seen) if limit > 1 else None
-    if pair is not None:
+    best, pairs = best_of_all(evidence, seen), _pairs(first, seen, rounds[-1]) if limit > 1 else []
+    for pair in pairs:
         tell(f"{' and '.join(pair)} together")
         seen.append(pair)
+    if pairs:
         best = best_of_all(evidence, seen)
-        if frozenset(best) == frozenset(pair):
-            evidence, about = _forward(evidence.moved(pair), seen, rounds, limit, tell)
+        if frozenset(best) in map(frozenset, pairs):
+            seen.append(best)
+            evidence, about = _forward(evidence.moved(best), seen, rounds, limit, tell)
             best = best_of_all(evidence, seen)
     if frozenset(best) != frozenset(about):
         evidence, best = _settled(evidence, best)
     return Decision(best, evidence, tuple(rounds))
+
+
+def _pairs(evidence: Evidence, seen: Sequence[Ids], tried: Sequence[Beside]) -> list[Ids]:
+    """Pairs that are worth trying whatever their members do alone: the best of all, as columns have them, and where no
+    effect that stands out joined, the best beside the best of these.
+
+    Each of two faults may predict worse what the other does; and columns say little of what an effect that bends does.
+    """
+    pair = evidence.pair(seen)
+    found = [pair] if pair is not None else []
+    first = max((t for t in tried if t.passes), key=lambda t: t.score, default=None) if len(seen) == 1 else None
+    if first is not None:
+        second = max((t for t in evidence.trials((first.id,)) if t.passes), key=lambda t: t.score, default=None)
+        found += [(first.id, second.id)] if second is not None else []
+    return found
 
 
 def _settled(evidence: E, ids: Ids) -> tuple[E, Ids]:

@@ -11,6 +11,7 @@ from belt_sim.diagnosis.choice.larger import larger
 from belt_sim.diagnosis.choice.recalibration import Recalibration
 from belt_sim.diagnosis.choice.refits import Refits, Trial
 from belt_sim.diagnosis.choice.rehearsal import Rehearsal, rehearse
+from belt_sim.diagnosis.choice.rise import without_a_rise
 from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import HeldOut, held_out
@@ -90,11 +91,13 @@ def select(
         first = Refits(bench, null, critical, chances.result(), near, fits={frozenset(): base}, recalibrated=again)
         decision = decide(first, limit=limit, tell=tell)
         rehearsal = rehearsed.result()
+    held = held_out(bench, base)
+    last, ids = without_a_rise(decision.evidence, decision.ids, held)
     return Selection(
-        base_bench=bench, base=base, base_held_out=held_out(bench, base),
+        base_bench=bench, base=base, base_held_out=held,
         rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
         base_left=tests.look(base.residual), rehearsal=rehearsal,
-        **_about(decision.evidence, decision.ids),
+        **_about(last, ids),
     )  # fmt: skip
 
 

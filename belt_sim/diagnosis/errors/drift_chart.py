@@ -7,7 +7,7 @@ import numpy as np
 from belt_sim import si
 from belt_sim.diagnosis.fits.fit import fit_sets
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.noise.metric import metric_of
+from belt_sim.diagnosis.noise.metric import metric_of
 from belt_sim.results.drawings import Drift
 
 GPA = 1e9

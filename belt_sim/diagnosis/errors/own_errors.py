@@ -14,7 +14,7 @@ from belt_sim.diagnosis.errors.run_errors import overall_errors
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import HeldOut
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.noise.metric import metric_of
+from belt_sim.diagnosis.noise.metric import metric_of
 from belt_sim.results.errors import Change, Errors, OwnChange
 
 

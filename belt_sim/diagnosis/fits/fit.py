@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from belt_sim.diagnosis.noise.noise.metric import Metric
+from belt_sim.diagnosis.noise.metric import Metric
 from belt_sim.diagnosis.numerics.bounded import inside
 from belt_sim.diagnosis.readings.forward import Forward
 

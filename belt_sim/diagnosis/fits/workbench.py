@@ -8,10 +8,10 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit, Race, Sides, fit_sets
-from belt_sim.diagnosis.noise.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.noise.metric import Metric, metric_of, nuisance_shapes
-from belt_sim.diagnosis.noise.noise.noise import Levels
-from belt_sim.diagnosis.noise.noise.settings import settled
+from belt_sim.diagnosis.noise.levels import LevelFinder
+from belt_sim.diagnosis.noise.metric import Metric, metric_of, nuisance_shapes
+from belt_sim.diagnosis.noise.noise import Levels
+from belt_sim.diagnosis.noise.settings import settled
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward
 from belt_sim.diagnosis.readings.linear_readings import as_they_show
 from belt_sim.diagnosis.readings.march_error import MarchError, march_error

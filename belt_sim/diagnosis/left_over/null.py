@@ -14,7 +14,7 @@ import numpy as np
 
 from belt_sim.diagnosis.fits.alternatives import Alternatives
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.noise.noise import SMOOTH
+from belt_sim.diagnosis.noise.noise import SMOOTH
 from belt_sim.diagnosis.numerics.products import halves, inverse
 from belt_sim.diagnosis.numerics.tails import chi2_cdf, chi2_isf, chi2_logsf
 

@@ -13,10 +13,10 @@ from itertools import pairwise
 import numpy as np
 
 from belt_sim.campaign import SignalSheet
-from belt_sim.diagnosis.noise.noise.contrasts import Contrast, Scatter, scatter
-from belt_sim.diagnosis.noise.noise.metric import AT_ONCE
-from belt_sim.diagnosis.noise.noise.noise import FLOOR, SMOOTH, Levels, Reach
-from belt_sim.diagnosis.noise.noise.repeats import differences, repeated_groups, single_runs
+from belt_sim.diagnosis.noise.contrasts import Contrast, Scatter, scatter
+from belt_sim.diagnosis.noise.metric import AT_ONCE
+from belt_sim.diagnosis.noise.noise import FLOOR, SMOOTH, Levels, Reach
+from belt_sim.diagnosis.noise.repeats import differences, repeated_groups, single_runs
 from belt_sim.diagnosis.readings.samples import Samples
 
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.noise.noise.noise import Levels, covariance, whitener
+from belt_sim.diagnosis.noise.noise import Levels, covariance, whitener
 from belt_sim.diagnosis.readings.samples import Samples
 
 AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach

@@ -3,7 +3,7 @@
 import numpy as np
 
 from belt_sim.campaign import Run
-from belt_sim.diagnosis.noise.noise.contrasts import Contrast, contrast
+from belt_sim.diagnosis.noise.contrasts import Contrast, contrast
 from belt_sim.diagnosis.readings.samples import Samples
 
 

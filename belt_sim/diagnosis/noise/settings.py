@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.noise.noise.metric import Metric, length_sigma
+from belt_sim.diagnosis.noise.metric import Metric, length_sigma
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward
 from belt_sim.diagnosis.readings.linear_readings import columns
 from belt_sim.diagnosis.readings.samples import Samples

@@ -1,4 +1,7 @@
-"""The tail pulley's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile."""
+"""The tail pulley's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile.
+
+Fully from a yaw of ``_FULL`` on; a pulley that is set to no yaw, and errs by a microradian, sets nothing.
+"""
 
 from dataclasses import dataclass
 
@@ -6,6 +9,8 @@ import numpy as np
 
 from belt_sim.virtual_rig.fault import TAIL, Size
 from belt_sim.virtual_rig.strangers._stranger import Stranger
+
+_FULL = 1e-4  # [rad]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +26,7 @@ class LaggingSet(Stranger):
     def turn(self, s, line, y, kappa):
         t = (s - line.yaw_at) / line.speed
         left = np.where(t >= 0, np.exp(-np.maximum(t, 0.0) / self.time), 0.0)
-        return self.kappa * np.sign(line.yaw) * left * TAIL
+        return self.kappa * np.clip(line.yaw / _FULL, -1.0, 1.0) * left * TAIL
 
     @classmethod
     def shape_by_lot(cls, plan, rng):
