@@ -105,7 +105,7 @@ def march_open(
     carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
     beyond = jnp.arange(room)[:, None] > steps
     curves = {n: jnp.where(beyond, row, rows[n]).T for n, row in seen(carry).items()}
-    return Curves(travel=spacing * jnp.arange(room), **curves)
+    return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
 
 
 def _spans(case: Case, effects, model: Composition) -> Spans:
