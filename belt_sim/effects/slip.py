@@ -6,9 +6,8 @@ import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
 
-_PASSES = 3  # of the length of a zone
 _ASIDE = 0.3  # of turn times zone: how far the end of a zone goes aside
-_LONG, _SHORT = 1.125, 0.2  # of the side force in a zone, to 2 % of its length
+_FAR, _NEAR = 0.067, 0.484  # of the side force in a zone: its length to 3 % up to z = 14 b
 
 
 @effect
@@ -18,7 +17,7 @@ class Slip(Effect):
 
     Turning a wrapped belt meets at most mu F b/4R newton metres per metre, so that M would fade over
     z = 4 R M/(mu F b); a long zone goes aside as well, which meets mu F/R newtons per metre, and is shorter:
-    z/sqrt(1 + 1.125 x^2/(x + 0.2)) with x = z/b. The end of the wrap turns by the curvature left there, M zone/2EI, and
+    z (1 + 0.067 x)/(1 + 0.484 x) with x = z/b. The end of the wrap turns by the curvature left there, M zone/2EI, and
     goes aside by 0.3 of turn times zone. M is what is left once it has turned, M_0 - EI k turn (k = dkappa/dtheta at
     that end of the span). A zone ends with the wrap. Given as 1/mu, so that 0 is perfect sticking.
 
@@ -55,15 +54,11 @@ class Slip(Effect):
         (2,), tail and head pulley."""
         rig, width = case.rig, case.belt.width
         radius, wrap = jnp.stack([rig.tail_radius, rig.head_radius]), jnp.stack([rig.wrap_tail, rig.wrap_head])
-        turning = 4.0 * radius * self.inverse_friction / (case.tension_force * width)  # z/M
-        give, per_moment = 0.5 * stiffness, turning
-        for _ in range(_PASSES):
-            held = 2.0 * moment / (1.0 + jnp.sqrt(1.0 + 4.0 * give * per_moment * jnp.abs(moment)))
-            x = turning * jnp.abs(held) / width
-            per_moment = turning / jnp.sqrt(1.0 + _LONG * x**2 / (x + _SHORT))
-        slides_all = per_moment * jnp.abs(held) > wrap
-        held = jnp.where(slides_all, moment / (1.0 + give * wrap), held)
-        return held, jnp.where(slides_all, wrap, per_moment * jnp.abs(held))
+        whole = 4.0 * radius * self.inverse_friction * jnp.abs(moment) / (case.tension_force * width**2)
+        gives = 0.5 * stiffness * width * whole * _share(whole)
+        x = whole * (1.0 + 2.0 * gives) / (1.0 + 3.0 * gives + gives**2)  # of x (1 + gives x/whole) = whole, to 1 %
+        zone = jnp.minimum(width * x * _share(x), wrap)
+        return moment / (1.0 + 0.5 * stiffness * zone), zone
 
     def _turned(self, schedule, held, zone, state):
         """Moment times length [N m2] over which it turns the belt, if a change of yaw has just ended."""
@@ -74,3 +69,8 @@ class Slip(Effect):
 
     def scene(self, parts, case):
         return replace(parts, friction=1.0 / self.inverse_friction) if self.inverse_friction > 0 else parts
+
+
+def _share(x):
+    """Of the zone that there would be without side force, which has x widths."""
+    return (1.0 + _FAR * x) / (1.0 + _NEAR * x)
