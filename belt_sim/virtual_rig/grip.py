@@ -45,14 +45,14 @@ def _zones():
     found = np.zeros((3, len(side)))
     step = 1.0 / _STEPS
     while (open_ := side > 0).any():
-        before = moment, angle, aside, side
+        before = moment, angle, aside
         first = _slopes(moment, angle, side)
         middle = _slopes(*(x + step / 2 * dx for x, dx in zip((moment, angle, side), first, strict=True)))
         moment, angle, side_after = (x + step * dx for x, dx in zip((moment, angle, side), middle, strict=True))
         aside = aside + step * (before[1] + angle) / 2
         ends = open_ & (side_after <= 0)
         part = np.where(ends, side / np.where(ends, side - side_after, 1.0), 0.0)
-        at_end = [a + part * (b - a) for a, b in zip(before[:3], (moment, angle, aside), strict=True)]
+        at_end = [a + part * (b - a) for a, b in zip(before, (moment, angle, aside), strict=True)]
         found = np.where(ends, at_end, found)
         side = np.where(open_, side_after, side)
     moment, angle, aside = found

@@ -32,7 +32,8 @@ KL = np.sqrt(12 * 40e6 / 210e9) / 0.2 * SPAN  # (F/EI)^(1/2) L at 40 N/mm2
 G = (KL * (1 + np.cosh(KL)) - 2 * np.sinh(KL)) / (KL**2 * np.sinh(KL))
 TH2_RATE = 0.16140
 
-#: tension [N/mm2], friction, -y_1 at 1 m [mm] of the 3D belt when it sticks and when it slips; its stations are 25 mm
+#: tension [N/mm2], friction, -y_1 at 1 m [mm] of the 3D belt when it sticks and when it slips. Its stations are 25 mm:
+#: friction 0.3 is left out, since a zone is two to four of them long there and the belt does up to twice as much
 SLIPPING_IN_SPACE = [
     (10, 0.15, 0.040, 0.046),
     (20, 0.15, 0.094, 0.108),

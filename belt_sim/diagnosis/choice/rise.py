@@ -1,7 +1,8 @@
 """Whether the held-out error, as the report would show it, is larger with a set of effects than without any.
 
-Such a set is never named, however much it explains. But of effects that readings do not tell apart one may be held out
-worse by chance, or for a number more that it has: then the likeliest that is not is as good an answer, and is taken.
+Such a set is not named by itself, however much it explains (beside an unknown law: ``beside_a_law``). But of effects
+that readings do not tell apart one may be held out worse by chance, or for a number more that it has: then the
+likeliest that is not is as good an answer, and is taken.
 """
 
 from belt_sim.diagnosis.choice.decide import NESTING, Ids, best_of_all
