@@ -93,4 +93,5 @@ def errors_by_chance(survey: Survey, draws: int, rng: np.random.Generator) -> np
     """
     bench, left = survey.bench, survey.bench.samples.y - survey.fit.values
     errors = NoiseSource(bench, left, rng).draw(draws)
-    return survey.ground.white(np.where(np.isfinite(bench.fitted.y), errors, 0.0))
+    errors[:, ~np.isfinite(bench.fitted.y)] = 0.0
+    return survey.ground.white(errors)

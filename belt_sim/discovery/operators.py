@@ -53,7 +53,8 @@ def _run_by_run(rows: np.ndarray) -> np.ndarray:
 
 
 def shapes(bench: Workbench, answers: Responses, true: np.ndarray, channel: str) -> np.ndarray:
-    """What an input of height 1 in each cell of a channel or sensor adds to the readings, (J, R, S, n)."""
+    """What an input of height 1 in each cell of a channel or sensor adds to the readings, (J, R, S, n), in single
+    precision."""
     if channel in CHANNELS:
         return _channel(bench, answers, true, CHANNELS.index(channel))
     return _sensor(bench, answers, true, [s.name for s in bench.samples.signals].index(channel))
@@ -70,11 +71,11 @@ def kept_row(at: str, direction: float) -> int:
 def _channel(bench: Workbench, answers: Responses, true: np.ndarray, channel: int) -> np.ndarray:
     samples = bench.samples
     runs, signals, n = samples.y.shape
-    found = np.zeros((len(answers.grid), runs, signals, n))
+    found = np.zeros((len(answers.grid), runs, signals, n), np.float32)
     for r, run in enumerate(samples.runs):
         for s, signal in enumerate(samples.signals):
             row = answers.pulses[r, channel, kept_row(signal.at, run.direction)]
-            read = answers.at(row, true[r])
+            read = answers.at(row.astype(np.float32), true[r])
             found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
     return found
 
@@ -83,7 +84,7 @@ def _sensor(bench: Workbench, answers: Responses, true: np.ndarray, signal: int)
     samples = bench.samples
     runs, signals, n = samples.y.shape
     grid = answers.grid
-    found = np.zeros((len(grid), runs, signals, n))
+    found = np.zeros((len(grid), runs, signals, n), np.float32)
     for r in range(runs):
         hats = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
         found[:, r, signal] = (hats[:-1] - hats[-1]).T

@@ -56,7 +56,7 @@ def _looked_up(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarra
     """Rows (..., n), zero before their start, at ``where`` (a, J); the first cell is half a pulse."""
     place = np.clip(where / spacing, 0.0, rows.shape[-1] - 1.001)
     low = place.astype(int)
-    part = place - low
+    part = (place - low).astype(rows.dtype)
     found = rows[..., low] * (1.0 - part) + rows[..., low + 1] * part
     found[..., 0] *= 0.5
     return found

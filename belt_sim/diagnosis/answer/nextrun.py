@@ -115,7 +115,7 @@ class Outlook:
         """sigma with all actions that refitting ``other`` leaves, were ``right`` right: by numbers that march."""
         there, least, fit, step = self.predict(right, [])[0], np.inf, other, np.zeros(len(other.free))
         for _ in range(STEPS):
-            values, slopes = self.here(tried := _stepped(fit, step))
+            values, slopes = self.here(tried := _stepped(fit, step) if step.any() else fit)
             new, along = self.predict(tried, tried.free)
             size = np.inf
             if all(np.isfinite(x).all() for x in (values, slopes, there, new, along)):
@@ -134,7 +134,9 @@ class Outlook:
         return least
 
     def here(self, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
-        """Values (R, S, n) and slopes (k, R, S, n) of the campaign's own runs."""
+        """Values (R, S, n) and slopes (k, R, S, n) of the campaign's own runs; a fit that has ended has them."""
+        if fit.done:
+            return fit.values, fit.slopes
         directions = np.eye(self.bench.forward.size)[fit.free]
         values, slopes = self.bench.forward.lanes(np.repeat(fit.vector[None], len(directions), axis=0), directions)
         return values[0], slopes
@@ -219,7 +221,7 @@ def _stepped(fit: Fit, step: np.ndarray) -> Fit:
     """A fit with its numbers a step (k,) further."""
     vector = fit.vector.copy()
     vector[fit.free] += step
-    return replace(fit, vector=vector)
+    return replace(fit, vector=vector, settled=False)
 
 
 def _rest(residual: np.ndarray, columns: np.ndarray) -> float:

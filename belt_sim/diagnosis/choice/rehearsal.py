@@ -84,7 +84,7 @@ class _Products:
         runs = len(self.bench.samples.runs)
         for start in range(0, count, BATCH):
             errors = noise.draw(min(BATCH, count - start))
-            errors = np.where(np.isfinite(self.bench.fitted.y), errors, 0.0)
+            errors[:, ~np.isfinite(self.bench.fitted.y)] = 0.0
             white = self.bench.metric.whiten(errors)
             fails.append(tests.fails(white))
             white = white.reshape(len(errors), runs, -1)

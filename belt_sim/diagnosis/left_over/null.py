@@ -21,6 +21,7 @@ from belt_sim.diagnosis.numerics.tails import chi2_cdf, chi2_isf, chi2_logsf
 BATCH = 250
 TAIL = 0.1  # of the smallest p of all, from which on their law is taken to be that of the tail
 UPPER = 0.9  # quantile of the bootstrap by which alternatives are counted: below it they say little of the tail
+SINGLE = np.float32  # of what is drawn: rounded, it is another draw a hair's breadth aside
 SMALL = -30.0  # log p, below which the chance of any of several is the sum of theirs
 
 
@@ -159,27 +160,33 @@ class NoiseSource:
         self.bench, self.errors, self.rng = bench, errors, rng
 
     def draw(self, count: int) -> np.ndarray:
-        """Errors at levels that the readings leave possible."""
+        """Errors at levels that the readings leave possible, in single precision."""
         bench, rng = self.bench, self.rng
         samples = bench.samples
         levels = bench.finder.draw(self.errors, count, rng)
         white = np.array([s.white for s in samples.signals]) / np.sqrt(samples.per_bin)[:, None]
-        errors = rng.standard_normal((count, *samples.y.shape))
-        errors *= white[..., None]
-        errors *= levels[:, None, :, 0, None]
+        errors = rng.standard_normal((count, *samples.y.shape), SINGLE)
+        errors *= (white * levels[:, None, :, 0]).astype(SINGLE)[..., None]
         errors += self._wander(levels[..., 1], levels[..., 2])
-        runs = rng.standard_normal((count, *bench.shapes.shape[:2]))
-        errors += np.einsum("ckr,krsn->crsn", runs, bench.shapes)
-        errors += np.einsum("cm,mrsn->crsn", rng.standard_normal((count, len(bench.shared))), bench.shared)
+        errors += self._nuisances(count)
         return errors
+
+    def _nuisances(self, count: int) -> np.ndarray:
+        """What nuisances of every run, and those that all runs share, make of readings (count, R, S, n)."""
+        bench, rng = self.bench, self.rng
+        shape, own = bench.samples.y.shape, bench.shapes.astype(SINGLE).swapaxes(0, 1)
+        runs = rng.standard_normal((len(own), count, own.shape[1]), SINGLE) @ own.reshape(*own.shape[:2], -1)
+        shared = bench.shared.astype(SINGLE).reshape(len(bench.shared), -1)
+        found = rng.standard_normal((count, len(shared)), SINGLE) @ shared
+        return found.reshape(count, *shape) + runs.swapaxes(0, 1).reshape(count, *shape)
 
     def _wander(self, size: np.ndarray, length: np.ndarray) -> np.ndarray:
         """Wander (count, R, S, n) at factors (count, S) on its size and length, by recursion along the travel."""
         samples = self.bench.samples
         stated = np.array([max(s.wander_length, 1e-6) for s in samples.signals])
         apart, of = np.unique(np.diff(samples.travel, axis=1), axis=0, return_inverse=True)
-        steps = apart.T[:, :, None, None] / (length * stated).T
-        sd = size * np.array([s.wander_sd for s in samples.signals])
+        steps = (apart.T[:, :, None, None] / (length * stated).T).astype(SINGLE)
+        sd = (size * np.array([s.wander_sd for s in samples.signals])).astype(SINGLE)
         if not self.bench.levels.smooth:
             return rough_wander(steps, of.reshape(-1), sd.T, self.rng).transpose(3, 1, 2, 0)
         found = smooth_wander(steps[:, of.reshape(-1)].transpose(3, 1, 2, 0), self.rng)
@@ -195,7 +202,7 @@ def rough_wander(steps: np.ndarray, of: np.ndarray, size: np.ndarray, rng: np.ra
     if steps.shape[1] > 1:
         keep, fresh = keep[:, of], fresh[:, of]
     n, _, signals, count = steps.shape
-    drawn = rng.standard_normal((count, len(of), signals, n + 1))
+    drawn = rng.standard_normal((count, len(of), signals, n + 1), steps.dtype)
     found = np.ascontiguousarray(drawn.transpose(3, 1, 2, 0))
     for k in range(n):
         found[k + 1] *= fresh[k]
@@ -215,10 +222,10 @@ def smooth_wander(steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     own = np.sqrt(np.maximum(1.0 - np.sum(value**2, axis=0), 0.0))
     common = -np.sum(value * slope, axis=0) / np.where(own > 0.0, own, np.inf)
     rest = np.sqrt(np.maximum(1.0 - np.sum(slope**2, axis=0) - common**2, 0.0))
-    now = rng.standard_normal((2, *steps.shape[:-1]))
+    now = rng.standard_normal((2, *steps.shape[:-1]), steps.dtype)
     found = [now[0]]
     for k in range(steps.shape[-1]):
-        fresh = rng.standard_normal(now.shape)
+        fresh = rng.standard_normal(now.shape, steps.dtype)
         now = np.stack(
             [
                 np.sum(value[..., k] * now, axis=0) + own[..., k] * fresh[0],

@@ -107,7 +107,10 @@ def open_set(bench: Workbench, fit: Fit, *, bootstraps: int, seed: int) -> OpenS
 
 def _gains(scan: Waves, families: dict[str, np.ndarray], rows: np.ndarray):
     """Test -> gains (B,) of whitened rows (B, N) and degrees of freedom; family -> its tests."""
-    gains = {n: np.sum((rows @ own.T) ** 2, axis=1) for n, own in families.items()}
+    every = np.concatenate([*families.values(), rows[:0]]).astype(rows.dtype)
+    ends = np.cumsum([len(own) for own in families.values()])[:-1]
+    parts = np.split(rows @ every.T, ends, axis=1) if families else []
+    gains = {n: np.einsum("bk,bk->b", part, part) for n, part in zip(families, parts, strict=True)}
     dof = {n: len(own) for n, own in families.items()}
     names = {n: [n] for n in gains}
     waves, wave_dof = scan.gains(rows)
@@ -121,7 +124,8 @@ def _gains(scan: Waves, families: dict[str, np.ndarray], rows: np.ndarray):
 def replicas(bench: Workbench, left: np.ndarray, count: int, seed: int) -> np.ndarray:
     """Whitened residuals (count, N) by chance alone; left (R, S, n): what the model leaves of the readings."""
     errors = NoiseSource(bench, left, np.random.default_rng(seed)).draw(count)
-    return bench.metric.whiten(np.where(np.isfinite(bench.fitted.y), errors, 0.0))
+    errors[:, ~np.isfinite(bench.fitted.y)] = 0.0
+    return bench.metric.whiten(errors)
 
 
 def basis(rows: np.ndarray) -> np.ndarray:
@@ -140,4 +144,5 @@ def basis(rows: np.ndarray) -> np.ndarray:
 
 def apart(rows: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Rows (k, N) without what lies along orthonormal ``inside``."""
+    inside = inside.astype(rows.dtype)
     return rows - (rows @ inside.T) @ inside if len(inside) else rows

@@ -39,24 +39,31 @@ class Waves:
 
     def gains(self, residuals: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, int]]:
         """How much of whitened residuals (B, N) lies along waves: family -> gains (B, K), and its degrees of
-        freedom.
+        freedom; in the precision of the residuals.
         """
         runs, signals = self.bench.samples.y.shape[:2]
         weights = _weights(self.bench)
-        found: dict[str, list[np.ndarray]] = {name: [] for name in [*weights, EACH_ITS_PHASE]}
+        together = np.array([w / np.linalg.norm(w) for w in weights.values()], residuals.dtype).reshape(-1, runs)
         blocks = residuals.reshape(len(residuals), runs, -1).swapaxes(0, 1)
-        for directions in self._directions:
+        coherent, each = [], []
+        for directions in self._directions if residuals.dtype == np.float64 else self._in_single:
             along = np.matmul(blocks, directions.swapaxes(-1, -2)).reshape(runs, len(residuals), -1, 2 * signals)
-            for name, weight in weights.items():
-                coherent = np.tensordot(weight / np.linalg.norm(weight), along, axes=1)
-                found[name].append(np.sum(coherent**2, axis=-1))
-            found[EACH_ITS_PHASE].append(np.sum(along**2, axis=(0, -1)))
+            kept = (together @ along.reshape(runs, -1)).reshape(len(together), *along.shape[1:])
+            coherent.append(np.einsum("wbkd,wbkd->wbk", kept, kept))
+            each.append(np.einsum("rbkd,rbkd->bk", along, along))
         dof = dict.fromkeys(weights, 2 * signals) | {EACH_ITS_PHASE: 2 * signals * runs}
-        return {n: np.concatenate(g, axis=1) for n, g in found.items() if g}, dof
+        if not each:
+            return {}, dof
+        by_family = dict(zip(weights, np.concatenate(coherent, axis=2), strict=True))
+        return by_family | {EACH_ITS_PHASE: np.concatenate(each, axis=1)}, dof
 
     @cached_property
     def _directions(self) -> list[np.ndarray]:
         return list(_directions(self.bench))
+
+    @cached_property
+    def _in_single(self) -> list[np.ndarray]:
+        return [d.astype(np.float32) for d in self._directions]
 
 
 def wave_shapes(bench: Workbench, name: str, length: float) -> np.ndarray:

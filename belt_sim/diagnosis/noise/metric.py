@@ -5,7 +5,8 @@ whitened nuisance shapes in units of their prior sigma (zero, gain, tension and 
 yaw was applied; stiffness and length of the belt, shared by all).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,9 @@ AT_ONCE = 64  # sets of readings that are worked on together: more do not stay w
 
 @dataclass(frozen=True)
 class Metric:
-    """Whitening of arrays (..., R, S, n) into vectors (..., N)."""
+    """Whitening of arrays (..., R, S, n) into vectors (..., N), in the precision that they have: single is enough for
+    what is drawn by chance, as it is then a draw a hair's breadth aside.
+    """
 
     samples: Samples
     levels: Levels
@@ -28,21 +31,33 @@ class Metric:
 
     def noise_white(self, x: np.ndarray) -> np.ndarray:
         """L^-1 x, shape (..., R, S*n): white noise, nuisances still in it."""
-        filled = np.where(np.isfinite(x), x, 0.0)
+        filled = x if np.isfinite(x).all() else np.where(np.isfinite(x), x, x.dtype.type(0.0))
         many, (runs, signals, n) = int(np.prod(x.shape[:-3])), x.shape[-3:]
         each = filled.reshape(many, runs, signals, n).transpose(1, 2, 0, 3)
         # all of them by one matrix product a record
-        white = np.matmul(each, self.roots.swapaxes(-1, -2)).transpose(2, 0, 1, 3)
+        white = np.matmul(each, self._as(x.dtype).roots.swapaxes(-1, -2)).transpose(2, 0, 1, 3)
         return white.reshape(*x.shape[:-2], signals * n)
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
         """Unit-covariance vector (..., N) of readings or shapes (..., R, S, n)."""
         many = int(np.prod(x.shape[:-3]))
-        each, found = x.reshape(many, *x.shape[-3:]), np.empty((many, int(np.prod(x.shape[-3:]))))
+        each, found = x.reshape(many, *x.shape[-3:]), np.empty((many, int(np.prod(x.shape[-3:]))), x.dtype)
+        own = self._as(x.dtype)
         for start in range(0, many, AT_ONCE):
-            white = self.noise_white(each[start : start + AT_ONCE])
-            found[start : start + AT_ONCE] = _shrink(_shrink_runs(white, *self.local), *self.shared)
+            white = own.noise_white(each[start : start + AT_ONCE])
+            found[start : start + AT_ONCE] = _shrink(_shrink_runs(white, *own.local), *own.shared)
         return found.reshape(*x.shape[:-3], found.shape[1])
+
+    def _as(self, dtype: np.dtype) -> "Metric":
+        """The same in single precision where that is asked for."""
+        return self._single if dtype == np.float32 else self
+
+    @cached_property
+    def _single(self) -> "Metric":
+        if self.roots.dtype == np.float32:
+            return self
+        local, shared = ((a.astype(np.float32), b.astype(np.float32)) for a, b in (self.local, self.shared))
+        return replace(self, roots=self.roots.astype(np.float32), local=local, shared=shared)
 
     def back(self, white: np.ndarray) -> np.ndarray:
         """Rows (k, R, S, n) whose products with readings are those of vectors (k, N) with whitened readings, so that
