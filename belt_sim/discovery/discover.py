@@ -21,7 +21,7 @@ SUGGESTIVE = 0.05  # p of the gate, above which what other tests have seen is no
 
 @dataclass(frozen=True, kw_only=True)
 class Discovered:
-    """survey, gate and courses of the search; course: of the greatest evidence; choice and refit: None where nothing is
+    """survey, gate and courses of the search (none where nothing is seen); course: of the greatest evidence; choice and refit: None where nothing is
     missing, or no law describes it; close: laws that cannot be told from it; left: another test has shown already that
     something is left."""
 
@@ -85,11 +85,11 @@ def asked(
 
 def discovered(survey: Survey, gate: Gate, *, failed: bool, tell: Callable[[str], None]) -> Discovered:
     """The same of a survey whose gate is known."""
-    courses = tuple(survey.courses())
     seen = gate.failed or (failed and gate.p < SUGGESTIVE)
     if not seen or len(survey.bench.samples.runs) < FEWEST:
-        return Discovered(survey=survey, gate=gate, courses=courses, left=failed)
+        return Discovered(survey=survey, gate=gate, courses=(), left=failed)
     tell("looking for the law of what is left")
+    courses = tuple(survey.courses())
     choice = choose(survey, courses[0])
     enough = DESCRIBED * choice.possible
     if choice.best.gain < max(enough, gate.threshold):

@@ -17,6 +17,8 @@ from belt_sim.discovery.places import TENSION, TRAVEL, Place
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Survey
 
+CANCELS = 1e-4  # of what its cells do one by one: a column that is smaller is multiplied in double precision
+
 
 @dataclass(frozen=True)
 class Products:
@@ -127,17 +129,57 @@ def inputs_of(states: States, forms: Sequence[Form], part: int | None, signal: s
 
 
 def _still(survey: Survey, place: Place, block: Block, felt: np.ndarray) -> Products:
-    """Of forms that the belt has no hand in.
-
-    In double precision: of a column that almost cancels the length and the products are rounded alike in no other way,
-    where they do not come from the same rows.
-    """
+    """Of forms that the belt has no hand in."""
     inputs = survey.once(("inputs", block), lambda: inputs_of(survey.states, block.everything, None, None))
     within = survey.states if place.name in (TENSION, TRAVEL) else None  # they act on what is bent, and shown
     lengths = survey.once(
-        ("lengths", place.name, block), lambda: _lengths(inputs @ _operator(survey, place), block.waves), within
+        ("lengths", place.name, block), lambda: _lengths(_still_rows(survey, place, block, inputs), block.waves), within
     )
     return _products(place, block, inputs @ felt, lengths)
+
+
+def _still_rows(survey: Survey, place: Place, block: Block, inputs: np.ndarray) -> np.ndarray:
+    """Whitened columns (R, F + w, m) of forms that the belt has no hand in, to single precision.
+
+    Those that almost cancel are multiplied in double precision: their products with readings are, and a length that is
+    rounding would make much of them.
+    """
+    found: Any = 0.0
+    for channel, part in place.parts:
+        found = found + _still_part(survey, place, channel, part, block, inputs)
+    own = np.einsum("rfm,rfm->rf", found, found)
+    most = (np.abs(inputs) @ _reach(survey, place))[..., 0]
+    faint = np.any(own < np.square(CANCELS * most), axis=0)
+    if faint.any():
+        found[:, faint] = inputs[:, faint] @ _operator(survey, place)
+    return np.asarray(found)
+
+
+def _still_part(survey: Survey, place: Place, channel: str, part: int | None, block: Block, inputs) -> np.ndarray:
+    """The same at one part of a place; those of the places of one kind are remembered, as of ``_rows``."""
+
+    def made() -> np.ndarray:
+        lever = np.asarray(survey.states.lever(place, channel, part), dtype=np.float32)
+        op = survey.ops.rows[channel].swapaxes(0, 1) * (lever[..., None] if lever.ndim else lever)
+        return survey.once(("single", block), lambda: single(inputs)) @ op
+
+    last = survey.once(("still",), dict, survey.states)
+    if last.get("kind") != place.kind:
+        last.clear()
+        last["kind"] = place.kind
+    if (channel, block) not in last:
+        last[channel, block] = made()
+    return last[channel, block]
+
+
+def _reach(survey: Survey, place: Place) -> np.ndarray:
+    """How much an input of 1 in each cell of a place does at the most, (R, J)."""
+    found: Any = 0.0
+    for channel, part in place.parts:
+        rows = survey.ops.rows[channel]
+        each = survey.once(("reach", channel), lambda rows=rows: np.sqrt(np.einsum("jrm,jrm->rj", rows, rows)))
+        found = found + each * np.abs(survey.states.lever(place, channel, part))
+    return np.asarray(found)[..., None]
 
 
 def _felt(survey: Survey, place: Place, across: Across) -> np.ndarray:
