@@ -28,7 +28,7 @@ ALIKE_SHOWN = 3  # look-alikes in a sentence
 
 
 def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
-    """The findings as a result, without drawings."""
+    """The findings as a result, without drawings and the next runs to make."""
     bench, found = d.bench, d.found
     campaign, model = bench.campaign, bench.forward.model.name
     named = d.verdict != Verdict.CANNOT_SAY
@@ -44,7 +44,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         error=_errors(d),
         where=where(bench, found.base.values),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in d.rivals),
-        next_runs=tuple(d.advice),
+        next_runs=(),
         unknown=_unknown(d),
         open_set=LeftOver(
             failed=d.left.failed,

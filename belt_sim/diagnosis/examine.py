@@ -1,4 +1,4 @@
-"""A diagnosis from end to end: adequacy, ranking, confusables, next runs, open set."""
+"""A diagnosis from end to end: adequacy, ranking, open set, confusables."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.diagnosis.answer.confusable import Rival, rivals
-from belt_sim.diagnosis.answer.nextrun import next_runs
 from belt_sim.diagnosis.answer.verdict import Judgement, judged, verdict
 from belt_sim.diagnosis.choice.decide import MAX_EFFECTS
 from belt_sim.diagnosis.choice.refits import Trial
@@ -16,7 +15,6 @@ from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.left_over.openset import OpenSet
 from belt_sim.diagnosis.left_over.unknown import Look
 from belt_sim.effects.base import Effect
-from belt_sim.results.found import NextRun
 from belt_sim.results.verdict import Verdict
 
 BOOTSTRAPS = 1000
@@ -33,15 +31,14 @@ def _long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
 class Findings:
     """What was found, with everything that was tried, on the workbench.
 
-    bench: laid out at the base model; found: the selection; judgement: what of it stands; rivals and advice: what the
-    verdict cannot be told apart from, and the runs that would do it.
+    bench: laid out at the base model; found: the selection; judgement: what of it stands; rivals: what the verdict
+    cannot be told apart from.
     """
 
     bench: Workbench
     found: Selection
     judgement: Judgement
     rivals: list[Rival]
-    advice: list[NextRun]
     suspicions: tuple[Suspicion, ...]
     verdict: Verdict
 
@@ -63,7 +60,6 @@ def examine(
     *,
     bootstraps: int = BOOTSTRAPS,
     seed: int = 0,
-    advise: bool = True,
     look: Look | None = None,
     tell: Callable[[str], None] = lambda text: None,
     tick: Callable[[int], None] = lambda n: None,
@@ -86,16 +82,11 @@ def examine(
     judgement = judged(found, bootstraps=max(200, bootstraps // 2), seed=seed, look=None if damaged else look)
     found, named = judgement.instead or found, judgement.named.ids
     pairs = [pair for pair in rivals(found) if pair.effect in named]
-    advice: list[NextRun] = []
-    if advise and pairs:
-        tell("looking for the run that would tell them apart")
-        advice = next_runs(found.bench, found.chosen, pairs)
     return Findings(
         bench=bench,
         found=found,
         judgement=judgement,
         rivals=pairs,
-        advice=advice,
         suspicions=tuple(suspect),
         verdict=verdict(judgement, suspect),
     )

@@ -21,9 +21,9 @@ SUGGESTIVE = 0.05  # p of the gate, above which what other tests have seen is no
 
 @dataclass(frozen=True, kw_only=True)
 class Discovered:
-    """survey, gate and courses of the search (none where nothing is seen); course: of the greatest evidence; choice and refit: None where nothing is
-    missing, or no law describes it; close: laws that cannot be told from it; left: another test has shown already that
-    something is left."""
+    """survey and gate of the search; courses: none where nothing is seen; course: of the greatest evidence; choice and
+    refit: None where nothing is missing, or no law describes it; close: laws that cannot be told from it; left: another
+    test has shown already that something is left."""
 
     survey: Survey
     gate: Gate

@@ -8,9 +8,10 @@ from typing import Any
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.admission import admit
+from belt_sim.diagnosis.answer.nextrun import next_runs
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.drawings import drawings_of
-from belt_sim.diagnosis.examine import BOOTSTRAPS, examine
+from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
 from belt_sim.diagnosis.left_over.unknown import Unknown
 from belt_sim.discovery.describe import describe as describe_discovery
 from belt_sim.discovery.look import Looking, Seen
@@ -18,6 +19,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
+from belt_sim.results.found import NextRun
 from belt_sim.use_cases.asked import candidates_of, fitted_model
 from belt_sim.use_cases.beyond import beyond_in_runs
 from belt_sim.whole_number import whole
@@ -44,8 +46,8 @@ def diagnose(
     effects: ids, .py files of your own (tested before any long work; ``tell`` hears what the test says) or Effect
     classes; leave_out: ids of the library not to be tried; advise: look for the next run to make; progress(replicates,
     stage): told of every stage, and of bootstrap replicates as they are done; shown: is given the result as soon as it
-    can be drawn, without what was discovered; config: what asked for it, for the provenance. Raises InputError,
-    CannotRepresent, RunFailed.
+    can be drawn, without what was discovered and the next runs; config: what asked for it, for the provenance. Raises
+    InputError, CannotRepresent, RunFailed.
     """
     whole("seed", seed, 0)
     whole("bootstraps", bootstraps, MIN_BOOTSTRAPS, MAX_BOOTSTRAPS)
@@ -64,17 +66,26 @@ def diagnose(
         classes,
         bootstraps=bootstraps,
         seed=seed,
-        advise=advise,
         look=Looking(seed=seed, tell=lambda stage: progress(0, stage)),
         tell=lambda stage: progress(0, stage),
         tick=lambda replicates: progress(replicates, ""),
     )
-    with ThreadPoolExecutor(1) as beside:
+    with ThreadPoolExecutor(2) as beside:
         discovery = beside.submit(_discovery, findings.judgement.unknown, config)
+        advice = beside.submit(_advice, findings, lambda stage: progress(0, stage)) if advise else None
         found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=drawings_of(findings))
         shown(found)
         beyond = beyond_in_runs(campaign, chosen, [e.id for e in found.effects])
-    return replace(found, beyond=beyond, discovery=discovery.result())
+    runs = tuple(advice.result()) if advice is not None else ()
+    return replace(found, beyond=beyond, discovery=discovery.result(), next_runs=runs)
+
+
+def _advice(findings: Findings, tell: Callable[[str], None]) -> list[NextRun]:
+    """The next runs to make, where there is something to be told apart."""
+    if not findings.rivals:
+        return []
+    tell("looking for the run that would tell them apart")
+    return next_runs(findings.found.bench, findings.found.chosen, findings.rivals)
 
 
 def _discovery(seen: Unknown | None, config: Any) -> Discovery | None:

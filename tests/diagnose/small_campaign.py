@@ -74,7 +74,7 @@ def _campaign(name: str, seed: int) -> Campaign:
 
 @cache
 def _examined(name: str, seed: int) -> Findings:
-    return examine(campaign(name, seed), MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED, advise=False)
+    return examine(campaign(name, seed), MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED)
 
 
 @cache

@@ -90,7 +90,7 @@ def test_a_stranger_is_reported_as_unknown_with_its_shape():
 def test_a_set_that_leaves_too_much_is_not_named_but_said_to_be_nearest():
     """A dead zone of the yaw is much like these together, so that they are chosen; what they leave is tested."""
     made, _ = make_campaign(hidden=[{"id": "dead_zone", "kappa_d": 1e-5, "d": 40}], seed=2, plan=SPREAD)
-    d = examine(made, MODEL, candidates_of(ALIKE, MODEL), bootstraps=BOOTSTRAPS, seed=SEED, advise=False)
+    d = examine(made, MODEL, candidates_of(ALIKE, MODEL), bootstraps=BOOTSTRAPS, seed=SEED)
     found = describe(d, seed=SEED)
     assert (found.verdict, found.effects) == (Verdict.NONE_KNOWN, ())
     assert d.found.chosen.ids
@@ -103,7 +103,7 @@ def test_a_turned_sensor_ends_in_cannot_say():
     first = clean.runs[0]
     turned = replace(first, signals={**first.signals, "y1": -first.signals["y1"]})
     dirty = replace(clean, runs=(turned, *clean.runs[1:]))
-    found = describe(examine(dirty, MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED, advise=False), seed=SEED)
+    found = describe(examine(dirty, MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED), seed=SEED)
     assert found.verdict is Verdict.CANNOT_SAY
     assert found.effects == ()
     assert ("r01", "wrong_sign") in {(s.run, s.kind) for s in found.suspicions}
@@ -115,7 +115,7 @@ def test_a_turned_sensor_ends_in_cannot_say():
 def test_the_whole_library_says_what_few_candidates_say(name):
     whole = candidates_of(None, MODEL)
     assert len(whole) > 2 * len(CLASSES)
-    found = describe(examine(campaign(name), MODEL, whole, bootstraps=BOOTSTRAPS, seed=SEED, advise=False), seed=SEED)
+    found = describe(examine(campaign(name), MODEL, whole, bootstraps=BOOTSTRAPS, seed=SEED), seed=SEED)
     assert (found.verdict, set(effects(found))) == (diagnosed(name).verdict, set(effects(diagnosed(name))))
 
 
@@ -124,5 +124,5 @@ def test_a_stranger_that_misleads_the_optimiser_is_no_crash():
     """Guard: beside crown, tension_bias once ended in a valley above crown alone, and the diagnosis stopped there."""
     dead_zone = [{"id": "dead_zone", "kappa_d": 1e-4}]
     made, _ = make_campaign(hidden=dead_zone, seed=2, plan=SPREAD)
-    d = examine(made, MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=0, advise=False)
+    d = examine(made, MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=0)
     assert d.verdict in (Verdict.PARTLY, Verdict.NONE_KNOWN)

@@ -19,7 +19,7 @@ def test_lift_off_is_found_with_its_size():
         hidden=[{"id": "lift_off", "strength": 1.0}], base="strip", seed=5, plan=SPREAD, title="layer"
     )[0]
     found = describe(
-        examine(campaign, strip, candidates_of(NAMED, strip), bootstraps=BOOTSTRAPS, seed=SEED, advise=False),
+        examine(campaign, strip, candidates_of(NAMED, strip), bootstraps=BOOTSTRAPS, seed=SEED),
         seed=SEED,
     )
     assert found.verdict is Verdict.EXPLAINED

@@ -34,7 +34,7 @@ def both_at_one_place(c):
 
 
 def diagnosis(c, look=None):
-    return describe(examine(c, MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED, advise=False, look=look), seed=SEED)
+    return describe(examine(c, MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED, look=look), seed=SEED)
 
 
 @pytest.mark.parametrize("name", ["two", "sag_roll"])
