@@ -27,6 +27,7 @@ def run(cfg: Any) -> None:
 def _diagnosed(config: Any, folder: Path, draw: Callable[..., None] | None) -> Any:
     """The diagnosis, and all that it leaves but the pictures, which ``draw`` begins to draw."""
     from belt_sim.campaign import read_campaign
+    from belt_sim.commands.ahead import recorder_imported
     from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS, diagnose
     from belt_sim.use_cases.leave import leave_diagnosis, leave_recording
     from belt_sim.watch.asked import watch_asked
@@ -39,6 +40,7 @@ def _diagnosed(config: Any, folder: Path, draw: Callable[..., None] | None) -> A
     count = whole("bootstraps", config["bootstraps"], MIN_BOOTSTRAPS)
     with progress(1.0, f"diagnosing {campaign.title}") as done:
         stages = in_stages(done, count)
+        stages = recorder_imported(stages) if watch == "rrd" else stages
         shown = partial(draw, folder) if draw else lambda found: None
         found = diagnose(
             campaign, config["model"]["name"], **asked, progress=stages, tell=print, shown=shown, config=config

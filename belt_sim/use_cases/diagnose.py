@@ -70,10 +70,12 @@ def diagnose(
         tell=lambda stage: progress(0, stage),
         tick=lambda replicates: progress(replicates, ""),
     )
-    with ThreadPoolExecutor(2) as beside:
+    with ThreadPoolExecutor(3) as beside:
         discovery = beside.submit(_discovery, findings.judgement.unknown, config)
         advice = beside.submit(_advice, findings, lambda stage: progress(0, stage)) if advise else None
-        found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=drawings_of(findings))
+        drawings = beside.submit(drawings_of, findings)
+        found = describe(findings, seed=seed, config=config)
+        found = replace(found, admitted=admitted, drawings=drawings.result())
         shown(found)
         beyond = beyond_in_runs(campaign, chosen, [e.id for e in found.effects])
     runs = tuple(advice.result()) if advice is not None else ()

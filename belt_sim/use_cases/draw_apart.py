@@ -20,15 +20,15 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from belt_sim.errors import BeltError
 from belt_sim.files import moved_in, pictures_of
-from belt_sim.results.diagnosis import Diagnosis
-from belt_sim.results.read import diagnosis_of
-from belt_sim.results.written import diagnosis_json, drawings_json
 
-Draw = Callable[[Path, Diagnosis], None]
+if TYPE_CHECKING:  # results are imported when there are any: the process begins before
+    from belt_sim.results.diagnosis import Diagnosis
+
+Draw = Callable[[Path, "Diagnosis"], None]
 
 
 @contextmanager
@@ -42,7 +42,9 @@ def drawing_apart() -> Iterator[Draw]:
     asked, folders = process.stdin, set[Path]()
     assert asked is not None
 
-    def draw(folder: Path, diagnosis: Diagnosis) -> None:
+    def draw(folder: Path, diagnosis: "Diagnosis") -> None:
+        from belt_sim.results.written import diagnosis_json, drawings_json
+
         folders.add(folder)
         task = {"diagnosis": diagnosis_json(diagnosis), "drawings": drawings_json(diagnosis.drawings)}
         with suppress(BrokenPipeError):  # the process has died, and has said why
@@ -86,6 +88,7 @@ def _stop(process: subprocess.Popen[bytes]) -> None:
 def _draw() -> None:
     """What the process does; no result comes where the diagnosis failed."""
     from belt_sim.pictures.style import figure
+    from belt_sim.results.read import diagnosis_of
     from belt_sim.use_cases.leave import draw_found
 
     figure(1.0, 1.0)
@@ -101,7 +104,7 @@ def _draw() -> None:
         sys.exit(1)  # it has said why
 
 
-def _draw_two_by_two(folder: Path, diagnosis: Diagnosis) -> int:
+def _draw_two_by_two(folder: Path, diagnosis: "Diagnosis") -> int:
     """Draw a diagnosis, where processes can be forked with one for the overlays, of which there are as much as of all
     else; its id, or 0."""
     from belt_sim.use_cases.leave import OVERLAY, draw_own

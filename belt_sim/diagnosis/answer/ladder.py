@@ -5,13 +5,16 @@ the chosen effects gain beyond chance. Effects that turn the one model into the 
 """
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.model import MODELS
 from belt_sim.diagnosis.fits.workbench import Workbench, predicted
+from belt_sim.diagnosis.readings.batches import WORKERS
 
 HOUSE = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
 MOST = 0.8  # of the chi2 beyond noise: a model that takes less of it leaves something unexplained itself
@@ -34,9 +37,11 @@ def ladder(bench: Workbench, chi2: float) -> list[Rung]:
     """The other models of the house, best first; chi2: of the model asked for, on ``bench``."""
     asked = bench.forward.model
     beyond = max(chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
+    others = [MODELS[name] for name in HOUSE if name != asked.name]
     found = []
-    for model in (MODELS[name] for name in HOUSE if name != asked.name):
-        values = predicted(bench.campaign, model)
+    with ThreadPoolExecutor(WORKERS) as pool:  # most of it is loading their code
+        each = list(pool.map(partial(predicted, bench.campaign), others))
+    for model, values in zip(others, each, strict=True):
         gain = chi2 - float(bench.metric.chi2(bench.fitted.y - values))
         lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
         rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))
