@@ -10,6 +10,8 @@ from belt_sim.pictures.colours import AFTER, BEFORE, FAINT, MEASURED
 from belt_sim.results.drawings import Panel
 
 COLUMNS = 3
+#: [inch] around and between panels; a title stands above each
+AROUND = {"left": 0.8, "right": 0.15, "top": 0.75, "bottom": 0.95, "across": 0.85, "down": 0.42}
 DOTS = 100  # measured samples shown in one panel
 
 
@@ -24,7 +26,7 @@ def overlay_picture(
     """Small multiples of measured against modelled; names = {"base": ..., "final": ...} for the legend."""
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
-    fig, axes = style.figure(max(4.0 * columns, 6.5), 2.6 * rows + 1.0, rows, columns, sharex=True)
+    fig, axes = style.figure(max(4.0 * columns, 6.5), 2.6 * rows + 1.0, rows, columns, layout=None, sharex=True)
     flat = [ax for row in axes for ax in row]
     labels = {"base": "model before", "final": "model after", **(names or {})}
     for ax, panel in zip(flat, panels, strict=False):
@@ -37,7 +39,8 @@ def overlay_picture(
     entries = {}
     for ax in flat[: len(panels)]:
         entries.update(dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True)))
-    fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries))
+    fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=len(entries))
+    style.place(fig, rows, columns, **AROUND)
     style.title(fig, title)
     return style.save(fig, path)
 

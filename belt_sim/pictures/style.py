@@ -59,20 +59,40 @@ def picture(draw: Callable[..., Path]) -> Callable[..., Path]:
     return in_style
 
 
-def figure(width: float, height: float, rows: int = 1, columns: int = 1, **grid) -> "tuple[Figure, list[list[Axes]]]":
-    """An empty figure [inch] with rows x columns axes; ``grid`` as for Figure.subplots."""
+def figure(
+    width: float, height: float, rows: int = 1, columns: int = 1, *, layout: str | None = "constrained", **grid
+) -> "tuple[Figure, list[list[Axes]]]":
+    """An empty figure [inch] with rows x columns axes; layout: None where ``place`` is called; ``grid`` as for
+    Figure.subplots."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    fig = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    fig = Figure(figsize=(width, height), dpi=DPI, layout=layout)
     FigureCanvasAgg(fig)
     axes = fig.subplots(rows, columns, squeeze=False, **grid)
     return fig, [list(row) for row in axes]
 
 
+def place(fig: "Figure", rows: int, columns: int, **inches: float) -> None:
+    """Place axes that are all alike by distances [inch], which takes half the time of a layout that looks at every
+    tick: left, right, top and bottom of all, across and down between them."""
+    width, height = fig.get_size_inches()
+    wide = (width - inches["left"] - inches["right"] - (columns - 1) * inches["across"]) / columns
+    high = (height - inches["top"] - inches["bottom"] - (rows - 1) * inches["down"]) / rows
+    fig.subplots_adjust(
+        left=inches["left"] / width,
+        right=1.0 - inches["right"] / width,
+        bottom=inches["bottom"] / height,
+        top=1.0 - inches["top"] / height,
+        wspace=inches["across"] / wide,
+        hspace=inches["down"] / high,
+    )
+
+
 def title(fig: "Figure", text: str) -> None:
     """The headline of a picture, at its left."""
-    fig.suptitle(text, x=0.01, ha="left", fontsize=FONT + 3, fontweight="bold", color=INK)
+    where = {} if fig.get_layout_engine() else {"y": 1.0 - 0.12 / fig.get_figheight()}
+    fig.suptitle(text, **where, x=0.01, ha="left", fontsize=FONT + 3, fontweight="bold", color=INK)
 
 
 def save(fig: "Figure", path: str | os.PathLike) -> Path:
@@ -80,7 +100,7 @@ def save(fig: "Figure", path: str | os.PathLike) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     path = Path(path)
-    if layout := fig.get_layout_engine():
+    if (layout := fig.get_layout_engine()) is not None:
         layout.execute(fig)
         fig.set_layout_engine("none")
     try:  # savefig would draw all of it once more without a mark, for the layout that is made already
