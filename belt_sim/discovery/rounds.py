@@ -13,7 +13,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
 from belt_sim.discovery.operators import kept_row, single, tension_turn
-from belt_sim.discovery.places import TENSION, place_columns
+from belt_sim.discovery.places import TENSION, WRAPPED, place_columns
 from belt_sim.discovery.responses import MOMENT
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Law, Survey, Term
@@ -122,7 +122,7 @@ def _inputs(survey: Survey, laws: Sequence[Sized]) -> Callable[[dict[Read, np.nd
         found = []
         for k, (t, own) in enumerate(zip(first.terms, factors, strict=True)):
             forms = [law.terms[k].form for law, _ in laws]
-            xs = [at[_reads(t, survey.states, *part)] for part in t.place.parts] if _reading(t) else [None] * len(own)
+            xs = [_seen(t, survey.states, at, *part) for part in t.place.parts] if _reading(t) else [None] * len(own)
             found.append([f if x is None else f * _shaped(forms, x) for f, x in zip(own, xs, strict=True)])
         return found
 
@@ -173,6 +173,12 @@ def _reads(t: Term, states: States, channel: str, part: int | None) -> Read:
     if t.place.name == TENSION:
         return "squeeze", 0 if part is None else part
     return t.form.variable, states.signals.index(channel) if part is None else part
+
+
+def _seen(t: Term, states: States, at: dict[Read, np.ndarray], channel: str, part: int | None) -> np.ndarray:
+    """What a term reads (R, F, J) of the belt that it acts on."""
+    x = at[_reads(t, states, channel, part)]
+    return states.late(x, part) if t.place.kind in WRAPPED and part is not None else x
 
 
 def _read_by(law: Law, states: States) -> list[Read]:

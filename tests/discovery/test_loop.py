@@ -14,7 +14,12 @@ from belt_sim.discovery.survey import Law, Term
 
 #: a crown that steers the belt [1/m^2], and a belt that slides by much of its angle: what they make is not what the
 #: base model's states would
-STEERING = {"turn_tail": (Form("y"), 0.03), "drift_tail": (Form("alpha"), 0.5), "drift_both": (Form("alpha"), 0.5)}
+STEERING = {
+    "turn_tail": (Form("y"), 0.03),
+    "drift_tail": (Form("alpha"), 0.5),
+    "drift_both": (Form("alpha"), 0.5),
+    "shift_both": (Form("alpha"), 1.0),
+}
 
 
 def law_of(place: str, form: Form) -> Law:
