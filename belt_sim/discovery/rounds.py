@@ -19,6 +19,7 @@ from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Law, Survey, Term
 
 ROUNDS = 60  # at most; those of a Volterra equation converge
+PARTS = 16  # of the travel, where rounds over all of it do not end
 CLOSE = 1e-5  # of the largest state, between rounds
 FURTHEST = 10.0  # times the largest state: a belt that has run away
 
@@ -72,28 +73,50 @@ def run(loop: Loop, laws: Sequence[Sized], begin: States | None = None) -> Run |
     inputs = _inputs(survey, laws)
     largest = {r: float(np.abs(getattr(base, r[0])).max()) + 1e-12 for r in reads if r[0] != "rate"}
     at = {read: _at(begin or base, read) for read in reads}
-    felt = inputs(at)
-    still = _added(loop, _acting(law, felt, reading=False), reads)
+    still = _added(loop, _acting(law, inputs(at), reading=False), reads)
     unread = {read: _at(base, read) + still[read] for read in reads}
-    for _ in range(ROUNDS if reads else 0):
-        added = _added(loop, _acting(law, felt, reading=True), reads)
-        moved = {read: unread[read] + added[read] for read in reads}
-        off = _largest({r: moved[r] - at[r] for r in largest}, largest)
-        size = _largest(moved, largest)
-        at = moved
-        if not size < FURTHEST:
-            return None
-        if off < CLOSE:
-            break
-        felt = inputs(at)
-    else:
-        if reads:
-            return None
+
+    def moved(at: dict[Read, np.ndarray]) -> dict[Read, np.ndarray]:
+        added = _added(loop, _acting(law, inputs(at), reading=True), reads)
+        return {read: unread[read] + added[read] for read in reads}
+
+    settled = _settled(moved, at, largest)
+    if settled is None:
+        return None
+    felt = inputs(settled)
     readings = np.zeros((len(laws), *survey.ground.residual.shape))
     for term, parts in zip(law.terms, felt, strict=True):
         whole = [np.broadcast_to(u, (len(base.tension), len(laws), len(base.s))).swapaxes(0, 1) for u in parts]
         readings += place_columns(survey.ops, term.place, whole)
-    return readings, _with(base, {r: x[:, 0] for r, x in at.items()})
+    return readings, _with(base, {r: x[:, 0] for r, x in settled.items()})
+
+
+def _settled(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float]) -> dict | None:
+    """What is read, once rounds change it no more; None where a belt runs away.
+
+    Rounds of a law that steers by much first go far off, the further the longer the record is, though the belt does
+    not: then stretch by stretch of the travel, of which each knows what came before.
+    """
+    whole = _in_parts(moved, at, largest, 1) if at else at
+    return whole if whole is not None else _in_parts(moved, at, largest, PARTS)
+
+
+def _in_parts(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float], parts: int):
+    """What is read, part by part of the travel; None where it goes too far, or does not settle."""
+    cells = next(iter(at.values())).shape[-1]
+    for part in range(1, parts + 1):
+        reached = np.arange(cells) < np.ceil(part * cells / parts)
+        for _ in range(ROUNDS):
+            new = {read: np.where(reached, x, at[read]) for read, x in moved(at).items()}
+            off, size = _largest({r: new[r] - at[r] for r in largest}, largest), _largest(new, largest)
+            at = new
+            if not size < FURTHEST:
+                return None
+            if off < CLOSE:
+                break
+        else:
+            return None
+    return at
 
 
 def states_at_work(loop: Loop, law: Law, sizes: np.ndarray, states: States) -> States:
