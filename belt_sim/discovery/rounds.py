@@ -18,8 +18,8 @@ from belt_sim.discovery.responses import MOMENT
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Law, Survey, Term
 
-ROUNDS = 60  # at most; those of a Volterra equation converge
-PARTS = 16  # of the travel, where rounds over all of it do not end
+ROUNDS = 60  # at most, of whole ones; those of a Volterra equation converge
+PART = 0.3  # of a round's way, where whole rounds do not end
 CLOSE = 1e-5  # of the largest state, between rounds
 FURTHEST = 10.0  # times the largest state: a belt that has run away
 
@@ -94,29 +94,26 @@ def run(loop: Loop, laws: Sequence[Sized], begin: States | None = None) -> Run |
 def _settled(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float]) -> dict | None:
     """What is read, once rounds change it no more; None where a belt runs away.
 
-    Rounds of a law that steers by much first go far off, the further the longer the record is, though the belt does
-    not: then stretch by stretch of the travel, of which each knows what came before.
+    Of a law that steers against what it reads by as much or more, rounds swing ever further though the belt does not:
+    then each goes a part of its way.
     """
-    whole = _in_parts(moved, at, largest, 1) if at else at
-    return whole if whole is not None else _in_parts(moved, at, largest, PARTS)
+    if not at:
+        return at
+    whole = _in_rounds(moved, at, largest, 1.0)
+    return whole if whole is not None else _in_rounds(moved, at, largest, PART)
 
 
-def _in_parts(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float], parts: int):
-    """What is read, part by part of the travel; None where it goes too far, or does not settle."""
-    cells = next(iter(at.values())).shape[-1]
-    for part in range(1, parts + 1):
-        reached = np.arange(cells) < np.ceil(part * cells / parts)
-        for _ in range(ROUNDS):
-            new = {read: np.where(reached, x, at[read]) for read, x in moved(at).items()}
-            off, size = _largest({r: new[r] - at[r] for r in largest}, largest), _largest(new, largest)
-            at = new
-            if not size < FURTHEST:
-                return None
-            if off < CLOSE:
-                break
-        else:
+def _in_rounds(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float], part: float):
+    """What is read after rounds that each go a part of their way; None where it goes too far, or does not settle."""
+    for _ in range(int(ROUNDS / part)):
+        step = {read: x - at[read] for read, x in moved(at).items()}
+        off = _largest({r: step[r] for r in largest}, largest)
+        at = {read: at[read] + part * step[read] for read in at}
+        if not _largest(at, largest) < FURTHEST:
             return None
-    return at
+        if off < CLOSE:
+            return at
+    return None
 
 
 def states_at_work(loop: Loop, law: Law, sizes: np.ndarray, states: States) -> States:
