@@ -13,8 +13,6 @@ from belt_sim.discovery.operators import kept_row, tension_turn
 from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL, WRAPPED, Place
 from belt_sim.discovery.responses import MOMENT, Responses
 
-LANDED = ("y", "alpha", "kappa")  # what a belt has where it runs up
-
 
 @dataclass(frozen=True, kw_only=True)
 class States:
@@ -57,8 +55,11 @@ class States:
     @cached_property
     def landed(self) -> "States":
         """The same with y, alpha and kappa as what leaves a pulley had them when it ran up."""
-        late = {n: np.stack([self.late(getattr(self, n)[:, k], k) for k in (0, 1)], axis=1) for n in LANDED}
-        return replace(self, **late)
+
+        def before(x: np.ndarray) -> np.ndarray:
+            return np.stack([self.late(x[:, k], k) for k in (0, 1)], axis=1)
+
+        return replace(self, y=before(self.y), alpha=before(self.alpha), kappa=before(self.kappa))
 
     def late(self, x: np.ndarray, pulley: int) -> np.ndarray:
         """What x (..., J) was one wrap of a pulley before; what lay there at the start lay straight."""
