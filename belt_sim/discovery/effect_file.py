@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from belt_sim.discovery.effect_text import BEND, TEMPLATE, needed
 from belt_sim.discovery.forms import COURSES, SHAPES
-from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL
+from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL, WRAPPED
 from belt_sim.discovery.survey import Law, Term
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import effects_in
@@ -17,6 +17,11 @@ from belt_sim.stored_code import written_as
 ID = "found_effect"
 ODD = ("x", "x|x|", "x^3", "saturated", "beyond", "stuck")
 _UNITS = {"one": "", "set": "", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
+LANDED = {
+    "y": "landed.y[{}]",
+    "alpha": "landed.alpha[{}]",
+    "kappa": "landed.moment[{}] / case.belt.bending_stiffness",
+}
 _POWER = {"x|x|": 2, "x^2": 2, "x^3": 3}
 _TIDY = {
     "1/m/(m)": "1/m^2",
@@ -202,6 +207,8 @@ def _put(text: str, number: str, second: str = "") -> str:
 def _x(term: Term, pulley: int | None, travel: str = "state.travel") -> str:
     v = term.form.variable
     stateless = {"one": "1.0", "set": f"_is_set(case, {travel})", "beta": f"_commanded(case, {travel})"}
+    if v in LANDED and term.place.kind in WRAPPED:  # of the belt that leaves, as it ran up
+        return LANDED[v].format(pulley)
     return stateless.get(v, f"state.{v}[{pulley}]")
 
 
@@ -251,8 +258,8 @@ def _at_pulleys(name: str, fields: dict[str, str]):
             f"        {name} = replace({name}, {fields[t.place.kind]}={name}.{fields[t.place.kind]} + add)\n"
             for t, p, call in _calls(terms)
         )
-        called = "wrap" if name == "runoff" else name
-        return f"    def {called}(self, {name}, state, case):\n{lines}        return {name}\n"
+        called, first = ("wrap", "        landed = runoff\n") if name == "runoff" else (name, "")
+        return f"    def {called}(self, {name}, state, case):\n{first}{lines}        return {name}\n"
 
     return hook
 

@@ -176,19 +176,25 @@ def dictionary(states: States, kind: str) -> list[Form]:
     if np.any(states.beta):
         forms += [Form("beta", course=c, at=a) for c, a in courses]
         forms += waves(states, ("beta",)) + windows(states, ("beta",))
-        if np.ptp(sizes := np.abs(states.beta).max(axis=1)) > SAME_YAW * sizes.max():
+        if _of_many_sizes(states.beta):
             forms += [Form("beta", shape=s) for s in ("x|x|", "x^2", "x^3")]
     forms += windows(states, ("alpha", "kappa"))
     fading = [("fade", end * r) for r in RISES[:4]]
     return forms + _of_state(states, ("y", "alpha", "kappa"), courses + fading, shapes=True)
 
 
+def _of_many_sizes(beta: np.ndarray) -> bool:
+    """Whether yaws (R, J) are of more than one size."""
+    sizes = np.abs(beta).max(axis=1)
+    return bool(np.ptp(sizes) > SAME_YAW * sizes.max())
+
+
 def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
     """Forms for a law once it is known that something is missing.
 
-    What begins when the yaw is set, either way; what goes or swings with time instead of travel; what rings after a
-    step, or dies away without a swing; what reads the state and comes back with ``periods`` [m] of the machine; what
-    sticks.
+    What begins when the yaw is set, either way, or as far whatever the yaw is; what goes or swings with time instead of
+    travel; what rings after a step, or dies away without a swing; what reads the state and comes back with ``periods``
+    [m] of the machine; what sticks.
     """
     end = float(states.s[-1])
     found = [Form("one", course="square")]
@@ -205,7 +211,15 @@ def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
     if kind == "sensor":
         largest = float(np.abs(states.shown).max())
         return found + [Form("shown", shape="stuck", knee=b * largest) for b in STUCK]
-    return found if kind in STATED else found + _swinging(states, periods)
+    return found if kind in STATED else found + _sided(states) + _swinging(states, periods)
+
+
+def _sided(states: States) -> list[Form]:
+    """What goes with the direction of the yaw and hardly with its size, as play and friction do that are used up."""
+    if not np.any(states.beta) or not _of_many_sizes(states.beta):
+        return []
+    knee = KNEES[1] * float(np.abs(states.beta).max())
+    return [Form("beta", shape="saturated", knee=knee, course=c, at=a) for c, a in _timed(float(states.s[-1]))]
 
 
 def _timed(end: float) -> list[tuple[str, float | None]]:

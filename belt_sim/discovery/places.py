@@ -24,6 +24,8 @@ SPAN = "span"
 CARRIED = "carried"
 #: kinds of what a stretch of belt can do where it runs up
 BY_THE_BELT = ("turn", "drift")
+#: kinds of what happens to a belt while it lies on a pulley
+WRAPPED = ("shift", "twist")
 SPANS = ("upper", "lower")  # the first runs up the tail pulley where the belt travels forwards
 
 

@@ -51,14 +51,41 @@ class Refit:
         return found
 
     def certain(self, sigmas: float) -> bool:
-        """Whether the size of every term lies that far from zero; of a wave, its two sizes together."""
-        numbers, squares = self.estimates(), dict[str, float]()
+        """Whether the size of every term lies that far from zero, its knee being where it is; of a wave, its two sizes
+        together. Of what is beyond its knee nearly always, readings know size times knee and none of the two.
+        """
+        squares = dict[str, float]()
         for n in self.written.numbers:
             if not n.modifier:
-                value, u, _ = numbers[n.name]
                 tag = n.name.partition("_")[2]
+                value, u = self._beside(n.name, f"knee_{tag}" if tag else "knee")
                 squares[tag] = squares.get(tag, 0.0) + (value / u) ** 2 if u > 0.0 else np.inf
         return min(squares.values()) >= sigmas**2
+
+    def limit(self, tag: str) -> tuple[float, float]:
+        """Size times knee of a term, and its u: what it comes to beyond its knee."""
+        forward, free = self.bench.forward, self.fit.free
+        at = [next(p for p in forward.index(self.written.cls.id) if forward.slots[p].name == f"{n}{tag}")
+              for n in ("size", "knee")]  # fmt: skip
+        size, knee = (float(self.fit.vector[p]) * forward.slots[p].scale for p in at)
+        slope = np.zeros(len(free))
+        for p, other in zip(at, (knee, size), strict=True):
+            if p in free:
+                slope[free.index(p)] = other * forward.slots[p].scale
+        return size * knee, float(np.sqrt(max(slope @ self.fit.covariance @ slope, 0.0)))
+
+    def _beside(self, name: str, other: str) -> tuple[float, float]:
+        """A number and its u, in units of its scale, another number being what it is."""
+        forward, free, covariance = self.bench.forward, self.fit.free, self.fit.covariance
+        at = {forward.slots[p].name: p for p in forward.index(self.written.cls.id)}
+        if at[name] not in free:
+            return float(self.fit.vector[at[name]]), 0.0
+        k = free.index(at[name])
+        square = float(covariance[k, k])
+        if at.get(other) in free:
+            j = free.index(at[other])
+            square -= float(covariance[k, j]) ** 2 / float(covariance[j, j])
+        return float(self.fit.vector[at[name]]), float(np.sqrt(max(square, 0.0)))
 
 
 def refits(survey: Survey, laws: Sequence[Scored]) -> list[Refit | None]:

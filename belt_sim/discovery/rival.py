@@ -6,6 +6,7 @@ by campaigns in which it is at work.
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,6 +29,7 @@ def one_law(survey: Survey, least: float, *, closely: bool = False) -> OneLaw | 
 
     closely: it is sought in closed loop, as laws are of which somebody asks what they say.
     """
+    survey = replace(survey, wide=closely)
     read = survey.informed(survey.courses()[0])
     ones = singles(read)
     searched = 2.0 * float(np.log(len(ones) / len(exponents_of(survey))))

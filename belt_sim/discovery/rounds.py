@@ -13,12 +13,13 @@ from scipy.fft import irfft, next_fast_len, rfft
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
 from belt_sim.discovery.operators import kept_row, single, tension_turn
-from belt_sim.discovery.places import TENSION, place_columns
+from belt_sim.discovery.places import TENSION, WRAPPED, place_columns
 from belt_sim.discovery.responses import MOMENT
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Law, Survey, Term
 
-ROUNDS = 60  # at most; those of a Volterra equation converge
+ROUNDS = 60  # at most, of whole ones; those of a Volterra equation converge
+PART = 0.3  # of a round's way, where whole rounds do not end
 CLOSE = 1e-5  # of the largest state, between rounds
 FURTHEST = 10.0  # times the largest state: a belt that has run away
 
@@ -72,28 +73,47 @@ def run(loop: Loop, laws: Sequence[Sized], begin: States | None = None) -> Run |
     inputs = _inputs(survey, laws)
     largest = {r: float(np.abs(getattr(base, r[0])).max()) + 1e-12 for r in reads if r[0] != "rate"}
     at = {read: _at(begin or base, read) for read in reads}
-    felt = inputs(at)
-    still = _added(loop, _acting(law, felt, reading=False), reads)
+    still = _added(loop, _acting(law, inputs(at), reading=False), reads)
     unread = {read: _at(base, read) + still[read] for read in reads}
-    for _ in range(ROUNDS if reads else 0):
-        added = _added(loop, _acting(law, felt, reading=True), reads)
-        moved = {read: unread[read] + added[read] for read in reads}
-        off = _largest({r: moved[r] - at[r] for r in largest}, largest)
-        size = _largest(moved, largest)
-        at = moved
-        if not size < FURTHEST:
-            return None
-        if off < CLOSE:
-            break
-        felt = inputs(at)
-    else:
-        if reads:
-            return None
+
+    def moved(at: dict[Read, np.ndarray]) -> dict[Read, np.ndarray]:
+        added = _added(loop, _acting(law, inputs(at), reading=True), reads)
+        return {read: unread[read] + added[read] for read in reads}
+
+    settled = _settled(moved, at, largest)
+    if settled is None:
+        return None
+    felt = inputs(settled)
     readings = np.zeros((len(laws), *survey.ground.residual.shape))
     for term, parts in zip(law.terms, felt, strict=True):
         whole = [np.broadcast_to(u, (len(base.tension), len(laws), len(base.s))).swapaxes(0, 1) for u in parts]
         readings += place_columns(survey.ops, term.place, whole)
-    return readings, _with(base, {r: x[:, 0] for r, x in at.items()})
+    return readings, _with(base, {r: x[:, 0] for r, x in settled.items()})
+
+
+def _settled(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float]) -> dict | None:
+    """What is read, once rounds change it no more; None where a belt runs away.
+
+    Of a law that steers against what it reads by as much or more, rounds swing ever further though the belt does not:
+    then each goes a part of its way.
+    """
+    if not at:
+        return at
+    whole = _in_rounds(moved, at, largest, 1.0)
+    return whole if whole is not None else _in_rounds(moved, at, largest, PART)
+
+
+def _in_rounds(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float], part: float):
+    """What is read after rounds that each go a part of their way; None where it goes too far, or does not settle."""
+    for _ in range(int(ROUNDS / part)):
+        step = {read: x - at[read] for read, x in moved(at).items()}
+        off = _largest({r: step[r] for r in largest}, largest)
+        at = {read: at[read] + part * step[read] for read in at}
+        if not _largest(at, largest) < FURTHEST:
+            return None
+        if off < CLOSE:
+            return at
+    return None
 
 
 def states_at_work(loop: Loop, law: Law, sizes: np.ndarray, states: States) -> States:
@@ -122,7 +142,7 @@ def _inputs(survey: Survey, laws: Sequence[Sized]) -> Callable[[dict[Read, np.nd
         found = []
         for k, (t, own) in enumerate(zip(first.terms, factors, strict=True)):
             forms = [law.terms[k].form for law, _ in laws]
-            xs = [at[_reads(t, survey.states, *part)] for part in t.place.parts] if _reading(t) else [None] * len(own)
+            xs = [_seen(t, survey.states, at, *part) for part in t.place.parts] if _reading(t) else [None] * len(own)
             found.append([f if x is None else f * _shaped(forms, x) for f, x in zip(own, xs, strict=True)])
         return found
 
@@ -173,6 +193,12 @@ def _reads(t: Term, states: States, channel: str, part: int | None) -> Read:
     if t.place.name == TENSION:
         return "squeeze", 0 if part is None else part
     return t.form.variable, states.signals.index(channel) if part is None else part
+
+
+def _seen(t: Term, states: States, at: dict[Read, np.ndarray], channel: str, part: int | None) -> np.ndarray:
+    """What a term reads (R, F, J) of the belt that it acts on."""
+    x = at[_reads(t, states, channel, part)]
+    return states.late(x, part) if t.place.kind in WRAPPED and part is not None else x
 
 
 def _read_by(law: Law, states: States) -> list[Read]:

@@ -1,7 +1,8 @@
 """States: what a law may read along each run, on the grid of an unknown's input."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.operators import kept_row, tension_turn
-from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL, Place
+from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL, WRAPPED, Place
 from belt_sim.discovery.responses import MOMENT, Responses
 
 
@@ -22,7 +23,8 @@ class States:
     speed (R,); squeeze (R, 2, J): what a relative change of tension adds to kappa, and tighten (R, 3): that per unit of
     the boundary values of a span; forward (R,): whether the upper span runs up the tail pulley; met (R, 2, J): which
     part of the belt runs up, in belt lengths from the one that is at the tail pulley when a forward run starts; later,
-    belt: travel [m] by which it is at the head pulley after the tail pulley, and at the same pulley again.
+    belt: travel [m] by which it is at the head pulley after the tail pulley, and at the same pulley again; arcs: by
+    which it leaves the tail and the head pulley after it has run up.
     """
 
     s: np.ndarray
@@ -42,7 +44,28 @@ class States:
     met: np.ndarray
     later: float
     belt: float
+    arcs: tuple[float, float]
     signals: tuple[str, ...]
+
+    def read_at(self, place: Place) -> "States":
+        """What a law at a place reads: where the belt runs up, now; over a wrap, what the belt that leaves it had when
+        it ran up, for that belt it happened to."""
+        return self.landed if place.kind in WRAPPED else self
+
+    @cached_property
+    def landed(self) -> "States":
+        """The same with y, alpha and kappa as what leaves a pulley had them when it ran up."""
+
+        def before(x: np.ndarray) -> np.ndarray:
+            return np.stack([self.late(x[:, k], k) for k in (0, 1)], axis=1)
+
+        return replace(self, y=before(self.y), alpha=before(self.alpha), kappa=before(self.kappa))
+
+    def late(self, x: np.ndarray, pulley: int) -> np.ndarray:
+        """What x (..., J) was one wrap of a pulley before; what lay there at the start lay straight."""
+        cells = (self.s - self.arcs[pulley]) / (self.s[1] - self.s[0])
+        low = np.clip(cells.astype(int), 0, len(self.s) - 2)
+        return np.where(cells < 0.0, 0.0, x[..., low] * (1.0 - cells + low) + x[..., low + 1] * (cells - low))
 
     def lever(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
         """What an input of 1 at a place is to one of its channels: 1, (R, J), or (R, 1)."""
@@ -102,6 +125,7 @@ def states_of(bench: Workbench, answers: Responses, tighten: np.ndarray, course:
         met=met_by(rig, forward, grid),
         later=float(rig.span_length + rig.wrap_tail),
         belt=float(rig.belt_length),
+        arcs=(float(rig.wrap_tail), float(rig.wrap_head)),
         signals=tuple(s.name for s in bench.samples.signals),
     )
 

@@ -102,9 +102,9 @@ class Survey:
 
     def rows(self, place: Place, forms: list[Form]) -> np.ndarray:
         """Whitened columns (F, R, m) of forms of size 1 at a place, without dependence on tension."""
-        inputs = []
+        inputs, states = [], self.states.read_at(place)
         for channel, part in place.parts:
-            one = np.stack([f.values(self.states, part, channel) for f in forms])
+            one = np.stack([f.values(states, part, channel) for f in forms])
             inputs.append(one * self.states.lever(place, channel, part))  # forms know which part of the belt is there
         return place_columns(self.ops, place, inputs)
 

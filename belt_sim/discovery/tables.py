@@ -13,7 +13,7 @@ import numpy as np
 
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
 from belt_sim.discovery.operators import single
-from belt_sim.discovery.places import TENSION, TRAVEL, Place
+from belt_sim.discovery.places import TENSION, TRAVEL, WRAPPED, Place
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Survey
 
@@ -193,21 +193,23 @@ def _felt(survey: Survey, place: Place, across: Across) -> np.ndarray:
 
 def _reading(survey: Survey, place: Place, block: Block, across: Across) -> Products:
     """Of forms that read the state."""
-    parts = [_rows(survey, place.kind, channel, part, block) for channel, part in place.parts]
+    parts = [_rows(survey, place, channel, part, block) for channel, part in place.parts]
     whole = np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
     return _products(place, block, whole @ across.single, _lengths(whole, block.waves))
 
 
-def _rows(survey: Survey, kind: str, channel: str, part: int | None, block: Block) -> np.ndarray:
+def _rows(survey: Survey, place: Place, channel: str, part: int | None, block: Block) -> np.ndarray:
     """Whitened columns (R, F + w, m) of forms that read the state where a part of a place is.
 
     Those of the places of one kind are remembered: what is at both pulleys is at each of them as well.
     """
-    states, where = survey.states, channel if part is None else part
+    states, where, kind = survey.states, channel if part is None else part, place.kind
 
     def made() -> np.ndarray:
         inputs = survey.once(
-            ("inputs", where, block), lambda: single(inputs_of(states, block.everything, part, channel)), states
+            ("inputs", where, kind in WRAPPED, block),
+            lambda: single(inputs_of(states.read_at(place), block.everything, part, channel)),
+            states,
         )
         return inputs @ survey.ops.rows[channel].swapaxes(0, 1)
 

@@ -9,6 +9,8 @@ from belt_sim.discovery.refit import Refit
 from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.results import words
 
+KNOWN = 2.0  # sigma from zero, below which a size is not known by itself
+PLAIN = ("always", "rise", "fade", "after", "during")  # courses without a unit
 NEAR = 0.01  # of a wavelength, within which it is called that of a machine part
 SYMBOLS = {"one": "", "set": "", "beta": "β", "y": "y", "alpha": "α", "kappa": "κ", "shown": "y", "rate": "dy/dt"}
 CALLED = {
@@ -142,7 +144,7 @@ def sentence(survey: Survey, refit: Refit, share: float, looks: str, *, alone: b
     law, numbers = refit.scored.law, refit.estimates()
     places = words.listed(list(dict.fromkeys(t.place.words for t in law.terms)))
     said = f"The {places} lacks {formula(law, numbers)}"
-    said += _middles(law, numbers)
+    said += _middles(law, numbers) + _limits(refit, numbers)
     odd = parity(law)
     said += f"; {odd} in yaw" if odd != "mixed" else "; neither odd nor even in yaw"
     value, u = refit.exponent
@@ -164,4 +166,17 @@ def _middles(law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
             value, u, _ = numbers["at" if k == 0 else f"at_{k + 1}"]
             said += f"; the middle of the stretch runs up the tail pulley {words.with_u(value % 1.0, u)} "
             said += "belt lengths after the start of a forward run"
+    return said
+
+
+def _limits(refit: Refit, numbers: dict[str, tuple[float, float, str]]) -> str:
+    """Size times knee of terms of which the readings know no more; empty where they know the size too."""
+    said = ""
+    for k, t in enumerate(refit.scored.law.terms):
+        tag = "" if k == 0 else f"_{k + 1}"
+        if t.form.shape == "saturated" and t.form.course in PLAIN:
+            size, u, _ = numbers[f"size{tag}"]
+            if abs(size) < KNOWN * u:
+                product = words.with_u(*refit.limit(tag), t.place.unit)
+                said += f"; of its size and its knee only the product is known: {product}"
     return said

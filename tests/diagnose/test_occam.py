@@ -9,7 +9,7 @@ import pytest
 from belt_sim.diagnosis.answer import verdict as deciding
 from belt_sim.diagnosis.answer.verdict import judged, verdict
 from belt_sim.diagnosis.choice import rise
-from belt_sim.diagnosis.choice.occam import imitated
+from belt_sim.diagnosis.choice.occam import imitated, outdone
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.left_over.openset import OpenSet
 from belt_sim.diagnosis.left_over.unknown import OneLaw
@@ -71,6 +71,25 @@ def test_two_effects_that_one_law_does_as_well_as_are_an_imitation():
     (why,) = imitated(chosen_by(400.0), Looked(explains=410.0))
     assert "one law" in why
     assert imitated(chosen_by(400.0), Looked(explains=398.0))  # nearly as well, with one number
+
+
+def test_one_law_that_explains_more_than_another_model_stands_in_its_way():
+    """Of 325 a law is worth 300, its numbers and its search paid; 6 more is a likelihood ratio of 20."""
+    for explains, outdoes in ((None, False), (329.0, False), (333.0, True)):
+        look = Looked(explains=explains)
+        assert outdone(chosen_by(0.0, ids=()), 300.0, look) is outdoes
+        assert look.asked == ["one law, closely"]
+
+
+def test_another_model_is_not_advised_where_a_law_explains_more(monkeypatch):
+    rung = SimpleNamespace(gain=300.0)
+    monkeypatch.setattr(deciding, "ladder", lambda bench, chi2: [rung])
+    monkeypatch.setattr(deciding, "better_model", lambda rungs, asked, chosen, value: rungs[0])
+    found = chosen_by(0.0, ids=())
+    found.base_bench.forward = SimpleNamespace(model=None)
+    assert deciding._better_model(found, None) is rung
+    assert deciding._better_model(found, Looked(explains=310.0)) is rung
+    assert deciding._better_model(found, Looked(explains=400.0)) is None
 
 
 @pytest.mark.parametrize("explains", [None, 250.0, 395.0])
@@ -137,7 +156,7 @@ def passing(monkeypatch):
     """All other tests of a verdict pass."""
     monkeypatch.setattr(deciding, "open_set", lambda *args, **more: CLEAN)
     monkeypatch.setattr(deciding, "beyond_floor", lambda *args: ())
-    monkeypatch.setattr(deciding, "_better_model", lambda found: None)
+    monkeypatch.setattr(deciding, "_better_model", lambda found, look: None)
     monkeypatch.setattr(deciding, "probabilities", lambda found, unknown: dict.fromkeys(found.chosen.ids, 1.0))
     monkeypatch.setattr(deciding, "_rises", lambda found, held: ())
 

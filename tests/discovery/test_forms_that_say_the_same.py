@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from small_discovery import surveyed
 
-from belt_sim.discovery.forms import Form, dictionary
+from belt_sim.discovery.forms import Form, dictionary, seldom
 
 YAW = 1e-3  # rad
 
@@ -21,6 +21,21 @@ def test_powers_of_the_yaw_are_tried_where_its_sizes_differ():
     count = len(states.beta)
     assert powers(YAW * (1.0 + 1e-3 * np.arange(count) / count)) == {"x"}
     assert "x^3" in powers(YAW * np.linspace(0.5, 1.0, count))
+
+
+def test_what_a_yaw_leaves_behind_may_be_as_much_whatever_its_size():
+    states = surveyed("yaw_creep").states
+    sign = np.where(np.arange(len(states.beta)) % 2, 1.0, -1.0)[:, None]
+
+    def left(sizes):
+        moved = replace(states, beta=states.set * sign * sizes[:, None])
+        forms = [f for f in seldom(moved, "turn", ()) if f.variable == "beta" and f.shape == "saturated"]
+        return [f.values(moved, 0, None) for f in forms if f.course == "fade"]
+
+    assert not left(np.full(len(sign), YAW))
+    (row, *_) = left(YAW * np.where(np.arange(len(sign)) % 3, 0.5, 1.0))
+    largest = np.abs(row).max(axis=1)
+    assert largest.min() > 0.9 * largest.max()
 
 
 def test_what_fades_over_many_records_stays():

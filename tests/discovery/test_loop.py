@@ -14,7 +14,16 @@ from belt_sim.discovery.survey import Law, Term
 
 #: a crown that steers the belt [1/m^2], and a belt that slides by much of its angle: what they make is not what the
 #: base model's states would
-STEERING = {"turn_tail": (Form("y"), 0.03), "drift_tail": (Form("alpha"), 0.5), "drift_both": (Form("alpha"), 0.5)}
+STEERING = {
+    "turn_tail": (Form("y"), 0.03),
+    "drift_tail": (Form("alpha"), 0.5),
+    "drift_both": (Form("alpha"), 0.5),
+    "shift_both": (Form("alpha"), 1.0),
+}
+
+
+#: laws against which whole rounds swing ever further, though the belt stays where it was
+STRONG = {"drift_both": (Form("alpha"), -3.0), "turn_both": (Form("kappa"), 1.5)}
 
 
 def law_of(place: str, form: Form) -> Law:
@@ -42,6 +51,16 @@ def test_a_law_that_steers_itself_does_what_the_march_does(place):
     open_loop = size * survey.columns(law)[0]
     assert np.linalg.norm(made.readings - whole) < 0.03 * np.linalg.norm(whole)
     assert np.linalg.norm(open_loop - whole) > 0.1 * np.linalg.norm(whole)
+
+
+@pytest.mark.parametrize("place", STRONG)
+def test_a_law_that_steers_against_what_it_reads_by_much_is_followed(place):
+    form, size = STRONG[place]
+    survey, law = surveyed("yaw_creep"), law_of(place, form)
+    made, whole = closed(Loop(survey), law, [size], steps=0), marched(law, size)
+    assert made is not None
+    assert made.sizes[0] == size
+    assert np.linalg.norm(made.readings - whole) < 0.05 * np.linalg.norm(whole)
 
 
 def test_a_belt_that_runs_away_is_brought_back_or_given_up():

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 from small_discovery import surveyed
 
+from belt_sim.discovery import rival
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.loop import closed
-from belt_sim.discovery.rival import at_first_order, in_closed_loop
+from belt_sim.discovery.rival import at_first_order, in_closed_loop, one_law
 from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import singles
 from belt_sim.discovery.survey import Law, Term
@@ -27,3 +28,13 @@ def test_a_law_that_changes_what_it_reads_is_found_in_closed_loop_only():
     assert best.law.says[0][:3] == ("drift_both", "alpha", "x")
     assert abs(best.sizes[0] / GRIP - 1.0) < 0.05
     assert best.gain > first.gain + 100.0
+
+
+def test_in_the_place_of_several_effects_the_whole_dictionary_is_tried(monkeypatch):
+    """Several together imitate what is seldom as well."""
+    asked = []
+    monkeypatch.setattr(rival, "in_closed_loop", lambda survey, read: asked.append((survey.wide, read.wide)) or [])
+    monkeypatch.setattr(rival, "at_first_order", lambda read, ones: asked.append((False, read.wide)) or [])
+    for closely in (True, False):
+        assert one_law(surveyed("yaw_creep"), 1e9, closely=closely) is None
+    assert asked == [(True, True), (False, False)]

@@ -10,7 +10,7 @@ from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.answer.confusable import probabilities
 from belt_sim.diagnosis.answer.ladder import Rung, better_model, ladder
 from belt_sim.diagnosis.choice.beside_a_law import refused, stands
-from belt_sim.diagnosis.choice.occam import imitated
+from belt_sim.diagnosis.choice.occam import imitated, outdone
 from belt_sim.diagnosis.choice.rise import rises
 from belt_sim.diagnosis.choice.select import Selection
 from belt_sim.diagnosis.fits.fit import Fit
@@ -96,7 +96,7 @@ def _judged(found: Selection, *, bootstraps: int, seed: int, look: Look | None) 
     first = found.base_left.and_failed(beyond_floor(found, found.base_held_out))
     with ThreadPoolExecutor(1) as beside:  # other models are marched meanwhile
         testing = beside.submit(open_set, found.bench, found.chosen, bootstraps=bootstraps, seed=seed)
-        use = _better_model(found)
+        use = _better_model(found, look)
         left = testing.result().and_failed(beyond_floor(found, found.held_out))
     if use is not None:
         return _base_instead(found, first, left, use)
@@ -158,7 +158,7 @@ def _rises(found: Selection, held: HeldOut) -> tuple[str, ...]:
 
 def _base_alone(found: Selection, first: OpenSet, look: Look | None) -> Judgement:
     """Nothing was chosen: is the base model adequate?"""
-    use = _better_model(found) if first.failed else None
+    use = _better_model(found, look) if first.failed else None
     unknown = look(found.base_bench, found.base, bool(first.failed)) if look is not None and use is None else None
     first = first.and_failed(unknown.failed if unknown is not None else ())
     return Judgement(found.base, found.base_held_out, first, first, use_model=use, unknown=unknown)
@@ -177,10 +177,11 @@ def _columns(found: Selection, left: OpenSet, unknown: Unknown | None) -> np.nda
     return np.concatenate([columns, smooth])
 
 
-def _better_model(found: Selection) -> Rung | None:
+def _better_model(found: Selection, look: Look | None) -> Rung | None:
     value = found.gain - sum(found.threshold(i) for i in found.chosen.ids)
     rungs = ladder(found.base_bench, found.base.chi2)
-    return better_model(rungs, found.base_bench.forward.model, found.chosen.ids, value)
+    use = better_model(rungs, found.base_bench.forward.model, found.chosen.ids, value)
+    return None if use is not None and look is not None and outdone(found, use.gain, look) else use
 
 
 def beyond_floor(found: Selection, error: HeldOut) -> tuple[str, ...]:

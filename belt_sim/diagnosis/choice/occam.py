@@ -20,6 +20,7 @@ from belt_sim.diagnosis.choice.decide import ODDS
 from belt_sim.diagnosis.choice.select import Selection
 from belt_sim.diagnosis.left_over.unknown import Look
 
+SURER = 6.0  # chi2: a likelihood ratio of 20
 LEVEL = 0.02  # of campaigns with one effect, in which it loses its name to a law by chance
 
 
@@ -41,6 +42,17 @@ def imitated(found: Selection, look: Look) -> tuple[str, ...]:
     if len(chosen.ids) == 1 and _by_chance(found, look, gain - law.cost - found.gain):
         return ()
     return (f"one law in their place (it explains a chi2 of {gain:.0f}, they {found.gain:.0f}; {law.words})",)
+
+
+def outdone(found: Selection, gain: float, look: Look) -> bool:
+    """Whether one law beside the base model explains more than another model of the house does, all that it had to earn
+    being paid: that other model has no number of its own, and what makes most of a law's work is not the law.
+    """
+    bench, base = found.base_bench, found.base
+    law = look.one_law(bench, base, gain + SURER, closely=True)
+    return (
+        law is not None and base.chi2 - float(bench.metric.chi2(bench.fitted.y - law.values)) - law.price > gain + SURER
+    )
 
 
 def _worth(found: Selection) -> float:

@@ -1,0 +1,52 @@
+"""A law that is beyond its knee nearly always: the readings know size times knee, and neither of the two."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from small_discovery import surveyed
+
+from belt_sim.discovery.effect_file import Number
+from belt_sim.discovery.forms import Form
+from belt_sim.discovery.refit import Refit
+from belt_sim.discovery.search import Scored
+from belt_sim.discovery.survey import Law, Term
+from belt_sim.discovery.words import sentence
+
+SIZE, KNEE, U = -1.6, 2e-6, 0.02
+
+
+def fitted(apart: float, product: float = U) -> Refit:
+    """Their product is known to ``product`` of it, and what moves them against each other to ``apart``."""
+    turned = np.array([[1.0, 1.0], [1.0, -1.0]]) / 2.0
+    slots = [SimpleNamespace(name=n, scale=abs(v)) for n, v in (("size", SIZE), ("knee", KNEE))]
+    forward = SimpleNamespace(slots=slots, index=lambda name: range(2))
+    numbers = [Number("size", "1", "", SIZE), Number("knee", "1/m", "", KNEE, True)]
+    cls = SimpleNamespace(id="found_effect", parameters={n.name: n for n in numbers})
+    covariance = turned.T @ np.diag([apart**2, product**2]) @ turned
+    fit = SimpleNamespace(vector=np.array([-1.0, 1.0]), free=[0, 1], covariance=covariance)
+    place = next(p for p in surveyed("yaw_creep").places if p.name == "turn_both")
+    law = Law((Term(place, Form("kappa", shape="saturated", knee=KNEE)),))
+    return Refit(Scored(law, 400.0, 397.0), SimpleNamespace(numbers=numbers, cls=cls),
+                 SimpleNamespace(forward=forward), fit, 400.0, (0.0, 0.0))  # fmt: skip
+
+
+def told(made: Refit) -> str:
+    return sentence(surveyed("yaw_creep"), made, 0.9, "", alone=True, carries=True)
+
+
+def test_a_size_that_is_known_with_its_knee_is_certain():
+    """Size over its u is 1 by itself, and with the knee held far more; where the knee says nothing of it, it is not."""
+    unknown = fitted(apart=2.0)
+    assert unknown.estimates()["size"][1] > 0.9 * abs(SIZE)
+    assert unknown.certain(2.0)
+    assert not fitted(apart=2.0, product=2.0).certain(2.0)
+
+
+def test_what_is_known_of_both_together_is_said():
+    made = fitted(apart=2.0)
+    value, u = made.limit("")
+    assert value == pytest.approx(SIZE * KNEE)
+    assert u == pytest.approx(U * KNEE * abs(SIZE))
+    assert "only the product is known" in told(made)
+    assert "product" not in told(fitted(apart=U))
