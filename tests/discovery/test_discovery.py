@@ -152,12 +152,12 @@ def test_an_encoder_that_shows_too_little_is_compared_over_the_travel_that_it_st
 
 def test_a_law_gets_ahead_of_a_right_effect_by_chance():
     """A constant yaw of the tail pulley is among the laws: none ever stays behind. Of a large effect, laws that say
-    something else stay far behind.
+    something else nearly always stay behind.
     """
     small, large = leads_of(6.0), leads_of(D)
     assert min(small.min(), large.min()) > -0.1
     assert small.max() > 1.0
-    assert large.max() < 0.1
+    assert np.quantile(large, 0.9) < 0.1 < np.quantile(small, 0.9)
 
 
 def test_the_written_effect_holds_nothing_that_it_does_not_call():
