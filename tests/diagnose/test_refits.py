@@ -40,6 +40,28 @@ def test_a_refit_goes_down_and_never_up(start):
     assert fit.residual[0] == pytest.approx(-SHARP * np.arctan(fit.vector[0]), abs=1e-9)
 
 
+class Bent:
+    """A valley along b = a^2 / 2, a hundred sigmas a unit across and ten along it, with its end at a = 0."""
+
+    size = 2
+    sides = np.array([-np.inf, -np.inf]), np.array([np.inf, np.inf])
+
+    def lanes(self, points, along):
+        a, b = points.T
+        across, down = along.T
+        values = np.stack([SHARP * (b - 0.5 * a**2), 10.0 * a], axis=1)
+        slopes = np.stack([SHARP * (down - a * across), 10.0 * across], axis=1)
+        return values[:, None, None], slopes[:, None, None]
+
+
+def test_steps_along_a_bent_valley_are_as_long_as_they_may_be():
+    """Guard: a step that had to be shorter was once damped so far that a refit crawled and ran out of rounds."""
+    begun = Fit(ids=("a",), free=[0, 1], vector=np.array([-1.0, 0.5]))
+    fit = fit_sets(Bent(), UNIT, [begun], np.zeros((1, 1, 2)))[0]
+    assert fit.done
+    assert fit.chi2 < 0.03
+
+
 def test_a_number_that_a_machine_has_on_one_side_of_null_stays_there():
     """Two alike shapes of which one may not be negative: the other alone takes what both would."""
     rng = np.random.default_rng(3)

@@ -231,7 +231,7 @@ def _proposal(fit: Fit, sides) -> np.ndarray:
 
     step, low, high = damped(LEAST), np.log(LEAST), -np.log(LEAST)
     length = np.linalg.norm(step * sizes)
-    while length > CLOSE * fit.radius or (length < fit.radius / CLOSE and low > np.log(LEAST)):
+    while length > CLOSE * fit.radius or (length < fit.radius / CLOSE and high < -np.log(LEAST)):
         middle = 0.5 * (low + high)
         step = damped(np.exp(middle))
         length = np.linalg.norm(step * sizes)
