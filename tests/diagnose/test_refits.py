@@ -198,3 +198,10 @@ def test_what_a_search_has_found_is_not_looked_for_anew(moves):
         refits = refits.moved(())
     assert refits.fit(("a",)).vector[0] == 9.0
     assert refits.gains([("a",)]) == [99.0]
+
+
+def test_a_pair_begins_where_its_members_stood_by_themselves_too():
+    """Guard: from null alone a guide in a pair never came to where the belt touches it."""
+    alone = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0)
+    refits = Refits(Slow(), None, 0.0, None, starts={frozenset("a"): alone})
+    assert refits.gains([("a", "b")]) == [99.0]
