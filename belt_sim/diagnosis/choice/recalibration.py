@@ -66,7 +66,9 @@ def _beside(old: NullGains, new: NullGains) -> NullGains:
     nothing beside them that they do not do themselves: it may stand in the place of one of them all the same.
     """
     known = {n for n, dof in new.dof.items() if dof > 0}
-    gains, alone = ({n: x for n, x in part.items() if n in known} for part in (new.gains, new.alone))
-    without = {n: x for n, x in old.alone.items() if n not in known}
-    dof = {n: d for n, d in new.dof.items() if n in known}
-    return NullGains({**old.gains, **gains}, {**old.dof, **dof}, {**without, **alone})
+    alone = {n: x for n, x in old.alone.items() if n not in known}
+    return NullGains(
+        {**old.gains, **{n: x for n, x in new.gains.items() if n in known}},
+        {**old.dof, **{n: x for n, x in new.dof.items() if n in known}},
+        alone | {n: x for n, x in new.alone.items() if n in known},
+    )
