@@ -105,6 +105,16 @@ def test_the_effect_that_explains_more_stays_or_comes_in(began):
     assert said == (["b explains more than a"] if began == "a" else [])
 
 
+def test_a_faint_number_is_fitted_beside_one_that_moves_readings_by_far():
+    """Guard: a force stayed where it began beside a cover whose unit is a million times what these readings show."""
+    rng = np.random.default_rng(4)
+    one, other = WHITE.white * rng.normal(size=(2, len(SPREAD), 1, 40))
+    bench = linear_bench(SPREAD, y=3.0 * one + 5.0 * other, shapes={"far": 1e4 * one, "faint": 3e-3 * other})
+    fit = bench.fit([bench.start(("far", "faint"), np.zeros(2))])[0]
+    assert fit.done
+    assert fit.vector == pytest.approx([3e-4, 5.0 / 3e-3], rel=1e-3)
+
+
 def test_a_direction_in_which_the_belt_runs_away_is_none():
     """The derivative there is no number; the other parameter is fitted, and nothing but numbers comes out."""
     rng = np.random.default_rng(4)
