@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.choice.pairs import Pairs
+from belt_sim.diagnosis.choice.pairs import Pairs, beside
 
 RNG = np.random.default_rng(3)
 A, B, OTHER = RNG.standard_normal((3, 200))
@@ -53,3 +53,19 @@ def test_pairs_in_the_place_of_one_are_those_that_promise_nearly_as_much():
     assert all_of_them[0] == ("a", "b")
     assert not any("sum" in ids or "many" in ids for ids in all_of_them)
     assert PAIRS.in_place(moments, lambda name: 1e3, "sum", least=12.0) == []
+
+
+def test_a_pair_with_an_effect_that_bends_is_seen_by_what_it_does_where_it_was_fitted():
+    """At null ``bends`` moves nothing; fitted by itself it takes A, and beside it ``b`` takes the rest."""
+    at_null = np.stack([1e-3 * COLUMNS[5], B, SUM])
+    places, residual = {"bends": [0], "b": [1], "sum": [2]}, 3.0 * A + 3.0 * B
+    gain = float((A @ residual) ** 2 / (A @ A))
+    further = beside(A[None], residual - (A @ residual) / (A @ A) * A, {"b": B[None]})["b"]
+    wanted = float(residual @ residual)  # of both together, all of it
+    assert gain + further == pytest.approx(wanted)
+    known = {frozenset(["bends"]): gain, frozenset(["bends", "b"]): gain + further}
+    found = [Pairs(places, at_null @ at_null.T, k) for k in ({}, known)]
+    moments = at_null @ residual
+    bests = [p.best(moments, lambda name: 10.0, [("sum",)]) for p in found]
+    assert bests[0] != bests[1] == ("bends", "b")
+    assert found[1].in_place(moments, lambda name: 10.0, "sum", least=12.0) == [("bends", "b")]

@@ -50,3 +50,16 @@ def test_a_set_that_was_moved_to_brings_the_chance_beside_it(beside_a, monkeypat
     monkeypatch.setattr(type(beside_a.bench), "moved_to", lambda self, vector: self)  # no nuisances to move
     begun = replace(beside_a, recalibrated=Recalibration(400, 3, LEVEL, Levels(white=3.0)))
     assert begun.moved(("a",)).threshold("b") < 0.3 * begun.threshold("b")
+
+
+def test_what_does_the_same_as_a_chosen_effect_may_stand_in_its_place(beside_a):
+    """Guard: beside its twin it does nothing, and its threshold was once taken to be without end in its place too."""
+    shape = beside_a.bench.forward.rows[0]
+    b = beside_a.bench.forward.rows[1]
+    bench = linear_bench(SPREAD, y=beside_a.bench.samples.y, shapes={"a": shape, "b": b, "twin": 2.0 * shape})
+    by_chance = beside_a.null.gains["a"]
+    null = NullGains(dict.fromkeys(("a", "b", "twin"), by_chance), dict.fromkeys(("a", "b", "twin"), 1))
+    refits = Refits(bench, null, null.critical(["a", "b", "twin"], LEVEL), beside_a.chance)
+    after = recalibrated(refits, white=3.0)
+    assert after.threshold("twin") == pytest.approx(after.threshold("a"))
+    assert after.threshold("b") < after.threshold("a")

@@ -40,6 +40,28 @@ def test_a_refit_goes_down_and_never_up(start):
     assert fit.residual[0] == pytest.approx(-SHARP * np.arctan(fit.vector[0]), abs=1e-9)
 
 
+class Bent:
+    """A valley along b = a^2 / 2, a hundred sigmas a unit across and ten along it, with its end at a = 0."""
+
+    size = 2
+    sides = np.array([-np.inf, -np.inf]), np.array([np.inf, np.inf])
+
+    def lanes(self, points, along):
+        a, b = points.T
+        across, down = along.T
+        values = np.stack([SHARP * (b - 0.5 * a**2), 10.0 * a], axis=1)
+        slopes = np.stack([SHARP * (down - a * across), 10.0 * across], axis=1)
+        return values[:, None, None], slopes[:, None, None]
+
+
+def test_steps_along_a_bent_valley_are_as_long_as_they_may_be():
+    """Guard: a step that had to be shorter was once damped so far that a refit crawled and ran out of rounds."""
+    begun = Fit(ids=("a",), free=[0, 1], vector=np.array([-1.0, 0.5]))
+    fit = fit_sets(Bent(), UNIT, [begun], np.zeros((1, 1, 2)))[0]
+    assert fit.done
+    assert fit.chi2 < 0.03
+
+
 def test_a_number_that_a_machine_has_on_one_side_of_null_stays_there():
     """Two alike shapes of which one may not be negative: the other alone takes what both would."""
     rng = np.random.default_rng(3)
@@ -81,6 +103,16 @@ def test_the_effect_that_explains_more_stays_or_comes_in(began):
     assert swapped(refits, (began,), said.append) == ("b",)
     np.testing.assert_allclose(refits.fit(("b",)).vector, [0.0, 5.0], atol=1e-3)
     assert said == (["b explains more than a"] if began == "a" else [])
+
+
+def test_a_faint_number_is_fitted_beside_one_that_moves_readings_by_far():
+    """Guard: a force stayed where it began beside a cover whose unit is a million times what these readings show."""
+    rng = np.random.default_rng(4)
+    one, other = WHITE.white * rng.normal(size=(2, len(SPREAD), 1, 40))
+    bench = linear_bench(SPREAD, y=3.0 * one + 5.0 * other, shapes={"far": 1e4 * one, "faint": 3e-3 * other})
+    fit = bench.fit([bench.start(("far", "faint"), np.zeros(2))])[0]
+    assert fit.done
+    assert fit.vector == pytest.approx([3e-4, 5.0 / 3e-3], rel=1e-3)
 
 
 def test_a_direction_in_which_the_belt_runs_away_is_none():
@@ -176,3 +208,10 @@ def test_what_a_search_has_found_is_not_looked_for_anew(moves):
         refits = refits.moved(())
     assert refits.fit(("a",)).vector[0] == 9.0
     assert refits.gains([("a",)]) == [99.0]
+
+
+def test_a_pair_begins_where_its_members_stood_by_themselves_too():
+    """Guard: from null alone a guide in a pair never came to where the belt touches it."""
+    alone = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0)
+    refits = Refits(Slow(), None, 0.0, None, starts={frozenset("a"): alone})
+    assert refits.gains([("a", "b")]) == [99.0]

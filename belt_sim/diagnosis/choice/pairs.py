@@ -1,15 +1,19 @@
 """Pairs of candidates, all at once in the linear range: where a third effect looks like the sum of two, a search that
 adds one effect after the other takes the third and never sees the two.
+
+Columns at null say little of an effect that bends (a guide that touches from some gap on). One that was fitted by
+itself is known where it then stands, and so is what each of the others would add there.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 
 from belt_sim.diagnosis.choice.decide import NESTING, Ids
+from belt_sim.diagnosis.left_over.openset import apart, basis
 
 FEW = 4  # numbers of an effect, at most; one with more (a free edge profile) looks like no sum of others
 ALIKE = 1e-9  # of the largest eigenvalue of columns of unit length: those below are sums of the others
@@ -17,10 +21,13 @@ ALIKE = 1e-9  # of the largest eigenvalue of columns of unit length: those below
 
 @dataclass(frozen=True)
 class Pairs:
-    """places: candidate -> its columns; gram (K, K): whitened products of all columns."""
+    """places: candidate -> its columns; gram (K, K): whitened products of all columns; known: gains of effects that
+    bend, and of pairs with one of them, where that effect was fitted.
+    """
 
     places: Mapping[str, Sequence[int]]
     gram: np.ndarray
+    known: Mapping[frozenset, float] = field(default_factory=dict)
 
     def best(self, moments: np.ndarray, threshold: Callable[[str], float], seen: Sequence[Ids]) -> Ids | None:
         """The pair that promises most beyond chance; None where one of its members alone, or a set that was seen,
@@ -46,7 +53,7 @@ class Pairs:
         for sets, rows, inverse in self._inverses:
             along = moments[rows]
             found |= zip(sets, np.einsum("mk,mkl,ml->m", along, inverse, along).tolist(), strict=True)
-        return found
+        return {ids: max(gain, self.known.get(frozenset(ids), 0.0)) for ids, gain in found.items()}
 
     @cached_property
     def _inverses(self) -> list[tuple[list[Ids], np.ndarray, np.ndarray]]:
@@ -64,3 +71,16 @@ class Pairs:
             products = self.gram[rows[:, :, None], rows[:, None, :]] * unit
             found.append((sets, rows, np.linalg.pinv(products, rcond=ALIKE, hermitian=True) * unit))
         return found
+
+
+def beside(columns: np.ndarray, residual: np.ndarray, others: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """chi2 that each of ``others``, by its shapes (k, N), would take of what a fit leaves (N,), its own numbers, whose
+    derivatives are ``columns`` (K, N), refitted along.
+    """
+    own = basis(columns)
+    further = {name: basis(apart(rows, own)) for name, rows in others.items()}
+    return {name: _along(rows, residual) + _along(own, residual) for name, rows in further.items()}
+
+
+def _along(rows: np.ndarray, residual: np.ndarray) -> float:
+    return float(np.sum((rows @ residual) ** 2))

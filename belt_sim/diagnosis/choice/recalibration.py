@@ -62,5 +62,13 @@ def _sizes(levels: Levels, s: int) -> tuple[float, float]:
 
 
 def _beside(old: NullGains, new: NullGains) -> NullGains:
-    """The law of ``new`` for all that it knows, of ``old`` for the effects beside which it was made."""
-    return NullGains({**old.gains, **new.gains}, {**old.dof, **new.dof}, {**old.alone, **new.alone})
+    """The law of ``new`` for all that it knows, of ``old`` for the effects beside which it was made, and for what does
+    nothing beside them that they do not do themselves: it may stand in the place of one of them all the same.
+    """
+    known = {n for n, dof in new.dof.items() if dof > 0}
+    alone = {n: x for n, x in old.alone.items() if n not in known}
+    return NullGains(
+        {**old.gains, **{n: x for n, x in new.gains.items() if n in known}},
+        {**old.dof, **{n: x for n, x in new.dof.items() if n in known}},
+        alone | {n: x for n, x in new.alone.items() if n in known},
+    )

@@ -13,7 +13,7 @@ import numpy as np
 
 from belt_sim.diagnosis.choice.chance import Chance
 from belt_sim.diagnosis.choice.decide import NESTING, Ids
-from belt_sim.diagnosis.choice.pairs import Pairs
+from belt_sim.diagnosis.choice.pairs import Pairs, beside
 from belt_sim.diagnosis.fits.around import Around, around
 from belt_sim.diagnosis.fits.candidate import has_diverged, is_plausible
 from belt_sim.diagnosis.fits.fit import Fit
@@ -64,7 +64,8 @@ class Trial:
 class Refits:
     """Refits on one workbench; null: thresholds at the base model; near: what is about that, if known already; starts:
     set -> where a refit may begin: trials that were not carried to their end, and all that was fitted elsewhere;
-    recalibrated: the same with the chance of what may come beside a set, where that is another.
+    recalibrated: the same with the chance of what may come beside a set, where that is another; bent: gains of single
+    effects that bend, and of pairs with one, about the base model.
     """
 
     bench: Workbench
@@ -77,6 +78,7 @@ class Refits:
     tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
     held: dict[frozenset, HeldOut] = field(default_factory=dict)
     recalibrated: Callable[[Self, Ids], Self] | None = None
+    bent: dict[frozenset, float] = field(default_factory=dict)
 
     @property
     def names(self) -> Ids:
@@ -133,7 +135,12 @@ class Refits:
         ends = np.cumsum([0, *map(len, shapes.values())])
         rows = np.concatenate(list(shapes.values()))
         places = {n: range(a, b) for n, (a, b) in zip(shapes, pairwise(ends), strict=True)}
-        return Pairs(places, rows @ rows.T), rows @ self.fit(()).residual
+        for t in self.tried.get(frozenset(), []):  # there is none about another set: what was found before is kept
+            if t.passes and t.id in near.weak:
+                others = {n: s for n, s in shapes.items() if n != t.id}
+                gains = beside(t.fit.columns, t.fit.residual, others)
+                self.bent |= {frozenset([t.id]): t.gain} | {frozenset([t.id, n]): t.gain + g for n, g in gains.items()}
+        return Pairs(places, rows @ rows.T, self.bent), rows @ self.fit(()).residual
 
     def moved(self, ids: Ids) -> Self:
         """Refits with nuisances taken at the fit of a set, which is another there: until it stays."""
@@ -187,18 +194,34 @@ class Refits:
     def _fit(self, sets: Sequence[Ids]) -> None:
         """Refit those sets that were not yet, from where they stood before, or else from the nearest superset."""
         new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in self.fits}
-        begun = [self._start(key, ids) for key, ids in new.items()]
-        self.fits |= dict(zip(new, within(self.bench, self.bench.fit(begun)) if begun else [], strict=True))
+        begun = [(key, start) for key, ids in new.items() for start in self._begun(key, ids)]
+        best: dict[frozenset, Fit] = {}
+        for (key, _), fit in zip(begun, self.bench.fit([start for _, start in begun]) if begun else [], strict=True):
+            if key not in best or (fit.done, -fit.chi2) > (best[key].done, -best[key].chi2):
+                best[key] = fit
+        self.fits |= dict(zip(best, within(self.bench, list(best.values())), strict=True))
 
-    def _start(self, key: frozenset, ids: Ids) -> Fit:
+    def _begun(self, key: frozenset, ids: Ids) -> list[Fit]:
+        """Where a set begins: where it stood, or where a larger one has its effects; or else at null, and where each of
+        them stood by itself: a gap or a place that is off by far keeps a refit from the best point.
+        """
         if key in self.starts:
-            return self.starts[key]
-        larger = [f.vector for k, f in self.starts.items() if k > key]
-        vector = self.bench.forward.null()
-        for name in key if larger else ():
+            return [self.starts[key]]
+        null, fits = self.bench.forward.null(), self.starts | self.fits
+        larger = [f for k, f in self.starts.items() if k > key]
+        if larger:
+            return [self.bench.start(ids, self._numbers(null, dict.fromkeys(key, larger[-1])))]
+        single = {n: fits[frozenset([n])] for n in key if frozenset([n]) in fits}
+        alone = [self.bench.start(ids, self._numbers(null, single))] if len(key) > 1 and single else []
+        return [self.bench.start(ids, null), *alone]
+
+    def _numbers(self, vector: np.ndarray, known: Mapping[str, Fit]) -> np.ndarray:
+        """A vector with the numbers of some effects as fits have them."""
+        vector = vector.copy()
+        for name, fit in known.items():
             where = self.bench.forward.index(name)
-            vector[where] = larger[-1][where]
-        return self.bench.start(ids, vector)
+            vector[where] = fit.vector[where]
+        return vector
 
 
 def _same(one: Fit, other: Fit) -> bool:

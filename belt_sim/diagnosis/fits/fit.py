@@ -222,16 +222,18 @@ def hoped(fit: Fit, sides) -> float:
 
 def _proposal(fit: Fit, sides) -> np.ndarray:
     """The Gauss-Newton step, damped as far as is needed to keep it within the radius."""
-    normal, sizes = fit.columns @ fit.columns.T, _sizes(fit)
-    seen, along = sizes > FAINT, fit.columns @ fit.residual
+    sizes = _sizes(fit)
+    seen = sizes > FAINT
+    unit = 1.0 / np.where(seen, sizes, 1.0)  # with columns as they are, a long one hides that short ones are there
+    normal, along = (fit.columns @ fit.columns.T) * np.outer(unit, unit), unit * (fit.columns @ fit.residual)
+    space = [side / unit for side in room(fit, sides)]
 
     def damped(damping: float) -> np.ndarray:
-        system = normal + np.diag(damping * np.where(seen, sizes**2, 1.0) + 1e-12)
-        return np.where(seen, inside(system, along, *room(fit, sides)), 0.0)
+        return np.where(seen, unit * inside(normal + (damping + 1e-12) * np.eye(len(unit)), along, *space), 0.0)
 
     step, low, high = damped(LEAST), np.log(LEAST), -np.log(LEAST)
     length = np.linalg.norm(step * sizes)
-    while length > CLOSE * fit.radius or (length < fit.radius / CLOSE and low > np.log(LEAST)):
+    while length > CLOSE * fit.radius or (length < fit.radius / CLOSE and high < -np.log(LEAST)):
         middle = 0.5 * (low + high)
         step = damped(np.exp(middle))
         length = np.linalg.norm(step * sizes)
