@@ -176,8 +176,7 @@ def _reach(survey: Survey, place: Place) -> np.ndarray:
     """How much an input of 1 in each cell of a place does at the most, (R, J)."""
     found: Any = 0.0
     for channel, part in place.parts:
-        rows = survey.ops.rows[channel]
-        each = survey.once(("reach", channel), lambda rows=rows: np.sqrt(np.einsum("jrm,jrm->rj", rows, rows)))
+        each = survey.once(("reach", channel), partial(_sizes, survey.ops.rows[channel]))
         found = found + each * np.abs(survey.states.lever(place, channel, part))
     return np.asarray(found)[..., None]
 
@@ -220,6 +219,11 @@ def _rows(survey: Survey, place: Place, channel: str, part: int | None, block: B
     if (channel, block) not in last:
         last[channel, block] = made()
     return last[channel, block]
+
+
+def _sizes(rows: np.ndarray) -> np.ndarray:
+    """Lengths (R, J) of rows (J, R, m)."""
+    return np.sqrt(np.einsum("jrm,jrm->rj", rows, rows))
 
 
 def _operator(survey: Survey, place: Place) -> np.ndarray:

@@ -4,7 +4,7 @@ import functools
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from belt_sim.errors import BeltError
 from belt_sim.files import write_with
@@ -60,7 +60,13 @@ def picture(draw: Callable[..., Path]) -> Callable[..., Path]:
 
 
 def figure(
-    width: float, height: float, rows: int = 1, columns: int = 1, *, layout: str | None = "constrained", **grid
+    width: float,
+    height: float,
+    rows: int = 1,
+    columns: int = 1,
+    *,
+    layout: Literal["constrained"] | None = "constrained",
+    **grid,
 ) -> "tuple[Figure, list[list[Axes]]]":
     """An empty figure [inch] with rows x columns axes; layout: None where ``place`` is called; ``grid`` as for
     Figure.subplots."""
