@@ -13,8 +13,9 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.camber import Camber
 from belt_sim.effects.edge_guide import EdgeGuide
 from belt_sim.effects.taper import Taper
-from belt_sim.effects.weld import Weld
-from belt_sim.laws.inside import along, supports
+from belt_sim.effects.weld import Weld, raised_cosine
+from belt_sim.jax_setup import in_float64
+from belt_sim.laws.inside import along, natural_rows, supports
 from belt_sim.laws.span import beam_first_order, beam_second_order, strip
 
 TEXTBOOK = 1e-8  # rounding of beams condensed piece by piece
@@ -23,6 +24,7 @@ LOADED = 1e-6  # rounding of matrix exponentials of the whole span
 TILTED = 2e-3  # read between 65 places, and the load makes a kink
 STILL = 1e-9  # [m]: rounding of a march in which nothing moves
 DOUBLED = 1e-10  # rounding of pieces that were doubled from one to the next; each condensed by itself is off by 3e-9
+PIECES = 5e-3  # a weld's pieces, and straight lines between the places of its middle
 SETTLED = 0.01  # of a weld's movement after 14 rounds of the belt
 STEPS = 0.01  # of y: a stop met within a step of 50 mm
 BELT_LENGTH = float(RIG.belt_length)
@@ -174,3 +176,19 @@ def test_a_guide_stops_the_span_that_it_stands_beside_where_it_stands():
     assert upper[0].max() < 4e-4 < 0.1 * free[0].max()  # the span bends between the pulley and the roller
     np.testing.assert_allclose(lower[0, early], free[0, early], rtol=0.01)
     assert np.abs(lower[2] - free[2]).max() > 1e-4
+
+
+def test_a_weld_that_is_half_on_a_pulley_bends_by_what_is_in_the_span():
+    """Against the integral over the part of it that is there, of what each place adds."""
+    case, weld = paper_case(10, 0.0), Weld(length=0.6)
+    span = strip(case)
+    fields, passing = in_float64(along)(span), in_float64(weld.influence)(span, case)
+    rows, x = np.asarray(in_float64(natural_rows)(fields, span)), np.asarray(fields.x)
+    ends = np.array([-0.2, 0.0, 0.13, 0.5 * x[-1], x[-1] - 0.07, x[-1] + 0.25])
+    for middle, found in zip(
+        ends, [[np.interp(m, passing.x, row) for row in passing.added] for m in ends], strict=True
+    ):
+        at = np.linspace(max(middle - 0.3, 0.0), min(middle + 0.3, x[-1]), 20001)
+        shape = raised_cosine((at - middle) / weld.length, np) / weld.length
+        right = [np.trapezoid(shape * np.interp(at, x, row), at) for row in rows]
+        assert np.all(np.abs(np.subtract(found, right)) < PIECES * np.abs(passing.added).max(axis=1)), middle

@@ -157,3 +157,19 @@ def test_no_pair_no_advice():
     bench = workbench(campaign("nothing"), MODEL, CLASSES)
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     assert next_runs(bench, base, []) == []
+
+
+def test_a_fit_that_has_ended_is_not_marched_again(one_sided, monkeypatch):
+    bench, offset, _ = one_sided
+    outlook = Outlook(bench, offset)
+    values, slopes = bench.forward.lanes(
+        np.repeat(offset.vector[None], len(offset.free), axis=0), np.eye(bench.forward.size)[offset.free]
+    )
+    np.testing.assert_array_equal(outlook.here(offset)[0], values[0])
+    np.testing.assert_allclose(outlook.here(offset)[1], slopes, rtol=1e-4, atol=1e-4 * np.abs(slopes).max())
+    moved = nextrun._stepped(offset, np.full(len(offset.free), 0.1))
+    assert not np.allclose(outlook.here(moved)[0], values[0], rtol=1e-6, atol=0.0)
+    monkeypatch.setattr(type(bench.forward), "lanes", None)
+    outlook.here(offset)
+    with pytest.raises(TypeError):
+        outlook.here(moved)

@@ -11,7 +11,7 @@ from small_campaign import drawn
 
 from belt_sim import pictures
 from belt_sim.errors import BeltError, InputError
-from belt_sim.pictures import Rates
+from belt_sim.pictures import Rates, style
 from belt_sim.results.errors import SteadyError
 from belt_sim.use_cases.plot import drawings_by_kind, plot
 from belt_sim.use_cases.simulate import simulate
@@ -102,3 +102,12 @@ def test_names_of_lines_that_end_together_keep_apart():
     heights = _apart([(0.2, "a", ""), (0.201, "b", ""), (0.1, "c", "")], gap=0.02)
     assert np.diff(heights).min() >= 0.02 - 1e-12
     assert heights[0] == 0.1
+
+
+def test_panels_are_placed_by_distances():
+    fig, axes = style.figure(8.0, 5.0, 2, 2, layout=None)
+    style.place(fig, 2, 2, left=1.0, right=0.5, top=0.8, bottom=0.7, across=0.5, down=0.5)
+    first, last = axes[0][0].get_position(), axes[1][1].get_position()
+    assert [first.x0 * 8.0, first.x1 * 8.0, first.y1 * 5.0] == pytest.approx([1.0, 4.0, 4.2])
+    assert [last.x0 * 8.0, last.x1 * 8.0, last.y0 * 5.0] == pytest.approx([4.5, 7.5, 0.7])
+    assert (first.y0 - last.y1) * 5.0 == pytest.approx(0.5)

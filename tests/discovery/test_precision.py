@@ -1,0 +1,57 @@
+"""What is done in single precision, and on fewer knots, is as it would be without."""
+
+import numpy as np
+import pytest
+from small_discovery import fitted, surveyed
+
+from belt_sim.diagnosis.left_over.null import NoiseSource
+from belt_sim.discovery import tables
+from belt_sim.discovery.evidence import LENGTHS, basis_of
+
+ROUNDED = 1e-5
+FEWER = 0.02  # of the largest; straight lines between every fourth knot
+
+
+def test_draws_are_whitened_in_single_precision_as_in_double():
+    bench, fit = fitted("yaw_creep")
+    drawn = NoiseSource(bench, bench.samples.y - fit.values, np.random.default_rng(1)).draw(5)
+    assert drawn.dtype == np.float32
+    white, exact = bench.metric.whiten(drawn), bench.metric.whiten(drawn.astype(float))
+    assert (white.dtype, exact.dtype) == (np.float32, np.float64)
+    assert np.abs(white - exact).max() < 1e-3 * np.abs(exact).std()
+
+
+def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
+    """A sensor reads zero where the yaw is applied: a constant in it leaves nothing but rounding."""
+    survey = surveyed("yaw_creep")
+    for name in ("yaw_both", "turn_tail", "sensor_y1"):
+        place = next(p for p in survey.places if p.name == name)
+        for block in tables._blocks(survey, place)[1]:
+            if block.reading:
+                continue
+            inputs = tables.inputs_of(survey.states, block.everything, None, None)
+            right = np.sum(np.square(inputs @ tables._operator(survey, place)), axis=2)
+            found = np.sum(np.square(tables._still_rows(survey, place, block, inputs)), axis=2, dtype=float)
+            seen = right > 1e-9 * right.max()
+            np.testing.assert_allclose(found[seen], right[seen], rtol=ROUNDED)
+            assert found[~seen].max(initial=0.0) < 2e-9 * right.max()
+            if name == "sensor_y1":
+                assert np.count_nonzero(~seen)  # there is one that cancels
+
+
+@pytest.mark.parametrize("apart", sorted(set(LENGTHS.values())))
+def test_what_is_known_of_a_long_course_is_known_on_fewer_knots(apart):
+    survey = surveyed("yaw_creep")
+    place = next(p for p in survey.places if p.name == "yaw_tail")
+    basis = basis_of(survey.ground, survey.ops, place, survey.states)
+    fewer = basis.every(apart)
+    course = np.cos(np.pi * basis.knots / basis.knots[-1])  # half a wave in the record
+    own = course[::apart]
+    for few, all_of_it in (
+        (
+            np.einsum("k,rkl,l->r", own, fewer.information, own),
+            np.einsum("k,rkl,l->r", course, basis.information, course),
+        ),
+        (fewer.pull @ own, basis.pull @ course),
+    ):
+        assert np.abs(few - all_of_it).max() < FEWER * np.abs(all_of_it).max()
