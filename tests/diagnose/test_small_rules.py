@@ -133,6 +133,16 @@ def test_a_zero_that_is_far_off_is_no_law():
     assert list(Chance({"zero": noise, "bent": noise}).beyond_floor(held)) == ["bent"]
 
 
+@pytest.mark.parametrize(("sigmas", "beyond"), [(2.5, []), (6.0, ["slack"])])
+def test_a_number_that_the_rest_hardly_knows_may_be_off_by_some_sigma(sigmas, beyond):
+    """A tension that is far from the others is predicted by a number whose error is one draw, not a mean of many."""
+    noise = np.random.default_rng(2).normal(size=(200, 40))
+    moved = 5.0 * np.cos(np.linspace(0.0, np.pi, 40))
+    every = np.ones(1, dtype=bool), np.zeros((1, 1, 40))
+    slack = Condition(0.0, sigmas * moved, moved[None], np.zeros(40, dtype=int), *every)
+    assert list(Chance({"slack": noise}).beyond_floor(HeldOut(0.0, 0.0, {"slack": slack}))) == beyond
+
+
 def test_the_first_batch_of_every_program_comes_before_the_second_of_any(monkeypatch):
     """So programs are loaded side by side."""
     done = []

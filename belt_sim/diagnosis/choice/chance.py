@@ -14,7 +14,7 @@ import numpy as np
 from belt_sim.diagnosis.fits.heldout import HeldOut, conditions, lateral_readings
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.left_over.null import NoiseSource
-from belt_sim.diagnosis.numerics.tails import gumbel_fit, gumbel_isf
+from belt_sim.diagnosis.numerics.tails import chi2_isf, gumbel_fit, gumbel_isf
 
 DRAWS = 200
 SIGMAS = 3.8  # by which an error rises in one of a dozen conditions, with the right effects, once in 1000 campaigns
@@ -60,7 +60,11 @@ class Chance:
         return {name: ratio for name, ratio in found.items() if name in centred}
 
     def _beyond(self, fit: HeldOut, taken: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> dict[str, float]:
-        """The same of errors as they are ``taken`` (errors (B, m), which record each is of (m,))."""
+        """The same of errors as they are ``taken`` (errors (B, m), which record each is of (m,)).
+
+        What refitted numbers are off by is a few normal numbers, whose squares reach further than a mean over readings:
+        they are given their own share of the limit.
+        """
         record = {n: c.record for n, c in fit.conditions.items()}
         size = {n: np.mean(taken(e, record[n]) ** 2, axis=1) for n, e in self.draws.items() if e.shape[1]}
         floor = {n: float(np.mean(s)) for n, s in size.items()}
@@ -68,10 +72,11 @@ class Chance:
         found = {}
         for name, c in fit.conditions.items():
             if name in floor and c.testable:
-                allowed = floor[name] + float(np.mean(np.sum(taken(c.moved, c.record) ** 2, axis=0)))
+                moved = taken(c.moved, c.record)
+                apart, few = float(np.mean(np.sum(moved**2, axis=0))), reach_of_few(moved, FLOOR_LEVEL / len(floor))
                 error = float(np.mean(taken(c.errors[None], c.record) ** 2))
-                if not error <= limit * allowed:
-                    found[name] = np.sqrt(error / allowed)
+                if not error <= limit * floor[name] + max(limit * apart, few):
+                    found[name] = np.sqrt(error / (floor[name] + apart))
         return found
 
 
@@ -95,6 +100,15 @@ def chance_of(bench: Workbench, left: np.ndarray, seed: int) -> Chance:
 def as_read(rows: np.ndarray, record: np.ndarray) -> np.ndarray:
     """Rows (B, m) as they are."""
     return rows
+
+
+def reach_of_few(rows: np.ndarray, level: float) -> float:
+    """The mean square that sums of rows (k, m), each times a normal number, exceed with probability ``level``: by the
+    chi2 law of the same mean and variance (Satterthwaite 1946, Biometrics Bull. 2(6) 110)."""
+    sizes = np.linalg.eigvalsh(rows @ rows.T) / max(rows.shape[1], 1)
+    whole, squares = float(np.sum(sizes)), float(np.sum(sizes**2))
+    dof = whole**2 / squares if squares > 0.0 else 1.0
+    return whole / dof * float(chi2_isf(level, dof))
 
 
 def about_means(rows: np.ndarray, record: np.ndarray) -> np.ndarray:
