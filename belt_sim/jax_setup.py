@@ -7,6 +7,8 @@
   a property of XLA's CPU client, which is made once a process: ``prepare()`` must come before JAX's first computation.
 - loops of an analytic march as one piece of machine code each: by default XLA calls a kernel for every few operations
   of a loop's step, which for the small arrays of a march costs two thirds of the time. Results are the same bit by bit.
+- every program in one piece: by default XLA cuts a large one up to compile it on several cores, and puts the pieces
+  together again whenever it is loaded, which then takes half as long again.
 """
 
 import functools
@@ -24,6 +26,8 @@ from belt_sim.mappings import make_room
 _CUDA = ("jax_cuda12_plugin", "jax_cuda13_plugin")
 _UNFUSED = "--xla_cpu_max_isa=AVX"
 _WHOLE_LOOPS = f"--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold={2**30}"
+
+_IN_ONE_PIECE = "--xla_cpu_parallel_codegen_split_count=1"
 
 
 class _Depth(threading.local):
@@ -67,13 +71,13 @@ def prepare(space: bool = False) -> None:
     all that the CPU can do, fused arithmetic as well.
 
     BELT_SIM_CACHE=off keeps none: every process then compiles everything itself, a minute for a diagnosis. What the
-    environment already says (JAX_PLATFORMS; xla_cpu_max_isa, xla_backend_extra_options in XLA_FLAGS) stays.
+    environment already says (JAX_PLATFORMS; flags of the same names in XLA_FLAGS) stays.
     """
     wanted = "" if space and any(find_spec(name) for name in _CUDA) else "cpu"
     os.environ.setdefault("JAX_PLATFORMS", wanted)  # "": the fastest that there is
     jax.config.update("jax_platforms", os.environ["JAX_PLATFORMS"])
     if not space:
-        _add_flags(_UNFUSED, _WHOLE_LOOPS)
+        _add_flags(_UNFUSED, _WHOLE_LOOPS, _IN_ONE_PIECE)
     folder = os.environ.get("BELT_SIM_CACHE", str(Path.home() / ".cache" / "belt_sim" / "jax"))
     jax.config.update("jax_enable_compilation_cache", folder != "off")
     jax.config.update("jax_compilation_cache_dir", None if folder == "off" else folder)
