@@ -168,12 +168,12 @@ class Forward:
         return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - out for row in off]
 
     def _codes(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
-        """By which code each derivative is taken: one for all of a point, but for what is dear."""
+        """By which code each derivative is taken: one for all cheap ones of a point, and what is dear by itself."""
         there, moved = self._active(points), self._active(self._null + along)
         shared = [
             groups.union(*(moved[k] & {LIGHT} for k in np.flatnonzero(of == p))) for p, groups in enumerate(there)
         ]
-        return [shared[p] | groups for p, groups in zip(of, moved, strict=True)]
+        return [(there if groups - {LIGHT} else shared)[p] | groups for p, groups in zip(of, moved, strict=True)]
 
     def _marched(self, vector: np.ndarray, groups: Groups, samples: Samples) -> Work:
         """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""

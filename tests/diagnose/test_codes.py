@@ -1,0 +1,32 @@
+"""Which code takes a derivative: few programs are loaded, and no march pays for an effect that is null in it."""
+
+import numpy as np
+from small_campaign import MODEL, campaign
+
+from belt_sim.diagnosis.readings.compositions import LIGHT
+from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.effects.crown import Crown
+from belt_sim.effects.taper import Taper
+from belt_sim.effects.weld import Weld
+
+
+def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
+    forward = Forward(samples_of(campaign("nothing")), MODEL, (Taper, Crown, Weld))
+    sizes = [k for k, s in enumerate(forward.slots) if not s.effect.parameters[s.name].modifier]
+    along = np.eye(forward.size)[sizes]
+    marched = Forward._marched
+    asked: list[frozenset[str]] = []
+
+    def noted(self, vector, groups, samples):
+        asked.append(groups)
+        return marched(self, vector, groups, samples)
+
+    monkeypatch.setattr(Forward, "_marched", noted)
+    forward.lanes(np.repeat(forward.null()[None], len(along), axis=0), along)
+    assert set(asked) == {frozenset({LIGHT}), frozenset({"weld"})}
+    asked.clear()
+    tapered = forward.null()
+    tapered[forward.index("taper")] = 0.1
+    forward.lanes(np.repeat(tapered[None], len(along), axis=0), along)
+    assert set(asked) == {frozenset({LIGHT}), frozenset({LIGHT, "weld"})}
