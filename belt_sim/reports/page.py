@@ -50,12 +50,11 @@ def render(diagnosis: Diagnosis) -> str:
         schema=DIAGNOSIS,
         plots=_plots(diagnosis),
         bars=bars(diagnosis.ranking),
-        falls=falls(error_told(diagnosis)),
-        added=added(diagnosis),
+        falls=falls(diagnosis.change),
         discovery=discovered(diagnosis),
         weights=weights(discovered(diagnosis)),
         tensions=tensions(discovered(diagnosis)),
-        final=bool(diagnosis.effects),
+        final=_more(diagnosis),
         headline=headline(diagnosis),
         full=f"{FULL:g}",
         names=[panel.title for panel in diagnosis.drawings.overlays],
@@ -103,26 +102,18 @@ def weights(found: Any) -> list[dict]:
     return [{"words": p.words, "gain": p.gain, "length": round(100.0 * max(p.gain, 0.0) / full, 1)} for p in best]
 
 
-def added(d: Diagnosis) -> str:
-    """What is added to the base model, that the error may fall: effects, or the law where none was named."""
-    if d.effects:
-        return d.final_model
-    return "with the discovered law" if error_told(d) is not d.error else ""
-
-
-def error_told(d: Diagnosis) -> Errors:
-    """The error before and after: with the effects, or with the discovered law where no effect was named."""
-    found = discovered(d)
-    return d.error if d.effects or found is None or found.error is None else found.error
-
-
 def headline(d: Diagnosis) -> str:
     """What it did to the error, on held-out conditions where there are any."""
-    error = error_told(d)
+    error = d.change
     change = error.own or error.held_out or error.fit
-    if not added(d) or change is None:
+    if not _more(d) or change is None:
         return "How large the error is"
     return "The error falls" if change.after < change.before else "The error does not fall"
+
+
+def _more(d: Diagnosis) -> bool:
+    """Whether anything was found that can be added to the base model."""
+    return bool(d.effects) or d.law_instead
 
 
 def falls(error: Errors) -> list[dict]:

@@ -53,21 +53,35 @@ class Diagnosis(Shown):
     discovery: Discovery | None = None
 
     @property
+    def law_instead(self) -> bool:
+        """Whether what was found is a law, and no effect was named."""
+        law = self.discovery
+        return not self.effects and law is not None and law.found and law.error is not None
+
+    @property
     def final_model(self) -> str:
         """The base model with what was found."""
-        return " + ".join([self.base_model, *(e.id for e in self.effects)])
+        found = ["the discovered law"] if self.law_instead else [e.id for e in self.effects]
+        return " + ".join([self.base_model, *found])
+
+    @property
+    def change(self) -> Errors:
+        """The error before and after what was found was added."""
+        if self.law_instead and self.discovery is not None and self.discovery.error is not None:
+            return self.discovery.error
+        return self.error
 
     def lines(self) -> Sequence[str]:
         """The verdict, where the base model fails, the effects, and how the error fell."""
         said = [f"{self.verdict}: {self.sentence}", self.where.sentence, *map(str, self.effects)]
-        said += _fall(self.error)
+        said += _fall(self.change)
         if self.discovery is not None and self.discovery.found:
             said.append(self.discovery.sentence)
         return [*said, *self.beyond, *(str(n) for n in self.next_runs[:1])]
 
     def tables(self) -> Sequence[Table]:
         """Candidates and errors."""
-        return [ranking_table(self.ranking), error_table(self.error)]
+        return [ranking_table(self.ranking), error_table(self.change)]
 
     def to_pandas(self) -> Any:
         """The candidates, best first: gain, threshold, held-out rms [m], and their notes."""

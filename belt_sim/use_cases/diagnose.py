@@ -10,7 +10,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.answer.nextrun import next_runs
 from belt_sim.diagnosis.describe import describe
-from belt_sim.diagnosis.drawings import drawings_of
+from belt_sim.diagnosis.drawings import drawings_of, overlays
 from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
 from belt_sim.diagnosis.left_over.unknown import Unknown
 from belt_sim.discovery.describe import describe as describe_discovery
@@ -19,6 +19,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
+from belt_sim.results.drawings import Drawings
 from belt_sim.results.found import NextRun
 from belt_sim.use_cases.asked import candidates_of, fitted_model
 from belt_sim.use_cases.beyond import beyond_in_runs
@@ -46,8 +47,8 @@ def diagnose(
     effects: ids, .py files of your own (tested before any long work; ``tell`` hears what the test says) or Effect
     classes; leave_out: ids of the library not to be tried; advise: look for the next run to make; progress(replicates,
     stage): told of every stage, and of bootstrap replicates as they are done; shown: is given the result as soon as it
-    can be drawn, without what was discovered and the next runs; config: what asked for it, for the provenance. Raises
-    InputError, CannotRepresent, RunFailed.
+    can be drawn, without the next runs and what was discovered beside effects; config: what asked for it, for the
+    provenance. Raises InputError, CannotRepresent, RunFailed.
     """
     whole("seed", seed, 0)
     whole("bootstraps", bootstraps, MIN_BOOTSTRAPS, MAX_BOOTSTRAPS)
@@ -76,6 +77,8 @@ def diagnose(
         drawings = beside.submit(drawings_of, findings)
         found = describe(findings, seed=seed, config=config)
         found = replace(found, admitted=admitted, drawings=drawings.result())
+        if not found.effects:  # what is drawn is the law
+            found = replace(found, discovery=discovery.result(), drawings=_with_law(found.drawings, findings))
         shown(found)
         beyond = beyond_in_runs(campaign, chosen, [e.id for e in found.effects])
     runs = tuple(advice.result()) if advice is not None else ()
@@ -93,6 +96,15 @@ def _advice(findings: Findings, tell: Callable[[str], None]) -> list[NextRun]:
 def _discovery(seen: Unknown | None, config: Any) -> Discovery | None:
     """What the search for laws has seen, where there was one."""
     return describe_discovery(seen.discovered, config=config) if isinstance(seen, Seen) else None
+
+
+def _with_law(drawings: Drawings, findings: Findings) -> Drawings:
+    """The same with curves of the law that was discovered, where one was."""
+    seen = findings.judgement.unknown
+    law = seen.discovered.refit if isinstance(seen, Seen) else None
+    if law is None:
+        return drawings
+    return replace(drawings, overlays=overlays(findings.bench, findings.found.base.values, law.fit.values))
 
 
 def admission(classes: Sequence[type[Effect]], model: AnalyticModel, campaign: Campaign) -> tuple[str, ...]:

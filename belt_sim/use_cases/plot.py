@@ -91,7 +91,9 @@ def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
 
 
 def _names(result: Comparison | Diagnosis) -> dict[str, str]:
-    return {"base": result.base_model, "final": "with " + ", ".join(e.id for e in result.effects)}
+    law = isinstance(result, Diagnosis) and result.law_instead
+    added = "the discovered law" if law else ", ".join(e.id for e in result.effects)
+    return {"base": result.base_model, "final": f"with {added}"}
 
 
 def _overlay(result: Any, title: str) -> dict[str, Draw]:

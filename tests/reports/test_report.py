@@ -295,9 +295,9 @@ def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
     np.testing.assert_allclose(lines[0]["y"], 1e-5 * s, atol=1e-12)
     assert lines[0]["line"]["color"] != lines[1]["line"]["color"]
     np.testing.assert_allclose(second["data"][-1]["y"], 0.24 * x, rtol=1e-5)
-    assert "with the discovered law" not in text  # effects were named: the top says what they do
+    assert "the discovered law" not in text  # effects were named: the top says what they do
     alone = replace(told, effects=(), error=replace(explained.error, own=None, held_out=None))
-    for said in ("The error falls", "with the discovered law"):
+    for said in ("The error falls", "beam_th2 + the discovered law"):
         assert said in render(alone)
     nothing = replace(told, discovery=SimpleNamespace(found=False))
     assert "What was discovered" not in render(nothing)
