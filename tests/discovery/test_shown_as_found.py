@@ -1,0 +1,22 @@
+"""A discovered law is shown as named effects are: curves, errors and names."""
+
+import numpy as np
+from small_discovery import campaign
+
+import belt_sim as bs
+
+FEW = ("yaw_offset_head", "encoder_scale")  # which do nothing alike
+
+
+def test_where_no_effect_is_named_the_error_falls_by_the_law():
+    seen: list[bs.Diagnosis] = []
+    found = bs.diagnose(campaign("yaw_creep"), "strip", FEW, bootstraps=100, shown=seen.append)
+    (early,) = seen  # pictures show the law, for which they wait
+    assert found.law_instead
+    assert early.discovery == found.discovery
+    assert found.final_model == "strip + the discovered law"
+    assert found.error.held_out.after == found.error.held_out.before
+    assert found.change.held_out.after < 0.8 * found.change.held_out.before
+    off = [(np.abs(p.base - p.measured).mean(), np.abs(p.final - p.measured).mean()) for p in early.drawings.overlays]
+    before, after = np.sum(off, axis=0)
+    assert after < 0.8 * before
