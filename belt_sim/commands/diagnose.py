@@ -46,8 +46,8 @@ def _diagnosed(config: Any, folder: Path, draw: Callable[..., None] | None) -> A
             campaign, config["model"]["name"], **asked, progress=stages, tell=print, shown=shown, config=config
         )
         stages(0, "writing the report")
-        discovered = found.discovery is not None and found.discovery.found
-        leave_diagnosis(folder, found, draw=draw if discovered else None)
+        beside = found.effects and found.discovery is not None and found.discovery.found  # else it is drawn already
+        leave_diagnosis(folder, found, draw=draw if beside else None)
         if watch == "rrd":
             leave_recording(folder, campaign, found)
     return found

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from belt_sim.discovery.gate import DRAWS, Gate
 from belt_sim.discovery.rival import lead_by_chance, one_law, together
 from belt_sim.discovery.survey import Survey, survey_of
 from belt_sim.discovery.words import formula
+from belt_sim.once import once
 
 LEADS = 4  # times as many campaigns, in which an effect is at work: of these the tail counts itself
 
@@ -38,7 +38,7 @@ class Seen:
         law = self.gate.best[0].law
         return (f"a law beyond the library ({law.terms[0].place.words}: {formula(law)})",)
 
-    @cached_property
+    @once
     def discovered(self) -> Discovered:
         """What it is."""
         return discovered(self.survey, self.gate, failed=self.left, tell=self.tell)

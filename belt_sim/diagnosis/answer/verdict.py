@@ -125,9 +125,11 @@ def _beside_the_unknown(
     found: Selection, first: OpenSet, left: OpenSet, unknown: Unknown | None, look: Look | None
 ) -> Judgement:
     """Something is left beside the chosen set: what of it is needed beside that."""
-    columns = _columns(found, left, unknown)
-    stays = _needed(found, found.chosen, columns)
-    bare = look(found.base_bench, found.base, True) if look is not None else None
+    with ThreadPoolExecutor(1) as beside:  # what is seen beside the base model is asked for in any case
+        seen = beside.submit(_bare, found, look)
+        columns = _columns(found, left, unknown)
+        stays = _needed(found, found.chosen, columns)
+        bare = seen.result()
     if stays is not None and bare is not None:
         stays = _needed(found, found.chosen, np.concatenate([bare.columns(), columns]))
     if stays is None or min(probabilities(found, first)[i] for i in stays.ids) < IMPROBABLE:
@@ -136,6 +138,15 @@ def _beside_the_unknown(
         alone = found.bench.fit([found.bench.start(stays.ids, stays.vector)])[0]
         unknown = look(found.bench, alone, True)
     return Judgement(stays, held_out(found.bench, stays), left, first, found.chosen, left.failed, unknown=unknown)
+
+
+def _bare(found: Selection, look: Look | None) -> Unknown | None:
+    """What is seen beside the base model, its law found as well; None where nobody looks."""
+    if look is None:
+        return None
+    bare = look(found.base_bench, found.base, True)
+    bare.columns()
+    return bare
 
 
 def _needed(found: Selection, fit: Fit, columns: np.ndarray) -> Fit | None:
