@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from roped_campaign import LENGTH, RADIUS, SPACING, WHITE, YAW, damaged, roped_campaign
 
-from belt_sim.campaign import suspicions
+from belt_sim.campaign import Quantity, suspicions
+from belt_sim.campaign.guided import closed_loop
+from belt_sim.campaign.record import records
 
 
 def stops(campaign):
@@ -91,14 +93,36 @@ def guided(travel, yaw, gain, swing):
     return {"y1": y1[-n:], "y2": y1[:n], "y3": y3[-n:], "y4": y3[:n]}
 
 
+def edge(travel, length, size):
+    """y of an edge that is not straight: 0.3 of its first wave is in the second."""
+    turns = 2.0 * np.pi * travel / length
+    return size * (np.sin(turns) + 0.3 * np.sin(2.0 * turns + 1.0))
+
+
 @pytest.mark.parametrize(("gain", "swing"), [(0.3, 0.0), (0.0, 5e-3)])
-def test_a_guide_in_closed_loop_stops(gain, swing):
+@pytest.mark.parametrize("size", [0.0, 1e-3])
+def test_a_guide_in_closed_loop_stops(gain, swing, size):
+    """Whether or not the belt's edge is straight."""
     campaign, rng = roped_campaign(10, length=60.0), np.random.default_rng(11)
-    runs = [
-        dataclasses.replace(
-            r, signals={n: y + rng.normal(0, WHITE, len(y)) for n, y in guided(r.travel, r.yaw, gain, swing).items()}
-        )
-        for r in campaign.runs
-    ]
+    length = 2.0 * LENGTH + 2.0 * math.pi * RADIUS
+    runs = []
+    for r in campaign.runs:
+        seen = guided(r.travel, r.yaw, gain, swing).items()
+        noisy = {n: y + edge(r.travel, length, size) + rng.normal(0, WHITE, len(y)) for n, y in seen}
+        runs.append(dataclasses.replace(r, signals=noisy))
     found = stops(dataclasses.replace(campaign, runs=tuple(runs)))
     assert "guided" in {kind for _, _, kind in found}
+
+
+def test_an_edge_that_is_not_straight_is_no_guide():
+    """It swings for ever as well, where the belt hardly drifts; but once a turn, and alike in all runs."""
+    campaign, rng, length = roped_campaign(12, length=60.0), np.random.default_rng(13), 7.0
+    around = 2.0 * math.pi * RADIUS
+    machine = dataclasses.replace(campaign.machine, centre_distance=Quantity(value=(length - around) / 2.0))
+    runs = []
+    for r in campaign.runs:
+        rest = {n: 0.02 * y + rng.normal(0, WHITE, len(y)) for n, y in r.signals.items()}
+        seen = {n: y + edge(r.travel - k, length, 1e-3) for k, (n, y) in enumerate(rest.items())}
+        runs.append(dataclasses.replace(r, signals=seen))
+    edged = dataclasses.replace(campaign, machine=machine, runs=tuple(runs))
+    assert closed_loop(edged, records(edged)) == []

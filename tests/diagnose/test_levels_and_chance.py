@@ -11,8 +11,8 @@ from belt_sim.diagnosis.choice.chance import beyond
 from belt_sim.diagnosis.left_over.null import NoiseSource, NullGains, null_gains, rough_wander
 from belt_sim.diagnosis.left_over.openset import open_set
 from belt_sim.diagnosis.noise.contrasts import WINDOW
-from belt_sim.diagnosis.noise.levels import LEVEL_SPREAD, TOGETHER
 from belt_sim.diagnosis.noise.noise import Levels
+from belt_sim.diagnosis.noise.signal_levels import LEVEL_SPREAD, TOGETHER
 
 DRAWS = 4000
 SIGMAS = 4.5
@@ -40,7 +40,7 @@ def drawn():
     """Logarithms (DRAWS, 3) of factors on white noise and on a wander of which the readings say nothing."""
     y = scattered()
     bench = linear_bench(REPEATS, y=y)
-    return np.log(bench.finder.draw(y, DRAWS, np.random.default_rng(1)))[:, 0]
+    return np.log(bench.finder.draw(y, DRAWS, np.random.default_rng(1))[0])[:, 0]
 
 
 def test_where_readings_say_nothing_the_data_sheet_and_the_other_noise_are_all_that_is_known(drawn):
@@ -54,7 +54,8 @@ def test_where_readings_say_nothing_the_data_sheet_and_the_other_noise_are_all_t
 
 def test_without_repeats_levels_are_drawn_from_the_data_sheet():
     """One sigma either way, and none further off than the grid of levels goes."""
-    drawn = np.log(linear_bench(SPREAD).finder.draw(np.zeros((6, 1, 40)), DRAWS, np.random.default_rng(7)))[:, 0, :2]
+    finder = linear_bench(SPREAD).finder
+    drawn = np.log(finder.draw(np.zeros((6, 1, 40)), DRAWS, np.random.default_rng(7))[0])[:, 0, :2]
     assert np.quantile(drawn, [0.25, 0.5, 0.75]) == pytest.approx(
         LEVEL_SPREAD * np.array([-0.6745, 0, 0.6745]), abs=0.02
     )
@@ -85,14 +86,16 @@ def test_runs_that_are_shorter_than_others_leave_levels_as_they_are():
     y[2, :, 16:] = np.nan
     short = linear_bench((*REPEATS, SPREAD[-1]), y=y).finder
     assert short(y).white == pytest.approx(whole(np.nan_to_num(y)).white, rel=0.1)
-    assert np.isfinite(short.draw(y, 5, np.random.default_rng(1))).all()
+    assert np.isfinite(short.draw(y, 5, np.random.default_rng(1))[0]).all()
 
 
 def test_chance_draws_each_noise_at_its_own_level():
     """White noise shows between neighbours however near; wander in what a whole run keeps."""
     signal = replace(WHITE, wander_sd=2e-5, wander_length=20 * SPACING)
     bench = linear_bench(REPEATS, signal, per_bin=4.0)
-    finder = SimpleNamespace(draw=lambda y, count, rng: np.tile([3.0, 0.5, 1.0], (count, 1, 1)))
+    finder = SimpleNamespace(
+        draw=lambda y, count, rng: (np.tile([3.0, 0.5, 1.0], (count, 1, 1)), np.zeros(count, bool))
+    )
     errors = NoiseSource(replace(bench, finder=finder), bench.samples.y, np.random.default_rng(2)).draw(DRAWS)
     white, wander = (3.0 * signal.white) ** 2 / 4.0, (0.5 * signal.wander_sd) ** 2
     for apart in (1, 20):
@@ -109,7 +112,7 @@ def test_what_is_fitted_already_gains_nothing_more():
     bench = linear_bench(SPREAD)
     shapes = {"same": 2.0 * current, "more": np.concatenate([current, new + 0.5 * current])}
     levels = Levels(white=(1.0,), wander=(1.0,))
-    finder = SimpleNamespace(draw=lambda e, count, rng: np.ones((count, 1, 3)))
+    finder = SimpleNamespace(draw=lambda e, count, rng: (np.ones((count, 1, 3)), np.zeros(count, bool)))
     exact = replace(bench, finder=finder, levels=levels)
     null = null_gains(exact, shapes, current, 0.0 * current[0], count=2000, seed=4)
     assert null.dof == {"same": 0, "more": 1}
@@ -121,7 +124,7 @@ def test_what_is_fitted_already_gains_nothing_more():
 def test_chance_is_judged_at_the_noise_that_readings_are_judged_at():
     """Noise twice as large as believed gives four times the gain: nothing is read off what was drawn."""
     shape = 1e-4 * np.ones((1, len(SPREAD), 1, 40))
-    finder = SimpleNamespace(draw=lambda e, count, rng: 2.0 * np.ones((count, 1, 3)))
+    finder = SimpleNamespace(draw=lambda e, count, rng: (2.0 * np.ones((count, 1, 3)), np.zeros(count, bool)))
     bench = replace(linear_bench(SPREAD), finder=finder, levels=Levels(white=(1.0,), wander=(1.0,)))
     null = null_gains(bench, {"bow": shape}, shape[:0], 0.0 * shape[0], count=2000, seed=4)
     assert null.inflation("bow") == pytest.approx(4.0, rel=0.2)

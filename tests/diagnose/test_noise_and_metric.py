@@ -195,6 +195,7 @@ def test_a_sensor_that_only_one_run_has_is_as_those_that_are_stated_alike():
     assert levels.white[0] > 1.3
     np.testing.assert_allclose([*levels.of(1)[:2], levels.of(1)[2].length], [*levels.of(0)[:2], levels.of(0)[2].length])
     assert levels.of(2)[:2] == (1.0, 1.0)
-    at_random = LevelFinder(replace(b.samples, signals=signals, y=y), shapes).draw(drawn, 400, np.random.default_rng(1))
+    finder = LevelFinder(replace(b.samples, signals=signals, y=y), shapes)
+    at_random, _ = finder.draw(drawn, 400, np.random.default_rng(1))
     np.testing.assert_array_equal(at_random[:, 1], at_random[:, 0])
     assert np.ptp(at_random[:, 0, 0]) > 0.0

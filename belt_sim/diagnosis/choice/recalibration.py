@@ -14,8 +14,8 @@ from belt_sim.diagnosis.choice.decide import Ids
 from belt_sim.diagnosis.choice.refits import Refits
 from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.left_over.null import NullGains, null_gains
-from belt_sim.diagnosis.noise.levels import LEVEL_SPREAD
 from belt_sim.diagnosis.noise.noise import Levels
+from belt_sim.diagnosis.noise.signal_levels import LEVEL_SPREAD
 
 
 @dataclass(frozen=True)

@@ -163,11 +163,11 @@ class NoiseSource:
         """Errors at levels that the readings leave possible, in single precision."""
         bench, rng = self.bench, self.rng
         samples = bench.samples
-        levels = bench.finder.draw(self.errors, count, rng)
+        levels, smooth = bench.finder.draw(self.errors, count, rng)
         white = np.array([s.white for s in samples.signals]) / np.sqrt(samples.per_bin)[:, None]
         errors = rng.standard_normal((count, *samples.y.shape), SINGLE)
         errors *= (white * levels[:, None, :, 0]).astype(SINGLE)[..., None]
-        errors += self._wander(levels[..., 1], levels[..., 2])
+        errors += self._wander(levels[..., 1], levels[..., 2], smooth)
         errors += self._nuisances(count)
         return errors
 
@@ -180,17 +180,23 @@ class NoiseSource:
         found = rng.standard_normal((count, len(shared)), SINGLE) @ shared
         return found.reshape(count, *shape) + runs.swapaxes(0, 1).reshape(count, *shape)
 
-    def _wander(self, size: np.ndarray, length: np.ndarray) -> np.ndarray:
-        """Wander (count, R, S, n) at factors (count, S) on its size and length, by recursion along the travel."""
+    def _wander(self, size: np.ndarray, length: np.ndarray, smooth: np.ndarray) -> np.ndarray:
+        """Wander (count, R, S, n) at factors (count, S) on its size and length, by recursion along the travel; smooth
+        (count,): of which kind it is.
+        """
         samples = self.bench.samples
         stated = np.array([max(s.wander_length, 1e-6) for s in samples.signals])
         apart, of = np.unique(np.diff(samples.travel, axis=1), axis=0, return_inverse=True)
-        steps = (apart.T[:, :, None, None] / (length * stated).T).astype(SINGLE)
+        steps, of = (apart.T[:, :, None, None] / (length * stated).T).astype(SINGLE), of.reshape(-1)
         sd = (size * np.array([s.wander_sd for s in samples.signals])).astype(SINGLE)
-        if not self.bench.levels.smooth:
-            return rough_wander(steps, of.reshape(-1), sd.T, self.rng).transpose(3, 1, 2, 0)
-        found = smooth_wander(steps[:, of.reshape(-1)].transpose(3, 1, 2, 0), self.rng)
-        return sd[:, None, :, None] * found
+        if not smooth.any():
+            return rough_wander(steps, of, sd.T, self.rng).transpose(3, 1, 2, 0)
+        found = np.empty((len(size), *samples.y.shape), SINGLE)
+        if not smooth.all():
+            found[~smooth] = rough_wander(steps[..., ~smooth], of, sd[~smooth].T, self.rng).transpose(3, 1, 2, 0)
+        sloped = smooth_wander(steps[..., smooth][:, of].transpose(3, 1, 2, 0), self.rng)
+        found[smooth] = sd[smooth][:, None, :, None] * sloped
+        return found
 
 
 def rough_wander(steps: np.ndarray, of: np.ndarray, size: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -16,7 +16,7 @@ from belt_sim.diagnosis.left_over.structures import structures
 from belt_sim.diagnosis.left_over.waves import EACH_ITS_PHASE, Waves, wavelengths
 
 LEVEL = 0.01  # false alarms of all tests together; the search for laws spends half as much, the candidates twice that
-#: unless repeats tell that it is smooth, wander is taken for exponential; one of Matern 3/2 has up to 1.3 times the
+#: unless readings tell that it is smooth, wander is taken for exponential; one of Matern 3/2 has up to 1.3 times the
 #: variance of the exponential that fits it best at some wavelength, and looks like waves of their own phase there;
 #: levels read off a few repeats add to that
 SPECTRUM = 1.5

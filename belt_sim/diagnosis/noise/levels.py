@@ -1,37 +1,28 @@
-"""How large the noise is, signal by signal: white noise, wander, and how far wander reaches.
+"""How large the noise is, signal by signal: white noise, wander, how far wander reaches, and whether it is smooth.
 
 What is known beforehand is the data sheet. What is read off are contrasts in which no model appears: differences of
 repeated runs. Without repeats it is what single runs leave beside everything that settings, sensors and all candidates
 could do to them; that may hold a stranger as well as noise, and is trusted only where it agrees with the sheet. A
 sensor of which nothing was read is as others are that are stated alike: instruments of one make are off together.
+
+A smooth wander has more of long waves and less of short ones than any rough one: taken for rough it leaves waves that
+look like something missing. Where readings do not tell, both are drawn, each as often as it is probable.
 """
 
 from collections.abc import Sequence
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
-from belt_sim.campaign import SignalSheet
-from belt_sim.diagnosis.noise.contrasts import Contrast, Scatter, scatter
+from belt_sim.diagnosis.noise.contrasts import scatter
 from belt_sim.diagnosis.noise.metric import AT_ONCE
-from belt_sim.diagnosis.noise.noise import FLOOR, SMOOTH, Levels, Reach
+from belt_sim.diagnosis.noise.noise import Levels
 from belt_sim.diagnosis.noise.repeats import differences, repeated_groups, single_runs
+from belt_sim.diagnosis.noise.signal_levels import LENGTH_SPREAD, LEVEL_SPREAD, Level, SignalLevels, favours
 from belt_sim.diagnosis.readings.samples import Samples
 
-#: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
-LEVEL_SPREAD = 0.35
-FACTORS = np.exp(np.linspace(np.log(0.2), np.log(5.0), 35))
-TOGETHER = 0.6  # the same of both levels together, where something was read off
-LENGTH_SPREAD = 0.8  # the same of the wander length, which few data sheets give at all
-LENGTH_STEP = 1.5  # from one length of the grid to the next
 RARER = 6.0  # chi2 (a likelihood ratio of 20) that a smooth wander has to earn, in all signals together
-LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
 UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats may be a stranger's
-MOST = 1.2  # sigmas from the data sheet, of levels of which nothing is known
-MODES = 24  # of a record, into which its Fourier modes are put together
-BEYOND = 9.2  # chi2 (a likelihood ratio of 100) against repeats, beyond which what runs show is not taken for noise
-TIE = 1e-6  # weight of the data sheet where noise says nothing of a level
 
 
 class LevelFinder:
@@ -50,12 +41,8 @@ class LevelFinder:
             contrasts = single_runs(samples, np.concatenate([shapes, columns]))
         of_signal = [[c for c in contrasts if c.signal == s] for s in range(len(samples.signals))]
         fast = [scatter(samples, self.groups, s) if self.repeats else [] for s in range(len(samples.signals))]
-        self.signals, self.smooth = list(map(_SignalLevels, samples.signals, of_signal, fast)), False
-        if self.repeats:  # these differ by noise alone, whatever the model
-            smooth = [_SignalLevels(*each, smooth=True) for each in zip(samples.signals, of_signal, fast, strict=True)]
-            pairs = zip(smooth, self.signals, strict=True)
-            if sum(a.evidence(samples.y) - b.evidence(samples.y) for a, b in pairs) > RARER:
-                self.signals, self.smooth = smooth, True
+        each = list(zip(samples.signals, of_signal, fast, strict=True))
+        self.signals, self.smooth = ([SignalLevels(*one, smooth=kind) for one in each] for kind in (False, True))
 
     def about(self, shapes: np.ndarray) -> "LevelFinder":
         """The same where predictions are taken elsewhere: one of two repeats may have been set 3 sigma off the other,
@@ -69,8 +56,8 @@ class LevelFinder:
 
     def many(self, errors: np.ndarray) -> list[Levels]:
         """The same for many sets of readings (B, R, S, n)."""
-        some = [errors[k : k + AT_ONCE] for k in range(0, len(errors), AT_ONCE)]
-        read = [[level for part in some for level in signal.best(part)] for signal in self.signals]
+        share = self.smooth_share(errors)
+        read = [self._read(pair, errors, share) for pair in zip(self.signals, self.smooth, strict=True)]
         best = [_as_others([read[s] for s in alike], read[k]) for k, alike in enumerate(self.like)]
         found = []
         for k in range(len(errors)):
@@ -81,7 +68,7 @@ class LevelFinder:
                     white=white,
                     wander=wander,
                     length=length,
-                    smooth=self.smooth,
+                    smooth=bool(share[k] > 0.5),
                     repeats=self.repeats,
                     read=any(signal.contrasts for signal in self.signals),
                     trusted=not far,
@@ -89,13 +76,39 @@ class LevelFinder:
             )
         return found
 
-    def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-        """Levels (count, S, 3) that the readings (R, S, n) leave possible, by their probability."""
-        each = np.stack([signal.draw(errors, count, rng) for signal in self.signals], axis=1)
+    def smooth_share(self, errors: np.ndarray) -> np.ndarray:
+        """Probability (B,) that the wander is smooth, after what a model leaves of readings (B, R, S, n)."""
+        pairs = zip(self.smooth, self.signals, strict=True)
+        odds = sum((favours(*pair, errors) for pair in pairs), np.full(len(errors), -RARER))
+        return 1.0 / (1.0 + np.exp(-0.5 * odds.clip(-100.0, 100.0)))
+
+    def _read(self, pair: tuple[SignalLevels, SignalLevels], errors: np.ndarray, share: np.ndarray) -> list[Level]:
+        """Of one signal, in every set: of the likelier kind the levels nearest to the mean spectrum of all of both."""
+        found: list[Level] = []
+        for start in range(0, len(errors), AT_ONCE):
+            part, odds = errors[start : start + AT_ONCE], share[start : start + AT_ONCE]
+            if not pair[0].contrasts:
+                found += [(1.0, 1.0, 1.0)] * len(part)
+                continue
+            rough, smooth = (signal.mean(part) for signal in pair)
+            mean = (1.0 - odds)[:, None] * rough + odds[:, None] * smooth
+            both = zip(*(signal.nearest(mean) for signal in pair), odds, strict=True)
+            found += [of_smooth if odd > 0.5 else of_rough for of_rough, of_smooth, odd in both]
+        return found
+
+    def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Levels (count, S, 3) that the readings (R, S, n) leave possible, by their probability, and whether the wander
+        is smooth (count,).
+        """
+        smooth = rng.random(count) < self.smooth_share(errors[None])[0]
+        each = np.empty((count, len(self.signals), 3))
+        for kind, signals in ((smooth, self.smooth), (~smooth, self.signals)):
+            for k, signal in enumerate(signals if kind.any() else []):
+                each[kind, k] = signal.draw(errors, int(kind.sum()), rng)
         for k, alike in enumerate(self.like):
             if alike:
                 each[:, k] = each[np.arange(count), rng.choice(alike, size=count)]
-        return each
+        return each, smooth
 
     @cached_property
     def like(self) -> list[list[int]]:
@@ -108,178 +121,12 @@ class LevelFinder:
         ]
 
 
-Level = tuple[float, float, float]
-
-
 def _as_others(others: list[list[Level]], own: list[Level]) -> list[Level]:
     """(white, wander, length) of one signal in every set of readings: the means of others, in logarithm, if any."""
     if not others:
         return own
     means = np.exp(np.mean(np.log(others), axis=0))
     return [(float(a), float(b), float(c)) for a, b, c in means]
-
-
-class _SignalLevels:
-    """The grid of one signal: white factors, wander factors, length factors."""
-
-    def __init__(
-        self, signal: SignalSheet, contrasts: list[Contrast], fast: Sequence[Scatter] = (), *, smooth: bool = False
-    ) -> None:
-        """fast: what every run shows by itself, beside contrasts of repeats; smooth: the wander is."""
-        self.contrasts, self.lengths = contrasts, _lengths(signal)
-        reaches = [Reach(float(x), smooth) for x in self.lengths]
-        self.reaches, self.fast = reaches, list(fast) if contrasts else []
-        f2, logs = FACTORS**2, np.log(FACTORS)
-        both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
-        prior = both[0, 0] * (logs[:, None] ** 2 + logs**2) + 2.0 * both[0, 1] * logs[:, None] * logs
-        by_length = np.log(self.lengths) ** 2 / LENGTH_SPREAD**2
-        self.prior = by_length[:, None, None] + prior
-        self.modes, self.places, self.weights = [], [], []
-        for k, reach in enumerate(reaches):
-            modes = [c.modes(reach) for c in contrasts]
-            ends = np.cumsum([0, *(len(m.ratios) for m in modes)])
-            classes, of = _classes(np.concatenate([*(m.ratios for m in modes), np.empty(0)]))
-            variance = f2[:, None, None] + f2[None, :, None] * classes
-            self.prior[k] += np.log(variance) @ np.bincount(of, minlength=len(classes))
-            self.modes.append(modes)
-            self.places.append([np.eye(len(classes))[of[a:b]] for a, b in pairwise(ends)])
-            self.weights.append((1.0 / variance).reshape(len(FACTORS) ** 2, len(classes)).T)
-        if contrasts:
-            self.spectra, self.modes_of = _spectra(signal, contrasts[0], self.lengths, smooth)
-
-    def evidence(self, y: np.ndarray) -> float:
-        """2 log probability of contrasts of readings (R, S, n), all levels together, up to a constant; 0 of readings
-        without any noise, as of a campaign that is planned.
-        """
-        if not any(np.any(part) for c in self.contrasts for part in c.read(y[None])):
-            return 0.0
-        cost = self._of_contrasts(y[None])
-        return float(2.0 * np.log(np.sum(np.exp(-0.5 * (cost - cost.min())))) - cost.min())
-
-    def cost(self, errors: np.ndarray) -> np.ndarray:
-        """-2 log probability (B, lengths, white factors, wander factors)."""
-        cost = self._of_contrasts(errors)
-        return cost + self._of_every_run(errors) if self.fast else cost
-
-    def _of_contrasts(self, errors: np.ndarray) -> np.ndarray:
-        cost = np.repeat(self.prior[None], len(errors), axis=0)
-        read = [c.read(errors) for c in self.contrasts]
-        for k, modes in enumerate(self.modes):
-            squares = sum(
-                (m.squares(z) @ place for m, z, place in zip(modes, read, self.places[k], strict=True)),
-                np.zeros((len(errors), self.weights[k].shape[0])),
-            )
-            cost[:, k] += (squares @ self.weights[k]).reshape(cost.shape[0], *cost.shape[2:])
-        return cost
-
-    def _of_every_run(self, errors: np.ndarray) -> np.ndarray:
-        """-2 log probability of what is fast in every run, (B, lengths, white factors, wander factors).
-
-        A few repeats tell a level to a tenth, all runs to a hundredth; but runs may hold a short wave that no model
-        has. So either it is noise, or by odds of exp(-BEYOND/2) it is not, and repeats are believed alone.
-        """
-        shape = len(FACTORS), len(FACTORS)
-        cost = np.zeros((len(errors), len(self.lengths), *shape))
-        for part, of_lengths in zip(self.fast, self._fast_grids, strict=True):
-            z = part.read(errors)
-            products = z.swapaxes(1, 2) @ z  # of all windows together: there are few directions, and many windows
-            for k, (modes, logs, weights) in enumerate(of_lengths):
-                squares = np.sum((products @ modes) * modes, axis=1)
-                cost[:, k] += logs
-                cost[:, k] += (squares @ weights).reshape(-1, *shape)
-        cost -= cost.min(axis=(1, 2, 3), keepdims=True)
-        known, near = np.full_like(cost, -0.5 * BEYOND), cost < BEYOND + 75.0  # further off it changes no digit
-        return -2.0 * np.logaddexp(-0.5 * cost, -0.5 * BEYOND, out=known, where=near)
-
-    @cached_property
-    def _fast_grids(self) -> list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
-        """Of what is fast in every run, at every length: modes, the logarithms of their variances all together on the
-        grid of both factors, and what each weighs there."""
-        f2, found = FACTORS**2, []
-        for part in self.fast:
-            of_lengths = []
-            for ratios, modes in map(part.modes, self.reaches):
-                variance = f2[:, None, None] + f2[None, :, None] * ratios
-                logs = part.count * np.log(variance).sum(axis=2)
-                of_lengths.append((modes, logs, (1.0 / variance).reshape(-1, len(ratios)).T))
-            found.append(of_lengths)
-        return found
-
-    def best(self, errors: np.ndarray) -> list[tuple[float, float, float]]:
-        """(white, wander, length) on the grid whose spectrum stands best for all that the readings leave possible.
-
-        White noise and a short wander stand in for each other along a bent ridge; levels averaged one by one lie
-        inside the bend, where noise is smaller than anywhere on the ridge. So spectra are averaged, and of the grid
-        that spectrum is taken from which normal noise of the mean one is hardest to tell (Kullback and Leibler).
-        """
-        if not self.contrasts:
-            return [(1.0, 1.0, 1.0)] * len(errors)
-        cost = self.cost(errors).reshape(len(errors), -1)
-        weight = np.exp(-0.5 * (cost - cost.min(axis=1, keepdims=True)))
-        mean = weight @ self.spectra / weight.sum(axis=1, keepdims=True)
-        inverse, own = self._of_spectra
-        nearest = np.argmin((mean * self.modes_of) @ inverse + own + TIE * self.prior.ravel(), axis=1)
-        k, i, j = np.unravel_index(nearest, self.prior.shape)
-        return [(float(a), float(b), float(c)) for a, b, c in zip(FACTORS[i], FACTORS[j], self.lengths[k], strict=True)]
-
-    @cached_property
-    def _of_spectra(self) -> tuple[np.ndarray, np.ndarray]:
-        """1 / the spectra (K, G), and their logarithms together (G,)."""
-        return (1.0 / self.spectra).T, np.log(self.spectra) @ self.modes_of
-
-    def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-        """Levels (count, 3) by their probability, spread over the cells of the grid."""
-        if not self.contrasts:
-            spread = np.array([LEVEL_SPREAD, LEVEL_SPREAD, LENGTH_SPREAD])
-            return np.exp(spread * rng.standard_normal((count, 3)).clip(-MOST, MOST))
-        cost = self.cost(errors[None])[0]
-        weight = np.exp(-0.5 * (cost - cost.min())).ravel()
-        k, i, j = np.unravel_index(rng.choice(weight.size, size=count, p=weight / weight.sum()), cost.shape)
-        steps = np.log([FACTORS[1] / FACTORS[0]] * 2 + [LENGTH_STEP])
-        within = np.exp(steps * (rng.random((count, 3)) - 0.5))
-        return np.stack([FACTORS[i], FACTORS[j], self.lengths[k]], axis=1) * within
-
-
-def _spectra(
-    signal: SignalSheet, contrast: Contrast, lengths: np.ndarray, smooth: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """Variance (G, K) of the Fourier modes of one record at every point of the grid, and of how many modes each of
-    the K stands for.
-    """
-    count = len(contrast.travel)
-    first = np.unique(np.geomspace(1, count, MODES).astype(int))
-    last = np.append(first[1:], count + 1)
-    turn = np.pi * 0.5 * (first + last - 1) / count  # of the phase from sample to sample
-    spacing = float(np.median(np.diff(contrast.travel)))
-    steps = spacing / (lengths * max(signal.wander_length, 1e-6))[:, None]
-    wander = signal.wander_sd**2 * _of_wander((SMOOTH if smooth else 1.0) * steps, turn, smooth)
-    white = max(signal.white, FLOOR) ** 2 / contrast.per_bin
-    f2 = FACTORS**2
-    spectra = f2[:, None, None] * white + f2[:, None] * wander[:, None, None, :]
-    return spectra.reshape(-1, len(first)), (last - first).astype(float)
-
-
-def _of_wander(steps: np.ndarray, turn: np.ndarray, smooth: bool) -> np.ndarray:
-    """Variance (G, K) of modes that turn by so much (K,) a sample, of wander of unit size whose exponential falls by
-    ``steps`` (G, 1) a sample; smooth: it is Matern's.
-    """
-    rise, apart = np.sinh(steps), np.cosh(steps) - np.cos(turn)
-    return rise / apart - smooth * steps * (1.0 - np.cosh(steps) * np.cos(turn)) / apart**2
-
-
-def _lengths(signal: SignalSheet) -> np.ndarray:
-    """Factors on the stated wander length."""
-    steps = LENGTH_STEP ** np.arange(-8.0, 9.0)
-    lengths = steps * max(signal.wander_length, 1e-6)
-    inside = (lengths >= LENGTHS[0]) & (lengths <= LENGTHS[1])
-    return steps[inside | (steps == 1.0)] if signal.wander_sd > 0 else np.ones(1)
-
-
-def _classes(ratios: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ratios of wander to white noise in classes a quarter apart in logarithm: the classes, and which is whose."""
-    steps = np.round(4.0 * np.log(np.maximum(ratios, 1e-8)))
-    names, of = np.unique(steps, return_inverse=True)
-    return np.exp(names / 4.0), of.reshape(-1)
 
 
 def _far_off(white: Sequence[float], wander: Sequence[float], length: Sequence[float]) -> bool:
