@@ -1,7 +1,6 @@
 """From the search to the result: what a discovery hands out."""
 
 import textwrap
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -235,23 +234,8 @@ def _file(found: Discovered, said: str) -> str:
     beside = ", ".join(found.survey.fit.ids) or f"the {found.survey.bench.forward.model.name} model alone"
     sure = f"by chance with p = {found.gate.p:.1g}; first again in {found.choice.frequency:.0%} of repetitions"
     text = "\n\n    ".join(_wrapped(t) for t in (said, f"Discovered in: {data}, beside {beside}; {sure}.")) + "\n    "
-    return effect_file(found.survey, replace(r.scored, law=_with(r.scored.law, numbers)), sizes, text, final=True).text
+    return effect_file(found.survey, r.as_fitted, sizes, text, final=True).text
 
 
 def _wrapped(text: str) -> str:
     return textwrap.fill(text, 110, subsequent_indent="    ")
-
-
-def _with(law, numbers):
-    """The law with the numbers of the closed loop."""
-    terms = []
-    for k, t in enumerate(law.terms):
-        tag = "" if k == 0 else f"_{k + 1}"
-        form = replace(
-            t.form,
-            knee=numbers[f"knee{tag}"][0] if t.form.knee is not None else None,
-            at=numbers[f"at{tag}"][0] if t.form.at is not None else None,
-            wide=numbers[f"wide{tag}"][0] if t.form.wide is not None else None,
-        )
-        terms.append(replace(t, form=form, exponent=numbers[f"exponent{tag}"][0]))
-    return type(law)(tuple(terms))

@@ -1,6 +1,6 @@
 """Discovery from end to end: is something left, where, what is it, which law, said in a sentence, written as a file."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from belt_sim.discovery.evidence import Course, prior_modes
 from belt_sim.discovery.gate import DRAWS, LEVEL, Gate, judged
 from belt_sim.discovery.marched import Close, marched
 from belt_sim.discovery.refit import Refit
+from belt_sim.discovery.search import Scored
 from belt_sim.discovery.survey import Survey, survey_of
 
 FEWEST = 3  # runs, below which no law is guessed
@@ -83,8 +84,10 @@ def asked(
     return survey, judged(survey, draws=draws, seed=seed, level=level)[0]
 
 
-def discovered(survey: Survey, gate: Gate, *, failed: bool, tell: Callable[[str], None]) -> Discovered:
-    """The same of a survey whose gate is known."""
+def discovered(
+    survey: Survey, gate: Gate, *, failed: bool, tell: Callable[[str], None], known: Sequence[Scored] = ()
+) -> Discovered:
+    """The same of a survey whose gate is known; known: laws found elsewhere, which are put into the march as well."""
     seen = gate.failed or (failed and gate.p < SUGGESTIVE)
     if not seen or len(survey.bench.samples.runs) < FEWEST:
         return Discovered(survey=survey, gate=gate, courses=(), left=failed)
@@ -92,9 +95,9 @@ def discovered(survey: Survey, gate: Gate, *, failed: bool, tell: Callable[[str]
     courses = tuple(survey.courses())
     choice = choose(survey, courses[0])
     enough = DESCRIBED * choice.possible
-    if choice.best.gain < max(enough, gate.threshold):
+    if choice.best.gain < max(enough, gate.threshold) and not known:
         return Discovered(survey=survey, gate=gate, courses=courses, choice=choice, left=failed)
-    best, close = marched(survey, choice, courses[0], enough)
+    best, close = marched(survey, choice, courses[0], enough, known)
     return Discovered(survey=survey, gate=gate, courses=courses, choice=choice, refit=best, close=close, left=failed)
 
 

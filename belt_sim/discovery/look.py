@@ -7,10 +7,11 @@ import numpy as np
 
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.left_over.unknown import OneLaw, Together
+from belt_sim.diagnosis.left_over.unknown import InTheMarch, OneLaw, Together, Unknown
 from belt_sim.discovery.discover import Discovered, asked, discovered, unknown_columns
 from belt_sim.discovery.gate import DRAWS, Gate
 from belt_sim.discovery.rival import lead_by_chance, one_law, together
+from belt_sim.discovery.search import Scored
 from belt_sim.discovery.survey import Survey, survey_of
 from belt_sim.discovery.words import formula
 from belt_sim.once import once
@@ -20,7 +21,8 @@ LEADS = 4  # times as many campaigns, in which an effect is at work: of these th
 
 @dataclass(frozen=True)
 class Seen:
-    """What a search beside a fit has seen; left: another test has shown already that something is there.
+    """What a search beside a fit has seen; left: another test has shown already that something is there; known: a law
+    that was found beside other effects.
 
     The gate is asked at once, which law it is only where somebody wants to know.
     """
@@ -29,6 +31,7 @@ class Seen:
     gate: Gate
     left: bool
     tell: Callable[[str], None]
+    known: tuple[Scored, ...] = ()
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -41,13 +44,20 @@ class Seen:
     @once
     def discovered(self) -> Discovered:
         """What it is."""
-        return discovered(self.survey, self.gate, failed=self.left, tell=self.tell)
+        return discovered(self.survey, self.gate, failed=self.left, tell=self.tell, known=self.known)
 
     def columns(self) -> np.ndarray:
         """Shapes (k, R, S, n) of what was discovered."""
         if self.discovered.found:
             return unknown_columns(self.discovered)
         return np.empty((0, *self.survey.bench.samples.y.shape))
+
+    def law(self) -> InTheMarch | None:
+        """The law that describes it, in the march; None where none does."""
+        made = self.discovered.refit
+        if made is None:
+            return None
+        return InTheMarch(made.bench, made.fit, made.written.cls.id, len(made.scored.law.terms))
 
 
 @dataclass(frozen=True)
@@ -58,9 +68,11 @@ class Looking:
     draws: int = DRAWS
     tell: Callable[[str], None] = lambda text: None
 
-    def __call__(self, bench: Workbench, fit: Fit, failed: bool) -> Seen:
-        """What is seen beside ``fit``."""
-        return Seen(*asked(bench, fit, draws=self.draws, seed=self.seed, tell=self.tell), failed, self.tell)
+    def __call__(self, bench: Workbench, fit: Fit, failed: bool, known: Unknown | None = None) -> Seen:
+        """What is seen beside ``fit``; known: what was seen beside other effects, whose law is tried too."""
+        made = known.discovered.refit if isinstance(known, Seen) else None
+        laws = () if made is None else (made.as_fitted,)
+        return Seen(*asked(bench, fit, draws=self.draws, seed=self.seed, tell=self.tell), failed, self.tell, laws)
 
     def one_law(self, bench: Workbench, fit: Fit, least: float, *, closely: bool = False) -> OneLaw | None:
         """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``; closely: one

@@ -25,6 +25,7 @@ from belt_sim.discovery.survey import Law, Survey, Term
 
 PROMISE = 0.5  # of the best law's gain, that a law of which the first order is known has to show
 LEADING = 5  # laws whose courses are tried for the tension
+FAMILIES = 4  # of laws of the travel: against an edge's short waves a long way is not of first order
 COURSES = 2  # of the tension that are put into the march: a pull that swings by half is not of first order
 ELSEWHERE = 2  # close laws at other places that are put into the march
 ANYWHERE = frozenset[str]()
@@ -109,13 +110,16 @@ def margin(won: Refit) -> float:
     return WITHIN + MODELLED * won.gain
 
 
-def marched(survey: Survey, choice: Choice, likeliest: Course, enough: float) -> tuple[Refit | None, tuple[Close, ...]]:
+def marched(
+    survey: Survey, choice: Choice, likeliest: Course, enough: float, known: Sequence[Scored] = ()
+) -> tuple[Refit | None, tuple[Close, ...]]:
     """The law that wins in the march, and those that cannot be told from it.
 
-    likeliest: the course of the likeliest place; enough: chi2 that a law has to explain to describe what is there.
+    likeliest: the course of the likeliest place; enough: chi2 that a law has to explain to describe what is there;
+    known: laws that were found beside other effects.
     """
     march = March(survey, choice, enough)
-    march.put([choice.best, *([choice.simple] if len(choice.best.law.terms) > 1 else [])])
+    march.put([*known, choice.best, *([choice.simple] if len(choice.best.law.terms) > 1 else [])])
     march.put(of_first_order(survey, choice, likeliest))
     won = march.winner()
     if won is None:
@@ -143,8 +147,9 @@ def of_first_order(survey: Survey, choice: Choice, likeliest: Course) -> list[Sc
     found = []
     for name in (TENSION, TRAVEL):
         own = [s for s in choice.judged if len(s.law.terms) == 1 and s.law.terms[0].place.name == name]
-        tried = [*own[:1], *(_courses_of(survey, choice, likeliest)[:COURSES] if name == TENSION else [])]
-        promise = max((s.gain for s in (tried if name == TENSION else own)), default=0.0)
+        courses = _courses_of(survey, choice, likeliest)[:COURSES] if name == TENSION else own[1:FAMILIES]
+        tried = [*own[:1], *courses]
+        promise = max((s.gain for s in tried), default=0.0)
         if promise >= PROMISE * choice.best.gain or likeliest.place.name == name:
             found += tried
     return found

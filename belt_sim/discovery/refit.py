@@ -1,6 +1,6 @@
 """The closed loop: a law put into the march as an effect and fitted with all that was chosen, from its linear sizes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -13,7 +13,7 @@ from belt_sim.diagnosis.readings.batches import WORKERS
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.discovery.effect_file import Written, written
 from belt_sim.discovery.search import WITHIN, Scored, cost, fitted
-from belt_sim.discovery.survey import Survey
+from belt_sim.discovery.survey import Law, Survey
 
 ROUND = 2.0  # sigma
 FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
@@ -49,6 +49,13 @@ class Refit:
             value = float(self.fit.vector[position]) * slot.scale
             found[slot.name] = (value, u * abs(slot.scale), cls.parameters[slot.name].unit)
         return found
+
+    @property
+    def as_fitted(self) -> Scored:
+        """The law with the numbers that it has in the march."""
+        numbers = self.estimates()
+        sizes = tuple(numbers[n.name][0] for n in self.written.numbers if not n.modifier)
+        return Scored(with_numbers(self.scored.law, numbers), self.gain, self.worth, sizes)
 
     def certain(self, sigmas: float) -> bool:
         """Whether the size of every term lies that far from zero, its knee being where it is; of a wave, its two sizes
@@ -154,6 +161,21 @@ def _held(survey: Survey, free: Refit) -> Refit:
     start = Fit(ids=free.fit.ids, free=[p for p in free.fit.free if p not in held], vector=vector)
     made = _fitted(survey, free.scored, free.written, free.bench, start)
     return free if made is None or made.gain < free.gain - WITHIN else replace(made, exponent=free.exponent)
+
+
+def with_numbers(law: Law, numbers: Mapping[str, tuple[float, float, str]]) -> Law:
+    """The law with numbers of the closed loop."""
+    terms = []
+    for k, t in enumerate(law.terms):
+        tag = "" if k == 0 else f"_{k + 1}"
+        form = replace(
+            t.form,
+            knee=numbers[f"knee{tag}"][0] if t.form.knee is not None else None,
+            at=numbers[f"at{tag}"][0] if t.form.at is not None else None,
+            wide=numbers[f"wide{tag}"][0] if t.form.wide is not None else None,
+        )
+        terms.append(replace(t, form=form, exponent=numbers[f"exponent{tag}"][0]))
+    return Law(tuple(terms))
 
 
 def _round(value: float, u: float, searched: float) -> float | None:

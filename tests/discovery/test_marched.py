@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 from small_discovery import surveyed
 
+from belt_sim.discovery import marched as marching
 from belt_sim.discovery.choose import Choice, _elsewhere
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.marched import COURSES, LEADING, March, elsewhere, of_first_order, places
@@ -75,6 +76,27 @@ def test_a_law_of_the_encoder_that_promises_half_is_tried(survey):
     for score, count in ((150.0, 1), (50.0, 0)):
         other = scored(law(survey, ("travel", Form("one", course="square"))), score)
         assert len(of_first_order(survey, chosen(best, other), likely(survey, "drift_tail"))) == count
+
+
+def test_several_courses_of_the_encoder_are_tried(survey):
+    """Against an edge's short waves a long way is far from what the first order makes of it."""
+    forms = [Form("one", course=c, at=a) for c, a in (("wave", WAVE), ("after", WAVE), ("square", None))]
+    choice = chosen(*(scored(law(survey, ("travel", f)), 200.0 - 60.0 * k) for k, f in enumerate(forms)))
+    tried = of_first_order(survey, choice, likely(survey, "drift_tail"))
+    assert [s.law.terms[0].form.course for s in tried] == ["wave", "after", "square"]
+
+
+def test_a_law_found_elsewhere_is_tried_in_the_march(survey, monkeypatch):
+    best, known = (scored(law(survey, (n, Form("kappa"))), 200.0) for n in ("turn_tail", "yaw_tail"))
+    put = []
+
+    def fits(survey, laws):
+        put.extend(laws)
+        return [None] * len(laws)
+
+    monkeypatch.setattr(marching, "refits", fits)
+    assert marching.marched(survey, chosen(best), likely(survey, "turn_tail"), 0.0, (known,)) == (None, ())
+    assert put == [known, best]
 
 
 def test_what_wins_in_the_march_is_told_with_the_best_of_other_places_first(survey):

@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.answer.confusable import probabilities
 from belt_sim.diagnosis.answer.ladder import Rung, better_model, ladder
-from belt_sim.diagnosis.choice.beside_a_law import refused, stands
+from belt_sim.diagnosis.choice.beside_a_law import needed_beside_laws, only, refused, stands
 from belt_sim.diagnosis.choice.occam import imitated, outdone
 from belt_sim.diagnosis.choice.rise import rises
 from belt_sim.diagnosis.choice.select import Selection
@@ -134,9 +134,10 @@ def _beside_the_unknown(
         stays = _needed(found, found.chosen, np.concatenate([bare.columns(), columns]))
     if stays is None or min(probabilities(found, first)[i] for i in stays.ids) < IMPROBABLE:
         return replace(_base_instead(found, first, left, None), unknown=bare)
-    if look is not None and stays.ids != found.chosen.ids:
-        alone = found.bench.fit([found.bench.start(stays.ids, stays.vector)])[0]
-        unknown = look(found.bench, alone, True)
+    if look is not None and unknown is not None and bare is not None:
+        stays, unknown = _beside_laws(found, stays, unknown, bare, look)
+        if stays is None:
+            return replace(_base_instead(found, first, left, None), unknown=bare)
     return Judgement(stays, held_out(found.bench, stays), left, first, found.chosen, left.failed, unknown=unknown)
 
 
@@ -149,6 +150,26 @@ def _bare(found: Selection, look: Look | None) -> Unknown | None:
     return bare
 
 
+def _beside_laws(
+    found: Selection, stays: Fit, unknown: Unknown, bare: Unknown, look: Look
+) -> tuple[Fit | None, Unknown]:
+    """What of a set that stays no law does without, and what is seen beside that.
+
+    unknown: what is seen beside the chosen set; bare: beside the base model.
+    """
+    known, alone = None, found.bench.fit([found.bench.start(stays.ids, stays.vector)])[0]
+    while True:
+        if alone.ids != found.chosen.ids:
+            unknown = look(found.bench, alone, True, known)
+        needed = needed_beside_laws(found, alone, unknown, bare, look)
+        if needed == alone.ids:
+            return stays, unknown
+        stays = alone = found.bench.fit([only(found.bench, alone, needed)])[0]
+        if not needed or _misleads(found, held_out(found.bench, alone)):
+            return None, bare
+        known = unknown
+
+
 def _needed(found: Selection, fit: Fit, columns: np.ndarray) -> Fit | None:
     """What of a fit is needed beside unknown ``columns`` and predicts no worse than the base model does; None where
     nothing is.
@@ -156,10 +177,14 @@ def _needed(found: Selection, fit: Fit, columns: np.ndarray) -> Fit | None:
     stays = members_that_stay(found.bench, fit, columns, found.threshold)
     if stays is None:
         return None
-    held = held_out(found.bench, stays)
-    worse = found.chance.rises(held, found.base_held_out) or _rises(found, held)
+    worse = _misleads(found, held_out(found.bench, stays))
     chi2 = [float(found.bench.metric.chi2(found.bench.fitted.y - f.values)) for f in (stays, found.base)]
     return None if worse or chi2[0] > chi2[1] else stays
+
+
+def _misleads(found: Selection, held: HeldOut) -> bool:
+    """Whether what is held out is predicted worse than by the base model."""
+    return bool(found.chance.rises(held, found.base_held_out) or _rises(found, held))
 
 
 def _rises(found: Selection, held: HeldOut) -> tuple[str, ...]:

@@ -19,6 +19,9 @@ class Unknown(Protocol):
     def columns(self) -> np.ndarray:
         """Shapes (k, R, S, n) of what is left, to refit effects beside it; none where nothing was found."""
 
+    def law(self) -> "InTheMarch | None":
+        """The law that describes it, in the march; None where none does."""
+
 
 @dataclass(frozen=True)
 class OneLaw:
@@ -38,6 +41,18 @@ class OneLaw:
 
 
 @dataclass(frozen=True)
+class InTheMarch:
+    """A law in the march beside effects: a workbench that has both, their joint fit, the law's name there, and of how
+    many terms it is.
+    """
+
+    bench: Workbench
+    fit: Fit
+    name: str
+    terms: int
+
+
+@dataclass(frozen=True)
 class Together:
     """One law in the march beside effects: a workbench that has both, the fit of the law alone, and that of both."""
 
@@ -49,8 +64,9 @@ class Together:
 class Look(Protocol):
     """The search for unknown laws."""
 
-    def __call__(self, bench: Workbench, fit: Fit, failed: bool) -> Unknown:
-        """What is seen beside ``fit``; failed: whether another test has shown already that something is left."""
+    def __call__(self, bench: Workbench, fit: Fit, failed: bool, known: Unknown | None = None) -> Unknown:
+        """What is seen beside ``fit``; failed: whether another test has shown already that something is left; known:
+        what was seen beside other effects, whose law is tried too."""
 
     def one_law(self, bench: Workbench, fit: Fit, least: float, *, closely: bool = False) -> OneLaw | None:
         """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``; closely: one
