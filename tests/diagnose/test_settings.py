@@ -35,12 +35,13 @@ def left(b) -> float:
 def test_what_is_left_of_careless_settings_is_their_prior(careless, monkeypatch):
     """Two sigma in both settings of six runs cost no more than chi2 of 48, which the linear range exceeds."""
     null, exact = careless.forward.null(), OFF**2 * 2 * len(careless.samples.runs)
+    levels = replace(careless.levels, white=(0.2, 0.2), wander=(0.2, 0.2))  # hardly any: the readings have none
     moved = careless.moved_to(null)
     again = moved.moved_to(null)
     monkeypatch.setattr(workbench, "settled", lambda campaign, fitted, forward, *rest: forward)
-    linear = left(careless.moved_to(null))
-    assert left(moved) < exact < linear
-    assert abs(left(again) - left(moved)) < 0.02 * (linear - left(moved))
+    settled_once, settled_twice, linear = (left(b.at_levels(levels)) for b in (moved, again, careless.moved_to(null)))
+    assert settled_once < exact < linear
+    assert abs(settled_twice - settled_once) < 0.02 * (linear - settled_once)
 
 
 def test_settings_stay_within_what_may_occur(careless):
