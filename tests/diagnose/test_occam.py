@@ -205,8 +205,8 @@ def judged_with(monkeypatch, *, rises=(), after=1.0, beside_base=True):
     found.chance = SimpleNamespace(rises=lambda larger, smaller: rises)
     found.bench.fit, found.bench.start = lambda starts: [stays], lambda ids, vector: stays
 
-    def look(bench, fit, failed):
-        return SimpleNamespace(failed=(), columns=lambda: seen["set" if fit.ids else "base"])
+    def look(bench, fit, failed, known=None):
+        return SimpleNamespace(failed=(), columns=lambda: seen["set" if fit.ids else "base"], law=lambda: None)
 
     def needed(bench, fit, columns, threshold):
         return stays if beside_base or not len(columns) else None
