@@ -43,5 +43,5 @@ nitpicky = True
 nitpick_ignore_regex = [
     (r"py:.*", r"(numpy|np|jax|jnp|pandas|pathlib|collections|typing|os)\..*"),
     (r"py:class", r"(Path|Any|Sequence|Callable|Mapping|Iterable|optional|Numbers|Camber)"),
-    (r"py:class", r"dict\[str"),  # autodoc takes a union of generics apart
+    (r"py:class", r"(dict|tuple)\[str"),  # autodoc takes generics apart
 ]
