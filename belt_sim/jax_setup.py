@@ -26,7 +26,6 @@ from belt_sim.mappings import make_room
 _CUDA = ("jax_cuda12_plugin", "jax_cuda13_plugin")
 _UNFUSED = "--xla_cpu_max_isa=AVX"
 _WHOLE_LOOPS = f"--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold={2**30}"
-
 _IN_ONE_PIECE = "--xla_cpu_parallel_codegen_split_count=1"
 
 

@@ -54,7 +54,7 @@ def render(diagnosis: Diagnosis) -> str:
         discovery=discovered(diagnosis),
         weights=weights(discovered(diagnosis)),
         tensions=tensions(discovered(diagnosis)),
-        final=_more(diagnosis),
+        final=diagnosis.final_model != diagnosis.base_model,
         headline=headline(diagnosis),
         full=f"{FULL:g}",
         names=[panel.title for panel in diagnosis.drawings.overlays],
@@ -103,17 +103,11 @@ def weights(found: Any) -> list[dict]:
 
 
 def headline(d: Diagnosis) -> str:
-    """What it did to the error, on held-out conditions where there are any."""
-    error = d.change
-    change = error.own or error.held_out or error.fit
-    if not _more(d) or change is None:
+    """What that which was found did to the error, on held-out conditions where there are any."""
+    change = d.change.own or d.change.held_out or d.change.fit
+    if d.final_model == d.base_model or change is None:
         return "How large the error is"
     return "The error falls" if change.after < change.before else "The error does not fall"
-
-
-def _more(d: Diagnosis) -> bool:
-    """Whether anything was found that can be added to the base model."""
-    return bool(d.effects) or d.law_instead
 
 
 def falls(error: Errors) -> list[dict]:

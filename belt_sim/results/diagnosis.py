@@ -53,23 +53,21 @@ class Diagnosis(Shown):
     discovery: Discovery | None = None
 
     @property
+    def change(self) -> Errors:
+        """The error before and after what was found was added: effects, or the law where none was named."""
+        law = self.discovery
+        return law.error if not self.effects and law is not None and law.found and law.error is not None else self.error
+
+    @property
     def law_instead(self) -> bool:
         """Whether what was found is a law, and no effect was named."""
-        law = self.discovery
-        return not self.effects and law is not None and law.found and law.error is not None
+        return self.change is not self.error
 
     @property
     def final_model(self) -> str:
         """The base model with what was found."""
         found = ["the discovered law"] if self.law_instead else [e.id for e in self.effects]
         return " + ".join([self.base_model, *found])
-
-    @property
-    def change(self) -> Errors:
-        """The error before and after what was found was added."""
-        if self.law_instead and self.discovery is not None and self.discovery.error is not None:
-            return self.discovery.error
-        return self.error
 
     def lines(self) -> Sequence[str]:
         """The verdict, where the base model fails, the effects, and how the error fell."""

@@ -92,16 +92,14 @@ def _draw() -> None:
     from belt_sim.use_cases.leave import draw_found
 
     figure(1.0, 1.0)
-    drawn, told, other = False, False, 0
+    drawn, other = False, 0
     for line in sys.stdin.buffer:
         task = json.loads(line)
         folder = Path(task["into"])
         diagnosis = diagnosis_of(task["diagnosis"], task["drawings"], task["folder"])
         if not drawn:
             drawn, other = True, _draw_two_by_two(folder, diagnosis)
-        if not told and diagnosis.discovery is not None:
-            told = True
-            draw_found(folder, diagnosis)
+        draw_found(folder, diagnosis)
     if other and os.waitstatus_to_exitcode(os.waitpid(other, 0)[1]):
         sys.exit(1)  # it has said why
 
