@@ -79,7 +79,7 @@ def run(arguments: list[str]) -> int:
         return _complain(reason)
     sys.argv = [f"belt-sim {command}", *ordered(command, settings)]
     try:
-        return _hydra(command, space="engine=mjx" in settings)
+        return _hydra(command, space="engine=quasi_static" in settings)
     except Reported:
         return 1
     except BeltError as error:

@@ -29,7 +29,7 @@ def differences(space: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def main() -> None:
-    plan, engine = small_space_plan(), os.environ.get("ENGINE", "mjx")
+    plan, engine = small_space_plan(), os.environ.get("ENGINE", "quasi_static")
     cases = true_cases(plan, "strip", Errors())
     space = read(plan, measure([SceneRun(c, (), OPTIONS, plan.length, engine) for c in cases], 1))
     line = observe(plan, true_line(plan, "strip", Errors()), ())

@@ -21,7 +21,7 @@ from belt_sim.cores import cores
 from belt_sim.jax_setup import prepare
 from belt_sim.whole_number import whole
 
-ENGINE = "mjx"
+ENGINE = "quasi_static"
 _LOOKED_AFTER = 0.5  # [s], how often a worker looks whether its parent lives
 
 
@@ -66,7 +66,7 @@ def _run(worker: Worker, cases: Sequence[Case], batch: int | None, workers: int)
 
 def _together(worker: Worker, cases: Sequence[Case], batch: int | None) -> Iterator[tuple[int, JobReturn]]:
     """Cases of like meshes in batches of ``batch`` (None: as many as fit), then each in its folder."""
-    from belt_sim.mjx.handed import handing
+    from belt_sim.quasi_static.handed import handing
     from belt_sim.use_cases.batched import batched
 
     for numbers, curves in batched([case.config for case in cases], batch):

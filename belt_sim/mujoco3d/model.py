@@ -14,7 +14,7 @@ from belt_sim.frame import Observer
 from belt_sim.mujoco3d.options import Options
 from belt_sim.scene_parts import SceneParts
 
-ENGINES = ("native", "mjx")
+ENGINES = ("native", "quasi_static")
 _TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
 #: hooks of effects that act through the belt's width, which a rope does not have
 _THROUGH_WIDTH = ("span", "hold", "runup", "slide")
@@ -25,7 +25,7 @@ class SpaceModel:
     """A 3D belt: "rope", "grid" or "flex".
 
     options: how it is discretised and driven; control: subtract a run without yaw; engine: "native" (MuJoCo, step by
-    step in time) or "mjx" (quasi-static in JAX, in batches).
+    step in time) or "quasi_static" (quasi-static in JAX, in batches).
     """
 
     belt: str = "flex"
@@ -106,7 +106,7 @@ class SpaceModel:
     ) -> Curves:
         """Curves over ``travel`` [m] as indicated; scene_path: where to write the MJCF."""
         self.admit(effects)
-        if self.engine == "mjx":
+        if self.engine == "quasi_static":
             return self._run_on_jax(case, effects, travel, observers)
         from belt_sim.mujoco3d.run.simulate import simulate  # MuJoCo takes a while to load
 
@@ -127,11 +127,11 @@ class SpaceModel:
     def _run_on_jax(
         self, case: Case, effects: Sequence[Effect], travel: float, observers: Sequence[Observer]
     ) -> Curves:
-        from belt_sim.mjx.run import simulate
+        from belt_sim.quasi_static.run import simulate
 
         for what, asked in (("watch", bool(observers)), ("model.control", self.control)):
             if asked:
-                raise CannotRepresent(f"{what}: engine=mjx cannot do this; use engine=native")
+                raise CannotRepresent(f"{what}: engine=quasi_static cannot do this; use engine=native")
 
         def engine(driven: Case, far: float) -> Curves:
             parts = self.parts(driven, effects)

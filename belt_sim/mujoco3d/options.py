@@ -28,7 +28,7 @@ class Options:
     of a yaw step; damping [1/s]: drag of the free belt, across its travel, per unit of its mass (limp belts get more);
     hold_stiffness [N/m]: springs that hold a landed node; tail_mass [kg]: inertia of the tail pulley on its slide and
     about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames;
-    steps: of engine=mjx, to a point of the curves.
+    steps: of engine=quasi_static, to a point of the curves.
     """
 
     dx: float = 0.025

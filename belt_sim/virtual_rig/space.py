@@ -74,7 +74,7 @@ def make_space_campaign(
 
     hidden: ids, or dictionaries {"id", parameters in SI}, or as drawn; base: the law that the campaign is meant for,
     strip unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; name: of the plan; workers:
-    processes, one a core; engine: mjx or native, by default mjx where it can do what is hidden.
+    processes, one a core; engine: quasi_static or native, by default quasi_static where it can do what is hidden.
     """
     what = hidden if isinstance(hidden, Hidden) else _in_scene(hidden)
     usual = (b for b in reversed(BASES) if not any(b in f.part_of for f in what.faults))
@@ -162,14 +162,14 @@ def _each(runs: Sequence[SceneRun], workers: int) -> Iterator[tuple[int, Curves]
 
 
 def engine_for(case: Case, faults: Sequence[Fault], options: Options) -> str:
-    """mjx, many times faster, where it can do what the faults make of the scene; otherwise native."""
-    from belt_sim.mjx.run import refuse
+    """quasi_static, many times faster, where it can do what the faults make of the scene; otherwise native."""
+    from belt_sim.quasi_static.run import refuse
 
     try:
         refuse("flex", options, scene_parts(case, faults, options))
     except CannotRepresent:
         return "native"
-    return "mjx"
+    return "quasi_static"
 
 
 def scene_parts(case: Case, faults: Sequence[Fault], options: Options) -> SceneParts:
@@ -181,10 +181,10 @@ def scene_parts(case: Case, faults: Sequence[Fault], options: Options) -> SceneP
 
 
 def run_scene(run: SceneRun) -> Curves:
-    """One run in the scene as the faults leave it, at the speed that the setting states (mjx has no inertia)."""
+    """One run in the scene as the faults leave it, at the speed that the setting states (quasi_static has no inertia)."""
     parts, travel = scene_parts(run.case, run.faults, run.options), run.travel + 2 * run.options.sample
-    if run.engine == "mjx":
-        from belt_sim.mjx.run import simulate as equilibria
+    if run.engine == "quasi_static":
+        from belt_sim.quasi_static.run import simulate as equilibria
 
         return equilibria(run.case, belt="flex", travel=travel, options=run.options, parts=parts)
     from belt_sim.mujoco3d import simulate

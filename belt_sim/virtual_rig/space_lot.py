@@ -49,7 +49,7 @@ def space_setting(seed: int) -> tuple[str, Hidden]:
         return "strip", Hidden(kind="nothing")
     plan, rng = small_space_plan(), np.random.default_rng([seed, 3])
     base = "beam_th2" if name == "sag_roll" else "strip"
-    rule = ruler(plan, with_simulator_error(SENSORS, "mjx")[0], base)
+    rule = ruler(plan, with_simulator_error(SENSORS, "quasi_static")[0], base)
     fault = shaped(name, plan, rng)
     if fault.fixed:
         return base, Hidden(kind="library", faults=(fault,), sizes=(float(rule.sizes([fault])[0]),))

@@ -3,10 +3,10 @@
 import jax
 import jax.numpy as jnp
 
-from belt_sim.mjx.balance import Places
-from belt_sim.mjx.belt import Belt, Shape
-from belt_sim.mjx.layer import displaced
-from belt_sim.mjx.wrap import HEAD, TAIL, Pose, Wrap
+from belt_sim.quasi_static.balance import Places
+from belt_sim.quasi_static.belt import Belt, Shape
+from belt_sim.quasi_static.layer import displaced
+from belt_sim.quasi_static.wrap import HEAD, TAIL, Pose, Wrap
 from belt_sim.pytree import Numbers as Array
 
 

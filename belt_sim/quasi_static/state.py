@@ -2,16 +2,16 @@
 
 from typing import NamedTuple
 
-from belt_sim.mjx.friction import Slip
-from belt_sim.mjx.limp import Kinks
-from belt_sim.mjx.wrap import Pose, Wrap
+from belt_sim.quasi_static.friction import Slip
+from belt_sim.quasi_static.limp import Kinks
+from belt_sim.quasi_static.wrap import Pose, Wrap
 from belt_sim.pytree import Numbers as Array
 
 
 class State(NamedTuple):
     """nodes [m], (m, 3, n); wraps, pose: of head and tail; tension [N]: mean of the spans; travel [m]; correction [m]:
     by how much the step's last Newton iteration moved a node at most; slip: None if it sticks; kinks: of a limp belt;
-    turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in mjx/layer.py, or None."""
+    turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in quasi_static/layer.py, or None."""
 
     nodes: Array
     wraps: Wrap

@@ -1,4 +1,4 @@
-"""What a step of the batched 3D belt costs: ``python -m studies.bench.mjx [native] [TABLE.csv PICTURE.png]``.
+"""What a step of the batched 3D belt costs: ``python -m studies.bench.quasi_static [native] [TABLE.csv PICTURE.png]``.
 
 Milliseconds a step against the number of cases and of stations, compilation apart, beside the time in which the memory
 would bring the bytes that the step moves; with ``native`` beside MuJoCo's run of the same belt in the same process.
@@ -19,7 +19,7 @@ from matplotlib.ticker import LogLocator
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.files import write_with
 from belt_sim.jax_setup import in_float64, prepare
-from belt_sim.mjx.run import marched, prepared
+from belt_sim.quasi_static.run import marched, prepared
 from belt_sim.mujoco3d.options import Options
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, RED
@@ -86,7 +86,9 @@ def native_beside(near: float = 0.5, far: float = 2.0) -> None:
         spent.append(time.process_time() - begun)
     native = (spent[1] - spent[0]) / (far - near)
     here = 1e-3 * step_time(1, options.dx)["ms"] * options.steps / options.sample
-    print(f"native {native:.2f} CPU s a metre, mjx {here:.2f}, {native / here:.1f} times less; {near:g} m with its")
+    print(
+        f"native {native:.2f} CPU s a metre, quasi_static {here:.2f}, {native / here:.1f} times less; {near:g} m with its"
+    )
     print(f"beginning take native {spent[0]:.1f} CPU s")
 
 

@@ -10,10 +10,10 @@ from paper_cases import paper_case
 
 from belt_sim.effects.load import load_effects
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx import coulomb, guides, layer, loads
-from belt_sim.mjx.run import prepared, simulate_batch
-from belt_sim.mjx.tangent import wrapped
-from belt_sim.mjx.yielding import given_way
+from belt_sim.quasi_static import coulomb, guides, layer, loads
+from belt_sim.quasi_static.run import prepared, simulate_batch
+from belt_sim.quasi_static.tangent import wrapped
+from belt_sim.quasi_static.yielding import given_way
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.loads.guides import Guides
 from belt_sim.mujoco3d.loads.pushes import Pushes

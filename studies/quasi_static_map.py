@@ -1,4 +1,4 @@
-"""The 3D belt over tension x yaw (x friction): ``python -m studies.mjx_map FILE.csv [side] [travel] [friction ..]``.
+"""The 3D belt over tension x yaw (x friction): ``python -m studies.quasi_static_map FILE.csv [side] [travel] [friction ..]``.
 
 side: tensions, and as many yaws; friction: inf, as it is by itself, is a belt that sticks. A row a case: late rates of
 the points, overshoot and retreat of point 1; and how long it took.
@@ -51,9 +51,9 @@ def row(case: Case, curves: Any, friction: float) -> str:
     )
 
 
-def mjx_map(cases: Sequence[Case], frictions: Sequence[float], travel: float, out: Path) -> None:
+def quasi_static_map(cases: Sequence[Case], frictions: Sequence[float], travel: float, out: Path) -> None:
     """Run every case with every friction and write ``out``; prints the time and the device's memory used at most."""
-    from belt_sim.mjx.run import simulate_batch
+    from belt_sim.quasi_static.run import simulate_batch
 
     begun, lines, failed = time.perf_counter(), [HEADER], 0
     for friction in frictions:  # belts that stick make a batch of their own: it is cheaper
@@ -73,4 +73,4 @@ if __name__ == "__main__":
     steps = -0.042 * np.arange(1, side + 1) / side
     asked = cases_of(TEST_RIG, PAPER_BELT, np.geomspace(5.0, 60.0, side), steps)
     prepare(space=True)
-    mjx_map(asked, [float(f) for f in sys.argv[4:]] or [np.inf], far, Path(sys.argv[1]))
+    quasi_static_map(asked, [float(f) for f in sys.argv[4:]] or [np.inf], far, Path(sys.argv[1]))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.case import Settings
-from belt_sim.mjx.state import Command
+from belt_sim.quasi_static.state import Command
 from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
 from belt_sim.mujoco3d.options import Options
 

@@ -7,10 +7,10 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx.acting import Acting
-from belt_sim.mjx.belt import belt_of
-from belt_sim.mjx.blocks import factorised, inverse, solved
-from belt_sim.mjx.elastic import stretched
+from belt_sim.quasi_static.acting import Acting
+from belt_sim.quasi_static.belt import belt_of
+from belt_sim.quasi_static.blocks import factorised, inverse, solved
+from belt_sim.quasi_static.elastic import stretched
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.run.fitted import fitted
 from belt_sim.mujoco3d.run.simulate import Run

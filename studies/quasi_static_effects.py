@@ -1,7 +1,7 @@
-"""Effects with a scene half in both engines of the 3D belt: python -m studies.mjx_effects
+"""Effects with a scene half in both engines of the 3D belt: python -m studies.quasi_static_effects
 
 On the short rig after a yaw of -0.042 deg: what each changes in y of the four points, in the run in time and in the
-quasi-static one, and how far y itself is apart. All cases of engine=mjx are one batch.
+quasi-static one, and how far y itself is apart. All cases of engine=quasi_static are one batch.
 """
 
 from typing import Any
@@ -14,7 +14,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import RunFailed
-from belt_sim.mjx.run import simulate_batch
+from belt_sim.quasi_static.run import simulate_batch
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.machine.pace import accurate, string_speed
 from belt_sim.mujoco3d.model import SpaceModel
@@ -59,7 +59,7 @@ def rows(curves: Curves | RunFailed, travel: float) -> np.ndarray:
     return np.array([np.interp(at, curves.travel, row) for row in np.asarray(curves.y)])
 
 
-def mjx_effects(asked: dict[str, Any]) -> None:
+def quasi_static_effects(asked: dict[str, Any]) -> None:
     """A row an effect."""
     case, travel, names = (
         paper_case(float(asked["tension"]) * 1e6, YAW, ROPE_EXAMPLE),
@@ -89,4 +89,4 @@ def mjx_effects(asked: dict[str, Any]) -> None:
 
 
 if __name__ == "__main__":
-    application("mjx_effects", mjx_effects)
+    application("quasi_static_effects", quasi_static_effects)

@@ -13,16 +13,16 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx import wrap
-from belt_sim.mjx.acting import Acting, acting_in
-from belt_sim.mjx.belt import Belt, Shape, belt_of
-from belt_sim.mjx.friction import COLUMNS, TOLERANCE, Slip, worst_so_far
-from belt_sim.mjx.handed import handed
-from belt_sim.mjx.limp import Kinks
-from belt_sim.mjx.measure import reading
-from belt_sim.mjx.plan import Plan, plan_of
-from belt_sim.mjx.state import Command, State
-from belt_sim.mjx.step import step
+from belt_sim.quasi_static import wrap
+from belt_sim.quasi_static.acting import Acting, acting_in
+from belt_sim.quasi_static.belt import Belt, Shape, belt_of
+from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, Slip, worst_so_far
+from belt_sim.quasi_static.handed import handed
+from belt_sim.quasi_static.limp import Kinks
+from belt_sim.quasi_static.measure import reading
+from belt_sim.quasi_static.plan import Plan, plan_of
+from belt_sim.quasi_static.state import Command, State
+from belt_sim.quasi_static.step import step
 from belt_sim.mujoco3d.machine.scene import Scene, lay_out
 from belt_sim.mujoco3d.mesh.belt import BeltModel
 from belt_sim.mujoco3d.mesh.chain import Chain
@@ -92,7 +92,7 @@ def prepared(
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what only engine=native does."""
     if options.tensioning == "koller":
-        raise CannotRepresent("model.tensioning = koller: engine=mjx cannot do this; use engine=native")
+        raise CannotRepresent("model.tensioning = koller: engine=quasi_static cannot do this; use engine=native")
     if math.isfinite(parts.friction) and is_limp(belt, options):
         raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
 
@@ -243,8 +243,8 @@ def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
 
 
 def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
-    """Rows of mean readings of one case, shape (rows, 20): readings (mjx/measure.py), x of the tail pulley [m], travel
-    [m], and by how much a node was corrected at most [m]; with friction 5 more (mjx/friction.py), the last of which is
+    """Rows of mean readings of one case, shape (rows, 20): readings (quasi_static/measure.py), x of the tail pulley [m], travel
+    [m], and by how much a node was corrected at most [m]; with friction 5 more (quasi_static/friction.py), the last of which is
     the largest, too. commands: arrays of shape (rows, steps, ...)."""
 
     def one(state: State, command: Command) -> tuple[State, Array]:

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.mjx.blocks import factorised, solved, swept
+from belt_sim.quasi_static.blocks import factorised, solved, swept
 from belt_sim.pytree import Numbers as Array
 
 _ITERATIONS = 20

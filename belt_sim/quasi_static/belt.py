@@ -7,12 +7,12 @@ import jax
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mjx.acting import Acting
-from belt_sim.mjx.elastic import Ties, Twist, membrane_law
-from belt_sim.mjx.fibres import Fibres
-from belt_sim.mjx.guides import Guides
-from belt_sim.mjx.loads import Loads
-from belt_sim.mjx.tangent import Grip, grip_of
+from belt_sim.quasi_static.acting import Acting
+from belt_sim.quasi_static.elastic import Ties, Twist, membrane_law
+from belt_sim.quasi_static.fibres import Fibres
+from belt_sim.quasi_static.guides import Guides
+from belt_sim.quasi_static.loads import Loads
+from belt_sim.quasi_static.tangent import Grip, grip_of
 from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.machine.scene import Scene
 from belt_sim.mujoco3d.mesh.belt import Mesh

@@ -1,4 +1,4 @@
-"""The map of 3D belts beside the strip law: ``python -m studies.mjx_map_picture``.
+"""The map of 3D belts beside the strip law: ``python -m studies.quasi_static_map_picture``.
 
 Reads docs/maps/tension_yaw_3d.csv, marches the strip law at its tensions, and draws docs/images/tension_yaw_3d.png.
 """

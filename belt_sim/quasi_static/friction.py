@@ -10,11 +10,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.mjx.belt import Belt, Shape, Surfaces
-from belt_sim.mjx.coulomb import slip_increments
-from belt_sim.mjx.elastic import stretched
-from belt_sim.mjx.tangent import wrapped
-from belt_sim.mjx.wrap import Pose, Wrap, radius_at
+from belt_sim.quasi_static.belt import Belt, Shape, Surfaces
+from belt_sim.quasi_static.coulomb import slip_increments
+from belt_sim.quasi_static.elastic import stretched
+from belt_sim.quasi_static.tangent import wrapped
+from belt_sim.quasi_static.wrap import Pose, Wrap, radius_at
 from belt_sim.pytree import Numbers as Array
 
 #: columns of a run with friction

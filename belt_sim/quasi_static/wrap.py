@@ -9,7 +9,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from belt_sim.mjx.belt import Shape, Surfaces
+from belt_sim.quasi_static.belt import Shape, Surfaces
 from belt_sim.pytree import Numbers as Array
 
 HEAD, TAIL = 0, 1
@@ -29,7 +29,7 @@ class Pose(NamedTuple):
 
 class Wrap(NamedTuple):
     """As belt_sim.mujoco3d.state.Wrap: first, last (); r, y [m], angle [rad], shape (m, n); lifted [m], (n,);
-    tangent [rad], (2,). Its slip stands in mjx/friction.py."""
+    tangent [rad], (2,). Its slip stands in quasi_static/friction.py."""
 
     first: Array
     last: Array

@@ -13,7 +13,7 @@ import belt_sim as bs
 from belt_sim.case import Schedule
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx.run import march, prepared, simulate_batch
+from belt_sim.quasi_static.run import march, prepared, simulate_batch
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 
@@ -42,13 +42,13 @@ def test_a_batch_is_beside_mujoco_and_each_case_by_itself():
 )
 def test_what_it_cannot_do_is_said_in_a_line(asked, words):
     with pytest.raises(CannotRepresent, match=words) as refusal:
-        bs.simulate(**asked, engine="mjx", travel=1.0, rig="rope_example")
+        bs.simulate(**asked, engine="quasi_static", travel=1.0, rig="rope_example")
     assert "engine=native" in str(refusal.value)
 
 
 def test_engines_are_those_of_belts_in_three_dimensions():
     with pytest.raises(InputError, match="engine"):
-        bs.simulate(model="strip", engine="mjx", travel=1.0)
+        bs.simulate(model="strip", engine="quasi_static", travel=1.0)
     with pytest.raises(InputError, match="engine"):
         bs.simulate(model="mujoco_flex", engine="cuda", travel=1.0)
 
