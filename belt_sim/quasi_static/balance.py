@@ -9,12 +9,12 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.belt import Belt, Shape
 from belt_sim.quasi_static.blocks import Level, factorised, solved
 from belt_sim.quasi_static.elastic import stretched, twisted
 from belt_sim.quasi_static.guides import Press
 from belt_sim.quasi_static.wrap import FIRST, HEAD, LAST, TAIL, Wrap
-from belt_sim.pytree import Numbers as Array
 
 
 class Places(NamedTuple):

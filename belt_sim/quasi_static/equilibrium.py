@@ -5,6 +5,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.balance import Places, corrected, factorise, forces, torsion
 from belt_sim.quasi_static.belt import Belt, Shape, Surfaces
 from belt_sim.quasi_static.friction import pull_on_nodes
@@ -14,7 +15,6 @@ from belt_sim.quasi_static.loads import forces_on
 from belt_sim.quasi_static.state import Command, State
 from belt_sim.quasi_static.wrap import HEAD, TAIL, Pose, Wrap, axes_of, depth, turning
 from belt_sim.quasi_static.yielding import given_way, moments
-from belt_sim.pytree import Numbers as Array
 
 #: After the first a node is where it should be to a tenth of a mm at most; but the entry moment of a slack belt hangs
 #: on parts of a nm between its edges, which links that turn by that much have not kept.

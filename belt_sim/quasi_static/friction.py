@@ -10,12 +10,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.belt import Belt, Shape, Surfaces
 from belt_sim.quasi_static.coulomb import slip_increments
 from belt_sim.quasi_static.elastic import stretched
 from belt_sim.quasi_static.tangent import wrapped
 from belt_sim.quasi_static.wrap import Pose, Wrap, radius_at
-from belt_sim.pytree import Numbers as Array
 
 #: columns of a run with friction
 COLUMNS = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "friction_residual")

@@ -9,10 +9,10 @@ import math
 import jax
 import jax.numpy as jnp
 
+from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.belt import Belt, Surfaces
 from belt_sim.quasi_static.elastic import strains
 from belt_sim.quasi_static.wrap import FIRST, LAST, OUTWARDS, Pose, Wrap, cylinder_coordinates, depth
-from belt_sim.pytree import Numbers as Array
 
 _CALM = 0.05  # [s], as in wrap/layer.py
 _LINKS, _SLACKEST = 2, 0.1  # as there

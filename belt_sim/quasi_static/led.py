@@ -3,11 +3,11 @@
 import jax
 import jax.numpy as jnp
 
+from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.balance import Places
 from belt_sim.quasi_static.belt import Belt, Shape
 from belt_sim.quasi_static.layer import displaced
 from belt_sim.quasi_static.wrap import HEAD, TAIL, Pose, Wrap
-from belt_sim.pytree import Numbers as Array
 
 
 def anchored(belt: Belt, wraps: Wrap, pose: Pose, layer: Array | None, places: Places) -> Array:

@@ -10,10 +10,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.balance import Places
 from belt_sim.quasi_static.belt import Shape, Surfaces
 from belt_sim.quasi_static.wrap import FIRST, LAST, OUTWARDS, Pose, Wrap, cylinder_coordinates, depth
-from belt_sim.pytree import Numbers as Array
 
 
 class Kinks(NamedTuple):

@@ -2,10 +2,10 @@
 
 import jax.numpy as jnp
 
+from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.belt import Belt, Shape
 from belt_sim.quasi_static.elastic import strains
 from belt_sim.quasi_static.wrap import HEAD, TAIL, Wrap
-from belt_sim.pytree import Numbers as Array
 
 _NEAR, _LINKS = 4, 2  # as in run/measure.py
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.case import Settings
-from belt_sim.quasi_static.state import Command
 from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
 from belt_sim.mujoco3d.options import Options
+from belt_sim.quasi_static.state import Command
 
 _RESTING = 4  # rows at rest in which the spans find their places
 _TURNING = 4  # rows in which a yaw step is made, and two more after it

@@ -13,16 +13,6 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
-from belt_sim.quasi_static import wrap
-from belt_sim.quasi_static.acting import Acting, acting_in
-from belt_sim.quasi_static.belt import Belt, Shape, belt_of
-from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, Slip, worst_so_far
-from belt_sim.quasi_static.handed import handed
-from belt_sim.quasi_static.limp import Kinks
-from belt_sim.quasi_static.measure import reading
-from belt_sim.quasi_static.plan import Plan, plan_of
-from belt_sim.quasi_static.state import Command, State
-from belt_sim.quasi_static.step import step
 from belt_sim.mujoco3d.machine.scene import Scene, lay_out
 from belt_sim.mujoco3d.mesh.belt import BeltModel
 from belt_sim.mujoco3d.mesh.chain import Chain
@@ -33,6 +23,16 @@ from belt_sim.mujoco3d.run.fitted import fitted
 from belt_sim.mujoco3d.state import Pose
 from belt_sim.mujoco3d.wrap.contact import laid_wraps
 from belt_sim.pytree import Numbers as Array
+from belt_sim.quasi_static import wrap
+from belt_sim.quasi_static.acting import Acting, acting_in
+from belt_sim.quasi_static.belt import Belt, Shape, belt_of
+from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, Slip, worst_so_far
+from belt_sim.quasi_static.handed import handed
+from belt_sim.quasi_static.limp import Kinks
+from belt_sim.quasi_static.measure import reading
+from belt_sim.quasi_static.plan import Plan, plan_of
+from belt_sim.quasi_static.state import Command, State
+from belt_sim.quasi_static.step import step
 from belt_sim.scene_parts import SceneParts
 
 _BELTS: dict[str, type[BeltModel]] = {"rope": Chain, "grid": Grid, "flex": Membrane}

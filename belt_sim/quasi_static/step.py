@@ -7,6 +7,7 @@ length of travel, not of time. What a run filters over time is filtered over the
 import jax
 import jax.numpy as jnp
 
+from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.balance import chain, parted
 from belt_sim.quasi_static.belt import Belt, Shape, Surfaces
 from belt_sim.quasi_static.equilibrium import balanced, pose_of
@@ -16,7 +17,6 @@ from belt_sim.quasi_static.led import anchored, led
 from belt_sim.quasi_static.limp import aside_of, led_on
 from belt_sim.quasi_static.state import Command, State
 from belt_sim.quasi_static.wrap import FIRST, LAST, TAIL, Pose, Wrap, laid_anew, landed, met, released, seen, sunk
-from belt_sim.pytree import Numbers as Array
 
 _CALM = 0.02  # [s], as in wrap/contact.py
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from belt_sim.quasi_static.belt import Shape, Surfaces
 from belt_sim.pytree import Numbers as Array
+from belt_sim.quasi_static.belt import Shape, Surfaces
 
 HEAD, TAIL = 0, 1
 FIRST, LAST = 0, 1  # ends of a wrap

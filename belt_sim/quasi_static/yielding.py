@@ -3,9 +3,9 @@
 import jax
 import jax.numpy as jnp
 
+from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.belt import Belt, Shape
 from belt_sim.quasi_static.wrap import Pose, Wrap
-from belt_sim.pytree import Numbers as Array
 
 _LAG = 0.02  # [s], as in machine/pulleys.py
 

@@ -6,8 +6,8 @@ from typing import Any
 from belt_sim.config import case_from, model_settings
 from belt_sim.curves import Curves
 from belt_sim.errors import BeltError, RunFailed
-from belt_sim.quasi_static.run import Prepared, in_batches, prepared
 from belt_sim.mujoco3d.model import SpaceModel
+from belt_sim.quasi_static.run import Prepared, in_batches, prepared
 from belt_sim.use_cases.asked import effects_of, model_of
 from belt_sim.use_cases.simulate import on_engine
 

@@ -13,9 +13,7 @@ def observers_of(model: Model | SteadyModel, watch: str | None, title: str, fold
     """Who looks on while ``model`` runs: progress, and with watch = "rrd" a recording, "rerun" the live viewer."""
     if isinstance(model, AnalyticModel) or not isinstance(model, Model):
         return []
-    if (
-        watch is None and getattr(model, "engine", None) == "quasi_static"
-    ):  # one call of compiled code: nothing to look at
+    if watch is None and getattr(model, "engine", None) == "quasi_static":  # one compiled call
         return []
     from belt_sim.watch.progress import ProgressObserver
 

@@ -181,7 +181,7 @@ def scene_parts(case: Case, faults: Sequence[Fault], options: Options) -> SceneP
 
 
 def run_scene(run: SceneRun) -> Curves:
-    """One run in the scene as the faults leave it, at the speed that the setting states (quasi_static has no inertia)."""
+    """One run in the scene as the faults leave it, at the speed that the setting states (no inertia)."""
     parts, travel = scene_parts(run.case, run.faults, run.options), run.travel + 2 * run.options.sample
     if run.engine == "quasi_static":
         from belt_sim.quasi_static.run import simulate as equilibria

@@ -19,10 +19,10 @@ from matplotlib.ticker import LogLocator
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.files import write_with
 from belt_sim.jax_setup import in_float64, prepare
-from belt_sim.quasi_static.run import marched, prepared
 from belt_sim.mujoco3d.options import Options
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, RED
+from belt_sim.quasi_static.run import marched, prepared
 from belt_sim.rig import Belt, Rig
 
 RIG = Rig(centre_distance=11.28, head_radius=0.17, tail_radius=0.17, gravity=9.81)

@@ -9,10 +9,10 @@ from paper_cases import paper_case
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.errors import CannotRepresent
-from belt_sim.quasi_static.run import simulate_batch
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.options import BONDS
 from belt_sim.paper import ROPE_EXAMPLE
+from belt_sim.quasi_static.run import simulate_batch
 
 QUICK = Options(dx=0.04, run_in=0.3, settle=0.2, acceleration=3.0, steps=4)
 LIMP = replace(QUICK, bonds=BONDS[:2])
