@@ -1,6 +1,7 @@
 """A sweep of batched 3D belts beside the strip law: ``python -m studies.quasi_static_beside_law SWEEP PICTURE.png``.
 
-SWEEP is the folder of ``belt-sim simulate -m engine=quasi_static tension=...`` of a sticking belt on the test rig. Prints a row
+SWEEP is the folder of ``belt-sim simulate -m engine=quasi_static tension=...`` of a sticking belt on the
+test rig. Prints a row
 a tension, in % of the largest y: point 1 at 3 and 10 m and at the end, and the most of all four points; draws points 1
 and 3.
 """

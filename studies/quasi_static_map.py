@@ -1,4 +1,4 @@
-"""The 3D belt over tension x yaw (x friction): ``python -m studies.quasi_static_map FILE.csv [side] [travel] [friction ..]``.
+"""The 3D belt over tension x yaw (x friction): ``python -m studies.quasi_static_map FILE.csv [side] [travel] [mu ..]``.
 
 side: tensions, and as many yaws; friction: inf, as it is by itself, is a belt that sticks. A row a case: late rates of
 the points, overshoot and retreat of point 1; and how long it took.

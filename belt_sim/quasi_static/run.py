@@ -243,8 +243,8 @@ def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
 
 
 def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
-    """Rows of mean readings of one case, shape (rows, 20): readings (quasi_static/measure.py), x of the tail pulley [m], travel
-    [m], and by how much a node was corrected at most [m]; with friction 5 more (quasi_static/friction.py), the last of which is
+    """Rows of mean readings of one case, shape (rows, 20): readings (measure.py), x of the tail pulley [m], travel
+    [m], and by how much a node was corrected at most [m]; with friction 5 more (friction.py), the last of which is
     the largest, too. commands: arrays of shape (rows, steps, ...)."""
 
     def one(state: State, command: Command) -> tuple[State, Array]:

@@ -11,7 +11,7 @@ from belt_sim.quasi_static.wrap import Pose, Wrap
 class State(NamedTuple):
     """nodes [m], (m, 3, n); wraps, pose: of head and tail; tension [N]: mean of the spans; travel [m]; correction [m]:
     by how much the step's last Newton iteration moved a node at most; slip: None if it sticks; kinks: of a limp belt;
-    turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in quasi_static/layer.py, or None."""
+    turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in layer.py, or None."""
 
     nodes: Array
     wraps: Wrap

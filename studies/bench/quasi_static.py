@@ -86,10 +86,8 @@ def native_beside(near: float = 0.5, far: float = 2.0) -> None:
         spent.append(time.process_time() - begun)
     native = (spent[1] - spent[0]) / (far - near)
     here = 1e-3 * step_time(1, options.dx)["ms"] * options.steps / options.sample
-    print(
-        f"native {native:.2f} CPU s a metre, quasi_static {here:.2f}, {native / here:.1f} times less; {near:g} m with its"
-    )
-    print(f"beginning take native {spent[0]:.1f} CPU s")
+    print(f"native {native:.2f} CPU s a metre, quasi_static {here:.2f}, {native / here:.1f} times less; ")
+    print(f"{near:g} m with its beginning take native {spent[0]:.1f} CPU s")
 
 
 @style.picture
