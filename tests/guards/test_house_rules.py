@@ -1,8 +1,6 @@
-"""Rules of the house that a machine can watch: sizes, imports, units at the border."""
+"""Rules of the code that a machine can check: which package may import which."""
 
 import ast
-import subprocess
-import sys
 
 import pytest
 
@@ -10,7 +8,6 @@ from belt_sim.paths import ROOT
 
 PRODUCT, STUDIES = (sorted((ROOT / part).rglob("*.py")) for part in ("belt_sim", "studies"))
 FILES = [*PRODUCT, *STUDIES]
-LONGEST_FILE, LONGEST_FUNCTION = 300, 40  # lines
 CORE = ("laws", "analytic", "effects")
 OUTER = {
     "watch",
@@ -24,7 +21,6 @@ OUTER = {
     "mujoco3d",
     "cli",
 }
-SLOW = ("pandas", "matplotlib", "scipy.optimize", "plotly", "rerun", "mujoco", "hydra")
 
 
 def imported(path) -> set[str]:
@@ -36,16 +32,6 @@ def imported(path) -> set[str]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{a.name}" for a in node.names}
     return names
-
-
-@pytest.mark.parametrize("path", FILES, ids=[str(p.relative_to(ROOT)) for p in FILES])
-def test_files_and_functions_are_short(path):
-    text = path.read_text(encoding="utf-8")
-    assert len(text.splitlines()) < LONGEST_FILE
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.FunctionDef):
-            begin = node.body[0].end_lineno if ast.get_docstring(node) else node.lineno
-            assert node.end_lineno - begin <= LONGEST_FUNCTION, node.name
 
 
 def that_import(*packages: str) -> set[str]:
@@ -116,14 +102,3 @@ def test_laws_do_not_know_the_effects():
 def test_no_pickle():
     for path in FILES:
         assert not imported(path) & {"pickle", "joblib", "dill"}, path.name
-
-
-def test_a_simulation_without_pictures_loads_nothing_slow():
-    """A second call must answer within three seconds; each of these costs some tenths of one."""
-    program = (
-        "import sys; import belt_sim.commands.simulate as s\n"
-        "import belt_sim.registry, belt_sim.analytic.steady, belt_sim.effects.load, belt_sim.tables\n"
-        f"print([m for m in {SLOW!r} if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert set(ast.literal_eval(done.stdout)) <= {"hydra"}

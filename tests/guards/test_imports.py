@@ -83,9 +83,3 @@ def test_the_command_line_says_how_many_threads_before_linear_algebra_is_loaded(
     monkeypatch.setattr(os, "environ", {"MKL_NUM_THREADS": "3"})
     use_one_blas_thread()
     assert os.environ == {"MKL_NUM_THREADS": "3", "OPENBLAS_NUM_THREADS": "1"}
-
-
-def test_a_diagnosis_waits_for_no_slow_import():
-    """scipy.stats takes a quarter of a second: tails.py has what is needed of it."""
-    loaded = "import json, sys, belt_sim.diagnosis.examine; print(json.dumps('scipy.stats' in sys.modules))"
-    assert _said(loaded) is False
