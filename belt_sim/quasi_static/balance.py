@@ -7,34 +7,12 @@ loop, cut in the middle of the head's wrap; rows of held stations are unit block
 from typing import NamedTuple
 
 import jax.numpy as jnp
-import numpy as np
 
+from belt_sim.belt_mechanics.belt import Belt, Shape
+from belt_sim.belt_mechanics.blocks import Level, factorised, solved
+from belt_sim.belt_mechanics.chain import Places, spans_blocks, stiffness
+from belt_sim.belt_mechanics.guides import Press
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.belt import Belt, Shape
-from belt_sim.quasi_static.blocks import Level, factorised, solved
-from belt_sim.quasi_static.elastic import stretched, twisted
-from belt_sim.quasi_static.guides import Press
-from belt_sim.quasi_static.wrap import FIRST, HEAD, LAST, TAIL, Wrap
-
-
-class Places(NamedTuple):
-    """Of the chain: numbers of its stations (n,), which of them are free and which lie on the tail pulley (n,), and
-    the places of the outermost stations held, by pulley and end (2, 2)."""
-
-    stations: Array
-    free: Array
-    on_tail: Array
-    ends: Array
-
-    @property
-    def entry(self) -> Array:
-        """Place of the tail's first station."""
-        return self.ends[TAIL, FIRST]
-
-    @property
-    def exit(self) -> Array:
-        """Place of the tail's last station."""
-        return self.ends[TAIL, LAST]
 
 
 class Stiffness(NamedTuple):
@@ -49,48 +27,6 @@ class Stiffness(NamedTuple):
     exit: Array
     pulls: Array
     moves: Array
-
-
-def chain(shape: Shape, wraps: Wrap) -> Places:
-    """The loop cut in the middle of the head's wrap."""
-    start = (wraps.first[HEAD] + wraps.last[HEAD]) // 2
-    return parted(shape, wraps, (start + jnp.arange(shape.stations)) % shape.stations)
-
-
-def parted(shape: Shape, wraps: Wrap, stations: Array) -> Places:
-    """The chain of these stations, which begins within the head's wrap, as the wraps part it."""
-    at = jnp.arange(shape.stations)
-    ends = jnp.stack([wraps.first - stations[0], wraps.last - stations[0]], axis=1) % shape.stations
-    (before_head, after_head), (entry, leaves) = ends
-    free = ((at > after_head) & (at < entry)) | ((at > leaves) & (at < before_head))
-    return Places(stations, free, (at >= entry) & (at <= leaves), ends)
-
-
-def torsion(belt: Belt, behind: Array, places: Places, tension: Array) -> Array:
-    """Stiffness of the couples of each cell [N/m], (n,); behind [m], (2, 2): how far the outermost stations lie behind
-    the tangent points, by pulley and end."""
-    whole = tension * belt.twist.tense + belt.twist.still
-    stiffness = jnp.full(len(places.stations), whole - tension * belt.twist.own)
-    behind = jnp.clip(behind, -0.5 * belt.chord, 0.5 * belt.chord)
-    seems = whole * (belt.chord / (belt.chord - behind) - 1.0)
-    for pulley in (HEAD, TAIL):
-        stiffness = stiffness.at[places.ends[pulley, FIRST] - 1].add(seems[pulley, FIRST])
-        stiffness = stiffness.at[places.ends[pulley, LAST]].add(seems[pulley, LAST])
-    return stiffness
-
-
-def forces(shape: Shape, belt: Belt, nodes: Array, places: Places, twist: Array, share: Array) -> tuple[Array, Array]:
-    """On all nodes of the chain [N], (3 m, n), and those of the spans' stretch on the outermost stations held.
-
-    The latter by pulley and end (2, 2, 3 m). nodes [m], (m, 3, n); twist [N/m], (n,).
-    """
-    size = 3 * shape.lines
-    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share).slope
-    both = cell + twisted(nodes, twist, belt.twist.stretched, curved=False).slope
-    down = jnp.zeros((shape.lines, 3)).at[:, 2].set(-belt.mass * belt.gravity).reshape(size, 1)
-    on_nodes = down - both[:size] - jnp.roll(both[size:], 1, axis=-1)
-    first, last = cell[size:, places.ends[:, FIRST] - 1], cell[:size, places.ends[:, LAST]]
-    return on_nodes, -jnp.stack([first, last]).transpose(2, 0, 1)
 
 
 def factorise(
@@ -109,20 +45,12 @@ def factorise(
     moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin; press: of guides.
     """
     size = 3 * shape.lines
-    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share, taut=taut).curvature
-    assert cell is not None
+    cell, whole = stiffness(shape, belt, nodes, taut, places, twist, share)
     entry, leave = cell[:, :, places.entry - 1], cell[:, :, places.exit]
-    couple = twisted(nodes, twist, belt.twist.stretched, curved=True).curvature
-    cell = cell + couple
-    free = places.free
-    diagonal = cell[:size, :size] + jnp.roll(cell[size:, size:], 1, axis=-1)
+    more = None
     if press is not None:
-        rows = 1 + 3 * np.arange(shape.lines)
-        diagonal = diagonal.at[rows, rows].add(press.stiffness)
-    unit = jnp.eye(size)[:, :, None]
-    diagonal = jnp.where(free, diagonal, unit)
-    beside = jnp.where(free & jnp.roll(free, -1), cell[:size, size:], 0.0)
-    levels = factorised(diagonal, beside)
+        more = jnp.zeros((shape.lines, 3, shape.stations)).at[:, 1].set(press.stiffness).reshape(size, -1)
+    levels = factorised(*spans_blocks(shape, whole, places, more))
     pulls = jnp.zeros((size, 2, shape.stations))
     pulls = pulls.at[:, :, places.entry - 1].add(-entry[:size, size:] @ moves[0])
     pulls = pulls.at[:, :, places.exit + 1].add(-leave[size:, :size] @ moves[1])

@@ -9,8 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.belt_mechanics.blocks import factorised, solved, swept
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.blocks import factorised, solved, swept
 
 _ITERATIONS = 20
 _SHARES = np.array([1.0, 0.5, 0.25, 0.1, 0.03])  # of a Newton step: whole ones alone may go in circles

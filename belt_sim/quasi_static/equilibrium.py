@@ -5,16 +5,16 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+from belt_sim.belt_mechanics.belt import Belt, Shape
+from belt_sim.belt_mechanics.chain import Places, anchored, forces, pull_on_nodes, torsion, weight
+from belt_sim.belt_mechanics.guides import pressed
+from belt_sim.belt_mechanics.loads import forces_on
+from belt_sim.belt_mechanics.pulleys import behind, moments, moves_of, pose_of
+from belt_sim.belt_mechanics.wrap import TAIL, Pose, Wrap
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.balance import Places, corrected, factorise, forces, torsion
-from belt_sim.quasi_static.belt import Belt, Shape, Surfaces
-from belt_sim.quasi_static.friction import pull_on_nodes
-from belt_sim.quasi_static.guides import pressed
-from belt_sim.quasi_static.led import anchored
-from belt_sim.quasi_static.loads import forces_on
+from belt_sim.quasi_static.balance import corrected, factorise
 from belt_sim.quasi_static.state import Command, State
-from belt_sim.quasi_static.wrap import HEAD, TAIL, Pose, Wrap, axes_of, depth, turning
-from belt_sim.quasi_static.yielding import given_way, moments
+from belt_sim.quasi_static.yielding import given_way
 
 #: After the first a node is where it should be to a tenth of a mm at most; but the entry moment of a slack belt hangs
 #: on parts of a nm between its edges, which links that turn by that much have not kept.
@@ -32,14 +32,6 @@ class Found(NamedTuple):
     tension: Array
     correction: Array
     turned: Array | None
-
-
-def pose_of(shape: Shape, belt: Belt, command: Command, tail: Array, turned: Array | None) -> Pose:
-    """Where the pulleys are, with the tail pulley at x [m] and spin [rad] ``tail``."""
-    rolled = shape.sign * command.travel / belt.surfaces.radius
-    yaw = command.yaw if turned is None else command.yaw + turned
-    axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0))(belt.surfaces, yaw, command.share, rolled)
-    return Pose(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
 
 
 def balanced(
@@ -60,7 +52,7 @@ def balanced(
     taut, moved = state.nodes[..., places.stations], command.travel - state.travel
 
     def iteration(found: Found, more: Array) -> tuple[Found, None]:
-        turned, pose = found.turned, pose_of(shape, belt, command, found.tail, found.turned)
+        turned, pose = found.turned, pose_of(shape, belt, *command, found.tail, found.turned)
         nodes, tail, tension, correction = _once(
             shape, belt, wraps, found.nodes, taut, found.tail, pose, places, state, command
         )
@@ -68,7 +60,7 @@ def balanced(
             there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
             moment = moments(shape, wraps, pose, there, pull_on_nodes(shape, belt, there, command.share))
             turned = jnp.where(more, given_way(belt, state.turned, turned, moment, moved), turned)
-        anchors = anchored(belt, wraps, pose_of(shape, belt, command, tail, turned), state.layer, places) + aside
+        anchors = anchored(belt, wraps, pose_of(shape, belt, *command, tail, turned), state.layer, places) + aside
         return Found(jnp.where(places.free, nodes, anchors), tail, tension, correction, turned), None
 
     begin = Found(nodes, tail, state.tension, state.correction, state.turned)
@@ -90,14 +82,15 @@ def _once(
 ) -> tuple[Array, Array, Array, Array]:
     """One Newton iteration: the free nodes, slide and spin of the tail pulley, tension of the spans, and how far a node
     moved at most. ``taut`` [m]: the chain in its last equilibrium."""
-    twist = torsion(belt, _behind(shape, wraps, belt, pose), places, state.tension)
+    twist = torsion(belt, behind(shape, wraps, belt, pose), places, state.tension)
     press = None
     if belt.guides is not None:
         shares = belt.stiffness / belt.stiffness.sum()
         press = pressed(belt.guides, belt.chord, shares, nodes, places.free)
-    moves = _moves(shape, wraps, pose)
+    moves = moves_of(shape, wraps, pose)
     stiffness = factorise(shape, belt, nodes, taut, places, twist, command.share, moves, press)
     on_nodes, at_ends = forces(shape, belt, nodes, places, twist, command.share)
+    on_nodes = on_nodes + weight(shape, belt)
     if press is not None:
         on_nodes = on_nodes.at[1::3].add(press.force)
     if belt.loads is not None:
@@ -108,22 +101,3 @@ def _once(
     lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
     change, tail_change = corrected(belt, stiffness, on_nodes, places, lacking)
     return nodes + change.reshape(nodes.shape), tail + tail_change, -0.5 * on_tail[0], jnp.abs(change).max()
-
-
-def _behind(shape: Shape, wraps: Wrap, belt: Belt, pose: Pose) -> Array:
-    """How far the outermost stations lie behind the tangent points [m], by pulley and end (2, 2)."""
-
-    def one(wrap: Wrap, surface: Surfaces, pose: Pose) -> Array:
-        ends = [k % shape.stations for k in (wrap.first, wrap.last)]
-        middle = [0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]) for k in ends]
-        return jnp.stack([depth(wrap, surface, pose, a, end) for end, a in enumerate(middle)])
-
-    return jax.vmap(one)(wraps, belt.surfaces, pose)
-
-
-def _moves(shape: Shape, wraps: Wrap, pose: Pose) -> Array:
-    """How the tail's outermost stations move with its slide and its spin, (2, 3 m, 2)."""
-    wrap, at = (jax.tree.map(lambda v: v[TAIL], tree) for tree in (wraps, pose))
-    along = jnp.tile(jnp.array([1.0, 0.0, 0.0]), shape.lines)
-    ends = [turning(wrap, at, k % shape.stations).ravel() for k in (wrap.first, wrap.last)]
-    return jnp.stack([jnp.stack([along, turned], axis=1) for turned in ends])

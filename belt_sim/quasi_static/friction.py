@@ -10,12 +10,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.belt_mechanics.belt import Belt, Shape, Surfaces
+from belt_sim.belt_mechanics.tangent import wrapped
+from belt_sim.belt_mechanics.wrap import Pose, Wrap, radius_at
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.belt import Belt, Shape, Surfaces
 from belt_sim.quasi_static.coulomb import slip_increments
-from belt_sim.quasi_static.elastic import stretched
-from belt_sim.quasi_static.tangent import wrapped
-from belt_sim.quasi_static.wrap import Pose, Wrap, radius_at
 
 #: columns of a run with friction
 COLUMNS = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "friction_residual")
@@ -47,14 +46,6 @@ def worst_so_far(table: np.ndarray, recorded: np.ndarray) -> np.ndarray:
     begun = table[int(np.argmax(recorded)) : len(recorded), 24:]
     found = np.maximum.accumulate(begun.max(axis=1, initial=0.0))
     return found[recorded[int(np.argmax(recorded)) :]]
-
-
-def pull_on_nodes(shape: Shape, belt: Belt, nodes: Array, share: Array) -> Array:
-    """Forces of belt and weight [N] on nodes at ``nodes`` [m], both (m, 3, n) by stations' numbers."""
-    size = 3 * shape.lines
-    cell = stretched(belt.ties, shape.bonds, nodes, jnp.arange(shape.stations), share).slope
-    pull = -(cell[:size] + jnp.roll(cell[size:], 1, axis=-1)).reshape(nodes.shape)
-    return pull.at[:, 2].add(-belt.mass[:, None] * belt.gravity)
 
 
 def slipped(

@@ -10,10 +10,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.belt_mechanics.belt import Shape, Surfaces
+from belt_sim.belt_mechanics.chain import Places
+from belt_sim.belt_mechanics.wrap import FIRST, LAST, OUTWARDS, Pose, Wrap, cylinder_coordinates, depth
+from belt_sim.mujoco3d.constants import FURTHEST_KINK, KINK_STATIONS
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.balance import Places
-from belt_sim.quasi_static.belt import Shape, Surfaces
-from belt_sim.quasi_static.wrap import FIRST, LAST, OUTWARDS, Pose, Wrap, cylinder_coordinates, depth
 
 
 class Kinks(NamedTuple):
@@ -28,9 +29,6 @@ class Kinks(NamedTuple):
     def none(wraps: Wrap, sign: int) -> "Kinks":
         """Of a belt laid on pulleys that are square to it."""
         return Kinks(wraps.first if sign > 0 else wraps.last, np.zeros(2), np.zeros(2))
-
-
-_BASE, _FURTHEST = 8, 0.6  # stations, chords: as in wrap/release.py
 
 
 def led_on(shape: Shape, wraps: Wrap, surfaces: Surfaces, poses: Pose, kinks: Kinks) -> tuple[Wrap, Kinks]:
@@ -75,7 +73,7 @@ def aside_of(
         k, landed = ((wrap.first, wrap.last)[off] - i * sign for i in (0, 1))
         r, y, angle = (v[:, k % shape.stations] for v in (wrap.r, wrap.y, wrap.angle))
         slope = (wrap.y[:, landed % shape.stations] - y) / chord  # backwards
-        beyond = _beyond(taut[..., last + sign * _BASE], pose, sign, r, angle, chord)
+        beyond = _beyond(taut[..., last + sign * KINK_STATIONS], pose, sign, r, angle, chord)
         tangent = y + slope * beyond
         free, next_free = (taut[..., last + i * sign] for i in (1, 2))
         y_free = cylinder_coordinates(free + moved * (next_free - free), pose)[1]
@@ -93,4 +91,4 @@ def _beyond(far: Array, pose: Pose, sign: int, r: Array, angle: Array, chord: Ar
     r_far, _, angle_far = cylinder_coordinates(far, pose)
     ahead = r_far * jnp.sin(sign * (angle_far - angle))
     beyond = r * jnp.arctan2(r_far * jnp.cos(angle_far - angle) - r, ahead)
-    return jnp.clip(beyond, -_FURTHEST * chord, _FURTHEST * chord)
+    return jnp.clip(beyond, -FURTHEST_KINK * chord, FURTHEST_KINK * chord)

@@ -9,27 +9,27 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.belt_mechanics.acting import Acting, acting_in
+from belt_sim.belt_mechanics.belt import Belt, Shape, belt_of
+from belt_sim.belt_mechanics.measure import reading
+from belt_sim.belt_mechanics.pulleys import laid
+from belt_sim.belt_mechanics.wrap import TAIL
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
-from belt_sim.mujoco3d.machine.scene import Scene, lay_out
+from belt_sim.mujoco3d.constants import RUNAWAY
+from belt_sim.mujoco3d.machine.scene import lay_out
 from belt_sim.mujoco3d.mesh.belt import BeltModel
 from belt_sim.mujoco3d.mesh.chain import Chain
 from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.mesh.membrane import Membrane
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.mujoco3d.run.fitted import fitted
-from belt_sim.mujoco3d.state import Pose
-from belt_sim.mujoco3d.wrap.contact import laid_wraps
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static import wrap
-from belt_sim.quasi_static.acting import Acting, acting_in
-from belt_sim.quasi_static.belt import Belt, Shape, belt_of
 from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, Slip, worst_so_far
 from belt_sim.quasi_static.handed import handed
 from belt_sim.quasi_static.limp import Kinks
-from belt_sim.quasi_static.measure import reading
 from belt_sim.quasi_static.plan import Plan, plan_of
 from belt_sim.quasi_static.state import Command, State
 from belt_sim.quasi_static.step import step
@@ -39,7 +39,6 @@ _BELTS: dict[str, type[BeltModel]] = {"rope": Chain, "grid": Grid, "flex": Membr
 _BYTES = 900  # of a case, a station and a pair of lines: 0.85 GB for 256 cases of the full rig
 _SMALL_GPU = 4e9  # bytes, where it does not say
 _MOST = 256  # cases of a chunk on one GPU: more are no faster, and more is lost when it is stopped
-_RUNAWAY = 3.0  # belt widths, as in run/record.py
 
 
 @dataclass(frozen=True)
@@ -79,10 +78,16 @@ def prepared(
     scene = lay_out(case, _BELTS[belt](), options, parts)
     acting = acting or acting_in([parts])
     shape, arrays = belt_of(scene, belt, acting)
-    state = laid(scene)
-    state = state._replace(
+    nodes, wraps, pose = laid(scene)
+    state = State(
+        nodes=nodes,
+        wraps=wraps,
+        pose=pose,
+        tension=np.array(float(case.tension_force)),
+        travel=np.array(-scene.early),
+        correction=np.array(0.0),
         slip=Slip.none(shape) if acting.slips else None,
-        kinks=Kinks.none(state.wraps, shape.sign) if shape.limp else None,
+        kinks=Kinks.none(wraps, shape.sign) if shape.limp else None,
         turned=np.zeros(2) if acting.gives_way else None,
         layer=np.zeros((2, 2, shape.lines, 2)) if acting.layered else None,
     )
@@ -173,7 +178,7 @@ def curves_of(run: Prepared, table: np.ndarray) -> Curves | RunFailed:
     """Curves from the rows (rows, 20 or more) of ``marched``."""
     recorded = run.plan.recorded
     rows, residual = table[: len(recorded)][recorded], worst_so_far(table, recorded)
-    good = np.isfinite(rows).all(axis=1) & (np.abs(rows[:, :4]).max(axis=1) < _RUNAWAY * float(run.case.belt.width))
+    good = np.isfinite(rows).all(axis=1) & (np.abs(rows[:, :4]).max(axis=1) < RUNAWAY * float(run.case.belt.width))
     good &= ~(residual > TOLERANCE)
     end = len(rows) if good.all() else int(np.argmin(good))
     t = rows[:end].T
@@ -206,36 +211,6 @@ def failed(run: Prepared, curves: Curves, residual: float) -> RunFailed:
     return failure
 
 
-def laid(scene: Scene) -> State:
-    """The belt laid round the pulleys, at rest, before its run-in."""
-    mesh, parts, sign = scene.mesh, scene.parts, float(np.sign(float(scene.case.settings.direction)))
-    places = ((0.0, parts.head), (scene.loop.centre_distance, parts.tail))
-    poses = [
-        Pose(np.array([x, 0.0, 0.0]), surface.axes(0.0, 0.0, askew=0.0), -sign * scene.early / surface.radius)
-        for x, surface in places
-    ]
-    wraps = laid_wraps(
-        mesh, scene.loop, mesh.laid - mesh.rest, (poses[0], poses[1]), (parts.head.radius, parts.tail.radius)
-    )
-    both = wrap.Wrap(
-        first=np.array([w.first for w in wraps]),
-        last=np.array([w.last for w in wraps]),
-        r=np.stack([w.r.T for w in wraps]),
-        y=np.stack([w.y.T for w in wraps]),
-        angle=np.stack([w.angle.T for w in wraps]),
-        lifted=np.stack([w.lifted for w in wraps]),
-        tangent=np.stack([w.tangent for w in wraps]),
-    )
-    return State(
-        nodes=np.moveaxis(mesh.laid, 0, -1),
-        wraps=both,
-        pose=wrap.Pose(*(np.stack([getattr(p, f) for p in poses]) for f in wrap.Pose._fields)),
-        tension=np.array(float(scene.case.tension_force)),
-        travel=np.array(-scene.early),
-        correction=np.array(0.0),
-    )
-
-
 @partial(jax.jit, static_argnums=0)
 def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
     """Rows of mean readings of a batch, shape (cases, rows, 20); see ``march``."""
@@ -249,7 +224,7 @@ def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
 
     def one(state: State, command: Command) -> tuple[State, Array]:
         state = step(shape, belt, state, command)
-        tail_x = state.pose.centre[wrap.TAIL, 0]
+        tail_x = state.pose.centre[TAIL, 0]
         read = reading(shape, belt, state.nodes, state.wraps, tail_x, command.share)
         most = [] if state.slip is None else [state.slip.columns()]
         return state, jnp.concatenate([read, jnp.stack([tail_x, state.travel, state.correction]), *most])

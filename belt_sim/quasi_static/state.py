@@ -2,10 +2,10 @@
 
 from typing import NamedTuple
 
+from belt_sim.belt_mechanics.wrap import Pose, Wrap
 from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.friction import Slip
 from belt_sim.quasi_static.limp import Kinks
-from belt_sim.quasi_static.wrap import Pose, Wrap
 
 
 class State(NamedTuple):

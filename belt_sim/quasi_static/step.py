@@ -7,18 +7,18 @@ length of travel, not of time. What a run filters over time is filtered over the
 import jax
 import jax.numpy as jnp
 
+from belt_sim.belt_mechanics.belt import Belt, Shape, Surfaces
+from belt_sim.belt_mechanics.chain import anchored, chain, parted, pull_on_nodes
+from belt_sim.belt_mechanics.layer import followed, threaded
+from belt_sim.belt_mechanics.pulleys import pose_of
+from belt_sim.belt_mechanics.wrap import FIRST, LAST, TAIL, Pose, Wrap, laid_anew, landed, met, released, seen, sunk
+from belt_sim.mujoco3d.constants import SPAN_TIME
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.balance import chain, parted
-from belt_sim.quasi_static.belt import Belt, Shape, Surfaces
-from belt_sim.quasi_static.equilibrium import balanced, pose_of
-from belt_sim.quasi_static.friction import pull_on_nodes, slipped
-from belt_sim.quasi_static.layer import followed, threaded
-from belt_sim.quasi_static.led import anchored, led
+from belt_sim.quasi_static.equilibrium import balanced
+from belt_sim.quasi_static.friction import slipped
 from belt_sim.quasi_static.limp import aside_of, led_on
+from belt_sim.quasi_static.predictor import predict
 from belt_sim.quasi_static.state import Command, State
-from belt_sim.quasi_static.wrap import FIRST, LAST, TAIL, Pose, Wrap, laid_anew, landed, met, released, seen, sunk
-
-_CALM = 0.02  # [s], as in wrap/contact.py
 
 
 def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
@@ -27,7 +27,7 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
     spin = state.pose.spin[TAIL] + shape.sign * moved / belt.surfaces.radius[TAIL]
     tail = jnp.stack([state.pose.centre[TAIL, 0], spin])
-    pose, wraps, kinks = pose_of(shape, belt, command, tail, state.turned), state.wraps, state.kinks
+    pose, wraps, kinks = pose_of(shape, belt, *command, tail, state.turned), state.wraps, state.kinks
     if shape.canted:
         stands = (moved == 0.0) & (state.travel >= 0.0)
         rolled = jnp.where(stands, pose.axes[:, 2, 1] - state.pose.axes[:, 2, 1], 0.0)
@@ -41,7 +41,7 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     places = chain(shape, wraps)
     taut = state.nodes[..., places.stations]
     anchors = anchored(belt, wraps, pose, state.layer, places)
-    nodes = led(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
+    nodes = predict(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
     for end in (FIRST, LAST):
         wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(wraps, belt.surfaces, pose)
     places = parted(shape, wraps, places.stations)
@@ -51,7 +51,7 @@ def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
     nodes = jnp.where(places.free, nodes, anchors + aside)
     found = balanced(shape, belt, wraps, nodes, tail, places, state, command, aside)
     nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found.nodes)
-    pose, slip = pose_of(shape, belt, command, found.tail, found.turned), state.slip
+    pose, slip = pose_of(shape, belt, *command, found.tail, found.turned), state.slip
     if slip is not None:
         pull = pull_on_nodes(shape, belt, nodes, command.share)
         wraps, slip = slipped(shape, belt, wraps, pose, pull, slip, shaped)
@@ -65,7 +65,7 @@ def _landed(
 ) -> tuple[Wrap, Array | None]:
     """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
     moved, layer = command.travel - state.travel, state.layer
-    share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
+    share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * SPAN_TIME), 1.0), 1.0)
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
     wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
     for end in (FIRST, LAST):

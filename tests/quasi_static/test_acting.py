@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
+from belt_sim.belt_mechanics import guides, layer, loads
+from belt_sim.belt_mechanics.tangent import wrapped
 from belt_sim.effects.load import load_effects
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options, simulate
@@ -21,9 +23,8 @@ from belt_sim.mujoco3d.run.simulate import Run
 from belt_sim.mujoco3d.wrap.coulomb import slip_increments
 from belt_sim.mujoco3d.wrap.layer import Layer, displacement
 from belt_sim.paper import ROPE_EXAMPLE
-from belt_sim.quasi_static import coulomb, guides, layer, loads
+from belt_sim.quasi_static import coulomb
 from belt_sim.quasi_static.run import prepared, simulate_batch
-from belt_sim.quasi_static.tangent import wrapped
 from belt_sim.quasi_static.yielding import given_way
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")

@@ -4,14 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
 from belt_sim.mujoco3d.machine.drive import Drive
 from belt_sim.mujoco3d.machine.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, Scene
 from belt_sim.mujoco3d.machine.yaw import smooth
 from belt_sim.mujoco3d.mujoco_4 import Solver
 from belt_sim.mujoco3d.state import TAIL, Pose, State
-
-_DAMPING_RATIO = 1.0  # of the tail pulley against the stretch of both spans; it acts on deviations from steady motion
-_COMPLIANCE_LAG = 0.02  # [s], of a pulley that gives way to the belt's moment
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,7 @@ class Pulleys:
         tail_bodies = [model.body(f"tail-{name}").id for name in ("carriage", "fork", "pulley")]
         mass = float(model.body_mass[tail_bodies].sum())
         stiffness = 2.0 * scene.mesh.line_stiffness.sum() / float(case.rig.span_length)
-        drag = 2.0 * _DAMPING_RATIO * (stiffness * mass) ** 0.5
+        drag = 2.0 * TAIL_DAMPING_RATIO * (stiffness * mass) ** 0.5
         return Pulleys(
             scene=scene,
             sign=float(np.sign(float(case.settings.direction))),
@@ -93,7 +91,7 @@ class Pulleys:
     def _turn(self, state: State, dt: float) -> None:
         surfaces = (self.scene.parts.head, self.scene.parts.tail)
         compliance = np.array([surface.yaw_compliance for surface in surfaces])
-        state.given_way += (compliance * state.loads[:, 2] - state.given_way) * min(dt / _COMPLIANCE_LAG, 1.0)
+        state.given_way += (compliance * state.loads[:, 2] - state.given_way) * min(dt / COMPLIANCE_TIME, 1.0)
         turned = state.yaw + state.given_way
         askew = smooth(state.time / max(0.5 * self.scene.options.settle, dt))
         for wrap, pose, surface, yaw in zip(state.wraps, state.poses, surfaces, turned, strict=True):

@@ -3,12 +3,10 @@
 import numpy as np
 
 from belt_sim.case import Case
+from belt_sim.mujoco3d.constants import AXIS_STATIONS, RUNUP_LINKS
 from belt_sim.mujoco3d.machine.scene import Scene
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.state import HEAD, TAIL, State
-
-_NEAR = 4  # stations to either side of a wrap's end among which the belt passes the pulley's axis
-_LINKS = 2  # links over which the entry moment is averaged; the last link, which turns, is left out
 
 #: rows of a reading
 POINTS, ANGLES, MOMENTS, EDGES, TILTS, SAGS, TENSION = (
@@ -35,7 +33,7 @@ def reading(scene: Scene, state: State) -> np.ndarray:
         out[4 + k] = sign * slope
     runups = (tail.first, head.first) if sign > 0 else (head.last, tail.last)
     for k, station in enumerate(runups):
-        first = station - _LINKS - 1 if sign > 0 else station + 1
+        first = station - RUNUP_LINKS - 1 if sign > 0 else station + 1
         tension, out[8 + k] = _section_forces(mesh, slides, first, float(case.belt.bending_stiffness))
         out[10 + k] = _slack_edge(case, tension, out[8 + k])
         if k == 0:
@@ -55,10 +53,10 @@ def _around(mesh: Mesh, slides: np.ndarray, first: int, count: int) -> np.ndarra
 
 def _at_axis(mesh: Mesh, slides: np.ndarray, station: int, x: float) -> tuple[float, float]:
     """y and dy/ds of the centre line (s along station numbers) where the belt passes the pulley's axis."""
-    centre = _around(mesh, slides, station - _NEAR, 2 * _NEAR + 1).mean(axis=1)
+    centre = _around(mesh, slides, station - AXIS_STATIONS, 2 * AXIS_STATIONS + 1).mean(axis=1)
     ahead = centre[:, 0] - x
     crossing = np.flatnonzero(ahead[1:-2] * ahead[2:-1] <= 0.0)
-    i = 1 + (int(crossing[0]) if len(crossing) else _NEAR - 1)
+    i = 1 + (int(crossing[0]) if len(crossing) else AXIS_STATIONS - 1)
     share = ahead[i] / (ahead[i] - ahead[i + 1])
     y = centre[i, 1] + share * (centre[i + 1, 1] - centre[i, 1])
     slope = (centre[i + 2, 1] - centre[i - 1, 1]) / (3.0 * mesh.chord)
@@ -66,12 +64,12 @@ def _at_axis(mesh: Mesh, slides: np.ndarray, station: int, x: float) -> tuple[fl
 
 
 def _section_forces(mesh: Mesh, slides: np.ndarray, first: int, bending_stiffness: float) -> tuple[float, float]:
-    """Tension [N] and in-plane bending moment EI (kappa - kappa_c) [N m], mean over _LINKS links.
+    """Tension [N] and in-plane bending moment EI (kappa - kappa_c) [N m], mean over RUNUP_LINKS links.
 
     kappa = y'', kappa_c the natural curvature.
     """
-    nodes = _around(mesh, slides, first, _LINKS + 1)
-    free = mesh.lengths[np.arange(first, first + _LINKS) % mesh.stations]
+    nodes = _around(mesh, slides, first, RUNUP_LINKS + 1)
+    free = mesh.lengths[np.arange(first, first + RUNUP_LINKS) % mesh.stations]
     strain = (np.linalg.norm(np.diff(nodes, axis=0), axis=2) / free - 1.0).mean(axis=0)
     tension = float(mesh.line_stiffness @ strain)
     if mesh.across == 1:

@@ -8,6 +8,7 @@ import numpy as np
 from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.frame import Frame, Observer
+from belt_sim.mujoco3d.constants import RUNAWAY
 from belt_sim.mujoco3d.machine.scene import Scene
 from belt_sim.mujoco3d.run.measure import (
     ANGLES,
@@ -30,7 +31,6 @@ EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "tail_x", "st
 _SCALARS = ("entry_moment_upper", "entry_moment_lower", "edge_stress_upper", "edge_stress_lower", "tilt_upper",
             "tilt_lower", "sag_upper", "sag_lower", "tension", *EXTRA)  # fmt: skip
 _READINGS_PER_SAMPLE = 5  # a landing shakes the belt once per station; the curve is the mean over a sample
-_RUNAWAY = 3.0  # belt widths: a belt that has run further sideways has left its pulleys
 
 
 @dataclass
@@ -80,7 +80,7 @@ class Recorder:
         read, case = reading(self.scene, state), self.scene.case
         if not np.all(np.isfinite(read)):
             raise RunFailed(f"positions are not finite at travel {travel:.2f} m: halve options.dt")
-        if np.abs(read[POINTS]).max() > _RUNAWAY * float(case.belt.width):
+        if np.abs(read[POINTS]).max() > RUNAWAY * float(case.belt.width):
             where = int(np.argmax(np.abs(read[POINTS]))) + 1
             raise RunFailed(
                 f"y at point {where} = {read[where - 1]:.3f} m at travel {travel:.2f} m: the belt has run off its "

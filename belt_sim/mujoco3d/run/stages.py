@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
+from belt_sim.mujoco3d.constants import REST_DRAG
 from belt_sim.mujoco3d.machine.drive import Drive
 from belt_sim.mujoco3d.machine.pace import accelerated
 from belt_sim.mujoco3d.machine.scene import Scene
@@ -16,7 +17,6 @@ from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.state import TAIL, State
 
-_REST_DRAG = 15.0  # [1/s], about critical for the lowest sway of a span
 _FRAMES = 40  # while the pulleys move apart
 _NEVER = math.inf
 
@@ -77,7 +77,7 @@ class Rest:
                 travel=state.travel,
                 slide_speed=self.slide_speed,
                 friction=self.friction if 2 * k > steps else math.inf,
-                drag=(_REST_DRAG, _REST_DRAG),
+                drag=(REST_DRAG, REST_DRAG),
             )
         if self.forgets:
             state.slip[:] = 0.0

@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from belt_sim.errors import RunFailed
+from belt_sim.mujoco3d.constants import SPAN_STATIONS, SPAN_TIME
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mesh.loop import Loop
 from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, State, Wrap
@@ -19,8 +20,6 @@ from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, anchor, catches, land,
 from belt_sim.scene_parts import PulleySurface, SceneParts
 
 _NEITHER = -1
-_OUTSIDE = 4  # free stations over which the direction of a span is taken
-_CALM = 0.02  # [s], over which it is averaged: waves pass
 _FEWEST = 3  # links on a pulley
 
 
@@ -81,7 +80,7 @@ def settle(mesh: Mesh, state: State, pull: np.ndarray, dt: float, friction: floa
             holding = -wrap.components(pose, pull[wrap.stations])
             holding[..., 0] -= mesh.mass * state.speed**2 / wrap.surface.radius
             state.slip[which] += let_slip(wrap, holding, friction, tangent)
-        _meet(mesh, state.slides, wrap, pose, dt / _CALM)
+        _meet(mesh, state.slides, wrap, pose, dt / SPAN_TIME)
         for end in (FIRST, LAST):
             _change_end(mesh, state.slides, wrap, pose, end)
 
@@ -90,7 +89,7 @@ def _meet(mesh: Mesh, slides: np.ndarray, wrap: Wrap, pose: Pose, share: float) 
     """Move the places where the belt meets a pulley by ``share`` of the way to where the spans' directions say."""
     n = mesh.stations
     for i, (inner, outer) in enumerate(
-        ((wrap.first - 1, wrap.first - _OUTSIDE), (wrap.last + 1, wrap.last + _OUTSIDE))
+        ((wrap.first - 1, wrap.first - SPAN_STATIONS), (wrap.last + 1, wrap.last + SPAN_STATIONS))
     ):
         along = (mesh.at(slides, outer % n) - mesh.at(slides, inner % n)).sum(axis=0) * (-1.0 if i == 0 else 1.0)
         ahead = tangent_angle(pose, along) - wrap.tangent[i]

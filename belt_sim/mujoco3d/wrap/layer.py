@@ -14,14 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.case import Case
+from belt_sim.mujoco3d.constants import LAYER_TIME, RUNUP_LINKS, SLACKEST_FIBRE
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mesh.path import fading, sinking
 from belt_sim.mujoco3d.state import Pose, State, Wrap, cylinder_coordinates
 from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, depth, tangent_angle
-
-_LINKS = 2  # beside a pulley, over which stress and direction of a fibre are taken; the last link, which turns, not
-_CALM = 0.05  # [s], over which they are averaged: landings pass
-_SLACKEST = 0.1  # of the mean stress: what a fibre is taken to carry at least
 
 
 @dataclass(frozen=True)
@@ -59,16 +56,16 @@ class Layer:
         for wrap, pose in zip(state.wraps, state.poses, strict=True):
             for i, end in enumerate((FIRST, LAST)):
                 wanted = state.share * self.displacements(state.slides, wrap, pose, end)
-                wrap.layer[i] += (wanted - wrap.layer[i]) * min(self.dt / _CALM, 1.0)
+                wrap.layer[i] += (wanted - wrap.layer[i]) * min(self.dt / LAYER_TIME, 1.0)
 
     def displacements(self, slides: np.ndarray, wrap: Wrap, pose: Pose, end: int) -> np.ndarray:
         """How far the lines are outside the circle, and drawn into the pulley, beyond their mean [m], shape (m, 2)."""
         mesh, radius = self.mesh, wrap.surface.radius
-        begin = wrap.first - 1 - _LINKS if end == FIRST else wrap.last + 1
-        stations = np.arange(begin, begin + _LINKS + 1) % mesh.stations
+        begin = wrap.first - 1 - RUNUP_LINKS if end == FIRST else wrap.last + 1
+        stations = np.arange(begin, begin + RUNUP_LINKS + 1) % mesh.stations
         links = np.diff(mesh.at(slides, stations), axis=0)
         strain = (np.linalg.norm(links, axis=2) / mesh.lengths[stations[:-1]]).mean(axis=0) - 1.0
-        stress = self.modulus * np.maximum(strain, _SLACKEST * max(strain.mean(), 1e-12))
+        stress = self.modulus * np.maximum(strain, SLACKEST_FIBRE * max(strain.mean(), 1e-12))
         along = links.sum(axis=0)
         meets = wrap.tangent[(end + 1) // 2]
         steeper = np.array([end * math.remainder(tangent_angle(pose, line) - meets, math.tau) for line in along])

@@ -20,13 +20,11 @@ import math
 
 import numpy as np
 
+from belt_sim.mujoco3d.constants import FURTHEST_KINK, KINK_STATIONS
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Springs
 from belt_sim.mujoco3d.state import Pose, State, Wrap, cylinder_coordinates
 from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, depth
-
-_BASE = 8  # stations over which the span's inclination is taken: vertical waves are shorter or small
-_FURTHEST = 0.6  # chords; stations are let go half a chord beyond the tangent point, give or take a wave
 
 
 def run_off(wrap: Wrap, sign: int) -> int:
@@ -45,7 +43,7 @@ def lead_off(mesh: Mesh, state: State, springs: Springs, sign: int) -> None:
         k, landed, free = last % n, (last - sign) % n, (last + sign) % n
         r, y, angle = cylinder_coordinates(mesh.at(springs.rest, [k, landed]), pose)
         state.kink_slope[which] = slope = (y[1] - y[0]) / mesh.chord
-        beyond = _beyond(mesh, mesh.at(state.slides, (last + sign * _BASE) % n), pose, sign, r[0], angle[0])
+        beyond = _beyond(mesh, mesh.at(state.slides, (last + sign * KINK_STATIONS) % n), pose, sign, r[0], angle[0])
         tangent = y[0] + slope * beyond
         y_free = cylinder_coordinates(mesh.at(state.slides, free), pose)[1]
         move = tangent + (y_free - tangent) * beyond / (beyond + mesh.chord) - y[0]
@@ -84,4 +82,4 @@ def _beyond(mesh: Mesh, far: np.ndarray, pose: Pose, sign: int, r: np.ndarray, a
     r_far, _, angle_far = cylinder_coordinates(far, pose)
     ahead = r_far * np.sin(sign * (angle_far - angle))
     beyond = r * np.arctan2(r_far * np.cos(angle_far - angle) - r, ahead)
-    return np.clip(beyond, -_FURTHEST * mesh.chord, _FURTHEST * mesh.chord)
+    return np.clip(beyond, -FURTHEST_KINK * mesh.chord, FURTHEST_KINK * mesh.chord)

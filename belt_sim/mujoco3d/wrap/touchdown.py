@@ -15,14 +15,12 @@ import math
 
 import numpy as np
 
+from belt_sim.mujoco3d.constants import CATCH_DISTANCE, FORGETTING, HYSTERESIS
 from belt_sim.mujoco3d.mesh.path import apart, apart_flat, lift, sinking
 from belt_sim.mujoco3d.state import Pose, Wrap, cylinder_coordinates
 
 FIRST, LAST = -1, 1
 _TURN = 2.0 * math.pi
-_EARLIEST = 0.5  # chords before the tangent at which a station is caught
-_FORGETTING = 0.5  # chords of travel over which a station forgets how far off its path it was caught
-_HYSTERESIS = 0.02  # chords further out at which it is let go
 
 
 def depth(wrap: Wrap, pose: Pose, angle: np.ndarray, end: int) -> np.ndarray:
@@ -41,7 +39,7 @@ def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
     k = (outer - end * np.arange(zone + 1)) % len(wrap.lifted)
     off, r, angle = k[:-1], wrap.r[k], wrap.angle[k]
     flat = (r[1:] - r[:-1]) ** 2 + 4.0 * r[1:] * r[:-1] * np.sin(0.5 * (angle[1:] - angle[:-1])) ** 2
-    wrap.lifted[off] *= math.exp(-moved / (_FORGETTING * chord))
+    wrap.lifted[off] *= math.exp(-moved / (FORGETTING * chord))
     inside = depth(wrap, pose, 0.5 * (angle[:-1, 0] + angle[:-1, -1]), end)
     high = lift(inside, chord, wrap.surface.radius) + wrap.lifted[off]
     r[:-1] = wrap.radius_at(wrap.y[off]) + high[:, None]
@@ -53,7 +51,7 @@ def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
 def catches(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, chord: float) -> bool:
     """Whether a free station with nodes at [m], shape (m, 3), has come close enough to be held."""
     _, _, angle = cylinder_coordinates(nodes, pose)
-    return float(depth(wrap, pose, 0.5 * (angle[0] + angle[-1]), end)) > -_EARLIEST * chord
+    return float(depth(wrap, pose, 0.5 * (angle[0] + angle[-1]), end)) > -CATCH_DISTANCE * chord
 
 
 def lets_go(wrap: Wrap, pose: Pose, end: int, chord: float) -> bool:
@@ -61,7 +59,7 @@ def lets_go(wrap: Wrap, pose: Pose, end: int, chord: float) -> bool:
     outer = (wrap.first if end == FIRST else wrap.last) % len(wrap.lifted)
     return (
         float(depth(wrap, pose, 0.5 * (wrap.angle[outer, 0] + wrap.angle[outer, -1]), end))
-        < -(_EARLIEST + _HYSTERESIS) * chord
+        < -(CATCH_DISTANCE + HYSTERESIS) * chord
     )
 
 

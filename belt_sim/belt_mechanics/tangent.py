@@ -7,11 +7,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.belt_mechanics.elastic import Ties, stretched
 from belt_sim.mujoco3d.mesh.belt import Mesh
 from belt_sim.mujoco3d.mesh.loop import Loop
 from belt_sim.mujoco3d.wrap.tangent import Tangent
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.elastic import Ties, stretched
 
 
 class Grip(NamedTuple):

@@ -1,36 +1,13 @@
 """Where a step takes the belt before its equilibrium is found: held stations with their pulleys, free ones on."""
 
-import jax
 import jax.numpy as jnp
 
+from belt_sim.belt_mechanics.belt import Shape
+from belt_sim.belt_mechanics.chain import Places
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.balance import Places
-from belt_sim.quasi_static.belt import Belt, Shape
-from belt_sim.quasi_static.layer import displaced
-from belt_sim.quasi_static.wrap import HEAD, TAIL, Pose, Wrap
 
 
-def anchored(belt: Belt, wraps: Wrap, pose: Pose, layer: Array | None, places: Places) -> Array:
-    """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
-
-    The same as wrap.placed, reckoned once a station and not for both pulleys: sines are what a step is slow at.
-    """
-
-    def of(values: Array) -> Array:
-        return jnp.where(places.on_tail, values[TAIL], values[HEAD])
-
-    r, y, angle = (of(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
-    turned = angle + of(pose.spin[:, None])
-    local, axes = (r * jnp.sin(turned), y, r * jnp.cos(turned)), of(pose.axes[..., None])
-    turned_back = [sum(axes[i, j] * local[j] for j in range(3)) for i in range(3)]
-    found = jnp.stack(turned_back, axis=1) + of(pose.centre[..., None])
-    if layer is None:
-        return found
-    moved = jax.vmap(lambda *one: displaced(belt, *one))(wraps, belt.surfaces, pose, layer)
-    return found + of(moved[..., places.stations])
-
-
-def led(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, chords: Array) -> Array:
+def predict(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, chords: Array) -> Array:
     """The chain led on by so many chords: free stations go along their links, held ones where the pulleys take them.
 
     What a span's ends are taken further than along their links is shared out along the span, linearly, and unless it
@@ -39,7 +16,7 @@ def led(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, 
     at, link = jnp.arange(nodes.shape[-1]), jnp.roll(nodes, -1, axis=-1) - nodes
     along = nodes + chords * (link if shape.sign > 0 else jnp.roll(link, 1, axis=-1) * -1.0)
     (before_head, after_head), (entry, leaves) = places.ends
-    led = held
+    found = held
     for start, end in ((after_head, entry), (leaves, before_head)):
         first, last = (
             held[..., k] - nodes[..., k] - shape.sign * chords * link[..., j]
@@ -48,7 +25,7 @@ def led(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, 
         s = (at - start) / (end - start)
         if shape.limp:
             moved = along + (1.0 - s) * first[..., None] + s * last[..., None]
-            led = jnp.where((at > start) & (at < end), moved, led)
+            found = jnp.where((at > start) & (at < end), moved, found)
             continue
         length = (held[..., end] - held[..., start])[:, 0].mean()
         turns = [(v[-1, 0] - v[0, 0]) / (line_y[0] - line_y[-1]) for v in (first, last)]
@@ -57,5 +34,5 @@ def led(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, 
         first, last = (v.at[:, 0].set(v[:, 0].mean()) for v in (first, last))
         moved = along + (1.0 - s) * first[..., None] + s * last[..., None]
         moved = moved.at[:, 1].add(aside).at[:, 0].add(-line_y[:, None] * turn)
-        led = jnp.where((at > start) & (at < end), moved, led)
-    return led
+        found = jnp.where((at > start) & (at < end), moved, found)
+    return found

@@ -6,6 +6,12 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
+from belt_sim.belt_mechanics.acting import Acting
+from belt_sim.belt_mechanics.elastic import Ties, Twist, membrane_law
+from belt_sim.belt_mechanics.fibres import Fibres
+from belt_sim.belt_mechanics.guides import Guides
+from belt_sim.belt_mechanics.loads import Loads
+from belt_sim.belt_mechanics.tangent import Grip, grip_of
 from belt_sim.case import Case
 from belt_sim.mujoco3d.loads.torsion import Torsion
 from belt_sim.mujoco3d.machine.scene import Scene
@@ -14,12 +20,6 @@ from belt_sim.mujoco3d.mesh.lattice import calibrate
 from belt_sim.mujoco3d.mesh.path import sinking
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.acting import Acting
-from belt_sim.quasi_static.elastic import Ties, Twist, membrane_law
-from belt_sim.quasi_static.fibres import Fibres
-from belt_sim.quasi_static.guides import Guides
-from belt_sim.quasi_static.loads import Loads
-from belt_sim.quasi_static.tangent import Grip, grip_of
 
 _SPARE = 4  # stations by which a wrap may be longer than half a turn
 

@@ -9,13 +9,12 @@ import math
 import jax
 import jax.numpy as jnp
 
+from belt_sim.belt_mechanics.belt import Belt, Surfaces
+from belt_sim.belt_mechanics.elastic import strains
+from belt_sim.belt_mechanics.wrap import FIRST, LAST, OUTWARDS, Pose, Wrap, cylinder_coordinates, depth
+from belt_sim.mujoco3d.constants import LAYER_TIME, RUNUP_LINKS, SLACKEST_FIBRE
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.belt import Belt, Surfaces
-from belt_sim.quasi_static.elastic import strains
-from belt_sim.quasi_static.wrap import FIRST, LAST, OUTWARDS, Pose, Wrap, cylinder_coordinates, depth
 
-_CALM = 0.05  # [s], as in wrap/layer.py
-_LINKS, _SLACKEST = 2, 0.1  # as there
 _AHEAD = 2.0  # chords before the tangent point: what lies further is on the other side of the pulley
 
 
@@ -24,7 +23,7 @@ def followed(belt: Belt, layers: Array, wraps: Wrap, pose: Pose, nodes: Array, s
 
     nodes [m], (m, 3, n); share: of the layer and of the camber; moved [m]: travel of the step.
     """
-    rate = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * _CALM), 1.0), 1.0)
+    rate = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * LAYER_TIME), 1.0), 1.0)
 
     def one(wrap: Wrap, surface: Surfaces, pose: Pose) -> Array:
         return jnp.stack([displacements(belt, share, nodes, wrap, surface.radius, pose, end) for end in (FIRST, LAST)])
@@ -40,10 +39,10 @@ def displacements(belt: Belt, share: Array, nodes: Array, wrap: Wrap, radius: Ar
     """
     fibres, outward, n = belt.fibres, OUTWARDS[end], nodes.shape[-1]
     assert fibres is not None
-    begin = wrap.first - 1 - _LINKS if end == FIRST else wrap.last + 1
-    k = (begin + jnp.arange(_LINKS + 1)) % n
+    begin = wrap.first - 1 - RUNUP_LINKS if end == FIRST else wrap.last + 1
+    k = (begin + jnp.arange(RUNUP_LINKS + 1)) % n
     strain = strains(belt.ties, nodes, k, share)
-    stress = fibres.modulus * jnp.maximum(strain, _SLACKEST * jnp.maximum(strain.mean(), 1e-12))
+    stress = fibres.modulus * jnp.maximum(strain, SLACKEST_FIBRE * jnp.maximum(strain.mean(), 1e-12))
     local = (nodes[:, :, k[-1]] - nodes[:, :, k[0]]) @ pose.axes
     ahead = jnp.arctan2(-local[:, 2], local[:, 0]) - wrap.tangent[end]
     steeper = outward * (ahead - math.tau * jnp.rint(ahead / math.tau))

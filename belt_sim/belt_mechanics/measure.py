@@ -2,12 +2,11 @@
 
 import jax.numpy as jnp
 
+from belt_sim.belt_mechanics.belt import Belt, Shape
+from belt_sim.belt_mechanics.elastic import strains
+from belt_sim.belt_mechanics.wrap import HEAD, TAIL, Wrap
+from belt_sim.mujoco3d.constants import AXIS_STATIONS, RUNUP_LINKS
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.belt import Belt, Shape
-from belt_sim.quasi_static.elastic import strains
-from belt_sim.quasi_static.wrap import HEAD, TAIL, Wrap
-
-_NEAR, _LINKS = 4, 2  # as in run/measure.py
 
 
 def reading(shape: Shape, belt: Belt, places: Array, wraps: Wrap, tail_x: Array, share: Array) -> Array:
@@ -18,7 +17,7 @@ def reading(shape: Shape, belt: Belt, places: Array, wraps: Wrap, tail_x: Array,
     points = ((first[TAIL], tail_x), (last[TAIL], tail_x), (first[HEAD], zero), (last[HEAD], zero))
     found = [_at_axis(shape, belt, places, station, x) for station, x in points]
     runups = (first[TAIL], first[HEAD]) if shape.sign > 0 else (last[HEAD], last[TAIL])
-    begins = [s - _LINKS - 1 if shape.sign > 0 else s + 1 for s in runups]
+    begins = [s - RUNUP_LINKS - 1 if shape.sign > 0 else s + 1 for s in runups]
     forces = [_section_forces(shape, belt, places, s, share) for s in begins]
     edges = [t / belt.area - 6.0 * jnp.abs(m) / (belt.area * belt.width) for t, m in forces]
     # before the belt has gone round the numbers of the head's wrap lie below the tail's
@@ -41,18 +40,18 @@ def reading(shape: Shape, belt: Belt, places: Array, wraps: Wrap, tail_x: Array,
 
 
 def _at_axis(shape: Shape, belt: Belt, places: Array, station: Array, x: Array) -> tuple[Array, Array]:
-    k = (station - _NEAR + jnp.arange(2 * _NEAR + 1)) % shape.stations
+    k = (station - AXIS_STATIONS + jnp.arange(2 * AXIS_STATIONS + 1)) % shape.stations
     centre = places[:, :, k].mean(axis=0)
     ahead = centre[0] - x
     crosses = ahead[1:-2] * ahead[2:-1] <= 0.0
-    i = 1 + jnp.where(crosses.any(), jnp.argmax(crosses), _NEAR - 1)
+    i = 1 + jnp.where(crosses.any(), jnp.argmax(crosses), AXIS_STATIONS - 1)
     share = ahead[i] / (ahead[i] - ahead[i + 1])
     y = centre[1, i] + share * (centre[1, i + 1] - centre[1, i])
     return y, (centre[1, i + 2] - centre[1, i - 1]) / (3.0 * belt.chord)
 
 
 def _section_forces(shape: Shape, belt: Belt, places: Array, first: Array, share: Array) -> tuple[Array, Array]:
-    k = (first + jnp.arange(_LINKS + 1)) % shape.stations
+    k = (first + jnp.arange(RUNUP_LINKS + 1)) % shape.stations
     strain = strains(belt.ties, places, k, share)
     if shape.lines == 1:
         return belt.stiffness[0] * strain[0], jnp.zeros(())

@@ -9,14 +9,13 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+from belt_sim.belt_mechanics.belt import Shape, Surfaces
+from belt_sim.mujoco3d.constants import CATCH_DISTANCE, FORGETTING, HYSTERESIS, SPAN_STATIONS
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.belt import Shape, Surfaces
 
 HEAD, TAIL = 0, 1
 FIRST, LAST = 0, 1  # ends of a wrap
 OUTWARDS = (-1, 1)  # along station numbers
-_EARLIEST, _FORGETTING, _HYSTERESIS = 0.5, 0.5, 0.02  # chords, as in wrap/touchdown.py
-_OUTSIDE = 4  # free stations over which the direction of a span is taken
 
 
 class Pose(NamedTuple):
@@ -40,11 +39,11 @@ class Wrap(NamedTuple):
     tangent: Array
 
 
-def axes_of(surface: Surfaces, yaw: Array, share: Array, spin: Array) -> Array:
+def axes_of(surface: Surfaces, yaw: Array, share: Array, spin: Array, askew: Array | float = 1.0) -> Array:
     """Rotation (3, 3) of a pulley, as PulleySurface.axes."""
-    phase = spin + surface.wobble_phase
-    turn = yaw + share * surface.yaw_offset + surface.wobble * jnp.cos(phase)
-    roll = share * surface.cant + surface.wobble * jnp.sin(phase)
+    phase, cone = spin + surface.wobble_phase, askew * surface.wobble
+    turn = yaw + share * surface.yaw_offset + cone * jnp.cos(phase)
+    roll = share * surface.cant + cone * jnp.sin(phase)
     c, s, cg, sg = jnp.cos(turn), jnp.sin(turn), jnp.cos(roll), jnp.sin(roll)
     return jnp.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
 
@@ -108,7 +107,7 @@ def sunk(
     k = (outer - outward * jnp.arange(shape.zone + 1)) % shape.stations
     off, r, angle, y = k[:-1], wrap.r[:, k], wrap.angle[:, k], wrap.y[:, k[:-1]]
     flat = jnp.diff(r) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * jnp.sin(0.5 * jnp.diff(angle)) ** 2
-    lifted = wrap.lifted[off] * jnp.exp(-moved / (_FORGETTING * chord))
+    lifted = wrap.lifted[off] * jnp.exp(-moved / (FORGETTING * chord))
     inside = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1])[:-1], end)
     on_path = radius_at(surface, shaped, y) + lift(inside, chord, surface) + lifted
     turned = _apart(flat, on_path, jnp.concatenate([on_path[:, 1:], r[:, -1:]], axis=1))
@@ -124,7 +123,7 @@ def met(shape: Shape, wrap: Wrap, pose: Pose, places: Array, share: Array) -> Wr
     """The places where the belt meets the pulley, moved by ``share`` of the way to where the spans' directions say."""
     tangent = []
     for end, outer in enumerate((wrap.first, wrap.last)):
-        inner, beyond = ((outer + i * OUTWARDS[end]) % shape.stations for i in (1, _OUTSIDE))
+        inner, beyond = ((outer + i * OUTWARDS[end]) % shape.stations for i in (1, SPAN_STATIONS))
         along = (places[:, :, beyond] - places[:, :, inner]).sum(axis=0) * OUTWARDS[end]
         local = along @ pose.axes
         ahead = jnp.arctan2(-local[2], local[0]) - wrap.tangent[end]
@@ -137,7 +136,7 @@ def released(shape: Shape, wrap: Wrap, surface: Surfaces, pose: Pose, end: int, 
     outer = (wrap.first, wrap.last)[end]
     k = outer % shape.stations
     inside = depth(wrap, surface, pose, 0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]), end)
-    fewer = jnp.where(inside < -(_EARLIEST + _HYSTERESIS) * chord, outer - OUTWARDS[end], outer)
+    fewer = jnp.where(inside < -(CATCH_DISTANCE + HYSTERESIS) * chord, outer - OUTWARDS[end], outer)
     return wrap._replace(**{("first", "last")[end]: fewer})
 
 
@@ -182,10 +181,10 @@ def landed(
     outward = OUTWARDS[end]
     outer = (wrap.first, wrap.last)[end]
     k, beside = (outer + outward) % shape.stations, outer % shape.stations
-    lands = after.depth > -_EARLIEST * chord
+    lands = after.depth > -CATCH_DISTANCE * chord
     nearer = after.depth - before.depth
-    passed = lands & (nearer > 0.0) & (before.depth < -_EARLIEST * chord)
-    left = jnp.where(passed, (after.depth + _EARLIEST * chord) / jnp.where(passed, nearer, 1.0), 0.0)
+    passed = lands & (nearer > 0.0) & (before.depth < -CATCH_DISTANCE * chord)
+    left = jnp.where(passed, (after.depth + CATCH_DISTANCE * chord) / jnp.where(passed, nearer, 1.0), 0.0)
     _, r, y, _, square = jax.tree.map(lambda a, b: b - left * (b - a), before, after)
     circle = radius_at(surface, shaped, y)
     high = (r - circle).mean()
@@ -193,7 +192,7 @@ def landed(
     turned = _apart(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
     new = {"r": circle + high, "y": y, "angle": wrap.angle[:, beside] + outward * turned}
     anchors = {f: (v := getattr(wrap, f)).at[:, k].set(jnp.where(lands, new[f], v[:, k])) for f in new}
-    lifted = lifted * jnp.exp(-left * moved / (_FORGETTING * chord))
+    lifted = lifted * jnp.exp(-left * moved / (FORGETTING * chord))
     return wrap._replace(
         lifted=wrap.lifted.at[k].set(jnp.where(lands, lifted, wrap.lifted[k])),
         **anchors,

@@ -1,0 +1,138 @@
+"""The belt as a chain of stations, cut open in the middle of the head's wrap: what is free, what pulls, how stiffly."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.belt_mechanics.belt import Belt, Shape
+from belt_sim.belt_mechanics.elastic import stretched, twisted
+from belt_sim.belt_mechanics.layer import displaced
+from belt_sim.belt_mechanics.wrap import FIRST, HEAD, LAST, TAIL, Pose, Wrap
+from belt_sim.pytree import Numbers as Array
+
+
+class Places(NamedTuple):
+    """Of the chain: numbers of its stations (n,), which of them are free and which lie on the tail pulley (n,), and
+    the places of the outermost stations held, by pulley and end (2, 2)."""
+
+    stations: Array
+    free: Array
+    on_tail: Array
+    ends: Array
+
+    @property
+    def entry(self) -> Array:
+        """Place of the tail's first station."""
+        return self.ends[TAIL, FIRST]
+
+    @property
+    def exit(self) -> Array:
+        """Place of the tail's last station."""
+        return self.ends[TAIL, LAST]
+
+
+def chain(shape: Shape, wraps: Wrap) -> Places:
+    """The loop cut in the middle of the head's wrap."""
+    start = (wraps.first[HEAD] + wraps.last[HEAD]) // 2
+    return parted(shape, wraps, (start + jnp.arange(shape.stations)) % shape.stations)
+
+
+def parted(shape: Shape, wraps: Wrap, stations: Array) -> Places:
+    """The chain of these stations, which begins within the head's wrap, as the wraps part it."""
+    at = jnp.arange(shape.stations)
+    ends = jnp.stack([wraps.first - stations[0], wraps.last - stations[0]], axis=1) % shape.stations
+    (before_head, after_head), (entry, leaves) = ends
+    free = ((at > after_head) & (at < entry)) | ((at > leaves) & (at < before_head))
+    return Places(stations, free, (at >= entry) & (at <= leaves), ends)
+
+
+def torsion(belt: Belt, behind: Array, places: Places, tension: Array) -> Array:
+    """Stiffness of the couples of each cell [N/m], (n,); behind [m], (2, 2): how far the outermost stations lie behind
+    the tangent points, by pulley and end."""
+    whole = tension * belt.twist.tense + belt.twist.still
+    stiffness = jnp.full(len(places.stations), whole - tension * belt.twist.own)
+    behind = jnp.clip(behind, -0.5 * belt.chord, 0.5 * belt.chord)
+    seems = whole * (belt.chord / (belt.chord - behind) - 1.0)
+    for pulley in (HEAD, TAIL):
+        stiffness = stiffness.at[places.ends[pulley, FIRST] - 1].add(seems[pulley, FIRST])
+        stiffness = stiffness.at[places.ends[pulley, LAST]].add(seems[pulley, LAST])
+    return stiffness
+
+
+def anchored(belt: Belt, wraps: Wrap, pose: Pose, layer: Array | None, places: Places) -> Array:
+    """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
+
+    The same as wrap.placed, reckoned once a station and not for both pulleys: sines are what a step is slow at.
+    """
+
+    def of(values: Array) -> Array:
+        return jnp.where(places.on_tail, values[TAIL], values[HEAD])
+
+    r, y, angle = (of(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
+    turned = angle + of(pose.spin[:, None])
+    local, axes = (r * jnp.sin(turned), y, r * jnp.cos(turned)), of(pose.axes[..., None])
+    turned_back = [sum(axes[i, j] * local[j] for j in range(3)) for i in range(3)]
+    found = jnp.stack(turned_back, axis=1) + of(pose.centre[..., None])
+    if layer is None:
+        return found
+    moved = jax.vmap(lambda *one: displaced(belt, *one))(wraps, belt.surfaces, pose, layer)
+    return found + of(moved[..., places.stations])
+
+
+def forces(shape: Shape, belt: Belt, nodes: Array, places: Places, twist: Array, share: Array) -> tuple[Array, Array]:
+    """Elastic forces on all nodes of the chain [N], (3 m, n), and those of the spans' stretch on the outermost stations
+    held, by pulley and end (2, 2, 3 m).
+
+    nodes [m], (m, 3, n); twist [N/m], (n,): of ``torsion``.
+    """
+    size = 3 * shape.lines
+    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share).slope
+    both = cell
+    if shape.lines > 1:
+        both = cell + twisted(nodes, twist, belt.twist.stretched, curved=False).slope
+    on_nodes = -both[:size] - jnp.roll(both[size:], 1, axis=-1)
+    first, last = cell[size:, places.ends[:, FIRST] - 1], cell[:size, places.ends[:, LAST]]
+    return on_nodes, -jnp.stack([first, last]).transpose(2, 0, 1)
+
+
+def weight(shape: Shape, belt: Belt) -> Array:
+    """Of the nodes of a station [N], (3 m, 1)."""
+    return jnp.zeros((shape.lines, 3)).at[:, 2].set(-belt.mass * belt.gravity).reshape(3 * shape.lines, 1)
+
+
+def stiffness(
+    shape: Shape, belt: Belt, nodes: Array, taut: Array, places: Places, twist: Array, share: Array
+) -> tuple[Array, Array]:
+    """Curvature of the cells' energy at ``nodes`` [N/m], (6 m, 6 m, n): of stretch alone, and with the torsion.
+
+    taut [m], like nodes: places whose tension stiffens the belt across its direction.
+    """
+    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share, taut=taut).curvature
+    assert cell is not None
+    if shape.lines == 1:
+        return cell, cell
+    couple = twisted(nodes, twist, belt.twist.stretched, curved=True).curvature
+    return cell, cell + couple
+
+
+def spans_blocks(shape: Shape, cell: Array, places: Places, more: Array | None = None) -> tuple[Array, Array]:
+    """Blocks of the chain (3 m, 3 m, n): its diagonal and those on the next station, held stations as unit blocks.
+
+    cell (6 m, 6 m, n): stiffness of the cells [N/m]; more [N/m], (3 m, n): what is added on the diagonal.
+    """
+    size, rows, free = 3 * shape.lines, np.arange(3 * shape.lines), places.free
+    diagonal = cell[:size, :size] + jnp.roll(cell[size:, size:], 1, axis=-1)
+    if more is not None:
+        diagonal = diagonal.at[rows, rows].add(more)
+    diagonal = jnp.where(free, diagonal, jnp.eye(size)[:, :, None])
+    return diagonal, jnp.where(free & jnp.roll(free, -1), cell[:size, size:], 0.0)
+
+
+def pull_on_nodes(shape: Shape, belt: Belt, nodes: Array, share: Array) -> Array:
+    """Forces of belt and weight [N] on nodes at ``nodes`` [m], both (m, 3, n) by stations' numbers."""
+    size = 3 * shape.lines
+    cell = stretched(belt.ties, shape.bonds, nodes, jnp.arange(shape.stations), share).slope
+    pull = -(cell[:size] + jnp.roll(cell[size:], 1, axis=-1)).reshape(nodes.shape)
+    return pull.at[:, 2].add(-belt.mass[:, None] * belt.gravity)
