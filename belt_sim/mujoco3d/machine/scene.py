@@ -107,7 +107,7 @@ def _add_station(
 ) -> None:
     """Attach models/pulley_station.xml; the head does not slide."""
     station = mujoco.MjSpec.from_file(str(STATION))
-    mass = _station_mass(case, options)
+    mass = station_mass(case, options)
     width = float(case.belt.width)
     station.body("carriage").mass = mass
     station.joint("spin").armature = mass * radius**2
@@ -124,7 +124,7 @@ def _add_station(
     spec.attach(station, frame=frame, prefix=f"{name}-")
 
 
-def _station_mass(case: Case, options: Options) -> float:
+def station_mass(case: Case, options: Options) -> float:
     """Inertia of the tail pulley [kg]: options.tail_mass, or more where the step needs it.
 
     The pulley feels the belt's pull one step late: stable for dt^2 k < 2 m, with k = 2 E b h / L of both spans.
