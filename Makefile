@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup demo test test-long test-cluster docs bench lint clean
+.PHONY: setup demo test test-long test-cluster docs paper bench lint clean
 
 setup: $(STAMP)
 
@@ -24,6 +24,9 @@ test-long: setup
 
 docs: setup
 	$(BIN)/python -m sphinx -W --keep-going -n -E -q -b html -d outputs/docs/.doctrees docs outputs/docs
+
+paper: setup
+	$(BIN)/python -m studies.paper document=docs/paper.md
 
 test-cluster: setup  # as root on Debian: installs Slurm, starts it on this machine and stops it again
 	tests/cluster/slurm.sh start

@@ -24,8 +24,6 @@ COMMANDS = {
     "reveal": "what was hidden in such a campaign",
     "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
     "map": "very many cases of an analytic model, as one table",
-    "challenge": "how often the diagnosis is right, on sealed campaigns",
-    "paper": "the paper's figures from computation, its statements model by model",
     "report": "write the report of a diagnosis again",
     "app": "a local web page: sliders, own measurements, diagnoses",
     "demo": "a diagnosis of a campaign that ships, into outputs/demo",

@@ -17,7 +17,6 @@ extensions = [
     "studies.site.offline",
     "studies.site.effect_pages",
 ]
-exclude_patterns = ["challenge"]
 smartquotes = False
 html_math_renderer = "mathml"
 html_theme = "furo"

@@ -31,10 +31,13 @@ def application(name: str, study: Callable[[dict[str, Any]], None]) -> None:
 
     def job(cfg: Any) -> None:
         try:
+            sys.argv = command  # what a result says of where it came from
             study(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True))  # type: ignore[arg-type]
         except BeltError as error:
             sys.exit(f"{name}: {error}")
 
+    module = getattr(sys.modules["__main__"].__spec__, "name", name).removesuffix(".__main__")
+    command = [f"python -m {module}", *sys.argv[1:]]
     prepare()
     sys.argv[1:] = ordered(name, [*_PLAIN, *sys.argv[1:]])
     hydra.main(version_base="1.3", config_path=str(HERE / "conf"), config_name=name)(job)()

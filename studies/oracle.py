@@ -13,9 +13,6 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.challenge.sources import source
-from belt_sim.challenge.tables import ranged, table
-from belt_sim.challenge.targets import SIZES, size_class
 from belt_sim.diagnosis.answer.confusable import HELD
 from belt_sim.diagnosis.choice.chance import chance_of
 from belt_sim.diagnosis.choice.decide import Ids, one_more
@@ -26,6 +23,9 @@ from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.left_over.null import null_gains
 from belt_sim.use_cases.asked import candidates_of, fitted_model
 from studies.application import application
+from studies.challenge.sources import source
+from studies.challenge.tables import ranged, table
+from studies.challenge.targets import SIZES, size_class
 
 BESIDE = 4  # best single effects beside which every other is tried
 LINEAR = 12  # pairs that promise most in the linear range, refitted

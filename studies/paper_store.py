@@ -1,6 +1,6 @@
 """Thinned runs of studies.space_run for models/paper: ``python -m studies.paper_store 'files=outputs/study/r*.json'``.
 
-What is kept is enough for the figures of ``belt-sim paper``: points 1-4 and tilts every SPACING of travel, the shapes,
+What is kept is enough for the figures of ``make paper``: points 1-4 and tilts every SPACING of travel, the shapes,
 and how to make it again.
 """
 

@@ -3,7 +3,7 @@
 What may stand behind M3 (docs/open_question.md), each at the size at which the belt of 10 N/mm2 is as fast as that of
 40: nothing but records too short, a camber, a load cell that reads too much. How many sigma apart the readings of
 measured runs are, and with each further run of the diagnosis's own menu, the other explanation's numbers, noise, zero
-and setting errors refitted. Leaves OUT, which belt-sim paper shows.
+and setting errors refitted. Leaves OUT, which make paper shows.
 """
 
 from collections.abc import Sequence

@@ -8,7 +8,6 @@ import pytest
 from scipy.special import ndtr
 from small_campaign import CLASSES, MODEL, TENSIONS, campaign
 
-from belt_sim.challenge.advice import _SETTING
 from belt_sim.diagnosis.answer import nextrun
 from belt_sim.diagnosis.answer.confusable import Rival
 from belt_sim.diagnosis.answer.menu import menu, twofold
@@ -18,6 +17,7 @@ from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.results.found import APART, RESOLVED
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, grid
+from studies.challenge.advice import _SETTING
 
 UNRESOLVED = 2.0  # sigma
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from small_discovery import MODEL, both_ways
 
-from belt_sim.challenge.laws import pairs, place_said
 from belt_sim.discovery.choose import _elsewhere, choose
 from belt_sim.discovery.describe import _drawn, _travelled
 from belt_sim.discovery.discover import Discovered
@@ -19,6 +18,7 @@ from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.search import Scored
 from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.discovery.words import formula, sentence
+from studies.challenge.laws import pairs, place_said
 
 GREASE = Form("alpha", course="stretch", at=1.2, wide=0.1)
 BENT = Form("one", course="stretch", at=0.8, wide=0.1)

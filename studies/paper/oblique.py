@@ -1,0 +1,88 @@
+"""A belt in space on paper: an oblique projection in which its small movements can be seen."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from belt_sim.pictures import style
+from belt_sim.pictures.colours import FAINT, INK
+from studies.paper.stored import Shape
+
+DEPTH = np.array([0.42, 0.34])  # what a metre of y is drawn as, to the right and up
+ROUND = np.linspace(0.0, 2.0 * np.pi, 120)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Oblique:
+    """width: times the belt's width is enlarged; lateral: its sideways movement; height: z; tilt: of cross-sections
+    (beside height). radius, centre_distance, half_width [m] of the machine and the belt."""
+
+    width: float
+    lateral: float
+    height: float
+    tilt: float
+    radius: float
+    centre_distance: float
+    half_width: float
+
+    def edges(self, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+        """Both edges of the belt (n, 2) where they are drawn."""
+        middle, half = shape.middle, 0.5 * (shape.left - shape.right)
+        middle = middle * [1.0, self.lateral, 1.0]
+        half = half * [0.0, self.width, self.tilt]
+        return self.flat(middle + half), self.flat(middle - half)
+
+    def flat(self, place: np.ndarray) -> np.ndarray:
+        """(n, 3) [m] of the machine -> (n, 2) of the drawing, the tail pulley at the left as in the paper."""
+        x, y, z = np.asarray(place, float).T
+        y = -y  # of the paper
+        return np.stack([self.centre_distance - x + DEPTH[0] * y, self.height * z + DEPTH[1] * y], axis=1)
+
+    def pulleys(self, ax: Any, yaw: float) -> None:
+        """Both cylinders, the tail pulley turned by its yaw, enlarged like the movements."""
+        from scipy.spatial import ConvexHull
+
+        reach = 1.25 * self.width * self.half_width
+        for x, turn in ((self.centre_distance, yaw), (0.0, 0.0)):
+            lean = -turn * self.lateral * reach
+            rings = [
+                self.flat(np.stack([x + s * lean + self.radius * np.sin(ROUND), np.full(len(ROUND), s * reach),
+                                    self.radius * np.cos(ROUND)], axis=1)) for s in (-1.0, 1.0)
+            ]  # fmt: skip
+            both = np.concatenate(rings)
+            ax.fill(*both[ConvexHull(both).vertices].T, facecolor=FAINT, alpha=0.22, linewidth=0, zorder=1)
+            ax.plot(*rings[1].T, color=FAINT, linewidth=0.9, zorder=1)
+
+    def name_pulleys(self, ax: Any) -> None:
+        """Which is which."""
+        for x, name in ((self.centre_distance, "tail pulley (yawed)"), (0.0, "head pulley")):
+            place = self.flat(np.array([[x, 1.25 * self.width * self.half_width, -self.radius]]))[0]
+            ax.annotate(name, place, xytext=(0, -6), textcoords="offset points", ha="center", va="top")
+
+    def belt(self, ax: Any, shape: Shape, colours: np.ndarray | None = None, **look: Any) -> Any:
+        """The ribbon, lower parts first; colours: a value a station for the diverging map."""
+        from matplotlib.collections import PolyCollection
+
+        left, right = self.edges(shape)
+        after = np.roll(np.arange(len(left)), -1)
+        quads = np.stack([left, left[after], right[after], right], axis=1)
+        order = np.argsort(shape.middle[:, 2], kind="stable")
+        given: dict[str, Any] = {"linewidths": 0.2, "zorder": 2} | look
+        if colours is None:
+            patches = PolyCollection(list(quads[order]), **({"facecolors": "#cfd8e3", "edgecolors": "#8899aa"} | given))
+        else:
+            full = float(np.max(np.abs(colours))) or 1.0
+            patches = PolyCollection(list(quads[order]), array=colours[order], cmap=style.diverging(),
+                                     edgecolors="face", **given)  # fmt: skip
+            patches.set_clim(-full, full)
+        ax.add_collection(patches)
+        for edge in (left, right):
+            closed = np.vstack([edge, edge[:1]])
+            ax.plot(*closed.T, color=INK, linewidth=0.7, zorder=3)
+        return patches
+
+    def rope(self, ax: Any, shape: Shape, colour: str, label: str | None = None) -> None:
+        """Particles of a chain."""
+        place = self.flat(shape.middle * [1.0, self.lateral, 1.0])
+        ax.plot(*place.T, "o", color=colour, markersize=2.6, markeredgewidth=0.0, zorder=3, label=label)

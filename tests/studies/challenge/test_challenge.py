@@ -1,0 +1,194 @@
+"""A challenge runs end to end, goes on after it was killed, and survives what goes wrong on the way."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from small_challenge import HIDDEN, PATIENCE, answer_of, draw
+
+from belt_sim.campaign import write_campaign
+from belt_sim.errors import InputError
+from belt_sim.files import write_json
+from belt_sim.paths import ROOT
+from belt_sim.virtual_rig import reveal
+from belt_sim.virtual_rig.seal import HASH
+from studies.challenge.again import again
+from studies.challenge.answers import ANSWERS
+from studies.challenge.courier import Task
+from studies.challenge.facts import facts_of
+from studies.challenge.run import results, run_challenge
+from studies.challenge.sources import cost
+from studies.challenge.targets import targets
+
+COUNT = len(HIDDEN)
+DEADLINE = 120.0  # [s]
+
+
+def task(out: Path, who: str) -> Task:
+    return Task(
+        seed=0, out=out, source="small_challenge:draw", ablation=f"small_challenge:{who}", bootstraps=100, others=False
+    )
+
+
+def rows(found):
+    return [facts_of(result) for result in found]
+
+
+def share(found, name: str):
+    return next(t.found for t in targets(rows(found)) if t.name.startswith(name))
+
+
+@pytest.fixture(scope="module")
+def right(tmp_path_factory):
+    out = tmp_path_factory.mktemp("right")
+    return out, run_challenge(task(out, "oracle"), range(COUNT), workers=2)
+
+
+def test_the_truth_is_sealed_and_what_was_answered_is_kept(right):
+    out, found = right
+    assert [r["seed"] for r in found] == list(range(COUNT))
+    for result in found:
+        place = out / "sealed" / str(result["seed"])
+        assert (place / HASH).read_text().split()[0] == result["truth_sha256"] == reveal(place).sha256()
+        assert (place / HASH).stat().st_mtime_ns <= (out / "answers" / f"{result['seed']}.json").stat().st_mtime_ns
+
+
+def test_who_is_always_right_scores_full_marks_and_who_is_always_wrong_scores_none(right, tmp_path):
+    good = right[1]
+    bad = run_challenge(task(tmp_path, "wrong"), range(COUNT), workers=1)
+    assert [f.outcome for f in rows(good)] == ["right"] * COUNT
+    assert [f.outcome for f in rows(bad)] == ["wrong"] * COUNT
+    for found, one, none in ((good, 1.0, 0.0), (bad, 0.0, 1.0)):
+        assert share(found, "false alarm").value == none
+        assert share(found, "two effects").value == one
+        assert share(found, "truth named").value == one
+        assert share(found, "confidently wrong").value == none
+
+
+def test_a_challenge_that_is_done_is_not_done_again(right):
+    out, _ = right
+    kept = {path: path.stat().st_mtime_ns for path in out.rglob("*.json")}
+    assert len(run_challenge(task(out, "oracle"), range(COUNT), workers=1)) == COUNT
+    assert {path: path.stat().st_mtime_ns for path in out.rglob("*.json")} == kept
+
+
+def test_an_answer_is_frozen(tmp_path):
+    """A run that was stopped between answer and result takes the answer as it stands."""
+    one = task(tmp_path, "wrong")
+    write_json(one.file("answers"), answer_of("taper"))
+    (result,) = run_challenge(one, [0], workers=1)
+    assert list(facts_of(result).named) == ["taper"]
+
+
+def test_results_of_other_settings_are_not_mixed(right):
+    out, _ = right
+    with pytest.raises(InputError, match=r"ablation .*choose another folder"):
+        run_challenge(task(out, "wrong"), range(COUNT), workers=1)
+
+
+def test_no_time_no_campaign(tmp_path):
+    assert run_challenge(task(tmp_path, "oracle"), range(COUNT), workers=1, minutes=1e-9) == []
+
+
+def test_a_crash_a_death_and_a_long_silence_cost_their_own_campaign_only(tmp_path):
+    found = run_challenge(task(tmp_path, "troubled"), range(COUNT), workers=2, patience=PATIENCE)
+    facts = rows(found)
+    assert [f.outcome for f in facts] == ["crash", "crash", "crash", "right"]
+    assert "ValueError: no such thing" in facts[0].sentence
+    assert "exit code 7" in facts[1].sentence
+    assert "no answer within 12 s" in facts[2].sentence
+    assert [f.hidden for f in facts] == [list(h) for h in HIDDEN]  # a crash is counted where it belongs
+
+
+def test_a_truth_that_changed_since_it_was_sealed_is_refused(tmp_path):
+    one = task(tmp_path, "oracle")
+    place = one.file("sealed")
+    place.mkdir(parents=True)
+    (place / HASH).write_text("0123  truth.sealed\n")
+    (result,) = run_challenge(one, [0], workers=1)
+    assert "sealed earlier" in result["answer"]["sentence"]
+    assert facts_of(result).outcome == "crash"
+
+
+def test_killed_outright_it_goes_on_where_it_was(tmp_path):
+    settings = ["source=small_challenge:draw", "ablation=small_challenge:slow_oracle", "bootstraps=100"]
+    settings += [f"count={COUNT}", "workers=1", "baselines=false", f"folder={tmp_path}"]
+    command = [sys.executable, "-m", "studies.challenge", *settings]
+    paths = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
+    run = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": paths}, cwd=tmp_path, stdout=subprocess.DEVNULL)
+    first, began = tmp_path / "results" / "0.json", time.monotonic()
+    while not first.exists() and time.monotonic() - began < DEADLINE:
+        time.sleep(0.05)
+    os.kill(run.pid, signal.SIGKILL)
+    run.wait()
+    kept, there = first.stat().st_mtime_ns, len(results(tmp_path))
+    assert 1 <= there < COUNT
+    assert len(run_challenge(task(tmp_path, "slow_oracle"), range(COUNT), workers=1)) == COUNT
+    assert first.stat().st_mtime_ns == kept
+    assert [f.outcome for f in rows(results(tmp_path))] == ["right"] * COUNT
+
+
+def test_a_further_run_is_of_the_same_line(tmp_path):
+    from belt_sim.virtual_rig.further import measured_further
+    from studies.challenge.advice import advised_run
+
+    campaign, truth = draw(1)
+    action = "put sensors at all four points (30 N/mm2, yaw +0.042 deg, 0.5 m/s, 20 m)"
+    run, signals = advised_run(campaign, action)
+    longer = write_campaign(measured_further(campaign, truth, run, signals, 5), tmp_path / "longer")
+    fresh, same = longer.runs[-1], campaign.runs[3]
+    assert (fresh.tension, fresh.yaw) == pytest.approx((same.tension, same.yaw))
+    assert set(fresh.signals) == {"y1", "y2", "y3", "y4"}
+    assert abs(fresh.signals["y1"] - same.signals["y1"]).max() < 1.5e-3 < abs(same.signals["y1"]).max()
+
+
+@pytest.mark.parametrize("who", ["small_challenge:few", pytest.param("diagnosis", marks=pytest.mark.long)])
+def test_the_diagnosis_itself_answers(who, tmp_path):
+    """One effect, large, on a small plan: named, beside what plain methods say."""
+    own = Task(seed=1, out=tmp_path, source="small_challenge:draw", ablation=who, bootstraps=100)
+    (result,) = run_challenge(own, [1], workers=1)
+    found = facts_of(result)
+    assert (found.outcome, list(found.named)) == ("right", ["cant"])
+    assert set(result["others"]) == {"iid_bic", "sparse", "sysid", "bic", "no_gate"}
+    assert len(result["others"]["iid_bic"]["effects"]) > 1  # wander, taken for independent noise, names more
+    assert result["seconds"]["answer"] > 0
+
+
+def test_what_was_drawn_is_answered_again_without_being_drawn(right, tmp_path):
+    """An ablation on the campaigns of another challenge; a campaign that is not there is a crash, not a new one."""
+    out, _ = right
+    others = replace(task(tmp_path, "wrong"), source="no_such:source", of=out)
+    found = run_challenge(others, range(COUNT + 1), workers=1)
+    assert [f.outcome for f in rows(found)] == ["wrong"] * COUNT + ["crash"]
+    assert "holds no campaign" in found[-1]["answer"]["sentence"]
+    assert not (tmp_path / "campaigns").exists()
+
+
+def test_all_others_answer_the_campaigns_of_a_challenge_again(right):
+    """The folder's own source and number of bootstraps hold; results go beside it, by who answers."""
+    out, _ = right
+    first = replace(task(out / "elsewhere", "oracle"), of=out, bootstraps=999, others=True)
+    tasks = {t.ablation: (t, seeds) for t, seeds in again(first)}
+    assert set(tasks) == set(ANSWERS)
+    for name, (one, seeds) in tasks.items():
+        assert (one.source, one.bootstraps, one.others, one.of) == ("small_challenge:draw", 100, False, out)
+        assert one.out == out.with_name(f"small_challenge_draw_{name}")
+        assert seeds == list(range(COUNT))
+    ((alone, _),) = again(replace(first, ablation="no_repeats"))
+    assert alone.ablation == "no_repeats"
+    assert all(seeds == [1, 2] for _, seeds in again(replace(first, seed=1), 2))
+    with pytest.raises(InputError, match="holds no results"):
+        again(replace(first, of=out / "nothing"))
+
+
+def test_what_it_takes_is_told_before_it_begins():
+    assert (
+        cost("mix", 60, 1) == "60 campaigns, 1 process: some 26 min on quiet cores (1 s each to draw, 25 s to answer)"
+    )
+    assert "2 processes: some 4 min" in cost("space", 10, 2)
+    assert cost("my:own", 10, 2) == ""

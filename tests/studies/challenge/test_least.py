@@ -1,0 +1,44 @@
+"""What the truth leaves of the readings: the noise that was drawn, and nothing of what is hidden."""
+
+import pytest
+from small_challenge import PLAN, answer_of
+
+from belt_sim.virtual_rig import Noise, make_campaign
+from studies.challenge.least import least_error
+
+#: white noise only: a perfect law leaves just that, whatever is hidden
+WHITE = Noise(white=2e-5, zero=0.0, wander_sd=0.0, tension_rel=0.0, yaw_u=0.0)
+
+
+def answer(untestable=()):
+    held = {"before_mm": 2.0, "after_mm": 1.0}
+    error = {"held_out": held, "noise_floor_mm": 0.02, "held_out_untestable": list(untestable)}
+    return answer_of("taper") | {"error": error}
+
+
+def test_a_law_that_knows_the_truth_leaves_the_noise():
+    hidden = [{"id": "taper", "d": 40.0}, {"id": "sensor_gain", "d": 20.0}]
+    campaign, truth = make_campaign(hidden=hidden, seed=5, base="strip", plan=PLAN, noise=WHITE)
+    least = least_error(campaign, truth, answer())
+    assert least is not None
+    assert least["plain_mm"] == pytest.approx(0.02, rel=0.2)  # with the machine's own data a little off
+    assert least["beside_settings_mm"] == pytest.approx(0.02, rel=0.05)
+    only_low = least_error(campaign, truth, answer(untestable=("30 N/mm2", "yaw -", "yaw +")))
+    assert only_low is not None
+    assert only_low != least
+
+
+def test_nothing_is_said_where_nothing_is_hidden_or_told():
+    campaign, truth = make_campaign(hidden=[], seed=5, base="strip", plan=PLAN)
+    assert least_error(campaign, truth, answer()) is None
+    campaign, truth = make_campaign(hidden=["taper"], seed=5, base="strip", plan=PLAN)
+    assert least_error(campaign, truth, answer_of("taper")) is None
+
+
+def test_what_is_another_in_every_run_is_known_in_every_run():
+    campaign, truth = make_campaign(
+        hidden=[{"id": "walking_angle", "d": 40.0}], seed=5, base="strip", plan=PLAN, noise=WHITE
+    )
+    least = least_error(campaign, truth, answer())
+    assert least is not None
+    assert least["beside_settings_mm"] == pytest.approx(0.02, rel=0.05)

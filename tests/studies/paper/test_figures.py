@@ -1,0 +1,122 @@
+"""Figures of the paper: their numbers against closed forms, and the command that leaves them."""
+
+import numpy as np
+import pytest
+
+from belt_sim.analytic.model import analytic_model
+from belt_sim.analytic.ritzinger import edge_tensions, required_moment
+from belt_sim.errors import InputError
+from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, YAW
+from studies.paper.figures import figure_02, figure_06, figure_08, figure_09, figure_10, figure_14
+from studies.paper.lattice_span import pushed_span
+from studies.paper.models import case_at, moving
+from studies.paper.plate import View
+from studies.paper.plates import ANALYTIC, FIGURES, NOT_COMPUTED, chosen, module
+from studies.paper.span_shape import span_shape
+
+FAST = View(in_space=False)
+
+
+def test_every_figure_of_the_paper_is_computed_or_named_with_a_reason():
+    assert sorted({*FIGURES, *NOT_COMPUTED}) == list(range(1, 21))
+    assert not {*FIGURES} & {*NOT_COMPUTED}
+    for number in FIGURES:
+        assert number == module(number).NUMBER
+
+
+def test_choosing():
+    assert chosen(None, in_space=False) == list(ANALYTIC)
+    assert chosen([13, 12], in_space=True) == [12, 13]
+    assert chosen(6, in_space=True) == [6]
+    for wrong, in_space in ((11, True), (18, False), (99, True), ("x", True), (True, True)):
+        with pytest.raises(InputError):
+            chosen([wrong], in_space=in_space)
+
+
+def test_figure_2_ends_with_the_offset_and_the_slope_that_it_names():
+    n = figure_02.plate(FAST).numbers
+    s, y1, y4 = (np.array(n[k]) for k in ("travel_m", "y1_mm", "y4_mm"))
+    late = s > 40.0
+    assert np.polyfit(s[late], y1[late], 1)[0] == pytest.approx(n["steady_rate_mm_per_m"], rel=0.02)
+    assert (y1 - y4)[-1] == pytest.approx(n["steady_offset_mm"], rel=0.01)
+
+
+def test_figure_6_points_begin_when_the_paper_says_so():
+    n = figure_06.plate(FAST).numbers
+    s, half = np.array(n["travel_m"]), np.pi * ROPE_EXAMPLE.tail_radius
+    begins = {k: s[np.argmax(np.array(n[f"y{k}_mm"]) > 1e-6)] for k in (1, 2, 3, 4)}
+    assert begins[1] < 0.05
+    assert begins[2] == pytest.approx(half, abs=0.05)
+    assert begins[3] == pytest.approx(half, abs=0.1)  # as the lower span begins to turn
+    assert begins[4] == pytest.approx(2.0 * half, abs=0.1)
+    assert all(n["y1_mm"][-1] > 0.0 for _ in "+")  # a yaw of -0.042 degrees drives towards the paper's +y
+
+
+def test_figure_8_has_the_boundary_values_and_the_moment_of_the_paper():
+    n = figure_08.plate(FAST).numbers
+    x, y, moment = (np.array(n[k]) if k == "x_m" else np.array(n["beam_th1"][k]) for k in ("x_m", "y_mm", "moment_Nm"))
+    order = np.argsort(x)
+    x, y, moment = x[order], y[order], moment[order]
+    a = TEST_RIG.centre_distance
+    cubic = 1e3 * YAW * x * (1.0 - x / a) ** 2  # y(0) = y(a) = y'(a) = 0, y'(0) = beta
+    np.testing.assert_allclose(y, cubic, atol=1e-6)
+    assert moment[0] == pytest.approx(n["first_order_entry_moment_Nm"], rel=1e-6)
+
+
+def test_figure_9_the_bounds_bound():
+    n = figure_09.plate(FAST).numbers
+    rope, first = np.array(n["rope_y1_mm"]), np.array(n["beam_th1_y1_mm"])
+    for tension in figure_09.TENSIONS:
+        y = np.array(n[f"beam_th2_{tension:g}_N_per_mm2_y1_mm"])
+        assert np.all(y <= rope + 0.03)
+        assert np.all(y >= first - 0.01)
+
+
+def test_figure_10_the_catenary_meets_the_pulley_at_psi():
+    n = figure_10.plate(FAST).numbers
+    at = n["7_N_per_mm2"]
+    psi = np.interp(7.0, n["tension_N_per_mm2"], n["psi_mrad"])
+    assert at["upper_psi_mrad"] == pytest.approx(psi, rel=0.01)
+    assert at["upper_x_m"][-1] == pytest.approx(TEST_RIG.tail_radius * np.sin(at["upper_psi_mrad"] / 1e3), rel=1e-3)
+
+
+def test_figure_14_the_shape_has_the_tilt_of_the_march_at_mid_span():
+    curves = moving("strip", figure_14.TENSION)
+    k = int(np.argmin(np.abs(np.asarray(curves.travel) - figure_14.AT)))
+    for row, name in enumerate(figure_14.SPANS):
+        shape = figure_14._span(name)
+        assert shape.tilt[len(shape.tilt) // 2] == pytest.approx(float(np.asarray(curves.tilt)[row, k]), rel=1e-6)
+
+
+def test_figure_14_the_stored_belt_tilts_like_the_strip():
+    n = figure_14.plate(View()).numbers
+    for name in figure_14.SPANS:
+        law, space = n[name], n["mujoco_flex"][name]
+        order = np.argsort(law["x_m"])
+        beside = np.interp(space["x_m"], np.array(law["x_m"])[order], np.array(law["tilt_mrad"])[order])
+        assert np.abs(np.array(space["tilt_mrad"]) - beside).max() < 0.05 * n["greatest_tilt_mrad"]
+
+
+def test_a_span_without_moments_is_a_straight_line_between_its_ends():
+    shape = span_shape(case_at(10.0), analytic_model("strip"), (0.0, 1e-3), (1e-3 / 11.28, 1e-3 / 11.28))
+    np.testing.assert_allclose(shape.y, 1e-3 * shape.x / shape.x[-1], atol=1e-12)
+    assert np.abs(shape.tilt).max() < 1e-9
+
+
+def test_bonds_without_diagonals_give_like_a_string_and_with_them_like_a_beam():
+    case = case_at(40.0)
+    string = TEST_RIG.centre_distance / (4.0 * float(case.tension_force))
+    square, braced = (pushed_span(case, 0.04, b).give for b in (("longitudinal", "transverse"),
+                      ("longitudinal", "transverse", "diagonal")))  # fmt: skip
+    assert square == pytest.approx(string, rel=0.01)
+    kl = np.sqrt(float(case.tension_force) / float(case.belt.bending_stiffness)) * TEST_RIG.centre_distance
+    u = kl / 4.0  # a clamped beam under tension, pushed in its middle
+    beam = string * (1.0 - np.tanh(u) / u)
+    assert braced == pytest.approx(beam, rel=0.01)
+
+
+def test_ritzingers_edges_differ_by_what_the_moment_needs():
+    tight, slack = edge_tensions(case_at(10.0), abs(YAW))
+    assert tight > slack
+    assert required_moment(case_at(10.0), abs(YAW)) == pytest.approx(0.1 * (tight - slack))
+    assert tight + slack == pytest.approx(600.0, rel=0.01)
