@@ -33,6 +33,7 @@ _HOMES = {
     "compare": "belt_sim.use_cases.compare",
     "diagnose": "belt_sim.use_cases.diagnose",
     "discover": "belt_sim.use_cases.discover",
+    "export": "belt_sim.use_cases.export",
     "library": "belt_sim.effects.library",
     "linearise": "belt_sim.use_cases.linearise",
     "load_campaign": "belt_sim.campaign:read_campaign",

@@ -16,7 +16,7 @@ PACKAGES = ("belt-sim", "mujoco", "jax", "numpy", "scipy", "hydra-core")
 def provenance(config: Any = None) -> dict[str, Any]:
     """Versions, commit, command line and the hash of a resolved configuration."""
     return {
-        "versions": {p: _version(p) for p in PACKAGES} | {"python": sys.version.split()[0]},
+        "versions": {p: version_of(p) for p in PACKAGES} | {"python": sys.version.split()[0]},
         "commit": _commit(),
         "command": _command(),
         "config_sha256": config_hash(config) if config is not None else None,
@@ -34,7 +34,7 @@ def _command() -> str:
     return shlex.join([*program.split(), *sys.argv[1:]])
 
 
-def _version(package: str) -> str | None:
+def version_of(package: str) -> str | None:
     try:
         return version(package)
     except PackageNotFoundError:

@@ -95,7 +95,7 @@ def linear(config: dict[str, Any], travel: np.ndarray) -> np.ndarray:
     """y1 [mm] of the same loop by the linear plant at ``travel`` [m]."""
     import control
 
-    from belt_sim.linear.state_space import state_space
+    from belt_sim.linear.plant import state_space
 
     s, speed = control.tf("s"), 0.5
     plant = bs.linearise(model="strip", tension=config["tension"], speed=speed)

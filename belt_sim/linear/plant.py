@@ -1,19 +1,33 @@
-"""The linear plant: dx/ds = A x(s) + A_d x(s - wrapped arc) + B u, exact for a belt that sticks.
+"""The linear plant: dx/ds = A x(s) + A_d x(s - wrapped arc) + B u, exact for a belt that sticks; and its state space.
 
 x = (y, alpha) where the belt runs up the tail pulley, then the head pulley; u = (yaw of the tail, yaw of the head).
 The coefficients are derivatives of the very laws that a march takes (run-up, span, drive, wrap, and what effects do
-to them), at a working point; the travel s takes the place of time, and a speed turns one into the other.
+to them), at a working point; the travel s takes the place of time, and a speed turns one into the other. A state space
+replaces each delay by a rational function: Pade's approximation, or a chain of equal lags.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import factorial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from scipy import signal
+from scipy.interpolate import PchipInterpolator
+from scipy.io import savemat
+from scipy.linalg import block_diag
 
 from belt_sim.errors import InputError
+from belt_sim.files import write_with
+from belt_sim.si import N_PER_MM2
 
 INPUTS = ("yaw", "yaw_head")
 OUTPUTS = ("y1", "y2", "y3", "y4")
 STATES = ("y_tail", "alpha_tail", "y_head", "alpha_head")
+#: How a wrapped arc is replaced: Pade's approximation, or a chain of equal lags.
+DELAYS = ("pade", "chain")
+_GRID = 200  # wavenumbers at which the error is looked for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,3 +69,153 @@ class LinearBelt:
     def response_in_time(self, frequency: np.ndarray) -> np.ndarray:
         """The same at ``frequency`` [Hz] and the belt's speed."""
         return self.response(2 * np.pi * np.atleast_1d(np.asarray(frequency, dtype=float)) / self.speed)
+
+    @property
+    def direction(self) -> int:
+        """1 where the upper span runs from the head to the tail pulley, else -1."""
+        return -1 if self.places[0][1] else 1
+
+    def to_control(self, *, order: int = 4, delay: str = "pade") -> Any:
+        """The state space in seconds as a ``control.StateSpace`` of python-control; raises InputError without it."""
+        return state_space(self, order=order, delay=delay).to_control()
+
+
+@dataclass(frozen=True)
+class PlantSchedule:
+    """Plants of one rig, belt and model in order of tension; their coefficients are interpolated monotonically."""
+
+    plants: tuple[LinearBelt, ...]
+
+    @staticmethod
+    def of(plants: Sequence[LinearBelt]) -> "PlantSchedule":
+        """Sorted by tension; raises InputError when a tension is there twice or there is but one."""
+        ordered = tuple(sorted(plants, key=lambda p: p.tension))
+        tensions = [p.tension / N_PER_MM2 for p in ordered]
+        if len(set(tensions)) < max(2, len(tensions)):
+            raise InputError("tension", tensions, "N/mm2", "give at least two different ones")
+        return PlantSchedule(ordered)
+
+    def at(self, tension: float) -> LinearBelt:
+        """The plant at ``tension`` [N/mm2], no further than the plants reach (InputError beyond)."""
+        known = np.array([p.tension for p in self.plants])
+        asked = tension * N_PER_MM2
+        if not known[0] <= asked <= known[-1]:
+            reach = f"{known[0] / N_PER_MM2:g} to {known[-1] / N_PER_MM2:g}"
+            raise InputError("tension", f"{tension:g}", "N/mm2", f"stay within {reach}, where plants were computed")
+
+        def between(name: str) -> np.ndarray:
+            return PchipInterpolator(np.log(known), np.stack([getattr(p, name) for p in self.plants]))(np.log(asked))
+
+        return replace(
+            self.plants[0],
+            tension=float(asked),
+            now=between("now"),
+            delayed=between("delayed"),
+            drive=between("drive"),
+            constant=between("constant"),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class StateSpace:
+    """dz/dt = a z + b u, y = c z + d u in seconds (per_metre False) or metres of travel (True).
+
+    u: yaw of the tail and of the head pulley [rad]; y: y1..y4 [m]; order and delay: how a wrapped arc was replaced.
+    """
+
+    plant: LinearBelt
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    d: np.ndarray
+    order: int
+    delay: str
+    per_metre: bool
+
+    def response(self, frequency: np.ndarray) -> np.ndarray:
+        """y per u [m/rad] at angular ``frequency`` [rad/s, or rad/m of travel], shape (k, 4, 2)."""
+        p = 1j * np.atleast_1d(np.asarray(frequency, dtype=float))[:, None, None]
+        return self.c @ np.linalg.solve(p * np.eye(len(self.a)) - self.a, self.b.astype(complex)) + self.d
+
+    def error(self, highest: float) -> float:
+        """Largest difference from the exact plant up to ``highest`` [rad/s or rad/m], as a share of each entry's size.
+
+        Entries are yaw to y1..y4; ``highest`` should be a little above where the controller stops acting.
+        """
+        w = np.geomspace(1e-3 * highest, highest, _GRID)
+        exact = self.plant.response(w if self.per_metre else w / self.plant.speed)
+        size = np.abs(exact)
+        seen = size > 1e-9 * size.max()
+        return float(np.max(np.abs(self.response(w) - exact)[seen] / size[seen]))
+
+    def to_control(self) -> Any:
+        """The same as a ``control.StateSpace`` of python-control; raises InputError when that is not installed."""
+        try:
+            import control
+        except ImportError:
+            raise InputError("control", "not installed", "", "pip install belt-sim[control]") from None
+        return control.ss(self.a, self.b, self.c, self.d, inputs=list(INPUTS), outputs=list(OUTPUTS), name="belt")
+
+    def save_mat(self, path: Path | str) -> Path:
+        """Write a MAT file (level 5) with A, B, C, D and what they are; Matlab: ``ss(A, B, C, D)``."""
+        content = {"A": self.a, "B": self.b, "C": self.c, "D": self.d, "inputs": list(INPUTS), "outputs": list(OUTPUTS)}
+        about = {
+            "model": self.plant.model,
+            "tension_Pa": self.plant.tension,
+            "speed_m_per_s": self.plant.speed,
+            "delay": self.delay,
+            "order": self.order,
+            "per_metre": float(self.per_metre),
+        }
+        return write_with(Path(path), lambda p: savemat(p, content | about, appendmat=False))
+
+
+def state_space(plant: LinearBelt, *, order: int = 3, delay: str = "pade", per_metre: bool = False) -> StateSpace:
+    """``plant`` with every wrapped arc of ``order`` by ``delay`` ("pade" or "chain"); raises InputError."""
+    n = len(plant.states)
+    pieces = [rational_delay(float(arc), order, delay) for arc in plant.arcs]
+    a_late, b_late, c_late, d_late = (block_diag(*part) for part in zip(*pieces, strict=True))
+    a = np.block([[plant.now + plant.delayed @ d_late, plant.delayed @ c_late], [b_late, a_late]])
+    b = np.concatenate([plant.drive, np.zeros((len(a_late), len(INPUTS)))])
+    rows = []
+    for state, after in plant.places:
+        shown = np.eye(1, n, state)
+        rows.append(np.hstack([shown @ d_late, shown @ c_late]) if after else np.hstack([shown, 0 * shown @ c_late]))
+    scale = 1.0 if per_metre else plant.speed
+    c = np.concatenate(rows)
+    return StateSpace(
+        plant=plant,
+        a=a * scale,
+        b=b * scale,
+        c=c,
+        d=np.zeros((len(OUTPUTS), len(INPUTS))),
+        order=order,
+        delay=delay,
+        per_metre=per_metre,
+    )
+
+
+def rational_delay(length: float, order: int, kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """State space (a, b, c, d) of exp(-p length), ``length`` in m, p in 1/m.
+
+    pade: of order (order, order), exact to p^(2 order) and of magnitude 1 at every wavenumber; chain: ``order`` lags
+    of length/order each, which also damps. Raises InputError for an order outside 1..12 or an unknown kind.
+    """
+    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= 12:
+        raise InputError("order", order, "", "use a whole number from 1 to 12")
+    if kind not in DELAYS:
+        raise InputError("delay", kind, "", f"use one of {', '.join(DELAYS)}")
+    a, b, c, d = _pade(order) if kind == "pade" else _chain(order)
+    return a / length, b / length, c, d
+
+
+def _pade(order: int):
+    """Of exp(-p): bottom sum c_k p^k, top sum c_k (-p)^k, c_k = (2n-k)! / (k! (n-k)!) (Baker & Graves-Morris 1996)."""
+    c = np.array([factorial(2 * order - k) / (factorial(k) * factorial(order - k)) for k in range(order, -1, -1)])
+    sign = (-1.0) ** np.arange(order, -1, -1)
+    return signal.tf2ss(c * sign, c)
+
+
+def _chain(order: int):
+    a = order * (np.eye(order, k=-1) - np.eye(order))
+    return a, order * np.eye(order, 1), np.eye(1, order, k=order - 1), np.zeros((1, 1))

@@ -11,30 +11,40 @@ from belt_sim.pictures.colours import POINT_NAMES, POINTS
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 
 if TYPE_CHECKING:  # it takes SciPy's linear systems, which no other picture needs
-    from belt_sim.linear.state_space import StateSpace
+    from belt_sim.linear.plant import StateSpace
+
+_LINES = ("-", "--", "-", "--")  # points 1 and 2 lie close together, and so do 3 and 4
 
 
 @style.picture
 def bode_picture(path: str | os.PathLike, space: "StateSpace", highest: float) -> Path:
-    """Gain [mm per degree of tail yaw] and phase [degrees] of points 1-4 up to ``highest`` [rad/m].
+    """Gain [mm per degree of tail yaw] and phase [degrees] of points 1-4 over rad/s at the plant's speed.
 
-    Lines: exact, delays kept; dots: the state space.
+    highest: wavenumber [rad/m] up to which it is drawn. Lines: delays exact; dots: the state space.
     """
+    plant = space.plant
     k = np.geomspace(highest / 1e3, highest, 240)
-    exact, dots = space.plant.response(k)[:, :, 0], space.response(k[::12])[:, :, 0]
-    fig, axes = style.figure(8.0, 6.0, 2, 1, sharex=True)
+    at = slice(None, None, 16)
+    exact, rational = plant.response(k)[:, :, 0], space.response(k[at])[:, :, 0]
+    w = k * plant.speed
+    fig, axes = style.figure(8.0, 6.4, 2, 1, sharex=True)
     gain, phase = axes[0][0], axes[1][0]
     for n, colour in enumerate(POINTS):
-        gain.loglog(k, np.abs(exact[:, n]) * DEGREE / MM, color=colour, label=POINT_NAMES[n])
-        gain.loglog(k[::12], np.abs(dots[:, n]) * DEGREE / MM, "o", color=colour, markersize=3)
+        gain.loglog(w, np.abs(exact[:, n]) * DEGREE / MM, _LINES[n], color=colour, label=POINT_NAMES[n])
+        gain.loglog(w[at], np.abs(rational[:, n]) * DEGREE / MM, "o", color=colour, markersize=3)
         turned = np.degrees(np.unwrap(np.angle(exact[:, n])))
-        phase.semilogx(k, turned, color=colour)
-        shown = turned[::12] + np.degrees(np.angle(dots[:, n] / exact[::12, n]))
-        phase.semilogx(k[::12], shown, "o", color=colour, markersize=3)
-    gain.set_ylabel("y per yaw [mm/degree]")
+        turned -= 360.0 * np.round((turned[0] + 90.0) / 360.0)  # an integrator begins at -90 or at 90 degrees
+        phase.semilogx(w, turned, _LINES[n], color=colour)
+        shown = turned[at] + np.degrees(np.angle(rational[:, n] / exact[at, n]))
+        phase.semilogx(w[at], shown, "o", color=colour, markersize=3)
+    gain.plot([], [], "o", color="black", markersize=3, label=f"state space ({space.delay}, order {space.order})")
+    gain.set_ylabel("belt position per yaw [mm/degree]")
     gain.legend(loc="best", labelcolor="linecolor")
+    low, high = phase.get_ylim()
+    step = 90.0 * max(1, round((high - low) / 90.0 / 8.0))
+    phase.set_yticks(np.arange(step * np.floor(low / step), high + step, step))
     phase.set_ylabel("phase [degrees]")
-    phase.set_xlabel("wavenumber of the yaw [rad per metre of travel]")
-    plant = space.plant
-    style.title(fig, f"Yaw of the tail pulley to points 1-4: {plant.model}, {plant.tension / N_PER_MM2:g} N/mm2")
+    phase.set_xlabel(f"frequency of the yaw [rad/s] at {plant.speed:g} m/s")
+    effort = f"{plant.tension / N_PER_MM2:g} N/mm2"
+    style.title(fig, f"Belt position at points 1-4 per yaw of the tail pulley ({plant.model}, {effort})")
     return style.save(fig, path)

@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from belt_sim.linear.plant import INPUTS, OUTPUTS
-from belt_sim.linear.state_space import StateSpace
+from belt_sim.linear.plant import INPUTS, OUTPUTS, StateSpace
 from belt_sim.si import N_PER_MM2
 
 

@@ -8,8 +8,7 @@ from belt_sim.case import Case
 from belt_sim.config import case_asked
 from belt_sim.errors import InputError
 from belt_sim.linear.linearise import linear_belt
-from belt_sim.linear.plant import LinearBelt
-from belt_sim.linear.schedule import PlantSchedule
+from belt_sim.linear.plant import LinearBelt, PlantSchedule
 from belt_sim.si import N_PER_MM2
 from belt_sim.use_cases.asked import effects_of, fitted_model
 

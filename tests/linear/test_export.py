@@ -1,4 +1,4 @@
-"""What ``belt-sim export`` writes is the plant: read back by Matlab's format, python-control and an FMI importer."""
+"""What ``belt-sim export`` writes is the plant: read back by Matlab's format, and python-control (FMU: test_fmu.py)."""
 
 import json
 
@@ -9,9 +9,7 @@ from scipy.io import loadmat
 
 import belt_sim as bs
 from belt_sim.cli import run
-from belt_sim.linear.state_space import state_space
-
-YAW = np.deg2rad(-0.042)
+from belt_sim.linear.plant import state_space
 
 
 @pytest.fixture
@@ -28,29 +26,6 @@ def exported(tmp_path, monkeypatch, capsys):
     return call
 
 
-@pytest.mark.parametrize("model", ["rope", "beam_th2", "strip"])
-def test_the_fmu_moves_as_the_march_does(exported, model):
-    fmpy = pytest.importorskip("fmpy")
-    status, said, folder = exported(f"model={model}", "tension=10", "mat=null")
-    assert status == 0, said.err
-    kept = np.array([(0.0, YAW, 0.0, 0.5), (20.0, YAW, 0.0, 0.5)])
-    names = ("time", "yaw", "yaw_head", "speed")
-    steered = np.rec.fromarrays(kept.T, names=",".join(names))
-    made = fmpy.simulate_fmu(
-        str(folder / "belt.fmu"),
-        fmi_type="CoSimulation",
-        stop_time=20.0,
-        step_size=0.1,
-        output_interval=0.1,
-        input=steered,
-        output=["y1", "y2", "y3", "y4", "travel"],
-    )
-    curves = bs.simulate(model=model, rig="test_rig", tension=10, yaw=-0.042, travel=10).curves
-    assert made["travel"][-1] == pytest.approx(10.0)
-    for k in range(4):
-        assert made[f"y{k + 1}"][-1] == pytest.approx(curves.y[k][-1], rel=3e-4)
-
-
 def test_files_hold_the_same_plant(exported):
     status, said, folder = exported("tension=20", "speed=0.25", "order=3", "fmu=null")
     assert status == 0, said.err
@@ -65,8 +40,8 @@ def test_files_hold_the_same_plant(exported):
 
 def test_python_control_has_the_same_response():
     control = pytest.importorskip("control")
-    space = state_space(bs.linearise(model="strip", rig="test_rig", tension=10), order=3)
-    system = space.to_control()
+    plant = bs.linearise(model="strip", rig="test_rig", tension=10)
+    space, system = state_space(plant, order=3), plant.to_control(order=3)
     assert isinstance(system, control.StateSpace)
     w = np.array([0.02, 0.1])
     answer = np.asarray(control.frequency_response(system, w).complex)  # (4, 2, k)
@@ -82,6 +57,7 @@ def test_python_control_has_the_same_response():
         ("highest=-1", "highest = -1 rad/m"),
         ("model=ritzinger", "ritzinger"),
         ("delay=taylor", "pade, chain"),
+        ("fmi=1", "fmi = 1"),
     ],
 )
 def test_bad_input_is_one_line(exported, asked, said):

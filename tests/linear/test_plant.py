@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 
 import belt_sim as bs
-from belt_sim.linear.state_space import state_space
+from belt_sim.linear.plant import state_space
 
 YAW = np.deg2rad(-0.042)
 
