@@ -13,7 +13,6 @@
 
 import functools
 import os
-import threading
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,44 +20,31 @@ from typing import Any
 
 import jax
 
-from belt_sim.mappings import make_room
-
 _CUDA = ("jax_cuda12_plugin", "jax_cuda13_plugin")
 _UNFUSED = "--xla_cpu_max_isa=AVX"
 _WHOLE_LOOPS = f"--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold={2**30}"
 _IN_ONE_PIECE = "--xla_cpu_parallel_codegen_split_count=1"
+LEAST_EFFORT = {"xla_backend_optimization_level": 0}
+PROGRAMS = (
+    64  # compiled programs of a kind that a process keeps: each maps memory, of which Linux allows 65,530 regions
+)
 
 
-class _Depth(threading.local):
-    """How many functions of ``in_float64`` a thread is in."""
+def compiled(function: Callable[..., Any], *, brief: bool = False, **options: Any) -> Callable[..., Any]:
+    """``jax.jit(function, **options)`` that traces and runs in float64.
 
-    now = 0
-
-
-_depth = _Depth()
-
-
-def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
-    """``jax.jit(function, **options)`` that traces and runs in float64."""
-    return in_float64(jax.jit(function, **options))
+    brief: the function runs so seldom that compiling costs more: less effort gives code half as fast that rounds alike.
+    """
+    return in_float64(jax.jit(function, compiler_options=LEAST_EFFORT if brief else None, **options))
 
 
 def in_float64(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function with JAX in float64 for as long as it runs (in the calling thread).
-
-    Before the outermost of such functions compiled code is given back where it has become too much (``mappings``).
-    """
+    """The function with JAX in float64 for as long as it runs (in the calling thread)."""
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        if _depth.now == 0:
-            make_room()
-        _depth.now += 1
-        try:
-            with jax.enable_x64(True):
-                return function(*args, **kwargs)
-        finally:
-            _depth.now -= 1
+        with jax.enable_x64(True):
+            return function(*args, **kwargs)
 
     return call
 

@@ -12,9 +12,9 @@ import numpy as np
 from belt_sim.analytic.spans import held_answers
 from belt_sim.case import Case, Schedule
 from belt_sim.effects.lift_off import LiftOff
+from belt_sim.jax_setup import compiled
 from belt_sim.laws.inside import along
 from belt_sim.laws.span import Span, beam_second_order, strip
-from belt_sim.stored_code import kept
 
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
 FRICTION = 0.15  # steel on a smooth pulley, the least that is usual; a case does not say it
@@ -44,7 +44,7 @@ def _inside(span: Span):
     return fields.x, fields.per_runup
 
 
-_answers, _fields = kept(_held, "answers of held spans"), kept(_inside, "fields of a span")
+_answers, _fields = compiled(_held), compiled(_inside)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ laws, vmapped over cases, differentiable in every number of a case and of an eff
 """
 
 from dataclasses import replace
-from functools import cache
+from functools import lru_cache
 
 import jax
 import jax.numpy as jnp
@@ -21,11 +21,10 @@ from belt_sim.curves import Curves
 from belt_sim.effects.around_engine import as_driven, as_numpy
 from belt_sim.effects.base import uses
 from belt_sim.errors import InputError, RunFailed
-from belt_sim.jax_setup import in_float64
+from belt_sim.jax_setup import PROGRAMS, compiled, in_float64
 from belt_sim.laws import drive, wrap
 from belt_sim.laws.runup import RunUp, Yaw
 from belt_sim.si import N_PER_MM2
-from belt_sim.stored_code import kept, model_name
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]
@@ -143,16 +142,15 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
     return sorted_curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
 
 
-@cache
+@lru_cache(PROGRAMS)
 def _marching(model: Composition, plan, effects: tuple[type, ...]):
-    """A function (case, effects, spacing) -> arrays of RETURNED that is stored: neither traced nor lowered again."""
+    """A compiled function (case, effects, spacing) -> arrays of RETURNED."""
 
     def rows(*args):
         curves = _steps_traced(*args, model=model, plan=plan)
         return tuple(getattr(curves, name) for name in RETURNED)
 
-    name = model_name(model, *effects)
-    return kept(rows, name and f"march {name} {plan}")
+    return compiled(rows)
 
 
 def _stepper(spans, spacing):

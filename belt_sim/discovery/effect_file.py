@@ -12,7 +12,6 @@ from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL, WRAPPED
 from belt_sim.discovery.survey import Law, Term
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import effects_in
-from belt_sim.stored_code import written_as
 
 ID = "found_effect"
 ODD = ("x", "x|x|", "x^3", "saturated", "beyond", "stuck")
@@ -93,9 +92,7 @@ def written(law: Law, sizes, tension: float, *, said: str, points: dict[str, int
         hooks=called,
         **needed(inputs + called),
     )
-    cls = effect_of(text)
-    written_as(cls, f"{[n.name for n in numbers]} {inputs} {called}")  # laws with other numbers are traced alike
-    return Written(text, numbers, cls)
+    return Written(text, numbers, effect_of(text))
 
 
 def effect_of(text: str) -> type[Effect]:

@@ -5,13 +5,13 @@ belt's stiffness, and the effects that are chosen already) is taken out by proje
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.metric import Metric
-from belt_sim.once import once
 
 CHOSEN = 1e-8  # prior precision of a chosen effect's parameters, in whitened units
 
@@ -27,7 +27,7 @@ class Ground:
     shared: np.ndarray
     inverse: np.ndarray
 
-    @once
+    @cached_property
     def gram(self) -> np.ndarray:
         """Products (c, c) of what runs share, with its prior."""
         return np.linalg.pinv(self.inverse, hermitian=True)
@@ -41,7 +41,7 @@ class Ground:
         """Products (k, R, c) of whitened rows (k, R, m) with what runs share, run by run."""
         return (rows.swapaxes(0, 1) @ self.shared.transpose(1, 2, 0)).swapaxes(0, 1)
 
-    @once
+    @cached_property
     def shared_residual(self) -> np.ndarray:
         """Products (c,) of what runs share with the residual."""
         return np.einsum("crm,rm->c", self.shared, self.residual)

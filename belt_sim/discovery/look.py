@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from belt_sim.discovery.rival import lead_by_chance, one_law, together
 from belt_sim.discovery.search import Scored
 from belt_sim.discovery.survey import Survey, survey_of
 from belt_sim.discovery.words import formula
-from belt_sim.once import once
 
 LEADS = 4  # times as many campaigns, in which an effect is at work: of these the tail counts itself
 
@@ -41,7 +41,7 @@ class Seen:
         law = self.gate.best[0].law
         return (f"a law beyond the library ({law.terms[0].place.words}: {formula(law)})",)
 
-    @once
+    @cached_property
     def discovered(self) -> Discovered:
         """What it is."""
         return discovered(self.survey, self.gate, failed=self.left, tell=self.tell, known=self.known)

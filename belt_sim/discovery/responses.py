@@ -5,7 +5,7 @@ gives the whole operator.
 """
 
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import lru_cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -21,9 +21,8 @@ from belt_sim.diagnosis.readings.forward import room_for
 from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect, overrides
-from belt_sim.jax_setup import in_float64
+from belt_sim.jax_setup import PROGRAMS, compiled, in_float64
 from belt_sim.laws.span import response
-from belt_sim.stored_code import kept, model_name
 
 RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most
@@ -90,12 +89,11 @@ def _far(bench: Workbench, fit: Fit) -> float:
     return max(float(np.max(in_float64(true_travel)(effects, samples.cases, samples.end))), samples.end)
 
 
-@cache
+@lru_cache(PROGRAMS)
 def _compiled(model, classes, room: int, history: int):
-    named = model_name(model, *classes)
     one = partial(_respond, model=model, room=room, history=history)
     axes = (None, Case(rig=None, belt=None, settings=0), None, None, None)  # type: ignore[arg-type]
-    return kept(jax.vmap(one, in_axes=axes), named and f"responses {named} {classes} {room} {history}", brief=True)
+    return compiled(jax.vmap(one, in_axes=axes), brief=True)
 
 
 def _respond(effects: tuple[Effect, ...], case: Case, step, spacing, steps, *, model, room, history):
@@ -128,7 +126,7 @@ def tension_answers(bench: Workbench) -> np.ndarray:
     return np.asarray(_tightened(bench.forward.model)(replace(cases, settings=settings)))[:runs]
 
 
-@cache
+@lru_cache(PROGRAMS)
 def _tightened(model):
     def one(case):
         span = model.span(case)
@@ -139,8 +137,7 @@ def _tightened(model):
         return jax.jvp(tightened, (0.0,), (1.0,))[1]
 
     many = jax.vmap(one, in_axes=(Case(rig=None, belt=None, settings=0),))  # type: ignore[arg-type]
-    named = model_name(model)
-    return kept(many, named and f"tightened {named}")
+    return compiled(many)
 
 
 def retensioned(span, case: Case, share):

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.operators import kept_row, tension_turn
 from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL, WRAPPED, Place
 from belt_sim.discovery.responses import MOMENT, Responses
-from belt_sim.once import once
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ class States:
         it ran up, for that belt it happened to."""
         return self.landed if place.kind in WRAPPED else self
 
-    @once
+    @cached_property
     def landed(self) -> "States":
         """The same with y, alpha and kappa as what leaves a pulley had them when it ran up."""
 

@@ -3,7 +3,6 @@
 import numpy as np
 
 import belt_sim as bs
-from belt_sim import stored_code
 from belt_sim.analytic import march
 
 
@@ -17,14 +16,6 @@ def test_a_shorter_run_is_the_beginning_of_a_longer_one():
 
 def test_travels_of_a_size_need_one_compilation(monkeypatch):
     bs.simulate(tension=10, travel=20)
-    monkeypatch.setattr(stored_code, "_compiled", None)  # nothing can be compiled, nor loaded
+    monkeypatch.setattr(march, "_steps_traced", None)  # nothing can be traced anew
     for travel in (19.5, 19.9, 20):
         bs.simulate(tension=10, travel=travel)
-
-
-def test_a_march_of_another_process_is_not_traced_again(monkeypatch):
-    first = bs.simulate(tension=10, travel=20).curves
-    march._marching.cache_clear()  # as it is in another process
-    monkeypatch.setattr(march, "_steps_traced", None)
-    again = bs.simulate(tension=10, travel=20).curves
-    np.testing.assert_array_equal(again.y, first.y)

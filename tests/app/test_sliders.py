@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim import stored_code
+from belt_sim.analytic import march
 from belt_sim.app.sliders import Asked, choices, reach, simulated, warnings
 from belt_sim.effects.library import library
 from belt_sim.use_cases.simulate import simulate
@@ -26,7 +26,7 @@ def test_a_shorter_travel_is_the_start_of_the_longest():
 
 def test_moving_a_slider_compiles_nothing(monkeypatch):
     simulated(asked())
-    monkeypatch.setattr(stored_code, "_compiled", None)  # nothing can be compiled, nor loaded
+    monkeypatch.setattr(march, "_steps_traced", None)  # nothing can be traced anew
     first = simulated(asked(tension=11.0, yaw=0.1, travel=25.0))
     second = simulated(asked(tension=30.0, yaw=0.1, effects={"taper": {"kappa_t": -1e-5}}))
     assert not np.array_equal(first.curves.y[:, 50], second.curves.y[:, 50])

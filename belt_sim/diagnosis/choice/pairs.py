@@ -7,13 +7,13 @@ itself is known where it then stands, and so is what each of the others would ad
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 
 from belt_sim.diagnosis.choice.decide import NESTING, Ids
 from belt_sim.diagnosis.left_over.openset import apart, basis
-from belt_sim.once import once
 
 FEW = 4  # numbers of an effect, at most; one with more (a free edge profile) looks like no sum of others
 ALIKE = 1e-9  # of the largest eigenvalue of columns of unit length: those below are sums of the others
@@ -55,7 +55,7 @@ class Pairs:
             found |= zip(sets, np.einsum("mk,mkl,ml->m", along, inverse, along).tolist(), strict=True)
         return {ids: max(gain, self.known.get(frozenset(ids), 0.0)) for ids, gain in found.items()}
 
-    @once
+    @cached_property
     def _inverses(self) -> list[tuple[list[Ids], np.ndarray, np.ndarray]]:
         """Singles and pairs with as many columns as one another, these columns (m, k), inverses of their products."""
         few = [n for n, rows in self.places.items() if 0 < len(rows) <= FEW]

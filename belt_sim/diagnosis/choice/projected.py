@@ -7,6 +7,7 @@ record's mean; moments: the same of columns and readings.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -17,7 +18,6 @@ from belt_sim.diagnosis.choice.pairs import Pairs
 from belt_sim.diagnosis.fits.candidate import is_possible, prior_sigma
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.spectrum import with_harmonics
-from belt_sim.once import once
 
 FAINT = 1e-9  # of a column's square, so that one that is not seen has no inverse
 
@@ -38,17 +38,17 @@ class Range:
     noise: dict[str, np.ndarray]
     thresholds: dict[str, float]
 
-    @once
+    @cached_property
     def sigma(self) -> np.ndarray:
         """Prior of each column's number (K,)."""
         return prior_sigma(self.forward, [int(p) for p in self.positions])
 
-    @once
+    @cached_property
     def whole(self) -> np.ndarray:
         """gram of all runs (K, K)."""
         return self.gram.sum(axis=0)
 
-    @once
+    @cached_property
     def pairs(self) -> Pairs:
         """All pairs of candidates."""
         return Pairs(self.places, self.whole)

@@ -5,6 +5,7 @@ A candidate beside a set is screened by what its column takes of the residual; t
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Self
 
@@ -23,7 +24,6 @@ from belt_sim.diagnosis.fits.within import within
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.left_over.null import NullGains
 from belt_sim.errors import RunFailed
-from belt_sim.once import once
 
 REFITTED = 6  # candidates a round; the others keep what their columns promise
 MOVES = 3  # more, at most, until nuisances are where the fit about them puts them
@@ -40,12 +40,12 @@ class Trial:
     gain: float
     threshold: float
 
-    @once
+    @cached_property
     def plausible(self) -> bool:
         """Whether a real machine could have all numbers."""
         return is_plausible(self.bench.forward, self.fit)
 
-    @once
+    @cached_property
     def held_out(self) -> HeldOut:
         """Held-out errors."""
         return held_out(self.bench, self.fit)

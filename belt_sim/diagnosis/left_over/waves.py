@@ -7,12 +7,12 @@ tension or of a slack belt), and as one that has its own phase in every run.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.left_over.structures import noise_size, parities, rows_of, slackness
-from belt_sim.once import once
 
 MOST = 128  # wavelengths
 STEP = 0.75  # of the wavenumber, over that of one wave in the longest record
@@ -57,11 +57,11 @@ class Waves:
         by_family = dict(zip(weights, np.concatenate(coherent, axis=2), strict=True))
         return by_family | {EACH_ITS_PHASE: np.concatenate(each, axis=1)}, dof
 
-    @once
+    @cached_property
     def _directions(self) -> list[np.ndarray]:
         return list(_directions(self.bench))
 
-    @once
+    @cached_property
     def _in_single(self) -> list[np.ndarray]:
         return [d.astype(np.float32) for d in self._directions]
 

@@ -10,6 +10,7 @@ look like something missing. Where readings do not tell, both are drawn, each as
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from belt_sim.diagnosis.noise.noise import Levels
 from belt_sim.diagnosis.noise.repeats import differences, repeated_groups, single_runs
 from belt_sim.diagnosis.noise.signal_levels import LENGTH_SPREAD, LEVEL_SPREAD, Level, SignalLevels, favours
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.once import once
 
 RARER = 6.0  # chi2 (a likelihood ratio of 20) that a smooth wander has to earn, in all signals together
 UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats may be a stranger's
@@ -110,7 +110,7 @@ class LevelFinder:
                 each[:, k] = each[np.arange(count), rng.choice(alike, size=count)]
         return each, smooth
 
-    @once
+    @cached_property
     def like(self) -> list[list[int]]:
         """For every signal of which nothing was read, those that were read and are stated alike; none for others."""
         read = [k for k, signal in enumerate(self.signals) if signal.contrasts]

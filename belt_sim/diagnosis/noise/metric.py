@@ -6,13 +6,13 @@ yaw was applied; stiffness and length of the belt, shared by all).
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.noise.noise import Levels, covariance, whitener
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.once import once
 
 AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach
 
@@ -52,7 +52,7 @@ class Metric:
         """The same in single precision where that is asked for."""
         return self._single if dtype == np.float32 else self
 
-    @once
+    @cached_property
     def _single(self) -> "Metric":
         if self.roots.dtype == np.float32:
             return self

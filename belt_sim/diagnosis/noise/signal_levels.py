@@ -1,6 +1,7 @@
 """Levels of one signal: how probable white noise, wander and its length are on a grid, one kind of wander at a time."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -8,7 +9,6 @@ import numpy as np
 from belt_sim.campaign import SignalSheet
 from belt_sim.diagnosis.noise.contrasts import Contrast, Scatter
 from belt_sim.diagnosis.noise.noise import FLOOR, SMOOTH, Reach
-from belt_sim.once import once
 
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
 LEVEL_SPREAD = 0.35
@@ -86,7 +86,7 @@ class SignalLevels:
                 cost[:, k] += (squares @ weights).reshape(-1, *shape)
         return cost
 
-    @once
+    @cached_property
     def _fast_grids(self) -> list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
         """Of what is fast in every run, at every length: modes, the logarithms of their variances all together on the
         grid of both factors, and what each weighs there."""
@@ -119,7 +119,7 @@ class SignalLevels:
         k, i, j = np.unravel_index(nearest, self.prior.shape)
         return [(float(a), float(b), float(c)) for a, b, c in zip(FACTORS[i], FACTORS[j], self.lengths[k], strict=True)]
 
-    @once
+    @cached_property
     def _of_spectra(self) -> tuple[np.ndarray, np.ndarray]:
         """1 / the spectra (K, G), and their logarithms together (G,)."""
         return (1.0 / self.spectra).T, np.log(self.spectra) @ self.modes_of

@@ -5,7 +5,7 @@ gauge that sticks for instance, a linear effect is compiled into the march.
 """
 
 from collections.abc import Sequence
-from functools import cache, partial
+from functools import lru_cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -14,8 +14,8 @@ from belt_sim.case import Case, Settings
 from belt_sim.diagnosis.readings.as_set import Slot, run_at
 from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect, overrides, uses
+from belt_sim.jax_setup import PROGRAMS, compiled
 from belt_sim.laws.sensor import Reading
-from belt_sim.stored_code import kept, own
 
 READ_BY = ("encoder", "seen", "sensor")  # hooks by which readings are what they are
 
@@ -31,13 +31,11 @@ def of_readings(classes: Sequence[type[Effect]], adding: Sequence[type[Effect]])
     return [c for c in classes if c in adding or overrides(c, READ_BY)]
 
 
-@cache
+@lru_cache(PROGRAMS)
 def compiled_added(slots: tuple[Slot, ...], adding: tuple[type[Effect], ...]):
     """What the effects ``adding`` add to the readings of a batch of points and runs."""
     one = partial(_one_added, slots=slots, adding=adding)
-    classes = tuple(dict.fromkeys(s.effect for s in slots))
-    name = f"added {adding} {[f'{s.effect.id}.{s.name}' for s in slots]}" if own(*classes) else None
-    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None)), name)
+    return compiled(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None)))
 
 
 def _one_added(vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, *, slots, adding):

@@ -14,7 +14,7 @@ compilation serves campaigns of any number of runs, samples, travel and step.
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
-from functools import cache, partial
+from functools import lru_cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -32,7 +32,7 @@ from belt_sim.diagnosis.readings.compositions import LIGHT, READ, Groups, group_
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
-from belt_sim.stored_code import is_written, kept, model_name
+from belt_sim.jax_setup import PROGRAMS, compiled
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
@@ -213,16 +213,13 @@ def _shown_by_bins(slots: Sequence[Slot], samples: Samples) -> np.ndarray:
     return np.concatenate([shown, np.ones((len(shown), len(NUISANCES)))], axis=1)
 
 
-@cache
+@lru_cache(PROGRAMS)
 def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int, tilts: bool, brief: bool):
     """Predictions at a batch of points and runs; tilts: of roll as well, which a march feels."""
     only = ("y", "tilt") if tilts else ("y",)
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only)
-    effects = tuple(dict.fromkeys(s.effect for s in slots))
-    named = model_name(model, *effects)
-    name = named and f"{named} {[f'{s.effect.id}.{s.name}' for s in slots]} {room} {history} {only}"
-    brief = brief and (name is None or any(map(is_written, effects)))
-    return kept(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), name, brief)
+    seldom = not all(s.effect.__module__.startswith("belt_sim.") for s in slots)  # a program of this campaign alone
+    return compiled(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), brief=brief and seldom)
 
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:

@@ -1,6 +1,7 @@
 """A campaign's samples as arrays of one shape: runs x signals x samples, thinned where they are needlessly dense."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import jax
 import numpy as np
@@ -8,7 +9,6 @@ import numpy as np
 from belt_sim.campaign import Campaign, Run, SignalSheet, case_of
 from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.once import once
 
 MAX_SAMPLES = 320  # per run; denser records are averaged in bins, which loses nothing that a belt can do
 WITHIN = 2.0  # sigmas of the place of the yaw, within which it may have jumped
@@ -42,7 +42,7 @@ class Samples:
         one = np.ones_like(half)
         return np.divide(np.sin(many * half), many * np.sin(half), out=one, where=np.abs(np.sin(half)) > 1e-12)
 
-    @once
+    @cached_property
     def _widths(self) -> np.ndarray:
         """From one sample to the next in every run (R,) [m]."""
         steps = np.abs(np.diff(self.travel, axis=1))
