@@ -13,8 +13,7 @@ from belt_sim.app.importing import Import, Place, begin, read_mapping
 from belt_sim.app.jobs import Job
 from belt_sim.app.worker import SHOWN
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
-from belt_sim.campaign.read import FILES
-from belt_sim.campaign.shipped import campaign_folder
+from belt_sim.campaign.read import FILES, campaign_folder
 from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
 

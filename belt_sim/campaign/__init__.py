@@ -1,6 +1,10 @@
 """Measured campaigns on disk, format belt-campaign/1: read, validate, write, and look for dirty data."""
 
-from belt_sim.campaign.nouns import (
+from belt_sim.campaign.problems import CampaignError, Problem
+from belt_sim.campaign.quality import suspicions
+from belt_sim.campaign.quality.record import Suspicion
+from belt_sim.campaign.read import read_campaign
+from belt_sim.campaign.types import (
     BeltSheet,
     Campaign,
     Machine,
@@ -12,10 +16,6 @@ from belt_sim.campaign.nouns import (
     SteadyRate,
     case_of,
 )
-from belt_sim.campaign.problems import CampaignError, Problem
-from belt_sim.campaign.read import read_campaign
-from belt_sim.campaign.suspect import Suspicion
-from belt_sim.campaign.suspicion import suspicions
 from belt_sim.campaign.write import write_campaign
 
 __all__ = [

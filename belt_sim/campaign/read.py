@@ -1,14 +1,28 @@
-"""A campaign folder, belt-campaign/1 -> Campaign."""
+"""Read a campaign folder (belt-campaign/1): measured, begun or only planned; or a shipped one by its bare name."""
 
 import hashlib
 from dataclasses import replace
 from pathlib import Path
 
-from belt_sim.campaign.nouns import Campaign, Run, SteadyRate
+import numpy as np
+
+from belt_sim.campaign.csv_tables import RunRows, read_runs, read_signals, read_steady
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
-from belt_sim.campaign.runs import RunRows, read_runs, read_signals, read_steady
 from belt_sim.campaign.sheet import read_sheet
-from belt_sim.campaign.shipped import campaign_folder, shipped
+from belt_sim.campaign.types import Campaign, Run, SteadyRate
+from belt_sim.paths import CAMPAIGNS
+
+
+def shipped() -> list[str]:
+    """Return the names of the shipped campaigns."""
+    return sorted(p.parent.name for p in CAMPAIGNS.glob("*/campaign.yaml"))
+
+
+def campaign_folder(named: str | Path) -> Path:
+    """Return the folder of a path, or of the bare name of a shipped campaign."""
+    folder = Path(named)
+    return CAMPAIGNS / folder if not folder.exists() and str(named) in shipped() else folder
+
 
 REQUIRED_FILES = ("campaign.yaml", "runs.csv")
 DATA_FILES = ("signals.csv", "steady.csv")
@@ -16,25 +30,30 @@ FILES = REQUIRED_FILES + DATA_FILES
 
 
 def read_campaign(folder: str | Path) -> Campaign:
-    """Read and validate a campaign folder; raises CampaignError with every violation found.
+    """Read and validate a measured campaign.
 
-    Optional parts and what stands for them: every ``u`` 0, poisson_ratio 0.3, zero, gain and wander 0,
-    settings exact, yaw_head 0, speed 0.5 m/s, direction 1, yaw_at 0, use fit; no time.
-    Other files in the folder are left alone. A shipped campaign may be named without its path.
+    Defaults of optional parts: every ``u`` 0, poisson_ratio 0.3, zero, gain and wander 0, exact settings, yaw_head 0,
+    speed 0.5 m/s, direction 1, yaw_at 0, use fit, no time. Other files in the folder are ignored.
+
+    Args:
+        folder: path of a campaign folder, or the bare name of a shipped campaign.
+
+    Raises:
+        CampaignError: with every violation found.
     """
     return _read(folder, whole=True)[0]
 
 
 def read_begun(folder: str | Path) -> tuple[Campaign, tuple[Run, ...]]:
-    """The runs of a folder that are measured as a campaign, and those that are still to be measured.
+    """Return the measured runs of a folder as a campaign, and the runs that have no data yet.
 
-    Raises CampaignError with every violation found but that some runs, not all of them, have no data yet.
+    Raises CampaignError with every violation, except that some (not all) runs may lack data.
     """
     return _read(folder, whole=False)
 
 
 def _read(folder: str | Path, *, whole: bool) -> tuple[Campaign, tuple[Run, ...]]:
-    """The campaign, and its runs without data; whole: whether such runs are refused."""
+    """Return the campaign and its runs without data; whole: refuse such runs."""
     folder = campaign_folder(folder)
     problems: list[Problem] = []
     contents = contents_of(folder, problems)
@@ -50,12 +69,12 @@ def _read(folder: str | Path, *, whole: bool) -> tuple[Campaign, tuple[Run, ...]
         raise CampaignError(problems)
     data = recorded.keys() | {rate.run for rate in steady}
     there = [recorded.get(name, run) for name, run in rows.runs.items() if name in data]
-    campaign = sheet.campaign(_repeats_of_what_is_there(there), hash_of(contents), steady)
+    campaign = sheet.campaign(_relink_repeats(there), hash_of(contents), steady)
     return campaign, tuple(run for name, run in rows.runs.items() if name not in data)
 
 
-def _repeats_of_what_is_there(runs: list[Run]) -> list[Run]:
-    """Repeats of a run that is not among them repeat the first of its repeats that is."""
+def _relink_repeats(runs: list[Run]) -> list[Run]:
+    """Let repeats of a missing first run repeat the first of them that is present."""
     names = {run.name for run in runs}
     heir: dict[str, str] = {}
     found = []
@@ -69,7 +88,7 @@ def _repeats_of_what_is_there(runs: list[Run]) -> list[Run]:
 
 
 def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True) -> dict[str, bytes]:
-    """The bytes of the campaign's files that are there; measured: whether there must be data among them."""
+    """Return the bytes of the campaign files present; measured: require at least one data file."""
     try:
         present = sorted(path.name for path in folder.iterdir())
     except (OSError, ValueError) as error:
@@ -101,7 +120,7 @@ def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True)
 
 
 def text_of(name: str, data: bytes, problems: list[Problem]) -> str | None:
-    """The file as text, with or without a byte-order mark."""
+    """Decode UTF-8 with or without a byte-order mark; return None and append a problem if that fails."""
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
         remedy = "holds bytes that are no UTF-8 text (binary, a spreadsheet, or UTF-16); save it as UTF-8 text"
@@ -119,7 +138,7 @@ def text_of(name: str, data: bytes, problems: list[Problem]) -> str | None:
 def _check_records(
     rows: RunRows, recorded: dict[str, Run], steady: tuple[SteadyRate, ...], problems: list[Problem], *, whole: bool
 ) -> None:
-    """Every run has a record or a rate (if it is to be whole), and its yaw is applied before the record ends."""
+    """Check that every run has a record or a rate (if whole), and that its yaw is applied before its record ends."""
     rated = {rate.run for rate in steady}
     for name, run in rows.runs.items():
         line = rows.lines[name]
@@ -135,9 +154,44 @@ def _check_records(
 
 
 def hash_of(contents: dict[str, bytes]) -> str:
-    """SHA-256 of the campaign's files."""
+    """Return the SHA-256 of the campaign files."""
     digest = hashlib.sha256()
     for name in sorted(contents):
         digest.update(f"{name} {len(contents[name])}\n".encode())
         digest.update(contents[name])
     return digest.hexdigest()
+
+
+def is_plan(folder: str | Path) -> bool:
+    """Return whether a folder has runs.csv but no measurements (no data file, or a signals.csv with a header only)."""
+    folder = campaign_folder(folder)
+    if not (folder / "runs.csv").is_file() or (folder / "steady.csv").exists():
+        return False
+    signals = folder / "signals.csv"
+    try:
+        return not signals.exists() or not any(line.strip() for line in signals.read_bytes().splitlines()[1:])
+    except OSError:
+        return False
+
+
+def read_plan(folder: str | Path, *, travel: float, step: float) -> Campaign:
+    """Return a planned campaign whose runs are recorded over ``travel`` [m] after the yaw, every ``step`` [m].
+
+    All readings are 0 and have no meaning. Raises CampaignError with every violation.
+    """
+    problems: list[Problem] = []
+    contents = contents_of(campaign_folder(folder), problems, measured=False)
+    texts = {n: t for n, data in contents.items() if (t := text_of(n, data, problems)) is not None}
+    sheet = read_sheet(texts["campaign.yaml"], problems)[0] if "campaign.yaml" in texts else None
+    rows = read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else None
+    if sheet is not None and not sheet.signals:
+        problems.append(
+            Problem(file="campaign.yaml", name="signals", remedy="no signal is planned; state at least one")
+        )
+    if problems or sheet is None or rows is None:
+        raise CampaignError(problems)
+    runs = []
+    for run in rows.runs.values():
+        way = np.arange(0.0, run.yaw_at + travel + step / 2.0, step)
+        runs.append(replace(run, travel=way, signals={s.name: np.zeros(len(way)) for s in sheet.signals}))
+    return sheet.campaign(runs, hash_of(contents))

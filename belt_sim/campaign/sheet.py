@@ -1,13 +1,20 @@
-"""campaign.yaml -> the nouns, with every violation as a problem at its line."""
+"""Read campaign.yaml (schema belt-campaign/1) into SI data classes.
 
-from collections.abc import Iterable
+pydantic models check structure, units and magnitudes; every violation becomes a ``Problem`` at its line.
+"""
+
+import re
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError, model_validator
 
-from belt_sim.campaign import schema
+from belt_sim.campaign import plausible
 from belt_sim.campaign.marked_yaml import MarkedYaml, Path, parse
-from belt_sim.campaign.nouns import (
+from belt_sim.campaign.plausible import ERROR, SIGNAL_DIMENSION, WHITE
+from belt_sim.campaign.problems import Problem, did_you_mean
+from belt_sim.campaign.types import (
     PLACES,
     BeltSheet,
     Campaign,
@@ -19,10 +26,186 @@ from belt_sim.campaign.nouns import (
     Source,
     SteadyRate,
 )
-from belt_sim.campaign.plausible import SIGNAL_DIMENSION
-from belt_sim.campaign.problems import Problem, did_you_mean
 from belt_sim.errors import InputError
-from belt_sim.si import to_si
+from belt_sim.si import UNITS, to_si
+
+SCHEMA = "belt-campaign/1"
+#: Column names of signals.csv that no signal may take.
+RESERVED = ("run", "travel_m", "time_s")
+NAME = re.compile(r"\w[\w.+ -]*")
+
+
+class Entry(BaseModel):
+    """A mapping of the sheet: unknown keys and non-finite numbers are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class QuantityEntry(Entry):
+    value: float
+    u: float = 0.0
+    unit: str = ""
+
+
+def in_range(bounds: plausible.Range) -> Callable[[QuantityEntry], QuantityEntry]:
+    """Return a validator of a quantity's unit and magnitude, which also requires 0 <= u <= |value|."""
+
+    def check(entry: QuantityEntry) -> QuantityEntry:
+        bounds.check(entry.value, entry.unit)
+        if not 0.0 <= entry.u <= abs(entry.value):
+            raise InputError("u", entry.u, entry.unit, "one sigma in the unit of the value: 0 to the value itself")
+        return entry
+
+    return check
+
+
+def number_in_range(bounds: plausible.Range) -> Callable[[float], float]:
+    """Return a validator of a plain number in the unit of ``bounds``."""
+
+    def check(value: float) -> float:
+        bounds.check(value)
+        return value
+
+    return check
+
+
+def to_one_line(text: str) -> str:
+    """Return text with single blanks; raise InputError for unprintable characters."""
+    text = " ".join(text.split())
+    if not text.isprintable():
+        raise InputError("", text, "", "remove the unprintable characters")
+    return text
+
+
+def require_text(text: str) -> str:
+    if not text:
+        raise InputError("", None, "", "is empty; say what the campaign is")
+    return text
+
+
+Line = Annotated[str, AfterValidator(to_one_line)]
+CentreDistance = Annotated[QuantityEntry, AfterValidator(in_range(plausible.CENTRE_DISTANCE))]
+Radius = Annotated[QuantityEntry, AfterValidator(in_range(plausible.RADIUS))]
+
+
+class SourceEntry(Entry):
+    kind: Literal["measured", "digitised", "synthetic"]
+    reference: Line = ""
+    licence: Line = ""
+
+
+class MachineEntry(Entry):
+    centre_distance: CentreDistance
+    pulley_radius: Radius | None = None
+    head_radius: Radius | None = None
+    tail_radius: Radius | None = None
+
+    @model_validator(mode="after")
+    def _pulleys(self) -> "MachineEntry":
+        both = self.head_radius is not None and self.tail_radius is not None
+        either = self.head_radius is not None or self.tail_radius is not None
+        if (self.pulley_radius is not None) == either or (either and not both):
+            raise InputError("", None, "", "state either pulley_radius, or both head_radius and tail_radius")
+        radii = [
+            plausible.RADIUS.check(entry.value, entry.unit)
+            for entry in (self.head_radius or self.pulley_radius, self.tail_radius or self.pulley_radius)
+            if entry is not None
+        ]
+        distance = plausible.CENTRE_DISTANCE.check(self.centre_distance.value, self.centre_distance.unit)
+        if sum(radii) >= distance:
+            entry = self.centre_distance
+            raise InputError("centre_distance", entry.value, entry.unit, "the pulleys overlap; check the radii")
+        return self
+
+
+class BeltEntry(Entry):
+    width: Annotated[QuantityEntry, AfterValidator(in_range(plausible.WIDTH))]
+    thickness: Annotated[QuantityEntry, AfterValidator(in_range(plausible.THICKNESS))]
+    youngs_modulus: Annotated[QuantityEntry, AfterValidator(in_range(plausible.YOUNGS_MODULUS))]
+    density: Annotated[QuantityEntry, AfterValidator(in_range(plausible.DENSITY))]
+    poisson_ratio: Annotated[QuantityEntry, AfterValidator(in_range(plausible.POISSON_RATIO))] = QuantityEntry(
+        value=0.3
+    )
+
+    @model_validator(mode="after")
+    def _flat(self) -> "BeltEntry":
+        width = plausible.WIDTH.check(self.width.value, self.width.unit)
+        if plausible.THICKNESS.check(self.thickness.value, self.thickness.unit) >= width:
+            raise InputError("thickness", self.thickness.value, self.thickness.unit, "must be below the width")
+        return self
+
+
+class WanderEntry(Entry):
+    sd: float
+    length_m: Annotated[float, AfterValidator(number_in_range(plausible.WANDER_LENGTH))]
+
+
+class SignalEntry(Entry):
+    unit: str
+    at: str
+    white: float
+    zero: float = 0.0
+    gain: Annotated[float, AfterValidator(number_in_range(plausible.GAIN))] = 0.0
+    wander: WanderEntry | None = None
+
+    @model_validator(mode="after")
+    def _magnitudes(self) -> "SignalEntry":
+        if self.at not in PLACES:
+            raise InputError("at", self.at, "", did_you_mean(self.at, PLACES))
+        kind = PLACES[self.at]
+        units = [unit for unit, (dimension, _) in UNITS.items() if dimension == SIGNAL_DIMENSION[kind]]
+        if self.unit not in units:
+            remedy = f"{self.at} gives a {kind} signal; use one of {', '.join(units)}"
+            raise InputError("unit", self.unit, "", remedy)
+        WHITE[kind].check(self.white, self.unit, name="white")
+        ERROR[kind].check(self.zero, self.unit, name="zero")
+        if self.wander is not None:
+            ERROR[kind].check(self.wander.sd, self.unit, name="wander.sd")
+        return self
+
+
+class SpreadEntry(Entry):
+    u: float
+    unit: str
+
+    @model_validator(mode="after")
+    def _magnitude(self) -> "SpreadEntry":
+        plausible.YAW_U.check(self.u, self.unit, name="u")
+        return self
+
+
+class SettingsEntry(Entry):
+    tension_rel: Annotated[float, AfterValidator(number_in_range(plausible.TENSION_REL))] = 0.0
+    yaw: SpreadEntry = SpreadEntry(u=0.0, unit="rad")
+
+
+def check_name(name: str) -> str:
+    """Return a name of a signal or run; raise InputError unless it has letters, digits, blanks and _ . + - only."""
+    if not NAME.fullmatch(name) or name != name.strip():
+        raise InputError("", None, "", "name it with letters, digits, blanks and _ . + - only")
+    return name
+
+
+def check_signal_name(name: str) -> str:
+    """Return a name of a signal; raise InputError if it is a reserved column or not a valid name."""
+    if name in RESERVED:
+        raise InputError("", None, "", f"{', '.join(RESERVED)} are columns of their own; choose another name")
+    return check_name(name)
+
+
+class CampaignEntry(Entry):
+    schema_: Literal["belt-campaign/1"]
+    title: Annotated[Line, AfterValidator(require_text)]
+    source: SourceEntry
+    machine: MachineEntry
+    belt: BeltEntry
+    signals: dict[Annotated[str, AfterValidator(check_signal_name)], SignalEntry] = {}
+    settings: SettingsEntry = SettingsEntry()
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, allow_inf_nan=False, alias_generator=lambda name: name.rstrip("_")
+    )
+
 
 FILE = "campaign.yaml"
 
@@ -69,12 +252,16 @@ class Sheet:
     settings: SettingsSheet
 
     def campaign(self, runs: Iterable[Run], sha256: str, steady: tuple[SteadyRate, ...] = ()) -> Campaign:
-        """The campaign of these runs."""
+        """Return the campaign of these runs."""
         return Campaign(**vars(self), runs=tuple(runs), steady=steady, sha256=sha256)
 
 
 def read_sheet(text: str, problems: list[Problem]) -> tuple[Sheet | None, frozenset[str] | None]:
-    """The sheet and the names of its signals; None for what the problems leave unknown."""
+    """Return the sheet and the names of its signals.
+
+    The sheet is None if it has any violation, the names are None if the file is no mapping. Violations are appended
+    to ``problems``.
+    """
     before = len(problems)
     marked = parse(text, FILE, problems)
     if marked is None:
@@ -86,7 +273,7 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Sheet | None, frozen
     signals = marked.tree.get("signals")
     names = frozenset(signals) if isinstance(signals, dict) else frozenset()
     try:
-        entry = schema.CampaignEntry.model_validate(marked.tree)
+        entry = CampaignEntry.model_validate(marked.tree)
     except ValidationError as error:
         problems.extend(_problem(details, marked) for details in error.errors())
         return None, names
@@ -94,7 +281,7 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Sheet | None, frozen
 
 
 def _problem(details, marked: MarkedYaml) -> Problem:
-    """One of pydantic's errors at its line, in our words."""
+    """Translate one pydantic error into a problem at its line."""
     path: Path = tuple(str(part) for part in details["loc"] if part != "[key]")
     kind, value = details["type"], details["input"]
     value = None if isinstance(value, dict | list | BaseModel) else value
@@ -119,25 +306,25 @@ def _problem(details, marked: MarkedYaml) -> Problem:
 
 
 def _known_keys(path: Path) -> list[str]:
-    """The keys that the schema has at ``path``."""
+    """Return the keys that the schema allows at ``path``."""
     if path == ():
-        return [name.rstrip("_") for name in schema.CampaignEntry.model_fields]
+        return [name.rstrip("_") for name in CampaignEntry.model_fields]
     if path[0] == "signals":
-        return list((schema.WanderEntry if len(path) > 2 else schema.SignalEntry).model_fields)
+        return list((WanderEntry if len(path) > 2 else SignalEntry).model_fields)
     if path == ("settings", "yaw"):
-        return list(schema.SpreadEntry.model_fields)
+        return list(SpreadEntry.model_fields)
     if len(path) > 1:
-        return list(schema.QuantityEntry.model_fields)
+        return list(QuantityEntry.model_fields)
     sections: dict[str, type[BaseModel]] = {
-        "source": schema.SourceEntry,
-        "machine": schema.MachineEntry,
-        "belt": schema.BeltEntry,
-        "settings": schema.SettingsEntry,
+        "source": SourceEntry,
+        "machine": MachineEntry,
+        "belt": BeltEntry,
+        "settings": SettingsEntry,
     }
     return list(sections[path[0]].model_fields)
 
 
-def _sheet(entry: schema.CampaignEntry) -> Sheet:
+def _sheet(entry: CampaignEntry) -> Sheet:
     machine, belt = entry.machine, entry.belt
     head, tail = machine.head_radius or machine.pulley_radius, machine.tail_radius or machine.pulley_radius
     assert head is not None
@@ -166,14 +353,14 @@ def _sheet(entry: schema.CampaignEntry) -> Sheet:
     )
 
 
-def _quantity(entry: schema.QuantityEntry, dimension: str) -> Quantity:
+def _quantity(entry: QuantityEntry, dimension: str) -> Quantity:
     return Quantity(
         value=to_si(entry.value, entry.unit, dimension=dimension, name="value"),
         u=to_si(entry.u, entry.unit, dimension=dimension, name="u"),
     )
 
 
-def _signal(name: str, entry: schema.SignalEntry) -> SignalSheet:
+def _signal(name: str, entry: SignalEntry) -> SignalSheet:
     kind = PLACES[entry.at]
 
     def si(value: float) -> float:

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from belt_sim.campaign.nouns import Campaign, Machine, Quantity, Run, SignalSheet
+from belt_sim.campaign.csv_tables import KNOWN, RATES
 from belt_sim.campaign.plausible import SIGNAL_DIMENSION
 from belt_sim.campaign.read import FILES, read_campaign
-from belt_sim.campaign.runs import KNOWN, RATES
-from belt_sim.campaign.schema import SCHEMA
+from belt_sim.campaign.sheet import SCHEMA
+from belt_sim.campaign.types import Campaign, Machine, Quantity, Run, SignalSheet
 from belt_sim.errors import InputError
 from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2, to_si
 

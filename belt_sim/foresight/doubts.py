@@ -1,7 +1,7 @@
 """What a campaign's runs leave open whatever they measure: no second tension, no opposite yaw, no repeat ..."""
 
 from belt_sim.campaign import Campaign, suspicions
-from belt_sim.campaign.lead import span_of
+from belt_sim.campaign.quality.kinematics import span_of
 from belt_sim.results.check import Doubt
 
 SPANS = 3.0  # a record shorter than so many spans shows the start of the movement only

@@ -5,7 +5,7 @@ from typing import Any
 import yaml
 
 from belt_sim.campaign import plausible
-from belt_sim.campaign.nouns import BeltSheet, Machine, Quantity
+from belt_sim.campaign.types import BeltSheet, Machine, Quantity
 from belt_sim.errors import InputError
 from belt_sim.intake.mapping import BeltEntry, MachineEntry, MappingEntry
 from belt_sim.intake.proposal import Question

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from belt_sim.campaign import Run
-from belt_sim.campaign.record import MAD_TO_SIGMA
+from belt_sim.campaign.quality.record import MAD_TO_SIGMA
 from belt_sim.intake.proposal import NoiseRead
 
 FEWEST = 20  # samples from which anything is read

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.campaign.nouns import Run, SteadyRate
+from belt_sim.campaign.types import Run, SteadyRate
 from belt_sim.intake.mapping import MappingEntry, RunEntry
 from belt_sim.intake.nouns import LoggedTable
 from belt_sim.intake.proposal import Question

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Run
-from belt_sim.campaign.runs import REPEAT_TOLERANCE
+from belt_sim.campaign.csv_tables import REPEAT_TOLERANCE
 from belt_sim.si import DEGREE, N_PER_MM2
 
 #: Logged settings within this share of each other are one setting, rounded to so many digits.

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.campaign.nouns import PLACES
 from belt_sim.campaign.problems import did_you_mean
-from belt_sim.campaign.schema import RESERVED, free_name
+from belt_sim.campaign.sheet import RESERVED, check_signal_name
+from belt_sim.campaign.types import PLACES
 from belt_sim.errors import InputError
 from belt_sim.intake.mapping import AxisEntry, ColumnEntry, MappingEntry
 from belt_sim.intake.nouns import ROLES, Column, Logged, LoggedTable
@@ -94,7 +94,7 @@ def _used(column: Column, entry: ColumnEntry, taken: list[str]) -> Used:
         name = entry.name or _signal_name(column, at, taken)
         taken.append(name)
         try:
-            free_name(name)
+            check_signal_name(name)
         except InputError as error:
             raise InputError(f"{where}.name", name, "", error.remedy) from None
     return Used(column=column, role=role, unit=unit, factor=UNITS[unit][1], at=at, name=name, entry=entry)

@@ -4,7 +4,7 @@ import yaml
 
 from belt_sim.campaign import Campaign, Quantity, SignalSheet
 from belt_sim.campaign.plausible import SIGNAL_DIMENSION
-from belt_sim.campaign.schema import SCHEMA
+from belt_sim.campaign.sheet import SCHEMA
 from belt_sim.si import to_si
 
 #: key of the sheet -> what it is

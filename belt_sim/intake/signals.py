@@ -1,7 +1,7 @@
 """Sheets of the signals and settings: what the mapping states, what was read off the runs, what is assumed."""
 
 from belt_sim.campaign import Run, SignalSheet
-from belt_sim.campaign.nouns import PLACES, SettingsSheet
+from belt_sim.campaign.types import PLACES, SettingsSheet
 from belt_sim.errors import InputError
 from belt_sim.intake.mapping import MappingEntry
 from belt_sim.intake.noise import noise_of

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from belt_sim.campaign import Campaign, Machine, Quantity, SettingsSheet, SignalSheet, Source
-from belt_sim.campaign.nouns import PLACES, BeltSheet
-from belt_sim.campaign.plan import read_plan
 from belt_sim.campaign.problems import did_you_mean
+from belt_sim.campaign.read import read_plan
+from belt_sim.campaign.types import PLACES, BeltSheet
 from belt_sim.campaign.write import put_folder, runs_text
 from belt_sim.errors import InputError
 from belt_sim.intake.machine import BELT, MACHINE

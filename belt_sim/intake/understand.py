@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run
-from belt_sim.campaign.nouns import Source
+from belt_sim.campaign.types import Source
 from belt_sim.errors import InputError
 from belt_sim.intake.known import mapping_used
 from belt_sim.intake.machine import belt_of, machine_of

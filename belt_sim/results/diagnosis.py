@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from belt_sim.campaign.suspect import Suspicion
+from belt_sim.campaign.quality.record import Suspicion
 from belt_sim.results import words
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drawings

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from belt_sim.campaign.nouns import Kind
+from belt_sim.campaign.types import Kind
 from belt_sim.results.tabular import dataset
 
 UNITS: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim import si
-from belt_sim.campaign.suspect import Suspicion
+from belt_sim.campaign.quality.record import Suspicion
 from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery_json import read_discovery
@@ -75,7 +75,7 @@ def _diagnosis(c: dict[str, Any], drawings: Drawings) -> Diagnosis:
         unknown=None if c["unknown"] is None else _unknown(c["unknown"]),
         open_set=LeftOver(**c["open_set"] | {"failed": tuple(c["open_set"]["failed"])}),
         noise=NoiseLevels(**{k: v for k, v in c["noise"].items() if k != "source"}),
-        suspicions=tuple(Suspicion(**s) for s in c["suspicions"]),
+        suspicions=tuple(_suspicion(s) for s in c["suspicions"]),
         per_run=tuple(_run(r) for r in c["per_run"]),
         provenance=c["provenance"],
         admitted=tuple(c.get("admitted", ())),
@@ -83,6 +83,13 @@ def _diagnosis(c: dict[str, Any], drawings: Drawings) -> Diagnosis:
         discovery=read_discovery(c["discovery"]) if "discovery" in c else None,
         drawings=drawings,
     )
+
+
+def _suspicion(s: dict[str, Any]) -> Suspicion:
+    """Return a suspicion; in the file the two signals of some kinds stand in one text, "y1 and y4"."""
+    signal, of_two = s["signal"], s["kind"] in ("swapped", "same_place")
+    signals = tuple(signal.split(" and ", 1) if of_two else [signal]) if signal else ()
+    return Suspicion(run=s["run"], signals=signals, kind=s["kind"], sentence=s["sentence"], severity=s["severity"])
 
 
 def _found(e: dict[str, Any]) -> FoundEffect:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim import si
+from belt_sim.campaign import Suspicion
 from belt_sim.case import Schedule
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
@@ -111,7 +112,7 @@ def diagnosis_json(d: Diagnosis) -> Json:
             "threshold": dict(d.open_set.threshold),
         },
         "noise": asdict(d.noise) | {"source": d.noise.source},
-        "suspicions": [asdict(s) for s in d.suspicions],
+        "suspicions": [_suspicion(s) for s in d.suspicions],
         "runs_schema": RUNS,
         "per_run": [run_json(r) for r in d.per_run],
         "provenance": dict(d.provenance),
@@ -119,6 +120,10 @@ def diagnosis_json(d: Diagnosis) -> Json:
     content |= {"beyond_validity": list(d.beyond)} if d.beyond else {}
     content |= {"discovery": discovery_json(d.discovery)} if d.discovery is not None else {}
     return content | ({"admitted": list(d.admitted)} if d.admitted else {})
+
+
+def _suspicion(s: Suspicion) -> Json:
+    return {"run": s.run, "signal": s.signal, "kind": s.kind, "sentence": s.sentence, "severity": s.severity}
 
 
 def drawings_json(drawn: Drawings) -> Json:

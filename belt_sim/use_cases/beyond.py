@@ -6,7 +6,7 @@ from typing import Any
 
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.campaign import Campaign
-from belt_sim.campaign.nouns import case_of
+from belt_sim.campaign.types import case_of
 from belt_sim.case import Case
 from belt_sim.validity import Limit, exceeded
 

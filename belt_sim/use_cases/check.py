@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.campaign import Campaign, Run
-from belt_sim.campaign.plan import is_plan, read_plan
-from belt_sim.campaign.read import read_begun
+from belt_sim.campaign.read import is_plan, read_begun, read_plan
 from belt_sim.diagnosis.describe import label
 from belt_sim.errors import InputError
 from belt_sim.foresight.doubts import doubts

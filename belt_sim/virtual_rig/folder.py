@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from belt_sim.campaign import write_campaign
-from belt_sim.campaign.shipped import campaign_folder
+from belt_sim.campaign.read import campaign_folder
 from belt_sim.virtual_rig.lot import random_campaign
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Noise, Plan

@@ -4,7 +4,7 @@ import pytest
 
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.problems import CampaignError
-from belt_sim.campaign.shipped import campaign_folder, shipped
+from belt_sim.campaign.read import campaign_folder, shipped
 from belt_sim.paths import CAMPAIGNS
 from belt_sim.virtual_rig.folder import run_reveal
 

@@ -7,8 +7,7 @@ import pytest
 from roped_campaign import damaged, roped_campaign
 
 from belt_sim.campaign import suspicions
-from belt_sim.campaign.record import records
-from belt_sim.campaign.record_checks import NOISE_FACTOR
+from belt_sim.campaign.quality.record import NOISE_FACTOR, records_of
 
 #: Clean campaigns looked at; the thresholds leave room for one false alarm in thousands, none is expected.
 CLEAN = 40
@@ -58,7 +57,7 @@ def test_a_slipped_unit_of_which_only_the_last_digits_are_left_is_named():
     """Metres in a column of millimetres, written with four digits: most neighbours read the same."""
     slipped = damaged(roped_campaign(5), lambda y: {"y4": np.round(1e-3 * y["y4"], 7)}, 2)
     assert seen(slipped) == [("r2", "y4", "unit_slip")]
-    record = next(r for r in records(slipped) if (r.run.name, r.sheet.name) == ("r2", "y4"))
+    record = next(r for r in records_of(slipped) if (r.run.name, r.sheet.name) == ("r2", "y4"))
     assert record.measured_noise == 0.0
 
 
@@ -66,7 +65,7 @@ def test_scatter_that_all_runs_share_is_no_slip_of_some_of_them():
     """A sheet that states a sixth of the scatter: half of the runs lie a little beyond the limit, half within."""
     rng, campaign = np.random.default_rng(1), roped_campaign(5)
     noisy = damaged(campaign, lambda y: {"y4": y["y4"] + 1.14e-4 * rng.standard_normal(len(y["y4"]))})
-    ratios = [r.measured_noise / r.stated_noise for r in records(noisy) if r.sheet.name == "y4"]
+    ratios = [r.measured_noise / r.stated_noise for r in records_of(noisy) if r.sheet.name == "y4"]
     assert min(ratios) < NOISE_FACTOR < max(ratios)
     found = suspicions(noisy)
     assert [(s.run, s.signal, s.severity) for s in found] == [(None, "y4", "look")]

@@ -8,8 +8,8 @@ import pytest
 from roped_campaign import LENGTH, RADIUS, SPACING, WHITE, YAW, damaged, roped_campaign
 
 from belt_sim.campaign import Quantity, suspicions
-from belt_sim.campaign.guided import closed_loop
-from belt_sim.campaign.record import records
+from belt_sim.campaign.quality.guide import check_guide
+from belt_sim.campaign.quality.record import records_of
 
 
 def stops(campaign):
@@ -125,4 +125,4 @@ def test_an_edge_that_is_not_straight_is_no_guide():
         seen = {n: y + edge(r.travel - k, length, 1e-3) for k, (n, y) in enumerate(rest.items())}
         runs.append(dataclasses.replace(r, signals=seen))
     edged = dataclasses.replace(campaign, machine=machine, runs=tuple(runs))
-    assert closed_loop(edged, records(edged)) == []
+    assert check_guide(edged, records_of(edged)) == []

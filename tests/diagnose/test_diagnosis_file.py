@@ -130,8 +130,8 @@ def test_it_tells_what_it_came_from():
 
 
 QUIET, LOUD = OpenSet((), {}, {}, {}), OpenSet(("smooth",), {}, {}, {})
-STOP = Suspicion(run="r01", signal="y1", kind="clipped", sentence="y1 of r01 stops at 3 mm")
-LOOK = Suspicion(run="r01", signal="y1", kind="swapped", sentence="perhaps", severity="look")
+STOP = Suspicion(run="r01", signals=("y1",), kind="clipped", sentence="y1 of r01 stops at 3 mm")
+LOOK = Suspicion(run="r01", signals=("y1",), kind="swapped", sentence="perhaps", severity="look")
 
 
 @pytest.mark.parametrize(

@@ -70,20 +70,20 @@ def test_a_turned_sign_is_believed_where_it_explains_most_of_what_is_left(y, fau
     """A wave of the belt, larger than what the yaw does, may outweigh it; a small one beside a turned sign does not."""
     y[2, 1] *= -1.0
     y[2, 1] -= fault * np.sin(3.0 * S) ** 2
-    seen = Suspicion(run=SPREAD[2].name, signal="y4", kind="wrong_sign", sentence="turned")
+    seen = Suspicion(run=SPREAD[2].name, signals=("y4",), kind="wrong_sign", sentence="turned")
     assert [s.severity for s in believed(laid_out(y), PATHS, [seen])] == [severity]
 
 
 @pytest.mark.parametrize("severity", ["stop", "look"])
 def test_a_column_that_is_turned_in_every_run_is_believed_if_turning_it_back_helps(y, severity):
     y[:, 1] *= -1.0 if severity == "stop" else -1.0 - 8.0 * S
-    seen = Suspicion(run=None, signal="y4", kind="wrong_sign", sentence="turned")
+    seen = Suspicion(run=None, signals=("y4",), kind="wrong_sign", sentence="turned")
     assert [s.severity for s in believed(laid_out(y), PATHS, [seen])] == [severity]
 
 
 def test_what_is_seen_at_first_glance_and_confirmed_stops(y):
     y[2, 1] *= -1.0
-    seen = Suspicion(run=SPREAD[2].name, signal="y4", kind="wrong_sign", sentence="turned", severity="look")
+    seen = Suspicion(run=SPREAD[2].name, signals=("y4",), kind="wrong_sign", sentence="turned", severity="look")
     assert [s.severity for s in set_up(laid_out(y), PATHS, [seen])] == ["stop", "look"]
 
 

@@ -7,11 +7,10 @@ import typing
 import pytest
 from pydantic import BaseModel
 
-from belt_sim.campaign import schema
-from belt_sim.campaign.nouns import PLACES, Run
-from belt_sim.campaign.runs import KNOWN, NUMBERS, RATES
-from belt_sim.campaign.runs import REQUIRED as REQUIRED_RUNS
-from belt_sim.campaign.schema import RESERVED, QuantityEntry
+from belt_sim.campaign.csv_tables import KNOWN, NUMBERS, RATES
+from belt_sim.campaign.csv_tables import REQUIRED as REQUIRED_RUNS
+from belt_sim.campaign.sheet import RESERVED, CampaignEntry, QuantityEntry
+from belt_sim.campaign.types import PLACES, Run
 from belt_sim.paths import ROOT
 
 TEXT = (ROOT / "docs" / "campaign_files.md").read_text(encoding="utf-8")
@@ -48,7 +47,7 @@ def fields(model: type[BaseModel], path: str = "") -> dict[str, bool]:
     return found
 
 
-FIELDS = fields(schema.CampaignEntry)
+FIELDS = fields(CampaignEntry)
 
 
 def test_the_fields_are_found():

@@ -7,7 +7,7 @@ import pytest
 from shipped_schema import check as follows_its_schema
 
 from belt_sim.campaign import CampaignError, read_campaign
-from belt_sim.campaign.plan import is_plan, read_plan
+from belt_sim.campaign.read import is_plan, read_plan
 from belt_sim.errors import BeltError
 from belt_sim.results.check import check_json
 from belt_sim.use_cases.check import check

@@ -11,8 +11,7 @@ from belt_sim.app.pages.asking import asking
 from belt_sim.app.pages.campaign_view import campaign_view
 from belt_sim.app.pages.import_view import import_view
 from belt_sim.app.pages.job_view import job_view
-from belt_sim.campaign.read import FILES
-from belt_sim.campaign.shipped import shipped
+from belt_sim.campaign.read import FILES, shipped
 
 OFTEN = 0.4  # [s] between two looks at the desk
 

@@ -8,8 +8,8 @@ from itertools import combinations
 import numpy as np
 
 from belt_sim.campaign import Suspicion
-from belt_sim.campaign.offsets import shifted_runs
-from belt_sim.campaign.record import records
+from belt_sim.campaign.quality.cross_run import check_starts
+from belt_sim.campaign.quality.record import records_of
 from belt_sim.diagnosis.fits.workbench import Workbench
 
 CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
@@ -108,14 +108,14 @@ def _other_ways(bench: Workbench) -> Iterator[Way]:
             words = f"fits the model with {whose} turned round, and nothing else in this run is off"
             read = y[r].copy()
             read[turned] *= -1.0
-            yield r, Suspicion(run=run.name, signal=name, kind="wrong_sign", sentence=words), read
+            yield r, Suspicion(run=run.name, signals=(name,) if name else (), kind="wrong_sign", sentence=words), read
         for s, t in combinations(there, 2):
             if np.array_equal(np.isfinite(y[r, s]), np.isfinite(y[r, t])):
-                both = " and ".join(bench.samples.signals[k].name for k in (s, t))
+                both = tuple(bench.samples.signals[k].name for k in (s, t))
                 words = "fit the model with the two exchanged, and nothing else in this run is off"
                 read = y[r].copy()
                 read[[s, t]] = read[[t, s]]
-                yield r, Suspicion(run=run.name, signal=both, kind="swapped", sentence=words), read
+                yield r, Suspicion(run=run.name, signals=both, kind="swapped", sentence=words), read
 
 
 def offsets(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
@@ -128,4 +128,4 @@ def offsets(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
         signals = {s.name: rest[r, k, own] for k, s in enumerate(samples.signals) if s.name in run.signals}
         runs.append(replace(run, travel=samples.travel[r, own], time=None, signals=signals))
     left = replace(bench.campaign, runs=tuple(runs))
-    return tuple(shifted_runs(left, records(left), bent=0.0))
+    return tuple(check_starts(left, records_of(left), curvature_share=0.0))

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from belt_sim import si
-from belt_sim.campaign.nouns import Kind
+from belt_sim.campaign.types import Kind
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.results.errors import UNITS, Where, Worst
 from belt_sim.results.words import KILO

@@ -1,19 +1,148 @@
-"""runs.csv, signals.csv and steady.csv -> runs and steady rates."""
+"""Read runs.csv, signals.csv and steady.csv; every wrong cell becomes a ``Problem`` with file, line and remedy."""
 
 import dataclasses
 import math
+from collections import Counter
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from belt_sim.campaign import plausible
-from belt_sim.campaign.nouns import Run, SignalSheet, SteadyRate
 from belt_sim.campaign.plausible import Range
 from belt_sim.campaign.problems import Problem, did_you_mean
-from belt_sim.campaign.schema import known_name
-from belt_sim.campaign.table import Table, parse_table, rows_where
+from belt_sim.campaign.sheet import check_name
+from belt_sim.campaign.types import Run, SignalSheet, SteadyRate
 from belt_sim.errors import InputError
-from belt_sim.si import MM_PER_M
+from belt_sim.si import MM_PER_M, UNITS
+
+
+@dataclass(frozen=True)
+class Table:
+    """A comma-separated table that remembers the line of every row.
+
+    columns: name -> stripped text of every row; lines: line of every row, from 1, ascending.
+    """
+
+    file: str
+    columns: dict[str, list[str]]
+    lines: np.ndarray
+    problems: list[Problem]
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def refuse(self, row: int, name: str, value: object, unit: str, remedy: str) -> None:
+        """Append a problem for one wrong cell."""
+        line = int(self.lines[row])
+        self.problems.append(Problem(file=self.file, line=line, name=name, value=value, unit=unit, remedy=remedy))
+
+    def numbers(self, name: str, bounds: Range, *, unit: str | None = None, blank: float | None = None) -> np.ndarray:
+        """Return a column in SI (as written if ``bounds`` has no unit), shape (rows,).
+
+        A blank cell becomes ``blank``, or a problem if that is None. A wrong cell becomes a problem and nan.
+        """
+        unit = bounds.unit if unit is None else unit
+        cells, shown = self.columns[name], unit or bounds.label
+        try:
+            written = np.array([float(cell) if cell else math.nan for cell in cells])
+        except ValueError:
+            written = np.array([_number(cell) for cell in cells])
+        empty = np.array([not cell for cell in cells], dtype=bool)
+        typed = np.array(["_" in cell for cell in cells], dtype=bool) | (~np.isfinite(written) & ~empty)
+        for row in rows_where(typed):
+            self.refuse(row, name, cells[row], shown, "must be a finite number, with a decimal point")
+        if blank is None:
+            for row in rows_where(empty):
+                self.refuse(row, name, None, shown, "is blank; state a number")
+        factor, (low, high) = UNITS[unit][1], (bounds.low, bounds.high)
+        with np.errstate(over="ignore"):  # what overflows is refused as implausible
+            si = written * factor
+        scale = UNITS[bounds.unit][1]
+        inside = (si > low * scale if bounds.open_low else si >= low * scale) & (si <= high * scale)
+        outside = ~inside & ~typed & ~empty
+        for row in rows_where(outside):
+            try:
+                bounds.check(float(written[row]), unit, name=name)
+            except InputError as error:
+                self.refuse(row, name, error.value, shown, error.remedy)
+        si[empty] = math.nan if blank is None else blank
+        si[typed | outside] = math.nan
+        return si
+
+
+def rows_where(mask: np.ndarray) -> list[int]:
+    """Return the indices of the rows where a mask is true."""
+    return np.flatnonzero(mask).tolist()
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell) if cell else math.nan
+    except ValueError:
+        return math.nan
+
+
+def parse_table(
+    text: str, file: str, required: tuple[str, ...], known: tuple[str, ...] | None, problems: list[Problem]
+) -> Table | None:
+    """Split a table into columns; return None if the header or the number of cells in a row is wrong.
+
+    known: all allowed columns (None allows any). Quotes around cells are dropped, blank lines skipped.
+    """
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").replace('"', "").split("\n")
+    header = [cell.strip() for cell in lines[0].split(",")]
+    if not text.strip():
+        problems.append(Problem(file=file, remedy=f"the file is empty; begin with the line {','.join(required)}"))
+        return None
+    if not _header_fits(header, file, required, known, problems):
+        return None
+    commas = len(header) - 1
+    numbers = [n for n, line in enumerate(lines[1:], start=2) if line and not line.isspace() and line.strip(", ")]
+    ragged = [n for n in numbers if lines[n - 1].count(",") != commas]
+    for n in ragged:
+        remedy = f"the header has {commas + 1}; end the line with commas for blanks, write decimals with a point"
+        problems.append(Problem(file=file, line=n, name="cells", value=lines[n - 1].count(",") + 1, remedy=remedy))
+    if ragged:
+        return None
+    if not numbers:
+        problems.append(Problem(file=file, remedy="has a header but no rows; add them"))
+        return None
+    split = zip(*(lines[n - 1].split(",") for n in numbers), strict=True)
+    columns = {name: [cell.strip() for cell in cells] for name, cells in zip(header, split, strict=True)}
+    return Table(file, columns, np.array(numbers), problems)
+
+
+def _header_fits(
+    header: list[str],
+    file: str,
+    required: tuple[str, ...],
+    known: tuple[str, ...] | None,
+    problems: list[Problem],
+) -> bool:
+    before = len(problems)
+
+    def refuse(name: str, remedy: str) -> None:
+        problems.append(Problem(file=file, line=1, name=name, remedy=remedy))
+
+    for separator, called in ((";", "semicolons"), ("\t", "tabs")):
+        if len(header) == 1 and separator in header[0]:
+            remedy = f"columns are separated by {called}; separate them by commas and write decimals with a point"
+            refuse("", remedy)
+            return False
+    for name, count in Counter(header).items():
+        if not name:
+            refuse("", "a column has no name; name it or remove the comma")
+        elif count > 1:
+            refuse(name, f"column stands there {count} times; keep one")
+        elif known is not None and name not in known:
+            unused = [k for k in known if k not in header]
+            refuse(name, f"unknown column; {did_you_mean(name, unused or known)}")
+    for name in required:
+        if name not in header:
+            refuse(name, "column is missing; add it")
+    return len(problems) == before
+
 
 #: column -> field of Run, range, value of a blank (None: required)
 NUMBERS: dict[str, tuple[str, Range, float | None]] = {
@@ -34,14 +163,14 @@ REPEAT_TOLERANCE = 0.05
 
 @dataclasses.dataclass(frozen=True)
 class RunRows:
-    """The runs that could be read, and the line of each run named in runs.csv."""
+    """The valid runs of runs.csv, and the line of every run that it names."""
 
     runs: dict[str, Run]
     lines: dict[str, int]
 
 
 def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
-    """The rows of runs.csv as runs without records; None when the table itself is broken."""
+    """Return the rows of runs.csv as runs without records; None if the table itself is broken."""
     table = parse_table(text, "runs.csv", REQUIRED, KNOWN, problems)
     if table is None:
         return None
@@ -79,7 +208,7 @@ def _name_fits(table: Table, row: int, name: str, lines: dict[str, int]) -> bool
         table.refuse(row, "run", None, "", "is blank; name the run")
         return False
     try:
-        known_name(name)
+        check_name(name)
     except InputError as error:
         table.refuse(row, "run", name, "", error.remedy)
     if name in lines:
@@ -89,7 +218,7 @@ def _name_fits(table: Table, row: int, name: str, lines: dict[str, int]) -> bool
 
 
 def _check_repeats(runs: dict[str, Run], lines: dict[str, int], problems: list[Problem]) -> None:
-    """Every repeat_of names a first run, whose settings are the same."""
+    """Check that every repeat_of names a first run with the same settings."""
 
     def refuse(run: Run, name: str, value: object, unit: str, remedy: str) -> None:
         line = lines[run.name]
@@ -103,13 +232,7 @@ def _check_repeats(runs: dict[str, Run], lines: dict[str, int], problems: list[P
             others = [name for name in runs if name != run.name]
             refuse(run, "repeat_of", run.repeat_of, "", f"no such run; {did_you_mean(run.repeat_of, others)}")
         elif first is run:
-            refuse(
-                run,
-                "repeat_of",
-                run.repeat_of,
-                "",
-                "a run cannot repeat itself; name the first run of the series",
-            )
+            refuse(run, "repeat_of", run.repeat_of, "", "a run cannot repeat itself; name the first run of the series")
         elif first.repeat_of is not None:
             refuse(run, "repeat_of", run.repeat_of, "", f"is itself a repeat; name {first.repeat_of} instead")
         else:
@@ -130,7 +253,7 @@ def read_signals(
     rows: RunRows | None,
     problems,
 ) -> dict[str, Run]:
-    """The runs of signals.csv with their records; only those that could be read."""
+    """Return the valid runs of signals.csv by name, with their records."""
     before = len(problems)
     known = None if names is None else ("run", "travel_m", "time_s", *sorted(names))
     table = parse_table(text, "signals.csv", ("run", "travel_m"), known, problems)
@@ -158,7 +281,7 @@ def read_signals(
 
 
 def _readings(table: Table, sheets: tuple[SignalSheet, ...] | None) -> dict[str, np.ndarray]:
-    """The columns of the signals, in SI; that there is none is a problem."""
+    """Return the signal columns in SI; having none is a problem."""
     columns = {
         sheet.name: table.numbers(sheet.name, plausible.READING[sheet.kind], unit=sheet.unit, blank=math.nan)
         for sheet in sheets or ()
@@ -172,7 +295,7 @@ def _readings(table: Table, sheets: tuple[SignalSheet, ...] | None) -> dict[str,
 
 
 def _rows_of_runs(table: Table, rows: RunRows | None) -> dict[str, np.ndarray]:
-    """Indices of each run's rows, in the order of the file; unknown runs are problems, once each."""
+    """Return the row indices of each run in file order; each unknown run is one problem."""
     number: dict[str, int] = {}
     of_row = np.array([number.setdefault(name, len(number)) for name in table.columns["run"]])
     order = np.argsort(of_row, kind="stable")
@@ -186,7 +309,7 @@ def _rows_of_runs(table: Table, rows: RunRows | None) -> dict[str, np.ndarray]:
 
 
 def _check_rising(table: Table, index: np.ndarray, name: str, values: np.ndarray, unit: str) -> None:
-    """The first place of a run where travel or time stands still or falls is a problem."""
+    """Check that travel or time rises within a run; its first step back is a problem."""
     index = index[np.isfinite(values[index])]
     back = np.flatnonzero(np.diff(values[index]) <= 0.0)
     if back.size:
@@ -196,7 +319,7 @@ def _check_rising(table: Table, index: np.ndarray, name: str, values: np.ndarray
 
 
 def read_steady(text: str, rows: RunRows | None, problems: list[Problem]) -> tuple[SteadyRate, ...]:
-    """The rates of steady.csv, one row a run."""
+    """Return the steady rates of steady.csv, one row a run."""
     table = parse_table(text, "steady.csv", ("run", "u_rate"), ("run", *RATES, "u_rate"), problems)
     if table is None:
         return ()

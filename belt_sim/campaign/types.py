@@ -1,18 +1,20 @@
-"""A measured campaign: one machine, one belt, many runs, and how well each number is known."""
+"""Data classes of a measured campaign: one machine, one belt, many runs, and the uncertainty of each number."""
 
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from belt_sim.campaign.paragraph import paragraph
+from belt_sim import si
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.rig import Belt, Rig
 
 Kind = Literal["lateral", "tilt"]
 Use = Literal["fit", "hold_out"]
 
-#: Where a signal can be taken -> what it measures: lateral position [m], or roll of the cross-section [rad].
+#: measuring place -> kind of signal: lateral position [m], or roll of the cross-section [rad]
 PLACES: dict[str, Kind] = {
     "point_1": "lateral",
     "point_2": "lateral",
@@ -138,11 +140,11 @@ class Campaign:
     sha256: str = ""
 
     def __repr__(self) -> str:
-        return paragraph(self)
+        return _describe(self)
 
 
 def case_of(campaign: Campaign, run: Run) -> Case:
-    """The nominal case of one run: stated machine, belt and settings, both yaws stepped at ``run.yaw_at``."""
+    """Return the nominal case of a run: stated machine, belt and settings, with both yaws stepped at ``run.yaw_at``."""
     machine, belt = campaign.machine, campaign.belt
     rig = Rig(
         centre_distance=machine.centre_distance.value,
@@ -164,3 +166,42 @@ def case_of(campaign: Campaign, run: Run) -> Case:
         direction=run.direction,
     )
     return Case(rig=rig, belt=strip, settings=settings)
+
+
+def _describe(c: Campaign) -> str:
+    """Return one paragraph: runs, repeats and hold-outs, tensions, yaws, signals, travel, steady rates, origin."""
+    repeats, held = sum(r.repeat_of is not None for r in c.runs), sum(r.use != "fit" for r in c.runs)
+    more = ", ".join(f"{n} {what}" for n, what in ((repeats, "repeats"), (held, "held out")) if n)
+    said = [
+        f"{c.title}: {len(c.runs)} runs{f' ({more})' if more else ''}"
+        f" at {_numbers(r.tension / si.N_PER_MM2 for r in c.runs)} N/mm2, {_yaws(c.runs)}"
+    ]
+    records = [r for r in c.runs if len(r.travel)]
+    if records:
+        signals = ", ".join(f"{s.name} ({s.at.replace('_', ' ')}, {s.unit})" for s in c.signals)
+        samples = sum(len(r.travel) for r in records)
+        said.append(f"signals {signals} over {_travel_range(records)} m of travel, {samples} samples")
+    if c.steady:
+        said.append(f"steady rates of {len(c.steady)} runs")
+    return "; ".join([*said, c.source.kind]) + "."
+
+
+def _numbers(values: Iterable[float]) -> str:
+    """Format the distinct values in order: 7, 10 and 40; more than six as 7 to 40."""
+    found = [f"{v:.4g}" for v in sorted({float(f"{v:.6g}") for v in values})]
+    if len(found) > 6:
+        return f"{found[0]} to {found[-1]}"
+    return found[0] if len(found) == 1 else f"{', '.join(found[:-1])} and {found[-1]}"
+
+
+def _yaws(runs: Iterable[Run]) -> str:
+    """Format the number of runs by sign of the yaw, and the angles."""
+    yaws = np.array([r.yaw for r in runs]) / si.DEGREE
+    signs = Counter(int(s) for s in np.sign(yaws))
+    counted = ", ".join(f"{signs[s]} at yaw {name}" for s, name in ((1, "> 0"), (-1, "< 0"), (0, "= 0")) if signs[s])
+    return f"{counted} (|yaw| {_numbers(abs(yaws))} deg)"
+
+
+def _travel_range(runs: Iterable[Run]) -> str:
+    ends = [r.travel[-1] for r in runs]
+    return f"{min(ends):.4g}" if np.ptp(ends) < 0.5 else f"{min(ends):.4g} to {max(ends):.4g}"

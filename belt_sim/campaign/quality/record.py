@@ -1,13 +1,93 @@
-"""Checks of single records: clipped, stuck, dropped out, or with a noise of another magnitude than stated."""
+"""Records of single signals, their noise, and checks for clipping, dropouts, gaps and slipped units."""
 
 import math
 from collections import defaultdict
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
-from belt_sim.campaign.nouns import Campaign
-from belt_sim.campaign.record import Record
-from belt_sim.campaign.suspect import Severity, Suspicion, SuspicionKind
+from belt_sim.campaign.types import Campaign, Run, SignalSheet
+
+SuspicionKind = Literal[
+    "unit_slip", "clipped", "swapped", "wrong_sign", "dropout", "shifted", "zero", "same_place", "guided"
+]
+Severity = Literal["stop", "look"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Suspicion:
+    """A probable error in the data.
+
+    run: where (None: in all runs); signals: names of the one or two signals concerned, () for all; sentence: what was
+    observed; severity "stop": do not fit before it is cleared, "look": an effect of the machine could do the same.
+    """
+
+    run: str | None
+    signals: tuple[str, ...] = ()
+    kind: SuspicionKind
+    sentence: str
+    severity: Severity = "stop"
+
+    @property
+    def signal(self) -> str | None:
+        """The names of the signals in words, "y1" or "y1 and y4"; None for all signals."""
+        return " and ".join(self.signals) or None
+
+
+#: Median absolute deviation -> standard deviation of a normal distribution.
+MAD_TO_SIGMA = 1.4826
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """One signal of one run without blanks: travel since the yaw was applied [m], readings [m or rad], shape (n,)."""
+
+    run: Run
+    sheet: SignalSheet
+    travel: np.ndarray
+    readings: np.ndarray
+
+    @property
+    def stated_noise(self) -> float:
+        """Standard deviation expected of ``measured_noise`` from the stated sensor errors.
+
+        Second differences have the variance 6 w^2 for white noise, and less for wander with correlation exp(-d/length).
+        """
+        step = float(np.median(np.diff(self.travel))) if len(self.travel) > 1 else 0.0
+        correlation = math.exp(-step / self.sheet.wander_length)
+        wander = self.sheet.wander_sd**2 * (6.0 - 8.0 * correlation + 2.0 * correlation**2)
+        return math.sqrt(self.sheet.white**2 + wander / 6.0)
+
+    @property
+    def measured_noise(self) -> float:
+        """Standard deviation of the scatter from sample to sample, from the median second difference."""
+        second = np.abs(np.diff(self.readings, 2))
+        return MAD_TO_SIGMA * float(np.median(second)) / math.sqrt(6.0) if second.size else 0.0
+
+    @property
+    def digit(self) -> float:
+        """Smallest step between distinct readings, an upper bound of invisible scatter; 0 if all are equal."""
+        steps = np.diff(np.unique(self.readings))
+        return float(steps.min()) if steps.size else 0.0
+
+    @property
+    def drift_error(self) -> float:
+        """One sigma of zero, wander and white noise together."""
+        return math.hypot(self.sheet.zero, self.sheet.wander_sd, self.sheet.white)
+
+
+def records_of(campaign: Campaign) -> list[Record]:
+    """Return the records of all signals of all runs that have a reading."""
+    sheets = {sheet.name: sheet for sheet in campaign.signals}
+    found = []
+    for run in campaign.runs:
+        for name, readings in run.signals.items():
+            there = np.isfinite(readings)
+            travel = run.travel[there] - run.yaw_at
+            found.append(Record(run=run, sheet=sheets[name], travel=travel, readings=readings[there]))
+    return found
+
 
 #: Shorter records say nothing about their noise or their repetitions.
 FEWEST = 12
@@ -26,25 +106,25 @@ TINY, HUGE = 0.01, 3.0
 GAP_SHARE, GAP_STEPS = 0.03, 10.0
 
 
-def broken_record(record: Record) -> list[Suspicion]:
-    """Clipped, stuck at a value, or interrupted by spikes."""
+def check_record(record: Record) -> list[Suspicion]:
+    """Return at most one suspicion: stuck at a value, clipped, or interrupted by spikes."""
     if len(record.readings) < FEWEST:
         return []
     for check in (_stuck, _clipped, _spikes):
         sentence, kind = check(record)
         if sentence:
-            return [Suspicion(run=record.run.name, signal=record.sheet.name, kind=kind, sentence=sentence)]
+            return [Suspicion(run=record.run.name, signals=(record.sheet.name,), kind=kind, sentence=sentence)]
     return []
 
 
 def _streaks(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where streaks of exactly equal readings begin, and how long they are."""
+    """Return starts and lengths of the streaks of exactly equal readings."""
     starts = np.concatenate([[0], np.flatnonzero(np.diff(y) != 0.0) + 1])
     return starts, np.diff(np.concatenate([starts, [len(y)]]))
 
 
 def _chance_streak(y: np.ndarray, lengths: np.ndarray) -> float:
-    """A length that equal readings in a row do not reach by chance, for a sensor of this resolution."""
+    """Return the length of a streak of equal readings that a sensor of this resolution does not reach by chance."""
     others = lengths[lengths < max(lengths.max(), 2)]
     equal = float((others - 1).sum()) / max(int(others.sum()), 1)
     expected = math.log(len(y)) / -math.log(equal) if 0.0 < equal < 1.0 else 0.0
@@ -52,7 +132,7 @@ def _chance_streak(y: np.ndarray, lengths: np.ndarray) -> float:
 
 
 def _stuck(record: Record) -> tuple[str, SuspicionKind]:
-    """The longest streak of equal readings, away from the extremes (those are clipping)."""
+    """Describe the longest streak of equal readings, unless it is at an extreme (that is clipping)."""
     y, s = record.readings, record.travel
     starts, lengths = _streaks(y)
     k = int(np.argmax(lengths))
@@ -70,11 +150,11 @@ def _stuck(record: Record) -> tuple[str, SuspicionKind]:
 
 
 def _is_piled(y: np.ndarray, value: float) -> bool:
-    """Whether readings pile up at an extreme, more than at the three values next to it."""
+    """Return whether readings pile up at an extreme, more than at the three values next to it."""
     levels, counts = np.unique(y, return_counts=True)
-    at = int(counts[levels == value][0])
-    near = counts[1:4] if value == levels[0] else counts[-4:-1]
-    return at >= PILE and at > PILE_FACTOR * (near.max() if near.size else 0)
+    count = int(counts[levels == value][0])
+    neighbours = counts[1:4] if value == levels[0] else counts[-4:-1]
+    return count >= PILE and count > PILE_FACTOR * (neighbours.max() if neighbours.size else 0)
 
 
 def _clipped(record: Record) -> tuple[str, SuspicionKind]:
@@ -87,7 +167,7 @@ def _clipped(record: Record) -> tuple[str, SuspicionKind]:
 
 
 def _spikes(record: Record) -> tuple[str, SuspicionKind]:
-    """Readings that jump out of their neighbours and back, or to a fill value."""
+    """Describe readings that jump away from their neighbours and back, or to a fill value."""
     y = record.readings
     padded = np.pad(y, 2, mode="edge")
     local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
@@ -102,8 +182,8 @@ def _spikes(record: Record) -> tuple[str, SuspicionKind]:
     return "", "dropout"
 
 
-def gaps(campaign: Campaign) -> list[Suspicion]:
-    """Long blank stretches inside a signal, and signals missing in some runs only."""
+def check_gaps(campaign: Campaign) -> list[Suspicion]:
+    """Return long blank stretches inside signals, and signals that are missing in some runs only."""
     found = []
     recorded = [run for run in campaign.runs if len(run.travel) >= FEWEST]
     for run in recorded:
@@ -115,20 +195,22 @@ def gaps(campaign: Campaign) -> list[Suspicion]:
             usual = float(np.median(np.diff(there))) if len(there) > 1 else 0.0
             if steps[worst] > max(GAP_STEPS * usual, GAP_SHARE * (run.travel[-1] - run.travel[0])):
                 sentence = f"no readings from travel {edges[worst]:.6g} to {edges[worst + 1]:.6g} m"
-                found.append(Suspicion(run=run.name, signal=name, kind="dropout", sentence=sentence))
+                found.append(Suspicion(run=run.name, signals=(name,), kind="dropout", sentence=sentence))
         for name in sorted({n for other in recorded for n in other.signals} - set(run.signals)):
             share = sum(name in other.signals for other in recorded) / len(recorded)
             if share > 0.5:
                 sentence = "no readings at all, though most runs have them"
-                found.append(Suspicion(run=run.name, signal=name, kind="dropout", sentence=sentence, severity="look"))
+                found.append(
+                    Suspicion(run=run.name, signals=(name,), kind="dropout", sentence=sentence, severity="look")
+                )
     return found
 
 
-def noise_out_of_scale(records: list[Record]) -> list[Suspicion]:
-    """Scatter of another magnitude than stated: a unit slipped, in the data or in the sheet.
+def check_noise(records: list[Record]) -> list[Suspicion]:
+    """Return scatter of another magnitude than stated: a unit slipped, in the data or in the sheet.
 
-    A slip of one run shows beside the other runs too. What all runs of a signal show alike is the signal's: a noisier
-    sensor than stated, or a belt's edge that is read too seldom to be followed.
+    A slip of one run also stands out from the other runs. A ratio common to all runs belongs to the signal: the
+    sensor is noisier than stated, or its samples are too far apart to follow the belt's edge.
     """
     ratios: dict[str, dict[str, float]] = defaultdict(dict)
     for record in records:
@@ -144,27 +226,27 @@ def noise_out_of_scale(records: list[Record]) -> list[Suspicion]:
             typical = float(np.median(list(of_run.values())))
             sentence = f"its scatter is {typical:.3g} times the stated one in every run: unit or noise is wrong"
             severity: Severity = "stop" if _size_out_of_scale(signal, records) else "look"
-            slip = Suspicion(run=None, signal=signal, kind="unit_slip", sentence=sentence, severity=severity)
+            slip = Suspicion(run=None, signals=(signal,), kind="unit_slip", sentence=sentence, severity=severity)
             found.append(slip)
         for run, ratio in alone.items():
             sentence = f"its scatter is {ratio:.3g} times the stated one: its unit slipped, or the sensor broke"
-            found.append(Suspicion(run=run, signal=signal, kind="unit_slip", sentence=sentence))
+            found.append(Suspicion(run=run, signals=(signal,), kind="unit_slip", sentence=sentence))
     return found
 
 
 def _slipped(ratio: float) -> bool:
-    """Whether a ratio is of another magnitude."""
+    """Return whether a ratio is of another magnitude."""
     return not 1.0 / NOISE_FACTOR < ratio < NOISE_FACTOR
 
 
 def _usual(of_run: dict[str, float], run: str) -> float:
-    """Scatter over the stated one in the other runs; as stated where there is none."""
+    """Return the median ratio of scatter to stated noise in the other runs; 1 if there is none."""
     others = [r for name, r in of_run.items() if name != run]
     return float(np.median(others)) if others else 1.0
 
 
 def _size_out_of_scale(signal: str, records: list[Record]) -> bool:
-    """Whether lateral readings are far larger or smaller than a yawed belt can move."""
+    """Return whether lateral readings are far larger or smaller than a yawed belt can move."""
     sizes = [
         float(np.sqrt(np.mean(r.readings**2))) / (abs(r.run.yaw) * float(r.travel[-1]))
         for r in records

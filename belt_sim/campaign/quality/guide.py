@@ -1,59 +1,58 @@
-"""A guide in closed loop: something steers the belt back, so that the readings show the guide and not the belt.
+"""Check for a steering guide in closed loop, whose action would hide the belt's own behaviour.
 
-A belt that is left alone follows its yaw: it drifts on, or stops where a crown holds it, off the middle by as much as
-the yaw asks. Only a guide brings it back to zero against the yaw, or has it swing about a place for ever. An edge that
-is not straight swings for ever as well, but once a turn of the belt and alike in all runs: that is taken off first.
+A free belt follows its yaw: it drifts, or a crown stops it off the middle on the side of the yaw. Only a guide returns
+it to zero against the yaw, or lets it oscillate for ever. A curved belt edge also oscillates, but with the belt's
+revolution and alike in all runs; it is subtracted first.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from belt_sim.campaign.lead import span_of
-from belt_sim.campaign.nouns import Campaign, case_of
-from belt_sim.campaign.record import Record
-from belt_sim.campaign.suspect import Suspicion
+from belt_sim.campaign.quality.kinematics import span_of
+from belt_sim.campaign.quality.record import Record, Suspicion
+from belt_sim.campaign.types import Campaign, case_of
 
 #: Spans that a record must cover; the first and the last part of it that are compared.
 SPANS, EARLY, LATE = 3.0, 0.5, 0.3
-#: Late readings below this share of the early peak have come back; late swings this large against it go on.
+#: Share of the early peak below which late readings have returned, and above which late swings are an oscillation.
 BACK, SWING = 0.25, 0.3
-#: What is judged stands this many sigmas out of zero, wander and white noise.
+#: A signal is judged if it exceeds this many sigmas of zero, wander and white noise.
 CLEAR = 8.0
-#: Runs that must show it, and their share of those that could.
+#: Fewest runs, and the share of the judged runs that must agree.
 FEWEST, MOST = 3, 0.8
-TURNS = 4  # changes of direction, each clear of noise, that make a swing
-HALTED = 0.03  # of yaw times travel: a belt that is left alone has drifted further, however it swings
-#: What the belt carries: waves of its length, told from the drift of a run in records of so many turns and more.
-WAVES, BEND, ROUNDS = 8, 3, 2.0
+TURNS = 4  # changes of direction that make an oscillation
+HALTED = 0.03  # of yaw times travel: a free belt has drifted further
+#: Harmonics of the belt's length, degree of the drift polynomial, and the fewest revolutions that separate the two.
+WAVES, DEGREE, ROUNDS = 8, 3, 2.0
 
 
-def closed_loop(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
-    """Signals that are pulled back to zero, or that swing, in nearly all runs with a yaw."""
+def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Return signals that return to zero or oscillate in nearly all runs with a yaw."""
     span, found = span_of(campaign), []
     for name in dict.fromkeys(r.sheet.name for r in records if r.sheet.kind == "lateral"):
         signal = [r for r in records if r.sheet.name == name]
-        own = [r for r in _without_the_edge(campaign, signal) if _can_tell(r, span)]
+        own = [r for r in _subtract_edge(campaign, signal) if _is_judged(r, span)]
         if len(own) < FEWEST:
             continue
-        for seen, words in ((_comes_back, "comes back to y = 0 against the yaw"), (_swings, "swings to and fro")):
-            if sum(seen(r) for r in own) >= MOST * len(own):
+        for shows, words in ((_returns, "comes back to y = 0 against the yaw"), (_oscillates, "swings to and fro")):
+            if sum(shows(r) for r in own) >= MOST * len(own):
                 sentence = f"{words} in nearly all runs: a guide seems to steer the belt; switch it off, or record"
                 sentence += " what it does as yaw in runs.csv"
-                found.append(Suspicion(run=None, signal=name, kind="guided", sentence=sentence))
+                found.append(Suspicion(run=None, signals=(name,), kind="guided", sentence=sentence))
                 break
     return found
 
 
-def _without_the_edge(campaign: Campaign, records: list[Record]) -> list[Record]:
-    """Records of one signal without what all runs show alike at the same place of the belt, turn after turn."""
+def _subtract_edge(campaign: Campaign, records: list[Record]) -> list[Record]:
+    """Subtract from the records of one signal the periodic edge profile that all runs share."""
     length = float(case_of(campaign, campaign.runs[0]).rig.belt_length)
     long = [r for r in records if r.travel[-1] > ROUNDS * length]
     if not long:
         return records
     waves, readings = [_waves(r, length) for r in long], [r.readings for r in long]
-    apart = [np.vander(r.travel / r.travel[-1], BEND + 1) for r in long]  # of its drift, each run has its own course
-    bases = [np.linalg.qr(own)[0] for own in apart]
+    drifts = [np.vander(r.travel / r.travel[-1], DEGREE + 1) for r in long]
+    bases = [np.linalg.qr(drift)[0] for drift in drifts]
     rest = [w - q @ (q.T @ w) for q, w in zip(bases, waves, strict=True)]
     left = [y - q @ (q.T @ y) for q, y in zip(bases, readings, strict=True)]
     edge = np.linalg.lstsq(np.concatenate(rest), np.concatenate(left), rcond=None)[0]
@@ -62,13 +61,14 @@ def _without_the_edge(campaign: Campaign, records: list[Record]) -> list[Record]
 
 
 def _waves(record: Record, length: float) -> np.ndarray:
-    """Waves (n, 2 WAVES) that repeat with the belt's length."""
+    """Return cosines and sines (n, 2 WAVES) that repeat with the belt's length."""
     place = record.run.direction * (record.travel + record.run.yaw_at)
     phase = 2.0 * np.pi / length * place[:, None] * np.arange(1, WAVES + 1)
     return np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
 
 
-def _can_tell(record: Record, span: float) -> bool:
+def _is_judged(record: Record, span: float) -> bool:
+    """Return whether a record is long enough and moves clearly beyond its errors."""
     return (
         record.run.yaw != 0.0
         and len(record.travel) > 24
@@ -77,7 +77,8 @@ def _can_tell(record: Record, span: float) -> bool:
     )
 
 
-def _comes_back(record: Record) -> bool:
+def _returns(record: Record) -> bool:
+    """Return whether the signal has an early peak on the side of the yaw and then returns to zero."""
     y, part = _smooth(record), record.travel / record.travel[-1]
     peak = float(np.abs(y[part < EARLY]).max(initial=0.0))
     late = y[part > 1.0 - LATE]
@@ -87,8 +88,8 @@ def _comes_back(record: Record) -> bool:
     )
 
 
-def _swings(record: Record) -> bool:
-    """Turns of a smoothed late record whose swings are large against all that the belt has moved."""
+def _oscillates(record: Record) -> bool:
+    """Return whether the smoothed late record turns back often, by much of what the belt has moved in all."""
     y, part = _smooth(record), record.travel / record.travel[-1]
     late = y[part > EARLY]
     swing = 0.5 * float(np.ptp(late))
@@ -96,7 +97,7 @@ def _swings(record: Record) -> bool:
     if drifted or swing < CLEAR * record.drift_error or swing < SWING * float(np.abs(y).max()):
         return False
     level, turns, up = late[0], 0, None
-    for value in late:  # a turn counts when the belt has come back by half a swing
+    for value in late:  # a turn counts once the belt has come back by half a swing
         if up is not True and value > level + swing / 2.0:
             turns, up, level = turns + 1, True, value
         elif up is not False and value < level - swing / 2.0:
@@ -106,7 +107,7 @@ def _swings(record: Record) -> bool:
 
 
 def _smooth(record: Record) -> np.ndarray:
-    """Readings averaged over a fiftieth of the record."""
+    """Return the readings averaged over a fiftieth of the record."""
     width = max(1, len(record.readings) // 50)
     padded = np.pad(record.readings, width // 2, mode="edge")
     return np.convolve(padded, np.ones(width) / width, mode="same")[width // 2 :][: len(record.readings)]

@@ -1,0 +1,155 @@
+"""Checks across runs: signs that are turned round, slipped units of the travel, and runs that do not begin at y = 0.
+
+y = 0 is where a point was when the yaw was applied, up to the stated error ``zero``. A straight line through the
+first readings after the yaw is extended back to it; the belt has not moved there yet.
+"""
+
+import math
+from collections import defaultdict
+
+import numpy as np
+
+from belt_sim.campaign.quality.record import Record, Severity, Suspicion
+from belt_sim.campaign.types import Campaign
+from belt_sim.si import MM
+
+#: Readings that are judged must stand this many sigmas out of zero, wander and white noise.
+CLEAR = 6.0
+#: Runs are compared if their tensions differ by less than this share.
+SAME_TENSION = 0.2
+#: Cosine between two curves (over yaw) below which one of them is turned round ...
+OPPOSED = -0.8
+#: ... and the ratio of their sizes is below this: turning a sign leaves the size as it is.
+ALIKE_SIZE = 1.5
+#: Factor on step and length of the travel, against other runs, or on travel/(speed time), that is a slip.
+TRAVEL_FACTOR = 20.0
+#: Length of the line as a share of a span, and its fewest readings.
+SHARE, FEWEST = 0.08, 6
+#: Error of the line by the curvature of the path, as a share of yaw times its length.
+CURVATURE_SHARE = 0.2
+#: One run this many sigmas off is shifted. This rms over all runs means that ``zero`` is stated too small, or that it
+#: was forgotten if none is stated.
+SHIFTED, UNSTATED, FORGOTTEN = 12.0, 5.0, 1.8
+FEWEST_RUNS = 4
+_GRID = 100
+
+
+def check_signs(records: list[Record]) -> list[Suspicion]:
+    """Return signals that run opposite to the same signal of other runs at the same tension, after division by yaw."""
+    found = []
+    for name in dict.fromkeys(record.sheet.name for record in records):
+        own = [r for r in records if r.sheet.name == name and abs(r.run.yaw) > 2.0 * abs(r.run.yaw_head)]
+        own = [r for r in own if np.sqrt(np.mean(r.readings**2)) > CLEAR * r.drift_error and len(r.travel) > 2]
+        if len(own) > 2 and (turned := _turned_round(own)) is not None:
+            record, certain = turned
+            sentence = "runs opposite to the runs at the same tension, yaw for yaw: its sign is turned round"
+            severity: Severity = "stop" if certain else "look"
+            found.append(
+                Suspicion(run=record.run.name, signals=(name,), kind="wrong_sign", sentence=sentence, severity=severity)
+            )
+    return found
+
+
+def _turned_round(own: list[Record]) -> tuple[Record, bool] | None:
+    """Return the record that opposes comparable runs, and whether it is certain (one of them has a yaw of its sign)."""
+    cosine, size = _cosines(own)
+    tension = np.array([r.run.tension for r in own])
+    direction = np.array([r.run.direction for r in own])
+    side = np.sign([r.run.yaw for r in own])
+    alike = np.abs(tension[:, None] / tension - 1.0) < SAME_TENSION
+    alike &= (direction[:, None] == direction) & ~np.eye(len(own), dtype=bool)
+    opposed = (cosine < OPPOSED) & (np.abs(np.log(size[:, None] / size)) < math.log(ALIKE_SIZE))
+    turned = [k for k in range(len(own)) if alike[k].any() and 2 * (alike[k] & opposed[k]).sum() >= alike[k].sum()]
+    groups = {tuple(np.flatnonzero(alike[k] | (np.arange(len(own)) == k))) for k in turned}
+    if len(groups) != 1:
+        return None  # none, or the same conflict at several tensions: an effect that does not follow the yaw
+    trust = [float(np.mean(np.delete(cosine[k], k))) for k in turned]
+    k = turned[int(np.argmin(trust))]
+    same_side = (alike[k] & opposed[k] & (side == side[k])).any()
+    return own[k], bool(same_side)
+
+
+def _cosines(records: list[Record]) -> tuple[np.ndarray, np.ndarray]:
+    """Return cosines (n, n) between records over their yaw on their common travel, and their norms (n,)."""
+    s = np.linspace(0.0, min(r.travel[-1] for r in records), _GRID)
+    curves = np.array([np.interp(s, r.travel, r.readings) / r.run.yaw for r in records])
+    size = np.maximum(np.linalg.norm(curves, axis=1), 1e-300)
+    unit = curves / size[:, None]
+    return unit @ unit.T, size
+
+
+def check_travel(campaign: Campaign) -> list[Suspicion]:
+    """Return runs whose travel has another magnitude than the other runs, or than speed times time."""
+    recorded = [run for run in campaign.runs if len(run.travel) > 2]
+    steps = {run.name: float(np.median(np.diff(run.travel))) for run in recorded}
+    lengths = {run.name: float(run.travel[-1] - run.travel[0]) for run in recorded}
+    found = []
+    for run in recorded:
+        ratios = [
+            of_run[run.name] / float(np.median([v for name, v in of_run.items() if name != run.name]))
+            for of_run in (steps, lengths)
+            if len(of_run) > 2
+        ]
+        if ratios and (min(ratios) > TRAVEL_FACTOR or max(ratios) < 1.0 / TRAVEL_FACTOR):
+            sentence = f"its travel is {ratios[1]:.3g} times that of the other runs: its unit has slipped"
+            found.append(Suspicion(run=run.name, kind="unit_slip", sentence=sentence))
+        elif run.time is not None and np.isfinite(run.time).sum() > 2:
+            there = np.isfinite(run.time)
+            seconds = run.time[there][-1] - run.time[there][0]
+            pace = (run.travel[there][-1] - run.travel[there][0]) / (seconds * run.speed)
+            if not 1.0 / TRAVEL_FACTOR < pace < TRAVEL_FACTOR:
+                sentence = f"travel is {pace:.3g} times speed times time: one of them is in another unit"
+                found.append(Suspicion(run=run.name, kind="unit_slip", sentence=sentence))
+    return found
+
+
+def check_starts(
+    campaign: Campaign, records: list[Record], *, curvature_share: float = CURVATURE_SHARE
+) -> list[Suspicion]:
+    """Return runs that are shifted, and signals whose runs begin further from zero than the sheet allows.
+
+    curvature_share: 0 for residuals of a model, which have no path of their own.
+    """
+    of_signal: dict[str, dict[str, tuple[float, float]]] = defaultdict(dict)
+    for record in records:
+        reach = SHARE * campaign.machine.centre_distance.value
+        start = _start(record, reach, curvature_share) if record.sheet.kind == "lateral" else None
+        if start is not None:
+            of_signal[record.sheet.name][record.run.name] = start
+    found = []
+    for signal, starts in of_signal.items():
+        score = {run: abs(y) / sigma for run, (y, sigma) in starts.items()}
+        typical = float(np.median(list(score.values())))
+        off = [run for run in score if score[run] > SHIFTED * max(typical, 1.0)]
+        for run in off:
+            sentence = f"begins at {starts[run][0] / MM:.3g} mm, where y = 0 should be: this run is shifted"
+            sentence += "; take its readings from where the point was when the yaw was applied"
+            found.append(Suspicion(run=run, signals=(signal,), kind="shifted", sentence=sentence))
+        rest = [run for run in score if run not in off]
+        forgotten = curvature_share == 0.0 and all(r.sheet.zero == 0.0 for r in records if r.sheet.name == signal)
+        limit = FORGOTTEN if forgotten else UNSTATED
+        if len(rest) >= FEWEST_RUNS and np.sqrt(np.mean([min(score[r], 20.0) ** 2 for r in rest])) > limit:
+            found.append(_unstated(signal, [starts[r][0] for r in rest], records))
+    return found
+
+
+def _unstated(signal: str, starts: list[float], records: list[Record]) -> Suspicion:
+    zero = next(r.sheet.zero for r in records if r.sheet.name == signal)
+    size = float(np.sqrt(np.mean(np.square(starts))))
+    stated = f"states zero: {zero / MM:g} mm" if zero > 0.0 else "states no zero"
+    sentence = f"its runs begin {size / MM:.2g} mm (rms) off y = 0, while the sheet {stated}: "
+    sentence += f"write zero: {size / MM:.2g} for it in campaign.yaml"
+    return Suspicion(run=None, signals=(signal,), kind="zero", sentence=sentence)
+
+
+def _start(record: Record, reach: float, curvature_share: float) -> tuple[float, float] | None:
+    """Return the reading at the yaw and its sigma [m], from a line over ``reach`` [m]; None without data there."""
+    after = record.travel >= 0.0
+    s, y = record.travel[after], record.readings[after]
+    if len(s) < 4 * FEWEST or s[0] > max(reach, s[1] - s[0]):
+        return None
+    count = max(FEWEST, int(np.searchsorted(s, reach)))
+    line = np.polynomial.Polynomial.fit(s[:count], y[:count], 1)
+    sheet, path = record.sheet, curvature_share * abs(record.run.yaw) * float(s[count - 1])
+    white = max(sheet.white, record.measured_noise)
+    return float(line(0.0)), float(np.sqrt(4.0 * white**2 / count + sheet.wander_sd**2 + sheet.zero**2)) + path

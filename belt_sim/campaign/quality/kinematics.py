@@ -1,0 +1,300 @@
+"""Checks against the kinematics of any belt between two pulleys: signs, exchanged columns, places and units.
+
+After a yaw beta of the tail pulley the points at the tail lead those at the head by about beta L/2, and all points move
+to the same side, whatever the belt's stiffness and tension. With w = beta L (w1 - w0)/(2 (L + pi R)) and w0 + w1 = 1,
+y_1 - y_4 = L (w1 beta - w), which is beta L/2 for pi R << L. In the transient the lead is 0.5 to 2 times that.
+Two points of one pulley read the same path one wrapped arc apart; two sensors at one place read the same.
+"""
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from belt_sim.campaign.quality.record import Record, Severity, Suspicion
+from belt_sim.campaign.types import Campaign
+
+#: The lead is judged once the belt has travelled this many spans.
+SPANS = 1.2
+#: Lead over beta L/2: below -REVERSED it is turned round; outside LOW..HIGH the yaw is of another magnitude.
+#: Linear belts give 0.5 to 1.7, with a pulley offset as large as the yaw itself 0 to 3.
+REVERSED, LOW, HIGH = 0.45, 0.12, 6.0
+#: Leads of all runs within this ratio have one common factor.
+ALIKE = 3.0
+#: If a pulley offset is the reason, the runs of the other yaw sign have a lead above this.
+OFFSET = 1.8
+#: A lead is judged if it exceeds this many sigmas of zero, wander and white noise.
+CLEAR = 6.0
+#: Late slopes come from the last LATE of records longer than SETTLED spans; MOST: share of runs that must agree.
+LATE, SETTLED, MOST = 0.4, 3.5, 0.8
+TAIL_AND_HEAD = (
+    ("point_1", "point_4"),
+    ("point_2", "point_3"),
+    ("point_1", "point_3"),
+    ("point_2", "point_4"),
+)
+#: How much better the exchanged order of two points across a wrap must fit, as a ratio of variances.
+WRAP_RATIO = 4.0
+#: Readings of one place may differ by so many sigmas (rms over a run); what a yaw moves apart must exceed so many.
+SAME_PLACE, OTHER_PLACE = 4.0, 8.0
+#: Share of beta L/2 by which tail and head differ on any belt, once it has travelled a span.
+LEAST_LEAD = 0.3
+#: Fewest readings of a record that is compared with another place.
+FEWEST = 12
+_GRID = 100
+
+
+@dataclass(frozen=True)
+class Lead:
+    """Lead and drift of one run over beta L/2 [1], from one tail and one head signal."""
+
+    tail: Record
+    head: Record
+    span: float
+    lead: float
+    drift: float
+
+    @property
+    def run(self) -> str:
+        return self.tail.run.name
+
+    @property
+    def side(self) -> float:
+        return math.copysign(1.0, self.tail.run.yaw)
+
+
+def span_of(campaign: Campaign) -> float:
+    """Return the length of a span [m]."""
+    machine = campaign.machine
+    return math.sqrt(machine.centre_distance.value**2 - (machine.tail_radius.value - machine.head_radius.value) ** 2)
+
+
+def _lead_of(tail: Record, head: Record, span: float) -> Lead | None:
+    """Return mean lead and drift after SPANS spans; None if neither the lead nor the yaw exceeds the errors."""
+    run = tail.run
+    scale = run.yaw * span / 2.0
+    end = min(tail.travel[-1], head.travel[-1])
+    if scale == 0.0 or abs(run.yaw_head) > 0.2 * abs(run.yaw) or end < SPANS * span:
+        return None
+    s = np.linspace(span, end, _GRID)
+    y_tail, y_head = (np.interp(s, r.travel, r.readings) for r in (tail, head))
+    lead, drift = float(np.mean(y_tail - y_head)), float(np.mean(y_tail + y_head))
+    clear = CLEAR * math.hypot(tail.drift_error, head.drift_error)
+    if max(abs(lead), abs(scale) * LOW) < clear:
+        return None
+    return Lead(tail=tail, head=head, span=span, lead=lead / scale, drift=drift / scale)
+
+
+def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Return exchanged columns, turned signs and slipped yaw units, from the lead of the tail over the head."""
+    span = span_of(campaign)
+    of_run: dict[str, dict[str, Record]] = defaultdict(dict)
+    for record in records:
+        of_run[record.run.name].setdefault(record.sheet.at, record)
+    found: dict[tuple[str | None, str | None], Suspicion] = {}
+    for tail, head in TAIL_AND_HEAD:
+        pairs = [(r[tail], r[head]) for r in of_run.values() if tail in r and head in r]
+        leads = [lead for pair in pairs if (lead := _lead_of(*pair, span)) is not None]
+        for suspicion in _judge(leads):
+            found.setdefault((suspicion.run, suspicion.kind), suspicion)
+    return list(found.values())
+
+
+def _judge(leads: list[Lead]) -> list[Suspicion]:
+    everywhere = _yaw_in_another_unit(leads)
+    if everywhere:
+        return [everywhere]
+    usual = float(np.median([abs(lead.tail.run.yaw) for lead in leads])) if leads else 0.0
+    found = []
+    odd = [lead for lead in leads if _is_odd(lead, usual)]
+    for lead in odd:
+        across = [other.lead for other in leads if other.side != lead.side]
+        if across and lead.lead < LOW and float(np.median(across)) > OFFSET:
+            continue  # the yaw offset of a pulley explains it
+        certain = (len(odd) < len(leads) or bool(across)) if lead.lead < 0.0 else _fits_other_runs(lead, leads)
+        found.append(_suspicion(lead, "stop" if certain else "look"))
+    if not odd:
+        return _turned_column(leads)
+    if len(odd) == len(leads) > 1 and len({s.kind for s in found}) == 1 and len(found) == len(leads):
+        first = found[0]
+        sentence = f"in every run: {first.sentence}"
+        return [replace(first, run=None, sentence=sentence)]
+    return found
+
+
+def _yaw_in_another_unit(leads: list[Lead]) -> Suspicion | None:
+    """Return a slipped unit of the yaw: one factor in every run, far from the lead of any belt."""
+    factors = np.array([lead.lead for lead in leads])
+    if len(factors) < 2 or factors.min() <= 0.0 or factors.max() > ALIKE * factors.min():
+        return None
+    if not (factors.min() > HIGH or factors.max() < LOW):
+        return None
+    sentence = f"in every run {leads[0].tail.sheet.name} and {leads[0].head.sheet.name} differ by about"
+    sentence += f" {float(np.median(factors)):.2g} times what the stated yaw gives: the yaw (or the readings) is in"
+    sentence += " another unit (rad or mrad written as yaw_deg?)"
+    return Suspicion(run=None, kind="unit_slip", sentence=sentence)
+
+
+def _is_odd(lead: Lead, usual: float) -> bool:
+    """Return whether a lead is turned round (at a yaw larger than machine faults) or of another magnitude."""
+    turned = lead.lead < -REVERSED and abs(lead.tail.run.yaw) > 0.5 * usual
+    return (
+        turned
+        or abs(lead.lead) > HIGH
+        or abs(lead.lead) * abs(lead.tail.run.yaw) < LOW * usual / 2.0
+        or (abs(lead.lead) < LOW and abs(lead.tail.run.yaw) > HIGH * usual)
+    )
+
+
+def _fits_other_runs(lead: Lead, leads: list[Lead]) -> bool:
+    """Return whether the yaw implied by the lead, but not the stated yaw, is that of the other runs."""
+    others = [abs(other.tail.run.yaw) for other in leads if other is not lead]
+    if not others:
+        return False
+    stated, usual = abs(lead.tail.run.yaw), float(np.median(others))
+    implied = stated * abs(lead.lead)
+    return 0.4 < implied / usual < 2.5 and not 0.2 < stated / usual < 5.0
+
+
+def _turned_column(leads: list[Lead]) -> list[Suspicion]:
+    """Return a column of the wrong sign: tail and head drift apart in the end in nearly all runs."""
+    slopes = [slopes for lead in leads if (slopes := _late_slopes(lead)) is not None]
+    apart = [(tail, head) for tail, head in slopes if abs(tail + head) < 0.5 * abs(tail - head)]
+    if len(slopes) < 3 or len(apart) < MOST * len(slopes):
+        return []
+    against = sum(tail < 0.0 for tail, _ in apart)
+    if max(against, len(apart) - against) < MOST * len(apart):
+        return []  # what does not follow the yaw is no sign of a column
+    against_yaw = against > len(apart) / 2
+    name = (leads[0].tail if against_yaw else leads[0].head).sheet.name
+    sentence = "drifts away from the other points to the end, in nearly all runs: the sign of this column is turned"
+    both = {lead.side for lead in leads} == {1.0, -1.0}
+    severity: Severity = "stop" if both and len(apart) == len(leads) else "look"
+    return [Suspicion(run=None, signals=(name,), kind="wrong_sign", sentence=sentence, severity=severity)]
+
+
+def _late_slopes(lead: Lead) -> tuple[float, float] | None:
+    """Return late slopes over the yaw of tail and head; None if the record is short or the slopes are not clear."""
+    end = min(lead.tail.travel[-1], lead.head.travel[-1])
+    if end < SETTLED * lead.span:
+        return None
+    s = np.linspace((1.0 - LATE) * end, end, _GRID)
+    values = [np.polyfit(s, np.interp(s, r.travel, r.readings), 1)[0] for r in (lead.tail, lead.head)]
+    clear = CLEAR * max(lead.tail.drift_error, lead.head.drift_error) / (LATE * end)
+    if min(map(abs, values)) < clear:
+        return None
+    return values[0] / lead.tail.run.yaw, values[1] / lead.head.run.yaw
+
+
+def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
+    """Describe an odd lead: slipped unit, exchanged columns or wrong sign."""
+    run, names = lead.tail.run, (lead.tail.sheet.name, lead.head.sheet.name)
+    times = f"{lead.lead:.2g} times what the yaw of {math.degrees(run.yaw):.3g} deg gives"
+    seen = f"{' and '.join(names)} differ by {times} in the end"
+    if not LOW < abs(lead.lead) < HIGH:
+        sentence = f"{seen}: the yaw or the readings are in another unit"
+        return Suspicion(run=run.name, kind="unit_slip", sentence=sentence, severity=severity)
+    if lead.drift > 0.0:
+        sentence = f"{seen}, though they move to its side: the two columns are exchanged"
+        return Suspicion(run=run.name, signals=names, kind="swapped", sentence=sentence, severity=severity)
+    sentence = f"{seen}, and they move away from its side: the yaw or the readings have the wrong sign"
+    return Suspicion(run=run.name, kind="wrong_sign", sentence=sentence, severity=severity)
+
+
+def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Return exchanged points of one pulley: the run-off must repeat the run-up one wrapped arc later, not earlier."""
+    machine = campaign.machine
+    arcs = {
+        ("point_1", "point_2"): machine.tail_radius.value,
+        ("point_3", "point_4"): machine.head_radius.value,
+    }
+    of_run: dict[str, dict[str, Record]] = defaultdict(dict)
+    for record in records:
+        of_run[record.run.name].setdefault(record.sheet.at, record)
+    found = []
+    for places, radius in arcs.items():
+        for of_place in of_run.values():
+            if not all(place in of_place for place in places):
+                continue
+            up, off = (of_place[place] for place in places)
+            if up.run.direction < 0:
+                up, off = off, up
+            early = _misfit(up, off, math.pi * radius)
+            if _misfit(off, up, math.pi * radius) * WRAP_RATIO < early:
+                first, second = sorted((up.sheet.name, off.sheet.name))
+                sentence = f"{off.sheet.name} moves before {up.sheet.name}, where the belt comes from: exchanged"
+                sentence += ", or the direction of travel is the other one"
+                found.append(Suspicion(run=up.run.name, signals=(first, second), kind="swapped", sentence=sentence))
+    return found
+
+
+def _misfit(up: Record, off: Record, arc: float) -> float:
+    """Return the variance of off(s) - up(s - arc) about its mean [m2], plus half the variance of the stated noise."""
+    s = off.travel[(off.travel >= arc) & (off.travel <= up.travel[-1])]
+    if len(s) < 3:
+        return 0.0
+    rest = np.interp(s, off.travel, off.readings) - np.interp(s - arc, up.travel, up.readings)
+    noise = up.sheet.white**2 + off.sheet.white**2 + up.sheet.wander_sd**2 + off.sheet.wander_sd**2
+    return float(np.var(rest)) + 0.5 * noise
+
+
+def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Return signals stated at one place that differ, and signals stated at two places that agree."""
+    of_pair: dict[tuple[str, str], list[tuple[Record, Record]]] = defaultdict(list)
+    of_run: dict[str, list[Record]] = defaultdict(list)
+    for record in records:
+        of_run[record.run.name].append(record)
+    for own in of_run.values():
+        for a, b in combinations(own, 2):
+            if a.sheet.kind == b.sheet.kind == "lateral" and min(len(a.travel), len(b.travel)) >= FEWEST:
+                of_pair[a.sheet.name, b.sheet.name].append((a, b))
+    found = []
+    for names, pairs in of_pair.items():
+        sentence = _same(pairs) if pairs[0][0].sheet.at == pairs[0][1].sheet.at else _different(campaign, pairs)
+        if sentence:
+            found.append(Suspicion(run=None, signals=names, kind="same_place", sentence=sentence))
+    return found
+
+
+def _same(pairs: list[tuple[Record, Record]]) -> str:
+    """Describe two signals of one place that differ by more than zero, gain and noise; empty if they do not."""
+    off = [_difference(a, b) / _noise(a, b) for a, b in pairs]
+    if np.median(off) < OTHER_PLACE:
+        return ""
+    at = pairs[0][0].sheet.at
+    return f"both are stated at {at}, but differ by {np.median(off):.0f} times their noise: one of them is elsewhere"
+
+
+def _different(campaign: Campaign, pairs: list[tuple[Record, Record]]) -> str:
+    """Describe two signals of two places that are equal, or agree although the yaw must part them; empty if not."""
+    a, b = pairs[0]
+    equal = all(np.array_equal(x.readings, y.readings) and len(np.unique(x.readings)) > FEWEST for x, y in pairs)
+    ordered = {a.sheet.at, b.sheet.at} in [set(p) for p in TAIL_AND_HEAD]
+    apart = [(x, y) for x, y in pairs if ordered and _must_differ(campaign, x, y)]
+    alike = len(apart) > 1 and all(_difference(x, y) < SAME_PLACE * _noise(x, y) for x, y in apart)
+    if not (equal or alike):
+        return ""
+    return (
+        f"read the same, though stated at {a.sheet.at} and {b.sheet.at}: both are at one place, or a column was copied"
+    )
+
+
+def _must_differ(campaign: Campaign, a: Record, b: Record) -> bool:
+    span = span_of(campaign)
+    least = LEAST_LEAD * abs(a.run.yaw) * span / 2.0
+    return min(a.travel[-1], b.travel[-1]) > 2.0 * span and least > OTHER_PLACE * _noise(a, b)
+
+
+def _difference(a: Record, b: Record) -> float:
+    """Return the standard deviation of a - b over the run [m], which ignores errors of zero."""
+    s = a.travel[(a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])]
+    return float(np.std(np.interp(s, a.travel, a.readings) - np.interp(s, b.travel, b.readings)))
+
+
+def _noise(a: Record, b: Record) -> float:
+    """Return the standard deviation of a - b that the instruments explain [m]."""
+    parts = [r.measured_noise**2 + r.sheet.white**2 + r.sheet.wander_sd**2 for r in (a, b)]
+    gains = [(r.sheet.gain * float(np.std(r.readings))) ** 2 for r in (a, b)]
+    return float(np.sqrt(sum(parts) + sum(gains)))
