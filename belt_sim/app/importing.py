@@ -8,8 +8,8 @@ from typing import Any
 from belt_sim.campaign.marked_yaml import parse
 from belt_sim.campaign.problems import CampaignError, Problem
 from belt_sim.errors import BeltError
-from belt_sim.intake import Logged, Proposal, Question, read, understand, write
-from belt_sim.intake.machine import known
+from belt_sim.importing import Logged, Proposal, Question, read, understand, write
+from belt_sim.importing.sheets import known
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
 GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known

@@ -4,9 +4,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from belt_sim.commands.import_prompt import asked
 from belt_sim.commands.run_folder import plain, run_folder
 from belt_sim.errors import InputError
-from belt_sim.use_cases.intake import import_files
+from belt_sim.use_cases.importing import import_files
 
 
 def run(cfg: Any) -> None:
@@ -23,5 +24,5 @@ def run(cfg: Any) -> None:
         draft=config["draft"],
         overwrite=bool(config["overwrite"]),
         pictures=bool(config["pictures"]),
-        ask=sys.stdin.isatty() and sys.stdout.isatty(),
+        ask=asked if sys.stdin.isatty() and sys.stdout.isatty() else None,
     )

@@ -7,9 +7,8 @@ from typing import Any
 from belt_sim.campaign import Campaign
 from belt_sim.config import MAX_TENSION, MAX_YAW, belt_from, rig_from
 from belt_sim.errors import InputError
-from belt_sim.intake.plan import plan_for, tensions_for, travel_for, yaw_for
-from belt_sim.intake.template import template
-from belt_sim.reports.intake import tell_plan
+from belt_sim.importing.new_campaign import plan_for, template, tensions_for, travel_for, yaw_for
+from belt_sim.reports.importing import tell_plan
 
 
 def new(folder: Path, config: Mapping[str, Any]) -> Campaign:

@@ -11,8 +11,8 @@ from belt_sim.app.desk import Desk
 from belt_sim.app.importing import GROUPS, OF_RUN, Import, Place
 from belt_sim.app.pages.campaign_view import curves
 from belt_sim.campaign.types import PLACES
-from belt_sim.intake.nouns import ROLES
-from belt_sim.reports.intake import noise_table, runs_table
+from belt_sim.importing.types import ROLES
+from belt_sim.reports.importing import noise_table, runs_table
 from belt_sim.results.table import Table
 
 NUMBERS = "numbers of my own"

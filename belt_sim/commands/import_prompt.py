@@ -7,11 +7,10 @@ from rich.console import Console
 from rich.prompt import Confirm, Prompt
 
 from belt_sim.errors import BeltError
-from belt_sim.intake.machine import known
-from belt_sim.intake.nouns import ROLES, Logged
-from belt_sim.intake.proposal import Proposal, Question
-from belt_sim.intake.understand import understand
-from belt_sim.reports.intake import tell_proposal
+from belt_sim.importing.build import understand
+from belt_sim.importing.sheets import known
+from belt_sim.importing.types import ROLES, Logged, Proposal, Question
+from belt_sim.reports.importing import tell_proposal
 
 
 def asked(logged: Logged, stated: dict[str, Any] | None = None, out: Console | None = None) -> Proposal:

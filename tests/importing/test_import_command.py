@@ -10,9 +10,10 @@ from rich.prompt import Confirm, Prompt
 from belt_sim.campaign import read_campaign
 from belt_sim.cli import run
 from belt_sim.cli_errors import files_named
-from belt_sim.intake import ask, read, understand
-from belt_sim.intake.mapping import mapping_of
-from belt_sim.use_cases.intake import draft_text, import_files
+from belt_sim.commands.import_prompt import asked
+from belt_sim.importing import read, understand
+from belt_sim.importing.mapping import mapping_of
+from belt_sim.use_cases.importing import draft_text, import_files
 
 L = log(length=10.0)
 TEXT = table(["travel [m]", "Kante 1 [mm]", "Laser B [mm]"], [L.travel, L.y1, L.y4], ";", ",")
@@ -118,26 +119,26 @@ def test_questions_are_asked_until_the_answer_can_be_used(monkeypatch, tmp_path)
         "tension": ["10 bananas", "10"],
         "yaw": ["-0.042"],
     }
-    asked: list[str] = []
+    questions: list[str] = []
     monkeypatch.setattr(Confirm, "ask", lambda *a, **k: True)
 
     class Out:
         """A console that remembers what was asked last."""
 
         def print(self, *what, **how) -> None:
-            asked.append(str(what[0]))
+            questions.append(str(what[0]))
 
     def answer(*_, **__):
-        question = next(q for q in reversed(asked) if q.startswith("[bold]"))
+        question = next(q for q in reversed(questions) if q.startswith("[bold]"))
         return next(a.pop(0) for word, a in answers.items() if word in question)
 
     monkeypatch.setattr(Prompt, "ask", answer)
     logged = read([tmp_path / "a.csv"])
-    proposal = ask.asked(logged, {"columns": {"Laser B [mm]": {"role": "signal"}}}, Out())
+    proposal = asked(logged, {"columns": {"Laser B [mm]": {"role": "signal"}}}, Out())
     assert proposal.missing == ()
     assert proposal.complete().runs[0].tension == 10e6
     assert all(not left for left in answers.values())
-    assert sum("bananas" in line for line in asked) == 1
+    assert sum("bananas" in line for line in questions) == 1
 
 
 def test_an_existing_campaign_is_replaced_only_when_asked(tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ import pytest
 from logger_files import MAPPING, log, table, truth
 
 from belt_sim.campaign import read_campaign
-from belt_sim.intake import read, understand, write
+from belt_sim.importing import read, understand, write
 
 RUN = {"tension": "10 N/mm2", "yaw": "-0.73 mrad"}
 L = log()
@@ -190,13 +190,13 @@ def test_yaw_and_tension_are_read_off_columns_and_the_record_may_begin_before_th
 
 
 def test_a_file_that_is_too_long_is_averaged_while_it_is_read_but_not_across_runs(tmp_path, monkeypatch):
-    from belt_sim.intake import text_table
+    from belt_sim.importing import tables
 
     a, b = log(-0.73, spacing=0.005, seed=1), log(0.73, spacing=0.005, seed=2)
     one, two = (table(["Weg [m]", "y1 [mm]", "y4 [mm]"], [x.travel, x.y1, x.y4], ";", ",") for x in (a, b))
     (tmp_path / "x.csv").write_text(one + two.split("\n", 1)[1])
-    monkeypatch.setattr(text_table, "KEPT", 1500)
-    monkeypatch.setattr(text_table, "PIECE", 1000)
+    monkeypatch.setattr(tables, "KEPT", 1500)
+    monkeypatch.setattr(tables, "PIECE", 1000)
     logged = read([tmp_path / "x.csv"])
     assert logged.tables[0].averaged == 8
     assert len(logged.tables[0].lines) < 1700

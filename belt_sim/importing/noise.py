@@ -12,7 +12,7 @@ from scipy.interpolate import BSpline
 
 from belt_sim.campaign import Run
 from belt_sim.campaign.quality.record import MAD_TO_SIGMA
-from belt_sim.intake.proposal import NoiseRead
+from belt_sim.importing.types import NoiseRead
 
 FEWEST = 20  # samples from which anything is read
 KNOTS = 0.5  # of a span: spacing of the knots of the smooth curve

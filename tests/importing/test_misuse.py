@@ -5,7 +5,7 @@ import pytest
 from logger_files import MAPPING, log, table
 
 from belt_sim.errors import BeltError
-from belt_sim.intake import read, understand, write
+from belt_sim.importing import read, understand, write
 
 RUN = {"tension": "10", "yaw": "-0.042"}
 L = log(length=5.0)

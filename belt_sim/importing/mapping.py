@@ -9,7 +9,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, mo
 from belt_sim.campaign.marked_yaml import MarkedYaml, parse
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
 from belt_sim.errors import InputError
-from belt_sim.intake.nouns import ROLES
+from belt_sim.importing.types import ROLES
 
 SCHEMA = "belt-mapping/1"
 #: Name under which the mapping is left in the campaign folder.

@@ -1,10 +1,16 @@
-"""campaign.yaml as text with a comment beside every field: what it is, and where its number comes from."""
+"""A proposal -> a campaign folder: a sheet with a comment beside every field, and the mapping that made it."""
+
+from pathlib import Path
+from typing import Any
 
 import yaml
 
-from belt_sim.campaign import Campaign, Quantity, SignalSheet
+from belt_sim.campaign import Campaign, Quantity, SignalSheet, write_campaign
 from belt_sim.campaign.plausible import SIGNAL_DIMENSION
 from belt_sim.campaign.sheet import SCHEMA
+from belt_sim.importing.build import in_order
+from belt_sim.importing.mapping import FILE
+from belt_sim.importing.types import Proposal
 from belt_sim.si import to_si
 
 #: key of the sheet -> what it is
@@ -119,3 +125,41 @@ def _signal(signal: SignalSheet, remarks: dict[str, str]) -> list[str]:
         _line("    gain", f"{signal.gain:.6g}", "gain", told["gain"]),
         _line("    wander", wander, "wander", told["wander"]),
     ]
+
+
+_HEAD = """\
+# How the logger's files were understood; belt-sim import FILES mapping=THIS_FILE does the same again.
+"""
+
+
+def write(proposal: Proposal, folder: str | Path, *, overwrite: bool = False) -> Campaign:
+    """Write campaign.yaml (commented), runs.csv, signals.csv or steady.csv, and mapping.yaml; all of it or nothing.
+
+    Returns the campaign as the loader reads it back. Raises CampaignError for answers that are missing and for what
+    the loader refuses, InputError for a folder that is not empty.
+    """
+    campaign = proposal.complete()
+    instead = {"campaign.yaml": sheet_text(campaign, proposal.comments), FILE: mapping_text(proposal.mapping)}
+    return write_campaign(campaign, folder, overwrite=overwrite, instead=instead)
+
+
+def mapping_text(mapping: dict[str, Any]) -> str:
+    """The mapping as YAML, one column or run a line."""
+    flow = {"columns", "runs"}
+    lines = []
+    for key, value in in_order(mapping).items():
+        if value in (None, {}):
+            continue
+        if key in flow and isinstance(value, dict):
+            lines.append(f"{key}:")
+            lines += [f"  {_flow(str(k))}: {_flow(v)}" for k, v in value.items()]
+        else:
+            text = yaml.safe_dump({key: value}, sort_keys=False, allow_unicode=True, width=10_000)
+            lines += text.rstrip("\n").split("\n")
+    return _HEAD + "\n".join([*lines, ""])
+
+
+def _flow(value: Any) -> str:
+    """A value on one line."""
+    text = yaml.safe_dump(value, sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=True)
+    return text.removesuffix("\n...\n").strip()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from belt_sim.intake import read, understand
+from belt_sim.importing import read, understand
 from belt_sim.paths import MODELS
 from studies.loggers import BEFORE, NOISE, SPACING, TENSIONS, loggers
 

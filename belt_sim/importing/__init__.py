@@ -6,11 +6,10 @@ for question in proposal.missing: ...   # put an answer at question.path of the 
 write(proposal, "my_campaign")
 """
 
-from belt_sim.intake.nouns import Column, Logged, LoggedTable
-from belt_sim.intake.proposal import ColumnUse, NoiseRead, Proposal, Question
-from belt_sim.intake.read import read
-from belt_sim.intake.understand import understand
-from belt_sim.intake.write import mapping_text, write
+from belt_sim.importing.build import understand
+from belt_sim.importing.tables import read
+from belt_sim.importing.types import Column, ColumnUse, Logged, LoggedTable, NoiseRead, Proposal, Question
+from belt_sim.importing.write import mapping_text, write
 
 __all__ = [
     "Column",

@@ -1,6 +1,6 @@
 """Import: a logger's files -> a campaign folder, with what was understood shown before it is written."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from glob import glob
 from pathlib import Path
 from typing import Any
@@ -8,9 +8,9 @@ from typing import Any
 from belt_sim.campaign import Campaign
 from belt_sim.errors import InputError
 from belt_sim.files import write_text
-from belt_sim.intake import Proposal, mapping_text, read, understand, write
-from belt_sim.intake.mapping import mapping_of
-from belt_sim.reports.intake import tell_proposal, tell_written
+from belt_sim.importing import Logged, Proposal, mapping_text, read, understand, write
+from belt_sim.importing.mapping import mapping_of
+from belt_sim.reports.importing import tell_proposal, tell_written
 
 PICTURE = "understood.png"
 
@@ -23,11 +23,12 @@ def import_files(
     draft: str | None = None,
     overwrite: bool = False,
     pictures: bool = True,
-    ask: bool = False,
+    ask: Callable[[Logged, dict[str, Any]], Proposal] | None = None,
 ) -> Campaign | None:
     """Write the campaign that ``files`` hold; None when only a draft of the mapping was written.
 
-    ask: whether somebody sits at a terminal. Raises CampaignError with a line for every answer that is missing.
+    ask: completes the mapping with whoever sits at a terminal; None where nobody does. Raises CampaignError with a line
+    for every answer that is missing.
     """
     entry = mapping_of(mapping)
     logged = read([name for f in files for name in named(f)], entry.format.model_dump(exclude_none=True))
@@ -40,17 +41,15 @@ def import_files(
         tell_proposal(proposal)
         print(f"draft     {path}: fill in what is blank, then  mapping={path}")
         return None
-    if ask:
-        from belt_sim.intake.ask import asked
-
-        proposal = asked(logged, entry.model_dump(by_alias=True, exclude_unset=True))
+    if ask is not None:
+        proposal = ask(logged, entry.model_dump(by_alias=True, exclude_unset=True))
     try:
         campaign = write(proposal, folder, overwrite=overwrite)
     finally:
-        if not ask:
+        if ask is None:
             tell_proposal(proposal)
     if pictures:
-        from belt_sim.pictures.intake import understood_picture
+        from belt_sim.pictures.importing import understood_picture
 
         understood_picture(folder / PICTURE, campaign)
     tell_written(folder, pictures)

@@ -6,7 +6,7 @@ from logger_files import MAPPING
 
 from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError
-from belt_sim.intake import read, understand, write
+from belt_sim.importing import read, understand, write
 from belt_sim.paths import CAMPAIGNS, MODELS
 from belt_sim.use_cases.compare import compare
 from studies.made_up_figures import INVENTED, RATES, figure_12, figure_13
@@ -68,7 +68,7 @@ TITLES = ["tilt: 100 % # not a comment", "a\tb 'quoted' \"twice\"", "- list?", "
 @pytest.mark.parametrize("title", TITLES)
 def test_a_title_comes_back_from_the_commented_sheet(title, tmp_path):
     rows = (FIGURES / "made_up_figure_13.csv", FIGURES / "made_up_figure_13.yaml")
-    from belt_sim.intake.mapping import mapping_file
+    from belt_sim.importing.mapping import mapping_file
 
     mapping = mapping_file(rows[1]).model_copy(update={"title": title})
     campaign = write(understand(read([rows[0]]), mapping), tmp_path / "out")

@@ -1,0 +1,347 @@
+"""Which rows are one run, how far the belt has travelled at each, and records on one grid of travel."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from belt_sim.campaign.problems import CampaignError, Problem
+from belt_sim.importing.roles import Used
+from belt_sim.importing.types import LoggedTable
+
+#: A run begins anew where time or travel falls back to within this share of where the file began.
+RESTART = 0.05
+FEWEST = 3  # rows of a run
+
+
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    """rows of one table that are one run; name: as proposed; text: what may state its settings (file or run name)."""
+
+    table: LoggedTable
+    used: tuple[Used, ...]
+    rows: np.ndarray
+    name: str
+    text: str
+
+    def values(self, role: str) -> np.ndarray | None:
+        """Numbers [SI] of the column with this role, None where there is none."""
+        found = next((u for u in self.used if u.role == role), None)
+        return None if found is None else found.si(self.rows)
+
+    def line(self, k: int) -> int:
+        return int(self.table.lines[self.rows[k]])
+
+    def refuse(self, k: int, name: str, value: object, unit: str, remedy: str) -> CampaignError:
+        """The error of row ``k`` of the run."""
+        file, line = str(self.table.file), self.line(k)
+        return CampaignError([Problem(file=file, line=line, name=name, value=value, unit=unit, remedy=remedy)])
+
+
+def blocks_of(table: LoggedTable, used: tuple[Used, ...]) -> list[Block]:
+    """The runs of one table: by its run column, else where the file, its time or its travel begins anew."""
+    run = next((u for u in used if u.role == "run"), None)
+    rows = np.arange(len(table.lines))
+    if run is not None:
+        names = [_label(v) for v in run.column.values]
+        order = dict.fromkeys(n for n in names if n)
+        of_row = np.array(names, dtype=object)
+        return [
+            Block(table=table, used=used, rows=rows[of_row == name], name=run_name(name), text=name) for name in order
+        ]
+    cuts = sorted({*table.starts, *_restarts(table, used)})
+    parts = [p for p in np.split(rows, cuts) if len(p) >= FEWEST]
+    if len(parts) < 2:
+        return [Block(table=table, used=used, rows=rows, name=run_name(table.name), text=table.name)]
+    names = [f"{run_name(table.name)}_{k}" for k in range(1, len(parts) + 1)]
+    return [Block(table=table, used=used, rows=p, name=n, text=table.name) for p, n in zip(parts, names, strict=True)]
+
+
+def _label(value: object) -> str:
+    if isinstance(value, float | np.floating):
+        return "" if np.isnan(value) else f"{value:.15g}"
+    return str(value).strip()
+
+
+def run_name(text: str) -> str:
+    """A name that a run may have in a campaign: letters, digits, blanks and _ . + - only, beginning with a letter."""
+    kept = "".join(c if c.isalnum() or c in "_.+- " else "_" for c in text).strip(" .+-")
+    kept = " ".join(kept.split())[:60].strip()
+    return f"r{kept}" if kept[:1].isdigit() or not kept else kept
+
+
+def _restarts(table: LoggedTable, used: tuple[Used, ...]) -> list[int]:
+    """Rows at which time or travel falls back to where it began."""
+    for role in ("travel", "time"):
+        key = next((u for u in used if u.role == role), None)
+        if key is None:
+            continue
+        values = key.si(np.arange(len(table.lines)))
+        there = np.flatnonzero(np.isfinite(values))
+        if len(there) < FEWEST or _falls_throughout(values[there]):
+            return []
+        steps = np.diff(values[there])
+        reach = RESTART * float(np.ptp(values[there]))
+        back = np.flatnonzero((steps < -max(reach, 0.0)) & (values[there][1:] <= values[there][0] + reach))
+        return [int(there[k + 1]) for k in back]
+    return []
+
+
+def _falls_throughout(values: np.ndarray) -> bool:
+    return bool(np.mean(np.diff(values) < 0.0) > 0.5)
+
+
+#: A travel that falls back by less than this share of the record is jitter of the encoder.
+JITTER = 2e-3
+#: Share of the speed's median beyond which a speed of the other sign is a reversal.
+REVERSAL = 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """keep: rows of the block that are used; travel [m] and time [s] (None where not logged) at these, from 0 on;
+    direction by the sign that was logged, 0 where none was; speed [m/s], 0 where it is not known."""
+
+    keep: np.ndarray
+    travel: np.ndarray
+    time: np.ndarray | None
+    direction: float
+    speed: float
+    notes: tuple[str, ...] = ()
+
+
+def way_of(block: Block, speed: float | None) -> Way | None:
+    """The way of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged."""
+    time, notes = _time(block)
+    travel = block.values("travel")
+    if travel is not None:
+        return _logged(block, travel, time, notes)
+    if time is None:
+        return None
+    logged = block.values("speed")
+    if logged is None and speed is None:
+        return None
+    keep = np.flatnonzero(np.isfinite(time))
+    if logged is not None and np.isfinite(logged).any():
+        there = np.flatnonzero(np.isfinite(logged))
+        fast = np.interp(keep, there, logged[there])
+        _refuse_reversal(block, keep, fast)
+        steps = 0.5 * (fast[1:] + fast[:-1]) * np.diff(time[keep])
+        way = np.concatenate([[0.0], np.cumsum(np.abs(steps))])
+        notes.append("travel was integrated from time and speed")
+        sign = float(np.sign(np.median(fast[fast != 0.0]))) if np.any(fast) else 1.0
+    else:
+        assert speed is not None
+        way, sign = abs(speed) * (time[keep] - time[keep[0]]), 0.0
+        notes.append(f"travel was taken as time x {abs(speed):g} m/s")
+    return _way(keep, way, time, sign, notes)
+
+
+def _way(keep: np.ndarray, travel: np.ndarray, time: np.ndarray | None, sign: float, notes: list[str]) -> Way:
+    own = None if time is None else time[keep] - time[keep[0]]
+    speed = float(travel[-1] / own[-1]) if own is not None and len(own) and own[-1] > 0.0 else 0.0
+    return Way(keep=keep, travel=travel, time=own, direction=sign, speed=speed, notes=tuple(notes))
+
+
+def _time(block: Block) -> tuple[np.ndarray | None, list[str]]:
+    """Time [s], strictly rising; repeated stamps are spread evenly. Raises CampaignError where it runs backwards."""
+    time = block.values("time")
+    if time is None or not np.isfinite(time).any():
+        return None, []
+    there = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[there])
+    back = np.flatnonzero(steps < 0.0)
+    if len(back):
+        k = int(there[back[0] + 1])
+        remedy = f"time runs backwards; the row before has {time[there[back[0]]]:.15g}; mend or cut the record there"
+        raise block.refuse(k, "time", float(time[k]), "s", remedy)
+    if np.all(steps > 0.0):
+        return time, []
+    first = there[np.concatenate([[True], steps > 0.0])]
+    if len(first) < 2:
+        raise block.refuse(0, "time", float(time[there[0]]), "s", "time stands still; give a column that rises")
+    spread = np.interp(there, first, time[first])
+    last = there > first[-1]
+    rate = (time[first[-1]] - time[first[0]]) / (first[-1] - first[0])
+    spread[last] = time[first[-1]] + rate * (there[last] - first[-1])
+    out = np.full(len(time), np.nan)
+    out[there] = spread
+    return out, ["several rows have one time stamp: they were spread evenly"]
+
+
+def _logged(block: Block, travel: np.ndarray, time: np.ndarray | None, notes: list[str]) -> Way:
+    """Travel as logged, from 0 on and rising whichever way the belt runs; rows where it stands still fall together."""
+    there = np.isfinite(travel) if time is None else np.isfinite(travel) & np.isfinite(time)
+    keep = np.flatnonzero(there)
+    if len(keep) < 2 or np.ptp(travel[keep]) == 0.0:
+        raise block.refuse(0, "travel", None, "", "travel stands still; give a column that rises")
+    sign = 1.0 if travel[keep[-1]] >= travel[keep[0]] else -1.0
+    way = sign * (travel[keep] - travel[keep[0]])
+    highest = np.maximum.accumulate(way)
+    fallen = np.flatnonzero(highest - way > JITTER * way.max())
+    if len(fallen):
+        k = int(keep[fallen[0]])
+        remedy = (
+            f"travel runs backwards; before it was {travel[keep[fallen[0] - 1]]:.15g} m; mend or cut the record there"
+        )
+        raise block.refuse(k, "travel", float(travel[k]), "m", remedy)
+    if np.any(way < highest):
+        notes.append("the encoder jitters: where travel falls back a little it was held")
+    if sign < 0.0:
+        notes.append("travel was counted downwards: direction -1")
+    return _way(keep, highest, time, sign if sign < 0.0 else 0.0, notes)
+
+
+def _refuse_reversal(block: Block, keep: np.ndarray, speed: np.ndarray) -> None:
+    usual = float(np.median(speed[speed != 0.0])) if np.any(speed) else 0.0
+    if usual == 0.0:
+        raise block.refuse(0, "speed", 0.0, "m/s", "the belt stands still throughout; give a record of a running belt")
+    other = np.flatnonzero(speed * np.sign(usual) < -REVERSAL * abs(usual))
+    if len(other):
+        k = int(keep[other[0]])
+        remedy = "the belt reverses within a run; cut the record there, one run a direction"
+        raise block.refuse(k, "speed", float(speed[other[0]]), "m/s", remedy)
+
+
+#: Samples a run that are aimed at, and the fewest that a step may leave.
+AIMED, LEFT = 600, 60
+#: Travel from time and speed is a little uneven; a step this share below twice the spacing still has two rows.
+UNEVEN = 0.95
+#: Decimals of a reading in SI that are kept.
+DECIMALS = 10
+#: Repeats are cut to the shortest of them when they differ by less than this share.
+ALIKE = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Track:
+    """One run on its travel [m], shape (n,): time [s] or None, signals name -> (n,), nan where blank."""
+
+    name: str
+    travel: np.ndarray
+    time: np.ndarray | None
+    signals: dict[str, np.ndarray]
+
+    def cut(self, count: int) -> "Track":
+        time = None if self.time is None else self.time[:count]
+        return Track(
+            name=self.name,
+            travel=self.travel[:count],
+            time=time,
+            signals={n: y[:count] for n, y in self.signals.items()},
+        )
+
+
+def step_for(tracks: list[Track]) -> float:
+    """A step [m] that keeps some hundred samples a run; 0 where records are so sparse that they stay as they are."""
+    spacing = [float(np.median(np.diff(np.unique(t.travel)))) for t in tracks if len(np.unique(t.travel)) > 2]
+    if not spacing or _on_one_grid(tracks):
+        return 0.0
+    longest = max(float(t.travel[-1]) for t in tracks)
+    step = _nice(max(longest / AIMED, UNEVEN * 2.0 * max(spacing)))
+    return step if step <= longest / LEFT else 0.0
+
+
+def _on_one_grid(tracks: list[Track]) -> bool:
+    """Whether all records stand at the same travels already, and not at too many of them."""
+    first = max(tracks, key=lambda t: len(t.travel)).travel
+    if len(first) > 4 * AIMED:
+        return False
+    return all(
+        len(np.unique(t.travel)) == len(t.travel) and np.allclose(t.travel, first[: len(t.travel)], atol=1e-6)
+        for t in tracks
+    )
+
+
+def _nice(step: float) -> float:
+    """The next of 1, 2, 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(step))
+    return float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= step * (1.0 - 1e-9)))
+
+
+def resampled(track: Track, step: float) -> Track:
+    """Averages over bins of ``step`` [m] about its multiples; with step 0 only rows of one travel fall together."""
+    if step > 0.0:
+        bins = np.rint(track.travel / step).astype(int)
+    else:
+        bins = np.unique(track.travel, return_inverse=True)[1].reshape(-1)
+    places, where = np.unique(bins, return_inverse=True)
+    count = len(places)
+    travel = places * step if step > 0.0 else _mean(track.travel, where, count)
+    keep = np.ones(count, dtype=bool)
+    if step > 0.0 and count > 2 and track.travel[-1] < travel[-1] - 0.25 * step:
+        keep[-1] = False  # a bin that is hardly begun
+    return Track(
+        name=track.name,
+        travel=np.round(travel, 9)[keep],
+        time=None if track.time is None else _mean(track.time, where, count)[keep],
+        signals={n: _mean(y, where, count)[keep] for n, y in track.signals.items()},
+    )
+
+
+def _mean(values: np.ndarray, where: np.ndarray, count: int) -> np.ndarray:
+    """Mean of the finite values of each bin, shape (count,)."""
+    there = np.isfinite(values)
+    number = np.bincount(where[there], minlength=count)
+    total = np.bincount(where[there], weights=values[there], minlength=count)
+    return np.where(number > 0, total / np.maximum(number, 1), np.nan)
+
+
+def merged(tracks: list[Track]) -> Track:
+    """Records of one run from several files or curves, on all their travels."""
+    if len(tracks) == 1:
+        return tracks[0]
+    travel = np.unique(np.concatenate([t.travel for t in tracks]))
+    names = dict.fromkeys(n for t in tracks for n in t.signals)
+    signals = {n: np.full(len(travel), np.nan) for n in names}
+    timed = all(t.time is not None for t in tracks)
+    time = np.full(len(travel), np.nan) if timed else None
+    for track in tracks:
+        at = np.searchsorted(travel, track.travel)
+        if time is not None and track.time is not None:
+            time[at] = track.time
+        for name, y in track.signals.items():
+            signals[name][at] = np.where(np.isfinite(y), y, signals[name][at])
+    return Track(name=tracks[0].name, travel=travel, time=time, signals=signals)
+
+
+def cut_alike(groups: list[list[int]], tracks: list[Track]) -> list[Track]:
+    """Repeats (groups of positions) cut to the shortest, where they differ by little, so that they compare."""
+    out = list(tracks)
+    for group in groups:
+        counts = [len(tracks[k].travel) for k in group]
+        if max(counts) - min(counts) <= ALIKE * max(counts):
+            for k in group:
+                out[k] = tracks[k].cut(min(counts))
+    return out
+
+
+def counted_from_yaw(tracks: list[Track], yaw_at: list[float]) -> tuple[list[Track], list[str]]:
+    """Readings counted from where each point was when the yaw was applied [m], and what was taken off, in words."""
+    out: list[Track] = []
+    off: dict[str, list[float]] = {}
+    for track, at in zip(tracks, yaw_at, strict=True):
+        starts = {name: at_yaw(track.travel, y, at) for name, y in track.signals.items()}
+        signals = {name: np.round(y - starts[name], DECIMALS) for name, y in track.signals.items()}
+        out.append(Track(name=track.name, travel=track.travel, time=track.time, signals=signals))
+        for name, start in starts.items():
+            off.setdefault(name, []).append(1e3 * start)
+    told = [f"{name} {min(x):.4g} to {max(x):.4g}" for name, x in off.items() if max(map(abs, x)) > 1e-3]
+    if not told:
+        return out, []
+    return out, [f"readings count from where each point was at the yaw; taken off: {', '.join(told)} (mm or mrad)"]
+
+
+def at_yaw(travel: np.ndarray, y: np.ndarray, yaw_at: float) -> float:
+    """Reading [SI] at the yaw: the mean of what stands before it, else a line through the first readings after it."""
+    there = np.isfinite(y)
+    before = there & (travel < yaw_at)
+    if before.sum() >= 3:
+        return float(np.mean(y[before]))
+    s, values = travel[there] - yaw_at, y[there]
+    if not len(s):
+        return 0.0
+    near = s <= max(0.01 * (s[-1] - s[0]), 4.0 * float(np.median(np.diff(s))) if len(s) > 4 else 0.0)
+    if near.sum() < 4:
+        return float(values[0])
+    return float(np.polynomial.Polynomial.fit(s[near], values[near], 1)(0.0))
