@@ -1,0 +1,431 @@
+"""Compare what belt-sim writes today with the golden files of tests/golden, or write them anew.
+
+    python -m studies.golden compare                            all parts
+    python -m studies.golden compare models imports             those parts
+    python -m studies.golden compare diagnoses only=slack_belt  one entry
+    python -m studies.golden compare scores count=5             draws and answers the first 5 campaigns of each source
+    python -m studies.golden write models                       replaces golden files: look at `git diff` afterwards
+
+The word ``exact`` compares every field without a tolerance, as a pure renaming must satisfy. Results are kept in
+outputs/golden/COMMIT, so that a comparison that was stopped goes on there. The exit status is 1 if a field differs.
+The parts use the command line and the files that it leaves, so that they survive changes inside; scores alone call the
+benchmark. CPU time on one core: models 2 min, imports 12 s, diagnoses 5 min, scores about a minute a campaign.
+"""
+
+import contextlib
+import csv
+import hashlib
+import io
+import json
+import math
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from belt_sim.paths import CAMPAIGNS
+
+ROOT = Path(__file__).resolve().parents[1]
+GOLDEN = ROOT / "tests" / "golden"
+DIGITS = 7  # significant digits of golden numbers
+ROWS = 13  # rows of a table that are kept, evenly spaced, the first and the last among them
+
+Json = Any
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far a field may be from its golden value: rel of the value (of the largest of a list) plus absolute."""
+
+    fields: str
+    rel: float
+    absolute: float
+    why: str
+
+
+IGNORED = math.inf
+#: The first line that fits a field counts; a field that no line fits must be equal (numbers: to DIGITS digits).
+TOLERANCES = (
+    Tolerance("*/sentence", 0, IGNORED, "wording is free: verdict and effects are fields of their own"),
+    Tolerance("*/note", 0, IGNORED, "wording is free"),
+    Tolerance("*/message", 0, IGNORED, "wording is free: that it is refused counts"),
+    Tolerance("*/title", 0, IGNORED, "wording is free"),
+    Tolerance("models/native*/curves/*", 1e-3, 1e-9, "contacts of a run in time amplify rounding of other processors"),
+    Tolerance("models/native*", 1e-3, 1e-9, "the same"),
+    Tolerance("models/quasi_static*", 1e-4, 1e-9, "each step's equilibrium is iterated to a residual, not to rounding"),
+    Tolerance("models/*", 1e-6, 1e-9, "explicit recursions in float64; the files hold 7 digits"),
+    Tolerance("imports/*/rows", 1e-5, 1e-9, "averages over rows; files hold 9 digits"),
+    Tolerance("imports/*white*", 1e-3, 1e-6, "an estimate; written to few digits"),
+    Tolerance("imports/*wander*", 1e-2, 1e-6, "an estimate; written to few digits"),
+    Tolerance("diagnoses/*/value", 1e-3, 0, "fits stop at a change of chi2, well inside u"),
+    Tolerance("diagnoses/*/u", 1e-2, 0, "standard errors take derivatives at the fit"),
+    Tolerance("diagnoses/*/interval_95", 1e-2, 0, "the same"),
+    Tolerance("diagnoses/*threshold*", 2e-2, 0, "maximum over bootstrap draws, refined by fits that stop early"),
+    Tolerance("diagnoses/*gain*", 1e-3, 5e-2, "differences of chi2; decisions ask for 4.6 and more"),
+    Tolerance("diagnoses/*probability*", 0, 2e-2, "exponentials of gains"),
+    Tolerance("diagnoses/*/p", 5e-2, 1e-3, "tail of a fitted distribution"),
+    Tolerance("diagnoses/*sigma*", 1e-2, 1e-2, "separations are read to a tenth"),
+    Tolerance("diagnoses/*", 1e-3, 1e-6, "root mean squares and settings that follow the fit"),
+    Tolerance("scores/*/named/*", 0, 0.1, "probabilities are counted in bins of a tenth"),
+    Tolerance("scores/*/p", 1.0, 1e-3, "only its size counts"),
+    Tolerance("scores/*/removed", 0, 0.05, "shares are told in percent of twenty"),
+)
+
+
+# --- what is computed -------------------------------------------------------------------------------------------------
+
+CURVE_MODELS = "rope,beam_th1,beam_th2,ernst_beam,strip,strip_lift_off"
+SHORT = ["rig=rope_example", "tension=60"]
+COARSE = ["model.dx=0.04", "model.run_in=0.3", "model.settle=0.2", "model.acceleration=3.0"]
+BELTS = ("rope", "grid", "flex")  # in three dimensions
+#: settings of a run or of a sweep over what stands with commas; every case is one golden entry
+RUNS: dict[str, list[str]] = {
+    "plain": [f"model={CURVE_MODELS},ritzinger", "tension=7,40", "travel=30"],
+    "schedule": [
+        f"model={CURVE_MODELS}", "tension=10", "travel=40", "direction=-1", "yaw_head=0.02", "rig.head_radius=0.15",
+        "yaw=[{at: 0, yaw: -0.042}, {at: 15, over: 5, yaw: 0.03}]",
+    ],
+    "effects": [
+        "model=beam_th2,strip", "tension=20", "travel=20",
+        "effects=[{id: taper, kappa_t: 2.0e-5}, {id: yaw_compliance, c_m: 1e-7}, {id: sensor_gain, g1: 0.02}]",
+    ],
+    **{f"native_{belt}": [f"model=mujoco_{belt}", *SHORT, *COARSE, "travel=0.2"] for belt in BELTS},
+    **{
+        f"quasi_static_{belt}": [
+            f"model=mujoco_{belt}", *SHORT, *COARSE, "model.steps=2", "travel=1", "engine=quasi_static"
+        ] for belt in BELTS
+    },
+}  # fmt: skip
+
+#: campaign -> the model that it is diagnosed with
+DIAGNOSED = {
+    "machine_fault": "strip",
+    "slack_belt": "beam_th2",
+    "nothing_hidden": "strip",
+    "space_nothing": "strip",
+    "space_gravity": "beam_th2",
+    "space_taper": "strip",
+}
+BOOTSTRAPS = 200  # enough for thresholds that do not decide here, and a fifth of the time
+#: fields of diagnosis.json that say when and where, not what
+UNSTABLE = ("provenance", "seconds", "admitted")
+SCORED = ("mix_9970000", "nothing_7850000", "strangers_6770000")
+PER_SOURCE = 20
+#: what a scored answer keeps
+FACTS = (
+    "seed", "source", "kind", "plan", "base", "hidden", "unknown", "dirt", "verdict", "named", "aliases", "outcome",
+    "caught", "suspected", "place", "law",
+)  # fmt: skip
+
+
+def models(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
+    """summary.json and rows of curves.csv of every case of RUNS."""
+    for name, settings in RUNS.items():
+        if not fnmatch(name, only):
+            continue
+        sweep = ["-m"] if any("," in s and "[" not in s for s in settings) else []
+        places = [f"hydra.{kind}.dir={folder / name}/{end}" for kind, end in (("run", "run"), ("sweep", ""))]
+        command("simulate", *sweep, *settings, "pictures=false", *places)
+        for found in sorted(path.parent for path in (folder / name).glob("*/summary.json")):
+            model = json.loads((found / "summary.json").read_text())
+            key = f"{name} {model['model']} {model['tension_n_per_mm2']:g}"
+            curves = found / "curves.csv"
+            yield key, {"summary": without(model, UNSTABLE), "curves": columns(curves) if curves.exists() else None}
+
+
+def imports(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
+    """The campaign that every folder of tests/golden/imports gives, or that it is refused."""
+    for given in sorted(p for p in (GOLDEN / "imports").iterdir() if fnmatch(p.name, only)):
+        files = sorted(str(p) for p in given.iterdir() if p.name != "mapping.yaml")
+        mapping = [f"mapping={given / 'mapping.yaml'}"] if (given / "mapping.yaml").exists() else []
+        out = folder / given.name
+        status, message = command_status(
+            "import", *files, *mapping, f"out={out}", "overwrite=true", "pictures=false", f"hydra.run.dir={out}_run"
+        )
+        message = message.replace(f"{given}/", "").removeprefix("belt-sim: ")
+        yield given.name, {"refused": True, "message": message} if status else campaign(out)
+
+
+def diagnoses(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
+    """diagnosis.json of every shipped campaign."""
+    for name, model in DIAGNOSED.items():
+        if not fnmatch(name, only):
+            continue
+        out = folder / name
+        settings = [f"campaign={CAMPAIGNS / name}", f"model={model}", f"bootstraps={BOOTSTRAPS}", "seed=0"]
+        command("diagnose", *settings, "pictures=false", "watch=null", f"hydra.run.dir={out}")
+        yield name, without(json.loads((out / "diagnosis.json").read_text()), UNSTABLE)
+
+
+def scores(only: str, folder: Path, count: int = PER_SOURCE) -> Iterator[tuple[str, Json]]:
+    """Scored answers to published campaigns, drawn and answered anew: some minutes each on a busy core."""
+    from belt_sim.challenge.courier import Task, carry
+    from belt_sim.challenge.facts import facts_of
+
+    seen: dict[str, int] = {}
+    for name, row in golden("scores").items():
+        source = row["source"]
+        seen[source] = seen.get(source, 0) + 1
+        if not fnmatch(name, only) or seen[source] > count:
+            continue
+        task = Task(seed=row["seed"], out=folder / source, source=source, bootstraps=400, others=False)
+        if not task.file("results").exists():
+            carry(task)
+        yield name, scored(facts_of(json.loads(task.file("results").read_text())).row())
+
+
+PARTS: dict[str, Callable[..., Iterator[tuple[str, Json]]]] = {
+    "models": models,
+    "imports": imports,
+    "diagnoses": diagnoses,
+    "scores": scores,
+}
+
+
+def published_scores() -> dict[str, Json]:
+    """The rows of docs/challenge that are kept: the first of each source; of mix so many of each kind."""
+    quota = {"nothing": 3, "library": 7, "two": 4, "outside": 2, "dirty": 3, "below_noise": 1}
+    kept = {}
+    for name in SCORED:
+        rows = json.loads((ROOT / "docs" / "challenge" / f"{name}_diagnosis.json").read_text())["rows"]
+        left = dict(quota) if name.startswith("mix") else dict.fromkeys(quota, PER_SOURCE)
+        for row in rows:
+            if left[row["kind"]] > 0 and sum(k.startswith(row["source"]) for k in kept) < PER_SOURCE:
+                left[row["kind"]] -= 1
+                kept[f"{row['source']}_{row['seed']}"] = scored(row)
+    return kept
+
+
+# --- how it is computed -----------------------------------------------------------------------------------------------
+
+
+def command_status(*arguments: str) -> tuple[int, str]:
+    """Exit status of a belt-sim command in this process, and the last line of its errors."""
+    from hydra.core.global_hydra import GlobalHydra
+
+    from belt_sim.cli import run
+
+    GlobalHydra.instance().clear()
+    before, errors = sys.argv, io.StringIO()
+    try:
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
+            status = run(list(arguments))
+    finally:
+        sys.argv = before
+        GlobalHydra.instance().clear()
+    return status, errors.getvalue().strip()
+
+
+def command(*arguments: str) -> None:
+    """A belt-sim command that must succeed."""
+    status, errors = command_status(*arguments)
+    if status:
+        raise SystemExit(f"belt-sim {' '.join(arguments)}: status {status}\n{errors}")
+
+
+def columns(path: Path) -> dict[str, list[float]]:
+    """Column -> ROWS of its values."""
+    with path.open(encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    header, values = rows[0], spread(rows[1:])
+    return {name: [float(row[k]) for row in values] for k, name in enumerate(header)}
+
+
+def campaign(folder: Path) -> Json:
+    """Sheet, runs and readings of a campaign folder; of each run's readings ROWS rows and how many there are."""
+    sheet = yaml.safe_load((folder / "campaign.yaml").read_text(encoding="utf-8"))
+    content: dict[str, Any] = {"sheet": sheet}
+    for name in ("runs.csv", "signals.csv", "steady.csv"):
+        path = folder / name
+        if not path.exists():
+            continue
+        with path.open(encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        if name == "runs.csv":
+            content["runs"] = {row["run"]: {k: number(v) for k, v in row.items() if k != "run"} for row in rows}
+            continue
+        readings: dict[str, Json] = {}
+        for run in dict.fromkeys(row["run"] for row in rows):
+            own = [row for row in rows if row["run"] == run]
+            kept = {k: {"rows": [number(row[k]) for row in spread(own)]} for k in own[0] if k != "run"}
+            readings[run] = {"count": len(own)} | kept
+        content[name.removesuffix(".csv")] = readings
+    return content
+
+
+def spread(rows: list[Any]) -> list[Any]:
+    """At most ROWS of the rows, evenly spaced."""
+    last = len(rows) - 1
+    return rows if last < ROWS else [rows[round(k * last / (ROWS - 1))] for k in range(ROWS)]
+
+
+def number(text: str) -> float | str:
+    """A cell as a number, where it is one."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def without(content: Json, keys: Iterable[str]) -> Json:
+    """The content without these keys, at any depth."""
+    if isinstance(content, Mapping):
+        return {k: without(v, keys) for k, v in content.items() if k not in keys}
+    return [without(v, keys) for v in content] if isinstance(content, list) else content
+
+
+def scored(row: Mapping[str, Any]) -> Json:
+    """What is kept of a scored answer."""
+    return {k: row[k] for k in FACTS if k in row}
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+def golden(part: str) -> dict[str, Json]:
+    """Name -> golden content of a part."""
+    path = GOLDEN / f"{part}.json"
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+def write(part: str, content: Mapping[str, Json]) -> None:
+    """Replace the golden entries of a part by these; others stay. One line an entry."""
+    entries = golden(part) | rounded(dict(content))
+    lines = [f"{json.dumps(k)}: {json.dumps(v, ensure_ascii=False)}" for k, v in entries.items()]
+    (GOLDEN / f"{part}.json").write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+
+
+def rounded(content: Json) -> Json:
+    """The content with its numbers at DIGITS significant digits."""
+    if isinstance(content, Mapping):
+        return {str(k): rounded(v) for k, v in content.items()}
+    if isinstance(content, list):
+        return [rounded(v) for v in content]
+    return float(f"{content:.{DIGITS}g}") if isinstance(content, float) and math.isfinite(content) else content
+
+
+def work_folder() -> Path:
+    """outputs/golden/COMMIT, and of a changed working tree COMMIT-HASH."""
+    commit = git("rev-parse", "--short=12", "HEAD")
+    changed = git("diff", "HEAD", "--", "belt_sim", "conf", "models")
+    mark = "-" + hashlib.sha256(changed.encode()).hexdigest()[:8] if changed else ""
+    return ROOT / "outputs" / "golden" / f"{commit}{mark}"
+
+
+def git(*arguments: str) -> str:
+    return subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+
+
+# --- comparison -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A field that is not as it was; size: how many times its tolerance, inf where there is none."""
+
+    field: str
+    was: Json
+    is_now: Json
+    size: float = math.inf
+
+
+def differences(was: Json, now: Json, field: str, exact: bool = False) -> Iterator[Difference]:
+    """Every field below ``field`` that differs by more than its tolerance."""
+    if isinstance(was, Mapping) and isinstance(now, Mapping):
+        for key in [*was, *(k for k in now if k not in was)]:
+            if key not in now or key not in was:
+                if not ignored(f"{field}/{key}", exact):
+                    yield Difference(f"{field}/{key}", was.get(key, "(absent)"), now.get(key, "(absent)"))
+            else:
+                yield from differences(was[key], now[key], f"{field}/{key}", exact)
+    elif isinstance(was, list) and isinstance(now, list) and len(was) == len(now):
+        if all(is_number(v) for v in (*was, *now)):
+            yield from number_difference(was, now, field, exact)
+        else:
+            for k, pair in enumerate(zip(was, now, strict=True)):
+                yield from differences(*pair, f"{field}/{k}", exact)
+    elif is_number(was) and is_number(now):
+        yield from number_difference([was], [now], field, exact)
+    elif was != now and not ignored(field, exact):
+        yield Difference(field, was, now)
+
+
+def number_difference(was: list[float], now: list[float], field: str, exact: bool) -> Iterator[Difference]:
+    """The difference of numbers, where it is more than the tolerance of the field."""
+    given = tolerance(field)
+    rel, absolute = (0.0, 0.0) if given is None or exact else (given.rel, given.absolute)
+    largest = max((abs(w) for w in was), default=0.0)
+    allowed = max(rel * largest + absolute, 10.0**-DIGITS * largest)
+    off = [abs(w - n) for w, n in zip(was, now, strict=True) if not (math.isnan(w) and math.isnan(n))]
+    if not all(step <= allowed for step in off):  # a NaN is never below
+        yield Difference(field, was, now, max(off) / allowed if allowed else math.inf)
+
+
+def is_number(value: Json) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def tolerance(field: str) -> Tolerance | None:
+    """The tolerance of a field, e.g. diagnoses/slack_belt/effects/0/gain; None: it must be equal."""
+    return next((t for t in TOLERANCES if fnmatch(field, t.fields)), None)
+
+
+def ignored(field: str, exact: bool) -> bool:
+    given = tolerance(field)
+    return not exact and given is not None and given.absolute == IGNORED
+
+
+def compare(
+    part: str, only: str = "*", folder: Path | None = None, exact: bool = False, **more: int
+) -> list[Difference]:
+    """Differences of a part between its golden file and what is computed now."""
+    was = golden(part)
+    found: list[Difference] = []
+    for name, now in PARTS[part](only, (folder or work_folder()) / part, **more):
+        if name not in was:
+            found.append(Difference(f"{part}/{name}", "(absent)", "computed"))
+        else:
+            found.extend(differences(was[name], rounded(now), f"{part}/{name}", exact))
+    return found
+
+
+def table(found: Iterable[Difference]) -> str:
+    """Differences as lines: field, how many tolerances, golden value, value now."""
+    return "\n".join(f"{d.field}  x{d.size:.3g}\n    was {short(d.was)}\n    now {short(d.is_now)}" for d in found)
+
+
+def short(value: Json) -> str:
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return text if len(text) <= 100 else text[:97] + "..."
+
+
+def main(arguments: list[str]) -> int:
+    """Compare or write the parts that are named; returns the exit status."""
+    settings = dict(a.split("=", 1) for a in arguments if "=" in a)
+    words = [a for a in arguments if "=" not in a]
+    exact = "exact" in words
+    action, *parts = [w for w in words if w != "exact"] or ["help"]
+    if action not in ("compare", "write") or set(parts) - set(PARTS) or set(settings) - {"only", "count"}:
+        print(__doc__)
+        return 2
+    status = 0
+    for part in parts or PARTS:
+        more = {"count": int(settings["count"])} if part == "scores" and "count" in settings else {}
+        if action == "write":
+            kept = published_scores() if part == "scores" else {}
+            for name, content in kept.items() if kept else PARTS[part](settings.get("only", "*"), work_folder() / part):
+                write(part, {name: content})
+            continue
+        found = compare(part, settings.get("only", "*"), exact=exact, **more)
+        print(table(found) if found else f"{part}: as the golden file says", flush=True)
+        status |= bool(found)
+    return int(status)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
