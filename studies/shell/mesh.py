@@ -93,13 +93,15 @@ def equation(terms: Sequence[tuple[int, int, float]]) -> list[str]:
     return [str(len(kept))] + [",".join(written[k : k + 4]) for k in range(0, len(written), 4)]
 
 
-def steel(belt: Belt, elements: str) -> list[str]:
-    """Material and shell section of the belt."""
+def steel(belt: Belt, elements: str, *, expands_along: bool = False) -> list[str]:
+    """Material and shell section of the belt; expands_along: a temperature of 1 is a strain of 1 along x."""
     modulus, poisson = belt.youngs_modulus, belt.poisson_ratio
+    expansion = ["*EXPANSION,TYPE=ORTHO,ZERO=0.", "1.,0.,0."] if expands_along else []
     return [
         "*MATERIAL,NAME=STEEL",
         "*ELASTIC",
         f"{modulus:.12g},{poisson:.12g}",
+        *expansion,
         "*DENSITY",
         f"{belt.density:.12g}",
         f"*SHELL SECTION,ELSET={elements},MATERIAL=STEEL",

@@ -7,6 +7,7 @@ turns: hinged ends beside ``strip``, ends that lie on the pulleys up to lift-off
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,11 @@ from rich.table import Table
 from belt_sim.analytic.spans import held_answers
 from belt_sim.case import Case
 from belt_sim.config import case_from
+from belt_sim.effects.flatness import Flatness
 from belt_sim.effects.lift_off import LiftOff
 from belt_sim.jax_setup import compiled
 from belt_sim.laws.span import strip
-from belt_sim.si import DEGREE
+from belt_sim.si import DEGREE, N_PER_MM2
 from studies.application import application
 from studies.shell import ccx
 from studies.shell.span_deck import SIDES, Mesh, SpanDeck, span_deck
@@ -44,31 +46,45 @@ class Turned:
         return np.array([self.entry, self.carried, self.tilt]) / self.turn
 
 
-def by_law(case: Case, ends: str) -> np.ndarray:
-    """(entry, carry-over [N m/rad], tilt [rad/rad]) of the strip law, with the bending layer for ends on pulleys."""
-    span = strip(case)
+def by_law(case: Case, ends: str, residual: float = 0.0) -> np.ndarray:
+    """(entry, carry-over [N m/rad], tilt [rad/rad]) of the strip law, with the bending layer for ends on pulleys.
+
+    residual: residual stress [Pa] in the middle of the width.
+    """
+    span = Flatness(amplitude=residual).span(strip(case), case)
     answer = _answers(case, (LiftOff(),) if SIDES[ends] else (), span)
     row = 1 if ends == "lower" else 0
     stiffness = span.bending * np.array([answer.runup[row, 2], -answer.runoff[row, 2]])
     return np.array([*stiffness, float(answer.mid_tilt[row, 2])])
 
 
-def by_shell(case: Case, turns: Sequence[float], ends: str, folder: Path, mesh: Mesh | None = None) -> list[Turned]:
+def by_shell(
+    case: Case,
+    turns: Sequence[float],
+    ends: str,
+    folder: Path,
+    mesh: Mesh | None = None,
+    residual: float = 0.0,
+) -> list[Turned]:
     """The span turned by couples that would turn the strip law's by ``turns`` [rad], as far as CalculiX comes."""
-    couples = [float(by_law(case, ends)[0]) * t for t in turns]
-    deck = span_deck(case, couples, ends, mesh)
-    name = f"span_{ends}_{case.settings.tension / 1e6:g}"
-    return turned(deck, ccx.run(folder, name, deck.text), couples)
+    couples = [float(by_law(case, ends, residual)[0]) * t for t in turns]
+    deck = span_deck(case, couples, ends, mesh, residual)
+    name = f"span_{ends}_{case.settings.tension / 1e6:g}_{residual / 1e6:g}"
+    return turned(deck, ccx.run(folder, name, deck.text), couples, at_rest=3.0 if residual else 2.0)
 
 
-def turned(deck: SpanDeck, printed: Sequence[ccx.Printed], couples: Sequence[float]) -> list[Turned]:
-    """The states after gravity, less what gravity alone does."""
+def turned(
+    deck: SpanDeck, printed: Sequence[ccx.Printed], couples: Sequence[float], at_rest: float = 2.0
+) -> list[Turned]:
+    """The states after gravity, less that at time ``at_rest``, before the couples; none where CalculiX broke off."""
     tables = {(p.quantity, p.nodes, round(p.time, 6)): p.values for p in printed}
-    rest = _state(deck, tables, 2.0, 0.0)
+    if ("displacements", "OUT", at_rest) not in tables:
+        return []
+    rest = _state(deck, tables, at_rest, 0.0)
     states = [
-        _state(deck, tables, 3.0 + k, couple)
+        _state(deck, tables, at_rest + 1.0 + k, couple)
         for k, couple in enumerate(couples)
-        if ("displacements", "OUT", 3.0 + k) in tables
+        if ("displacements", "OUT", at_rest + 1.0 + k) in tables
     ]
     return [Turned(s.turn - rest.turn, s.entry, s.carried - rest.carried, s.tilt - rest.tilt) for s in states]
 
@@ -93,18 +109,21 @@ def span_study(config: dict[str, Any]) -> None:
         print(f"skipped: {ccx.MISSING}")
         return
     columns = [f"{what}, {who}" for what in ("entry", "carry-over", "tilt") for who in ("shell", "law")]
-    table = Table("N/mm2", "ends", *columns, "shell over law in %", "s")
+    table = Table("N/mm2", "ends", "residual", *columns, "shell over law in %", "s")
     mesh = Mesh(**config["mesh"])
     for tension in config["tensions"]:
         case = case_from(config | {"tension": tension})
-        for ends in config["ends"]:
-            begun = time.perf_counter()
-            shell = by_shell(case, [SMALL], ends, Path(config["out"]), mesh)[0].stiffness
-            law = by_law(case, ends)
+        for ends, residual in product(config["ends"], config["residual"]):
+            begun, stress = time.perf_counter(), residual * N_PER_MM2
+            states = by_shell(case, [SMALL], ends, Path(config["out"]), mesh, stress)
+            if not states:
+                print(f"{tension:g} N/mm2, {ends}, {residual:g}: no equilibrium that CalculiX finds", flush=True)
+                continue
+            shell, law = states[0].stiffness, by_law(case, ends, stress)
             cells = [f"{v:.1f}" if k < 2 else f"{v:.3f}" for k in range(3) for v in (shell[k], law[k])]
             apart = " ".join(f"{100 * (s / w - 1):+.2f}" for s, w in zip(shell, law, strict=True))
-            table.add_row(f"{tension:g}", ends, *cells, apart, f"{time.perf_counter() - begun:.0f}")
-            print(f"{tension:g} N/mm2, {ends}: {apart}", flush=True)  # a row may take minutes
+            table.add_row(f"{tension:g}", ends, f"{residual:g}", *cells, apart, f"{time.perf_counter() - begun:.0f}")
+            print(f"{tension:g} N/mm2, {ends}, residual {residual:g}: {apart}", flush=True)  # a row may take minutes
     console = Console(width=150)
     console.print(table)
 

@@ -43,8 +43,18 @@ class SpanDeck:
     dummies: dict[str, int]
 
 
-def span_deck(case: Case, couples: Sequence[float], ends: str = "hinged", mesh: Mesh | None = None) -> SpanDeck:
-    """Steps: tension, gravity, then one a couple [N m] at the run-up end; ``ends`` as in the module's words."""
+def span_deck(
+    case: Case,
+    couples: Sequence[float],
+    ends: str = "hinged",
+    mesh: Mesh | None = None,
+    residual: float = 0.0,
+) -> SpanDeck:
+    """Steps: tension, gravity, residual stress, then one a couple [N m] at the run-up end.
+
+    ends: as in the module's words; residual: stress [Pa] in the middle of the width, residual (1 - 12 y^2/b^2) across
+    it, made by strains along the belt (0: no such step).
+    """
     mesh = mesh or Mesh()
     belt, first, last = _strip(case, ends, mesh)
     names = ("A1", "A2", "B1", "B2", "ONE", "HA1", "HA2", "HB1", "HB2")
@@ -52,13 +62,24 @@ def span_deck(case: Case, couples: Sequence[float], ends: str = "hinged", mesh: 
     lines = ["*NODE,NSET=BELTNODES", *belt.nodes(), "*NODE,NSET=DUM"]
     lines += [f"{n},0.,0.,{k + 1}." for k, n in enumerate(dummies.values())]
     lines += ["*ELEMENT,TYPE=S8R,ELSET=BELT", *(elements := belt.elements())]
-    lines += [*node_set("OUT", belt.lines_along()), *steel(case.belt, "BELT")]
+    lines += [*node_set("OUT", belt.lines_along()), *steel(case.belt, "BELT", expands_along=residual != 0.0)]
     lines += [*_springs(dummies, len(elements)), "*EQUATION"]
     for name, row, rows in (("A", first, range(first + 1)), ("B", last, range(last, len(belt.x)))):
         pair = dummies[f"{name}1"], dummies[f"{name}2"], dummies["ONE"]
         lines += _ends(case, ends, belt, pair, row, rows)
-    text = "\n".join([*lines, *_steps(case, couples, dummies, ends, mesh.tolerance)]) + "\n"
+    if residual:
+        lines += ["*INITIAL CONDITIONS,TYPE=TEMPERATURE", "BELTNODES,0."]
+    strains = _strains(case, belt, residual)
+    text = "\n".join([*lines, *_steps(case, couples, dummies, ends, mesh.tolerance, strains)]) + "\n"
     return SpanDeck(text, belt, first, last, dummies)
+
+
+def _strains(case: Case, belt: Strip, residual: float) -> list[str]:
+    """Temperatures of the nodes, which are strains along the belt for an expansion of 1: short where it is pulled."""
+    if not residual:
+        return []
+    strain = -residual * (1.0 - 12.0 * (belt.y / case.belt.width) ** 2) / case.belt.youngs_modulus
+    return ["*TEMPERATURE", *(f"{belt.node(i, j)},{strain[j]:.9g}" for i in range(len(belt.x)) for j in belt.row(i))]
 
 
 def layer(case: Case) -> float:
@@ -120,8 +141,15 @@ def _on_pulley(case: Case, side: float, behind: float) -> tuple[float, float]:
     return -stretch * float(np.trapezoid(np.cos(angle), arc)), -stretch * float(np.trapezoid(np.sin(angle), arc))
 
 
-def _steps(case: Case, couples: Sequence[float], dummies: dict[str, int], ends: str, tolerance: float) -> list[str]:
-    """Tension, gravity, couples."""
+def _steps(
+    case: Case,
+    couples: Sequence[float],
+    dummies: dict[str, int],
+    ends: str,
+    tolerance: float,
+    strains: list[str],
+) -> list[str]:
+    """Tension, gravity, residual stress where there is one, couples."""
     held, bent = _held(case, dummies), [f"{dummies['ONE']},1,1,{abs(SIDES[ends]):g}"]
     flat = [f"{dummies['ONE']},1,1,0."]
     pull = f"{dummies['B1']},1,{case.tension_force:.12g}"
@@ -130,8 +158,10 @@ def _steps(case: Case, couples: Sequence[float], dummies: dict[str, int], ends: 
     still = [*held, f"{dummies['HB2']},3,3,0."]
     lines = _step(tolerance, "1.,1.", [*still, *flat], [pull], [])
     lines += _step(tolerance, "0.25,1.,1e-5,0.5", [*still, *bent], [pull], weight)
+    if strains:
+        lines += _step(tolerance, "0.02,1.,1e-6,0.05", [*still, *bent], [pull], [*weight, *strains], 2000)
     for couple in couples:
-        lines += _step(tolerance, "1.,1.", [*held, *bent], [pull, f"{turn},{couple:.12g}"], weight)
+        lines += _step(tolerance, "1.,1.", [*held, *bent], [pull, f"{turn},{couple:.12g}"], [*weight, *strains])
     return lines
 
 
@@ -145,8 +175,10 @@ def _held(case: Case, dummies: dict[str, int]) -> list[str]:
     return [*lines, f"{dummies['HA2']},3,3,0."]
 
 
-def _step(tolerance: float, times: str, held: list[str], loads: list[str], weight: list[str]) -> list[str]:
+def _step(
+    tolerance: float, times: str, held: list[str], loads: list[str], weight: list[str], increments: int = 200
+) -> list[str]:
     """One step of the deck."""
-    lines = ["*STEP,NLGEOM,INC=200", "*STATIC,SOLVER=SPOOLES", times, _CONTROLS.format(tolerance)]
+    lines = [f"*STEP,NLGEOM,INC={increments}", "*STATIC,SOLVER=SPOOLES", times, _CONTROLS.format(tolerance)]
     lines += ["*BOUNDARY,OP=NEW", *held, "*CLOAD,OP=NEW", *loads, *weight]
     return [*lines, "*NODE PRINT,NSET=OUT", "U", "*NODE PRINT,NSET=DUM", "U,RF", "*END STEP"]
