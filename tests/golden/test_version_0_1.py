@@ -6,10 +6,10 @@ import lzma
 from pathlib import Path
 
 import pytest
-from belt_sim.challenge.published import read_published
 
 import belt_sim as bs
 from belt_sim.virtual_rig.seal import reveal
+from studies.challenge.published import read_published
 
 OLD = Path(__file__).parent / "version_0_1"
 WRITTEN = 1e-9  # relative; files hold every digit that is compared
