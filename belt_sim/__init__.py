@@ -42,6 +42,7 @@ _HOMES = {
     "plot": "belt_sim.use_cases.plot",
     "prepare": "belt_sim.jax_setup",
     "report": "belt_sim.use_cases.report",
+    "scene": "belt_sim.use_cases.scene",
     "simulate": "belt_sim.use_cases.simulate",
     "traced": "belt_sim.use_cases.traced",
 }

@@ -15,6 +15,7 @@ SELDOM = 50_000  # new objects between two looks for garbage in cycles, of which
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 COMMANDS = {
     "simulate": "one model, one case: curves and late rates",
+    "scene": "a 3D belt as MJCF that runs in plain MuJoCo",
     "compare": "a model against a measured campaign: where it agrees, where it fails",
     "diagnose": "which physical effect the model lacks",
     "import": "a logger's files (CSV, xlsx ...) -> a campaign",

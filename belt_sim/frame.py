@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -42,3 +42,11 @@ class Observer(Protocol):
 
     def finish(self, curves: Curves) -> None:
         """The run has ended with these curves (partial ones when it was stopped)."""
+
+
+@runtime_checkable
+class SceneObserver(Observer, Protocol):
+    """An observer that shows MuJoCo's own scene."""
+
+    def show(self, model: Any, data: Any) -> None:
+        """The MjModel and the MjData of the run that has begun."""

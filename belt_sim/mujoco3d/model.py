@@ -11,7 +11,7 @@ from belt_sim.effects.around_engine import as_indicated, asked_of_engine
 from belt_sim.effects.base import IN_MARCH, Effect, overrides
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.frame import Observer
-from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.options import CONTACTS, Options
 from belt_sim.scene_parts import SceneParts
 
 ENGINES = ("native", "quasi_static")
@@ -25,23 +25,34 @@ class SpaceModel:
     """A 3D belt: "rope", "grid" or "flex".
 
     options: how it is discretised and driven; control: subtract a run without yaw; engine: "native" (MuJoCo, step by
-    step in time) or "quasi_static" (quasi-static in JAX, in batches).
+    step in time) or "quasi_static" (quasi-static in JAX, in batches); contact: one of CONTACTS; scene: the path of an
+    MJCF or an MjSpec that is run instead of the case's own, carried by contacts.
     """
 
     belt: str = "flex"
     options: Options = field(default_factory=Options)
     control: bool = False
     engine: str = "native"
+    contact: str = CONTACTS[0]
+    scene: Any = None
+
+    def __post_init__(self) -> None:
+        if self.contact not in CONTACTS:
+            raise InputError("model.contact", self.contact, "", f"use {' or '.join(CONTACTS)}")
+        if self.scene is not None and self.contact == CONTACTS[0]:
+            object.__setattr__(self, "contact", CONTACTS[1])
 
     @staticmethod
     def of(belt: str, settings: Mapping[str, Any]) -> "SpaceModel":
         """From the numbers of a configuration; raises InputError for one that is no option."""
-        numbers = {k: v for k, v in settings.items() if k not in ("control", "engine")}
+        numbers = {k: v for k, v in settings.items() if k not in ("control", "engine", "contact", "scene")}
         return SpaceModel(
             belt=belt,
             options=Options.of(numbers),
             control=bool(settings.get("control", False)),
             engine=engine_named(settings.get("engine")),
+            contact=settings.get("contact") or CONTACTS[0],
+            scene=settings.get("scene"),
         )
 
     @property
@@ -120,6 +131,8 @@ class SpaceModel:
                 scene_path=scene_path,
                 observers=observers,
                 control=self.control,
+                contact=self.contact,
+                edited=self.scene,
             )
 
         return as_indicated(engine, case, effects, travel)
@@ -129,7 +142,11 @@ class SpaceModel:
     ) -> Curves:
         from belt_sim.quasi_static.run import simulate
 
-        for what, asked in (("watch", bool(observers)), ("model.control", self.control)):
+        for what, asked in (
+            ("watch", bool(observers)),
+            ("model.control", self.control),
+            ("model.contact", self.contact != CONTACTS[0]),
+        ):
             if asked:
                 raise CannotRepresent(f"{what}: engine=quasi_static cannot do this; use engine=native")
 

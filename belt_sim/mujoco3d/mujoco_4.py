@@ -23,6 +23,7 @@ _TIED_TO_NOTHING = "flex .* is not rigid"
 #: what it says of its preliminary iterative solve, which the exact Newton step follows
 _PRELIMINARY = re.compile("effective-metric block preconditioner|effective-metric solve failed to converge")
 _ITERATIONS = 3  # bounds the preliminary solve
+_CONTACT_ITERATIONS, _IMPRATIO = 50, 1e3
 
 
 @dataclass
@@ -58,6 +59,14 @@ def set_solver(spec: mujoco.MjSpec, dt: float, gravity: float) -> None:
     spec.option.gravity = [0.0, 0.0, -gravity]
     off = mujoco.mjtDisableBit
     spec.option.disableflags = int(off.mjDSBL_ISLAND) | int(off.mjDSBL_CONTACT)
+
+
+def set_contact_solver(spec: mujoco.MjSpec, dt: float, gravity: float) -> None:
+    """Contacts of elliptic cones whose friction creeps by 2 um a metre at 1 m/s; dt [s], gravity [m/s2]."""
+    set_solver(spec, dt, gravity)
+    spec.option.iterations = _CONTACT_ITERATIONS
+    spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, _IMPRATIO
+    spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
 
 
 def make_factorised(spec: mujoco.MjSpec, first_joint: str) -> None:
@@ -167,13 +176,23 @@ class Solver:
             self.model.tendon_lengthspring[:] = lengths[:, None]
 
 
-_OF_THE_SCENE = """ A belt laid round its pulleys: load the key frame "laid" and look, camera "side" or "above".
+#: at the top of the MJCF of a belt whose landed nodes are held
+HELD = """ A belt laid round its pulleys: load the key frame "laid" and look, camera "side" or "above".
      What holds the belt on the pulleys - springs whose anchors turn with them - is set step by step by belt_sim and
-     does not stand in this file: stepped by MuJoCo alone, as its viewer does, the belt falls off. Pause the viewer, or
-     watch a run with belt-sim simulate watch=rerun. """
+     does not stand in this file: stepped by MuJoCo alone the belt falls off. belt-sim scene writes one that runs. """
 
 
-def mjcf(spec: mujoco.MjSpec) -> str:
+#: what the parts of a scene are
+_PARTS = {
+    "worldbody": " head and tail pulley; then the belt: node-I-J is node J across the width, at station I along the belt ",
+    "deformable": " the belt's membrane: linear triangles of real steel between the nodes ",
+    "tendon": " the bonds between the nodes ",
+    "actuator": " the sliders ",
+    "keyframe": " coordinates: the pulleys' joints, then x, y, z of every node from its stress-free place ",
+}
+
+
+def mjcf(spec: mujoco.MjSpec, comment: str = HELD) -> str:
     """A compiled specification as MJCF that loads as the model that was run, to the last digit.
 
     MuJoCo writes six digits: at 10 m from the origin that is 5 um, a strain of 2e-4 between stations 25 mm apart, as
@@ -196,7 +215,14 @@ def mjcf(spec: mujoco.MjSpec) -> str:
         element.set("thickness", _full([flex.thickness]))
     for element, key in zip(tree.iter("key"), spec.keys, strict=True):
         element.set("qpos", _full(key.qpos))
-    tree.insert(0, ET.Comment(_OF_THE_SCENE))
+        if element.get("qvel"):
+            element.set("qvel", " ".join(f"{v:.6g}" for v in key.qvel))
+    tree.insert(0, ET.Comment(comment))
+    for part, said in _PARTS.items():
+        for at, element in enumerate(tree):
+            if element.tag == part:
+                tree.insert(at, ET.Comment(said))
+                break
     return ET.tostring(tree, encoding="unicode")
 
 

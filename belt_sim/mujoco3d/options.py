@@ -12,6 +12,8 @@ BELTS = ("rope", "grid", "flex")
 BONDS = ("longitudinal", "transverse", "diagonal")
 #: A force on the sliding tail pulley, the belt's length at fixed pulleys, pulleys moved apart (machine/tensioning.py).
 TENSIONINGS = ("force", "length", "koller")
+#: What carries the belt on the pulleys: springs that hold landed nodes, or MuJoCo's contacts.
+CONTACTS = ("held", "mujoco")
 #: belt_speed of a run at its case's own speed
 AS_THE_CASE = "case"
 

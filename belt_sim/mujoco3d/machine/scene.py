@@ -12,6 +12,7 @@ from belt_sim.mujoco3d.machine.tensioning import Apart
 from belt_sim.mujoco3d.mesh.belt import BeltModel, Mesh
 from belt_sim.mujoco3d.mesh.loop import Loop, laid_loop
 from belt_sim.mujoco3d.mesh.natural import curved
+from belt_sim.mujoco3d.mesh.path import lift
 from belt_sim.mujoco3d.mujoco_4 import make_factorised, set_solver
 from belt_sim.mujoco3d.options import Options
 from belt_sim.paths import MODELS
@@ -40,13 +41,13 @@ class Scene:
     apart: Apart | None = None
 
 
-def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> Scene:
-    """The scene: the belt's nodes laid round the pulleys."""
+def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *, path=lift) -> Scene:
+    """The scene: the belt's nodes laid round the pulleys, which they come onto along ``path`` (mesh/loop.py)."""
     case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
-    loop, laid = laid_loop(case, options.dx), case
+    loop, laid = laid_loop(case, options.dx, path=path), case
     apart = Apart.of(case, loop) if options.tensioning == "koller" else None
     if apart is not None:
-        laid, loop = apart.slack, laid_loop(apart.slack, options.dx, len(loop.x))
+        laid, loop = apart.slack, laid_loop(apart.slack, options.dx, len(loop.x), path=path)
     early = options.run_in + (apart.travel if apart else 0.0)
     mesh = _cambered(belt.mesh(laid, loop, options), loop, parts, laid, early)
     return Scene(case, options, parts, mesh, loop, early, apart)
@@ -61,9 +62,9 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
     set_solver(spec, options.dt, parts.gravity)
     spec.stat.extent = 2.0
     spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
-    _add_cameras(spec, float(case.rig.centre_distance))
-    _add_station(spec, "head", 0.0, parts.head, loop.radius_head, case, options)
-    _add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
+    add_cameras(spec, float(case.rig.centre_distance))
+    add_station(spec, "head", 0.0, parts.head, loop.radius_head, case, options)
+    add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
     make_factorised(spec, "head-yaw")
     for k, guide in enumerate(parts.edge_guides):
         _draw_guide(spec, f"guide-{k}", guide, case)
@@ -74,7 +75,7 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
     return spec, scene
 
 
-def _add_cameras(spec: mujoco.MjSpec, length: float) -> None:
+def add_cameras(spec: mujoco.MjSpec, length: float) -> None:
     """Where one sees the whole machine from: the side (sag) and above (lateral movement)."""
     far = length + 0.5
     spec.worldbody.add_camera(name="side", pos=[length / 2, -far, 0.2], xyaxes=[1, 0, 0, 0, 0, 1])
@@ -102,7 +103,7 @@ def _draw_guide(spec: mujoco.MjSpec, name: str, guide: EdgeGuide, case: Case) ->
     geom.group = 1
 
 
-def _add_station(
+def add_station(
     spec: mujoco.MjSpec, name: str, x: float, surface: PulleySurface, radius: float, case: Case, options: Options
 ) -> None:
     """Attach models/pulley_station.xml; the head does not slide."""

@@ -9,6 +9,7 @@ from belt_sim.mujoco3d.options import AS_THE_CASE, Options, is_limp
 
 _SHAKEN = 20.0  # string speed over belt speed; y after 1 m is still that at a 35th within 3 % (7 N/mm2, a = 2 m)
 _COURANT = 0.5
+_CONTACT_SPEED = 0.5  # [m/s]: slower than a held belt, because its landings are impacts
 _LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a limp span
 
 
@@ -29,6 +30,11 @@ def fitted(options: Options, case: Case, belt: str) -> Options:
     if is_limp(belt, options):
         damping = max(damping, _LIMP_DRAG * waves / float(case.rig.span_length))
     return replace(options, belt_speed=pace, dt=dt, damping=damping)
+
+
+def for_contact(options: Options) -> Options:
+    """Options of a belt that contacts carry: without a speed of its own it runs at _CONTACT_SPEED."""
+    return options if options.belt_speed is not None else replace(options, belt_speed=_CONTACT_SPEED)
 
 
 def _pace(options: Options, case: Case) -> float:

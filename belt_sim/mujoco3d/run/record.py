@@ -59,10 +59,14 @@ class Recorder:
         if self.observers and state.travel >= self.next_frame:
             self._frame(state, self._read(state, state.travel), every)
 
+    def due(self, travel: float) -> bool:
+        """Whether ``step`` will read the belt at this travel [m]."""
+        return self.start is not None and travel >= self.next_reading
+
     def step(self, state: State) -> None:
         """Called after every step of the run-in and the run."""
         self.steps += 1
-        if state.travel < self.next_reading or self.start is None:
+        if not self.due(state.travel):
             return
         options = self.scene.options
         self.next_reading = state.travel + options.sample / _READINGS_PER_SAMPLE

@@ -1,0 +1,24 @@
+"""belt-sim scene: a case as MJCF that runs in plain MuJoCo."""
+
+from pathlib import Path
+from typing import Any
+
+from belt_sim.commands.run_folder import plain
+from belt_sim.config import case_from, model_settings
+from belt_sim.errors import InputError
+from belt_sim.files import write_text
+from belt_sim.use_cases.asked import model_of
+from belt_sim.use_cases.scene import scene_text
+
+
+_NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
+
+
+def run(cfg: Any) -> None:
+    """Write the scene and say how to look at it."""
+    config = plain(cfg)
+    out = Path(str(config["out"]))
+    if out.suffix != ".xml":
+        raise InputError("out", config["out"], "", "give a file name that ends in .xml")
+    write_text(out, scene_text(case_from(config | {"travel": _NO_END}), model_of(model_settings(config["model"]))))
+    print(f"{out}: python -m mujoco.viewer --mjcf={out}, load the key frame running, press play, move the sliders")

@@ -1,0 +1,226 @@
+"""Case -> MJCF that needs nothing of ours at run time: colliding pulleys, actuators, sensors, key frames.
+
+A node touches a pulley with a small sphere. Points 1-4 are places and nodes travel, so that y at a point is measured as
+on a machine, by two rays along y from either side: they meet the edge flags, boxes one chord long that ride on the
+nodes and end where the real belt's edge is.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.errors import CannotRepresent
+from belt_sim.mujoco3d.machine.scene import STATION_JOINTS, TAIL_SLIDE, Scene, add_cameras, add_station, lay_out
+from belt_sim.mujoco3d.mesh.belt import BeltModel, Mesh, node_name
+from belt_sim.mujoco3d.mujoco_4 import set_contact_solver
+from belt_sim.mujoco3d.options import Options
+from belt_sim.scene_parts import PulleySurface, SceneParts
+from belt_sim.si import DEGREE, N_PER_MM2
+
+ACTUATORS = ("speed", "tension", "tail_yaw", "head_yaw")
+#: friction coefficient that stands for a belt that sticks: 1 lets the beginning of a wrap slip at the yaw step
+STICKING = 10.0
+NODE_RADIUS = 1e-3  # [m], of the spheres that touch the pulleys
+_BELT_BIT, _PULLEY_BIT = 1, 2  # nodes meet pulleys, and nothing else meets anything
+_TIMECONST = 2.0  # steps; with one step the belt chatters on the pulleys
+_SOLIMP = (0.998, 0.9998, 1e-4, 0.5, 2.0)
+_DEEPEST = 1e-3  # [m]
+_FASTEST, _TIGHTEST, _MOST_YAW = 2.0, 200.0, 0.5  # ranges of the sliders: m/s, N/mm2, degrees
+_SPEED_GAIN, _DRIVE_FORCE = 2e4, 200.0  # [N s/m] and [N] at the rim: the drive accelerates the machine at 1-2 m/s2
+_YAW_STIFFNESS = 1e9  # [N m/rad]: a moment of 100 N m turns the pulley by 1e-7 rad
+_SLIDE_DAMPING = 1.0  # of critical
+_FLAG = (4e-4, 4e-3)  # [m], half thickness along y and half height of an edge flag
+_RAY_FROM = 0.3  # [m] from the middle of the machine
+_COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0)}
+
+#: what stands at the top of the MJCF
+STORY = """ A steel belt on two pulleys, carried and tracked by MuJoCo's contacts alone.
+     python -m mujoco.viewer --mjcf FILE, load the key frame "running" and press play: the belt runs. Sliders: speed of
+     the belt [m/s], tension [N/mm2], yaw of tail and head pulley [degrees]. Sensors edge-1-left ... edge-4-right are
+     rays from 0.3 m beside the machine to the belt's edges at the points 1 (upper end at the tail pulley), 2 (lower, tail), 3
+     (lower, head) and 4 (upper, head): y = (right - left) / 2. Key frame "laid" is the same belt at rest. Units are SI. """
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """How a node meets a pulley. timeconst [s]; solimp: impedance where contact begins and from a depth [m] on, that
+    depth, midpoint and power; friction [1], inf = sticking."""
+
+    timeconst: float
+    solimp: tuple[float, float, float, float, float]
+    friction: float
+
+    @staticmethod
+    def of(dt: float, friction: float) -> "ContactLaw":
+        """As stiff as a step of ``dt`` [s] can bear."""
+        return ContactLaw(_TIMECONST * dt, _SOLIMP, friction)
+
+    def depth(self, load: float, mass: float) -> float:
+        """How far a node of ``mass`` [kg] sinks in under ``load`` [N]: load = mass p d / ((1 - d) (d_max t_c)^2)."""
+        softest, hardest, width, middle, power = self.solimp
+        depth = np.linspace(0.0, _DEEPEST, 10001)
+        x = np.minimum(depth / width, 1.0)
+        rising, falling = x**power / middle ** (power - 1.0), 1.0 - (1.0 - x) ** power / (1.0 - middle) ** (power - 1.0)
+        d = softest + (hardest - softest) * np.where(x < middle, rising, falling)
+        carried = mass * depth * d / ((1.0 - d) * (hardest * self.timeconst) ** 2)
+        return float(np.interp(load, carried, depth))
+
+    def act_on(self, geom: Any, is_a: int, meets: int) -> None:
+        """Let a geom, or a class of them, collide so."""
+        geom.contype, geom.conaffinity, geom.condim = is_a, meets, 3
+        geom.friction = [self.friction if math.isfinite(self.friction) else STICKING, 0.0, 0.0]
+        geom.solref, geom.solimp = [self.timeconst, 1.0], self.solimp
+
+
+def build_contact(
+    case: Case, belt: BeltModel, options: Options, parts: SceneParts, contact: ContactLaw | None = None
+) -> tuple[mujoco.MjSpec, Scene]:
+    """The scene and its specification, not yet compiled; options: fitted to the case; contact: None = the stiffest.
+
+    Raises CannotRepresent for parts that are no plain cylinders.
+    """
+    _refuse_shapes(parts)
+    scene = lay_out(case, belt, options, parts, path=_on_the_circle)
+    case, mesh, loop = scene.case, scene.mesh, scene.loop
+    spec = mujoco.MjSpec()
+    spec.modelname = "belt on two pulleys"
+    set_contact_solver(spec, options.dt, parts.gravity)
+    spec.stat.extent = 2.0
+    contact = contact or ContactLaw.of(options.dt, parts.friction)
+    _add_defaults(spec, contact, loop.chord)
+    spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+    add_cameras(spec, float(case.rig.centre_distance))
+    for name, x, radius in (
+        ("head", 0.0, loop.radius_head),
+        ("tail", float(case.rig.centre_distance), loop.radius_tail),
+    ):
+        add_station(spec, name, x, getattr(parts, name), radius, case, options)
+        load = float(case.tension_force) * loop.chord / (radius * mesh.across)
+        _make_solid(spec, name, radius + contact.depth(load, float(mesh.mass[0])), contact)
+    belt.tie(spec, mesh, case, options)
+    _dress_nodes(spec, mesh, case)
+    _add_actuators(spec, case, options)
+    _add_sensors(spec, case, loop.radius_head, loop.radius_tail)
+    _add_keys(spec, scene)
+    return spec, scene
+
+
+def _refuse_shapes(parts: SceneParts) -> None:
+    cylinders = all(p == PulleySurface(radius=p.radius) for p in (parts.head, parts.tail))
+    if not cylinders or parts.edge_guides or parts.sets_in:
+        raise CannotRepresent(
+            "model.contact = mujoco: it has plain cylinders and a straight belt; leave effects with a shape out, or use "
+            "model.contact=held"
+        )
+
+
+def _on_the_circle(depth, chord, radius):
+    """Height above the circle at which stations come and go: contact needs no path of its own."""
+    return 0.0 * depth
+
+
+def _add_defaults(spec: mujoco.MjSpec, contact: ContactLaw, chord: float) -> None:
+    """Classes "node" (what touches the pulleys) and "flag" (what the rays meet)."""
+    node = spec.add_default("node", spec.default)
+    contact.act_on(node.geom, _BELT_BIT, _PULLEY_BIT)
+    node.geom.type, node.geom.size, node.geom.mass = mujoco.mjtGeom.mjGEOM_SPHERE, [NODE_RADIUS, 0, 0], 0.0
+    node.geom.rgba, node.geom.group = _COLOURS["node"], 2
+    flag = spec.add_default("flag", spec.default)
+    flag.geom.type, flag.geom.size = mujoco.mjtGeom.mjGEOM_BOX, [0.5 * chord, _FLAG[0], _FLAG[1]]
+    flag.geom.contype = flag.geom.conaffinity = 0
+    flag.geom.mass, flag.geom.rgba, flag.geom.group = 0.0, _COLOURS["flag"], 4
+
+
+def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, contact: ContactLaw) -> None:
+    """Let a pulley collide; radius [m]: of the circle on which nodes would run that did not sink in."""
+    shell = spec.geom(f"{name}-shell")
+    contact.act_on(shell, _PULLEY_BIT, _BELT_BIT)
+    shell.size = [radius - NODE_RADIUS, shell.size[1], 0.0]
+
+
+def _dress_nodes(spec: mujoco.MjSpec, mesh: Mesh, case: Case) -> None:
+    """Spheres on all nodes, edge flags on those of the outer lines."""
+    margin = 0.5 * float(case.belt.width) - mesh.line_y[0] - _FLAG[0]
+    node, flag = (spec.find_default(name) for name in ("node", "flag"))
+    for i in range(mesh.stations):
+        for j in range(mesh.across):
+            body = spec.body(node_name(i, j))
+            body.add_geom(node)
+            for side, line in ((1.0, 0), (-1.0, mesh.across - 1)):
+                if j == line:
+                    body.add_geom(flag, pos=[0.0, side * margin, 0.0])
+
+
+def _add_actuators(spec: mujoco.MjSpec, case: Case, options: Options) -> None:
+    """Sliders in the units of the command line: m/s, N/mm2, degrees."""
+    radius, joint = float(case.rig.head_radius), mujoco.mjtTrn.mjTRN_JOINT
+
+    def add(name: str, target: str, gear: float, most: float, least: float | None = None) -> mujoco.MjsActuator:
+        made = spec.add_actuator(name=name, target=target, trntype=joint)
+        made.gear[0] = gear
+        made.ctrllimited, made.ctrlrange = True, [-most if least is None else least, most]
+        return made
+
+    speed = add("speed", "head-spin", radius, _FASTEST)
+    speed.set_to_velocity(kv=_SPEED_GAIN)
+    speed.forcelimited, speed.forcerange = True, [-_DRIVE_FORCE, _DRIVE_FORCE]
+    add("tension", "tail-slide", 2.0 * float(case.belt.area) * N_PER_MM2, _TIGHTEST, 0.0).set_to_motor()
+    for name in ("tail", "head"):
+        yaw = add(f"{name}_yaw", f"{name}-yaw", 1.0 / DEGREE, _MOST_YAW)
+        yaw.set_to_position(kp=_YAW_STIFFNESS * DEGREE**2, dampratio=1.0)
+
+
+def _add_sensors(spec: mujoco.MjSpec, case: Case, head: float, tail: float) -> None:
+    """Two rays to the edges at each of the points 1-4; joints; loads on the axles."""
+    places = ((1, "tail", tail), (2, "tail", -tail), (3, "head", -head), (4, "head", head))
+    for point, station, z in places:
+        for side, way in (("left", 1.0), ("right", -1.0)):
+            name = f"edge-{point}-{side}"
+            spec.body(f"{station}-carriage").add_site(
+                name=name,
+                pos=[0, way * _RAY_FROM, z],
+                quat=[math.sqrt(0.5), way * math.sqrt(0.5), 0, 0],
+                size=[5e-3] * 3,
+                group=4,
+            )
+            spec.add_sensor(
+                name=name,
+                type=mujoco.mjtSensor.mjSENS_RANGEFINDER,
+                objtype=mujoco.mjtObj.mjOBJ_SITE,
+                objname=name,
+                intprm=[1, 0, 0],
+            )
+    for name in ("head-spin", "tail-spin", "tail-slide", "head-yaw", "tail-yaw"):
+        spec.add_sensor(
+            name=name, type=mujoco.mjtSensor.mjSENS_JOINTPOS, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name
+        )
+    for name in ("head", "tail"):
+        site = spec.body(f"{name}-fork").add_site(name=f"{name}-axle", size=[5e-3] * 3, group=4)
+        spec.add_sensor(
+            name=f"{name}-axle-load",
+            type=mujoco.mjtSensor.mjSENS_FORCE,
+            objtype=mujoco.mjtObj.mjOBJ_SITE,
+            objname=site.name,
+        )
+
+
+def _add_keys(spec: mujoco.MjSpec, scene: Scene) -> None:
+    """``laid``: at rest, the sliders at the speed and the tension of the case; ``running``: at its speed, about to be
+    yawed as the case's schedule ends."""
+    mesh, case, settings = scene.mesh, scene.case, scene.case.settings
+    joints = np.zeros(STATION_JOINTS)
+    joints[TAIL_SLIDE] = scene.loop.centre_distance - float(case.rig.centre_distance)
+    qpos = np.concatenate([joints, (mesh.laid - mesh.rest).ravel()])
+    pace = scene.options.pace * float(np.sign(float(settings.direction)))
+    way = np.roll(mesh.laid, -1, axis=0) - np.roll(mesh.laid, 1, axis=0)
+    way /= np.linalg.norm(way, axis=2, keepdims=True)
+    spins = np.array([0.0, pace / float(case.rig.head_radius), 0.0, 0.0, pace / float(case.rig.tail_radius)])
+    at_speed = np.concatenate([spins, (pace * way).ravel()])
+    straight = [pace, float(settings.tension) / N_PER_MM2, 0.0, 0.0]
+    yawed = [*straight[:2], *(float(schedule.last()) / DEGREE for schedule in (settings.yaw, settings.yaw_head))]
+    spec.add_key(name="laid", qpos=qpos, ctrl=straight)
+    spec.add_key(name="running", qpos=qpos, qvel=at_speed, ctrl=yawed)
