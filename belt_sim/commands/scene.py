@@ -10,7 +10,6 @@ from belt_sim.files import write_text
 from belt_sim.use_cases.asked import model_of
 from belt_sim.use_cases.scene import scene_text
 
-
 _NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
 
 

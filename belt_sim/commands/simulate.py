@@ -23,7 +23,7 @@ def run(cfg: Any) -> float | None:
     """
     config, folder = plain(cfg), run_folder()
     wanted = centring_asked(config["objective"])
-    watch, pictures = watch_asked(config["watch"], "rrd", "rerun"), config["pictures"]
+    watch, pictures = watch_asked(config["watch"], "rrd", "rerun", "viewer"), config["pictures"]
     if not isinstance(pictures, bool):
         raise InputError("pictures", pictures, "", "use true or false")
     if done_before(folder, config):

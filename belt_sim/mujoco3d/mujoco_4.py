@@ -180,11 +180,9 @@ class Solver:
 HELD = """ A belt laid round its pulleys: load the key frame "laid" and look, camera "side" or "above".
      What holds the belt on the pulleys - springs whose anchors turn with them - is set step by step by belt_sim and
      does not stand in this file: stepped by MuJoCo alone the belt falls off. belt-sim scene writes one that runs. """
-
-
 #: what the parts of a scene are
 _PARTS = {
-    "worldbody": " head and tail pulley; then the belt: node-I-J is node J across the width, at station I along the belt ",
+    "worldbody": " head and tail pulley; then the belt: node-I-J is node J across its width at station I along it ",
     "deformable": " the belt's membrane: linear triangles of real steel between the nodes ",
     "tendon": " the bonds between the nodes ",
     "actuator": " the sliders ",

@@ -33,7 +33,8 @@ def simulate(
     settings: as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
     [degrees, or a list of {at, over, yaw}], speed [m/s], direction. model: a name, {name: ..., further settings} or a
     Model; engine: of a 3D model, "native" (None) or "quasi_static"; effects: ids, mappings, .py files or objects.
-    scene_path: where a 3D model writes its scene (MJCF).
+    scene_path: where a 3D model writes its scene (MJCF). A 3D model's setting ``scene`` is an MjSpec that ``bs.scene``
+    made, edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
     """
     if case is not None and settings:
         name, value = next(iter(settings.items()))
@@ -58,7 +59,8 @@ def _in_space(
     """A run in three dimensions, with its numerical settings."""
     curves = model.run(common["case"], effects, travel=common["travel"], observers=observers, scene_path=scene)
     scene = scene if scene and scene.is_file() else None
-    details = {"options": asdict(model.options), "engine": model.engine} | ({"scene": scene.name} if scene else {})
+    details = {"options": asdict(model.options), "engine": model.engine, "contact": model.contact}
+    details |= {"scene": scene.name} if scene else {}
     return Simulation(**common, curves=curves, details=details)
 
 

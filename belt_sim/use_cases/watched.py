@@ -4,13 +4,17 @@ import sys
 from pathlib import Path
 
 from belt_sim.analytic.model import AnalyticModel
+from belt_sim.errors import InputError
 from belt_sim.frame import Observer
 from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation
 
 
 def observers_of(model: Model | SteadyModel, watch: str | None, title: str, folder: Path) -> list[Observer]:
-    """Who looks on while ``model`` runs: progress, and with watch = "rrd" a recording, "rerun" the live viewer."""
+    """Who looks on while ``model`` runs: progress, and with watch = "rrd" a recording, "rerun" and "viewer" the live
+    viewers of Rerun and MuJoCo."""
+    if watch == "viewer" and getattr(model, "engine", None) != "native":
+        raise InputError("watch", watch, "", "only a 3D belt of engine=native is MuJoCo's; use watch=rerun")
     if isinstance(model, AnalyticModel) or not isinstance(model, Model):
         return []
     if watch is None and getattr(model, "engine", None) == "quasi_static":  # one compiled call
@@ -18,7 +22,11 @@ def observers_of(model: Model | SteadyModel, watch: str | None, title: str, fold
     from belt_sim.watch.progress import ProgressObserver
 
     watching: list[Observer] = [ProgressObserver(title)]
-    if watch is not None:
+    if watch == "viewer":
+        from belt_sim.watch.viewer import ViewerObserver
+
+        watching.append(ViewerObserver())
+    elif watch is not None:
         from belt_sim.watch.rerun import live, to_file
 
         watching.append(to_file(folder / "belt.rrd") if watch == "rrd" else live())

@@ -14,6 +14,7 @@ from belt_sim.curves import Curves
 from belt_sim.errors import BeltError
 from belt_sim.frame import Frame
 from belt_sim.watch import blueprint, series
+from belt_sim.watch.asked import has_display
 from belt_sim.watch.look import TRUE, Look, look_of
 from belt_sim.watch.scene import Scene
 
@@ -118,7 +119,7 @@ def live(*, every: float = EVERY, look: Look | None = None, say: Callable[[str],
 
     def open_viewer(recording: rr.RecordingStream) -> None:
         try:
-            if _has_display():
+            if has_display():
                 recording.spawn()
             else:
                 _serve(recording, say or (lambda line: print(line, file=sys.stderr)))
@@ -127,11 +128,6 @@ def live(*, every: float = EVERY, look: Look | None = None, say: Callable[[str],
             raise BeltError(f"watch = rerun: no viewer could be opened ({reason}); use watch=rrd") from cause
 
     return RerunObserver(open_viewer, lambda: None, every=every, look=look)
-
-
-def _has_display() -> bool:
-    """Whether a window can be opened here."""
-    return sys.platform in ("darwin", "win32") or any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def _serve(recording: rr.RecordingStream, say: Callable[[str], None]) -> None:

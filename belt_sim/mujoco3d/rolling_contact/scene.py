@@ -39,10 +39,10 @@ _COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0)}
 
 #: what stands at the top of the MJCF
 STORY = """ A steel belt on two pulleys, carried and tracked by MuJoCo's contacts alone.
-     python -m mujoco.viewer --mjcf FILE, load the key frame "running" and press play: the belt runs. Sliders: speed of
-     the belt [m/s], tension [N/mm2], yaw of tail and head pulley [degrees]. Sensors edge-1-left ... edge-4-right are
-     rays from 0.3 m beside the machine to the belt's edges at the points 1 (upper end at the tail pulley), 2 (lower, tail), 3
-     (lower, head) and 4 (upper, head): y = (right - left) / 2. Key frame "laid" is the same belt at rest. Units are SI. """
+     In python -m mujoco.viewer load the key frame "running" and press play: the belt runs. Key frame "laid" is the same
+     belt at rest. Sliders: speed of the belt [m/s], tension [N/mm2], yaw of tail and head pulley [degrees]. Sensors
+     edge-1-left ... edge-4-right are rays from beside the machine to the belt's edges at the points 1 (upper end at the
+     tail pulley), 2 (lower, tail), 3 (lower, head) and 4 (upper, head): y = (right - left) / 2. Units are SI. """
 
 
 @dataclass(frozen=True)
@@ -113,8 +113,8 @@ def _refuse_shapes(parts: SceneParts) -> None:
     cylinders = all(p == PulleySurface(radius=p.radius) for p in (parts.head, parts.tail))
     if not cylinders or parts.edge_guides or parts.sets_in:
         raise CannotRepresent(
-            "model.contact = mujoco: it has plain cylinders and a straight belt; leave effects with a shape out, or use "
-            "model.contact=held"
+            "model.contact = mujoco: it has plain cylinders and a straight belt; use model.contact=held with effects "
+            "that have a shape"
         )
 
 

@@ -70,10 +70,9 @@ class ContactRun:
         self.scene, self.model, self.data = scene, model, mujoco.MjData(model)
         n, m = scene.mesh.stations, scene.mesh.across
         lacking = [name for name in ACTUATORS if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name) < 0]
-        if lacking or model.nq != STATION_JOINTS + 3 * n * m:
-            what = (
-                f"no actuator {lacking[0]}" if lacking else f"{model.nq} coordinates, not {STATION_JOINTS + 3 * n * m}"
-            )
+        wanted = STATION_JOINTS + 3 * n * m
+        if lacking or model.nq != wanted:
+            what = f"no actuator {lacking[0]}" if lacking else f"{model.nq} coordinates, not {wanted}"
             raise InputError("model.scene", what, "", "edit a scene that belt-sim scene made with the same settings")
         self.sliders = {name: model.actuator(name).id for name in ACTUATORS}
         self.sign = float(np.sign(float(scene.case.settings.direction)))
@@ -84,13 +83,13 @@ class ContactRun:
     def _laid(self) -> State:
         """The belt laid round the pulleys, at its speed, ``scene.early`` before travel 0."""
         mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key("running").id)
-        mesh, parts, qpos = self.scene.mesh, self.scene.parts, self.data.qpos
+        mesh, parts, qpos, qvel = self.scene.mesh, self.scene.parts, self.data.qpos, self.data.qvel
         n, m = mesh.stations, mesh.across
         wraps = tuple(Wrap.empty(surface, 0.0, n, m) for surface in (parts.head, parts.tail))
         poses = tuple(Pose(np.zeros(3), np.eye(3), 0.0) for _ in range(2))
         return State(
-            joints=qpos[:STATION_JOINTS], joint_rates=self.data.qvel[:STATION_JOINTS],
-            slides=qpos[STATION_JOINTS:].reshape(n, m, 3), slide_rates=self.data.qvel[STATION_JOINTS:].reshape(n, m, 3),
+            joints=qpos[:STATION_JOINTS], joint_rates=qvel[:STATION_JOINTS],
+            slides=qpos[STATION_JOINTS:].reshape(n, m, 3), slide_rates=qvel[STATION_JOINTS:].reshape(n, m, 3),
             poses=poses, wraps=wraps, loads=np.zeros((2, 3)), yaw=np.zeros(2), given_way=np.zeros(2), slip=np.zeros(2),
             led=[], kink_slope=np.zeros((2, m)), met=[], turned=np.zeros(2), aside=np.zeros(2), travel=-self.scene.early,
         )  # fmt: skip
@@ -135,7 +134,7 @@ class ContactRun:
         state, mesh = self.state, self.scene.mesh
         tail_x = float(self.scene.case.rig.centre_distance) + float(self.data.qpos[TAIL_SLIDE])
         state.poses[TAIL].centre[0] = tail_x
-        x, _, z = (mesh.rest + state.slides).mean(axis=1).T
+        x = (mesh.rest + state.slides).mean(axis=1)[:, 0]
         for wrap, on in ((state.wraps[HEAD], x <= 0.0), (state.wraps[TAIL], x >= tail_x)):
             at = np.flatnonzero(on)
             wrap.first, wrap.last = _ends(at, mesh.stations)
