@@ -3,13 +3,14 @@
 On the short rig (a = 2 m) a belt that MuJoCo's contacts carry is yawed while it runs, beside the same belt without yaw;
 the difference of y at points 1 and 3 after 1, 1.5 and 2 m stands against the strip law. Nothing in that scene knows how
 a belt turns where it lands. Each case is a row of CASES.csv; a case that is there is not run again. The yawed belt and
-its control run at once by mujoco.rollout. Prints the table, and y extrapolated to rigid contact.
+its control run at once, by mujoco.rollout in two threads. Prints the table, and y extrapolated to rigid contact.
 """
 
 import csv
 import math
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
@@ -142,32 +143,42 @@ def model_of(contact: Contact) -> mujoco.MjModel:
 
 
 def rolled_out(model: mujoco.MjModel, contact: Contact) -> tuple[np.ndarray, np.ndarray, float]:
-    """Travel [m], shape (n,), y of points 1-4 with the yaw and without it [m], shape (2, n, 4), and how far
-    nodes have sunk in at the end of the run-in, on average [m]."""
-    data = mujoco.MjData(model)
+    """Travel [m], shape (n,), y of points 1-4 with the yaw and without it [m], shape (2, n, 4), and how far nodes have
+    sunk in at the end of the run-in, on average [m]."""
+    with ThreadPoolExecutor(2) as pool:
+        (yawed, _), (still, sunk) = pool.map(lambda yaw: _one(model, contact, yaw), (contact.yaw, 0.0))
+    edges = [(sensor(model, f"edge-{p}-left"), sensor(model, f"edge-{p}-right")) for p in (1, 2, 3, 4)]
+    y = np.array(
+        [np.stack([0.5 * (s[:, right] - s[:, left]) for left, right in edges], axis=-1) for s in (yawed, still)]
+    )
+    radius = float(case_of(contact).rig.head_radius)
+    return still[:, sensor(model, "head-spin")] * radius - RUN_IN, y, sunk
+
+
+def _one(model: mujoco.MjModel, contact: Contact, yaw: float) -> tuple[np.ndarray, float]:
+    """Sensor readings of every step, shape (n, k), and how far nodes have sunk in at the end of the run-in [m].
+
+    A thread for each belt: a pool of rollout would hand one belt's warm start to the other.
+    """
+    data, dt, warm, sunk = mujoco.MjData(model), model.opt.timestep, None, math.nan
     mujoco.mj_resetDataKeyframe(model, data, model.key("running").id)
     state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
     mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-    state, warm, at_rest = np.tile(state, (2, 1)), None, data.ctrl.copy()
-    dt, sensors, sunk = model.opt.timestep, [], math.nan
+    straight, sensed = data.ctrl.copy(), []
+    straight[model.actuator("tail_yaw").id] = 0.0
     steps = round((RUN_IN + RAMP + READ[-1] + WINDOW) / contact.speed / dt)
     first, over = round(RUN_IN / contact.speed / dt), RAMP / contact.speed / dt
-    pair = [mujoco.MjData(model) for _ in range(2)]
-    with rollout.Rollout(nthread=2) as pool:
+    with rollout.Rollout(nthread=0) as alone:
         for begin in range(0, steps, CHUNK):
             k = np.arange(begin, min(begin + CHUNK, steps))
-            control = np.tile(at_rest, (2, len(k), 1))
-            control[0, :, model.actuator("tail_yaw").id] = contact.yaw * np.clip((k + 1 - first) / over, 0.0, 1.0)
-            states, sensed = pool.rollout(model, pair, state, control, initial_warmstart=warm)
-            state, warm = states[:, -1], np.array([d.qacc_warmstart for d in pair])
-            sensors.append(sensed)
+            control = np.tile(straight, (1, len(k), 1))
+            control[0, :, model.actuator("tail_yaw").id] = yaw * np.clip((k + 1 - first) / over, 0.0, 1.0)
+            states, chunk = alone.rollout(model, data, state, control, initial_warmstart=warm)
+            state, warm = states[0, -1], data.qacc_warmstart.copy()
+            sensed.append(chunk[0])
             if begin <= first < begin + CHUNK:
-                sunk = -float(np.mean(pair[1].contact.dist[: pair[1].ncon]))
-    sensed = np.concatenate(sensors, axis=1)
-    edges = [(sensor(model, f"edge-{p}-left"), sensor(model, f"edge-{p}-right")) for p in (1, 2, 3, 4)]
-    y = np.stack([0.5 * (sensed[:, :, right] - sensed[:, :, left]) for left, right in edges], axis=-1)
-    radius = float(case_of(contact).rig.head_radius)
-    return sensed[1, :, sensor(model, "head-spin")] * radius - RUN_IN, y, sunk
+                sunk = -float(np.mean(data.contact.dist[: data.ncon]))
+    return np.concatenate(sensed), sunk
 
 
 def sensor(model: mujoco.MjModel, name: str) -> int:

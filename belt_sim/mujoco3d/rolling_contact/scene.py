@@ -16,7 +16,7 @@ from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d.machine.scene import STATION_JOINTS, TAIL_SLIDE, Scene, add_cameras, add_station, lay_out
 from belt_sim.mujoco3d.mesh.belt import BeltModel, Mesh, node_name
-from belt_sim.mujoco3d.mujoco_4 import set_contact_solver
+from belt_sim.mujoco3d.mujoco_4 import compiled, expected_warnings, set_contact_solver
 from belt_sim.mujoco3d.options import Options
 from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.si import DEGREE, N_PER_MM2
@@ -26,9 +26,11 @@ ACTUATORS = ("speed", "tension", "tail_yaw", "head_yaw")
 STICKING = 10.0
 NODE_RADIUS = 1e-3  # [m], of the spheres that touch the pulleys
 _BELT_BIT, _PULLEY_BIT = 1, 2  # nodes meet pulleys, and nothing else meets anything
-_TIMECONST = 2.0  # steps; with one step the belt chatters on the pulleys
-_SOLIMP = (0.998, 0.9998, 1e-4, 0.5, 2.0)
+#: time constant [steps] and impedance of the contact; with one step the belt chatters on the pulleys. MuJoCo takes the
+#: stiffness of tendons for inertia of the nodes, which would make the contact hundreds of times as stiff.
+_MEMBRANE, _TENDONS = (2.0, (0.998, 0.9998, 1e-4, 0.5, 2.0)), (4.0, (0.5, 0.9, 1e-4, 0.5, 2.0))
 _DEEPEST = 1e-3  # [m]
+_TOUCH = 5e-6  # [m] by which the nodes sink in when the mass that counts in contact is read
 _FASTEST, _TIGHTEST, _MOST_YAW = 2.0, 200.0, 0.5  # ranges of the sliders: m/s, N/mm2, degrees
 _SPEED_GAIN, _DRIVE_FORCE = 2e4, 200.0  # [N s/m] and [N] at the rim: the drive accelerates the machine at 1-2 m/s2
 _YAW_STIFFNESS = 1e9  # [N m/rad]: a moment of 100 N m turns the pulley by 1e-7 rad
@@ -55,12 +57,14 @@ class ContactLaw:
     friction: float
 
     @staticmethod
-    def of(dt: float, friction: float) -> "ContactLaw":
-        """As stiff as a step of ``dt`` [s] can bear."""
-        return ContactLaw(_TIMECONST * dt, _SOLIMP, friction)
+    def of(dt: float, friction: float, tendons: bool) -> "ContactLaw":
+        """As stiff as a step of ``dt`` [s] can bear, for a belt of tendons or of a membrane."""
+        steps, solimp = _TENDONS if tendons else _MEMBRANE
+        return ContactLaw(steps * dt, solimp, friction)
 
     def depth(self, load: float, mass: float) -> float:
-        """How far a node of ``mass`` [kg] sinks in under ``load`` [N]: load = mass p d / ((1 - d) (d_max t_c)^2)."""
+        """How far a node sinks in under ``load`` [N]: load = mass p d / ((1 - d) (d_max t_c)^2), mass [kg] as in
+        ``_mass_in_contact``."""
         softest, hardest, width, middle, power = self.solimp
         depth = np.linspace(0.0, _DEEPEST, 10001)
         x = np.minimum(depth / width, 1.0)
@@ -90,22 +94,18 @@ def build_contact(
     spec.modelname = "belt on two pulleys"
     set_contact_solver(spec, options.dt, parts.gravity)
     spec.stat.extent = 2.0
-    contact = contact or ContactLaw.of(options.dt, parts.friction)
-    _add_defaults(spec, contact, loop.chord)
     spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
     add_cameras(spec, float(case.rig.centre_distance))
-    for name, x, radius in (
-        ("head", 0.0, loop.radius_head),
-        ("tail", float(case.rig.centre_distance), loop.radius_tail),
-    ):
-        add_station(spec, name, x, getattr(parts, name), radius, case, options)
-        load = float(case.tension_force) * loop.chord / (radius * mesh.across)
-        _make_solid(spec, name, radius + contact.depth(load, float(mesh.mass[0])), contact)
+    add_station(spec, "head", 0.0, parts.head, loop.radius_head, case, options)
+    add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
     belt.tie(spec, mesh, case, options)
+    contact = contact or ContactLaw.of(options.dt, parts.friction, bool(spec.tendons))
+    _add_defaults(spec, contact, loop.chord)
     _dress_nodes(spec, mesh, case)
     _add_actuators(spec, case, options)
     _add_sensors(spec, case, loop.radius_head, loop.radius_tail)
     _add_keys(spec, scene)
+    _make_solid(spec, scene, contact)
     return spec, scene
 
 
@@ -135,11 +135,33 @@ def _add_defaults(spec: mujoco.MjSpec, contact: ContactLaw, chord: float) -> Non
     flag.geom.mass, flag.geom.rgba, flag.geom.group = 0.0, _COLOURS["flag"], 4
 
 
-def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, contact: ContactLaw) -> None:
-    """Let a pulley collide; radius [m]: of the circle on which nodes would run that did not sink in."""
-    shell = spec.geom(f"{name}-shell")
-    contact.act_on(shell, _PULLEY_BIT, _BELT_BIT)
-    shell.size = [radius - NODE_RADIUS, shell.size[1], 0.0]
+def _make_solid(spec: mujoco.MjSpec, scene: Scene, contact: ContactLaw) -> None:
+    """Let the pulleys collide; they are so much wider as the nodes sink in, which then run on the circle wanted."""
+    circles = {"head": scene.loop.radius_head, "tail": scene.loop.radius_tail}
+
+    def widen(by: dict[str, float]) -> None:
+        for name, radius in circles.items():
+            shell = spec.geom(f"{name}-shell")
+            contact.act_on(shell, _PULLEY_BIT, _BELT_BIT)
+            shell.size = [radius - NODE_RADIUS + by[name], shell.size[1], 0.0]
+
+    widen(dict.fromkeys(circles, _TOUCH))
+    mass, force = _mass_in_contact(compiled(spec)), float(scene.case.tension_force) / scene.mesh.across
+    widen({name: contact.depth(force * scene.loop.chord / radius, mass) for name, radius in circles.items()})
+
+
+def _mass_in_contact(model: mujoco.MjModel) -> float:
+    """The inertia [kg] of a node by which MuJoCo scales the stiffness of its contact: 1 / A of R = A (1 - d) / d.
+
+    The discrete integrator takes spring k and damper b of a contact at the end of the step: R is less by 1 + h b + h2 k.
+    """
+    data, h = mujoco.MjData(model), model.opt.timestep
+    mujoco.mj_resetDataKeyframe(model, data, model.key("laid").id)
+    with expected_warnings():
+        mujoco.mj_forward(model, data)
+    rows = data.contact.efc_address[: data.ncon]
+    k, b, d, _ = data.efc_KBIP[rows].T
+    return float(np.median((1.0 - d) / (d * data.efc_R[rows] * (1.0 + h * b + h**2 * k))))
 
 
 def _dress_nodes(spec: mujoco.MjSpec, mesh: Mesh, case: Case) -> None:
