@@ -49,8 +49,11 @@ STORY = """ A steel belt on two pulleys, carried and tracked by MuJoCo's contact
 
 @dataclass(frozen=True)
 class ContactLaw:
-    """How a node meets a pulley. timeconst [s]; solimp: impedance where contact begins and from a depth [m] on, that
-    depth, midpoint and power; friction [1], inf = sticking."""
+    """How a node meets a pulley.
+
+    timeconst [s]; solimp: impedance where contact begins and from a depth [m] on, that
+    depth, midpoint and power; friction [1], inf = sticking.
+    """
 
     timeconst: float
     solimp: tuple[float, float, float, float, float]
@@ -73,9 +76,9 @@ class ContactLaw:
         carried = mass * depth * d / ((1.0 - d) * (hardest * self.timeconst) ** 2)
         return float(np.interp(load, carried, depth))
 
-    def act_on(self, geom: Any, is_a: int, meets: int) -> None:
-        """Let a geom, or a class of them, collide so."""
-        geom.contype, geom.conaffinity, geom.condim = is_a, meets, 3
+    def act_on(self, geom: Any) -> None:
+        """Let a node, or the class of them, meet pulleys so; what the pulleys say of contact does not count."""
+        geom.contype, geom.conaffinity, geom.condim, geom.priority = _BELT_BIT, _PULLEY_BIT, 3, 1
         geom.friction = [self.friction if math.isfinite(self.friction) else STICKING, 0.0, 0.0]
         geom.solref, geom.solimp = [self.timeconst, 1.0], self.solimp
 
@@ -126,7 +129,7 @@ def _on_the_circle(depth, chord, radius):
 def _add_defaults(spec: mujoco.MjSpec, contact: ContactLaw, chord: float) -> None:
     """Classes "node" (what touches the pulleys) and "flag" (what the rays meet)."""
     node = spec.add_default("node", spec.default)
-    contact.act_on(node.geom, _BELT_BIT, _PULLEY_BIT)
+    contact.act_on(node.geom)
     node.geom.type, node.geom.size, node.geom.mass = mujoco.mjtGeom.mjGEOM_SPHERE, [NODE_RADIUS, 0, 0], 0.0
     node.geom.rgba, node.geom.group = _COLOURS["node"], 2
     flag = spec.add_default("flag", spec.default)
@@ -142,7 +145,7 @@ def _make_solid(spec: mujoco.MjSpec, scene: Scene, contact: ContactLaw) -> None:
     def widen(by: dict[str, float]) -> None:
         for name, radius in circles.items():
             shell = spec.geom(f"{name}-shell")
-            contact.act_on(shell, _PULLEY_BIT, _BELT_BIT)
+            shell.contype, shell.conaffinity = _PULLEY_BIT, _BELT_BIT
             shell.size = [radius - NODE_RADIUS + by[name], shell.size[1], 0.0]
 
     widen(dict.fromkeys(circles, _TOUCH))
@@ -153,7 +156,8 @@ def _make_solid(spec: mujoco.MjSpec, scene: Scene, contact: ContactLaw) -> None:
 def _mass_in_contact(model: mujoco.MjModel) -> float:
     """The inertia [kg] of a node by which MuJoCo scales the stiffness of its contact: 1 / A of R = A (1 - d) / d.
 
-    The discrete integrator takes spring k and damper b of a contact at the end of the step: R is less by 1 + h b + h2 k.
+    The discrete integrator takes spring k and damper b of a contact at the end of the step: R is divided by
+    1 + h b + h^2 k.
     """
     data, h = mujoco.MjData(model), model.opt.timestep
     mujoco.mj_resetDataKeyframe(model, data, model.key("laid").id)

@@ -91,7 +91,8 @@ class ContactRun:
             joints=qpos[:STATION_JOINTS], joint_rates=qvel[:STATION_JOINTS],
             slides=qpos[STATION_JOINTS:].reshape(n, m, 3), slide_rates=qvel[STATION_JOINTS:].reshape(n, m, 3),
             poses=poses, wraps=wraps, loads=np.zeros((2, 3)), yaw=np.zeros(2), given_way=np.zeros(2), slip=np.zeros(2),
-            led=[], kink_slope=np.zeros((2, m)), met=[], turned=np.zeros(2), aside=np.zeros(2), travel=-self.scene.early,
+            led=[], kink_slope=np.zeros((2, m)), met=[], turned=np.zeros(2), aside=np.zeros(2),
+            travel=-self.scene.early,
         )  # fmt: skip
 
     def go(self, travel: float, observers: Sequence[Observer] = ()) -> Curves:
