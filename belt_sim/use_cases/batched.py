@@ -7,6 +7,7 @@ from belt_sim.config import case_from, model_settings
 from belt_sim.curves import Curves
 from belt_sim.errors import BeltError, RunFailed
 from belt_sim.mujoco3d.model import SpaceModel
+from belt_sim.mujoco3d.options import CONTACTS
 from belt_sim.quasi_static.run import Prepared, in_batches, prepared
 from belt_sim.use_cases.asked import effects_of, model_of
 from belt_sim.use_cases.simulate import on_engine
@@ -41,7 +42,7 @@ def _prepared(config: Mapping[str, Any]) -> Prepared | None:
     """The case of a configuration as its own run would march it; None where that refuses it."""
     try:
         model = on_engine(model_of(model_settings(config["model"])), config["engine"])
-        if not isinstance(model, SpaceModel) or model.control or config["watch"] is not None:
+        if not isinstance(model, SpaceModel) or model.control or model.contact != CONTACTS[0] or config["watch"]:
             return None
         case, effects = case_from(config), effects_of(config["effects"])
         driven, far = model.driven(case, effects, float(config["travel"]))

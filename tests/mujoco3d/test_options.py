@@ -22,7 +22,7 @@ def written(belt):
 @pytest.mark.parametrize("belt", BELTS)
 def test_every_option_stands_in_the_configuration_and_nothing_else(belt):
     group = written(belt)
-    assert list(group) == ["name", *(f.name for f in fields(Options)), "control"]
+    assert list(group) == ["name", *(f.name for f in fields(Options)), "contact", "scene", "control"]
     model = model_named(group.pop("name"), group)
     assert (model.belt, model.options, model.control) == (belt, Options(), False)
 
