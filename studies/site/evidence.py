@@ -1,19 +1,23 @@
 """How far each effect was checked: ``python -m studies.site.evidence`` writes the table of docs/how_far.md.
 
-What was checked stands in docs/evidence.yaml; its tolerances are read off the tests, so that they cannot differ.
+A test that is evidence for an effect says so itself, and within what:
+
+    @pytest.mark.evidence("camber", route="elements", what="end curvatures and tilt, {FIELDS}")
+
+{FIELDS} is that constant of the test's file, so that page and test cannot differ. The markers are read without
+importing the tests.
 """
 
 import ast
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
-
-import yaml
 
 from belt_sim.effects.library import library
 from belt_sim.paths import ROOT
 
-SOURCE, PAGE = ROOT / "docs" / "evidence.yaml", ROOT / "docs" / "how_far.md"
+TESTS, PAGE = ROOT / "tests", ROOT / "docs" / "how_far.md"
 BEGIN, END = "<!-- evidence -->", "<!-- end -->"
 #: what the routes are called on the page
 ROUTES = {
@@ -34,34 +38,46 @@ LENGTHS, PLAIN = ("AGREE", "PASSING"), ("RMS",)
 
 @dataclass(frozen=True)
 class Check:
-    """One check: by which route, of what (tolerances put in), in which test."""
+    """One check of one effect: by which route, of what (tolerances put in)."""
 
     route: str
     what: str
-    file: str
-    test: str
 
 
 def evidence() -> dict[str, list[Check]]:
-    """The checks of every effect that docs/evidence.yaml names."""
-    told = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
-    return {effect: [_check(*row) for row in rows] for effect, rows in told.items()}
+    """The checks of every effect that a test is marked with, in the order of ROUTES."""
+    found: dict[str, list[Check]] = {}
+    for path in sorted(TESTS.glob("*/test_*.py")):
+        text = path.read_text(encoding="utf-8")
+        if "mark.evidence(" not in text:
+            continue
+        module = ast.parse(text)
+        for mark in _marks(module):
+            given = {k.arg: ast.literal_eval(k.value) for k in mark.keywords}
+            what = re.sub(r"\{(\w+)\}", lambda m: _tolerance(module, m.group(1)), given["what"])  # noqa: B023
+            for effect in mark.args:
+                found.setdefault(ast.literal_eval(effect), []).append(Check(given["route"], what))
+    order = list(ROUTES)
+    return {effect: sorted(checks, key=lambda c: order.index(c.route)) for effect, checks in found.items()}
 
 
-def _check(route: str, what: str, where: str) -> Check:
-    file, test = where.split("::")
-    return Check(route, re.sub(r"\{(\w+)\}", lambda m: _tolerance(file, m.group(1)), what), file, test)
+def _marks(module: ast.Module) -> Iterator[ast.Call]:
+    """Every decorator ``pytest.mark.evidence(...)`` of a file."""
+    for function in module.body:
+        for mark in getattr(function, "decorator_list", []):
+            if isinstance(mark, ast.Call) and isinstance(mark.func, ast.Attribute) and mark.func.attr == "evidence":
+                yield mark
 
 
-def _tolerance(file: str, name: str) -> str:
+def _tolerance(module: ast.Module, name: str) -> str:
     """A constant of a test's file in words."""
-    for node in ast.parse((ROOT / file).read_text(encoding="utf-8")).body:
+    for node in module.body:
         names = [n.id for n in ast.walk(node) if isinstance(n, ast.Name)] if isinstance(node, ast.Assign) else []
         if name in names:
             assert isinstance(node, ast.Assign)
             value = ast.literal_eval(node.value)
             return _in_words(name, value[names.index(name)] if isinstance(value, tuple) else value)
-    raise KeyError(f"{file} has no constant {name}")
+    raise KeyError(f"no constant {name} in the file of the marked test")
 
 
 def _in_words(name: str, value: float) -> str:

@@ -30,6 +30,7 @@ def kl(case) -> float:
     return float(np.sqrt(case.tension_force / case.belt.bending_stiffness) * case.rig.span_length)
 
 
+@pytest.mark.evidence("taper", route="formula", what="late rate of a flat belt, either pulley, both directions, {LATE}")
 @pytest.mark.parametrize("where", ["kappa_t", "kappa_t_head"])
 def test_taper_moves_the_belt_towards_the_larger_radius(where):
     """w = kappa_t g L^2/(2 (L + pi R)) on either pulley, whatever the direction of travel."""
@@ -47,6 +48,7 @@ def test_taper_gain_tends_to_one_sixth():
     assert float(taper_gain(3.0)) < 1 / 6
 
 
+@pytest.mark.evidence("cant", route="formula", what="late rate: wrap {LATE}, share of the sag 1 %, both directions")
 @pytest.mark.parametrize(("where", "side"), [("gamma", 1.0), ("gamma_head", -1.0)])
 def test_cant_lifts_the_belt_along_the_wrap(where, side):
     """On a canted axis y + gamma z is kept: + 2 R gamma from top to bottom, a turn of the belt 2 (L + pi R) long, so
@@ -65,6 +67,7 @@ def test_cant_lifts_the_belt_along_the_wrap(where, side):
         assert found == pytest.approx(leaning, rel=0.01)
 
 
+@pytest.mark.evidence("yaw_offset_tail", route="definition", what="it is a yaw, {EXACT}")
 def test_yaw_offsets_are_yaws():
     offset = 3e-4
     tail, head, as_tail, as_head = affected(
@@ -80,6 +83,7 @@ def test_yaw_offsets_are_yaws():
     np.testing.assert_allclose(head.y, as_head.y, atol=EXACT * np.abs(head.y).max())
 
 
+@pytest.mark.evidence("soft_cover", route="definition", what="start faster by 1 + c EI, {EARLY}")
 def test_soft_cover_starts_faster_by_its_own_moment():
     """dtheta/ds = -(1 + c EI) kappa: at the start y_1 = (1 + c EI) kappa_0 s^2/2."""
     c = 5e-6
@@ -88,6 +92,7 @@ def test_soft_cover_starts_faster_by_its_own_moment():
     assert steady_rate(paper_case(40), MODEL) == pytest.approx(0.16140e-3, rel=1e-4)
 
 
+@pytest.mark.evidence("yaw_compliance", route="formula", what="first stand of the pulley, two springs in series")
 def test_yaw_compliance_gives_way_to_the_entry_moment():
     """Both spans of a stuck belt hold the tail back by EI k beta each, k = dkappa/dtheta_u: it stands at
     beta/(1 + 2 C EI k) at first, and nearly at beta when the belt has swung in."""
@@ -99,6 +104,7 @@ def test_yaw_compliance_gives_way_to_the_entry_moment():
     assert soft.y[0, 1] / stiff.y[0, 1] == pytest.approx(stands / YAW, rel=EARLY)
 
 
+@pytest.mark.evidence("crown", route="formula", what="where the belt comes to rest, {LATE}")
 def test_crown_holds_the_belt_where_its_taper_balances_the_yaw():
     """At rest kappa_1 = c y_1 and kappa_3 = 0, no angle against either pulley: y_1 = beta (k_u - k_o)/c."""
     crown, case = 0.05, paper_case(40)
@@ -108,6 +114,7 @@ def test_crown_holds_the_belt_where_its_taper_balances_the_yaw():
     assert abs(loose.y[0, -1]) > 10 * abs(held.y[0, -1])  # a hollow pulley throws the belt off
 
 
+@pytest.mark.evidence("wobble", route="formula", what="period 2 pi R, no drift")
 def test_wobble_repeats_every_turn_and_does_not_drift():
     turns, size = 20, 1e-4
     constant = abs(steady_rate(paper_case(40, size), MODEL))
@@ -119,6 +126,12 @@ def test_wobble_repeats_every_turn_and_does_not_drift():
         assert np.abs(late_rates(c)).max() < 0.02 * constant
 
 
+@pytest.mark.evidence("tension_bias", route="definition", what="another tension, {EXACT}")
+@pytest.mark.evidence(
+    "speed_tension",
+    route="definition",
+    what="another tension, {EXACT}; that rho v^2 does not count is taken from the literature",
+)
 def test_tension_errors_are_tensions():
     gain, bias, fast, as_gain, as_bias, as_fast = affected(
         [
@@ -148,6 +161,7 @@ def test_shear_is_small_on_the_test_rig():
     assert -8e-4 < change < 0
 
 
+@pytest.mark.evidence("yaw_backlash", route="definition", what="the yaws that are left, {EXACT}")
 def test_play_is_lost_on_the_way_and_again_on_the_way_back():
     half = 1e-4
     there_and_back = Schedule.step(YAW).then(Schedule.step(-YAW, at=10.0))
@@ -162,6 +176,11 @@ def test_play_is_lost_on_the_way_and_again_on_the_way_back():
     np.testing.assert_allclose(slack.y, plain.y, atol=EXACT * np.abs(plain.y).max())
 
 
+@pytest.mark.evidence(
+    "run_up_points",
+    route="definition",
+    what="the yaw times cos psi, {EXACT}; psi as in the literature",
+)
 def test_run_up_points_turn_with_the_cosine_of_the_sag_angle():
     case = paper_case(7)
     psi = float(sag_angle(case))
@@ -170,6 +189,7 @@ def test_run_up_points_turn_with_the_cosine_of_the_sag_angle():
     np.testing.assert_allclose(moved.y, plain.y * np.cos(psi), atol=EXACT * np.abs(plain.y).max())
 
 
+@pytest.mark.evidence("encoder_scale", route="definition", what="rates over 1 + e")
 @pytest.mark.parametrize("e", [0.02, -0.02])
 def test_encoder_that_shows_more_makes_rates_smaller(e):
     plain = marched([STILL, paper_case(40)], "beam_th2", travel=100.0)[1]
@@ -190,6 +210,9 @@ def test_a_yaw_is_applied_when_the_encoder_shows_its_travel():
         np.testing.assert_allclose(read_where_it_was, belt[:-10], atol=2e-3 * np.max(np.abs(belt)))
 
 
+@pytest.mark.evidence("sensor_gain", route="definition", what="the reading times 1 + g")
+@pytest.mark.evidence("sensor_offset", route="definition", what="the reading plus c")
+@pytest.mark.evidence("sensor_drift", route="definition", what="the reading plus d t")
 def test_sensors_show_gain_offset_and_drift_in_time():
     plain = marched([STILL, paper_case(40)], "beam_th2", travel=100.0)[1]
     numbers = {"sensor_gain": {"g1": 0.1}, "sensor_offset": {"c2": 1e-3}, "sensor_drift": {"d4": 1e-6}}
@@ -200,6 +223,11 @@ def test_sensors_show_gain_offset_and_drift_in_time():
     np.testing.assert_allclose(shown.y[3], plain.y[3] + 1e-6 * plain.travel / 0.5, atol=1e-15)
 
 
+@pytest.mark.evidence(
+    "edge_profile",
+    route="formula",
+    what="the order in which a mark passes the points, from the machine's lengths",
+)
 def test_edge_profile_passes_the_points_in_the_order_of_travel():
     """A mark on the belt that is at point 4 comes to 1, 2 and 3 after a span, a wrap and a span more."""
     for direction in (1.0, -1.0):
@@ -213,6 +241,7 @@ def test_edge_profile_passes_the_points_in_the_order_of_travel():
         )
 
 
+@pytest.mark.evidence("yaw_drift", route="definition", what="a ramp of the yaw")
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_what_grows_with_time_is_followed_by_the_tail_pulley(direction):
     """tau = infinity: a ramp of the yaw; a pulley that has crept to its end stands there for good. 20 m take 40 s."""
@@ -232,6 +261,7 @@ def test_what_grows_with_time_is_followed_by_the_tail_pulley(direction):
     np.testing.assert_allclose(crept.y, stands.y, atol=5e-3 * np.abs(stands.y).max())
 
 
+@pytest.mark.evidence("taper_drift", route="definition", what="it ends as a taper")
 def test_tapers_that_grow_with_time_or_travel_are_tapers_in_the_end():
     """A taper that stands at once is the plain one; a growing one lags it, by time or by travel alike at one speed."""
     still, end, rate = paper_case(20, 0.0), 2e-5, 5e-7
@@ -252,6 +282,11 @@ def test_tapers_that_grow_with_time_or_travel_are_tapers_in_the_end():
     assert 0 < with_travel.y[0, -1] < taper.y[0, -1]  # towards the larger radius
 
 
+@pytest.mark.evidence(
+    "pulley_deflection",
+    route="definition",
+    what="hollow crowns in proportion to the pull, {EXACT}; what the pull does to a real shell is not computed",
+)
 def test_deflected_pulleys_are_hollow_in_proportion_to_the_pull():
     case, compliance = paper_case(40), 5e-6
     hollow = -compliance * float(case.tension_force)
@@ -265,6 +300,11 @@ def test_deflected_pulleys_are_hollow_in_proportion_to_the_pull():
     assert parts.tail.radius_at(0.1) > parts.tail.radius_at(0.0)  # hollow: thinner where it is loaded most
 
 
+@pytest.mark.evidence(
+    "traction_loss",
+    route="definition",
+    what="rate of a rope that follows a share of its angle, 2 %; that a film acts so is assumed",
+)
 def test_a_film_slows_a_tight_belt_as_a_rope_says():
     """A share f of the contact angle: w = f (beta - (y_1 - y_4)/L), so w = beta/(2 (1/f + pi R/L)) of a rope."""
     case, loss, onset = paper_case(3000, speed=0.7), 0.5, 0.3
@@ -277,6 +317,7 @@ def test_a_film_slows_a_tight_belt_as_a_rope_says():
     np.testing.assert_allclose(late_rates(lost) / late_rates(kept), ratio, rtol=0.02)
 
 
+@pytest.mark.evidence("unequal_tension", route="definition", what="a yaw in proportion to the force, {EXACT}")
 def test_unequal_tension_is_a_yaw_in_proportion_to_the_force():
     per_force, pairs = 1e-7, []
     for tension in (20, 40):
@@ -293,6 +334,7 @@ def test_unequal_tension_is_a_yaw_in_proportion_to_the_force():
     assert parts.head.yaw_offset == 0.0
 
 
+@pytest.mark.evidence("sensor_delay", route="definition", what="the reading of before")
 def test_a_late_sensor_shows_the_belt_and_its_edge_as_they_were():
     delay, case = 0.4, paper_case(40)
     plain = marched([STILL, case], "beam_th2", travel=100.0)[1]

@@ -31,6 +31,7 @@ BELT_LENGTH = float(RIG.belt_length)
 KAPPA = 1e-4  # [1/m]
 
 
+@pytest.mark.evidence("edge_guide", route="elements", what="side load on a clamped beam, textbook, {TEXTBOOK}")
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5])
 def test_a_side_load_bends_a_clamped_beam_like_the_textbook(share):
     span = beam_first_order(paper_case(40))
@@ -60,6 +61,7 @@ def test_a_turned_end_turns_a_flat_span_by_as_much(law):
     assert simpson(fields.per_runoff, x=fields.x) == pytest.approx(-1.0, rel=FIELDS)
 
 
+@pytest.mark.evidence("camber", route="elements", what="end curvatures and tilt, boundary-value solver, {FIELDS}")
 @pytest.mark.parametrize("tension", [7.0, 40.0])
 def test_uniform_camber_of_a_hanging_strip_is_what_its_equations_say(tension):
     """kappa and tilt of a strip with straight clamped ends: EI (kappa - kc)'' = F y'', T phi'' = EI Z (kappa - kc)."""

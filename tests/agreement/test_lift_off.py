@@ -55,6 +55,11 @@ def by_transfer_matrix(tension: float, side: float) -> tuple[float, float]:
     return float(end[3] @ unknown), float(unknown[0])
 
 
+@pytest.mark.evidence(
+    "lift_off",
+    route="shell",
+    what="change of both moments at 7 to 40 N/mm2, {SHELL} of the entry moment",
+)
 @pytest.mark.parametrize("tension", SHELL_ELEMENTS)
 def test_moments_change_as_in_shell_elements(tension):
     plain, lifted = answers(tension), answers(tension, 1.0, LiftOff())
@@ -63,6 +68,7 @@ def test_moments_change_as_in_shell_elements(tension):
         assert lifted.runoff[span, 2] / plain.runoff[span, 2] - 1 == pytest.approx(carried, abs=SHELL)
 
 
+@pytest.mark.evidence("lift_off", route="elements", what="moments by a transfer matrix of its own, {ROUNDING}")
 @pytest.mark.parametrize("tension", [7, 20, 40])
 def test_a_transfer_matrix_with_the_layer_as_end_condition_says_the_same(tension):
     lifted = answers(tension, 1.0, LiftOff())

@@ -39,6 +39,8 @@ def agree(push, elements):
     assert found(push)[2] == pytest.approx(wanted[2], rel=20 * ELEMENTS, abs=1e-9)
 
 
+@pytest.mark.evidence("idler_skew", route="elements", what="end moments and tilt of a loaded span, {ELEMENTS}")
+@pytest.mark.evidence("side_drag", route="elements", what="end moments and tilt of a span under a couple, {ELEMENTS}")
 @pytest.mark.parametrize("share", SHARES)
 @pytest.mark.parametrize(("law", "tension"), [(beam_second_order, 40.0), (strip, 7.0), (strip, 20.0)])
 def test_a_force_and_a_couple_at_a_place_do_what_elements_say(law, tension, share):
@@ -49,6 +51,8 @@ def test_a_force_and_a_couple_at_a_place_do_what_elements_say(law, tension, shar
     agree(couple_at(span, share, fields), elements.held(elements.point_work(x, couple=1.0)))
 
 
+@pytest.mark.evidence("off_centre_load", route="elements", what="spread rolling couple on a span, {ELEMENTS}")
+@pytest.mark.evidence("machine_tilt", route="elements", what="even side load on a span, {ELEMENTS}")
 @pytest.mark.parametrize(("law", "tension"), [(beam_second_order, 40.0), (strip, 7.0), (strip, 20.0)])
 def test_spread_loads_do_what_elements_say(law, tension):
     span = law(paper_case(tension))
@@ -57,6 +61,7 @@ def test_spread_loads_do_what_elements_say(law, tension):
     agree(spread_roll(span, fields), elements.held(elements.spread_work(roll=1.0)))
 
 
+@pytest.mark.evidence("side_drag", route="formula", what="end moments, textbook, {FIELDS}")
 @pytest.mark.parametrize("share", SHARES)
 def test_a_stiff_beam_bears_loads_like_the_textbook(share):
     """Clamped ends, end moments from the tables: P a^2 b L and P a b^2 L, C a (2 - 3 a) and C b (3 b - 2), q L^2/12."""
@@ -73,6 +78,7 @@ def test_a_stiff_beam_bears_loads_like_the_textbook(share):
     assert bending * even.runoff == pytest.approx(length**2 / 12, rel=FIELDS)
 
 
+@pytest.mark.evidence("machine_tilt", route="formula", what="a level machine with canted ends, {FIELDS}")
 @pytest.mark.parametrize("tension", [7.0, 40.0])
 def test_a_tilted_machine_is_a_level_one_with_canted_ends(tension):
     """Seen with gravity straight down, a machine that leans by a has no side load, but its ends are rolled by -a, and
@@ -89,6 +95,7 @@ def test_a_tilted_machine_is_a_level_one_with_canted_ends(tension):
     assert side_load * push.tilt == pytest.approx(float(answer.mid_tilt @ ends) + lean, rel=1e-4, abs=1e-9)
 
 
+@pytest.mark.evidence("machine_tilt", route="formula", what="late rate from tabled end moments, {LATE}")
 def test_a_belt_on_a_tilted_machine_climbs_as_tabled_end_moments_say():
     """Clamped beam under tension and even load: end moments q'/K^2 (u coth u - 1), u = KL/2; they vanish when the belt
     climbs by w = q'/F (u coth u - 1) L^2/(f1 (L + pi R)), f1 of Sievers, whatever the direction of travel."""
@@ -105,6 +112,7 @@ def test_a_belt_on_a_tilted_machine_climbs_as_tabled_end_moments_say():
         np.testing.assert_allclose(late_rates(c), w, rtol=LATE)
 
 
+@pytest.mark.evidence("idler_skew", route="formula", what="late rate of a tight belt as of a rope, 10 %")
 def test_a_load_at_one_place_makes_a_tight_belt_run_where_it_pushes():
     """A rope under P at a share a from the head: it reaches the tail a P/F less steeply and leaves the head the more,
     so w = a P/F / (2 (1 + pi R/L)), stiffer ends apart; a couple on a rope does nothing late but through its ends."""
@@ -135,6 +143,7 @@ MIRRORED = {
 }
 
 
+@pytest.mark.evidence("idler_skew", "side_drag", route="symmetry", what="machine turned about the vertical, {EXACT}")
 @pytest.mark.parametrize("name", MIRRORED)
 def test_a_machine_turned_about_the_vertical_is_the_same_machine(name):
     """Head and tail change places, the upper span stays above and runs the other way; y and tapers change sign."""
@@ -162,6 +171,7 @@ def test_a_load_on_the_upper_span_starts_the_belt_where_it_runs_up():
     assert [np.sign(c.y[0, 2]) for c in curves] == [1.0, -1.0, 1.0, 1.0]
 
 
+@pytest.mark.evidence("off_centre_load", route="formula", what="tilt of mid-span by torsion and bending, 5 %")
 def test_a_loaded_side_sinks():
     """By torsion alone w e L^2/8T; in-plane bending, which rolling brings to a hanging span, holds the rest."""
     case = paper_case(10, 0.0)

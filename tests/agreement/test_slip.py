@@ -83,6 +83,7 @@ def turn_of_least_energy(case, friction: float) -> tuple[float, float]:
     return -float(x[1]), float(x[0])
 
 
+@pytest.mark.evidence("slip", route="elements", what="turn of the run-up by least energy, {CLOSED}")
 @pytest.mark.parametrize(
     ("rig", "tension", "friction"), [(RIG, 40, MU), (RIG, 10, 0.3), (SHORT, 40, MU), (SHORT, 100, 0.1)]
 )
@@ -94,6 +95,7 @@ def test_the_belt_turns_as_far_as_bending_and_friction_work_say(rig, tension, fr
     assert float(start.y[0, 0]) == pytest.approx(aside, rel=ASIDE)
 
 
+@pytest.mark.evidence("slip", route="formula", what="zone where the belt leaves, by equilibrium, {ZONE}")
 @pytest.mark.parametrize("begins", [0.02, 0.1, 0.3, 1.0, 2.0])
 def test_a_zone_that_goes_on_sliding_is_as_long_as_its_equilibrium_says(begins):
     """Where a belt leaves: couple and side force of friction against (eta theta', theta), from sticking to the end of
@@ -143,6 +145,11 @@ IN_SPACE = {
 }
 
 
+@pytest.mark.evidence(
+    "slip",
+    route="3d",
+    what="what friction adds to y_1 and y_3 over 5 m of a short rig, 12.5 mm stations: {SPACE} of the largest",
+)
 @pytest.mark.parametrize("friction", IN_SPACE)
 def test_slip_is_what_the_fine_belt_in_space_does(friction):
     case = paper_case(10, np.deg2rad(-0.005), rig=SHORT)

@@ -79,6 +79,7 @@ def alike(found, wanted):
     np.testing.assert_allclose(found, wanted, atol=EXACT * np.abs(wanted).max())
 
 
+@pytest.mark.evidence("camber", "taper", route="symmetry", what="turned machines, {EXACT}")
 def test_a_reversed_machine_is_the_forward_one_upside_down(turned):
     """Turned about its long axis: upper and lower, points 1-2 and 3-4 change places, and so do a weld's place and
     the rollers; a yaw, a taper and a bend of the belt change sign together with y."""
@@ -90,6 +91,7 @@ def test_a_reversed_machine_is_the_forward_one_upside_down(turned):
     alike(backward.tilt, TILTS[spans] * forward.tilt[::-1])
 
 
+@pytest.mark.evidence("crown", route="symmetry", what="turned machines, {EXACT}")
 def test_with_its_pulleys_exchanged_the_machine_is_turned_about_their_axes(turned):
     """Head and tail, upper and lower change places; y stays, and a yaw about +z becomes one about -z."""
     spans, (*_, forward, exchanged) = turned

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 from paper_cases import BELT, RIG, paper_case
 
+from belt_sim.analytic.spans import held_answers
+from belt_sim.effects.load import load_classes
 from belt_sim.effects.shear import Shear
 from belt_sim.effects.weld import Passing, Weld
 from belt_sim.effects.wobble import Wobble
 from belt_sim.laws.inside import BoundaryValues, no_bend
 from belt_sim.laws.runup import State, Yaw
-from belt_sim.laws.span import beam_second_order
+from belt_sim.laws.span import beam_first_order, beam_second_order
+from belt_sim.paths import ROOT
 from belt_sim.scene_parts import SceneParts
 
 UNEQUAL = replace(RIG, head_radius=0.25, tail_radius=0.12)
@@ -22,6 +25,7 @@ ROUND = float(UNEQUAL.belt_length)
 #: places of the points along the belt, counted from point 4
 POINTS = {4: 0.0, 1: SPAN, 2: SPAN + TAIL_WRAP, 3: 2 * SPAN + TAIL_WRAP}
 EXACT = 1e-12
+ROUNDING = 1e-9  # of a span condensed in nine doublings
 SMALL = 1e-7  # products of angles below 1e-3
 
 
@@ -35,6 +39,7 @@ def bends(weld, case, travel):
     return np.concatenate([bend.natural_runup, bend.natural_runoff])
 
 
+@pytest.mark.evidence("weld", route="formula", what="where it passes the points, from the machine's lengths")
 @pytest.mark.parametrize("at", [3.0, 15.0])
 @pytest.mark.parametrize(("direction", "order"), [(1.0, (1, 3, 4, 2)), (-1.0, (2, 4, 3, 1))])
 def test_a_weld_passes_the_points_where_its_place_on_the_belt_says(at, direction, order):
@@ -58,6 +63,12 @@ def state(travel, direction):
     return State(**kept | {"travel": travel, "direction": direction})
 
 
+@pytest.mark.evidence(
+    "wobble",
+    route="formula",
+    what="yaw, roll and place of the surface in the law and in the scene's geometry, both pulleys "
+    "and directions; it never carries the belt sideways",
+)
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 @pytest.mark.parametrize("pulley", ["tail", "head"])
 def test_a_wobbling_pulley_is_the_same_in_the_law_and_in_the_scene(pulley, direction):
@@ -100,6 +111,7 @@ def test_a_wobbling_surface_never_carries_the_belt_sideways(direction):
     np.testing.assert_allclose(moved[1] + at.runoff, 0.0, atol=EXACT)
 
 
+@pytest.mark.evidence("shear", route="formula", what="decay of a bend, straight from equilibrium")
 @pytest.mark.parametrize("width", [0.2, 2.0])
 def test_a_bend_decays_along_a_beam_whose_cross_sections_shear(width):
     """Straight from equilibrium with nothing across: EI theta' = M, M' = -Q, Q = -F y', y' = theta + n Q/(G b h)."""
@@ -115,3 +127,14 @@ def test_a_bend_decays_along_a_beam_whose_cross_sections_shear(width):
     assert np.sqrt(span.force / span.bending) == pytest.approx(decay, rel=1e-10)
     assert decay < np.sqrt(force / belt.bending_stiffness) * (1 - 1e-5)
     assert Shear().coefficient == pytest.approx((12 + 11 * 0.3) / (10 + 10 * 0.3), rel=1e-3)
+
+
+def test_a_lining_holds_like_a_spring_at_the_clamped_end():
+    """A beam whose end is on a spring 1/c bears 4 EI/L / (1 + c 4 EI/L) newton metres per radian (any textbook)."""
+    case = paper_case(1e-3)
+    span = beam_first_order(case)
+    clamped = 4.0 * span.bending / span.length
+    lining = load_classes([str(ROOT / "models" / "effects" / "lining.py")])["lining"]
+    for c in (0.0, 1e-6, 1e-4, 1.0):
+        answer = held_answers(case, (lining(c=c),), span)
+        assert span.bending * answer.runup[0, 2] == pytest.approx(clamped / (1.0 + c * clamped), rel=ROUNDING)

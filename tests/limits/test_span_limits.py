@@ -94,6 +94,7 @@ def test_softening_has_the_sizes_of_the_sheet():
     np.testing.assert_allclose(found, [38, 13, 1.65, 0.21], rtol=0.03)  # printed to two digits
 
 
+@pytest.mark.evidence("sag_roll", route="elements", what="response of a span, boundary-value solver, {BVP}")
 @pytest.mark.parametrize("tension", [5, 10, 40])
 def test_strip_response_agrees_with_a_boundary_value_solver(tension):
     span = law.strip(paper_case(tension))

@@ -56,6 +56,13 @@ def test_late_rate_of_the_strip(short_rig):
         assert at(curves, 24.9, point) == pytest.approx(at(law, 24.9, point), rel=NEAR)
 
 
+@pytest.mark.evidence(
+    "yaw_compliance",
+    "yaw_offset_head",
+    "yaw_offset_tail",
+    route="3d",
+    what="change of y on a short rig, {COARSE} of the largest",
+)
 @pytest.mark.parametrize(
     "effect",
     [

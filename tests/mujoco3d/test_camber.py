@@ -116,6 +116,7 @@ def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():
     assert np.abs(curves.y).max() < 1e-6  # a taper of this size would move it by sixty
 
 
+@pytest.mark.evidence("weld", route="3d", what="y of all points as it passes, {NEAR} of the largest")
 def test_a_weld_runs_through_like_in_the_strip_law():
     curves = FLEX.run(CASE, [WELD], travel=1.2)
     law = march(CASE, analytic_model("strip"), (WELD,), travel=1.2)
@@ -135,6 +136,11 @@ def test_opposite_camber_is_the_mirror_image():
     np.testing.assert_allclose(left.tilt[:, 10:], -right.tilt[:, 10:], atol=TILT * np.abs(right.tilt).max())
 
 
+@pytest.mark.evidence(
+    "camber",
+    route="3d",
+    what="drift of a short rig at 10 N/mm2, {SHORT_AND_WIDE}; small cambers within 1 % (three_dimensions.md)",
+)
 @pytest.mark.long
 def test_uniform_camber_drifts_by_the_sag():
     """At 10 N/mm2 the law says 15.8 um/m, and rope and flat beams nothing: twelve runs of the span decide."""

@@ -20,6 +20,11 @@ CASE = paper_case(60, -YAW, ROPE_EXAMPLE)
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
 
 
+@pytest.mark.evidence(
+    "edge_guide",
+    route="3d",
+    what="y of all points on the short rig at 60 N/mm2, {NEAR} of the largest",
+)
 def test_a_guide_holds_the_belt_like_an_elastic_stop():
     curves = SpaceModel(options=FINE).run(CASE, [GUIDE], travel=2.0)
     law, free = (march(CASE, analytic_model("strip"), e, travel=2.0) for e in ((GUIDE,), ()))

@@ -97,6 +97,12 @@ def test_a_landing_station_is_put_back_by_what_the_layer_displaces_it(end):
     assert depth(wrap, pose, np.array([wrap.tangent[(end + 1) // 2]]), end) == pytest.approx(0.0)
 
 
+@pytest.mark.evidence(
+    "lift_off",
+    route="3d",
+    what="change of points 1 and 3 on a short slack rig, {CHANGE} of the change (the layer of each "
+    "line is a condition)",
+)
 @pytest.mark.long
 def test_the_belt_runs_as_the_law_says():
     """A slack short rig, where the layer takes a third of the lower run-up's movement."""

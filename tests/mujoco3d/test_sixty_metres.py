@@ -16,6 +16,12 @@ TRAVEL = 60.0  # [m]: two and a half rounds, the long swing of a slack belt and 
 pytestmark = [pytest.mark.long, pytest.mark.filterwarnings("ignore:flex")]
 
 
+@pytest.mark.evidence(
+    "sag_roll",
+    route="3d",
+    what="all four points over 60 m at 7 to 40 N/mm2, {SAID} of the largest y (sections level at "
+    "the pulleys by construction)",
+)
 @pytest.mark.parametrize("tension", [7.0, 10.0, 20.0, 40.0])
 def test_all_four_points_stay_beside_the_strip_law(tension):
     case = paper_case(tension, -YAW)

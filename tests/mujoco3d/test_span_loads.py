@@ -46,6 +46,23 @@ def both(effect, case, travel, options):
         yield [np.array([np.interp(at, c.travel, row) for row in np.asarray(rows)]) for rows in (c.y, c.tilt)]
 
 
+@pytest.mark.evidence(
+    "idler_skew",
+    route="3d",
+    what="y of all points on a narrow short rig, both directions, {CHANGE} of the largest; tilt {TILT}",
+)
+@pytest.mark.evidence(
+    "side_drag",
+    route="3d",
+    what="a drag at one edge: y of all points on a narrow short rig, both edges and directions, "
+    "{CHANGE} of the largest; tilt {TILT}",
+)
+@pytest.mark.evidence(
+    "machine_tilt",
+    "off_centre_load",
+    route="3d",
+    what="y of all points on a narrow short rig at 10 N/mm2, {CHANGE} of the largest; tilt {TILT}",
+)
 @pytest.mark.long
 @pytest.mark.parametrize(("name", "numbers", "tension", "direction"), LOADS)
 def test_a_loaded_belt_runs_and_tilts_as_the_law_says(name, numbers, tension, direction):

@@ -19,6 +19,22 @@ def of_the_study(name: str):
     return change(library()[name](**numbers), travel, STATIONS)
 
 
+@pytest.mark.evidence(
+    "taper",
+    route="3d",
+    what="change of the late rate by a conical tail pulley on a short rig, {RATE} (y: 8 % of the largest)",
+)
+@pytest.mark.evidence(
+    "crown",
+    "unequal_tension",
+    route="3d",
+    what="change of y on a short rig, {CHANGE} of the largest",
+)
+@pytest.mark.evidence(
+    "pulley_deflection",
+    route="3d",
+    what="change of y by hollow pulleys on a short rig, {CHANGE} of the largest",
+)
 @pytest.mark.parametrize("name", ["taper", "crown", "pulley_deflection", "unequal_tension"])
 def test_the_belt_on_shapes_changes_as_their_laws_say(name):
     found = of_the_study(name)
@@ -27,12 +43,23 @@ def test_the_belt_on_shapes_changes_as_their_laws_say(name):
     assert name == "taper" or found.off < CHANGE
 
 
+@pytest.mark.evidence(
+    "cant",
+    route="3d",
+    what="late rate on a short rig, {CANT}; not the start: 3D cants the pulley under the belt, "
+    "which moves it by R gamma",
+)
 def test_a_canted_pulley_drives_the_belt_as_the_law_says():
     """cant: its rate; the start is another, since in 3D the pulley is canted under the belt."""
     seen, told = of_the_study("cant").rates
     assert seen == pytest.approx(told, rel=CANT)
 
 
+@pytest.mark.evidence(
+    "wobble",
+    route="3d",
+    what="y of all four points on a short rig, either pulley askew, sizes and phases, {WAVE} of the largest",
+)
 @pytest.mark.parametrize("numbers", [{"beta_cos": 5e-4}, {"beta_sin_head": 5e-4}], ids=["tail", "head"])
 def test_pulleys_askew_move_all_points_as_the_law_says(numbers):
     """All along, sizes and phases, at the askew pulley and at the other."""

@@ -129,6 +129,11 @@ def test_the_roll_deck_lays_what_it_says():
     assert roll.turned_by_slip(case, 3.0) == pytest.approx(10 * roll.turned_by_slip(case, 30.0))
 
 
+@pytest.mark.evidence(
+    "sag_roll",
+    route="shell",
+    what="entry moment and carry-over of one span at 10 and 40 N/mm2, {HINGED}",
+)
 @pytest.mark.long
 @needs_ccx
 @pytest.mark.parametrize("tension", [10.0, 40.0])

@@ -53,6 +53,12 @@ def test_it_is_small_reads_and_its_truth_opens(name):
     assert campaign.signals[0].gain == pytest.approx(with_simulator_error(SENSORS)[0].gain)
 
 
+@pytest.mark.evidence(
+    "taper",
+    route="3d",
+    what="a conical tail pulley in 3D, 10 to 60 N/mm2: readings as this law says within their "
+    "stated error (rms {RMS} sigma)",
+)
 @pytest.mark.parametrize("name", SPACE_SAMPLES)
 def test_space_and_line_measure_alike_within_the_stated_error(name):
     off = errors_in_sigmas(name)

@@ -28,6 +28,7 @@ def ramp_of(step) -> np.ndarray:
     return cumulative_trapezoid(y, s, initial=0.0)[:, ::20]
 
 
+@pytest.mark.evidence("build_up", route="definition", what="the integral of a taper that grows")
 def test_a_growing_cause_is_the_integral_of_a_constant_one():
     run = {"yaw": 0.0, "spacing": 1.0}
     np.testing.assert_allclose(measured(BuildUp(rate=2e-6), **run)[1], 2e-6 * ramp_of(Taper(kappa_t=1.0)), atol=2e-8)

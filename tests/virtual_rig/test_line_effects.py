@@ -57,6 +57,7 @@ def test_yaw_offset_of_the_tail_adds_to_the_yaw():
     np.testing.assert_allclose(off, turned, atol=1e-12)
 
 
+@pytest.mark.evidence("yaw_offset_head", route="formula", what="late rate and lean, both yaws, {SETTLED}")
 def test_a_head_offset_drifts_against_a_tail_offset_but_leans_alike():
     """Section 4 with both yaws: w ~ beta_tail - beta_head, y_1 - y_4 = L (w0 theta_4 + w1 theta_1)."""
     w1 = (KL * np.cosh(KL) - np.sinh(KL)) / (KL * (np.cosh(KL) - 1))
@@ -142,6 +143,11 @@ def test_slip_takes_a_wrap_at_most():
     assert moved[2] - moved[0] == pytest.approx(turned * s[2], rel=0.03)
 
 
+@pytest.mark.evidence(
+    "slip",
+    route="3d",
+    what="what friction adds to y_1 in the first metre at 10 to 40 N/mm2, 25 mm stations: 30 % or 3 um",
+)
 @pytest.mark.parametrize(("tension", "friction", "stuck", "slips"), SLIPPING_IN_SPACE)
 def test_slip_is_what_the_belt_in_space_does(tension, friction, stuck, slips):
     """docs/three_dimensions.md, 1 m after the step: what friction adds to y_1, to half a micrometre times ten."""
@@ -199,6 +205,7 @@ def test_centrifugal_tension():
     np.testing.assert_allclose(fast, slack, atol=1e-12)
 
 
+@pytest.mark.evidence("encoder_scale", route="code", what="readings stretched")
 def test_encoder_scale_stretches_rates_and_periods():
     s, y = measured(EncoderScale(e=0.25), length=50.0)
     t, true = measured(length=40.0, spacing=0.2)

@@ -83,6 +83,35 @@ def routes(name, here, there, base, tension, direction):
     return truth, np.concatenate([curves.y, curves.tilt])
 
 
+@pytest.mark.evidence(
+    "build_up",
+    "crown",
+    "edge_guide",
+    "idler_skew",
+    "machine_tilt",
+    "off_centre_load",
+    "pulley_deflection",
+    "sag_roll",
+    "sensor_delay",
+    "side_drag",
+    "soft_cover",
+    "taper",
+    "taper_drift",
+    "tension_bias",
+    "traction_loss",
+    "unequal_tension",
+    "wobble",
+    "yaw_backlash",
+    "yaw_compliance",
+    "yaw_drift",
+    route="code",
+    what="readings, {AGREE}",
+)
+@pytest.mark.evidence("lift_off", route="code", what="readings, by finite elements whose ends give way, {AGREE}")
+@pytest.mark.evidence("camber", route="code", what="y at 10 N/mm2, {AGREE}")
+@pytest.mark.evidence("weld", route="code", what="y, {PASSING}")
+@pytest.mark.evidence("slip", route="code", what="readings, {LET_GO}")
+@pytest.mark.evidence("cant", route="code", what="readings, beam, both directions, {AGREE}")
 @pytest.mark.parametrize("case", CASES, ids=lambda c: f"{c[0]}-{c[3]}-{c[4] / 1e6:g}-{c[5]:+g}")
 def test_both_codes_agree(case):
     truth, fitter = routes(*case)
