@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from belt_sim.analytic.model import MODELS
-from belt_sim.analytic.ritzinger import RitzingerFormula
+from belt_sim.analytic.steady import RitzingerFormula
 from belt_sim.errors import InputError
 from belt_sim.model import Model, SteadyModel
 

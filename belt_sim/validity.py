@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.analytic.spans import held_answers
+from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case, Schedule
 from belt_sim.effects.lift_off import LiftOff
 from belt_sim.jax_setup import compiled
-from belt_sim.laws.inside import along
+from belt_sim.laws.influence import span_fields
 from belt_sim.laws.span import Span, beam_second_order, strip
 
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
@@ -34,13 +34,13 @@ class Limit:
 
 def _held(case: Case, effects: tuple, span: Span):
     """Curvature at the run-up and at the run-off end of both spans, per unit of their boundary values, (2, 5) each."""
-    answer = held_answers(case, effects, span)
+    answer = span_responses(case, effects, span)
     return answer.runup, answer.runoff
 
 
 def _inside(span: Span):
     """Places along a span, and its curvature there per unit of angle at the run-up."""
-    fields = along(span)
+    fields = span_fields(span)
     return fields.x, fields.per_runup
 
 

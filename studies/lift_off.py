@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.spans import held_answers
+from belt_sim.analytic.spans import span_responses
 from belt_sim.effects.lift_off import LiftOff
 from belt_sim.jax_setup import compiled, prepare
 from belt_sim.laws.span import strip
@@ -22,7 +22,7 @@ TRAVEL = 15.0  # [m]
 
 def spans() -> Table:
     """Entry moment, carry-over and mid-span tilt of the upper and the lower span."""
-    answers = compiled(held_answers)
+    answers = compiled(span_responses)
     names = ("entry", "carry-over", "tilt")
     table = Table("N/mm2", *(f"{n}, {span}" for span in ("upper", "lower") for n in names), title="change in %")
     for tension in TENSIONS:

@@ -1,7 +1,7 @@
-"""Many cases at once: the march, vmapped and jitted once, fed in chunks to a few threads.
+"""Batches of cases: the march, vmapped and jitted once, run chunk by chunk in a few threads.
 
-A march is one long loop, which uses one core; XLA lets go of Python's lock, so several chunks run side
-by side. A chunk is small enough for its state to stay in a core's cache.
+A march is one long loop on one core. XLA releases Python's lock, so chunks run in parallel; a chunk is small enough for
+its state to stay in a core's cache.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.march import KEEP, STEP, march_traced
-from belt_sim.analytic.plan import plan_steps
+from belt_sim.analytic.march import KEEP, STEP, march_traced, plan_steps
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError
@@ -27,7 +26,7 @@ Axes = Any  # 0 or None for every leaf of a case, or for whole branches of it
 
 
 def grid(case: Case, *, tensions: ArrayLike, yaws: ArrayLike) -> tuple[Case, Axes]:
-    """Every tension [Pa] with every yaw step [rad] of the tail pulley at travel 0: (cases, axes).
+    """Return (cases, axes) of every tension [Pa] with every yaw step [rad] of the tail pulley at travel 0.
 
     Row t * len(yaws) + k holds tensions[t] and yaws[k]; all else is as in ``case``, and shared.
     """
@@ -61,12 +60,17 @@ def march_many(
     chunk: int = CHUNK,
     workers: int = WORKERS,
 ) -> Curves:
-    """Like ``march`` for a batch: Curves whose arrays have a leading axis of cases (travel too).
+    """Return Curves of a batch, like ``march``; all arrays have a leading axis of cases (travel too).
 
-    axes: 0 for the leaves of ``cases`` that differ from case to case and carry a leading axis, None for
-    those that all share (a tree like ``cases``, whole branches at once); only: names of the arrays of Curves
-    to keep beside travel, all when empty (a curve of ten thousand cases and 1000 records has 80 MB);
-    chunk [cases]; workers: threads. Raises CannotRepresent and InputError as ``march`` does.
+    Args:
+        axes: 0 for leaves of ``cases`` that carry a leading axis of cases, None for shared ones; a tree like ``cases``.
+        only: names of the arrays of Curves to keep besides travel; empty keeps all (a curve of ten thousand cases and
+            1000 records has 80 MB).
+        chunk: cases per chunk.
+        workers: number of threads.
+
+    Raises:
+        CannotRepresent, InputError: as ``march`` does.
     """
     model.admit(effects)
     wanted = _wanted(only)
@@ -88,7 +92,7 @@ def march_many(
 
 
 def _gather(piece, wanted, number: int, chunk: int, workers: int) -> Curves:
-    """Run the pieces in threads and lay their rows into one array for each kind of curve."""
+    """Run the chunks in threads and copy their rows into one array per curve."""
     first = piece(0)  # compiles, once, before there are several threads
     kept = [np.empty((number, *x.shape[1:])) for x in first]
 
@@ -105,7 +109,7 @@ def _gather(piece, wanted, number: int, chunk: int, workers: int) -> Curves:
 
 
 def _spread(axes: Axes, cases: Case) -> tuple[int | None, ...]:
-    """The axis (0 or None) of every leaf of ``cases``."""
+    """Return the axis (0 or None) of every leaf of ``cases``."""
 
     def shared(x) -> bool:
         return x is None
@@ -123,7 +127,7 @@ def _wanted(only: tuple[str, ...]) -> tuple[str, ...]:
 
 @partial(compiled, static_argnames=("plan", "model", "tree", "spread", "only"))
 def _batch(leaves, effects, travel, *, plan, model: Composition, tree, spread, only):
-    """Travel and the arrays ``only`` of a batch, in that order, each with a leading axis of cases."""
+    """Return travel and the arrays ``only`` of a batch, each with a leading axis of cases."""
 
     def one(*own):
         curves = march_traced(jax.tree.unflatten(tree, own), effects, travel, model=model, plan=plan)

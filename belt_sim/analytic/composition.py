@@ -1,4 +1,4 @@
-"""Which laws an analytic model is composed of, and which effects it can therefore represent."""
+"""Composition of laws of an analytic model, and the effects that it can represent."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,17 +8,16 @@ from belt_sim.effects.base import AFTER_ENGINE, BEFORE_ENGINE, IN_MARCH, Effect,
 from belt_sim.errors import CannotRepresent
 from belt_sim.laws.span import Span
 
-#: hooks that a march can honour
+#: hooks that a march can apply
 ALL_HOOKS = frozenset({*BEFORE_ENGINE, *IN_MARCH, *AFTER_ENGINE})
 
 
 @dataclass(frozen=True, kw_only=True)
 class Composition:
-    """A named composition of laws: run-up, wrap, drive and sensor law are shared, the span law is its own.
+    """A named composition of laws; all share the run-up, wrap, drive and sensor laws.
 
-    span: Case -> Span; hooks: the laws it lets effects change; contains: ids of effects that its laws have built in,
-    and built_in: effects that are always with it; moments: whether its spans bear bending moments that an effect may
-    answer to.
+    span: span law, Case -> Span; hooks: hooks of effects that it applies; contains: ids of effects that are part of its
+    laws; built_in: effects that always act; moments: whether its spans carry bending moments.
     """
 
     name: str
@@ -30,7 +29,7 @@ class Composition:
     moments: bool = True
 
     def refusal(self, effect: Effect | type[Effect]) -> str | None:
-        """Why this model cannot represent ``effect``; None when it can."""
+        """Return why this model cannot represent ``effect``; None if it can."""
         if effect.id in self.contains:
             return f"model {self.name} has {effect.id} built in already"
         if effect.hanging and "sag_roll" not in self.contains:
@@ -43,7 +42,7 @@ class Composition:
         return None
 
     def admit(self, effects: Sequence[Effect]) -> None:
-        """Raise CannotRepresent for the first effect that this model cannot honour."""
+        """Raise CannotRepresent for the first effect that this model cannot represent."""
         for effect in effects:
             reason = self.refusal(effect)
             if reason:

@@ -5,6 +5,7 @@ order in its step and stable for any stiffness of the span. Everything is float6
 laws, vmapped over cases, differentiable in every number of a case and of an effect.
 """
 
+import math
 from dataclasses import replace
 from functools import lru_cache
 
@@ -13,8 +14,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.plan import first, plan_steps, room_for
-from belt_sim.analytic.record import by_place, lay, observed, sorted_curves
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.curves import Curves
@@ -29,16 +28,26 @@ from belt_sim.si import N_PER_MM2
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]
 BEFORE = -1.0  # [m]: the instant before the start
+POINTS, SPANS = ((0, 2, 1, 3), (2, 0, 3, 1)), ((0, 1), (1, 0))  # their rows in ``_observe``; on reversed travel
 RETURNED = ("travel", "y", "angle", "moment", "edge_stress", "tilt", "sag")  # of Curves
 
 
 def march(
     case: Case, model: Composition, effects=(), *, travel: float, step: float = STEP, keep: float = KEEP
 ) -> Curves:
-    """True curves of one case over ``travel`` [m], kept every ``keep`` [m] (rounded so that steps and record fit).
+    """Return the true curves of one case, before encoder and sensors (``AnalyticModel.run`` adds those).
 
-    What encoder and sensors show of them is the business of ``AnalyticModel.run``. Raises CannotRepresent when the
-    model cannot honour an effect, InputError for a step that is too long.
+    Args:
+        case: the case as commanded.
+        model: the composition of laws.
+        effects: effects on the belt; those of encoder and sensors have no influence here.
+        travel: length of the run [m].
+        step: longest step [m]; keep: distance of records [m]; both are rounded down so that they divide the travel.
+
+    Raises:
+        CannotRepresent: if the model cannot represent an effect.
+        InputError: if the step is longer than a wrap, or effects leave no tension.
+        RunFailed: if the result is not finite.
     """
     model.admit(effects)
     return march_driven(in_float64(as_driven)(case, effects), model, effects, travel=travel, step=step, keep=keep)
@@ -47,22 +56,22 @@ def march(
 def march_driven(
     case: Case, model: Composition, effects=(), *, travel: float, step: float = STEP, keep: float = KEEP
 ) -> Curves:
-    """The same for a case whose settings are what they are, not what was commanded."""
+    """Like ``march``, for a case with actual settings, after effects on the drive."""
     plan = plan_steps(case, travel=travel, step=step, keep=keep)
     tension = float(case.settings.tension)
     if not tension > 0:
         raise InputError("tension", f"{tension / N_PER_MM2:g}", "N/mm2", "effects leave none; make them weaker")
     records, stride, slots = plan
-    spacing, roomy = travel / (records * stride), (room_for(records), stride, slots)
+    spacing, roomy = travel / (records * stride), (_room_for(records), stride, slots)
     rows = _marching(model, roomy, tuple(map(type, effects)))(case, tuple(effects), spacing)
-    curves = first(as_numpy(Curves(**dict(zip(RETURNED, rows, strict=True)))), records + 1)
+    curves = _truncate(as_numpy(Curves(**dict(zip(RETURNED, rows, strict=True)))), records + 1)
     if not np.isfinite(curves.y).all():
         raise RunFailed("y is not finite: weaken the effects or shorten model.step")
     return curves
 
 
 def march_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
-    """Drive law and march, for use inside jit and vmap; ``plan`` comes from ``plan_steps``."""
+    """Apply effects on the drive and march, for use inside jit and vmap; ``plan`` comes from ``plan_steps``."""
     return _driven_traced(as_driven(case, effects), effects, travel, model=model, plan=plan)
 
 
@@ -77,38 +86,39 @@ def march_open(
     slots: int,
     only: tuple[str, ...] = ("y", "tilt"),
 ) -> Curves:
-    """The same with ``steps`` of ``spacing`` [m], each kept, that are known only when it runs: one compilation serves
-    any travel and step.
+    """Like ``march_traced``, with traced ``steps`` and ``spacing`` [m]: one compilation serves any travel and step.
 
-    room: records that are returned (more than ``steps``; beyond the last step nothing changes any more); slots: of the
-    wrap's history; only: which curves, of y, angle, moment and tilt.
+    Args:
+        room: number of records returned, more than ``steps``; those after the last step repeat it.
+        slots: length of the wrap's history.
+        only: names of the curves returned, of y, angle, moment and tilt.
     """
     case = as_driven(case, effects)
     spans = _spans(case, (*model.built_in, *effects), model)
     advance = _stepper(spans, spacing)
 
     start = _start(spans, slots)
-    zero = lay(start)
+    zero = _initial_y(start)
 
-    def seen(carry):
-        now = observed(carry, spans)
+    def read(carry):
+        now = _observe(carry, spans)
         now["y"] = now["y"] - zero
-        return {n: by_place(now[n], case) for n in only}
+        return {n: _by_place(now[n], case) for n in only}
 
     def one(k, loop):
         carry, rows = loop
         carry = advance(carry, k)
-        return carry, {n: rows[n].at[k + 1].set(row) for n, row in seen(carry).items()}
+        return carry, {n: rows[n].at[k + 1].set(row) for n, row in read(carry).items()}
 
-    rows = {n: jnp.zeros((room, *row.shape)).at[0].set(row) for n, row in seen(start).items()}
+    rows = {n: jnp.zeros((room, *row.shape)).at[0].set(row) for n, row in read(start).items()}
     carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
     beyond = jnp.arange(room)[:, None] > steps
-    curves = {n: jnp.where(beyond, row, rows[n]).T for n, row in seen(carry).items()}
+    curves = {n: jnp.where(beyond, row, rows[n]).T for n, row in read(carry).items()}
     return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
 
 
 def _spans(case: Case, effects, model: Composition) -> Spans:
-    """The spans of a case as it is driven."""
+    """Return the spans of a case with actual settings."""
     span = model.span(case)
     for e in uses(effects, "span"):
         span = e.span(span, case)
@@ -116,13 +126,13 @@ def _spans(case: Case, effects, model: Composition) -> Spans:
 
 
 def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
-    """The march over ``travel`` [m]."""
+    """March over ``travel`` [m]."""
     records, stride, _ = plan
     return _steps_traced(case, effects, travel / (records * stride), model=model, plan=plan)
 
 
 def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> Curves:
-    """The march itself, in steps of ``spacing`` [m]."""
+    """March in steps of ``spacing`` [m]."""
     records, stride, slots = plan
     spans = _spans(case, (*model.built_in, *effects), model)
     advance = _stepper(spans, spacing)
@@ -132,19 +142,19 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
             return advance(carry, k * stride + i)
 
         carry = one(0, carry) if stride == 1 else jax.lax.fori_loop(0, stride, one, carry)
-        return carry, observed(carry, spans)
+        return carry, _observe(carry, spans)
 
     start = _start(spans, slots)
     _, rows = jax.lax.scan(record, start, jnp.arange(records))
-    first = observed(start, spans)
+    first = _observe(start, spans)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
-    rows["y"] = rows["y"] - lay(start)
-    return sorted_curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
+    rows["y"] = rows["y"] - _initial_y(start)
+    return _to_curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
 
 
 @lru_cache(PROGRAMS)
 def _marching(model: Composition, plan, effects: tuple[type, ...]):
-    """A compiled function (case, effects, spacing) -> arrays of RETURNED."""
+    """Return a compiled function (case, effects, spacing) -> arrays of RETURNED."""
 
     def rows(*args):
         curves = _steps_traced(*args, model=model, plan=plan)
@@ -154,7 +164,7 @@ def _marching(model: Composition, plan, effects: tuple[type, ...]):
 
 
 def _stepper(spans, spacing):
-    """A function (carry, step number) -> carry that advances the march by one step."""
+    """Return a function (carry, step number) -> carry that advances the march by one step."""
     case, effects, span = spans.case, spans.effects, spans.span
     shapers = uses(effects, "yaw") + uses(effects, "runup") + uses(effects, "bend")
     solve = _solve_limp if span.limp else _solve_sticking
@@ -169,23 +179,23 @@ def _stepper(spans, spacing):
         commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
 
         def correct(_, guess):
-            then = replace(guess[0], travel=s0 + spacing)  # as it is; what depends on travel alone is worked out once
-            yaw, push = _forced(effects, commanded, case, now, then)
+            then = replace(guess[0], travel=s0 + spacing)  # keeps what depends on travel alone out of the loop
+            yaw, push = _average_forcing(effects, commanded, case, now, then)
             y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
-            yaw_end = _yaw_now(effects, case, s0 + spacing, then)
+            yaw_end = _actual_yaw(effects, case, s0 + spacing, then)
             then = spans.state(s0 + spacing, now.travel, y, alpha, off1, yaw_end)
             return spans.slid(then, off1, yaw_end), yaw_end
 
         guess = (replace(now, travel=s0 + spacing), commanded)
         then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
-        ring = ring.at[(k + 1) % ring.shape[0]].set(_landed(then))
+        ring = ring.at[(k + 1) % ring.shape[0]].set(_history_row(then))
         return ring, then, off1, yaw_end
 
     return advance
 
 
-def _forced(effects, commanded, case, now, then):
-    """Yaw and run-up terms of effects, averaged over the step: yaw by Simpson's rule, as pulleys may wobble."""
+def _average_forcing(effects, commanded, case, now, then):
+    """Average yaw and run-up terms of effects over the step, the yaw by Simpson's rule as pulleys may wobble."""
     between = _mean(now, then)
     yaw, push = commanded, _nothing()
     for e in uses(effects, "yaw"):
@@ -205,12 +215,12 @@ def _nothing() -> RunUp:
 
 
 def _yaw(case, angle, *where) -> Yaw:
-    """Commanded yaw of both pulleys, by ``angle`` (at a travel, or the mean over a step)."""
+    """Return the commanded yaw of both pulleys by ``angle`` (at a travel, or the mean over a step)."""
     settings = case.settings
     return Yaw.of(angle(settings.yaw, *where), angle(settings.yaw_head, *where))
 
 
-def _yaw_now(effects, case, travel, now) -> Yaw:
+def _actual_yaw(effects, case, travel, now) -> Yaw:
     yaw = _yaw(case, drive.angle_at, travel)
     for e in uses(effects, "yaw"):
         yaw = e.yaw(yaw, now, case)
@@ -244,7 +254,7 @@ def _solve_limp(now, off, off1, yaw, push, spans, h):
 
 
 def _partner(runoff):
-    """(tail, head) pulley's run-off values -> those at the far end of the span that runs up (tail, head)."""
+    """Return run-off values of (tail, head) in the order of the spans that run up (tail, head)."""
     return runoff[::-1]
 
 
@@ -254,11 +264,76 @@ def _start(spans, slots):
     off = wrap.RunOff.stuck(zero, zero, zero)
     yaw = _yaw(spans.case, drive.angle_at, 0.0)
     blank = spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw)
-    yaw = _yaw_now(spans.effects, spans.case, 0.0, blank)
+    yaw = _actual_yaw(spans.effects, spans.case, 0.0, blank)
     now = spans.slid(spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw), off, yaw)
-    return jnp.zeros((slots, 6)).at[0].set(_landed(now)), now, off, yaw
+    return jnp.zeros((slots, 6)).at[0].set(_history_row(now)), now, off, yaw
 
 
-def _landed(now):
-    """What the wrap's history keeps of an instant, shape (6,)."""
+def _history_row(now):
+    """Return the row of the wrap's history for an instant, shape (6,)."""
     return jnp.stack([now.y, now.alpha, now.moment], axis=1).ravel()
+
+
+def _observe(carry, spans):
+    """Return what is recorded of one instant, in the order (span up the tail, span up the head)."""
+    _, now, off, yaw = carry
+    return {
+        "y": jnp.concatenate([now.y + yaw.aside_runup, off.y + yaw.aside_runoff[::-1]]),
+        "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
+        "moment": now.moment,
+        "tilt": spans.tilt(now, off, yaw),
+    }
+
+
+def _initial_y(start):
+    """Return y before the start, in the order of ``_observe``."""
+    yaw = start[3]
+    return jnp.concatenate([yaw.aside_runup, yaw.aside_runoff[::-1]])
+
+
+def _to_curves(rows, case, span, travel) -> Curves:
+    """Sort the records by place into curves."""
+    y, angle, moment, tilt = (_by_place(rows[name].T, case) for name in ("y", "angle", "moment", "tilt"))
+    edge = case.settings.tension - jnp.abs(moment) * 6.0 / (case.belt.width**2 * case.belt.thickness)
+    sag = case.sag_curvature * span.length**2 / 8.0
+    return Curves(
+        travel=travel, y=y, angle=angle, moment=moment, edge_stress=edge, tilt=tilt, sag=jnp.stack([sag, sag])
+    )
+
+
+def _by_place(rows, case: Case):
+    """Sort rows by place.
+
+    Rows (4, ...) of run-up tail, run-up head, run-off tail, run-off head become points 1-4; rows (2, ...) of the spans
+    up the tail and up the head pulley become upper and lower span. On reversed travel the spans change places.
+    """
+    ahead, back = POINTS if len(rows) == len(POINTS[0]) else SPANS
+    forward = case.settings.direction > 0
+    return jnp.stack([jnp.where(forward, rows[a], rows[b]) for a, b in zip(ahead, back, strict=True)])
+
+
+def plan_steps(case: Case, *, travel: float, step: float, keep: float) -> tuple[int, int, int]:
+    """Return (records, march steps a record, slots of the wrap's history) for a concrete case."""
+    for name, length in (("travel", travel), ("step", step), ("keep", keep)):
+        if not length > 0:
+            raise InputError(name, length, "m", "give a positive length")
+    records = max(1, math.ceil(travel / keep - 1e-9))
+    stride = max(1, math.ceil(travel / records / step - 1e-9))
+    spacing = travel / records / stride
+    arcs = [np.max(case.rig.wrap_head), np.max(case.rig.wrap_tail)]
+    if spacing > min(np.min(case.rig.wrap_head), np.min(case.rig.wrap_tail)):
+        raise InputError("step", spacing, "m", "use a step shorter than the wrapped arc")
+    slots = int(max(arcs) / spacing) + 3
+    return records, stride, 8 * math.ceil(slots / 8)
+
+
+def _room_for(records: int) -> int:
+    """Return a rounded-up number of records, so that code compiled for one travel serves similar ones."""
+    size = 2 ** max(math.ceil(math.log2(records)) - 2, 4)
+    return size * math.ceil(records / size)
+
+
+def _truncate(curves: Curves, records: int) -> Curves:
+    """Return the first ``records`` records of curves."""
+    cut = {n: v[..., :records] for n, v in vars(curves).items() if v is not None and n not in ("extra", "sag")}
+    return replace(curves, **cut)

@@ -28,13 +28,13 @@ class AnalyticModel(Composition):
 
     @property
     def outputs(self) -> frozenset[str]:
-        """Arrays of Curves that it fills."""
+        """Return the names of the arrays of Curves that it fills."""
         return frozenset({"y", "angle", "moment", "edge_stress", "tilt", "sag"})
 
     def run(
         self, case: Case, effects: Sequence[Effect] = (), *, travel: float, observers: Sequence[Observer] = ()
     ) -> Curves:
-        """Curves over ``travel`` [m] as indicated; observers are told of the beginning and of the end."""
+        """Return the curves over ``travel`` [m] as indicated; observers see the start and the finished curves."""
         self.admit(effects)
         for observer in observers:
             observer.start(case, travel)
@@ -48,7 +48,7 @@ class AnalyticModel(Composition):
         return curves
 
     def steady_rate(self, case: Case) -> float:
-        """Late drift w = dy/ds without effects [m/m], in closed form."""
+        """Return the late drift w = dy/ds without effects [m/m], in closed form."""
         return steady.steady_rate(case, self)
 
 
@@ -80,7 +80,7 @@ MODELS: dict[str, AnalyticModel] = {
 
 
 def analytic_model(name: str) -> AnalyticModel:
-    """The analytic model of that name; raises InputError for an unknown one."""
+    """Return the analytic model of a name; raise InputError for an unknown one."""
     if name not in MODELS:
         raise InputError("model", name, "", f"use one of {', '.join(MODELS)}")
     return MODELS[name]

@@ -1,19 +1,22 @@
-"""Steady drift in closed form (physics sheet, section 4)."""
+"""Steady drift in closed form: linear spans (physics sheet, section 4) and Ritzinger's edge ropes (paper eq. 16-18)."""
+
+import math
+from dataclasses import dataclass
 
 import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.spans import held_answers
+from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case
 from belt_sim.jax_setup import compiled, in_float64
 
-_answers = compiled(held_answers)  # op by op it would take a second
+_responses = compiled(span_responses)  # uncompiled it takes a second
 
 
 @in_float64
 def runup_weights(case: Case, model: Composition) -> tuple[float, float]:
-    """w1 of y_u - y_o = L (w0 theta_o + w1 theta_u), w0 + w1 = 1, with kappa = 0 at the run-up [1].
+    """Return w1 of y_u - y_o = L (w0 theta_o + w1 theta_u), w0 + w1 = 1, with kappa = 0 at the run-up [1].
 
     For the span that runs up the tail pulley, and the one that runs up the head pulley. Rope 1, beam of first order
     2/3, beam of second order Shelton's curvature factor, for both.
@@ -21,18 +24,18 @@ def runup_weights(case: Case, model: Composition) -> tuple[float, float]:
     span = model.span(case)
     if span.limp:
         return 1.0, 1.0
-    tail, head = _w1(np.asarray(_answers(case, model.built_in, span).runup), span.length)
+    tail, head = _w1(np.asarray(_responses(case, model.built_in, span).runup), span.length)
     return float(tail), float(head)
 
 
 def _w1(runup, length):
-    """w1 of both spans, shape (2,), from the rows (2, 5) of their answers at the run-up."""
+    """Return w1 of both spans, shape (2,), from the rows (2, 5) of their responses at the run-up."""
     ky, _, ku, _, _ = runup.T
     return -ku / (ky * length)
 
 
 def steady_rate(case: Case, model: Composition) -> float:
-    """Late drift w = dy/ds of all four points [m/m] for the last yaw of both schedules, without effects.
+    """Return the late drift w = dy/ds of all four points [m/m] for the last yaw of both schedules, without effects.
 
     w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h), which is the sheet's formula for equal pulleys; w1 - w0 of one
     span and of the other, should they be unlike, count half each.
@@ -41,9 +44,9 @@ def steady_rate(case: Case, model: Composition) -> float:
 
 
 def steady_traced(case: Case, model: Composition):
-    """The same for use inside jit and vmap."""
+    """Like ``steady_rate``, for use inside jit and vmap."""
     span = model.span(case)
-    w1 = 1.0 if span.limp else jnp.mean(_w1(held_answers(case, model.built_in, span).runup, span.length))
+    w1 = 1.0 if span.limp else jnp.mean(_w1(span_responses(case, model.built_in, span).runup, span.length))
     return _rate(case, w1)
 
 
@@ -54,7 +57,7 @@ def _rate(case: Case, w1):
 
 
 def steady_offsets(case: Case, model: Composition) -> tuple[float, float]:
-    """Steady offsets of the belt in the direction of travel, run-up minus run-off [m]: upper span, lower span.
+    """Return the steady offsets, run-up minus run-off [m], of the upper and the lower span.
 
     y_1 - y_4 = L (w1 beta + w0 beta_h - w), y_3 - y_2 = L (-w1 beta_h - w0 beta - w), for travel direction +1.
     """
@@ -64,13 +67,13 @@ def steady_offsets(case: Case, model: Composition) -> tuple[float, float]:
 
 
 def shelton_factor(kl):
-    """Kc = (KL cosh KL - sinh KL)/(KL (cosh KL - 1)), w1 of the beam under tension (Shelton 1968)."""
+    """Return Kc = (KL cosh KL - sinh KL)/(KL (cosh KL - 1)), w1 of the beam under tension (Shelton 1968)."""
     kl = np.asarray(kl, dtype=float)
     return (kl * np.cosh(kl) - np.sinh(kl)) / (kl * (np.cosh(kl) - 1.0))
 
 
 def sievers_coefficients(kl):
-    """(f1, f2, f3) of the open web, kappa L = -f1 y/L + f2 theta_u + f3 theta_o (Sievers, Balas, von Flotow 1988)."""
+    """Return (f1, f2, f3) of the open web, kappa L = -f1 y/L + f2 theta_u + f3 theta_o (Sievers et al. 1988)."""
     kl = np.asarray(kl, dtype=float)
     d = kl * np.sinh(kl) + 2 * (1 - np.cosh(kl))
     f1 = kl**2 * (np.cosh(kl) - 1) / d
@@ -79,5 +82,77 @@ def sievers_coefficients(kl):
 
 
 def taper_gain(kl):
-    """g of w = kappa_t g L^2/(2 (L + pi R)), one tapered pulley (physics sheet, section 7); 1/6 at KL = 0."""
+    """Return g of w = kappa_t g L^2/(2 (L + pi R)), one tapered pulley (physics sheet, section 7); 1/6 at KL = 0."""
     return (kl * (1 + jnp.cosh(kl)) - 2 * jnp.sinh(kl)) / (kl**2 * jnp.sinh(kl))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RitzingerFormula:
+    """Ritzinger's model of the steady rate (a belt_sim.model.SteadyModel): two catenary edge ropes."""
+
+    name: str = "ritzinger"
+    title: str = "Ritzinger's edge ropes"
+
+    def refusal(self, effect) -> str | None:
+        """Return why it cannot represent an effect: it reads none."""
+        return f"model {self.name} is a formula for the steady rate and reads no effects"
+
+    def steady_rate(self, case: Case) -> float:
+        """Return the late drift w = dy/ds of all four points [m/m]."""
+        return ritzinger_rate(case)
+
+
+def ritzinger_rate(case: Case) -> float:
+    """Return w_ext = w_Th1 T_requ/T_belt [m/m] (paper eq. 18); the moments are even in yaw, so the sign is w_Th1's.
+
+    The belt's two edges are independent elastic catenaries with half its weight and half its section each. Yawing
+    the pulley by beta lengthens one chord by b beta/2 and shortens the other; the difference of their tensions
+    makes T_requ (eq. 16), to be compared with the beam's T_belt = 4 E I beta/a (eq. 17).
+    """
+    rig, belt = case.rig, case.belt
+    beta = float(case.settings.yaw.last() - case.settings.yaw_head.last())
+    length = float(rig.span_length)
+    first_order = length * beta / 3.0 / (2 * length + float(rig.wrap_head + rig.wrap_tail))
+    if beta == 0.0:
+        return 0.0
+    return first_order * required_moment(case, abs(beta)) / (4 * belt.bending_stiffness * abs(beta) / length)
+
+
+def required_moment(case: Case, beta: float) -> float:
+    """Return T_requ = (F1 - F2) b/2 [N m] for a yaw beta > 0 [rad] (paper eq. 16)."""
+    tight, slack = edge_tensions(case, beta)
+    return (tight - slack) * case.belt.width / 2.0
+
+
+def edge_tilt(case: Case, beta: float) -> float:
+    """Return the tilt [rad] at mid-span by the unlike sags q L^2/(8 F1), q L^2/(8 F2) of both edge ropes."""
+    tight, slack = edge_tensions(case, beta)
+    weight = float(case.weight_per_length) / 2.0 * float(case.rig.span_length) ** 2
+    return weight / 8.0 * (1.0 / slack - 1.0 / tight) / case.belt.width
+
+
+def edge_tensions(case: Case, beta: float) -> tuple[float, float]:
+    """Return the horizontal tensions F1, F2 [N] of the edge that a yaw beta > 0 [rad] lengthens, and of the other."""
+    weight = float(case.weight_per_length) / 2.0
+    stiffness = case.belt.youngs_modulus * case.belt.area / 2.0
+    force, chord, b = float(case.tension_force) / 2.0, float(case.rig.span_length), case.belt.width
+    unstretched = _rope_length(force, chord, weight) / (1.0 + force / stiffness)
+    tight = _tension(unstretched, chord + b * beta / 2, weight, stiffness, force)
+    slack = _tension(unstretched, chord - b * beta / 2, weight, stiffness, force)
+    return tight, slack
+
+
+def _rope_length(force: float, chord: float, weight: float) -> float:
+    """Return the length of a catenary [m] with horizontal tension ``force`` over ``chord``."""
+    c = force / weight
+    return 2.0 * c * math.sinh(chord / (2.0 * c))
+
+
+def _tension(unstretched: float, chord: float, weight: float, stiffness: float, guess: float) -> float:
+    """Return the horizontal tension [N] of an elastic catenary of given unstretched length."""
+    from scipy.optimize import brentq  # slow to import, and only this model needs it
+
+    def mismatch(force: float) -> float:
+        return _rope_length(force, chord, weight) - unstretched * (1.0 + force / stiffness)
+
+    return float(brentq(mismatch, guess * 0.02, guess * 50.0 + stiffness * 1e-3, xtol=1e-9 * guess))

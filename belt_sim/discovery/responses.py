@@ -11,8 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.analytic.march import march_open
-from belt_sim.analytic.plan import plan_steps
+from belt_sim.analytic.march import march_open, plan_steps
 from belt_sim.case import Case
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench

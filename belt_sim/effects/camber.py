@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.inside import along, natural_rows
+from belt_sim.laws.influence import natural_curvature_rows, span_fields
 
 
 @effect
@@ -28,7 +28,7 @@ class Camber(Effect):
 
     def influence(self, span, case):
         """Added at the run-up, the run-off [1/m] and to the tilt [rad], shape (3,), by a natural curvature of 1 1/m."""
-        rows = natural_rows(along(span), span)
+        rows = natural_curvature_rows(span_fields(span), span)
         weights = np.ones(rows.shape[1])  # Simpson's rule
         weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
         return rows @ weights * (span.length / (rows.shape[1] - 1) / 3.0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.inside import along, supports
+from belt_sim.laws.influence import span_fields, supports
 
 _NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness
 
@@ -51,7 +51,7 @@ class EdgeGuide(Effect):
     at: float = 0.0
 
     def influence(self, span, case):
-        fields = along(span)
+        fields = span_fields(span)
         share = self._from_tail(span.length) / span.length
         near_runoff, near_runup = supports(span, share, fields)
         return near_runup, near_runoff

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 from belt_sim.effects._upper_span import PLACE, along_machine
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.inside import along
-from belt_sim.laws.loads import force_at, from_runoff, on_upper, pushed
+from belt_sim.laws.influence import add_load, force_at, on_upper_span, share_from_runoff, span_fields
 
 
 @effect
@@ -31,11 +30,11 @@ class IdlerSkew(Effect):
     place: float = 0.5
 
     def influence(self, span, case):
-        return force_at(span, from_runoff(self.place, case.settings.direction), along(span))
+        return force_at(span, share_from_runoff(self.place, case.settings.direction), span_fields(span))
 
     def bend(self, bend, boundary, known, case):
         direction = boundary.direction
-        return pushed(bend, known, on_upper(self.force * direction, direction))
+        return add_load(bend, known, on_upper_span(self.force * direction, direction))
 
     def scene(self, parts, case):
         across = self.force * float(case.settings.direction)

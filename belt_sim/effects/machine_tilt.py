@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.inside import along
-from belt_sim.laws.loads import pushed, spread_force
+from belt_sim.laws.influence import add_load, span_fields, spread_force
 
 
 @effect
@@ -30,10 +29,10 @@ class MachineTilt(Effect):
     angle: float = 0.0
 
     def influence(self, span, case):
-        return spread_force(span, along(span))
+        return spread_force(span, span_fields(span))
 
     def bend(self, bend, boundary, known, case):
-        return pushed(bend, known, jnp.full(2, self.angle * case.weight_per_length))
+        return add_load(bend, known, jnp.full(2, self.angle * case.weight_per_length))
 
     def scene(self, parts, case):
         return replace(parts, lean=parts.lean + self.angle)

@@ -3,8 +3,7 @@
 from dataclasses import dataclass, replace
 
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.inside import along
-from belt_sim.laws.loads import on_upper, pushed, spread_roll
+from belt_sim.laws.influence import add_load, on_upper_span, span_fields, spread_roll
 
 
 @effect
@@ -29,10 +28,10 @@ class OffCentreLoad(Effect):
     moment: float = 0.0
 
     def influence(self, span, case):
-        return spread_roll(span, along(span))
+        return spread_roll(span, span_fields(span))
 
     def bend(self, bend, boundary, known, case):
-        return pushed(bend, known, on_upper(-self.moment, boundary.direction))
+        return add_load(bend, known, on_upper_span(-self.moment, boundary.direction))
 
     def scene(self, parts, case):
         return replace(parts, roll=parts.roll - self.moment)

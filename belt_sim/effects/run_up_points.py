@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.run_up_angle import sag_angle
+from belt_sim.laws.runup import sag_angle
 
 
 @effect

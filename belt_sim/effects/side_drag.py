@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 from belt_sim.effects._upper_span import PLACE, along_machine
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.inside import along
-from belt_sim.laws.loads import couple_at, from_runoff, on_upper, pushed
+from belt_sim.laws.influence import add_load, couple_at, on_upper_span, share_from_runoff, span_fields
 
 
 @effect
@@ -34,10 +33,10 @@ class SideDrag(Effect):
     place: float = 0.5
 
     def influence(self, span, case):
-        return couple_at(span, from_runoff(self.place, case.settings.direction), along(span))
+        return couple_at(span, share_from_runoff(self.place, case.settings.direction), span_fields(span))
 
     def bend(self, bend, boundary, known, case):
-        return pushed(bend, known, on_upper(self.moment, boundary.direction))
+        return add_load(bend, known, on_upper_span(self.moment, boundary.direction))
 
     def scene(self, parts, case):
         direction, drag = float(case.settings.direction), 2.0 * abs(self.moment) / float(case.belt.width)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.inside import along, natural_rows
+from belt_sim.laws.influence import natural_curvature_rows, span_fields
 from belt_sim.pytree import pytree
 
 _PLACES = 512  # of the weld's middle, from where it enters a span to where it has left it
@@ -73,8 +73,8 @@ class Weld(Effect):
     length: float = 0.6
 
     def influence(self, span, case):
-        fields, piece = along(span), self.length / len(_POINTS)
-        rows = natural_rows(fields, span)
+        fields, piece = span_fields(span), self.length / len(_POINTS)
+        rows = natural_curvature_rows(fields, span)
         shape = raised_cosine(_POINTS) / len(_POINTS)
 
         def passing(middle):

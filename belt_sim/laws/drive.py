@@ -1,4 +1,4 @@
-"""Drive law: yaw as it is against yaw as commanded."""
+"""Drive law: the commanded yaw of the pulleys against belt travel."""
 
 import jax.numpy as jnp
 
@@ -6,7 +6,7 @@ from belt_sim.case import Schedule
 
 
 def angle_at(schedule: Schedule, travel):
-    """Yaw [rad] at ``travel`` [m], a scalar; a step counts from its own travel on."""
+    """Return the yaw [rad] at a scalar ``travel`` [m]; a step includes its own travel."""
     share = jnp.where(
         schedule.over > 0,
         jnp.clip((travel - schedule.at) / jnp.where(schedule.over > 0, schedule.over, 1.0), 0.0, 1.0),
@@ -16,12 +16,12 @@ def angle_at(schedule: Schedule, travel):
 
 
 def mean_angle(schedule: Schedule, start, end):
-    """Mean yaw [rad] between two travels [m]: keeps the march of second order when a step falls inside."""
+    """Return the mean yaw [rad] between two travels [m], which keeps the march of second order at steps of the yaw."""
     return jnp.sum(schedule.change * (_area(schedule, end) - _area(schedule, start))) / (end - start)
 
 
 def _area(schedule: Schedule, travel):
-    """Integral of every entry's share up to ``travel`` [m]."""
+    """Return the integral of every entry's share up to ``travel`` [m]."""
     beyond = jnp.maximum(travel - schedule.at, 0.0)
     over = schedule.over
     safe = jnp.where(over > 0, over, 1.0)

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 
 import jax.numpy as jnp
 
+from belt_sim.case import Case
 from belt_sim.pytree import pytree
 
 
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class RunUp:
-    """What effects add where the belt runs up: drift [rad], turn [1/m]; shape (2,): tail, head pulley."""
+    """Terms that effects add at the run-ups: drift [rad], turn [1/m]; shape (2,): tail, head pulley."""
 
     drift: jnp.ndarray
     turn: jnp.ndarray
@@ -26,7 +27,7 @@ class RunUp:
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """How the belt lies where it runs up: y [m], alpha [rad], shape (2,): tail, head pulley."""
+    """Position of the belt at the run-ups: y [m], alpha [rad], shape (2,): tail, head pulley."""
 
     y: jnp.ndarray
     alpha: jnp.ndarray
@@ -35,9 +36,11 @@ class Contact:
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class Yaw:
-    """Yaw of the tail and the head pulley as it is [rad]; roll of the belt where each span runs up and off [rad], and
-    how far aside the pulley's surface has gone there [m], from which y of the march counts; shape (2,): span that runs
-    up the tail pulley, span that runs up the head pulley.
+    """Pose of both pulleys.
+
+    tail, head: actual yaw [rad]; roll_runup, roll_runoff: roll of the belt at the ends of each span [rad]; aside_runup,
+    aside_runoff: sideways displacement of the pulley's surface there [m], from which y of the march counts. Shape
+    (2,): span that runs up the tail pulley, span that runs up the head pulley.
     """
 
     tail: jnp.ndarray
@@ -49,34 +52,31 @@ class Yaw:
 
     @staticmethod
     def of(tail, head) -> "Yaw":
-        """Pulleys that are yawed and no more."""
+        """Return pulleys with yaw only."""
         none = jnp.zeros(2)
         return Yaw(tail=tail, head=head, roll_runup=none, roll_runoff=none, aside_runup=none, aside_runoff=none)
 
     @property
     def runup(self):
-        """theta_p where the spans run up (tail, head)."""
+        """Return theta_p at the run-ups (tail, head)."""
         return jnp.stack([self.tail, -self.head])
 
     @property
     def runoff(self):
-        """theta_p where the same two spans run off (head, tail)."""
+        """Return theta_p at the run-offs of the same spans (head, tail)."""
         return jnp.stack([self.head, -self.tail])
 
 
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """What the belt does at one travel; arrays of shape (2,): the span up the tail pulley, the span up the head.
+    """State of the belt at one travel; shape (2,): span up the tail pulley, span up the head pulley.
 
-    travel, since [m]: here, and at the instant before (below 0 at the start); y, alpha: on the pulleys' surfaces, at
-    the run-ups [m, rad];
-    kappa, kappa_runoff: curvature at either end [1/m];
-    moment, moment_runoff [N m] = EI times the elastic part of kappa; added: the part of kappa that does not come from
-    the span's ends [1/m]; stiffness: d kappa / d theta_u of the span [1/m]; bending: its EI
-    [N m2]; turned: yaw of the tail and the head pulley [rad] at which all this holds; left: how far the belt has turned
-    on the pulley before either span [rad];
-    direction of travel (+1, -1).
+    travel, since: travel [m] now and one step before (below 0 at the start); y, alpha: at the run-ups, on the pulleys'
+    surfaces [m, rad]; kappa, kappa_runoff: curvature at the ends [1/m]; moment, moment_runoff: EI times the elastic
+    part of kappa [N m]; added: part of kappa that the ends do not cause [1/m]; stiffness: d kappa / d theta_u of the
+    span [1/m]; bending: its EI [N m2]; turned: yaw of tail and head pulley for which this holds [rad]; left: rotation
+    of the belt on the pulley before each span [rad]; direction of travel (+1, -1).
     """
 
     travel: jnp.ndarray
@@ -93,3 +93,9 @@ class State:
     turned: jnp.ndarray
     left: jnp.ndarray
     direction: jnp.ndarray
+
+
+def sag_angle(case: Case):
+    """Return psi = q L/(2 F) [rad], the angle from the top of the pulley to where the sagging span meets it
+    (physics sheet, section 6)."""
+    return case.weight_per_length * case.rig.span_length / (2.0 * case.tension_force)

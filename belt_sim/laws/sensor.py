@@ -1,4 +1,4 @@
-"""Sensor law: what the instruments say of a belt that moved."""
+"""Sensor law: readings of the instruments."""
 
 from dataclasses import dataclass
 
@@ -10,9 +10,9 @@ from belt_sim.pytree import pytree
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """Readings on one run: travel as the encoder counts it, at which the true curves are looked up.
+    """Readings of one run.
 
-    travel [m] (n,): encoder travel of every sample; seen [m] (n,): belt travel that the lateral sensors show there;
+    travel [m] (n,): encoder travel of every sample; seen [m] (n,): belt travel that the lateral sensors show then;
     time [s] (n,); y [m] (4, n) at points 1-4 and tilt [rad] (2, n) at mid-span, upper and lower, as indicated.
     """
 

@@ -1,7 +1,7 @@
-"""Span law: what a free span does with the positions and angles that its two ends give it.
+"""Span law: curvature and roll of a free span for given positions and angles of its ends.
 
-The strip is the most general linear span (physics sheet, section 3): with the in-plane curvature kappa and the
-roll phi of the cross-section,
+The strip is the most general linear span (physics sheet, section 3). With in-plane curvature kappa and roll phi of the
+cross-section,
 
     kappa = y'' + Z phi,   EI kappa'' = F y'',   T phi'' = EI Z kappa,   T = F b^2/12 + G b h^3/3.
 
@@ -25,7 +25,7 @@ _TAYLOR_TERMS = 8
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class Span:
-    """What a span is made of: length [m], force [N] (tension in the bending equation), bending EI [N m2],
+    """Properties of a span: length [m], force [N] (tension in the bending equation), bending EI [N m2],
     torsion T [N m2], sag_curvature Z [1/m]; limp (static): no bending stiffness at all, a straight line.
     """
 
@@ -40,10 +40,10 @@ class Span:
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class Response:
-    """A span's answer to its boundary values d = (y_u - y_o [m], theta_o, theta_u, phi_o, phi_u [rad]).
+    """Response of a span per unit of its boundary values d = (y_u - y_o [m], theta_o, theta_u, phi_o, phi_u [rad]).
 
-    runup, runoff: curvature kappa at the run-up and the run-off end, twist_runup, twist_runoff: rate of twist phi'
-    there [rad/m], mid_tilt: roll phi at mid-span, each per unit of d; shape (5,), or (2, 5) for two spans.
+    runup, runoff: curvature kappa at the ends [1/m]; twist_runup, twist_runoff: rate of twist phi' there [rad/m];
+    mid_tilt: roll phi at mid-span [rad]. Shape (5,), or (2, 5) for two spans.
     """
 
     runup: jnp.ndarray
@@ -54,13 +54,13 @@ class Response:
 
 
 def torsional_stiffness(case: Case):
-    """T = F b^2/12 + G b h^3/3 [N m2]: tension on the twisted edges, and St. Venant torsion of a thin strip."""
+    """Return T = F b^2/12 + G b h^3/3 [N m2]: tension in the twisted edges, and St. Venant torsion of a thin strip."""
     belt = case.belt
     return case.tension_force * belt.width**2 / 12 + belt.shear_modulus * belt.width * belt.thickness**3 / 3
 
 
 def beam_second_order(case: Case) -> Span:
-    """Beam under tension, y'''' = K^2 y'' with K^2 = F/EI (paper eq. 8, 10)."""
+    """Return the beam under tension, y'''' = K^2 y'' with K^2 = F/EI (paper eq. 8, 10)."""
     return Span(
         length=case.rig.span_length,
         force=case.tension_force,
@@ -71,28 +71,28 @@ def beam_second_order(case: Case) -> Span:
 
 
 def beam_first_order(case: Case) -> Span:
-    """Beam without the moment of the tension, y'''' = 0 (paper eq. 8, 9)."""
+    """Return the beam without the moment of the tension, y'''' = 0 (paper eq. 8, 9)."""
     return replace(beam_second_order(case), force=0.0 * case.tension_force)
 
 
 def rope(case: Case) -> Span:
-    """Limp, highly tensioned rope: a straight line between run-off and run-up (paper eq. 5, 6)."""
+    """Return the limp, highly tensioned rope: a straight line between run-off and run-up (paper eq. 5, 6)."""
     return replace(beam_second_order(case), limp=True)
 
 
 def strip(case: Case) -> Span:
-    """Hanging strip that may roll: sag couples in-plane bending to the tilt of the cross-section."""
+    """Return the hanging strip that may roll: sag couples in-plane bending to the roll of the cross-section."""
     return replace(beam_second_order(case), sag_curvature=case.sag_curvature)
 
 
 def softening(case: Case):
-    """Lambda = (rho g L)^2 E / (12 sigma^3) [1]: sag stretch over elastic stretch of a hanging span (Ernst 1965)."""
+    """Return Lambda = (rho g L)^2 E / (12 sigma^3) [1], sag over elastic stretch (Ernst 1965)."""
     weight = case.belt.density * case.rig.gravity * case.rig.span_length
     return weight**2 * case.belt.youngs_modulus / (12.0 * case.settings.tension**3)
 
 
 def ernst_beam(case: Case) -> Span:
-    """Beam of second order with Ernst's modulus E/(1 + Lambda) in place of E."""
+    """Return the beam of second order with Ernst's modulus E/(1 + Lambda) in place of E."""
     span = beam_second_order(case)
     return replace(span, bending=span.bending / (1.0 + softening(case)))
 
@@ -100,9 +100,8 @@ def ernst_beam(case: Case) -> Span:
 def response(span: Span) -> Response:
     """Condense a span onto its boundary values; exact up to rounding for any K L and g.
 
-    The transfer matrix of a short piece is built by its series, turned into a relation between the values at its
-    two ends, and doubled (static condensation), which stays stable where the transfer matrix of the whole span
-    would overflow.
+    The transfer matrix of a short piece comes from its series and becomes a relation between the values at its ends.
+    Doubling that (static condensation) stays stable where the transfer matrix of the whole span would overflow.
     """
     kl2 = span.force * span.length**2 / span.bending
     roll = jnp.sqrt(span.bending / span.torsion)
@@ -126,9 +125,9 @@ def response(span: Span) -> Response:
 
 @jax.jit
 def condensed(kl2, g, share):
-    """((P, Q), (R, S)) of 1/32, 1/16, ... 1 times the ``share`` of a span, which one doubling after the other gives:
-    f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1 between its two ends.
+    """Return ((P, Q), (R, S)) of 1/32, 1/16, ... 1 times the ``share`` of a span, by repeated doubling.
 
+    f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1 between its two ends, with
     u = (y/L, theta, phi/roll), f = (kappa L, kappa' L^2/scale, phi' L/roll), roll = sqrt(EI/T), scale =
     sqrt(1 + (K L)^2); L is the length of the whole span.
     """
@@ -157,13 +156,13 @@ def condensed(kl2, g, share):
 
 
 def inverse(m):
-    """Inverse of a 3x3 matrix by cross products, which compiles and batches better than a factorisation."""
+    """Return the inverse of a 3x3 matrix by cross products, which compiles and batches better than a factorisation."""
     rows = jnp.stack([jnp.cross(m[1], m[2]), jnp.cross(m[2], m[0]), jnp.cross(m[0], m[1])])
     return rows.T / (m[0] @ rows[0])
 
 
 def _system(kl2, g):
-    """d/dxi of (y/L, theta, phi/roll; kappa L, kappa' L^2/scale, phi' L/roll); scale balances the rows."""
+    """Return the matrix of d/dxi of (y/L, theta, phi/roll; kappa L, kappa' L^2/scale, phi' L/roll)."""
     scale = jnp.sqrt(1.0 + kl2)
     zero, one = 0.0 * kl2, 1.0 + 0.0 * kl2
     rows = [

@@ -14,10 +14,10 @@ from belt_sim.pytree import pytree
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class RunOff:
-    """Where the belt leaves the two pulleys: y [m], alpha [rad], shape (2,): tail pulley, head pulley.
+    """State of the belt where it leaves the pulleys; shape (2,): tail, head pulley.
 
-    moment: with which it landed there [N m]; turned: how far it has turned on the pulley before it leaves [rad], which
-    alpha holds already.
+    y [m]; alpha [rad]; moment with which it landed [N m]; turned: rotation on the pulley before it leaves [rad], which
+    alpha includes.
     """
 
     y: jnp.ndarray
@@ -27,12 +27,12 @@ class RunOff:
 
     @staticmethod
     def stuck(y, alpha, moment) -> "RunOff":
-        """A belt that leaves as it landed."""
+        """Return a belt that leaves as it landed."""
         return RunOff(y=y, alpha=alpha, moment=moment, turned=jnp.zeros(2))
 
 
 def delayed(ring, step, arcs, spacing):
-    """Values that ran up one wrapped arc ago.
+    """Return the values that ran up one wrapped arc ago.
 
     ring: (slots, 6), columns y, alpha, moment of the tail, then of the head, row k holding march step k modulo slots;
     step: number of the step asked for; arcs: wrapped arcs (2,) [m], tail and head; spacing [m] of the march.

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from belt_sim.analytic.model import AnalyticModel
-from belt_sim.analytic.ritzinger import RitzingerFormula
+from belt_sim.analytic.steady import RitzingerFormula
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library, tried
 from belt_sim.effects.load import load_classes, load_effects

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.analytic.march import plan_steps
 from belt_sim.analytic.model import AnalyticModel
-from belt_sim.analytic.plan import plan_steps
 from belt_sim.case import Case
 from belt_sim.case_map.answers import Asked, answers, columns_of
 from belt_sim.case_map.axes import Axis, axes_of, placed

@@ -3,8 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from belt_sim.analytic.march import march_traced
-from belt_sim.analytic.plan import plan_steps
+from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect

@@ -17,9 +17,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.analytic.march import march_traced
+from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.analytic.model import MODELS
-from belt_sim.analytic.plan import plan_steps
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.write import write_campaign
 from belt_sim.case import Case

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.ritzinger import ritzinger_rate
+from belt_sim.analytic.steady import ritzinger_rate
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, paper_case

@@ -8,9 +8,9 @@ import numpy as np
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.case import Case
 from belt_sim.jax_setup import compiled, in_float64
-from belt_sim.laws.inside import along
+from belt_sim.laws.influence import span_fields
 
-_along = compiled(along)  # op by op it would take seconds
+_span_fields = compiled(span_fields)  # op by op it would take seconds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ def span_shape(case: Case, model: AnalyticModel, y: tuple[float, float], angle: 
 
     A straight line between the ends, and what the law makes of the angles that they keep with it.
     """
-    fields = jax.tree.map(np.asarray, _along(model.span(case)))
+    fields = jax.tree.map(np.asarray, _span_fields(model.span(case)))
     chord = (y[1] - y[0]) / fields.x[-1]
     off, up = angle[0] - chord, angle[1] - chord
     return SpanShape(

@@ -15,7 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.analytic.spans import held_answers
+from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case
 from belt_sim.config import case_from
 from belt_sim.effects.flatness import Flatness
@@ -28,7 +28,7 @@ from studies.shell import ccx
 from studies.shell.span_deck import SIDES, Mesh, SpanDeck, span_deck
 
 SMALL = 0.0042 * DEGREE  # [rad], a turn at which every law is linear
-_answers = compiled(held_answers)
+_answers = compiled(span_responses)
 
 
 @dataclass(frozen=True)

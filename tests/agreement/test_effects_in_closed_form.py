@@ -14,7 +14,7 @@ from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.encoder_scale import EncoderScale
 from belt_sim.effects.pulley_deflection import PulleyDeflection
 from belt_sim.effects.unequal_tension import UnequalTension
-from belt_sim.laws.run_up_angle import sag_angle
+from belt_sim.laws.runup import sag_angle
 from belt_sim.laws.span import beam_second_order, response
 from belt_sim.scene_parts import SceneParts
 

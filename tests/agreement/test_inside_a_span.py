@@ -15,7 +15,7 @@ from belt_sim.effects.edge_guide import EdgeGuide
 from belt_sim.effects.taper import Taper
 from belt_sim.effects.weld import Weld, raised_cosine
 from belt_sim.jax_setup import in_float64
-from belt_sim.laws.inside import along, natural_rows, supports
+from belt_sim.laws.influence import natural_curvature_rows, span_fields, supports
 from belt_sim.laws.span import beam_first_order, beam_second_order, strip
 
 TEXTBOOK = 1e-8  # rounding of beams condensed piece by piece
@@ -35,7 +35,7 @@ KAPPA = 1e-4  # [1/m]
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5])
 def test_a_side_load_bends_a_clamped_beam_like_the_textbook(share):
     span = beam_first_order(paper_case(40))
-    found, length, bending = supports(span, share, along(span))[0], span.length, span.bending
+    found, length, bending = supports(span, share, span_fields(span))[0], span.length, span.bending
     near, far = share, 1.0 - share
     assert found.give == pytest.approx((near * far * length) ** 3 / (3.0 * bending), rel=TEXTBOOK)
     assert found.runup == pytest.approx(near**2 * far * length / bending, rel=TEXTBOOK)
@@ -47,7 +47,7 @@ def test_a_side_load_bends_a_clamped_beam_like_the_textbook(share):
 def test_inside_a_beam_whose_end_is_turned_curvature_is_the_textbooks():
     """Linear along a beam of first order, 4/L where it is turned and -2/L at the other end."""
     span = beam_first_order(paper_case(40))
-    fields, length = along(span), span.length
+    fields, length = span_fields(span), span.length
     curvature = (6.0 * np.asarray(fields.x) / length - 2.0) / length
     np.testing.assert_allclose(fields.per_runup, curvature, atol=4.0 * DOUBLED / length)
     np.testing.assert_allclose(fields.per_runoff, curvature[::-1] * -1.0, atol=4.0 * DOUBLED / length)
@@ -56,7 +56,7 @@ def test_inside_a_beam_whose_end_is_turned_curvature_is_the_textbooks():
 @pytest.mark.parametrize("law", [beam_first_order, beam_second_order])
 def test_a_turned_end_turns_a_flat_span_by_as_much(law):
     """So that uniform camber changes no curvature at the ends."""
-    fields = along(law(paper_case(10)))
+    fields = span_fields(law(paper_case(10)))
     assert simpson(fields.per_runup, x=fields.x) == pytest.approx(1.0, rel=FIELDS)
     assert simpson(fields.per_runoff, x=fields.x) == pytest.approx(-1.0, rel=FIELDS)
 
@@ -156,7 +156,7 @@ def test_a_side_load_on_a_hanging_span_is_what_its_equations_say(law, share):
         middle = expm(m * at) @ u
         return u, middle, expm(m * (length - at)) @ (middle + here * load)
 
-    found = supports(span, share, along(span))[0]
+    found = supports(span, share, span_fields(span))[0]
     still = (0.0, 0.0, 0.0)
     off, there, up = solved(still, still, 1.0)
     mid = expm(m * length / 2) @ off
@@ -184,8 +184,8 @@ def test_a_weld_that_is_half_on_a_pulley_bends_by_what_is_in_the_span():
     """Against the integral over the part of it that is there, of what each place adds."""
     case, weld = paper_case(10, 0.0), Weld(length=0.6)
     span = strip(case)
-    fields, passing = in_float64(along)(span), in_float64(weld.influence)(span, case)
-    rows, x = np.asarray(in_float64(natural_rows)(fields, span)), np.asarray(fields.x)
+    fields, passing = in_float64(span_fields)(span), in_float64(weld.influence)(span, case)
+    rows, x = np.asarray(in_float64(natural_curvature_rows)(fields, span)), np.asarray(fields.x)
     ends = np.array([-0.2, 0.0, 0.13, 0.5 * x[-1], x[-1] - 0.07, x[-1] + 0.25])
     for middle, found in zip(
         ends, [[np.interp(m, passing.x, row) for row in passing.added] for m in ends], strict=True

@@ -8,7 +8,7 @@ from paper_cases import BELT, RIG, YAW, paper_case
 from scipy.linalg import expm
 
 from belt_sim.analytic.model import MODELS
-from belt_sim.analytic.spans import held_answers
+from belt_sim.analytic.spans import span_responses
 from belt_sim.analytic.steady import steady_offsets
 from belt_sim.curves import late_rates, offsets
 from belt_sim.effects.lift_off import LiftOff
@@ -29,7 +29,7 @@ SHELL_ELEMENTS = {
 
 def answers(tension, direction=1.0, *effects):
     case = paper_case(tension, direction=direction)
-    return held_answers(case, effects, strip(case))
+    return span_responses(case, effects, strip(case))
 
 
 def by_transfer_matrix(tension: float, side: float) -> tuple[float, float]:
@@ -87,7 +87,7 @@ def test_a_thin_belt_has_no_layer():
     """l^2 ~ h^2 at a given stress: the effect of a fiftieth of the thickness is at most some 1/2500."""
     case = paper_case(10)
     foil = replace(case, belt=replace(case.belt, thickness=case.belt.thickness / 50))
-    plain, lifted = (held_answers(foil, e, strip(foil)) for e in ((), (LiftOff(),)))
+    plain, lifted = (span_responses(foil, e, strip(foil)) for e in ((), (LiftOff(),)))
     change = np.asarray(lifted.runup[:, 2] / plain.runup[:, 2]) - 1
     whole = np.asarray(answers(10, 1.0, LiftOff()).runup[:, 2] / answers(10).runup[:, 2]) - 1
     assert np.abs(change).max() < 1.5 / 2500 * np.abs(whole).max()

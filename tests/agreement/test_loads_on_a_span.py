@@ -17,8 +17,7 @@ from belt_sim.effects.machine_tilt import MachineTilt
 from belt_sim.effects.off_centre_load import OffCentreLoad
 from belt_sim.effects.side_drag import SideDrag
 from belt_sim.errors import CannotRepresent
-from belt_sim.laws.inside import along
-from belt_sim.laws.loads import couple_at, force_at, spread_force, spread_roll
+from belt_sim.laws.influence import couple_at, force_at, span_fields, spread_force, spread_roll
 from belt_sim.laws.span import beam_first_order, beam_second_order, response, softening, strip
 
 ELEMENTS = 1e-5  # forty cubic elements
@@ -45,7 +44,7 @@ def agree(push, elements):
 @pytest.mark.parametrize(("law", "tension"), [(beam_second_order, 40.0), (strip, 7.0), (strip, 20.0)])
 def test_a_force_and_a_couple_at_a_place_do_what_elements_say(law, tension, share):
     span = law(paper_case(tension))
-    elements, fields = LoadedStrip.of(span), along(span)
+    elements, fields = LoadedStrip.of(span), span_fields(span)
     x = share * elements.length
     agree(force_at(span, share, fields), elements.held(elements.point_work(x, force=1.0)))
     agree(couple_at(span, share, fields), elements.held(elements.point_work(x, couple=1.0)))
@@ -56,7 +55,7 @@ def test_a_force_and_a_couple_at_a_place_do_what_elements_say(law, tension, shar
 @pytest.mark.parametrize(("law", "tension"), [(beam_second_order, 40.0), (strip, 7.0), (strip, 20.0)])
 def test_spread_loads_do_what_elements_say(law, tension):
     span = law(paper_case(tension))
-    elements, fields = LoadedStrip.of(span), along(span)
+    elements, fields = LoadedStrip.of(span), span_fields(span)
     agree(spread_force(span, fields), elements.held(elements.spread_work(force=1.0)))
     agree(spread_roll(span, fields), elements.held(elements.spread_work(roll=1.0)))
 
@@ -66,7 +65,7 @@ def test_spread_loads_do_what_elements_say(law, tension):
 def test_a_stiff_beam_bears_loads_like_the_textbook(share):
     """Clamped ends, end moments from the tables: P a^2 b L and P a b^2 L, C a (2 - 3 a) and C b (3 b - 2), q L^2/12."""
     span = beam_first_order(paper_case(40))
-    fields, length, bending = along(span), float(span.length), float(span.bending)
+    fields, length, bending = span_fields(span), float(span.length), float(span.bending)
     a, b = share, 1.0 - share
     wanted = {force_at: (a * a * b * length, a * b * b * length), couple_at: (-a * (3 * a - 2), b * (3 * b - 2))}
     for load, (runup, runoff) in wanted.items():
@@ -89,7 +88,7 @@ def test_a_tilted_machine_is_a_level_one_with_canted_ends(tension):
     ends = np.array([0.0, -leaning, leaning, rolled, rolled])
     answer = response(span)
     side_load = lean * float(case.weight_per_length)
-    push = spread_force(span, along(span))
+    push = spread_force(span, span_fields(span))
     assert side_load * push.runup == pytest.approx(float(answer.runup @ ends), rel=FIELDS)
     assert side_load * push.runoff == pytest.approx(float(answer.runoff @ ends), rel=FIELDS)
     assert side_load * push.tilt == pytest.approx(float(answer.mid_tilt @ ends) + lean, rel=1e-4, abs=1e-9)

@@ -16,7 +16,7 @@ from belt_sim.effects.base import HOOKS, LAWS, Effect
 from belt_sim.effects.library import library
 from belt_sim.effects.sag_roll import SagRoll
 from belt_sim.laws import span as span_law
-from belt_sim.laws.inside import Bend, BoundaryValues
+from belt_sim.laws.influence import Bend, BoundaryValues
 from belt_sim.laws.runup import Contact, RunUp, State, Yaw
 from belt_sim.laws.sensor import Reading
 from belt_sim.laws.span import Response

@@ -11,7 +11,7 @@ from belt_sim.discovery.forms import Form, seldom
 from belt_sim.discovery.refit import _round, effect_file
 from belt_sim.discovery.search import Scored
 from belt_sim.discovery.survey import Law, Term
-from belt_sim.laws.inside import BoundaryValues, no_bend
+from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.span import response, strip
 
 ENDS = np.array([[1e-3, 2e-4], [3e-4, -1e-4], [-2e-4, 1e-4], [0.0, 1e-4], [1e-4, 0.0]])

@@ -13,7 +13,7 @@ from belt_sim.effects.load import load_classes
 from belt_sim.effects.shear import Shear
 from belt_sim.effects.weld import Passing, Weld
 from belt_sim.effects.wobble import Wobble
-from belt_sim.laws.inside import BoundaryValues, no_bend
+from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.runup import State, Yaw
 from belt_sim.laws.span import beam_first_order, beam_second_order
 from belt_sim.paths import ROOT

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from belt_sim.effects.wobble import cos_sin
 from belt_sim.jax_setup import in_float64
-from belt_sim.laws.turning import cos_sin
 
 
 def test_cosine_and_sine_are_right_to_the_last_digits():

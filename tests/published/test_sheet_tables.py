@@ -5,8 +5,7 @@ import pytest
 from paper_cases import YAW, marched, paper_case
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.ritzinger import RitzingerFormula
-from belt_sim.analytic.steady import shelton_factor, sievers_coefficients, steady_rate
+from belt_sim.analytic.steady import RitzingerFormula, shelton_factor, sievers_coefficients, steady_rate
 from belt_sim.curves import late_rates
 from belt_sim.laws.span import softening
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from belt_sim.analytic.spans import held_answers
+from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Schedule
 from belt_sim.laws.span import strip
 from belt_sim.mujoco3d import Options, simulate
@@ -23,7 +23,7 @@ def entry(case, fibres, angle):
 
 def law(case):
     """Entry moment, carry-over [N m] and tilt per unit of angle."""
-    answer = held_answers(case, (), strip(case))
+    answer = span_responses(case, (), strip(case))
     bending = float(case.belt.bending_stiffness)
     return bending * float(answer.runup[0, 2]), bending * float(answer.runoff[0, 2]), float(answer.mid_tilt[0, 2])
 

@@ -21,8 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.march import march_open
-from belt_sim.analytic.plan import plan_steps
+from belt_sim.analytic.march import march_open, plan_steps
 from belt_sim.case import Case, Settings
 from belt_sim.diagnosis.readings import linear_readings
 from belt_sim.diagnosis.readings.added_readings import compiled_added, of_readings, only_added

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.analytic.ritzinger import edge_tilt
+from belt_sim.analytic.steady import edge_tilt
 from belt_sim.curves import Curves
 from belt_sim.paper import YAW
 from studies.paper.models import LOOKS, MEASURED, TRAVEL, case_at, moving, steady

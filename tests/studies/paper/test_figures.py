@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.ritzinger import edge_tensions, required_moment
+from belt_sim.analytic.steady import edge_tensions, required_moment
 from belt_sim.errors import InputError
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, YAW
 from studies.paper.figures import figure_02, figure_06, figure_08, figure_09, figure_10, figure_14

@@ -1,0 +1,233 @@
+"""Influence (Green's) functions of a span: the response of its clamped ends to loads and natural curvature inside it.
+
+Loads. With a side load q(x) [N/m] and a rolling couple m(x) [N m/m] (about the long axis, raising the side y > 0) the
+strip obeys EI kappa'' = F y'' + q, T phi'' = EI Z kappa - m. The equations are symmetric, so Betti's theorem holds: a
+load adds to the curvature at the run-up -1/EI times its work on the shape (y, phi) of a unit angle at the run-up, to
+the curvature at the run-off +1/EI times its work on that of a unit angle there, and to the roll of mid-span its work on
+the shape of a unit rolling couple there. Work is force times y, couple (about z, x along the travel) times y', rolling
+couple times phi.
+
+Natural curvature kappa_c(x), with the bending moment EI (kappa - kappa_c). It adds to the elastic curvature at the
+run-up the integral of -kappa_c k_u, at the run-off that of +kappa_c k_o, and to the roll of mid-span that of
+EI kappa_c k_m; k_u, k_o, k_m are the curvatures at x per unit of those angles and of that couple. Uniform camber of a
+flat span changes no curvature, as k_u and k_o integrate to 1 and -1. In a hanging span k_u integrates to less.
+"""
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.laws.span import Span, condensed, inverse
+from belt_sim.pytree import pytree
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class Bend:
+    """Curvature and roll that effects inside the spans add, shape (2,): spans up the tail and the head pulley.
+
+    runup, runoff: elastic curvature added at the ends [1/m]; natural_runup, natural_runoff: natural curvature of the
+    belt there [1/m]; tilt: roll added at mid-span [rad].
+    """
+
+    runup: jnp.ndarray
+    runoff: jnp.ndarray
+    natural_runup: jnp.ndarray
+    natural_runoff: jnp.ndarray
+    tilt: jnp.ndarray
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class BoundaryValues:
+    """Boundary values of both spans at one travel: travel [m]; start (2,): y at the run-offs [m]; ends (5, 2): boundary
+    values y_u - y_o [m], theta_o, theta_u, phi_o, phi_u [rad]; direction of travel (+1, -1)."""
+
+    travel: jnp.ndarray
+    start: jnp.ndarray
+    ends: jnp.ndarray
+    direction: jnp.ndarray
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class SpanFields:
+    """Fields of a span at equally spaced x (n,) from run-off to run-up; rows (3, n): per unit angle at the run-up, per
+    unit angle at the run-off, per unit rolling couple at mid-span.
+
+    per_runup, per_runoff: curvature per unit of those angles [1/m]; per_couple: curvature per unit of that couple
+    [1/(N m2)]; place, slope, roll (3, n): y, y' and phi per unit of each.
+    """
+
+    x: jnp.ndarray
+    per_runup: jnp.ndarray
+    per_runoff: jnp.ndarray
+    per_couple: jnp.ndarray
+    place: jnp.ndarray
+    slope: jnp.ndarray
+    roll: jnp.ndarray
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class Support:
+    """Response of a span to a side force at one place.
+
+    place: y there less y at the run-off, per unit of the span's boundary values, shape (5,); per newton of push:
+    give [m/N] at the place, runup, runoff: curvature at the ends [1/(m N)], tilt of mid-span [rad/N].
+    """
+
+    place: jnp.ndarray
+    give: jnp.ndarray
+    runup: jnp.ndarray
+    runoff: jnp.ndarray
+    tilt: jnp.ndarray
+
+
+def no_bend() -> Bend:
+    """Return spans without loads and natural curvature."""
+    zero = jnp.zeros(2)
+    return Bend(runup=zero, runoff=zero, natural_runup=zero, natural_runoff=zero, tilt=zero)
+
+
+@jax.jit  # many effects ask for it: it is traced once for all of them
+def span_fields(span: Span) -> SpanFields:
+    """Return the fields of a span, by undoing the doublings of ``condensed``."""
+    kl2, g, roll, _ = _dimensionless(span)
+    *shorter, ((p, q), (r, s)) = condensed(kl2, g, 0.5)
+    meet = inverse(s - p)
+    zero, turned = jnp.zeros(3), jnp.eye(3)[:, 1]  # of u = (y/L, theta, phi/roll)
+    twisted = meet[:, 2] * span.length / (span.torsion * roll)
+    start, middle, end = (zero, turned, zero), (meet @ q @ turned, -meet @ r @ turned, twisted), (turned, zero, zero)
+    values = jnp.stack([jnp.stack(columns, axis=1) for columns in (start, middle, end)])
+    for (p, q), (r, s) in reversed(shorter):
+        between = inverse(s - p) @ (q @ values[1:] - r @ values[:-1])
+        values = jnp.concatenate([jnp.stack([values[:-1], between], 1).reshape(-1, 3, 3), values[-1:]])
+    left, right = p @ values[:-1] + q @ values[1:], r @ values[-2:-1] + s @ values[-1:]
+    bent = jnp.concatenate([left, right])[:, 0] / span.length
+    return SpanFields(
+        x=jnp.linspace(0.0, 1.0, len(bent)) * span.length,
+        per_runup=bent[:, 0],
+        per_runoff=bent[:, 1],
+        per_couple=bent[:, 2],
+        place=values[:, 0].T * span.length,
+        slope=values[:, 1].T,
+        roll=values[:, 2].T * roll,
+    )
+
+
+def natural_curvature_rows(fields: SpanFields, span: Span):
+    """Return what natural curvature at each place adds, per metre and per 1/m of it, shape (3, n).
+
+    Rows: elastic curvature at the run-up and the run-off [1/m], roll of mid-span [rad].
+    """
+    return jnp.stack([-fields.per_runup, fields.per_runoff, span.bending * fields.per_couple])
+
+
+def supports(span: Span, share, fields: SpanFields) -> tuple[Support, Support]:
+    """Return the responses to a side force at ``share`` (0..1) of the length from the run-off, and from the run-up."""
+    kl2, g, *_ = _dimensionless(span)
+    short, long = (condensed(kl2, g, part)[-1] for part in (share, 1.0 - share))
+    return _support(span, share, (short, long), fields), _support(span, 1.0 - share, (long, short), fields)
+
+
+def _support(span: Span, share, pieces, fields: SpanFields) -> Support:
+    """Return the response to a load between two pieces, which share y, theta, phi; EI kappa' jumps by the load."""
+    _, _, roll, scale = _dimensionless(span)
+    ((_, q0), (r0, s0)), ((p1, q1), (r1, _)) = pieces
+    meet = inverse(s0 - p1)
+    pushed = -meet[:, 1] * span.length**2 / (span.bending * scale)
+    held = jnp.stack([-meet @ r0, meet @ q1])[:, 0] * span.length  # y at the place per (y/L, theta, phi/roll), (2, 3)
+    place = jnp.stack([held[1, 0] / span.length, held[0, 1], held[1, 1], held[0, 2] / roll, held[1, 2] / roll])
+    return Support(
+        place=place,
+        give=pushed[0] * span.length,
+        runup=(r1 @ pushed)[0] / span.length,
+        runoff=(q0 @ pushed)[0] / span.length,
+        tilt=jnp.interp(share * span.length, fields.x, fields.place[2]),
+    )
+
+
+def _dimensionless(span: Span):
+    """Return (K L)^2, g, roll and scale of ``condensed``."""
+    kl2 = span.force * span.length**2 / span.bending
+    roll = jnp.sqrt(span.bending / span.torsion)
+    return kl2, span.length * span.sag_curvature * roll, roll, jnp.sqrt(1.0 + kl2)
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class LoadResponse:
+    """Response of a span to a unit load: elastic curvature at run-up and run-off [1/m], roll of mid-span [rad]."""
+
+    runup: jnp.ndarray
+    runoff: jnp.ndarray
+    tilt: jnp.ndarray
+
+
+def force_at(span: Span, share, fields: SpanFields) -> LoadResponse:
+    """Return the response to one newton towards +y at ``share`` (0..1) of the length from the run-off."""
+    return _load_response(span, _at(fields, fields.place, fields.slope, share))
+
+
+def couple_at(span: Span, share, fields: SpanFields) -> LoadResponse:
+    """Return the response to a couple of 1 N m that turns x (along the travel) towards y, at ``share``."""
+    curved = jnp.stack([fields.per_runup, fields.per_runoff, fields.per_couple])
+    return _load_response(span, _at(fields, fields.slope, curved - span.sag_curvature * fields.roll, share))
+
+
+def spread_force(span: Span, fields: SpanFields) -> LoadResponse:
+    """Return the response to one newton per metre towards +y along the whole span."""
+    return _load_response(span, _integral(fields.place, span))
+
+
+def spread_roll(span: Span, fields: SpanFields) -> LoadResponse:
+    """Return the response to a rolling couple of 1 N m/m that raises the side y > 0 along the whole span."""
+    return _load_response(span, _integral(fields.roll, span))
+
+
+def add_load(bend: Bend, unit: LoadResponse, loads) -> Bend:
+    """Return ``bend`` plus loads (2,) on the two spans, ``unit`` being the response to a unit load."""
+    return Bend(
+        runup=bend.runup + loads * unit.runup,
+        runoff=bend.runoff + loads * unit.runoff,
+        natural_runup=bend.natural_runup,
+        natural_runoff=bend.natural_runoff,
+        tilt=bend.tilt + loads * unit.tilt,
+    )
+
+
+def on_upper_span(load, direction):
+    """Return a load on the upper span as (2,): it runs up the tail pulley, on reversed travel up the head pulley."""
+    none = jnp.zeros_like(load)
+    return jnp.where(direction > 0, jnp.stack([load, none]), jnp.stack([none, load]))
+
+
+def share_from_runoff(place, direction):
+    """Return the share of the upper span's length from its run-off; ``place`` counts from the head pulley."""
+    return jnp.where(direction > 0, place, 1.0 - place)
+
+
+def _load_response(span: Span, work) -> LoadResponse:
+    """Apply Betti's theorem; work (3,): of the load on the shapes of ``SpanFields``."""
+    return LoadResponse(runup=-work[0] / span.bending, runoff=work[1] / span.bending, tilt=work[2])
+
+
+def _at(fields: SpanFields, values, slopes, share):
+    """Interpolate rows (3, n) at ``share`` of the length by cubic Hermite polynomials."""
+    pieces = len(fields.x) - 1
+    left = jnp.clip(jnp.floor(share * pieces).astype(int), 0, pieces - 1)
+    u, h = share * pieces - left, fields.x[1] - fields.x[0]
+    near, far = values[:, left], values[:, left + 1]
+    rise, ahead = h * slopes[:, left], h * slopes[:, left + 1]
+    bow = (1.0 - u) * (rise - (far - near)) + u * (far - near - ahead)
+    return (1.0 - u) * near + u * far + u * (1.0 - u) * bow
+
+
+def _integral(rows, span: Span):
+    """Integrate rows (3, n) over the span by Simpson's rule."""
+    weights = np.ones(rows.shape[1])
+    weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
+    return rows @ weights * (span.length / (rows.shape[1] - 1) / 3.0)
