@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping as AnyMapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 
 from belt_sim.campaign.marked_yaml import MarkedYaml, parse
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
@@ -50,6 +50,7 @@ class FormatEntry(Entry):
     separator: str | None = None
     decimal: Literal[".", ","] | None = None
     encoding: str | None = None
+    missing: list[float] | float | None = None
 
 
 class WanderEntry(Entry):
@@ -74,12 +75,19 @@ class AxisEntry(Entry):
         return self
 
 
+def _role(name: str) -> str:
+    if name not in ROLES:
+        raise InputError("role", name, "", did_you_mean(name, ROLES))
+    return name
+
+
 class ColumnEntry(Entry):
-    role: str | None = None
+    role: Annotated[str, AfterValidator(_role)] | None = None
     unit: str | None = None
     at: str | None = None
     name: str | None = None
     sign: float = 1.0
+    factor: float = 1.0
     run: Text | None = None
     against: str | None = None
     white: Text | None = None
@@ -128,20 +136,15 @@ class MappingEntry(Entry):
     )
 
 
-def mapping_of(asked: Any) -> MappingEntry:
+def mapping_of(stated: Any) -> MappingEntry:
     """The mapping from plain data, a YAML file, or None; raises CampaignError naming line, key and remedy."""
-    if asked is None:
+    if stated is None:
         return MappingEntry()
-    if isinstance(asked, MappingEntry):
-        return asked
-    if isinstance(asked, AnyMapping):
-        return _checked(_as_text(asked), MarkedYaml(None), "mapping")
-    return mapping_file(Path(asked))
-
-
-def mapping_file(path: Path) -> MappingEntry:
-    """The mapping in a YAML file."""
-    problems: list[Problem] = []
+    if isinstance(stated, MappingEntry):
+        return stated
+    if isinstance(stated, AnyMapping):
+        return _checked(_as_text(stated), MarkedYaml(None), "mapping")
+    path, problems = Path(stated), list[Problem]()
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
@@ -165,35 +168,22 @@ def _checked(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
     if not isinstance(tree, dict):
         raise CampaignError([Problem(file=file, line=1, remedy=f"must be a mapping that begins with schema: {SCHEMA}")])
     try:
-        entry = MappingEntry.model_validate(tree)
+        return MappingEntry.model_validate(tree)
     except ValidationError as error:
-        raise CampaignError([_problem(d, marked, file) for d in _telling(error)]) from None
-    for name, column in entry.columns.items():
-        if column.role is not None and column.role not in ROLES:
-            line = marked.line(("columns", name, "role"))
-            remedy = did_you_mean(column.role, ROLES)
-            problem = Problem(file=file, line=line, name=f"columns.{name}.role", value=column.role, remedy=remedy)
-            raise CampaignError([problem])
-    return entry
+        found: dict[tuple[str, ...], Any] = {}
+        for details in error.errors():  # of a union (machine: name or numbers) the one about the numbers
+            path = tuple(str(p) for p in details["loc"])
+            if path[-1:] != ("str",) or len(error.errors()) == 1:
+                path = tuple(p for p in path if p not in ("MachineEntry", "BeltEntry", "str"))
+                found.setdefault(path, details)
+    raise CampaignError([_problem(path, details, marked, file) for path, details in found.items()])
 
 
-def _telling(error: ValidationError) -> list[Any]:
-    """One error a place: of a union, the one about the mapping."""
-    found: dict[tuple, Any] = {}
-    for details in error.errors():
-        where = tuple(p for p in details["loc"] if p not in ("MachineEntry", "BeltEntry", "str"))
-        if details["loc"] and details["loc"][-1] == "str" and len(error.errors()) > 1:
-            continue
-        found.setdefault(where, {**details, "loc": where})
-    return list(found.values())
-
-
-def _problem(details: Any, marked: MarkedYaml, file: str) -> Problem:
-    path = tuple(str(p) for p in details["loc"])
+def _problem(path: tuple[str, ...], details: Any, marked: MarkedYaml, file: str) -> Problem:
     value = details["input"] if not isinstance(details["input"], dict | list) else None
     context = details.get("ctx", {}).get("error")
     if details["type"] == "extra_forbidden":
-        value, remedy = None, f"unknown key; {did_you_mean(path[-1], _known(path[:-1]))}"
+        value, remedy = None, f"unknown key; {did_you_mean(path[-1], _keys(path[:-1]))}"
     elif isinstance(context, InputError):
         remedy = context.remedy
     elif details["type"] == "literal_error":
@@ -203,19 +193,11 @@ def _problem(details: Any, marked: MarkedYaml, file: str) -> Problem:
     return Problem(file=file, line=marked.line(path), name=".".join(path), value=value, remedy=remedy)
 
 
-def _known(path: tuple[str, ...]) -> list[str]:
-    models: dict[str, type[BaseModel]] = {
-        "source": SourceEntry,
-        "machine": MachineEntry,
-        "belt": BeltEntry,
-        "format": FormatEntry,
-        "columns": ColumnEntry,
-        "runs": RunEntry,
-        "all_runs": RunEntry,
-        "settings": SettingsEntry,
-    }
-    if not path:
-        return [name.rstrip("_") for name in MappingEntry.model_fields]
-    if path[-1] in ("wander", "axis"):
-        return list((WanderEntry if path[-1] == "wander" else AxisEntry).model_fields)
-    return list(models[path[0]].model_fields)
+def _keys(path: tuple[str, ...]) -> list[str]:
+    """Keys that the mapping has at a path."""
+    model: Any = MappingEntry
+    for key in path:
+        field = getattr(model, "model_fields", {}).get(key)
+        kinds = [] if field is None else [field.annotation, *get_args(field.annotation)]
+        model = next((k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)), model)
+    return [name.rstrip("_") for name in model.model_fields]

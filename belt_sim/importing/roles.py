@@ -4,108 +4,60 @@ import re
 import unicodedata
 from collections import defaultdict
 from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import yaml
 
 from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import PLACES
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import AxisEntry, ColumnEntry, MappingEntry
-from belt_sim.importing.types import ROLES, Column, Logged, LoggedTable, Question, TableKind
+from belt_sim.importing.types import ROLES, Column, Logged, LoggedTable, Note, Question, TableKind
 from belt_sim.importing.units import UNITS, factor, split_unit, unit_named
 
-#: role -> words that name it, longest first in effect; matched against a name in lower case without marks
-WORDS: dict[str, tuple[str, ...]] = {
-    "yaw_head": ("yaw head", "head yaw", "yaw_head", "antriebstrommel winkel", "winkel antrieb", "winkel kopf"),
-    "yaw": (
-        "yaw",
-        "steer",
-        "steering",
-        "schwenkwinkel",
-        "schwenk",
-        "lenkwinkel",
-        "gierwinkel",
-        "gier",
-        "stellwinkel",
-        "schraegstellung",
-        "skew angle",
-        "schraenkung",
-        "tail angle",
-        "winkel",
-        "angle",
-        "verstellung",
-    ),
-    "u_rate": ("u_rate", "u rate", "rate u", "unsicherheit", "uncertainty"),
-    "direction": ("direction", "richtung", "drehrichtung", "laufrichtung", "fahrtrichtung"),
-    "run": ("run", "lauf nr", "laufnummer", "lauf", "versuch", "messung", "fahrt", "test", "trial", "experiment"),
-    "speed": ("speed", "velocity", "geschwindigkeit", "bandgeschwindigkeit", "v band", "v belt", "geschw", "v"),
-    "travel": (
-        "travel",
-        "belt travel",
-        "bandweg",
-        "laufweg",
-        "weg",
-        "distance",
-        "strecke",
-        "fahrweg",
-        "laufstrecke",
-        "encoder",
-        "drehgeber",
-        "s",
-        "x",
-    ),
-    "time": ("time", "zeit", "timestamp", "zeitstempel", "uhrzeit", "datum", "date", "t", "clock", "sekunden"),
-    "tension": (
-        "tension",
-        "bandzug",
-        "bandspannung",
-        "zugspannung",
-        "zugkraft",
-        "spannung",
-        "bandkraft",
-        "stress",
-        "sigma",
-        "kraft",
-        "force",
-        "zug",
-        "load cell",
-    ),
-    "signal": (
-        "kante",
-        "bandkante",
-        "edge",
-        "lateral",
-        "querlage",
-        "querablage",
-        "bandlage",
-        "ablage",
-        "versatz",
-        "auswanderung",
-        "wander",
-        "displacement",
-        "position",
-        "quer",
-        "tilt",
-        "roll",
-        "neigung",
-        "kippwinkel",
-        "rollwinkel",
-        "verkippung",
-        "laser",
-        "sensor",
-        "y",
-    ),
+#: Where points 1-4 are.
+DRAWING = """\
+   1 -------- upper span -------- 4
+ tail pulley (it yaws)      head pulley
+   2 -------- lower span -------- 3
+"""
+#: role -> (units tried in this order, low and high of what a machine has [SI] as a 95 % span or level)
+PLAUSIBLE: dict[str, tuple[tuple[str, ...], float, float]] = {
+    "time": (("s", "ms", "min", "h"), 5.0, 2e5),
+    "travel": (("m", "mm"), 2.0, 2e4),
+    "speed": (("m/s", "m/min", "mm/s"), 0.02, 12.0),
+    "tension": (("N/mm2", "N", "kN"), 1e6, 4e8),
+    "yaw": (("deg", "mrad", "rad", "urad"), 2e-5, 0.02),
+    "yaw_head": (("deg", "mrad", "rad", "urad"), 2e-5, 0.02),
+    "signal": (("mm", "m", "um"), 2e-5, 0.2),
+    "tilt": (("mrad", "deg", "rad"), 2e-5, 0.5),
 }
-TILT = ("tilt", "roll", "neigung", "kipp", "verkippung")
-TAIL = ("tail", "umlenk", "heck", "spann", "hinten", "return", "unwind")
-HEAD = ("head", "antrieb", "kopf", "drive", "vorn")
-UPPER = ("upper", "top", "ober", "oben", "carry")
-LOWER = ("lower", "bottom", "unter", "unten", "return strand")
+DAY = 86400.0  # [s]
+#: Columns that a table has once.
+ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "u_rate")
+#: dimension that a place measures, and unit in which its signals are written
+DIMENSION = {"lateral": "length", "tilt": "angle"}
+WRITTEN = {"lateral": "mm", "tilt": "mrad"}
+#: role or dimension -> unit of a column where neither file nor mapping states one
+USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
 _NUMBERED = re.compile(
     r"^(?:y|kante|edge|bandkante|lateral|pos|position|point|punkt|ablage|sensor|laser|p)[ _]*([1-4])\b"
 )
 _RATE = re.compile(r"^(?:rate|drift|driftrate|laufrate)[ _]*([1-4])?$")
+
+
+# ---- names
+
+
+@cache
+def synonyms() -> dict[str, dict[str, list[str]]]:
+    """What people call roles, places and directions."""
+    found: dict[str, Any] = yaml.safe_load(Path(__file__).with_name("synonyms.yaml").read_text(encoding="utf-8"))
+    return found
 
 
 def plain(name: str) -> str:
@@ -126,12 +78,10 @@ def role_named(name: str) -> str:
     if _NUMBERED.match(words) or re.fullmatch(r"y[ _]?\w?", words):
         return "signal"
     best = ("", 0)
-    for role, names in WORDS.items():
+    for role, names in synonyms()["roles"].items():
         for known in names:
-            known = plain(known)
             whole = re.search(rf"(?:^| ){re.escape(known)}(?: |\d|$)", words)
-            within = len(known) > 4 and known in words
-            if (whole or within) and len(known) > best[1]:
+            if (whole or (len(known) > 4 and known in words)) and len(known) > best[1]:
                 best = (role, len(known))
     return best[0]
 
@@ -139,59 +89,22 @@ def role_named(name: str) -> str:
 def place_named(name: str) -> str:
     """The place that a signal's name speaks of; "" where it says none, or not enough."""
     words = plain(name)
-    upper, lower = (any(w in words for w in names) for names in (UPPER, LOWER))
-    if any(w in words for w in TILT):
-        return "lower_mid_span" if lower else "upper_mid_span"
+    says = {part: any(w in words for w in names) for part, names in synonyms()["places"].items()}
+    if says["tilt"]:
+        return "lower_mid_span" if says["lower"] else "upper_mid_span"
     numbered = _NUMBERED.match(words)
     if numbered:
         return f"point_{numbered.group(1)}"
-    tail, head = (any(w in words for w in names) for names in (TAIL, HEAD))
-    if tail != head and upper != lower:
-        return {(True, True): "point_1", (True, False): "point_2", (False, False): "point_3", (False, True): "point_4"}[
-            (tail, upper)
-        ]
+    if says["tail"] != says["head"] and says["upper"] != says["lower"]:
+        return f"point_{(1 if says['upper'] else 2) if says['tail'] else (4 if says['upper'] else 3)}"
     return ""
 
 
-_STATED = {
-    "tension": re.compile(r"(\d+(?:[.,]\d+)?) ?_?(?:N_?(?:/|p|per)?_?mm-?[2²]|MPa)", re.IGNORECASE),
-    "yaw": re.compile(r"([+-]?(?<![\d.,])\d+(?:[.,]\d+)?) ?_?(mrad|urad|deg|grad|°)", re.IGNORECASE),
-    "speed": re.compile(r"(\d+(?:[.,]\d+)?) ?_?(m_?(?:/|p|per)_?s|m_?(?:/|p|per)_?min)(?![a-z0-9])", re.IGNORECASE),
-}
+def _is_tilt(name: str) -> bool:
+    return any(w in plain(name) for w in synonyms()["places"]["tilt"])
 
 
-def settings_in(name: str) -> dict[str, str]:
-    """Settings that the name of a file or run states: ``lauf3_10Nmm2_-0,042grad`` -> tension and yaw, with units."""
-    found = {}
-    for key, pattern in _STATED.items():
-        seen = pattern.search(name)
-        if seen:
-            number = seen.group(1).replace(",", ".")
-            units = {"tension": "N/mm2", "yaw": "deg", "speed": "m/s"}
-            unit = units[key]
-            if key == "yaw" and seen.group(2).lower() in ("mrad", "urad"):
-                unit = seen.group(2).lower()
-            if key == "speed" and "min" in seen.group(2).lower():
-                unit = "m/min"
-            found[key] = f"{number} {unit}"
-    return found
-
-
-#: role -> (units tried in this order, low and high of what a machine has [SI] as a 95 % span or level)
-PLAUSIBLE: dict[str, tuple[tuple[str, ...], float, float]] = {
-    "time": (("s", "ms", "min", "h"), 5.0, 2e5),
-    "travel": (("m", "mm"), 2.0, 2e4),
-    "speed": (("m/s", "m/min", "mm/s"), 0.02, 12.0),
-    "tension": (("N/mm2", "N", "kN"), 1e6, 4e8),
-    "yaw": (("deg", "mrad", "rad", "urad"), 2e-5, 0.02),
-    "yaw_head": (("deg", "mrad", "rad", "urad"), 2e-5, 0.02),
-    "signal": (("mm", "m", "um"), 2e-5, 0.2),
-    "tilt": (("mrad", "deg", "rad"), 2e-5, 0.5),
-    "rate": (("mm/m",), 1e-6, 0.2),
-}
-DAY = 86400.0  # [s]
-#: Columns that a table has once.
-ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "u_rate")
+# ---- proposals
 
 
 def proposed(table: LoggedTable) -> LoggedTable:
@@ -203,7 +116,10 @@ def proposed(table: LoggedTable) -> LoggedTable:
         for k in same:
             if k != keep:
                 columns[k] = replace(columns[k], role="ignore", unit="", why=f"another column is the {role}")
-    columns = _rising(columns)
+    if not any(c.role in ("time", "travel") for c in columns):
+        rising = (k for k, c in enumerate(columns) if c.role == "" and _rises(c))
+        for k in list(rising)[:1]:
+            columns[k] = replace(columns[k], why="it rises throughout: time or travel?")
     return replace(table, columns=tuple(columns), kind=_kind(columns))
 
 
@@ -213,15 +129,15 @@ def _proposed(column: Column) -> Column:
     unit = column.unit or unit or ""
     role = role_named(name)
     if column.is_text:
-        role = "run" if role == "run" else "ignore"
-        return replace(column, role=role, unit="", sure=False, why="text")
+        signs = _directions(column.values) if role == "direction" else None
+        if signs is not None:
+            return replace(column, values=signs, role=role, unit="1", sure=True, why="its name and words")
+        return replace(column, role="run" if role == "run" else "ignore", unit="", sure=False, why="text")
     if not np.isfinite(column.values).any():
         return replace(column, role="ignore", unit="", why="holds no numbers")
     dimension = UNITS[unit][0] if unit else ""
-    if role and dimension and ROLES[role] and dimension not in ROLES[role]:
-        role = _role_of_dimension(dimension)
-    if not role and dimension:
-        role = _role_of_dimension(dimension)
+    if dimension and (not role or (ROLES[role] and dimension not in ROLES[role])):
+        role = {"time": "time", "speed": "speed", "stress": "tension", "force": "tension"}.get(dimension, "")
     if role.startswith(("rate", "u_rate")):
         return replace(column, role=role, unit=unit or "mm/m", sure=bool(unit), why="its name")
     if not role:
@@ -229,9 +145,19 @@ def _proposed(column: Column) -> Column:
     at = place_named(name) if role == "signal" else ""
     if role in ("run", "direction") or unit:
         return replace(column, role=role, unit=unit, at=at, sure=bool(unit), why="its name")
-    tilt = role == "signal" and any(w in plain(name) for w in TILT)
-    guess, why = _unit_by_size(column, "tilt" if tilt else role)
+    guess, why = _unit_by_size(column, "tilt" if role == "signal" and _is_tilt(name) else role)
     return replace(column, role=role, unit=guess, at=at, why=f"its name; {why}")
+
+
+def _directions(values: np.ndarray) -> np.ndarray | None:
+    """1 and -1 of words as forward and reverse, nan where blank; None where a word is neither."""
+    signs = dict.fromkeys(synonyms()["directions"]["forward"], 1.0) | dict.fromkeys(
+        synonyms()["directions"]["reverse"], -1.0
+    )
+    words = [plain(v) for v in values]
+    if not any(words) or any(w and w not in signs for w in words):
+        return None
+    return np.array([signs.get(w, np.nan) for w in words])
 
 
 def _dated(columns: list[Column]) -> list[Column]:
@@ -252,10 +178,6 @@ def _whole_days(values: np.ndarray) -> bool:
     return len(there) > 0 and bool(np.all(there > DAY) and np.all(there % DAY == 0.0))
 
 
-def _role_of_dimension(dimension: str) -> str:
-    return {"time": "time", "speed": "speed", "stress": "tension", "force": "tension"}.get(dimension, "")
-
-
 def _unit_by_size(column: Column, role: str) -> tuple[str, str]:
     """The first unit in which the numbers are what a machine has, and that in words."""
     units, low, high = PLAUSIBLE[role]
@@ -271,15 +193,8 @@ def _unit_by_size(column: Column, role: str) -> tuple[str, str]:
     return (units[0], f"{size:.3g}, unlikely in any unit") if size else (units[0], "it does not change")
 
 
-def _rising(columns: list[Column]) -> list[Column]:
-    """Where neither time nor travel is named, the first column of unknown role that rises is what is asked for."""
-    if any(c.role in ("time", "travel") for c in columns):
-        return columns
-    for k, column in enumerate(columns):
-        if column.role == "" and not column.is_text and len(column.values) > 10 and (np.diff(column.values) > 0).all():
-            columns[k] = replace(column, role="", why="it rises throughout: time or travel?")
-            break
-    return columns
+def _rises(column: Column) -> bool:
+    return not column.is_text and len(column.values) > 10 and bool((np.diff(column.values) > 0).all())
 
 
 def _kind(columns: list[Column]) -> TableKind:
@@ -292,15 +207,12 @@ def _kind(columns: list[Column]) -> TableKind:
     return "record"
 
 
-#: dimension that a place measures
-DIMENSION = {"lateral": "length", "tilt": "angle"}
-#: unit in which signals are written
-WRITTEN = {"lateral": "mm", "tilt": "mrad"}
+# ---- columns as they are used
 
 
 @dataclass(frozen=True, kw_only=True)
 class Used:
-    """A column with its role, its factor to SI and its sign; name: of the signal in the campaign."""
+    """A column with its role and its factor to SI, sign included; name: of the signal in the campaign."""
 
     column: Column
     role: str
@@ -310,15 +222,21 @@ class Used:
     name: str = ""
     entry: ColumnEntry = field(default_factory=ColumnEntry)
 
-    def si(self, rows: np.ndarray) -> np.ndarray:
+    def si(self, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""
         values = self.column.values[rows].astype(float)
-        if self.entry.axis is not None:
-            values = on_axis(values, self.entry.axis)
-        return self.entry.sign * self.factor * values
+        return self.factor * (values if self.entry.axis is None else _on_axis(values, self.entry.axis))
+
+    @property
+    def by_hand(self) -> float | None:
+        """One sigma [SI] of reading a digitised picture; None for a column that was logged."""
+        if self.entry.axis is None:
+            return None
+        (p0, p1), (v0, v1) = self.entry.axis.pixel, self.entry.axis.value
+        return abs((v1 - v0) / (p1 - p0) * self.factor) * self.entry.axis.u
 
 
-def on_axis(pixels: np.ndarray, axis: AxisEntry) -> np.ndarray:
+def _on_axis(pixels: np.ndarray, axis: AxisEntry) -> np.ndarray:
     """Values at pixels of a digitised picture, from two marks of its axis."""
     (p0, p1), (v0, v1) = axis.pixel, axis.value
     if axis.log:
@@ -327,46 +245,67 @@ def on_axis(pixels: np.ndarray, axis: AxisEntry) -> np.ndarray:
     return np.exp(values) if axis.log else values
 
 
-def used_columns(logged: Logged, mapping: MappingEntry) -> tuple[dict[str, tuple[Used, ...]], list[Question]]:
-    """Table -> its columns as used, and what is not known of them; raises InputError for what cannot be."""
-    unknown = [name for name in mapping.columns if name not in logged.columns]
-    if unknown:
-        remedy = f"no file has such a column; {did_you_mean(unknown[0], logged.columns)}"
-        raise InputError(f"columns.{unknown[0]}", unknown[0], "", remedy)
-    questions: dict[tuple[str, ...], Question] = {}
+@dataclass(frozen=True, kw_only=True)
+class Columns:
+    """used: table -> its columns; missing: questions that must be answered; unknown: of columns that are left out."""
+
+    used: dict[str, tuple[Used, ...]]
+    missing: list[Question]
+    unknown: list[Question]
+    notes: list[Note]
+
+
+def used_columns(logged: Logged, mapping: MappingEntry) -> Columns:
+    """Every column as the mapping states it, else as proposed; raises InputError for what cannot be."""
+    strange = next((name for name in mapping.columns if name not in logged.columns), None)
+    if strange is not None:
+        remedy = f"no file has such a column; {did_you_mean(strange, logged.columns)}"
+        raise InputError(f"columns.{strange}", strange, "", remedy)
+    along = {e.against for e in mapping.columns.values()}
+    missing: dict[tuple[str, ...], Question] = {}
+    unknown: dict[tuple[str, ...], Question] = {}
+    notes: dict[str, Note] = {}
     used: dict[str, tuple[Used, ...]] = {}
     for table in logged.tables:
-        found = []
+        found: list[Used] = []
         taken: dict[str | None, list[str]] = defaultdict(lambda: [e.name for e in mapping.columns.values() if e.name])
-        along = {e.against for e in mapping.columns.values()}
         for column in table.columns:
             entry = mapping.columns.get(column.name, ColumnEntry())
             if column.name in along and entry.role is None:
                 entry = entry.model_copy(update={"role": "travel"})
             one = _used(column, entry, taken[entry.run])
-            if one.role == "signal" and not one.at:
-                question = _place_question(column)
-                questions.setdefault(question.path, question)
             found.append(one)
+            question = _place_question(column)
+            if one.role == "signal" and not one.at:
+                missing.setdefault(question.path, question)
+            elif table.kind == "record" and one.role == "ignore" and not (entry.role or column.role or column.is_text):
+                options = (*PLACES, *(r for r in ROLES if not r.startswith(("signal", "rate", "u_rate"))))
+                unknown.setdefault(question.path, replace(question, options=options, proposed="ignore"))
+            if one.unit and column.sure and column.unit and UNITS[column.unit] != UNITS[one.unit] and entry.unit:
+                text = f"the file says {column.unit}, the mapping {one.unit}; the mapping is taken"
+                notes.setdefault(column.name, Note(column.name, text))
         used[table.name] = tuple(found)
         if table.kind == "record":
-            for question in _lacking(table, used[table.name]):
-                questions.setdefault(question.path, question)
-    return used, list(questions.values())
+            for question in _lacking(table, found):
+                missing.setdefault(question.path, question)
+    asked = {q.path[1] for q in missing.values()}
+    left = [q for q in unknown.values() if q.path[1] not in asked]
+    return Columns(used=used, missing=list(missing.values()), unknown=left, notes=list(notes.values()))
 
 
 def _used(column: Column, entry: ColumnEntry, taken: list[str]) -> Used:
     where = f"columns.{column.name}"
     role = entry.role or ("signal" if entry.at else column.role) or "ignore"
     at = (entry.at or column.at) if role == "signal" else ""
+    if entry.at and role == "ignore":
+        raise InputError(f"{where}.role", role, "", "leave it out (or role: signal) where at says what it measures")
     if at and at not in PLACES:
         raise InputError(f"{where}.at", at, "", did_you_mean(at, PLACES))
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
     if not ROLES[role]:
         return Used(column=column, role=role, unit="", factor=1.0, entry=entry)
-    kinds = (DIMENSION[PLACES[at]],) if at else ROLES[role]
-    unit = _unit(column, entry, kinds, where)
+    unit = _unit(column, entry, (DIMENSION[PLACES[at]],) if at else ROLES[role], where)
     name = ""
     if role == "signal":
         name = entry.name or _signal_name(column, at, taken)
@@ -375,7 +314,8 @@ def _used(column: Column, entry: ColumnEntry, taken: list[str]) -> Used:
             check_signal_name(name)
         except InputError as error:
             raise InputError(f"{where}.name", name, "", error.remedy) from None
-    return Used(column=column, role=role, unit=unit, factor=UNITS[unit][1], at=at, name=name, entry=entry)
+    scale = UNITS[unit][1] * entry.factor * entry.sign
+    return Used(column=column, role=role, unit=unit, factor=scale, at=at, name=name, entry=entry)
 
 
 def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str) -> str:
@@ -388,9 +328,7 @@ def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str
         return unit
     if column.unit and UNITS[column.unit][0] in kinds and (column.sure or entry.axis is None):
         return column.unit  # of pixels no unit can be guessed
-    if entry.role == "travel":
-        return "m"
-    return {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}[kinds[0]]
+    return "m" if entry.role == "travel" else USUAL[kinds[0]]
 
 
 def _signal_name(column: Column, at: str, taken: list[str]) -> str:
@@ -410,29 +348,22 @@ def _place_question(column: Column) -> Question:
     )
 
 
-def _lacking(table: LoggedTable, used: tuple[Used, ...]) -> list[Question]:
+def _lacking(table: LoggedTable, used: list[Used]) -> list[Question]:
     """Roles that a record cannot do without."""
     roles, found = {u.role for u in used}, []
-    numbers = [u.column.name for u in used if not u.column.is_text and u.role == "ignore"]
+    numbers = [u.column for u in used if not u.column.is_text and u.role == "ignore"]
     if not roles & {"time", "travel"}:
-        name = next((u.column.name for u in used if u.column.why.startswith("it rises")), (numbers or ["..."])[0])
+        rising = [c.name for c in numbers if _rises(c)]
         found.append(
             Question(
-                path=("columns", name, "role"),
+                path=("columns", (rising or [c.name for c in numbers] or ["..."])[0], "role"),
                 text=f"{table.file.name} has no column of time or travel that is known by its name; which is it?",
                 example="time",
                 options=("time", "travel"),
             )
         )
     if "signal" not in roles:
-        left = [n for n in numbers if not found or n != found[0].path[1]]
-        found += [
-            Question(
-                path=("columns", name, "at"),
-                text=f"no column of {table.file.name} is known as a signal by its name; where does {name} measure?",
-                example="point_1",
-                options=tuple(PLACES),
-            )
-            for name in left[:1]
-        ]
+        left = [c for c in numbers if not found or c.name != found[0].path[1]]
+        text = f"no column of {table.file.name} is known as a signal by its name; "
+        found += [replace(q, text=text + q.text) for q in map(_place_question, left[:1])]
     return found

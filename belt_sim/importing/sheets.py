@@ -134,43 +134,36 @@ TENSION_REL, YAW_U, GAIN = 0.01, 5e-6, 0.005
 
 
 def signals_of(
-    runs: list[Run], entry: MappingEntry, used: dict[str, tuple[Used, ...]], span: float
+    runs: list[Run], used: dict[str, tuple[Used, ...]], span: float
 ) -> tuple[tuple[SignalSheet, ...], dict[str, NoiseRead], dict[str, str]]:
     """Sheets of the signals, what was read off them, and remarks on each number."""
     found: dict[str, Used] = {}
-    for columns in used.values():
-        for u in columns:
-            if u.role == "signal" and u.at:
-                found.setdefault(u.name, u)
+    for u in (u for own in used.values() for u in own if u.role == "signal" and u.at):
+        found.setdefault(u.name, u)
     sheets, noise, remarks = [], {}, {}
     for name, u in found.items():
         if not any(name in r.signals for r in runs):
             continue
-        noise[name] = noise_of(name, runs, span)
-        sheets.append(_sheet(name, u, noise[name]))
-        key = f"signals.{name}"
-        read_off = "one sigma of reading the picture" if u.entry.axis else f"from {noise[name].white_from}"
-        remarks[f"{key}.white"] = "stated" if u.entry.white else read_off
-        remarks[f"{key}.zero"] = "stated" if u.entry.zero else f"from {noise[name].zero_from}"
-        remarks[f"{key}.gain"] = "stated" if u.entry.gain else "assumed, no data tell it; state the sensor's accuracy"
-        slow = "none, read by hand" if u.entry.axis else f"from {noise[name].wander_from}"
-        remarks[f"{key}.wander"] = "stated" if u.entry.wander else slow
+        read = noise[name] = noise_of(name, runs, span)
+        sheets.append(_sheet(name, u, read))
+        sources = {
+            "white": f"from {read.white_from}" if u.by_hand is None else "one sigma of reading the picture",
+            "zero": f"from {read.zero_from}",
+            "gain": "assumed, no data tell it; state the sensor's accuracy",
+            "wander": f"from {read.wander_from}" if u.by_hand is None else "none, read by hand",
+        }
+        stated = {key for key in sources if getattr(u.entry, key) is not None}
+        remarks |= {f"signals.{name}.{k}": "stated" if k in stated else words for k, words in sources.items()}
     return tuple(sheets), noise, remarks
 
 
 def _sheet(name: str, u: Used, read: NoiseRead) -> SignalSheet:
-    kind = PLACES[u.at]
-    own, where = u.entry, f"columns.{u.column.name}"
+    own, where, kind = u.entry, f"columns.{u.column.name}", PLACES[u.at]
 
     def si(text: str | None, key: str, otherwise: float) -> float:
         return otherwise if text is None else _size(text, WRITTEN[kind], f"{where}.{key}")
 
-    white = read.white
-    if own.axis is not None:
-        (p0, p1), (v0, v1) = own.axis.pixel, own.axis.value
-        white = abs((v1 - v0) / (p1 - p0)) * own.axis.u * u.factor  # a hand's error is no sensor's
-    by_hand = own.axis is not None
-    wander_sd, length = (0.0, 1.0) if own.wander is not None or by_hand else (read.wander, read.length)
+    wander_sd, length = (read.wander, read.length) if u.by_hand is None else (0.0, 1.0)
     if own.wander is not None:
         wander_sd = _size(own.wander.sd, WRITTEN[kind], f"{where}.wander.sd")
         length = number_of(own.wander.length_m, f"{where}.wander.length_m")
@@ -179,7 +172,7 @@ def _sheet(name: str, u: Used, read: NoiseRead) -> SignalSheet:
         at=u.at,
         kind=kind,
         unit=WRITTEN[kind],
-        white=_three(si(own.white, "white", white)),
+        white=_three(si(own.white, "white", read.white if u.by_hand is None else u.by_hand)),
         zero=_three(si(own.zero, "zero", read.zero)),
         gain=GAIN if own.gain is None else number_of(own.gain, f"{where}.gain", "number"),
         wander_sd=_three(wander_sd),

@@ -98,7 +98,7 @@ REVERSAL = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Way:
+class Travel:
     """keep: rows of the block that are used; travel [m] and time [s] (None where not logged) at these, from 0 on;
     direction by the sign that was logged, 0 where none was; speed [m/s], 0 where it is not known."""
 
@@ -110,8 +110,8 @@ class Way:
     notes: tuple[str, ...] = ()
 
 
-def way_of(block: Block, speed: float | None) -> Way | None:
-    """The way of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged."""
+def travel_of(block: Block, speed: float | None) -> Travel | None:
+    """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged."""
     time, notes = _time(block)
     travel = block.values("travel")
     if travel is not None:
@@ -134,13 +134,13 @@ def way_of(block: Block, speed: float | None) -> Way | None:
         assert speed is not None
         way, sign = abs(speed) * (time[keep] - time[keep[0]]), 0.0
         notes.append(f"travel was taken as time x {abs(speed):g} m/s")
-    return _way(keep, way, time, sign, notes)
+    return _travel(keep, way, time, sign, notes)
 
 
-def _way(keep: np.ndarray, travel: np.ndarray, time: np.ndarray | None, sign: float, notes: list[str]) -> Way:
+def _travel(keep: np.ndarray, travel: np.ndarray, time: np.ndarray | None, sign: float, notes: list[str]) -> Travel:
     own = None if time is None else time[keep] - time[keep[0]]
     speed = float(travel[-1] / own[-1]) if own is not None and len(own) and own[-1] > 0.0 else 0.0
-    return Way(keep=keep, travel=travel, time=own, direction=sign, speed=speed, notes=tuple(notes))
+    return Travel(keep=keep, travel=travel, time=own, direction=sign, speed=speed, notes=tuple(notes))
 
 
 def _time(block: Block) -> tuple[np.ndarray | None, list[str]]:
@@ -169,7 +169,7 @@ def _time(block: Block) -> tuple[np.ndarray | None, list[str]]:
     return out, ["several rows have one time stamp: they were spread evenly"]
 
 
-def _logged(block: Block, travel: np.ndarray, time: np.ndarray | None, notes: list[str]) -> Way:
+def _logged(block: Block, travel: np.ndarray, time: np.ndarray | None, notes: list[str]) -> Travel:
     """Travel as logged, from 0 on and rising whichever way the belt runs; rows where it stands still fall together."""
     there = np.isfinite(travel) if time is None else np.isfinite(travel) & np.isfinite(time)
     keep = np.flatnonzero(there)
@@ -189,7 +189,7 @@ def _logged(block: Block, travel: np.ndarray, time: np.ndarray | None, notes: li
         notes.append("the encoder jitters: where travel falls back a little it was held")
     if sign < 0.0:
         notes.append("travel was counted downwards: direction -1")
-    return _way(keep, highest, time, sign if sign < 0.0 else 0.0, notes)
+    return _travel(keep, highest, time, sign if sign < 0.0 else 0.0, notes)
 
 
 def _refuse_reversal(block: Block, keep: np.ndarray, speed: np.ndarray) -> None:

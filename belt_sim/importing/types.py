@@ -1,6 +1,6 @@
 """What a logger's files hold, and what an import makes of them: tables, columns, questions, the proposal."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -31,12 +31,24 @@ ROLES: dict[str, tuple[str, ...]] = {
 }
 
 
+@dataclass(frozen=True)
+class Note:
+    """A remark; about: the file, run or column that it is about ("" for all)."""
+
+    about: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.about}: {self.text}" if self.about else self.text
+
+
 @dataclass(frozen=True, kw_only=True)
 class Column:
     """One column as logged and what it seems to be.
 
-    values: numbers (n,), nan where blank, or texts (object dtype); role, unit, at: proposals, "" where nothing is
-    known; sure: whether the file says so itself; why: where the proposal comes from, in words.
+    values: numbers (n,), nan where blank, or texts (object dtype); stamp: whether they were dates or times of day;
+    role, unit, at: proposals, "" where nothing is known; sure: whether the file says so itself; why: where the proposal
+    comes from, in words.
     """
 
     name: str
@@ -44,6 +56,7 @@ class Column:
     role: str = ""
     unit: str = ""
     at: str = ""
+    stamp: bool = False
     sure: bool = False
     why: str = ""
 
@@ -57,7 +70,7 @@ class LoggedTable:
     """One file, or one sheet of it.
 
     lines: line in the file of every row that was kept, from 1, shape (n,); starts: rows at which the file begins anew
-    (its header stands there again); averaged: how many rows of the file each kept row stands for.
+    (its header stands there again).
     """
 
     name: str
@@ -65,32 +78,26 @@ class LoggedTable:
     columns: tuple[Column, ...]
     lines: np.ndarray
     starts: tuple[int, ...] = ()
-    averaged: int = 1
     kind: TableKind = "record"
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def column(self, name: str) -> Column | None:
         """The column of that name."""
         return next((c for c in self.columns if c.name == name), None)
 
-    def with_columns(self, columns: tuple[Column, ...]) -> "LoggedTable":
-        return replace(self, columns=columns)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Logged:
-    """Everything that was read, with remarks on how."""
+    """Everything that was read."""
 
     tables: tuple[LoggedTable, ...]
-    notes: tuple[str, ...] = field(default=())
 
     @property
     def columns(self) -> dict[str, Column]:
         """Columns of all tables by name; of one name, the first."""
         found: dict[str, Column] = {}
-        for table in self.tables:
-            for column in table.columns:
-                found.setdefault(column.name, column)
+        for column in (c for table in self.tables for c in table.columns):
+            found.setdefault(column.name, column)
         return found
 
 
@@ -111,6 +118,17 @@ class Question:
     @property
     def key(self) -> str:
         return ".".join(self.path)
+
+    def put(self, mapping: dict[str, Any], answer: str | None) -> None:
+        """Write an answer into the mapping; of a place, a role may be given instead."""
+        path = (*self.path[:-1], "role") if answer in ROLES else self.path
+        for key in path[:-1]:
+            if not isinstance(mapping.get(key), dict):
+                mapping[key] = {}
+            mapping = mapping[key]
+        if path[-1] == "at" and mapping.get("role") == "ignore":
+            del mapping["role"]  # where it measures says what it is
+        mapping[path[-1]] = answer
 
     @property
     def problem(self) -> Problem:
@@ -155,9 +173,10 @@ class NoiseRead:
 
 @dataclass(frozen=True, kw_only=True)
 class Proposal:
-    """missing: questions without an answer yet; campaign: None while there are any that it cannot do without;
-    mapping: everything that was used, so that the import can be repeated; noise: signal -> what was read off;
-    comments: key of campaign.yaml -> remark to be written beside it; notes: what was done, in sentences.
+    """missing: questions without an answer yet; unknown: questions about columns that are left out as long as nobody
+    answers; campaign: None while an answer is missing that it cannot do without; mapping: everything that was used, so
+    that the import can be repeated; noise: signal -> what was read off; comments: key of campaign.yaml -> remark to be
+    written beside it; notes: what was done.
     """
 
     logged: Logged
@@ -165,9 +184,10 @@ class Proposal:
     missing: tuple[Question, ...]
     campaign: Campaign | None
     mapping: dict[str, Any]
+    unknown: tuple[Question, ...] = ()
     noise: dict[str, NoiseRead] = field(default_factory=dict)
     comments: dict[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def complete(self) -> Campaign:
         """The campaign; raises CampaignError with one line for every answer that is missing."""

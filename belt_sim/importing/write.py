@@ -8,7 +8,6 @@ import yaml
 from belt_sim.campaign import Campaign, Quantity, SignalSheet, write_campaign
 from belt_sim.campaign.plausible import SIGNAL_DIMENSION
 from belt_sim.campaign.sheet import SCHEMA
-from belt_sim.importing.build import in_order
 from belt_sim.importing.mapping import FILE
 from belt_sim.importing.types import Proposal
 from belt_sim.si import to_si
@@ -147,7 +146,7 @@ def mapping_text(mapping: dict[str, Any]) -> str:
     """The mapping as YAML, one column or run a line."""
     flow = {"columns", "runs"}
     lines = []
-    for key, value in in_order(mapping).items():
+    for key, value in mapping.items():
         if value in (None, {}):
             continue
         if key in flow and isinstance(value, dict):

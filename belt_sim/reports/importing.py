@@ -24,8 +24,7 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
             out.print(rich_table(noise_table(proposal)))
     alike: dict[str, list[str]] = {}
     for note in proposal.notes:
-        who, _, what = note.partition(": ")
-        alike.setdefault(what or note, []).append(who if what else "")
+        alike.setdefault(note.text, []).append(note.about)
     for what, names in alike.items():
         out.print(f"{_names(names)}: {what}" if any(names) else what, soft_wrap=True, markup=False)
 

@@ -68,9 +68,9 @@ TITLES = ["tilt: 100 % # not a comment", "a\tb 'quoted' \"twice\"", "- list?", "
 @pytest.mark.parametrize("title", TITLES)
 def test_a_title_comes_back_from_the_commented_sheet(title, tmp_path):
     rows = (FIGURES / "made_up_figure_13.csv", FIGURES / "made_up_figure_13.yaml")
-    from belt_sim.importing.mapping import mapping_file
+    from belt_sim.importing.mapping import mapping_of
 
-    mapping = mapping_file(rows[1]).model_copy(update={"title": title})
+    mapping = mapping_of(rows[1]).model_copy(update={"title": title})
     campaign = write(understand(read([rows[0]]), mapping), tmp_path / "out")
     assert campaign.title == " ".join(title.split())
     assert campaign.source.reference.endswith("Fig. 13")

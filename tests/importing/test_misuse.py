@@ -83,7 +83,7 @@ def test_blank_cells_and_words_for_nothing_are_left_out(tmp_path):
 def test_a_last_line_that_is_cut_short_is_left_out_and_told(tmp_path):
     (tmp_path / "a.csv").write_text("\n".join([*LINES[:-1], "4,9"]))
     proposal = understand(read([tmp_path / "a.csv"]), MAPPING | {"all_runs": RUN})
-    assert any("line 101 is cut short" in n for n in proposal.notes)
+    assert any("line 101 is cut short" in n.text for n in proposal.notes)
     assert len(proposal.complete().runs[0].travel) == len(L.travel) - 1
 
 

@@ -136,7 +136,7 @@ def _understood(now: Import) -> None:
         if now.proposal.noise:
             _table(noise_table(now.proposal))
         for note in now.proposal.notes:
-            ui.label(note).classes("soft small")
+            ui.label(str(note)).classes("soft small")
 
 
 def _table(t: Table) -> None:
