@@ -80,12 +80,7 @@ def _alike(d: Findings, name: str) -> tuple[str, ...]:
 
 def _by(d: Findings, seed: int) -> dict[str, Any]:
     """What the verdict was calibrated by."""
-    rehearsal = d.found.rehearsal
-    return {
-        "seed": seed,
-        "data_sha256": d.bench.campaign.sha256,
-        "rehearsal": {"replicates": rehearsal.count, "named": rehearsal.named, "unknown": rehearsal.unknown},
-    }
+    return {"seed": seed, "data_sha256": d.bench.campaign.sha256}
 
 
 def label(campaign: Campaign) -> CampaignLabel:

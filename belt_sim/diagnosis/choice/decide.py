@@ -1,4 +1,4 @@
-"""The decision which effects are missing, from evidence alone: the same on readings and on readings made by chance.
+"""The decision which effects are missing, from evidence alone.
 
 Forward with swaps, at most four, and from the best of all pairs where that promises more than what was seen; where
 effects stand out that each mislead without another, also from the best pair with the one that stands out most. Then

@@ -10,7 +10,6 @@ from belt_sim.diagnosis.choice.decide import MAX_EFFECTS, Ids, decide
 from belt_sim.diagnosis.choice.larger import larger
 from belt_sim.diagnosis.choice.recalibration import Recalibration
 from belt_sim.diagnosis.choice.refits import Refits, Trial
-from belt_sim.diagnosis.choice.rehearsal import Rehearsal, rehearse
 from belt_sim.diagnosis.choice.rise import without_a_rise
 from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.fit import Fit
@@ -19,7 +18,6 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.left_over.null import NullGains, null_gains
 from belt_sim.diagnosis.left_over.openset import OpenSet, open_tests
 
-REHEARSED = 2  # times as many replicates as the thresholds come from
 #: false alarms of all candidates together; the open set and the search for laws spend half as much each and held-out
 #: errors a tenth, so that all roads to one stay below the 5 % that are allowed
 FAMILY_LEVEL = 0.02
@@ -44,7 +42,6 @@ class Selection:
     null: NullGains
     critical: float
     base_left: OpenSet
-    rehearsal: Rehearsal
     rounds: Sequence[Sequence[Trial]] = ()
     swaps: dict[str, list[Trial]] = field(default_factory=dict)
     larger: Sequence[Trial] = ()
@@ -83,20 +80,15 @@ def select(
         chances = beside.submit(chance_of, bench, bench.samples.y - base.values, seed + 1)
         null = null_gains(bench, shapes, base.slopes, base.values, count=bootstraps, seed=seed, tick=tick)
         critical, tests = null.critical(names, FAMILY_LEVEL), open_set.result()
-        tell("rehearsing on campaigns in which nothing is missing")
-        rehearsed = beside.submit(
-            rehearse, bench, near, null, critical, tests, count=REHEARSED * bootstraps, seed=seed + 2
-        )
         again = Recalibration(bootstraps, seed + 3, FAMILY_LEVEL, bench.levels)
         first = Refits(bench, null, critical, chances.result(), near, fits={frozenset(): base}, recalibrated=again)
         decision = decide(first, limit=limit, tell=tell)
-        rehearsal = rehearsed.result()
     held = held_out(bench, base)
     last, ids = without_a_rise(decision.evidence, decision.ids, held)
     return Selection(
         base_bench=bench, base=base, base_held_out=held,
         rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
-        base_left=tests.look(base.residual), rehearsal=rehearsal,
+        base_left=tests.look(base.residual),
         **_about(last, ids),
     )  # fmt: skip
 

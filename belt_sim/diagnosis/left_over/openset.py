@@ -56,11 +56,6 @@ class OpenTests:
     null: NullGains
     critical: float
 
-    def fails(self, residuals: np.ndarray) -> np.ndarray:
-        """Which of whitened residuals (B, N) fail at least one test, (B,)."""
-        gains, _ = self._counted(residuals)
-        return np.any([g > self.null.threshold(n, self.critical) for n, g in gains.items()], axis=0)
-
     def look(self, residual: np.ndarray) -> OpenSet:
         """The tests of one whitened residual (N,): the most significant of each family."""
         gains, names = self._counted(residual[None])
