@@ -40,6 +40,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         sentence=_sentence(d),
         effects=_effects(d) if named else (),
         ranking=_ranking(d, seed),
+        considered=tuple(e for e in found.table if np.isfinite(e.by_chance)),
         rounds=tuple(tuple(Tried(**_tried(t)) for t in trials) for trials in found.rounds),
         error=_errors(d),
         where=where(bench, found.base.values),

@@ -9,7 +9,17 @@ from belt_sim.results import words
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Errors, RunError, Where, error_grid
-from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NextRun, NoiseLevels, Tried, Unknown
+from belt_sim.results.found import (
+    Candidate,
+    Confusable,
+    Explanation,
+    FoundEffect,
+    LeftOver,
+    NextRun,
+    NoiseLevels,
+    Tried,
+    Unknown,
+)
 from belt_sim.results.label import CampaignLabel
 from belt_sim.results.shown import Shown
 from belt_sim.results.table import Table
@@ -23,11 +33,12 @@ SHOWN_ACTIONS = 3
 class Diagnosis(Shown):
     """What was found, with everything that was tried.
 
-    sentence: the verdict as people say it; ranking: every candidate of the first round, best first; rounds: every
-    candidate of every round; open_set: tests of what is left; per_run: base model and final model, run by run;
-    admitted: what the admission test said of effects of one's own; drawings: what a report draws; beyond: where the
-    final model is used beyond its validity, a sentence a limit; discovery: the search for laws that no effect of the
-    library is, beside the effects that were found (None where it was not made).
+    sentence: the verdict as people say it; ranking: every candidate of the first round, best first; considered: the
+    sets of effects that were compared, worth most first; rounds: every candidate of every round; open_set: tests of
+    what is left; per_run: base model and final model, run by run; admitted: what the admission test said of effects of
+    one's own; drawings: what a report draws; beyond: where the final model is used beyond its validity, a sentence a
+    limit; discovery: the search for laws that no effect of the library is, beside the effects that were found (None
+    where it was not made).
     """
 
     base_model: str
@@ -36,6 +47,7 @@ class Diagnosis(Shown):
     sentence: str
     effects: tuple[FoundEffect, ...]
     ranking: tuple[Candidate, ...]
+    considered: tuple[Explanation, ...]
     rounds: tuple[tuple[Tried, ...], ...]
     error: Errors
     where: Where

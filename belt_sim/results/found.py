@@ -1,6 +1,6 @@
 """What a diagnosis finds: effects with their numbers, what else was tried, and what cannot be told apart."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -102,6 +102,32 @@ class Candidate(Tried):
     plausible: bool
     selection_frequency: float
     note: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Explanation:
+    """A set of effects that could be what is missing; empty: nothing is.
+
+    gain: chi2 that it takes off the base model's; by_chance: what chance gives its effects together; rarity: what it
+    has to gain for being several faults at once; refused: why it is not the answer, whatever it explains (empty where
+    nothing speaks against it, or one that is worth more is the answer).
+    """
+
+    effects: tuple[str, ...]
+    gain: float
+    by_chance: float
+    rarity: float
+    refused: str = ""
+
+    @property
+    def worth(self) -> float:
+        """chi2 beyond what it has to gain."""
+        return self.gain - self.by_chance - self.rarity
+
+
+def best_explanation(table: Sequence[Explanation]) -> Explanation:
+    """The one that is worth most, of those that nothing speaks against; of two alike the one of fewer effects."""
+    return max((e for e in table if not e.refused), key=lambda e: (e.worth, -len(e.effects)))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,6 +18,7 @@ from belt_sim.results.found import (
     Candidate,
     Confusable,
     Estimate,
+    Explanation,
     FoundEffect,
     LeftOver,
     NextRun,
@@ -67,6 +68,7 @@ def _diagnosis(c: dict[str, Any], drawings: Drawings) -> Diagnosis:
         sentence=c["sentence"],
         effects=tuple(_found(e) for e in c["effects"]),
         ranking=tuple(_candidate(r) for r in c["ranking"]),
+        considered=tuple(_explanation(e) for e in c["considered"]),
         rounds=tuple(tuple(Tried(**_tried(t)) for t in trials) for trials in c["rounds"]),
         error=_errors(c["error"]),
         where=_where(c["where"]),
@@ -116,6 +118,11 @@ def _estimate(p: dict[str, Any]) -> Estimate:
 
 def _tried(t: dict[str, Any]) -> dict[str, Any]:
     return {k: t[k] for k in ("id", "gain", "threshold")} | {"held_out_rms": t["held_out_rms_mm"] * si.MM}
+
+
+def _explanation(e: dict[str, Any]) -> Explanation:
+    row = {k: e[k] for k in ("gain", "by_chance", "rarity")}
+    return Explanation(effects=tuple(e["effects"]), **row, refused=e.get("refused", ""))
 
 
 def _candidate(r: dict[str, Any]) -> Candidate:

@@ -17,7 +17,7 @@ from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery_json import discovery_json
 from belt_sim.results.drawings import Drawings, Drift
 from belt_sim.results.errors import Change, Errors, Features, RunError, Where
-from belt_sim.results.found import Candidate, Estimate, FoundEffect, Tried, Unknown
+from belt_sim.results.found import Candidate, Estimate, Explanation, FoundEffect, Tried, Unknown
 from belt_sim.results.label import CampaignLabel
 from belt_sim.results.simulation import POINTS, SPANS, Simulation
 from belt_sim.results.words import KILO
@@ -100,6 +100,7 @@ def diagnosis_json(d: Diagnosis) -> Json:
         "sentence": d.sentence,
         "effects": [_found(e) for e in d.effects],
         "ranking": [_candidate(c) for c in d.ranking],
+        "considered": [_explanation(e) for e in d.considered],
         "rounds": [[_tried(t) for t in trials] for trials in d.rounds],
         "error": _errors(d.error),
         "where": _where(d.where),
@@ -193,6 +194,11 @@ def _estimate(p: Estimate) -> Json:
 
 def _tried(t: Tried) -> Json:
     return {"id": t.id, "gain": t.gain, "threshold": t.threshold, "held_out_rms_mm": t.held_out_rms / si.MM}
+
+
+def _explanation(e: Explanation) -> Json:
+    row: Json = {"effects": list(e.effects), "gain": e.gain, "by_chance": e.by_chance, "rarity": e.rarity}
+    return row | {"worth": e.worth} | ({"refused": e.refused} if e.refused else {})
 
 
 def _candidate(c: Candidate) -> Json:

@@ -5,7 +5,8 @@ from itertools import combinations
 
 import pytest
 
-from belt_sim.diagnosis.choice.decide import best_of_all, decide, swapped
+from belt_sim.diagnosis.choice.decide import ODDS, compared, decide, swapped
+from belt_sim.results.found import Explanation, best_explanation
 
 THRESHOLD = 10.0
 
@@ -69,6 +70,11 @@ class Written:
         return self
 
 
+def best_of_all(evidence, seen):
+    """The effects that a comparison chooses."""
+    return best_explanation(compared(evidence, seen)).effects
+
+
 @pytest.mark.parametrize(
     ("evidence", "chosen"),
     [
@@ -113,6 +119,29 @@ def test_the_best_set_of_an_earlier_round_is_not_lost():
     gain = {"a": 60, "b": 5, "c": 5, "ab": 62, "ac": 62, "bc": 65, "abc": 66}
     assert best_of_all(Written(gain), [("a",), ("b", "c")]) == ("a",)
     assert best_of_all(Written(gain | {"bc": 95}), [("a",), ("b", "c")]) == ("b", "c")
+
+
+def test_the_table_says_what_speaks_against_what_explains_more():
+    gain = {"a": 60.0, "b": 40.0, "c": 12.0, "ab": 120.0, "ac": 62.0, "bc": 50.0, "abc": 160.0}
+    table = compared(Written(gain, absurd=("abc",), worsens=("ab",)), [("a", "b", "c")])
+    told = {"".join(e.effects): (e.worth, e.refused) for e in table}
+    assert list(told)[:3] == ["abc", "ab", "a"]
+    assert told["abc"] == (160.0 - 3 * THRESHOLD - 2 * ODDS, "no machine has such numbers")
+    assert told["ab"][1] == "predicts what is held out worse than the base model does"
+    assert told["a"] == (60.0 - THRESHOLD, "")
+    assert told[""] == (0.0, "")
+    needless = compared(Written(gain | {"a": 119.0, "ab": 150.0}, absurd=("a",)), [("a", "b")])
+    assert [e.refused for e in needless if e.effects == ("a",)] == [""]  # below what is chosen nobody asks
+    assert best_explanation(needless).effects == ("a", "b")
+
+
+def test_the_answer_follows_from_a_table_by_arithmetic():
+    def row(effects, gain, refused=""):
+        return Explanation(effects=effects, gain=gain, by_chance=10.0 * len(effects), rarity=0.0, refused=refused)
+
+    table = [row((), 0.0), row(("a",), 12.0), row(("a", "b"), 22.0), row(("b",), 50.0, "predicts worse")]
+    assert best_explanation(table).effects == ("a",)  # of two worth the same the one of fewer effects
+    assert best_explanation([row((), 0.0), row(("a",), 9.0)]).effects == ()
 
 
 def test_a_set_with_an_absurd_number_is_never_the_answer():

@@ -122,6 +122,18 @@ def test_the_ranking_lists_every_candidate_best_first():
     assert len(ranking) == len({c.id for c in ranking})
 
 
+@pytest.mark.parametrize(("name", "chosen"), [("nothing", set()), ("sag_roll", {"sag_roll"}), ("two", None)])
+def test_the_effects_that_are_named_follow_from_the_table_in_the_file(name, chosen):
+    """gain - by_chance - rarity, of what nothing speaks against: a pocket calculator will do."""
+    content = diagnosis_json(diagnosed(name))
+    worth = {tuple(e["effects"]): e["gain"] - e["by_chance"] - e["rarity"] for e in content["considered"]}
+    possible = [tuple(e["effects"]) for e in content["considered"] if not e.get("refused")]
+    best = set(max(possible, key=lambda effects: worth[effects]))
+    assert best == {e["id"] for e in content["effects"]}
+    assert chosen in (None, best)
+    assert worth[()] == 0.0
+
+
 def test_it_tells_what_it_came_from():
     d = diagnosed("sag_roll")
     assert d.provenance["seed"] == SEED

@@ -6,6 +6,8 @@ from types import SimpleNamespace
 import pytest
 
 from belt_sim.diagnosis.choice import rise
+from belt_sim.diagnosis.choice.decide import Decision, compared
+from belt_sim.results.found import best_explanation
 
 BASE = "what the base model leaves"
 BEHIND = {"a": 0.0, "b": 1.0, "c": 2.0, "d": 9.0}  # chi2 behind the best, beside any others
@@ -55,6 +57,12 @@ def as_written(monkeypatch):
     monkeypatch.setattr(rise, "rises", lambda bench, base, bare, held: ("it rises",) if held == "more" else ())
 
 
+def taken(evidence, ids):
+    """The evidence and the set that is taken, of a decision for ``ids``."""
+    about, table = rise.without_a_rise(Decision(ids, evidence, (), compared(evidence, [ids])), BASE)
+    return about, best_explanation(table).effects
+
+
 @pytest.mark.parametrize(
     ("evidence", "kept"),
     [
@@ -67,12 +75,12 @@ def as_written(monkeypatch):
     ],
 )
 def test_the_likeliest_look_alike_without_a_rise_is_taken(evidence, kept):
-    about, ids = rise.without_a_rise(evidence, ("a",), BASE)
+    about, ids = taken(evidence, ("a",))
     assert ids == kept
     assert about.about == (kept if kept != ("a",) else ())
 
 
 def test_one_of_two_effects_is_exchanged_at_a_time():
-    _, ids = rise.without_a_rise(Alike(rising=("ad",)), ("a", "d"), BASE)
+    _, ids = taken(Alike(rising=("ad",)), ("a", "d"))
     assert set(ids) == {"a", "b"}  # it explains more than d, which the search had not seen about this set
-    assert rise.without_a_rise(Alike(rising=("",)), (), BASE)[1] == ()
+    assert taken(Alike(rising=("",)), ())[1] == ()

@@ -8,11 +8,13 @@ conditions worse than a smaller one.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
+
+from belt_sim.results.found import Explanation, best_explanation
 
 MAX_EFFECTS = 4
 NESTING = 1.0  # differences of chi2 below this are the optimiser's, not the readings'
@@ -69,11 +71,14 @@ E = TypeVar("E", bound=Evidence)
 
 @dataclass(frozen=True)
 class Decision(Generic[E]):
-    """The set of effects that the readings ask for, the evidence laid out at it, and the trials of every round."""
+    """The set of effects that the readings ask for, the evidence laid out at it, the trials of every round, and the
+    table of sets that were compared at last.
+    """
 
     ids: Ids
     evidence: E
     rounds: tuple[Sequence[Beside], ...]
+    table: tuple[Explanation, ...]
 
 
 def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None] = lambda text: None) -> Decision[E]:
@@ -82,20 +87,21 @@ def decide(evidence: E, *, limit: int = MAX_EFFECTS, tell: Callable[[str], None]
     seen: list[Ids] = [()]
     evidence, about = _forward(evidence, seen, rounds, limit, tell)
     if len(seen) == 1 and not any(t.passes for tried in rounds for t in tried):
-        return Decision((), evidence, tuple(rounds))
-    best, pairs = best_of_all(evidence, seen), _pairs(first, seen, rounds[-1]) if limit > 1 else []
+        return Decision((), evidence, tuple(rounds), compared(evidence, seen))
+    table, pairs = compared(evidence, seen), _pairs(first, seen, rounds[-1]) if limit > 1 else []
     for pair in pairs:
         tell(f"{' and '.join(pair)} together")
         seen.append(pair)
     if pairs:
-        best = best_of_all(evidence, seen)
+        table = compared(evidence, seen)
+        best = best_explanation(table).effects
         if frozenset(best) in map(frozenset, pairs):
             seen.append(best)
             evidence, about = _forward(evidence.moved(best), seen, rounds, limit, tell)
-            best = best_of_all(evidence, seen)
-    if frozenset(best) != frozenset(about):
-        evidence, best = _settled(evidence, best)
-    return Decision(best, evidence, tuple(rounds))
+            table = compared(evidence, seen)
+    if frozenset(best_explanation(table).effects) != frozenset(about):
+        evidence, table = _settled(evidence, best_explanation(table).effects)
+    return Decision(best_explanation(table).effects, evidence, tuple(rounds), table)
 
 
 def _pairs(evidence: Evidence, seen: Sequence[Ids], tried: Sequence[Beside]) -> list[Ids]:
@@ -113,16 +119,17 @@ def _pairs(evidence: Evidence, seen: Sequence[Ids], tried: Sequence[Beside]) -> 
     return found
 
 
-def _settled(evidence: E, ids: Ids) -> tuple[E, Ids]:
+def _settled(evidence: E, ids: Ids) -> tuple[E, tuple[Explanation, ...]]:
     """The evidence about a set, and what of the set stands there.
 
     Elsewhere settings are taken to have been others, and a member may be needed to make up for that.
     """
     while True:
         evidence = evidence.moved(ids)
-        best = best_of_all(evidence, [ids]) if ids else ()
+        table = compared(evidence, [ids])
+        best = best_explanation(table).effects
         if frozenset(best) == frozenset(ids):
-            return evidence, ids
+            return evidence, table
         ids = best
 
 
@@ -167,15 +174,26 @@ def swapped(evidence: Evidence, ids: Ids, tell: Callable[[str], None] = lambda t
     return ids
 
 
-def best_of_all(evidence: Evidence, seen: Sequence[Ids]) -> Ids:
-    """The best of all sets seen and of all their subsets, the empty one too."""
+def compared(evidence: Evidence, seen: Sequence[Ids]) -> tuple[Explanation, ...]:
+    """All sets seen and all their subsets, the empty one too, worth most first; what speaks against one is asked until
+    nothing does.
+    """
     family = sorted(_subsets(seen), key=len)
     gain = dict(zip(map(frozenset, family), evidence.gains(family), strict=True))
-    value = {ids: gain[frozenset(ids)] - sum(evidence.threshold(i) for i in ids) - one_more(ids) for ids in family}
-    for ids in sorted(family, key=lambda i: (-value[i], len(i))):
-        if not ids or _stands(evidence, ids, gain):
-            return ids
-    return ()
+    each = [
+        Explanation(
+            effects=ids,
+            gain=float(gain[frozenset(ids)]),
+            by_chance=float(sum(evidence.threshold(i) for i in ids)),
+            rarity=one_more(ids),
+        )
+        for ids in family
+    ]
+    found: list[Explanation] = []
+    for e in sorted(each, key=lambda e: (-e.worth, len(e.effects))):
+        asked = bool(e.effects) and all(better.refused for better in found)
+        found.append(replace(e, refused=_refused(evidence, e.effects, gain)) if asked else e)
+    return tuple(found)
 
 
 def one_more(ids: Ids) -> float:
@@ -183,15 +201,19 @@ def one_more(ids: Ids) -> float:
     return ODDS * max(len(ids) - 1, 0)
 
 
-def _stands(evidence: Evidence, ids: Ids, gain: dict[frozenset, float]) -> bool:
-    """Whether every member is needed and plausible, and no subset predicts better what was held out."""
+def _refused(evidence: Evidence, ids: Ids, gain: dict[frozenset, float]) -> str:
+    """What speaks against a set: a member that is not needed, numbers of no machine, a subset that predicts better."""
     for name in ids:
         alone = gain[frozenset(ids)] - gain[frozenset(ids) - {name}]
         if not alone > evidence.threshold(name):
-            return False
+            return f"{name} is not needed"
     if not evidence.plausible(ids):
-        return False
-    return not any(evidence.worse(ids, smaller) for smaller in _subsets([ids]) if len(smaller) < len(ids))
+        return "no machine has such numbers"
+    for smaller in _subsets([ids]):
+        worse = evidence.worse(ids, smaller) if len(smaller) < len(ids) else ()
+        if worse:
+            return f"predicts what is held out worse than {' + '.join(smaller) or 'the base model'} does"
+    return ""
 
 
 def _subsets(sets: Iterable[Ids]) -> list[Ids]:

@@ -5,11 +5,12 @@ that readings do not tell apart one may be held out worse by chance, or for a nu
 likeliest that is not is as good an answer, and is taken.
 """
 
-from belt_sim.diagnosis.choice.decide import NESTING, Ids, best_of_all
+from belt_sim.diagnosis.choice.decide import NESTING, Decision, Ids, compared
 from belt_sim.diagnosis.choice.refits import Refits
 from belt_sim.diagnosis.errors.own_errors import OwnErrors
 from belt_sim.diagnosis.fits.heldout import HeldOut
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.results.found import Explanation, best_explanation
 
 SHOWN_RISE = 1.005  # of the held-out error, from which two decimals show it
 ALIKE = 6.0  # chi2 (a likelihood ratio of 20) behind an effect, up to which another may stand for it
@@ -33,17 +34,21 @@ def rises(bench: Workbench, base: HeldOut, bare: HeldOut, held: HeldOut) -> tupl
     return (f"held-out error, {after / before:.2f} times the base model's",)
 
 
-def without_a_rise(evidence: Refits, ids: Ids, base: HeldOut) -> tuple[Refits, Ids]:
-    """A chosen set, or where the error rises with it, the likeliest that has a look-alike for one of its effects and
-    stands without a rise; with the evidence about it. base: held-out errors of no effect.
+def without_a_rise(decision: Decision[Refits], base: HeldOut) -> tuple[Refits, tuple[Explanation, ...]]:
+    """The evidence and the table of a decision; where the error rises with the set that was chosen, those about the
+    likeliest that has a look-alike for one of its effects and stands without a rise.
+
+    base: held-out errors of no effect.
     """
+    evidence, ids = decision.evidence, decision.ids
     if not ids or not _rises(evidence, ids, base):
-        return evidence, ids
+        return evidence, decision.table
     for other in _look_alikes(evidence, ids):
         about = evidence.moved(other)
-        if best_of_all(about, [other]) == other and not _rises(about, other, base):
-            return about, other
-    return evidence, ids
+        table = compared(about, [other])
+        if best_explanation(table).effects == other and not _rises(about, other, base):
+            return about, table
+    return evidence, decision.table
 
 
 def _rises(evidence: Refits, ids: Ids, base: HeldOut) -> bool:

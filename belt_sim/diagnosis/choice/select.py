@@ -17,6 +17,7 @@ from belt_sim.diagnosis.fits.heldout import HeldOut, held_out
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.left_over.null import NullGains, null_gains
 from belt_sim.diagnosis.left_over.openset import OpenSet, open_tests
+from belt_sim.results.found import Explanation, best_explanation
 
 #: false alarms of all candidates together; the open set and the search for laws spend half as much each and held-out
 #: errors a tenth, so that all roads to one stay below the 5 % that are allowed
@@ -28,7 +29,7 @@ class Selection:
     """The chosen fit on its workbench, the base fit on its own, every round's trials, and what could stand in the place
     of each chosen effect; larger: sets of one effect more; chance, null, critical: what all were judged by; gain: chi2
     of the chosen fit over the base, on one metric; bare_held_out: held-out errors of no effect, on that metric;
-    evidence: refits of other sets, about the chosen one.
+    evidence: refits of other sets, about the chosen one; table: the sets that were compared.
     """
 
     base_bench: Workbench
@@ -47,6 +48,7 @@ class Selection:
     larger: Sequence[Trial] = ()
     gain: float = 0.0
     evidence: Refits | None = None
+    table: tuple[Explanation, ...] = ()
 
     def threshold(self, name: str) -> float:
         """The gain of one effect that chance beats as seldom as agreed."""
@@ -84,12 +86,12 @@ def select(
         first = Refits(bench, null, critical, chances.result(), near, fits={frozenset(): base}, recalibrated=again)
         decision = decide(first, limit=limit, tell=tell)
     held = held_out(bench, base)
-    last, ids = without_a_rise(decision.evidence, decision.ids, held)
+    last, table = without_a_rise(decision, held)
     return Selection(
         base_bench=bench, base=base, base_held_out=held,
         rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
-        base_left=tests.look(base.residual),
-        **_about(last, ids),
+        base_left=tests.look(base.residual), table=table,
+        **_about(last, best_explanation(table).effects),
     )  # fmt: skip
 
 
