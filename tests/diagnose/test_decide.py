@@ -5,7 +5,7 @@ from itertools import combinations
 
 import pytest
 
-from belt_sim.diagnosis.choice.decide import ODDS, compared, decide, swapped
+from belt_sim.diagnosis.choice.decide import ODDS, TOO_LATE, compared, completed, decide, explanation, swapped
 from belt_sim.results.found import Explanation, best_explanation
 
 THRESHOLD = 10.0
@@ -133,6 +133,22 @@ def test_the_table_says_what_speaks_against_what_explains_more():
     needless = compared(Written(gain | {"a": 119.0, "ab": 150.0}, absurd=("a",)), [("a", "b")])
     assert [e.refused for e in needless if e.effects == ("a",)] == [""]  # below what is chosen nobody asks
     assert best_explanation(needless).effects == ("a", "b")
+
+
+def test_what_is_seen_after_the_decision_stands_in_the_table_and_does_not_change_it():
+    gain = {"a": 60.0, "b": 62.0, "c": 64.0, "ab": 63.0, "ac": 99.0}
+    evidence = Written(gain, worsens=("b",))
+    late = [explanation(evidence, tuple(s), gain[s]) for s in ("a", "b", "c", "ab")]
+    table = completed(compared(evidence, [("a",)]), evidence, late)
+    assert ["".join(e.effects) for e in table] == ["c", "b", "a", "ab", ""]
+    assert [e.refused for e in table] == [
+        TOO_LATE,
+        "predicts what is held out worse than the base model does",
+        "",
+        "",
+        "",
+    ]
+    assert best_explanation(table).effects == ("a",)
 
 
 def test_the_answer_follows_from_a_table_by_arithmetic():

@@ -21,6 +21,8 @@ NESTING = 1.0  # differences of chi2 below this are the optimiser's, not the rea
 #: chi2 (a likelihood ratio of 10): of machines with a fault so few have one more. Thresholds say how seldom chance does
 #: as well; whether a name that just beats its own is chance or a fault hangs on how often there is such a fault
 ODDS = 4.6
+NO_MACHINE = "no machine has such numbers"
+TOO_LATE = "the search had not seen it"
 
 Ids = tuple[str, ...]
 
@@ -179,21 +181,37 @@ def compared(evidence: Evidence, seen: Sequence[Ids]) -> tuple[Explanation, ...]
     nothing does.
     """
     family = sorted(_subsets(seen), key=len)
-    gain = dict(zip(map(frozenset, family), evidence.gains(family), strict=True))
-    each = [
-        Explanation(
-            effects=ids,
-            gain=float(gain[frozenset(ids)]),
-            by_chance=float(sum(evidence.threshold(i) for i in ids)),
-            rarity=one_more(ids),
-        )
-        for ids in family
-    ]
+    each = [explanation(evidence, ids, gain) for ids, gain in zip(family, evidence.gains(family), strict=True)]
     found: list[Explanation] = []
-    for e in sorted(each, key=lambda e: (-e.worth, len(e.effects))):
+    for e in _worth_most_first(each):
         asked = bool(e.effects) and all(better.refused for better in found)
-        found.append(replace(e, refused=_refused(evidence, e.effects, gain)) if asked else e)
+        found.append(replace(e, refused=_refused(evidence, e.effects)) if asked else e)
     return tuple(found)
+
+
+def explanation(evidence: Evidence, ids: Ids, gain: float) -> Explanation:
+    """A set as an explanation, before anybody asks what speaks against it."""
+    by_chance = float(sum(evidence.threshold(i) for i in ids))
+    return Explanation(effects=ids, gain=float(gain), by_chance=by_chance, rarity=one_more(ids))
+
+
+def completed(
+    table: Sequence[Explanation], evidence: Evidence, others: Iterable[Explanation]
+) -> tuple[Explanation, ...]:
+    """A table with other sets, which were seen when it was decided already; what speaks against one that is worth more
+    is asked.
+    """
+    found, best = {frozenset(e.effects): e for e in table}, best_explanation(table)
+    for e in others:
+        if frozenset(e.effects) not in found:
+            ahead = e.worth > best.worth and not e.refused
+            why = (_refused(evidence, e.effects) or TOO_LATE) if ahead else e.refused
+            found[frozenset(e.effects)] = replace(e, refused=why)
+    return tuple(_worth_most_first(found.values()))
+
+
+def _worth_most_first(each: Iterable[Explanation]) -> list[Explanation]:
+    return sorted(each, key=lambda e: (-e.worth, len(e.effects)))
 
 
 def one_more(ids: Ids) -> float:
@@ -201,14 +219,14 @@ def one_more(ids: Ids) -> float:
     return ODDS * max(len(ids) - 1, 0)
 
 
-def _refused(evidence: Evidence, ids: Ids, gain: dict[frozenset, float]) -> str:
+def _refused(evidence: Evidence, ids: Ids) -> str:
     """What speaks against a set: a member that is not needed, numbers of no machine, a subset that predicts better."""
-    for name in ids:
-        alone = gain[frozenset(ids)] - gain[frozenset(ids) - {name}]
-        if not alone > evidence.threshold(name):
+    whole, *without = evidence.gains([ids, *(tuple(i for i in ids if i != name) for name in ids)])
+    for name, rest in zip(ids, without, strict=True):
+        if not whole - rest > evidence.threshold(name):
             return f"{name} is not needed"
     if not evidence.plausible(ids):
-        return "no machine has such numbers"
+        return NO_MACHINE
     for smaller in _subsets([ids]):
         worse = evidence.worse(ids, smaller) if len(smaller) < len(ids) else ()
         if worse:

@@ -1,12 +1,12 @@
 """Which effects are missing: thresholds from chance, then one decision (decide.py) on joint refits (refits.py)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from belt_sim.diagnosis.choice.chance import Chance, chance_of
-from belt_sim.diagnosis.choice.decide import MAX_EFFECTS, Ids, decide
+from belt_sim.diagnosis.choice.decide import MAX_EFFECTS, NO_MACHINE, Ids, completed, decide, explanation
 from belt_sim.diagnosis.choice.larger import larger
 from belt_sim.diagnosis.choice.recalibration import Recalibration
 from belt_sim.diagnosis.choice.refits import Refits, Trial
@@ -87,12 +87,29 @@ def select(
         decision = decide(first, limit=limit, tell=tell)
     held = held_out(bench, base)
     last, table = without_a_rise(decision, held)
+    about = _about(last, best_explanation(table).effects)
+    table = completed(table, last, _neighbours(last, about, decision.rounds))
     return Selection(
         base_bench=bench, base=base, base_held_out=held,
         rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
         base_left=tests.look(base.residual), table=table,
-        **_about(last, best_explanation(table).effects),
+        **about,
     )  # fmt: skip
+
+
+def _neighbours(last: Refits, about: dict[str, Any], rounds: Sequence[Sequence[Trial]]) -> Iterator[Explanation]:
+    """The chosen set with one effect exchanged or one more; where nothing was chosen, every effect by itself."""
+    for name, trials in about["swaps"].items():
+        rest = tuple(i for i in about["chosen"].ids if i != name)
+        (gain,) = last.gains([rest])
+        yield from (_explanation(last, (*rest, t.id), gain + t.gain, t) for t in trials)
+    yield from (_explanation(last, t.fit.ids, t.gain, t) for t in about["larger"])
+    if not about["chosen"].ids and rounds:
+        yield from (_explanation(last, (t.id,), t.gain, t) for t in rounds[0])
+
+
+def _explanation(last: Refits, ids: Ids, gain: float, trial: Trial) -> Explanation:
+    return replace(explanation(last, ids, gain), refused="" if trial.plausible else NO_MACHINE)
 
 
 def _about(last: Refits, ids: Ids) -> dict[str, Any]:
