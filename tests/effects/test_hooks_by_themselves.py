@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from paper_cases import BELT, RIG, paper_case
 
-from belt_sim.analytic.spans import held_answers
+from belt_sim.analytic.spans import span_responses
 from belt_sim.effects.load import load_classes
 from belt_sim.effects.shear import Shear
 from belt_sim.effects.weld import Passing, Weld
@@ -136,5 +136,5 @@ def test_a_lining_holds_like_a_spring_at_the_clamped_end():
     clamped = 4.0 * span.bending / span.length
     lining = load_classes([str(ROOT / "models" / "effects" / "lining.py")])["lining"]
     for c in (0.0, 1e-6, 1e-4, 1.0):
-        answer = held_answers(case, (lining(c=c),), span)
+        answer = span_responses(case, (lining(c=c),), span)
         assert span.bending * answer.runup[0, 2] == pytest.approx(clamped / (1.0 + c * clamped), rel=ROUNDING)
