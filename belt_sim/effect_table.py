@@ -1,5 +1,6 @@
 """The model x effect table, computed: ``python -m belt_sim.effect_table`` prints it as the README has it."""
 
+from belt_sim.diagnosis.readings.effect_hints import ONLY_WHEN_NAMED
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
 from belt_sim.model import Model, SteadyModel
@@ -23,7 +24,7 @@ def table() -> str:
     models = [model_named(name) for name in COLUMNS.values()]
     rows = [["effect", "law", *COLUMNS], ["---"] * (len(COLUMNS) + 2)]
     rows += [[name, effect.law, *(cell(m, effect) for m in models)] for name, effect in library().items()]
-    named = ", ".join(name for name, effect in library().items() if effect.only_when_named)
+    named = ", ".join(name for name in library() if name in ONLY_WHEN_NAMED)
     lines = ["| " + " | ".join(row) + " |" for row in rows]
     return "\n".join([*lines, "", f"`diagnose` tries these only when they are named: {named}."]) + "\n"
 

@@ -32,9 +32,9 @@ class Composition:
         """Return why this model cannot represent ``effect``; None if it can."""
         if effect.id in self.contains:
             return f"model {self.name} has {effect.id} built in already"
-        if effect.hanging and "sag_roll" not in self.contains:
+        if "sag" in effect.needs and "sag_roll" not in self.contains:
             return f"the spans of model {self.name} do not hang, and {effect.id} acts through their roll"
-        if effect.last and not self.moments:
+        if "moment" in effect.needs and not self.moments:
             return f"the spans of model {self.name} bear no moment for {effect.id} to answer to"
         missing = overrides(effect, sorted(ALL_HOOKS)) - self.hooks
         if missing:

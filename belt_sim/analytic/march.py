@@ -17,8 +17,8 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.effects.around_engine import as_driven, as_numpy
 from belt_sim.effects.base import uses
+from belt_sim.effects.pipeline import as_driven, as_numpy
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.jax_setup import PROGRAMS, compiled, in_float64
 from belt_sim.laws import drive, wrap

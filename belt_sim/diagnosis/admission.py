@@ -13,9 +13,9 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates
 from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
+from belt_sim.effects.pipeline import indicate
 from belt_sim.errors import InputError
 from belt_sim.jax_setup import is_unfused
 from belt_sim.scene_parts import SceneParts

@@ -9,8 +9,8 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS
 from belt_sim.discovery.ground import Ground
 from belt_sim.discovery.responses import TILT, Responses, Y
-from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect
+from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import in_float64
 
 

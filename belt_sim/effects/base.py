@@ -1,4 +1,4 @@
-"""What an effect is: a frozen dataclass of SI parameters that changes one of the five laws.
+"""The contract of an effect: a frozen dataclass of SI parameters that changes one of the five laws.
 
 A new effect is one file: subclass ``Effect``, decorate with ``@effect``, give ``id``, ``law``, ``reference`` and
 ``parameters``, and override the hook of its law. Every hook returns its first argument changed; with null
@@ -22,7 +22,7 @@ from belt_sim.pytree import pytree
 from belt_sim.scene_parts import SceneParts
 
 LAWS = ("span", "run-up", "wrap", "drive", "sensor")
-#: hooks of an effect by what asks them: before an engine, an analytic engine, a 3D engine, after an engine
+#: hooks of an effect by who calls them: before an engine, an analytic engine, a 3D engine, after an engine
 BEFORE_ENGINE = ("settings",)
 IN_MARCH = ("span", "hold", "bend", "yaw", "runup", "slide", "wrap")
 IN_SCENE = ("scene",)
@@ -78,95 +78,89 @@ class Effect:
     on_belt: ClassVar[bool] = False
     #: belt revolutions that a record must cover before the effect can be told from a slow movement
     min_revolutions: ClassVar[float] = 0.0
-    #: True for what a diagnosis tries only when it is named: a look-alike of others in most data, or without a
-    #: derivative where the search begins
-    only_when_named: ClassVar[bool] = False
-    #: True for what answers to the belt's moment, and so must be asked after all else that turns a pulley
-    last: ClassVar[bool] = False
-    #: True for what makes every step of a march dearer than most others together: a fit computes it only where needed
-    heavy: ClassVar[bool] = False
-    #: True for what makes every step dearer than any other does: it is compiled apart from them, but tried with them
-    dear: ClassVar[bool] = False
-    #: True for what acts through the roll of a span that hangs, and does nothing to a beam
-    hanging: ClassVar[bool] = False
-    #: True for what acts by couples between the pulleys, which a belt without width cannot take
-    wide: ClassVar[bool] = False
-    #: True for what adds to the lateral readings in proportion to its parameters and does nothing else: ``columns``
-    linear: ClassVar[bool] = False
-    #: True for a sensor law that shows a gain times the reading and an offset, whatever the reading is
-    affine: ClassVar[bool] = False
+    #: what a model must have for the effect to act: "moment" (bending moments at the pulleys; such effects are called
+    #: last), "sag" (spans that hang and roll), "width" (a belt that takes couples)
+    needs: ClassVar[frozenset[str]] = frozenset()
     parameters: ClassVar[dict[str, Parameter]] = {}
 
     def settings(self, settings: Settings, case: Case) -> Settings:
-        """Drive law: tension and yaw schedules as they are, given what was commanded."""
+        """Drive law: return the actual tension and yaw schedules for the commanded ones."""
         return settings
 
     def span(self, span: Span, case: Case) -> Span:
-        """Span law: what the span is made of."""
+        """Span law: return the properties of the span."""
         return span
 
     def hold(self, answer: Response, span: Span, case: Case) -> Response:
-        """Run-up law: how the pulleys hold the ends of the spans; rows (2, 5), the span up the tail pulley first."""
+        """Run-up law: return the responses of the supported spans; rows (2, 5), span up the tail first."""
         return answer
 
     def influence(self, span: Span, case: Case) -> Any:
-        """What ``bend`` has to know of a span, worked out once before a march."""
+        """Return what ``bend`` needs of a span, computed once before a march."""
         return None
 
     def bend(self, bend: Bend, boundary: BoundaryValues, known: Any, case: Case) -> Bend:
-        """Span law: what bends the spans between their ends; known: what ``influence`` returned."""
+        """Span law: return the curvature added inside the spans; known: the result of ``influence``."""
         return bend
 
     def yaw(self, yaw: Yaw, state: State, case: Case) -> Yaw:
-        """Drive and run-up law: direction of the pulleys' surfaces at this travel."""
+        """Drive and run-up law: return the pose of the pulleys at this travel."""
         return yaw
 
     def runup(self, runup: RunUp, state: State, case: Case) -> RunUp:
-        """Run-up law: what is added to dy/ds and dalpha/ds."""
+        """Run-up law: return the terms added to dy/ds and dalpha/ds."""
         return runup
 
     def slide(self, contact: Contact, state: State, case: Case) -> Contact:
-        """Run-up law: how the belt lies where it runs up once it has slid on the pulleys, all at once."""
+        """Run-up law: return the position at the run-ups after the belt has slid on the pulleys, at one instant."""
         return contact
 
     def wrap(self, runoff: RunOff, state: State, case: Case) -> RunOff:
-        """Wrap law: where the belt leaves the pulleys."""
+        """Wrap law: return the state of the belt where it leaves the pulleys."""
         return runoff
 
     def scene(self, parts: SceneParts, case: Case) -> SceneParts:
-        """The 3D scene: what stands there, before it is built."""
+        """3D scene: return the parts from which the scene is built."""
         return parts
 
     def encoder(self, travel, case: Case):
-        """Sensor law: true belt travel [m] when the encoder says ``travel`` [m]."""
+        """Sensor law: return the true belt travel [m] when the encoder shows ``travel`` [m]."""
         return travel
 
     def seen(self, travel, case: Case):
-        """Sensor law: belt travel [m] that the lateral sensors show while the belt is at ``travel`` [m]."""
+        """Sensor law: return the belt travel [m] that the lateral sensors show while the belt is at ``travel`` [m]."""
         return travel
 
     def sensor(self, reading: Reading, case: Case) -> Reading:
-        """Sensor law: what is indicated."""
+        """Sensor law: return the indicated readings."""
         return reading
 
     @classmethod
     def columns(cls, seen, case: Case):
-        """Of a ``linear`` effect: what a unit of each parameter adds to y at points 1-4, shape (parameters, 4, n),
-        while the sensors show the belt at travels ``seen`` [m], shape (n,)."""
+        """Return what a unit of each parameter adds to y at points 1-4, shape (parameters, 4, n).
+
+        Only effects that add to the lateral readings in proportion to their parameters, and do nothing else, have it.
+        seen: belt travels [m] that the sensors show, shape (n,).
+        """
         raise NotImplementedError(cls.id)
 
     @classmethod
+    def is_additive(cls) -> bool:
+        """Return whether the effect only adds to the readings in proportion to its parameters (has ``columns``)."""
+        return cls.columns.__func__ is not Effect.columns.__func__  # type: ignore[attr-defined]
+
+    @classmethod
     def null(cls) -> "Effect":
-        """The effect with no strength at all."""
+        """Return the effect with null parameters, which does nothing."""
         return cls(**{name: p.null for name, p in cls.parameters.items()})
 
     def is_null(self) -> bool:
-        """True when every parameter stands at its null value."""
+        """Return whether every parameter has its null value."""
         return all(float(getattr(self, n)) == p.null for n, p in self.parameters.items())
 
 
 def effect(cls):
-    """Finish an effect class: check its declaration and make JAX see its parameters."""
+    """Check the declaration of an effect class and register it as a JAX pytree."""
     if cls.law not in LAWS:
         raise InputError(f"{cls.__name__}.law", repr(cls.law), "", f"use one of {', '.join(LAWS)}")
     names = {f.name for f in fields(cls)}
@@ -179,11 +173,11 @@ def effect(cls):
 
 
 def overrides(effect: Effect | type[Effect], hooks: Sequence[str] = HOOKS) -> set[str]:
-    """Which of ``hooks`` an effect has of its own."""
+    """Return which of ``hooks`` an effect overrides."""
     cls = effect if isinstance(effect, type) else type(effect)
     return {hook for hook in hooks if getattr(cls, hook) is not getattr(Effect, hook)}
 
 
 def uses(effects: Sequence[Effect], hook: str) -> list:
-    """Those of ``effects`` that override ``hook``, in the order in which to ask them."""
-    return sorted((e for e in effects if overrides(e, (hook,))), key=lambda e: type(e).last)
+    """Return those of ``effects`` that override ``hook``, in the order in which to call them."""
+    return sorted((e for e in effects if overrides(e, (hook,))), key=lambda e: "moment" in e.needs)

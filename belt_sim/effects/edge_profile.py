@@ -43,10 +43,8 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
     law = "sensor"
     reference = "physics sheet, section 7; spectrum as measured on a laboratory conveyor, 1.9 mm peak to peak"
     parity = "even"
-    heavy = True
     tension_exponent = 0.0
     on_belt = True
-    linear = True
     min_revolutions = 1.0  # seen once, but alike in all runs
     parameters = _declare()
 

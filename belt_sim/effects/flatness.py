@@ -23,7 +23,7 @@ class Flatness(Effect):
     law = "span"
     reference = "residual stress of rolled strip: Fischer et al. 2000 (Int. J. Mech. Sci. 42); T by virtual work"
     parity = "odd"
-    hanging = True
+    needs = frozenset({"sag"})
     parameters = {
         "amplitude": Parameter(
             unit="Pa", meaning="residual stress in the middle of the width", plausible=(-2e7, 2e7), scale=3e6

@@ -23,7 +23,6 @@ class LiftOff(Effect):
     law = "run-up"
     reference = "plate under tension on a cylinder, any textbook; checked against shell elements on cylinders"
     parity = "odd"
-    only_when_named = True
     parameters = {
         "strength": Parameter(unit="1", meaning="share of the bending layer that acts", plausible=(0.5, 1.5), scale=1.0)
     }

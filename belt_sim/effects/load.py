@@ -9,7 +9,7 @@ import yaml
 
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
-from belt_sim.effects.own_file import own_effects
+from belt_sim.effects.plugins import own_effects
 from belt_sim.errors import InputError
 
 SCHEMA = "belt-effects/1"

@@ -18,7 +18,6 @@ class RunUpPoints(Effect):
     law = "drive"
     reference = "paper Fig. 10; physics sheet, section 6"
     parity = "odd"
-    only_when_named = True
     parameters = {"share": Parameter(unit="1", meaning="share of psi that counts", plausible=(0.5, 1.5), scale=1.0)}
     share: float = 1.0
 

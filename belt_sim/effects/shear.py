@@ -14,7 +14,6 @@ class Shear(Effect):
     law = "span"
     reference = "paper eq. 8; Cowper 1966 for n"
     parity = "odd"
-    only_when_named = True
     parameters = {
         "coefficient": Parameter(
             unit="1", meaning="shear coefficient n of the cross-section", plausible=(1.0, 1.3), scale=1.177

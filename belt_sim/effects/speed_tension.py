@@ -14,7 +14,6 @@ class SpeedTension(Effect):
     law = "drive"
     reference = "physics sheet, sections 7 and 9"
     parity = "odd"
-    only_when_named = True
     parameters = {"share": Parameter(unit="1", meaning="share of rho v^2 that counts", plausible=(0.5, 1.5), scale=1.0)}
     share: float = 1.0
 

@@ -50,7 +50,6 @@ class Weld(Effect):
     law = "span"
     reference = "physics sheet, section 7; Benson 2002 (JDSMC 124(1) 25) for splices"
     parity = "even"
-    heavy = True
     on_belt = True
     min_revolutions = 1.0  # it runs up both pulleys
     parameters = {

@@ -63,7 +63,6 @@ class Wobble(Effect):
     law = "run-up"
     reference = "geometry of a cylinder askew: docs/theory.md"
     parity = "even"
-    dear = True
     parameters = {
         "beta_cos": _part("askew: yaw of the tail pulley's surface at travel 0"),
         "beta_sin": _part("the same a quarter of a turn later"),

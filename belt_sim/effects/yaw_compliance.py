@@ -17,7 +17,7 @@ class YawCompliance(Effect):
     law = "drive"
     reference = "physics sheet, section 7"
     parity = "odd"
-    last = True
+    needs = frozenset({"moment"})
     parameters = {
         "c_m": Parameter(unit="rad/(N m)", meaning="yaw per unit of moment", plausible=(0.0, 5e-5), scale=3e-6)
     }

@@ -8,6 +8,7 @@ import numpy as np
 from belt_sim.diagnosis.answer.nextrun import Outlook
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.readings.effect_hints import SLOWEST
 from belt_sim.foresight.sizes import best_column
 from belt_sim.results.check import Pair, Visible
 from belt_sim.results.found import RESOLVED
@@ -49,9 +50,9 @@ def _apart(bench: Workbench, fit: Fit, a: str, b: str, extra: np.ndarray | None 
 
 
 def _further(bench: Workbench, fit: Fit) -> tuple[list[str], np.ndarray]:
-    """Words of every action of the menu, and the whitened columns of its run (k, actions, m); heavy effects are left
-    out, a second compilation for each of them would take longer than all else."""
-    light = [k for k, s in enumerate(bench.forward.slots) if not s.effect.heavy or s.effect.linear]
+    """Words of every action of the menu, and the whitened columns of its run (k, actions, m); SLOWEST effects are
+    left out, a second compilation for each of them would take longer than all else."""
+    light = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in SLOWEST]
     outlook = Outlook(bench, replace(fit, free=light, columns=fit.columns[light], slopes=fit.slopes[light]))
     slopes = outlook.white(outlook.predict(fit, light)[1])
     columns = np.full((len(fit.free), *slopes.shape[1:]), np.nan)

@@ -9,8 +9,8 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
-from belt_sim.effects.around_engine import as_driven
 from belt_sim.effects.base import AFTER_ENGINE, Effect, overrides, uses
+from belt_sim.effects.pipeline import as_driven
 from belt_sim.errors import CannotRepresent
 from belt_sim.jax_setup import compiled, in_float64
 from belt_sim.laws.runup import RunUp, Yaw

@@ -7,8 +7,8 @@ from typing import Any
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.effects.around_engine import as_indicated, asked_of_engine
 from belt_sim.effects.base import IN_MARCH, Effect, overrides
+from belt_sim.effects.pipeline import as_indicated, asked_of_engine
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.options import CONTACTS, Options
@@ -82,7 +82,7 @@ class SpaceModel:
         in_scene = overrides(effect, ("scene",))
         if overrides(effect, IN_MARCH) and not in_scene:
             return "it has no geometry, so the 3D models refuse it"
-        through = overrides(effect, _THROUGH_WIDTH) or effect.last or effect.on_belt or effect.wide or effect.hanging
+        through = overrides(effect, _THROUGH_WIDTH) or effect.on_belt or effect.needs
         if self.belt == "rope" and in_scene and through:
             return "it acts through the width or the moment of the belt, and a rope has neither"
         return None

@@ -5,8 +5,9 @@ from typing import Any
 
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.analytic.steady import RitzingerFormula
+from belt_sim.diagnosis.readings.effect_hints import default_candidates
 from belt_sim.effects.base import Effect
-from belt_sim.effects.library import library, tried
+from belt_sim.effects.library import library
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.model import Model, SteadyModel
@@ -68,7 +69,7 @@ def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | N
         if name not in library():
             raise InputError("leave_out", name, "", f"use ids of the library: {', '.join(library())}")
     if asked is None:
-        return [c for c in tried(leave_out).values() if model.refusal(c) is None]
+        return [c for c in default_candidates(leave_out).values() if model.refusal(c) is None]
     entries = asked if isinstance(asked, Sequence) and not isinstance(asked, str) else [asked]
     classes: dict[str, type[Effect]] = {}
     for entry in entries:

@@ -82,7 +82,7 @@ def table_of(campaign: Campaign, base: str) -> Table:
     with np.errstate(invalid="ignore"):  # a size that lets the belt run away
         changes = np.nan_to_num(values[1:] - values[0], nan=AWAY, posinf=AWAY, neginf=-AWAY).clip(-AWAY, AWAY)
     owner = [(s.effect.id, s.name, s.scale) for s in forward.slots]
-    for cls in (c for c in classes if c.linear):
+    for cls in (c for c in classes if c.is_additive()):
         names = linear_readings.fitted(cls, free)
         scales = [cls.parameters[name].scale for name in names]
         shapes = linear_readings.columns(samples, cls, ())[: len(names)]

@@ -11,9 +11,9 @@ from paper_cases import LANES, YAW, marched, paper_case
 
 from belt_sim.analytic.march import march, march_traced
 from belt_sim.analytic.model import analytic_model
-from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import HOOKS, LAWS, Effect
 from belt_sim.effects.library import library
+from belt_sim.effects.pipeline import indicate
 from belt_sim.effects.sag_roll import SagRoll
 from belt_sim.laws import span as span_law
 from belt_sim.laws.influence import Bend, BoundaryValues
@@ -110,7 +110,7 @@ def test_null_effect_returns_what_it_was_given(cls):
 def test_march_with_all_effects_at_null_is_the_march_without_any():
     admitted = tuple(e for e in NULLS if MODEL.refusal(e) is None)
     refused = {type(e) for e in NULLS} - {type(e) for e in admitted}
-    assert refused == {cls for cls in EFFECTS if cls.hanging}  # what acts through the roll of a hanging span
+    assert refused == {cls for cls in EFFECTS if "sag" in cls.needs}  # what acts through the roll of a hanging span
     without, within = (march(paper_case(10), MODEL, e, travel=TRAVEL) for e in ((), admitted))
     for name in ARRAYS:
         np.testing.assert_array_equal(getattr(without, name), getattr(within, name), err_msg=name)
@@ -152,7 +152,7 @@ def with_and_without(cls, sign):
     where the tension is large beside G, which on steel it never is."""
     case = paper_case(100 if cls.id == "shear" else 10, sign * YAW)
     others = tuple(
-        SagRoll(strength=1.0) if (cls.hanging or cls.id == "camber") and type(e) is SagRoll else e for e in NULLS
+        SagRoll(strength=1.0) if ("sag" in cls.needs or cls.id == "camber") and type(e) is SagRoll else e for e in NULLS
     )
     return (case, tuple(acting(cls) if type(e) is cls else e for e in others)), (case, others)
 

@@ -7,9 +7,8 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.effects.idler_skew import IdlerSkew
 from belt_sim.effects.library import library
-from belt_sim.effects.side_drag import SideDrag
+from belt_sim.effects.upper_span_loads import IdlerSkew, SideDrag
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.run.fitted import fitted

@@ -8,8 +8,8 @@ from virtual_bench import YAW, plan_of
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
-from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.library import library
+from belt_sim.effects.pipeline import indicate
 from belt_sim.paper import paper_case
 from belt_sim.virtual_rig.library import fault_of
 from belt_sim.virtual_rig.observe import Errors, observe, true_line

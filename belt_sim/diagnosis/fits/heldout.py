@@ -119,7 +119,7 @@ def _before(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndar
     allowed = prior_sigma(bench.forward, fit.free)
     away = fit.vector[fit.free] - bench.forward.null()[fit.free]
     slots = [bench.forward.slots[k] for k in fit.free]
-    variance = np.diag(fit.covariance) if any(s.effect.linear for s in slots) else allowed
+    variance = np.diag(fit.covariance) if any(s.effect.is_additive() for s in slots) else allowed
     return allowed, with_harmonics(slots, away, variance, allowed), away
 
 

@@ -73,7 +73,7 @@ def _longer(metric: Metric, shared: np.ndarray, free: np.ndarray, errors: np.nda
 def _shapes_that_go_round(forward: Forward, vector: np.ndarray) -> np.ndarray:
     """Shapes (k, R, S, n) of the linear effects that are there, whose numbers are fitted to the length as it is."""
     acting = forward.effects_at(vector, [c.id for c in forward.classes])
-    there = [c for c in forward.classes if c.linear and np.any(vector[forward.index(c.id)])]
+    there = [c for c in forward.classes if c.is_additive() and np.any(vector[forward.index(c.id)])]
     found = [columns(forward.samples, c, acting)[: len(forward.index(c.id))] for c in there]
     return np.concatenate([np.zeros((0, *forward.samples.y.shape)), *found])
 

@@ -12,8 +12,9 @@ import jax.numpy as jnp
 
 from belt_sim.case import Case, Settings
 from belt_sim.diagnosis.readings.as_set import Slot, run_at
-from belt_sim.effects.around_engine import true_travel
+from belt_sim.diagnosis.readings.effect_hints import AFFINE
 from belt_sim.effects.base import Effect, overrides, uses
+from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import PROGRAMS, compiled
 from belt_sim.laws.sensor import Reading
 
@@ -23,7 +24,8 @@ READ_BY = ("encoder", "seen", "sensor")  # hooks by which readings are what they
 def only_added(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
     """Those of ``classes`` whose readings can be added to those of a march without them."""
     sensors = [c for c in classes if overrides(c, ("sensor",))]
-    return tuple(c for c in classes if c.linear) if all(c.linear or c.affine for c in sensors) else ()
+    simple = all(c.is_additive() or c.id in AFFINE for c in sensors)
+    return tuple(c for c in classes if c.is_additive()) if simple else ()
 
 
 def of_readings(classes: Sequence[type[Effect]], adding: Sequence[type[Effect]]) -> list[type[Effect]]:

@@ -6,6 +6,7 @@ is a group by itself, and the rest are one, compiled together where any of them 
 
 from collections.abc import Sequence
 
+from belt_sim.diagnosis.readings.effect_hints import OWN_PROGRAM
 from belt_sim.effects.base import Effect, overrides
 
 READ, LIGHT = "read", "light"
@@ -15,7 +16,7 @@ Groups = frozenset[str]
 
 def group_of(cls: type[Effect]) -> str:
     """The group of an effect: its own id where it is dear, or need not be compiled at all."""
-    if cls.heavy or cls.dear or cls.linear:
+    if cls.id in OWN_PROGRAM or cls.is_additive():
         return cls.id
     return LIGHT if overrides(cls, _AT_STEPS) else READ
 

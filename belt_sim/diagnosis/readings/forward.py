@@ -29,8 +29,8 @@ from belt_sim.diagnosis.readings.as_set import NUISANCES, Slot, lengthened, run_
 from belt_sim.diagnosis.readings.batches import Work, finish, in_batches
 from belt_sim.diagnosis.readings.compositions import LIGHT, READ, Groups, group_of, members
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.effects.around_engine import indicate
 from belt_sim.effects.base import Effect
+from belt_sim.effects.pipeline import indicate
 from belt_sim.jax_setup import PROGRAMS, compiled
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
@@ -60,7 +60,7 @@ class Forward:
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
         self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
-        self.linear = np.array([s.effect.linear for s in self.slots] + [False] * len(NUISANCES))
+        self.linear = np.array([s.effect.is_additive() for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
         self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
         ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)

@@ -18,8 +18,8 @@ from belt_sim.case import Case
 from belt_sim.diagnosis.numerics.tails import chi2_sf
 from belt_sim.diagnosis.readings.added_readings import READ_BY
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.effects.around_engine import true_travel
 from belt_sim.effects.base import Effect, overrides, uses
+from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import in_float64
 from belt_sim.laws.sensor import Reading
 
@@ -85,13 +85,13 @@ def _slow(travel: np.ndarray, spacing: float) -> np.ndarray:
 
 def terms(classes: Sequence[type[Effect]], samples: Samples) -> dict[str, int]:
     """Harmonics of every linear effect that the samples resolve."""
-    return {c.id: resolved(c, samples) for c in classes if c.linear}
+    return {c.id: resolved(c, samples) for c in classes if c.is_additive()}
 
 
 def fitted(cls: type[Effect], terms: Mapping[str, int]) -> list[str]:
     """Names of the parameters of an effect that stand in the parameter vector; terms: harmonics of linear effects."""
     names = list(cls.parameters)
-    return names[: 2 * terms[cls.id]] if cls.linear and cls.id in terms else names
+    return names[: 2 * terms[cls.id]] if cls.is_additive() and cls.id in terms else names
 
 
 @in_float64
@@ -120,8 +120,8 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
 def shown_by_bins(parameters: Sequence[tuple[type[Effect], str]], samples: Samples) -> np.ndarray:
     """How much of every parameter the readings of each run show, (R, k): of a harmonic what the mean over a bin leaves,
     of all else the whole."""
-    places = {cls: {name: k for k, name in enumerate(cls.parameters)} for cls, _ in parameters if cls.linear}
-    harmonics = [1 + places[cls][name] // 2 if cls.linear else 0 for cls, name in parameters]
+    places = {cls: {name: k for k, name in enumerate(cls.parameters)} for cls, _ in parameters if cls.is_additive()}
+    harmonics = [1 + places[cls][name] // 2 if cls.is_additive() else 0 for cls, name in parameters]
     return samples.averaged(np.array(harmonics))
 
 
@@ -152,7 +152,7 @@ def slopes(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples
     for k, point in enumerate(points):
         acting = forward.effects_at(point, [c.id for c in forward.classes])
         rows = np.flatnonzero(of.reshape(-1) == k)
-        for cls in (c for c in forward.classes if c.linear):
+        for cls in (c for c in forward.classes if c.is_additive()):
             own = forward.index(cls.id)
             sizes = directions[np.ix_(rows, own)] * [forward.slots[j].scale for j in own]
             found[rows] += np.tensordot(sizes, _kept(forward, samples, cls, acting)[: len(own)], axes=1)
@@ -180,5 +180,5 @@ def as_they_show(forward, samples: Samples, roots: np.ndarray, values: np.ndarra
     return {
         c.id: that_show(samples, roots, columns(samples, c, acting)[: len(forward.index(c.id))], samples.y - values)
         for c in forward.classes
-        if c.linear
+        if c.is_additive()
     }

@@ -18,7 +18,7 @@ def with_harmonics(slots: Sequence[Slot], numbers: np.ndarray, variance: np.ndar
     that at which numbers (k,) as they were fitted, of such variance (k,), are likeliest; all in units of their scales.
     """
     found = sigma.copy()
-    for cls in {s.effect for s in slots if s.effect.linear}:
+    for cls in {s.effect for s in slots if s.effect.is_additive()}:
         rows = np.array([s.effect is cls for s in slots])
         found[rows] = np.minimum(sigma[rows], _common_size(numbers[rows], variance[rows]))
     return found

@@ -1,0 +1,87 @@
+"""A machine that warms up: first-order drift in time of the tail pulley's yaw or taper."""
+
+from dataclasses import dataclass, replace
+
+import jax.numpy as jnp
+
+from belt_sim.effects.base import Effect, Parameter, effect
+
+NO_LIMIT = 1e5  # [s]: in any record the drift is then a straight line
+
+_SMALL, _TERMS = 0.01, 6  # below it so many terms of the series are exact to 1e-15, above it 1 - exp is to 1e-14
+
+TIME_CONSTANT = Parameter(
+    unit="s",
+    meaning="time constant of warming up",
+    plausible=(30.0, NO_LIMIT),
+    scale=1e3,
+    null=NO_LIMIT,
+    modifier=True,
+    grid=(30.0, 60.0, 120.0, 300.0, 1000.0, NO_LIMIT),
+)
+
+
+def _drift(rate, time_constant, state, case):
+    """Return rate tau (1 - exp(-t/tau)) at the travel of a state, t = s/v being the time since travel 0."""
+    time = state.travel / case.settings.speed
+    return rate * time_constant * _one_minus_exp(time / time_constant)
+
+
+def _one_minus_exp(x):
+    """Return 1 - exp(-x) for x >= 0; nearly as exact as expm1, which makes a march much slower."""
+    series = 1.0
+    for k in range(_TERMS, 1, -1):
+        series = 1.0 - (1.0 / k) * x * series
+    return jnp.where(x < _SMALL, x * series, 1.0 - jnp.exp(-x))
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class YawDrift(Effect):
+    """The yaw of the tail pulley is beta + rate tau (1 - exp(-t/tau)): frame or bearings expand with heat.
+
+    It grows with time, so per metre it falls with speed. It keeps its sign when the yaw changes sign.
+    """
+
+    id = "yaw_drift"
+    law = "drive"
+    reference = "first-order warming of a machine frame, any textbook on thermal drift of machine tools"
+    parity = "even"
+    tension_exponent = 0.0
+    parameters = {
+        "rate": Parameter(
+            unit="rad/s", meaning="drift of the tail's yaw at first", plausible=(-1e-5, 1e-5), scale=1e-6
+        ),
+        "time_constant": TIME_CONSTANT,
+    }
+    rate: float = 0.0
+    time_constant: float = NO_LIMIT
+
+    def yaw(self, yaw, state, case):
+        return replace(yaw, tail=yaw.tail + _drift(self.rate, self.time_constant, state, case))
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class TaperDrift(Effect):
+    """kappa_t = rate tau (1 - exp(-t/tau)) on the tail pulley: it grows thicker at its warmer end.
+
+    One kelvin between the ends of a steel pulley of 0.2 m is a taper of 6e-5 1/m, half of what equals the paper's yaw.
+    """
+
+    id = "taper_drift"
+    law = "run-up"
+    reference = "physics sheet, section 7 (taper); expansion of steel 1.2e-5 1/K"
+    parity = "even"
+    parameters = {
+        "rate": Parameter(
+            unit="1/(m s)", meaning="growth of the tail's taper at first", plausible=(-5e-6, 5e-6), scale=2e-7
+        ),
+        "time_constant": TIME_CONSTANT,
+    }
+    rate: float = 0.0
+    time_constant: float = NO_LIMIT
+
+    def runup(self, runup, state, case):
+        taper = _drift(self.rate, self.time_constant, state, case)
+        return replace(runup, turn=runup.turn + jnp.stack([taper, 0.0 * taper]))
