@@ -12,18 +12,17 @@ import jax.numpy as jnp
 from belt_sim.belt_mechanics.belt import Belt, Surfaces
 from belt_sim.belt_mechanics.elastic import strains
 from belt_sim.belt_mechanics.wrap import FIRST, LAST, OUTWARDS, Pose, Wrap, cylinder_coordinates, depth
-from belt_sim.mujoco3d.constants import LAYER_TIME, RUNUP_LINKS, SLACKEST_FIBRE
+from belt_sim.mujoco3d.constants import RUNUP_LINKS, SLACKEST_FIBRE
 from belt_sim.pytree import Numbers as Array
 
 _AHEAD = 2.0  # chords before the tangent point: what lies further is on the other side of the pulley
 
 
-def followed(belt: Belt, layers: Array, wraps: Wrap, pose: Pose, nodes: Array, share: Array, moved: Array) -> Array:
-    """Displacements of both pulleys' ends (2, 2, m, 2) moved on to what the fibres beside them say.
+def followed(belt: Belt, layers: Array, wraps: Wrap, pose: Pose, nodes: Array, share: Array, rate: Array) -> Array:
+    """Displacements of both pulleys' ends (2, 2, m, 2) moved by ``rate`` of the way to what the fibres beside them say.
 
-    nodes [m], (m, 3, n); share: of the layer and of the camber; moved [m]: travel of the step.
+    nodes [m], (m, 3, n); share: of the layer and of the camber.
     """
-    rate = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * LAYER_TIME), 1.0), 1.0)
 
     def one(wrap: Wrap, surface: Surfaces, pose: Pose) -> Array:
         return jnp.stack([displacements(belt, share, nodes, wrap, surface.radius, pose, end) for end in (FIRST, LAST)])

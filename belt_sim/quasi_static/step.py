@@ -9,10 +9,11 @@ import jax.numpy as jnp
 
 from belt_sim.belt_mechanics.belt import Belt, Shape, Surfaces
 from belt_sim.belt_mechanics.chain import anchored, chain, parted, pull_on_nodes
-from belt_sim.belt_mechanics.layer import followed, threaded
+from belt_sim.belt_mechanics.landing import caught
+from belt_sim.belt_mechanics.layer import followed
 from belt_sim.belt_mechanics.pulleys import pose_of
-from belt_sim.belt_mechanics.wrap import FIRST, LAST, TAIL, Pose, Wrap, laid_anew, landed, met, released, seen, sunk
-from belt_sim.mujoco3d.constants import SPAN_TIME
+from belt_sim.belt_mechanics.wrap import FIRST, LAST, TAIL, Pose, Wrap, laid_anew, met, released, sunk
+from belt_sim.mujoco3d.constants import LAYER_TIME, SPAN_TIME
 from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.equilibrium import balanced
 from belt_sim.quasi_static.friction import slipped
@@ -65,17 +66,13 @@ def _landed(
 ) -> tuple[Wrap, Array | None]:
     """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
     moved, layer = command.travel - state.travel, state.layer
-    share = jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * SPAN_TIME), 1.0), 1.0)
+
+    def over(time: float) -> Array:
+        return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * time), 1.0), 1.0)
+
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
-    wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, share))(wraps, pose)
-    for end in (FIRST, LAST):
-
-        def lands(w: Wrap, s: Surfaces, p: Pose, old: Pose, layer: Array | None, end: int = end) -> Wrap:
-            before, after = (
-                seen(shape, w, s, at, threaded(belt, w, s, at, layer, places, end), end)
-                for at, places in ((old, state.nodes), (p, nodes))
-            )
-            return landed(shape, w, s, p, before, after, end, belt.chord, moved, shaped)
-
-        wraps = jax.vmap(lands)(wraps, belt.surfaces, pose, state.pose, layer)
-    return wraps, layer if layer is None else followed(belt, layer, wraps, pose, nodes, command.share, moved)
+    wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, over(SPAN_TIME)))(wraps, pose)
+    wraps = caught(shape, belt, wraps, (state.pose, state.nodes), (pose, nodes), layer, moved, shaped)
+    if layer is None:
+        return wraps, None
+    return wraps, followed(belt, layer, wraps, pose, nodes, command.share, over(LAYER_TIME))

@@ -91,10 +91,13 @@ def _tilt(nodes: np.ndarray) -> float:
     return float(np.arctan2(across[2], across[1]))
 
 
-def edges(scene: Scene, state: State) -> tuple[np.ndarray, np.ndarray]:
-    """The real belt's edges at +b/2 and -b/2 [m], closed loops, shape (n + 1, 3), drawn out from the model's lines."""
+def edges(scene: Scene, slides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The real belt's edges at +b/2 and -b/2 [m], closed loops, shape (n + 1, 3), drawn out from the model's lines.
+
+    slides [m], shape (n, m, 3): of the nodes.
+    """
     mesh = scene.mesh
-    nodes = mesh.rest + state.slides
+    nodes = mesh.rest + slides
     centre, left = nodes.mean(axis=1), nodes[:, 0] - nodes.mean(axis=1)
     if mesh.across > 1:
         left = left * (0.5 * float(scene.case.belt.width) / mesh.line_y[0])

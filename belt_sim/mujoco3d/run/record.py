@@ -1,6 +1,7 @@
 """Collects readings of a run into curves, and hands frames to whoever watches."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,7 +30,7 @@ from belt_sim.mujoco3d.state import TAIL, State
 EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "tail_x", "steps", "belt_speed")
 #: of a frame, in the order of a reading after its angles
 _SCALARS = ("entry_moment_upper", "entry_moment_lower", "edge_stress_upper", "edge_stress_lower", "tilt_upper",
-            "tilt_lower", "sag_upper", "sag_lower", "tension", *EXTRA)  # fmt: skip
+            "tilt_lower", "sag_upper", "sag_lower", "tension")  # fmt: skip
 _READINGS_PER_SAMPLE = 5  # a landing shakes the belt once per station; the curve is the mean over a sample
 
 
@@ -104,17 +105,9 @@ class Recorder:
         self.next_frame = state.travel + every
         if not self.observers:
             return
-        left, right = edges(self.scene, state)
-        r_head, r_tail = self.scene.loop.radius_head, self.scene.loop.radius_tail
+        extra = dict(zip(EXTRA, map(float, read[READING_SIZE:-1]), strict=True))
         x = float(state.poses[TAIL].centre[0])
-        places = ((x, r_tail), (x, -r_tail), (0.0, -r_head), (0.0, r_head))
-        points = np.array([[px, y, pz] for (px, pz), y in zip(places, read[POINTS], strict=True)])
-        yaw_head, yaw_tail = map(float, state.yaw)
-        frame = Frame(
-            travel=state.travel, time=state.time, left=left, right=right, points=points, yaw_tail=yaw_tail,
-            yaw_head=yaw_head, tail_x=x,
-            scalars=dict(zip(_SCALARS, map(float, read[MOMENTS.start : -1]), strict=True)),
-        )  # fmt: skip
+        frame = frame_of(self.scene, read, state.slides, state.travel, state.time, state.yaw, x, extra)
         for observer in self.observers:
             observer.frame(frame)
 
@@ -131,3 +124,28 @@ class Recorder:
             sag=table[SAGS].mean(axis=1) if self.rows else np.zeros(2),
             extra={"tension": table[TENSION], **dict(zip(EXTRA, table[READING_SIZE:-1], strict=True))},
         )
+
+
+def frame_of(
+    scene: Scene,
+    read: np.ndarray,
+    slides: np.ndarray,
+    travel: float,
+    time: float,
+    yaw: np.ndarray,
+    tail_x: float,
+    extra: Mapping[str, float],
+) -> Frame:
+    """A frame of a belt with its nodes at ``slides`` [m], shape (n, m, 3), and the reading ``read`` (measure.py).
+
+    yaw [rad], shape (2,): head, tail; extra: more scalars, by name.
+    """
+    left, right = edges(scene, slides)
+    r_head, r_tail = scene.loop.radius_head, scene.loop.radius_tail
+    places = ((tail_x, r_tail), (tail_x, -r_tail), (0.0, -r_head), (0.0, r_head))
+    points = np.array([[px, y, pz] for (px, pz), y in zip(places, read[POINTS], strict=True)])
+    scalars = dict(zip(_SCALARS, map(float, read[MOMENTS.start : READING_SIZE]), strict=True))
+    return Frame(
+        travel=travel, time=time, left=left, right=right, points=points, yaw_tail=float(yaw[1]),
+        yaw_head=float(yaw[0]), tail_x=tail_x, scalars={**scalars, **extra},
+    )  # fmt: skip

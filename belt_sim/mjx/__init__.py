@@ -1,0 +1,26 @@
+"""engine=mjx: the 3D belt on MuJoCo MJX, many cases at once in time. For control loops: prepare, command, step, stacked."""
+
+import io
+from contextlib import redirect_stdout
+
+with redirect_stdout(io.StringIO()):  # it prints that Warp is not installed, which is not needed
+    from mujoco import mjx as _
+
+from belt_sim.mjx.model import READING, Command, Data, Model, Prepared, command, prepare
+from belt_sim.mjx.mujoco_mjx import stacked
+from belt_sim.mjx.run import simulate, simulate_batch
+from belt_sim.mjx.step import step
+
+__all__ = [
+    "READING",
+    "Command",
+    "Data",
+    "Model",
+    "Prepared",
+    "command",
+    "prepare",
+    "simulate",
+    "simulate_batch",
+    "stacked",
+    "step",
+]

@@ -1,0 +1,223 @@
+"""A belt on MJX: what stands still (Model), what moves (Data), and what the machine is told for a step (Command)."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import jax
+import mujoco
+import numpy as np
+from mujoco import mjx
+
+from belt_sim.belt_mechanics.acting import Acting, acting_in
+from belt_sim.belt_mechanics.belt import Belt, Shape, belt_of
+from belt_sim.belt_mechanics.pulleys import laid
+from belt_sim.belt_mechanics.wrap import Pose, Wrap
+from belt_sim.case import Case
+from belt_sim.jax_setup import in_float64
+from belt_sim.mjx.mujoco_mjx import plain_model, put
+from belt_sim.mujoco3d.constants import TAIL_DAMPING_RATIO
+from belt_sim.mujoco3d.machine.scene import (
+    HEAD_SPIN,
+    STATION_JOINTS,
+    TAIL_SLIDE,
+    TAIL_SPIN,
+    Scene,
+    build,
+    lay_out,
+    station_mass,
+)
+from belt_sim.mujoco3d.mesh.grid import Grid
+from belt_sim.mujoco3d.mesh.membrane import Membrane
+from belt_sim.mujoco3d.options import Options
+from belt_sim.pytree import Numbers as Array
+from belt_sim.pytree import pytree
+from belt_sim.scene_parts import SceneParts
+
+BELTS = {"grid": Grid, "flex": Membrane}
+
+
+class Tail(NamedTuple):
+    """The tail pulley: mass [kg] on its slide, inertia [kg m2] about its axis, drags [N s/m], [N m s] on deviations from
+    steady motion, x [m] of its slide's zero."""
+
+    mass: Array
+    inertia: Array
+    slide_drag: Array
+    spin_drag: Array
+    x: Array
+
+
+@pytree
+@dataclass(frozen=True)
+class Model:
+    """What stands still in a run; a pytree. mjx: MJX's model; belt: what its nodes are tied by; settle [s]: time over
+    which a wobble sets in."""
+
+    mjx: mjx.Model
+    belt: Belt
+    tail: Tail
+    settle: Array
+    shape: Shape = field(metadata={"static": True})
+
+    @property
+    def dt(self) -> Array:
+        """Duration of a step [s]."""
+        return self.mjx.opt.timestep
+
+
+class Data(NamedTuple):
+    """What moves. mjx: MJX's data, which MuJoCo's renderer and viewer take through mjx.get_data; wraps, pose: of head and
+    tail; on_tail (2,): force along x [N] and moment about its axis [N m] that the belt does to the tail pulley;
+    travel [m]: of the belt; turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in
+    belt_mechanics/layer.py, None without one; reading (20,): of the instruments, READING says what of."""
+
+    mjx: mjx.Data
+    wraps: Wrap
+    pose: Pose
+    on_tail: Array
+    travel: Array
+    turned: Array | None
+    layer: Array | None
+    reading: Array
+
+
+#: rows of Data.reading: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
+#: [rad], sags [m], tension [N], x of the tail pulley [m], travel [m], belt speed [m/s]
+READING = {
+    "y": slice(0, 4),
+    "angle": slice(4, 8),
+    "moment": slice(8, 10),
+    "edge_stress": slice(10, 12),
+    "tilt": slice(12, 14),
+    "sag": slice(14, 16),
+    "tension": 16,
+    "tail_x": 17,
+    "travel": 18,
+    "speed": 19,
+}
+
+
+class Command(NamedTuple):
+    """What the machine is told for a step, at its end: travel [m], speed [m/s], acceleration [m/s2] of the belt; yaw [rad],
+    (2,): head, tail; share [1]: of yaw offsets, cants, camber and loads that acts; drag [1/s], (2,): of the belt per
+    unit of its mass, along x and across it."""
+
+    travel: Array
+    speed: Array
+    acceleration: Array
+    yaw: Array
+    share: Array
+    drag: Array
+
+
+def command(model: Model, data: Data, speed: Array, yaw: Array, drag: Array | float = 1.0) -> Command:
+    """The command of a controller: belt speed [m/s] and yaw [rad], (2,): head, tail; drag [1/s]: across the travel."""
+    before = data.reading[READING["speed"]]
+    travel, one = data.travel + model.dt * speed, jax.numpy.ones(())
+    return Command(travel, one * speed, (speed - before) / model.dt, yaw, one, jax.numpy.stack([0.0 * one, drag * one]))
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A case ready to be stepped: its scene, the model, and the belt laid round the pulleys at rest."""
+
+    case: Case
+    scene: Scene
+    model: Model
+    data: Data
+    spec: mujoco.MjModel
+
+
+@in_float64
+def prepare(
+    cases: Sequence[Case],
+    *,
+    belt: str = "flex",
+    options: Options | None = None,
+    parts: Sequence[SceneParts] | None = None,
+    acting: Acting | None = None,
+    edit: Callable[[mujoco.MjSpec], None] | None = None,
+) -> list[Prepared]:
+    """Cases of one mesh, ready to be stepped: one MJCF is compiled and handed to MJX, with each case's own numbers.
+
+    belt: "flex" or "grid"; options: fitted to a case, or to be fitted; parts: the scenes as effects change them;
+    acting: in the batch, None = in these cases; edit: adds actuators and sensors to the scene before it is compiled.
+    """
+    from belt_sim.mujoco3d.run.fitted import fitted
+
+    options = options or Options()
+    several = parts or [SceneParts.undisturbed(case, options.friction) for case in cases]
+    acting = acting or acting_in(several)
+    own = [fitted(options, case, "flex") for case in cases]  # the step is implicit in bonds across their direction, too
+    spec, _ = build(cases[0], BELTS[belt](), own[0], replace(several[0], edge_guides=()))
+    if edit is not None:
+        edit(spec)
+    compiled = plain_model(spec, own[0].dt)
+    qpos = np.array(compiled.key_qpos[0])
+    shared = put(compiled, qpos)
+    scenes = [lay_out(c, BELTS[belt](), o, p) for c, o, p in zip(cases, own, several, strict=True)]
+    return [_prepared(scene, belt, acting, compiled, *shared) for scene in scenes]
+
+
+def _prepared(
+    scene: Scene, belt: str, acting: Acting, compiled: mujoco.MjModel, m: mjx.Model, d: mjx.Data
+) -> Prepared:
+    shape, arrays = belt_of(scene, belt, acting)
+    nodes, wraps, pose = laid(scene)
+    case, mesh = scene.case, scene.mesh
+    m = with_numbers_of(m, scene, compiled)
+    qpos = np.array(d.qpos)
+    qpos[-nodes.size :] = (mesh.laid - mesh.rest).ravel()
+    qpos[TAIL_SLIDE] = scene.loop.centre_distance - float(case.rig.centre_distance)
+    qpos[HEAD_SPIN], qpos[TAIL_SPIN] = pose.spin
+    tail = [compiled.body(f"tail-{name}").id for name in ("carriage", "fork", "pulley")]
+    mass = float(np.asarray(m.body_mass)[tail].sum())
+    stretch = 2.0 * mesh.line_stiffness.sum() / float(case.rig.span_length)
+    drag = 2.0 * TAIL_DAMPING_RATIO * (stretch * mass) ** 0.5
+    inertia = float(np.asarray(m.dof_armature)[TAIL_SPIN] + compiled.body_inertia[tail[-1], 1])
+    numbers = mass, inertia, drag, drag * scene.parts.tail.radius**2, float(case.rig.centre_distance)
+    model = Model(m, arrays, Tail(*map(np.array, numbers)), np.array(max(scene.options.settle, 1e-9)), shape)
+    data = Data(
+        mjx=d.replace(qpos=qpos),
+        wraps=wraps,
+        pose=pose,
+        on_tail=np.array([-2.0 * float(case.tension_force), 0.0]),
+        travel=np.array(-scene.early),
+        turned=np.zeros(2) if acting.gives_way else None,
+        layer=np.zeros((2, 2, shape.lines, 2)) if acting.layered else None,
+        reading=np.zeros(20),
+    )
+    return Prepared(case, scene, model, data, compiled)
+
+
+def with_numbers_of(m: mjx.Model, scene: Scene, compiled: mujoco.MjModel) -> mjx.Model:
+    """MJX's model with the masses, places, gravity and step of another scene of the same mesh."""
+    mesh, case = scene.mesh, scene.case
+    body_pos, body_mass, armature = np.array(m.body_pos), np.array(m.body_mass), np.array(m.dof_armature)
+    first = m.nbody - mesh.stations * mesh.across
+    body_pos[first:] = mesh.rest.reshape(-1, 3)
+    body_mass[first:] = np.broadcast_to(mesh.mass, mesh.rest.shape[:2]).ravel()
+    mass = station_mass(case, scene.options)
+    for name, spin, radius in (
+        ("head", HEAD_SPIN, scene.loop.radius_head),
+        ("tail", TAIL_SPIN, scene.loop.radius_tail),
+    ):
+        body_mass[compiled.body(f"{name}-carriage").id] = mass
+        armature[spin] = mass * radius**2
+    body_pos[compiled.body("tail-carriage").id, 0] = float(case.rig.centre_distance)
+    option = m.opt.replace(
+        gravity=np.array([0.0, 0.0, -scene.parts.gravity]), timestep=np.array(float(scene.options.dt))
+    )
+    return m.replace(body_pos=body_pos, body_mass=body_mass, dof_armature=armature, opt=option)
+
+
+def nodes_of(shape: Shape, flat: Array) -> Array:
+    """Values by node (m, 3, n) of values by coordinate, those of the pulleys left out."""
+    flat = flat[STATION_JOINTS:] if flat.shape[0] == STATION_JOINTS + 3 * shape.lines * shape.stations else flat
+    return jax.numpy.moveaxis(flat.reshape(shape.stations, shape.lines, 3), 0, -1)
+
+
+def flat_of(base: Array, nodes: Array) -> Array:
+    """Values by coordinate: those of the pulleys' joints (5,), then those of the nodes (m, 3, n)."""
+    return jax.numpy.concatenate([base, jax.numpy.moveaxis(nodes, -1, 0).reshape(-1)])

@@ -1,0 +1,114 @@
+"""Every assumption about MuJoCo MJX 3.17 in one place, each with its own test in tests/mjx/test_mujoco_mjx.py.
+
+MJX (its JAX implementation) takes no flex and no discrete integrator, and its tendons and equalities have dense
+Jacobians. So a scene goes to MJX without these. MJX then supplies where bodies are, inertia, the springs and dampers of
+joints, gravity and Coriolis forces, actuators, sensors, and the advance of a step from given accelerations.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+from mujoco import mjx
+from mujoco.mjx._src import scan
+
+from belt_sim.mujoco3d.mujoco_4 import compiled
+from belt_sim.pytree import Numbers as Array
+
+T = TypeVar("T")
+
+
+def plain_model(spec: mujoco.MjSpec, dt: float) -> mujoco.MjModel:
+    """The compiled model of ``spec`` without flex, tendons and equalities, for explicit steps of ``dt`` [s].
+
+    The spec loses them for good. MJX's own implicit damping is off: the belt's step has the damping already.
+    """
+    for elements in (spec.flexes, spec.tendons, spec.equalities):
+        for element in list(elements):
+            spec.delete(element)
+    model = compiled(spec)
+    model.opt.timestep = dt
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
+    return model
+
+
+def put(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[mjx.Model, mjx.Data]:
+    """The model and its data at rest at ``qpos``, on JAX."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_forward(model, data)
+    return mjx.put_model(model, impl="jax"), mjx.put_data(model, data, impl="jax")
+
+
+def multibody(m: mjx.Model, d: mjx.Data) -> mjx.Data:
+    """The data with what MJX computes of its position and velocity: xpos, inertia, qfrc_passive, qfrc_bias."""
+    for stage in (mjx.kinematics, mjx.com_pos, mjx.crb, mjx.com_vel, mjx.passive, mjx.rne):
+        d = stage(m, d)
+    return d
+
+
+def actuated(m: mjx.Model, d: mjx.Data) -> mjx.Data:
+    """The data with qfrc_actuator of its controls; unchanged where the scene has no actuator."""
+    if not m.nu:
+        return d
+    d = mjx.transmission(m, mjx.com_pos(m, mjx.kinematics(m, d)))
+    d = d.tree_replace({"_impl.actuator_velocity": d._impl.actuator_moment @ d.qvel})
+    return mjx.fwd_actuation(m, d)
+
+
+def sensed(m: mjx.Model, d: mjx.Data) -> mjx.Data:
+    """The data with sensordata of its positions and velocities; unchanged where the scene has no sensor."""
+    if not m.nsensor:
+        return d
+    d = mjx.com_vel(m, mjx.com_pos(m, mjx.kinematics(m, d)))
+    return mjx.sensor_vel(m, mjx.sensor_pos(m, d))
+
+
+def node_masses(m: mjx.Model, d: mjx.Data) -> Array:
+    """The mass matrix of ``multibody`` times ones: of slides that stand square to each other, their masses [kg]."""
+    return mjx.mul_m(m, d, jnp.ones(m.nv))
+
+
+def advanced(m: mjx.Model, d: mjx.Data, qacc: Array) -> mjx.Data:
+    """The data a step later under given accelerations: qvel + h qacc, then qpos + h qvel, time + h."""
+    return mjx.euler(m, d.replace(qacc=qacc))
+
+
+def stacked(trees: Sequence[T]) -> tuple[T, Any]:
+    """Cases of one structure as one: leaves that differ stacked on a first axis, and the in_axes for jax.vmap.
+
+    MJX keeps some fields as part of the structure, so cases must come from one compiled scene.
+    """
+    parts = [jax.tree.flatten(tree) for tree in trees]
+    structure = parts[0][1]
+    leaves, axes = [], []
+    for some in zip(*(leaves for leaves, _ in parts), strict=True):
+        first = np.asarray(some[0])
+        same = all(leaf is some[0] or np.array_equal(first, leaf, equal_nan=True) for leaf in some[1:])
+        leaves.append(some[0] if same else np.stack([np.asarray(leaf) for leaf in some]))
+        axes.append(None if same else 0)
+    return jax.tree.unflatten(structure, leaves), jax.tree.unflatten(structure, axes)
+
+
+def _once_a_model(function: Callable[[mjx.Model], np.ndarray]) -> Callable[[mjx.Model], np.ndarray]:
+    memory: dict[int, tuple[Any, np.ndarray]] = {}
+
+    def remembered(m: mjx.Model) -> np.ndarray:
+        kinds = m.jnt_type
+        if id(kinds) not in memory or memory[id(kinds)][0] is not kinds:
+            memory.clear()
+            memory[id(kinds)] = kinds, function(m)
+        return memory[id(kinds)][1]
+
+    return remembered
+
+
+#: MJX asks for the body and the joint of every coordinate once a body, in Python: 195 s of tracing on the full rig
+SLOW = ("_q_bodyid", "_q_jointid")
+for _name in SLOW:
+    if hasattr(scan, _name):
+        setattr(scan, _name, _once_a_model(getattr(scan, _name)))

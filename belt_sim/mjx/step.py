@@ -1,0 +1,212 @@
+"""One step in time of a belt on MJX, implicit in the belt's stiffness.
+
+From (qpos, qvel) to the next:
+1. the pulleys' joints from the forces on them (slide and spin of the tail) and from the command (drive, yaw);
+2. the anchors of landed stations for the pulleys' new places, as springs of the nodes' joints in MJX's model;
+3. a predicted state, q + h v, landed nodes on their anchors, and what MJX computes there;
+4. (M/h^2 + D/h + K) dq = f - M (q* - q - h v)/h^2 on the chain of stations, by block cyclic reduction;
+5. qacc of that into MJX's data, and MJX's advance;
+6. stations land and go.
+
+One Newton iteration is enough; the tension that stiffens the belt across its direction is that of the step's beginning:
+that of the predicted state may be slack, and the run then diverges.
+"""
+
+import jax
+import jax.numpy as jnp
+
+from belt_sim.belt_mechanics.belt import Belt, Shape
+from belt_sim.belt_mechanics.blocks import factorised, solved
+from belt_sim.belt_mechanics.chain import (
+    Places,
+    anchored,
+    chain,
+    forces,
+    pull_on_nodes,
+    spans_blocks,
+    stiffness,
+    torsion,
+)
+from belt_sim.belt_mechanics.guides import pressed
+from belt_sim.belt_mechanics.landing import caught
+from belt_sim.belt_mechanics.layer import followed
+from belt_sim.belt_mechanics.loads import forces_on
+from belt_sim.belt_mechanics.measure import reading
+from belt_sim.belt_mechanics.pulleys import behind, moments, moves_of, pose_of
+from belt_sim.belt_mechanics.wrap import FIRST, HEAD, LAST, TAIL, Pose, Wrap, laid_anew, met, released, sunk
+from belt_sim.mjx.model import Command, Data, Model, flat_of, nodes_of
+from belt_sim.mjx.mujoco_mjx import actuated, advanced, multibody, node_masses, sensed
+from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
+from belt_sim.mujoco3d.machine.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
+from belt_sim.pytree import Numbers as Array
+
+_HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
+_ENDS = (FIRST, LAST)
+
+
+def step(model: Model, data: Data, command: Command) -> Data:
+    """The data after a step. For jax.jit, jax.vmap (``stacked`` gives the axes), jax.lax.scan and jax.grad."""
+    m, belt, shape, h = model.mjx, model.belt, model.shape, model.dt
+    d = actuated(m, data.mjx)
+    q, v = d.qpos, d.qvel
+    turned = None if data.turned is None else _given_way(model, data, nodes_of(shape, q) + rest_of(model))
+    applied, joints = _pulleys_moved(model, data, command, d.qfrc_actuator, turned)
+    pose = _pose(model, data, command, joints, turned)
+    moved = jnp.abs(pose.spin[HEAD] - data.pose.spin[HEAD]) * belt.surfaces.radius[HEAD]
+    shaped = jnp.where(data.travel >= 0.0, 1.0, 0.0)
+    wraps = _sunk(model, data, command, pose, moved, shaped)
+    places = chain(shape, wraps)
+    # where the belt is, and where it would go by itself
+    rest, rates = rest_of(model), nodes_of(shape, v)
+    before = rest + nodes_of(shape, q)
+    back = (jnp.arange(shape.stations) - places.stations[0]) % shape.stations  # from the chain to stations' numbers
+    anchors, free = anchored(belt, wraps, pose, data.layer, places)[..., back], places.free[back]
+    predicted = jnp.where(free, before + h * rates, anchors)
+    drag = jnp.stack([command.drag[0], command.drag[1], command.drag[1]])[None, :, None]
+    damping = belt.mass[:, None, None] * jnp.broadcast_to(drag, before.shape)
+    nothing = jnp.zeros(STATION_JOINTS)
+    m = m.replace(
+        qpos_spring=flat_of(nothing, anchors - rest),
+        jnt_stiffness=flat_of(nothing, jnp.broadcast_to(jnp.where(free, 0.0, _HOLD), before.shape)),
+        dof_damping=flat_of(nothing, damping),
+    )
+    there = multibody(
+        m,
+        d.replace(
+            qpos=flat_of(joints, predicted - rest),
+            qvel=flat_of((joints - q[:STATION_JOINTS]) / h, (predicted - before) / h),
+            qfrc_applied=applied,
+        ),
+    )
+    after = _implicit(model, data, command, there, wraps, pose, places, (before, rates), damping)[..., back]
+    goal = flat_of((joints - q[:STATION_JOINTS]) / h, (after - before) / h)
+    d = sensed(m, advanced(m, there.replace(qpos=q, qvel=v), (goal - v) / h))
+    on_tail = _on_tail(model, data, command, after[..., places.stations], wraps, pose, places)
+    wraps = jax.vmap(lambda w, p: met(shape, w, p, after, h / SPAN_TIME))(wraps, pose)
+    wraps = caught(shape, belt, wraps, (data.pose, before), (pose, after), data.layer, moved, shaped)
+    for end in _ENDS:
+        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(wraps, belt.surfaces, pose)
+    layer = data.layer
+    if layer is not None:
+        layer = followed(belt, layer, wraps, pose, after, command.share, jnp.minimum(h / LAYER_TIME, 1.0))
+    tail_x = pose.centre[TAIL, 0]
+    read = reading(shape, belt, after, wraps, tail_x, command.share)
+    read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])
+    return Data(d, wraps, pose, on_tail, command.travel, turned, layer, read)
+
+
+def rest_of(model: Model) -> Array:
+    """Stress-free places of the nodes [m], (m, 3, n)."""
+    shape = model.shape
+    return nodes_of(shape, model.mjx.body_pos[model.mjx.nbody - shape.stations * shape.lines :].reshape(-1))
+
+
+def _given_way(model: Model, data: Data, nodes: Array) -> Array:
+    """Yaw by compliance [rad], (2,), which follows the belt's moment on a pulley."""
+    shape, belt = model.shape, model.belt
+    pull = pull_on_nodes(shape, belt, nodes, jnp.where(data.travel >= 0.0, 1.0, 0.0))
+    wanted = belt.surfaces.yaw_compliance * moments(shape, data.wraps, data.pose, nodes, pull)
+    return data.turned + (wanted - data.turned) * jnp.minimum(model.dt / COMPLIANCE_TIME, 1.0)
+
+
+def _pulleys_moved(
+    model: Model, data: Data, command: Command, actuators: Array, turned: Array | None
+) -> tuple[Array, Array]:
+    """Forces on all coordinates [N, N m], and the pulleys' joints after the step (5,); see machine/pulleys.py."""
+    belt, tail, h, sign = model.belt, model.tail, model.dt, model.shape.sign
+    q, v = data.mjx.qpos, data.mjx.qvel
+    radius = belt.surfaces.radius
+    slide = belt.load + data.on_tail[0] - tail.slide_drag * v[TAIL_SLIDE] + actuators[TAIL_SLIDE]
+    rim = sign * (command.speed - command.acceleration * h) / radius[TAIL]
+    moment = data.on_tail[1] + tail.inertia * sign * command.acceleration / radius[TAIL]
+    moment = moment - tail.spin_drag * (v[TAIL_SPIN] - rim) + actuators[TAIL_SPIN]
+    applied = jnp.zeros_like(q).at[TAIL_SLIDE].set(slide).at[TAIL_SPIN].set(moment)
+    free = 1.0 - belt.length  # 0 where the slide is fixed
+    yaw = command.yaw if turned is None else command.yaw + turned
+    joints = q[:STATION_JOINTS]
+    joints = joints.at[TAIL_SLIDE].add(free * h * (v[TAIL_SLIDE] + h * slide / tail.mass))
+    joints = joints.at[TAIL_SPIN].add(h * (v[TAIL_SPIN] + h * moment / tail.inertia))
+    joints = joints.at[HEAD_SPIN].set(sign * command.travel / radius[HEAD])
+    return applied, joints.at[HEAD_YAW].set(yaw[HEAD]).at[TAIL_YAW].set(yaw[TAIL])
+
+
+def _pose(model: Model, data: Data, command: Command, joints: Array, turned: Array | None) -> Pose:
+    """Where the pulleys are after the step. A wobble sets in while the belt comes to rest."""
+    begun = jnp.minimum(data.mjx.time / (0.5 * model.settle), 1.0)
+    tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
+    askew = begun * begun * (3.0 - 2.0 * begun)
+    return pose_of(model.shape, model.belt, command.travel, command.yaw, command.share, tail, turned, askew)
+
+
+def _sunk(model: Model, data: Data, command: Command, pose: Pose, moved: Array, shaped: Array) -> Wrap:
+    """The stations on the pulleys on their paths for where the pulleys will be."""
+    shape, belt, wraps = model.shape, model.belt, data.wraps
+    if shape.canted:
+        stands = (command.speed == 0.0) & (command.travel >= 0.0)
+        rolled = jnp.where(stands, pose.axes[:, 2, 1] - data.pose.axes[:, 2, 1], 0.0)
+        wraps = jax.vmap(laid_anew)(belt.surfaces, wraps, pose, rolled)
+    for end in _ENDS:
+        wraps = jax.vmap(lambda w, s, p, end=end: sunk(shape, w, s, p, end, belt.chord, moved, shaped))(
+            wraps, belt.surfaces, pose
+        )
+    return wraps
+
+
+def _implicit(
+    model: Model,
+    data: Data,
+    command: Command,
+    there: object,
+    wraps: Wrap,
+    pose: Pose,
+    places: Places,
+    was: tuple[Array, Array],
+    damping: Array,
+) -> Array:
+    """The chain after the step [m], (m, 3, n), from MJX's data at the predicted state.
+
+    was: nodes [m] and their rates [m/s] before the step; damping [N s/m]; all (m, 3, n) by stations' numbers.
+    """
+    shape, belt, h = model.shape, model.belt, model.dt
+    size, m, d = 3 * shape.lines, model.mjx, there
+
+    def on_chain(values: Array) -> Array:
+        return values[..., places.stations]
+
+    first = m.nbody - shape.stations * shape.lines
+    nodes = on_chain(nodes_of(shape, d.xpos[first:].reshape(-1)))
+    before, rates = on_chain(was[0]), on_chain(was[1])
+    mass = on_chain(nodes_of(shape, node_masses(m, d)))
+    others = on_chain(nodes_of(shape, d.qfrc_passive - d.qfrc_bias + d.qfrc_actuator))
+    twist = _twist(model, data, wraps, pose, places)
+    pull, _ = forces(shape, belt, nodes, places, twist, command.share)
+    more = (mass / h**2 + on_chain(damping) / h).reshape(size, -1)
+    lacking = pull + (others - mass * (nodes - before - h * rates) / h**2).reshape(size, -1)
+    if belt.guides is not None:
+        press = pressed(belt.guides, belt.chord, belt.stiffness / belt.stiffness.sum(), nodes, places.free)
+        lacking, more = lacking.at[1::3].add(press.force), more.at[1::3].add(press.stiffness)
+    if belt.loads is not None:
+        pushes = forces_on(belt.loads, belt.chord, belt.stiffness, belt.line_y, belt.mass, before)
+        lacking = lacking + command.share * pushes.reshape(lacking.shape)
+    _, cell = stiffness(shape, belt, nodes, before, places, twist, command.share)
+    levels = factorised(*spans_blocks(shape, cell, places, more))
+    change = solved(levels, jnp.where(places.free, lacking, 0.0)[:, None])[:, 0]
+    return nodes + change.reshape(nodes.shape)
+
+
+def _twist(model: Model, data: Data, wraps: Wrap, pose: Pose, places: Places) -> Array:
+    tension = jnp.maximum(-0.5 * data.on_tail[0], 0.0)
+    return torsion(model.belt, behind(model.shape, wraps, model.belt, pose), places, tension)
+
+
+def _on_tail(
+    model: Model, data: Data, command: Command, nodes: Array, wraps: Wrap, pose: Pose, places: Places
+) -> Array:
+    """Force along x [N] and moment about its axis [N m] that belt and weight do to the tail pulley; nodes: the chain."""
+    shape: Shape = model.shape
+    belt: Belt = model.belt
+    twist = _twist(model, data, wraps, pose, places)
+    _, at_ends = forces(shape, belt, nodes, places, twist, command.share)
+    pulled = jnp.einsum("eip,ei->p", moves_of(shape, wraps, pose), at_ends[TAIL])
+    arms = jnp.where(places.on_tail, nodes[:, 0] - pose.centre[TAIL, 0], 0.0).sum(axis=1)
+    return pulled.at[1].add(belt.gravity * (belt.mass @ arms))
