@@ -78,7 +78,7 @@ def run(arguments: list[str]) -> int:
         return _complain(reason)
     sys.argv = [f"belt-sim {command}", *ordered(command, settings)]
     try:
-        return _hydra(command, space="engine=quasi_static" in settings)
+        return _hydra(command, space=bool({"engine=quasi_static", "engine=mjx"} & {*settings}))
     except Reported:
         return 1
     except BeltError as error:

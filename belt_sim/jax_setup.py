@@ -52,8 +52,8 @@ def in_float64(function: Callable[..., Any]) -> Callable[..., Any]:
 def prepare(space: bool = False) -> None:
     """Set JAX up for this process: CPU, unfused arithmetic, compiled code kept under BELT_SIM_CACHE or ~/.cache.
 
-    space: a 3D belt of engine=quasi_static runs: on a GPU if there is one and JAX knows it (belt-sim[cuda]), else with
-    all that the CPU can do, fused arithmetic as well.
+    space: a 3D belt of engine=mjx or quasi_static runs: on a GPU if there is one and JAX knows it (belt-sim[cuda]),
+    else with all that the CPU can do, fused arithmetic as well.
 
     BELT_SIM_CACHE=off keeps none: every process then compiles everything itself, a minute for a diagnosis. What the
     environment already says (JAX_PLATFORMS; flags of the same names in XLA_FLAGS) stays.

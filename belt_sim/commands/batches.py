@@ -19,9 +19,9 @@ from belt_sim.commands.cases import Case, Worker
 from belt_sim.commands.failed import failure_in
 from belt_sim.cores import cores
 from belt_sim.jax_setup import prepare
+from belt_sim.mujoco3d.model import BATCH_ENGINES
 from belt_sim.whole_number import whole
 
-ENGINE = "quasi_static"
 _LOOKED_AFTER = 0.5  # [s], how often a worker looks whether its parent lives
 
 
@@ -38,7 +38,8 @@ class Batches(Launcher):
 
     def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> Sequence[JobReturn]:
         """Run what is missing; what was done before is looked up."""
-        if self.given["config"].get("engine") != ENGINE and not any(f"engine={ENGINE}" in o for o in job_overrides):
+        at_once = self.given["config"].get("engine") in BATCH_ENGINES
+        if not at_once and not any(f"engine={name}" in o for o in job_overrides for name in BATCH_ENGINES):
             basic = BasicLauncher()
             basic.setup(**self.given)
             return basic.launch(job_overrides, initial_job_idx)
@@ -50,7 +51,7 @@ class Batches(Launcher):
         given = self.given
         worker = Worker(given["hydra_context"], given["config"], given["task_function"], Singleton.get_state())
         cases = worker.cases(job_overrides, initial_job_idx)
-        due = [case for case in cases if case.config.get("engine") == ENGINE and not case.done()]
+        due = [case for case in cases if case.config.get("engine") in BATCH_ENGINES and not case.done()]
         found = {case.number: worker.run(case) for case in cases if case not in due}
         found |= dict(_run(worker, due, batch, workers)) if due else {}
         return [found[case.number] for case in cases]

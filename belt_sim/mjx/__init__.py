@@ -1,10 +1,13 @@
-"""engine=mjx: the 3D belt on MuJoCo MJX, many cases at once in time. For control loops: prepare, command, step, stacked."""
+"""engine=mjx: the 3D belt on MuJoCo MJX, many cases at once in time.
+
+For control loops of one's own: ``prepare``, ``command``, ``step``, ``stacked`` (examples/steer_on_mjx.py).
+"""
 
 import io
 from contextlib import redirect_stdout
 
 with redirect_stdout(io.StringIO()):  # it prints that Warp is not installed, which is not needed
-    from mujoco import mjx as _
+    import mujoco.mjx  # noqa: F401
 
 from belt_sim.mjx.model import READING, Command, Data, Model, Prepared, command, prepare
 from belt_sim.mjx.mujoco_mjx import stacked

@@ -38,8 +38,8 @@ BELTS = {"grid": Grid, "flex": Membrane}
 
 
 class Tail(NamedTuple):
-    """The tail pulley: mass [kg] on its slide, inertia [kg m2] about its axis, drags [N s/m], [N m s] on deviations from
-    steady motion, x [m] of its slide's zero."""
+    """The tail pulley: mass [kg] on its slide, inertia [kg m2] about its axis, drags [N s/m], [N m s] on deviations
+    from steady motion, x [m] of its slide's zero."""
 
     mass: Array
     inertia: Array
@@ -67,8 +67,8 @@ class Model:
 
 
 class Data(NamedTuple):
-    """What moves. mjx: MJX's data, which MuJoCo's renderer and viewer take through mjx.get_data; wraps, pose: of head and
-    tail; on_tail (2,): force along x [N] and moment about its axis [N m] that the belt does to the tail pulley;
+    """What moves. mjx: MJX's data, which MuJoCo's renderer and viewer take through mjx.get_data; wraps, pose: of head
+    and tail; on_tail (2,): force along x [N] and moment about its axis [N m] that the belt does to the tail pulley;
     travel [m]: of the belt; turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in
     belt_mechanics/layer.py, None without one; reading (20,): of the instruments, READING says what of."""
 
@@ -99,9 +99,9 @@ READING = {
 
 
 class Command(NamedTuple):
-    """What the machine is told for a step, at its end: travel [m], speed [m/s], acceleration [m/s2] of the belt; yaw [rad],
-    (2,): head, tail; share [1]: of yaw offsets, cants, camber and loads that acts; drag [1/s], (2,): of the belt per
-    unit of its mass, along x and across it."""
+    """What the machine is told for a step, at its end: travel [m], speed [m/s], acceleration [m/s2] of the belt; yaw
+    [rad], (2,): head, tail; share [1]: of yaw offsets, cants, camber and loads that acts; drag [1/s], (2,): of the belt
+    per unit of its mass, along x and across it."""
 
     travel: Array
     speed: Array
@@ -160,9 +160,7 @@ def prepare(
     return [_prepared(scene, belt, acting, compiled, *shared) for scene in scenes]
 
 
-def _prepared(
-    scene: Scene, belt: str, acting: Acting, compiled: mujoco.MjModel, m: mjx.Model, d: mjx.Data
-) -> Prepared:
+def _prepared(scene: Scene, belt: str, acting: Acting, compiled: mujoco.MjModel, m: mjx.Model, d: mjx.Data) -> Prepared:
     shape, arrays = belt_of(scene, belt, acting)
     nodes, wraps, pose = laid(scene)
     case, mesh = scene.case, scene.mesh

@@ -3,8 +3,6 @@
 import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from pathlib import Path
 
 import jax
 import numpy as np
@@ -18,7 +16,7 @@ from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.model import READING, Command, Data, Model, Prepared, nodes_of, prepare
 from belt_sim.mjx.mujoco_mjx import stacked
 from belt_sim.mjx.plan import Plan, plan_of
-from belt_sim.mjx.step import rest_of, step
+from belt_sim.mjx.step import step
 from belt_sim.mujoco3d.constants import RUNAWAY
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.mujoco3d.run.record import frame_of
@@ -55,9 +53,7 @@ def simulate(
 ) -> Curves:
     """Curves of ``case`` over ``travel`` [m]. y = 0 at travel 0. Raises RunFailed when it diverges."""
     several = None if parts is None else [parts]
-    found = simulate_batch(
-        [case], belt=belt, travel=travel, options=options, parts=several, observers=observers
-    )[0]
+    found = simulate_batch([case], belt=belt, travel=travel, options=options, parts=several, observers=observers)[0]
     if isinstance(found, RunFailed):
         raise found
     return found
@@ -201,7 +197,7 @@ _FUNCTIONS: dict[Hashable, object] = {}
 def _compiled(axes: object):
     """``march`` for a batch whose models differ by ``axes``; made once, so that JAX compiles it once."""
     leaves, structure = jax.tree.flatten(axes, is_leaf=lambda v: v is None)
-    key = tuple(leaves), len(leaves)
+    key = tuple(leaves), structure
     if key not in _FUNCTIONS:
         _FUNCTIONS[key] = jax.jit(jax.vmap(march, in_axes=(axes, None, 0, 0)), donate_argnums=2)
     return _FUNCTIONS[key]
@@ -309,7 +305,7 @@ class Watched:
             return
         model = self.ready.model
         slides = np.moveaxis(np.asarray(nodes_of(model.shape, np.asarray(data.mjx[0])[0])), -1, 0)
-        tension, tail_x, _, speed = (float(v) for v in read[16:])
+        tail_x, _, speed = (float(v) for v in read[17:])
         scalars = {"tail_x": tail_x, "steps": float(steps), "belt_speed": speed}
         frame = frame_of(
             self.ready.scene, read[:17], slides, travel, steps * self.ready.scene.options.dt, yaw, tail_x, scalars

@@ -15,7 +15,6 @@ that of the predicted state may be slack, and the run then diverges.
 import jax
 import jax.numpy as jnp
 
-from belt_sim.belt_mechanics.belt import Belt, Shape
 from belt_sim.belt_mechanics.blocks import factorised, solved
 from belt_sim.belt_mechanics.chain import (
     Places,
@@ -202,9 +201,8 @@ def _twist(model: Model, data: Data, wraps: Wrap, pose: Pose, places: Places) ->
 def _on_tail(
     model: Model, data: Data, command: Command, nodes: Array, wraps: Wrap, pose: Pose, places: Places
 ) -> Array:
-    """Force along x [N] and moment about its axis [N m] that belt and weight do to the tail pulley; nodes: the chain."""
-    shape: Shape = model.shape
-    belt: Belt = model.belt
+    """Force along x [N] and moment about its axis [N m] by belt and weight on the tail pulley; nodes: the chain."""
+    shape, belt = model.shape, model.belt
     twist = _twist(model, data, wraps, pose, places)
     _, at_ends = forces(shape, belt, nodes, places, twist, command.share)
     pulled = jnp.einsum("eip,ei->p", moves_of(shape, wraps, pose), at_ends[TAIL])

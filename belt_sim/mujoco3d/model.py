@@ -2,19 +2,24 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import IN_MARCH, Effect, overrides
 from belt_sim.effects.pipeline import as_indicated, asked_of_engine
-from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.options import CONTACTS, Options
 from belt_sim.scene_parts import SceneParts
 
-ENGINES = ("native", "quasi_static")
+#: in time by MuJoCo; in time by MuJoCo MJX; without inertia
+ENGINES = ("native", "mjx", "quasi_static")
+#: of these, the ones on JAX, which run many cases at once
+BATCH_ENGINES = ("mjx", "quasi_static")
 _TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
 #: hooks of effects that act through the belt's width, which a rope does not have
 _THROUGH_WIDTH = ("span", "hold", "runup", "slide")
@@ -25,8 +30,9 @@ class SpaceModel:
     """A 3D belt: "rope", "grid" or "flex".
 
     options: how it is discretised and driven; control: subtract a run without yaw; engine: "native" (MuJoCo, step by
-    step in time) or "quasi_static" (quasi-static in JAX, in batches); contact: one of CONTACTS; scene: the path of an
-    MJCF or an MjSpec that is run instead of the case's own, carried by contacts.
+    step in time), "mjx" (MuJoCo MJX, in time and in batches) or "quasi_static" (static equilibria in JAX, in batches);
+    contact: one of CONTACTS; scene: the path of an MJCF or an MjSpec that is run instead of the case's own, carried by
+    contacts.
     """
 
     belt: str = "flex"
@@ -117,7 +123,7 @@ class SpaceModel:
     ) -> Curves:
         """Curves over ``travel`` [m] as indicated; scene_path: where to write the MJCF."""
         self.admit(effects)
-        if self.engine == "quasi_static":
+        if self.engine in BATCH_ENGINES:
             return self._run_on_jax(case, effects, travel, observers)
         from belt_sim.mujoco3d.run.simulate import simulate  # MuJoCo takes a while to load
 
@@ -140,21 +146,37 @@ class SpaceModel:
     def _run_on_jax(
         self, case: Case, effects: Sequence[Effect], travel: float, observers: Sequence[Observer]
     ) -> Curves:
-        from belt_sim.quasi_static.run import simulate
+        from belt_sim.quasi_static.handed import handed
 
         for what, asked in (
-            ("watch", bool(observers)),
+            ("watch", self.engine == "quasi_static" and bool(observers)),
             ("model.control", self.control),
             ("model.contact", self.contact != CONTACTS[0]),
         ):
             if asked:
-                raise CannotRepresent(f"{what}: engine=quasi_static cannot do this; use engine=native")
+                raise CannotRepresent(f"{what}: engine={self.engine} cannot do this; use engine=native")
 
         def engine(driven: Case, far: float) -> Curves:
-            parts = self.parts(driven, effects)
-            return simulate(driven, belt=self.belt, travel=far, options=self.options, parts=parts)
+            found = handed()
+            if found is None:
+                found = self._simulated(driven, far, self.parts(driven, effects), observers)
+            if isinstance(found, RunFailed):
+                raise found
+            return found
 
         return as_indicated(engine, case, effects, travel)
+
+    def _simulated(
+        self, case: Case, travel: float, parts: SceneParts, observers: Sequence[Observer]
+    ) -> Curves | RunFailed:
+        watched = {"observers": observers} if observers else {}
+        run = batch_engine(self.engine).simulate_batch
+        return run([case], belt=self.belt, travel=travel, options=self.options, parts=[parts], **watched)[0]
+
+
+def batch_engine(name: str) -> ModuleType:
+    """The module of an engine on JAX: prepared, in_batches, simulate_batch, refuse, with the same arguments in each."""
+    return import_module(f"belt_sim.{name}.run")  # JAX and MJX take a while to load
 
 
 def engine_named(name: str | None) -> str:

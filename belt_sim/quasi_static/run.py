@@ -28,7 +28,6 @@ from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.mujoco3d.run.fitted import fitted
 from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, Slip, worst_so_far
-from belt_sim.quasi_static.handed import handed
 from belt_sim.quasi_static.limp import Kinks
 from belt_sim.quasi_static.plan import Plan, plan_of
 from belt_sim.quasi_static.state import Command, State
@@ -106,9 +105,8 @@ def simulate(
     case: Case, *, belt: str = "flex", travel: float, options: Options | None = None, parts: SceneParts | None = None
 ) -> Curves:
     """Curves of ``case`` over ``travel`` [m]. y = 0 at travel 0. Raises RunFailed when it diverges."""
-    several, found = None if parts is None else [parts], handed()
-    if found is None:
-        found = simulate_batch([case], belt=belt, travel=travel, options=options, parts=several)[0]
+    several = None if parts is None else [parts]
+    found = simulate_batch([case], belt=belt, travel=travel, options=options, parts=several)[0]
     if isinstance(found, RunFailed):
         raise found
     return found

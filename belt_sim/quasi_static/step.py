@@ -7,7 +7,7 @@ length of travel, not of time. What a run filters over time is filtered over the
 import jax
 import jax.numpy as jnp
 
-from belt_sim.belt_mechanics.belt import Belt, Shape, Surfaces
+from belt_sim.belt_mechanics.belt import Belt, Shape
 from belt_sim.belt_mechanics.chain import anchored, chain, parted, pull_on_nodes
 from belt_sim.belt_mechanics.landing import caught
 from belt_sim.belt_mechanics.layer import followed

@@ -32,9 +32,9 @@ def simulate(
 
     settings: as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
     [degrees, or a list of {at, over, yaw}], speed [m/s], direction. model: a name, {name: ..., further settings} or a
-    Model; engine: of a 3D model, "native" (None) or "quasi_static"; effects: ids, mappings, .py files or objects.
-    scene_path: where a 3D model writes its scene (MJCF). A 3D model's setting ``scene`` is an MjSpec that ``bs.scene``
-    made, edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
+    Model; engine: of a 3D model, "native" (None), "mjx" or "quasi_static"; effects: ids, mappings, .py files or
+    objects. scene_path: where a 3D model writes its scene (MJCF). A 3D model's setting ``scene`` is an MjSpec that
+    ``bs.scene`` made, edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
     """
     if case is not None and settings:
         name, value = next(iter(settings.items()))
