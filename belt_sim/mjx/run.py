@@ -155,13 +155,13 @@ def run(
 ) -> list[Curves | RunFailed]:
     """Curves of cases of one mesh by their plans; observers watch the first."""
     models, axes = stacked([r.model for r in ready])
-    data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[_moving(r.data) for r in ready])
+    data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[moving(r.data) for r in ready])
     still = ready[0].data.mjx
     steps = SEGMENT * math.ceil(max(len(p.commands.travel) for p in plans) / SEGMENT)
     commands = Command(*(np.stack(v) for v in zip(*(_padded(p.commands, steps) for p in plans), strict=True)))
     records = [Record(r, p) for r, p in zip(ready, plans, strict=True)]
     models, still, data = jax.device_put((models, still, data))
-    march = _compiled(axes)
+    march = batch_march(axes)
     watched = Watched(ready[0], tuple(observers), travel)
     try:
         for begin in range(0, steps, SEGMENT):
@@ -178,7 +178,7 @@ def run(
     return [record.found() for record in records]
 
 
-def _moving(data: Data) -> Data:
+def moving(data: Data) -> Data:
     """Without what MJX computes anew every step: the carry of a loop of steps is small."""
     return data._replace(mjx=(data.mjx.qpos, data.mjx.qvel, data.mjx.time))
 
@@ -194,7 +194,7 @@ def _padded(commands: Command, steps: int) -> Command:
 _FUNCTIONS: dict[Hashable, object] = {}
 
 
-def _compiled(axes: object):
+def batch_march(axes: object):
     """``march`` for a batch whose models differ by ``axes``; made once, so that JAX compiles it once."""
     leaves, structure = jax.tree.flatten(axes, is_leaf=lambda v: v is None)
     key = tuple(leaves), structure
@@ -213,7 +213,7 @@ def march(model: Model, still: object, data: Data, commands: Command) -> tuple[D
         qpos, qvel, time = data.mjx
         whole = data._replace(mjx=still.replace(qpos=qpos, qvel=qvel, time=time))  # type: ignore[attr-defined]
         after = step(model, whole, command)
-        return _moving(after), after.reading
+        return moving(after), after.reading
 
     return jax.lax.scan(one, data, commands)
 

@@ -1,0 +1,56 @@
+"""What a step of the 3D belt on MJX costs: ``python -m studies.bench.mjx RIG CASES [segments]``."""
+
+import sys
+import time
+
+import jax
+import numpy as np
+
+from belt_sim.config import case_asked
+from belt_sim.jax_setup import in_float64, prepare
+from belt_sim.mujoco3d.options import Options
+
+
+@in_float64
+def main(rig: str, count: int, segments: int) -> None:
+    """Prints seconds of preparation, tracing and compilation, milliseconds a step, memory."""
+    from belt_sim.mjx import prepare as made
+    from belt_sim.mjx.model import Command
+    from belt_sim.mjx.mujoco_mjx import stacked
+    from belt_sim.mjx.plan import plan_of
+    from belt_sim.mjx.run import SEGMENT, batch_march, moving
+
+    begun = time.perf_counter()
+    cases = [case_asked(rig=rig, tension=float(t), yaw=-0.042, travel=2.0) for t in np.linspace(20.0, 60.0, count)]
+    ready = made(cases, options=Options())
+    models, axes = stacked([r.model for r in ready])
+    data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[moving(r.data) for r in ready])
+    still, plan = ready[0].data.mjx, plan_of(ready[0].scene, 0.1).commands
+    some = Command(*(np.repeat(c[None, :SEGMENT], count, 0) for c in plan))
+    models, still, data, some = jax.device_put((models, still, data, some))
+    prepared = time.perf_counter()
+    lowered = batch_march(axes).lower(models, still, data, some)
+    traced = time.perf_counter()
+    march = lowered.compile()
+    compiled = time.perf_counter()
+    took = []
+    for _ in range(segments):
+        cpu, wall = time.process_time(), time.perf_counter()
+        data, reads = march(models, still, data, some)
+        jax.block_until_ready(reads)
+        took.append((time.perf_counter() - wall, time.process_time() - cpu))
+    wall, cpu = 1e3 * np.median(took, axis=0) / SEGMENT
+    device = jax.devices()[0]
+    peak = (device.memory_stats() or {}).get("peak_bytes_in_use", 0)
+    stations = ready[0].model.shape.stations
+    print(
+        f"| {rig}, {stations} stations | {count} | {prepared - begun:.1f} + {traced - prepared:.1f} + "
+        f"{compiled - traced:.1f} s | {wall:.3f} ms ({cpu:.3f} CPU) | {wall / count:.4f} ms | {peak / 1e9:.2f} GB | "
+        f"{device.device_kind} | finite {np.isfinite(np.asarray(reads)).all()} |",
+        flush=True,
+    )
+
+
+if __name__ == "__main__":
+    prepare(space=True)
+    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 6)

@@ -1,0 +1,106 @@
+"""engine=mjx beside engine=native: ``python -m studies.mjx_beside_native FILE.csv``.
+
+A row a case: by how much y of the four points differs at most between 0.05 and 2 m, in % of the largest y of native.
+Native runs are shared over the cores; cases of MJX of one mesh and one step are one batch.
+"""
+
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+
+import jax
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.config import case_asked
+from belt_sim.curves import Curves
+from belt_sim.errors import RunFailed
+from belt_sim.files import write_text
+from belt_sim.jax_setup import prepare
+from belt_sim.mujoco3d.options import Options
+
+TRAVEL = 2.0  # [m]
+BEGIN = 0.05  # [m]: before it y is below a hundredth of its largest
+HEADER = "rig,tension_n_per_mm2,dt_ms,off_1_percent,off_2_percent,off_3_percent,off_4_percent,largest_y_mm"
+HEADER += ",tension_off_percent"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A case of the table."""
+
+    rig: str
+    tension: float
+    dt: float
+
+    @property
+    def case(self) -> Case:
+        """Sticking, the tail pulley yawed by -0.042 deg."""
+        return case_asked(rig=self.rig, tension=self.tension, yaw=-0.042, travel=TRAVEL)
+
+    @property
+    def options(self) -> Options:
+        """The usual ones but for the step [s]."""
+        return Options(dt=self.dt)
+
+
+SHORT = [Asked("rope_example", t, dt) for t in (7.0, 20.0, 40.0) for dt in (1e-3, 5e-4, 2.5e-4)]
+CASES = [*SHORT, Asked("test_rig", 40.0, 1e-3)]
+
+
+def on_the_cpu() -> None:
+    """In a worker: leave the GPU alone."""
+    jax.config.update("jax_platforms", "cpu")
+
+
+def native(asked: Asked) -> Curves:
+    """By MuJoCo, step by step."""
+    from belt_sim.mujoco3d import simulate
+
+    return simulate(asked.case, travel=TRAVEL, options=asked.options)
+
+
+def on_mjx(asked: list[Asked]) -> dict[Asked, Curves]:
+    """By MJX, those of one rig and step at once."""
+    from belt_sim.mjx import simulate_batch
+
+    found: dict[Asked, Curves] = {}
+    for key in dict.fromkeys((a.rig, a.dt) for a in asked):
+        some = [a for a in asked if (a.rig, a.dt) == key]
+        begun = time.perf_counter()
+        curves = simulate_batch([a.case for a in some], travel=TRAVEL, options=some[0].options, chunk=len(some))
+        took = time.perf_counter() - begun
+        print(f"{key[0]}, {1e3 * key[1]:g} ms, {len(some)} cases on MJX: {took:.0f} s", flush=True)
+        for a, c in zip(some, curves, strict=True):
+            if isinstance(c, RunFailed):
+                raise c
+            found[a] = c
+    return found
+
+
+def row(asked: Asked, mine: Curves, reference: Curves) -> str:
+    """One line of the table."""
+    at = mine.travel[(mine.travel > BEGIN) & (mine.travel < reference.travel[-1])]
+    y, wanted = (np.array([np.interp(at, c.travel, point) for point in c.y]) for c in (mine, reference))
+    off = 100.0 * np.abs(y - wanted).max(axis=1) / np.abs(wanted).max()
+    tension = 100.0 * (mine.extra["tension"][-1] / reference.extra["tension"][-1] - 1.0)
+    numbers = [asked.tension, 1e3 * asked.dt, *off, 1e3 * np.abs(wanted).max(), tension]
+    return f"{asked.rig}," + ",".join(f"{v:.4g}" for v in numbers)
+
+
+def main(path: Path) -> None:
+    """Run both, write the table and the curves beside it."""
+    prepare(space=True)
+    with ProcessPoolExecutor(mp_context=get_context("spawn"), initializer=on_the_cpu) as pool:
+        reference = {a: pool.submit(native, a) for a in CASES}
+        mine = on_mjx(CASES)
+        lines = [HEADER] + [row(a, mine[a], reference[a].result()) for a in CASES]
+    write_text(path, "\n".join(lines) + "\n")
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,81 @@
+"""64 tensions in one call of MJX beside the strip law: ``python -m studies.mjx_tensions [PICTURE.png] [count]``."""
+
+import sys
+import time
+from pathlib import Path
+
+import jax
+import numpy as np
+
+import belt_sim as bs
+from belt_sim.config import case_asked
+from belt_sim.curves import Curves
+from belt_sim.errors import RunFailed
+from belt_sim.jax_setup import prepare
+from belt_sim.pictures import style
+from belt_sim.pictures.colours import BLUE, RED
+from belt_sim.si import MM
+
+RIG, YAW, TRAVEL = "rope_example", -0.005, 2.0  # deg, m: a yaw at which the slackest edge stays under tension
+TENSIONS = (7.0, 60.0)  # N/mm2
+PLACES = (0.5, 1.0, 2.0)  # m
+
+
+def at_places(curves: Curves) -> np.ndarray:
+    """y of points 1 and 3 at PLACES [mm], (2, 3)."""
+    return np.array([[np.interp(s, curves.travel, curves.y[p]) for s in PLACES] for p in (0, 2)]) / MM
+
+
+@style.picture
+def draw(path: Path, tensions: np.ndarray, y: np.ndarray, law: np.ndarray) -> Path:
+    """Points 1 and 3 over the tension: MJX (dots) on the strip law (lines); y, law (cases, 2, 3)."""
+    fig, axes = style.figure(9.0, 3.6, 1, 2, sharex=True)
+    for panel, (point, colour) in enumerate(((1, BLUE), (3, RED))):
+        ax = axes[panel]
+        for k, place in enumerate(PLACES):
+            ax.plot(
+                tensions,
+                law[:, panel, k],
+                color=colour,
+                alpha=0.3,
+                linewidth=4.0,
+                label="strip law" if k == 0 else None,
+            )
+            ax.plot(tensions, y[:, panel, k], ".", color=colour, markersize=4.0, label="MJX" if k == 0 else None)
+            ax.annotate(
+                f"{place:g} m", (tensions[-1], y[-1, panel, k]), fontsize=7, xytext=(3, 0), textcoords="offset points"
+            )
+        ax.set_title(f"Point {point}")
+        ax.set_xlabel("tension [N/mm$^2$]")
+    axes[0].set_ylabel("y [mm]")
+    axes[0].legend(fontsize=7)
+    style.title(fig, f"{len(tensions)} belts on MJX in one call beside the strip law (a = 2 m, yaw {YAW:g} deg)")
+    return style.save(fig, path)
+
+
+def main(picture: Path | None, count: int) -> None:
+    """Run, say how long it took and how far the law is off, draw."""
+    prepare(space=True)
+    from belt_sim.mjx import simulate_batch
+
+    tensions = np.linspace(*TENSIONS, count)
+    cases = [case_asked(rig=RIG, tension=float(t), yaw=YAW, travel=TRAVEL) for t in tensions]
+    begun = time.perf_counter()
+    found = simulate_batch(cases, travel=TRAVEL, chunk=count)
+    took = time.perf_counter() - begun
+    failed = [t for t, c in zip(tensions, found, strict=True) if isinstance(c, RunFailed)]
+    peak = (jax.devices()[0].memory_stats() or {}).get("peak_bytes_in_use", 0)
+    print(f"{count} belts, {TRAVEL:g} m, on {jax.devices()[0]}: {took:.0f} s, {peak / 1e9:.2f} GB, failed: {failed}")
+    y = np.array([at_places(c) for c in found if not isinstance(c, RunFailed)])
+    laws = [bs.simulate(c, model="strip", travel=TRAVEL + 0.1).curves for c in cases]
+    law = np.array([at_places(c) for c in laws])
+    off = 100.0 * np.abs(y - law).max(axis=(1, 2)) / np.abs(law).max(axis=(1, 2))
+    for k in range(0, count, max(count // 8, 1)):
+        print(f"| {tensions[k]:.1f} | {y[k, 0, -1]:.4f} | {law[k, 0, -1]:.4f} | {off[k]:.2f} % |")
+    print(f"strip law and MJX differ by {off.max():.2f} % of the largest y at most")
+    if picture is not None:
+        print(draw(picture, tensions, y, law))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else None, int(sys.argv[2]) if len(sys.argv) > 2 else 64)
