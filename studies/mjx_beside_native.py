@@ -25,7 +25,7 @@ from belt_sim.mujoco3d.options import Options
 TRAVEL = 2.0  # [m]
 BEGIN = 0.05  # [m]: before it y is below a hundredth of its largest
 HEADER = "rig,tension_n_per_mm2,dt_ms,off_1_percent,off_2_percent,off_3_percent,off_4_percent,largest_y_mm"
-HEADER += ",tension_off_percent"
+HEADER += ",tension_off_percent,native_cpu_s,native_steps"
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,13 @@ def on_the_cpu() -> None:
     jax.config.update("jax_platforms", "cpu")
 
 
-def native(asked: Asked) -> Curves:
-    """By MuJoCo, step by step."""
+def native(asked: Asked) -> tuple[Curves, float]:
+    """By MuJoCo, step by step; and CPU time [s]."""
     from belt_sim.mujoco3d import simulate
 
-    return simulate(asked.case, travel=TRAVEL, options=asked.options)
+    begun = time.process_time()
+    curves = simulate(asked.case, travel=TRAVEL, options=asked.options)
+    return curves, time.process_time() - begun
 
 
 def on_mjx(asked: list[Asked]) -> dict[Asked, Curves]:
@@ -81,13 +83,21 @@ def on_mjx(asked: list[Asked]) -> dict[Asked, Curves]:
     return found
 
 
-def row(asked: Asked, mine: Curves, reference: Curves) -> str:
+def row(asked: Asked, mine: Curves, reference: Curves, cpu: float) -> str:
     """One line of the table."""
     at = mine.travel[(mine.travel > BEGIN) & (mine.travel < reference.travel[-1])]
     y, wanted = (np.array([np.interp(at, c.travel, point) for point in c.y]) for c in (mine, reference))
     off = 100.0 * np.abs(y - wanted).max(axis=1) / np.abs(wanted).max()
     tension = 100.0 * (mine.extra["tension"][-1] / reference.extra["tension"][-1] - 1.0)
-    numbers = [asked.tension, 1e3 * asked.dt, *off, 1e3 * np.abs(wanted).max(), tension]
+    numbers = [
+        asked.tension,
+        1e3 * asked.dt,
+        *off,
+        1e3 * np.abs(wanted).max(),
+        tension,
+        cpu,
+        reference.extra["steps"][-1],
+    ]
     return f"{asked.rig}," + ",".join(f"{v:.4g}" for v in numbers)
 
 
@@ -97,7 +107,7 @@ def main(path: Path) -> None:
     with ProcessPoolExecutor(mp_context=get_context("spawn"), initializer=on_the_cpu) as pool:
         reference = {a: pool.submit(native, a) for a in CASES}
         mine = on_mjx(CASES)
-        lines = [HEADER] + [row(a, mine[a], reference[a].result()) for a in CASES]
+        lines = [HEADER] + [row(a, mine[a], *reference[a].result()) for a in CASES]
     write_text(path, "\n".join(lines) + "\n")
     print("\n".join(lines))
 

@@ -51,7 +51,7 @@ def test_a_grid_with_effects_is_beside_native():
     case = paper_case(60.0, rig=ROPE_EXAMPLE)
     model = SpaceModel(belt="grid", options=COARSE)
     several = [
-        e.Taper(kappa_t=2e-3), e.Cant(cant=5e-4), e.YawCompliance(compliance=1e-5), e.MachineTilt(tilt=0.3),
+        e.Taper(kappa_t=2e-3), e.Cant(gamma=5e-4), e.YawCompliance(c_m=1e-5), e.MachineTilt(angle=0.3),
     ]  # fmt: skip
     parts = model.parts(case, several)
     found = simulate_batch([case], belt="grid", travel=TRAVEL, options=COARSE, parts=[parts])[0]
