@@ -31,7 +31,7 @@ def draw(path: Path, tensions: np.ndarray, y: np.ndarray, law: np.ndarray) -> Pa
     """Points 1 and 3 over the tension: MJX (dots) on the strip law (lines); y, law (cases, 2, 3)."""
     fig, axes = style.figure(9.0, 3.6, 1, 2, sharex=True)
     for panel, (point, colour) in enumerate(((1, BLUE), (3, RED))):
-        ax = axes[panel]
+        ax = axes[0][panel]
         for k, place in enumerate(PLACES):
             ax.plot(
                 tensions,
@@ -47,8 +47,8 @@ def draw(path: Path, tensions: np.ndarray, y: np.ndarray, law: np.ndarray) -> Pa
             )
         ax.set_title(f"Point {point}")
         ax.set_xlabel("tension [N/mm$^2$]")
-    axes[0].set_ylabel("y [mm]")
-    axes[0].legend(fontsize=7)
+    axes[0][0].set_ylabel("y [mm]")
+    axes[0][0].legend(fontsize=7)
     style.title(fig, f"{len(tensions)} belts on MJX in one call beside the strip law (a = 2 m, yaw {YAW:g} deg)")
     return style.save(fig, path)
 

@@ -59,7 +59,7 @@ def test_mjx_still_refuses_the_flex_and_the_discrete_integrator():
 
 
 def test_places_inertia_and_bias_forces_are_those_of_mujoco(compiled, moving):
-    data, m, d = moving
+    data, _, d = moving
     np.testing.assert_allclose(d.xpos, data.xpos, rtol=0, atol=1e-12)
     np.testing.assert_allclose(d.qfrc_bias, data.qfrc_bias, rtol=ROUNDING, atol=1e-9)
     np.testing.assert_allclose(d.qfrc_passive, data.qfrc_passive, rtol=ROUNDING, atol=1e-9)
