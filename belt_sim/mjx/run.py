@@ -24,7 +24,7 @@ from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
 SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 2 m/s
-_BYTES = 2500  # of a case, a station and a pair of lines: measured on a GPU, docs/batches.md
+_BYTES = 900  # of a case, a station and a pair of lines: 740 measured, 0.72 GB for 256 cases of the full rig
 _SMALL_GPU = 4e9  # bytes, where it does not say
 _MOST = 256  # cases of a chunk on one GPU
 

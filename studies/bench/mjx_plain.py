@@ -1,0 +1,63 @@
+"""Rope and grid by MJX alone, tendons and all: ``python -m studies.bench.mjx_plain rope|grid``.
+
+MJX's own step is explicit: of a belt of real steel it may take 6 us at most. Prints milliseconds a step on the CPU.
+"""
+
+import sys
+import time
+
+import jax
+import mujoco
+import numpy as np
+from mujoco import mjx
+
+from belt_sim.config import case_asked
+from belt_sim.jax_setup import in_float64, prepare
+from belt_sim.mjx import mujoco_mjx  # remembers bodies of coordinates: without it tracing takes minutes
+from belt_sim.mujoco3d.machine.scene import build
+from belt_sim.mujoco3d.mesh.chain import Chain
+from belt_sim.mujoco3d.mesh.grid import Grid
+from belt_sim.mujoco3d.mujoco_4 import compiled
+from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.scene_parts import SceneParts
+
+BELTS = {"rope": Chain, "grid": Grid}
+STEPS = 20
+DT = 5e-6  # [s], near the largest stable one
+
+
+@in_float64
+def main(kind: str) -> None:
+    """Compile the short rig's belt as it is, without the dummy equality, and step it."""
+    assert mujoco_mjx.SLOW
+    case = case_asked(rig="rope_example", tension=40.0, yaw=-0.042, travel=2.0)
+    options = fitted(Options(), case, kind)
+    spec, scene = build(case, BELTS[kind](), options, SceneParts.undisturbed(case, np.inf))
+    for element in list(spec.equalities):
+        spec.delete(element)
+    model = compiled(spec)
+    model.opt.timestep, model.opt.integrator = DT, mujoco.mjtIntegrator.mjINT_EULER
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    begun = time.process_time()
+    m, d = mjx.put_model(model, impl="jax"), mjx.put_data(model, data, impl="jax")
+    step = jax.jit(mjx.step).lower(m, d).compile()
+    compiled_after = time.process_time() - begun
+    d = jax.block_until_ready(step(m, d))
+    begun = time.process_time()
+    for _ in range(STEPS):
+        d = step(m, d)
+    jax.block_until_ready(d)
+    took = 1e3 * (time.process_time() - begun) / STEPS
+    tendons, finite = model.ntendon, bool(np.isfinite(np.asarray(d.qpos)).all())
+    print(
+        f"{kind}: {scene.mesh.stations} stations, {tendons} tendons: {took:.1f} CPU ms a step of {1e6 * DT:g} us, "
+        f"{took / DT / 1e3:.0f} CPU s a simulated second; tracing and compilation {compiled_after:.0f} CPU s; "
+        f"finite {finite}"
+    )
+
+
+if __name__ == "__main__":
+    prepare(space=True)
+    main(sys.argv[1])
