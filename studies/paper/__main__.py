@@ -13,14 +13,9 @@ from belt_sim.files import write_json, write_text
 from belt_sim.provenance import provenance
 from belt_sim.watch.progress import progress
 from studies.application import application
-from studies.paper.document import document, lay_pictures
-from studies.paper.page import write_page
-from studies.paper.plate import Plate, View
-from studies.paper.plates import FIGURES, IN_SPACE, NOT_COMPUTED, chosen, module
-from studies.paper.question import answer, what_decides
-from studies.paper.statements import table
-from studies.paper.statements.judgement import Judgement
-from studies.paper.statements.told import criteria, verdicts
+from studies.paper.plate import FIGURES, IN_SPACE, NOT_COMPUTED, Plate, chosen, compute
+from studies.paper.report import answer, criteria, document, lay_pictures, verdicts, what_decides, write_page
+from studies.paper.statements import Judgement, judge_models
 from studies.paper.stored import stored
 
 
@@ -30,11 +25,11 @@ def paper(config: Mapping[str, Any]) -> None:
     if not isinstance(config["fast"], bool):
         raise InputError("fast", config["fast"], "", "use true or false")
     target = _document(config["document"])
-    view = View(in_space=not config["fast"])
-    numbers = chosen(config["figures"], in_space=view.in_space)
-    plates = _plates(folder, numbers, view)
-    left_out = NOT_COMPUTED | {k: _why_not(k, view) for k in FIGURES if k not in numbers}
-    judgements = table.judgements(in_space=view.in_space)
+    in_space = not config["fast"]
+    numbers = chosen(config["figures"], in_space=in_space)
+    plates = _plates(folder, numbers, in_space)
+    left_out = NOT_COMPUTED | {k: _why_not(k, in_space) for k in FIGURES if k not in numbers}
+    judgements = judge_models(in_space=in_space)
     told, question = verdicts(judgements), answer(judgements)
     write_json(folder / "paper.json", _written(plates, left_out, judgements, question, origin))
     parts = {"table": told.html() + criteria().html(), "question": "".join(f"<p>{escape(p)}</p>" for p in question)}
@@ -53,8 +48,8 @@ def _document(asked: Any) -> Path | None:
     return Path(asked)
 
 
-def _why_not(number: int, view: View) -> str:
-    three_dimensional = number in IN_SPACE and not view.in_space
+def _why_not(number: int, in_space: bool) -> str:
+    three_dimensional = number in IN_SPACE and not in_space
     return "a belt in three dimensions, left out by fast=true" if three_dimensional else "not asked for"
 
 
@@ -66,12 +61,12 @@ def _command(config: Mapping[str, Any]) -> str:
     return " ".join([*words, f"document={config['document']}"])
 
 
-def _plates(folder: Path, numbers: Sequence[int], view: View) -> list[Plate]:
+def _plates(folder: Path, numbers: Sequence[int], in_space: bool) -> list[Plate]:
     """Compute and draw, one figure after another."""
     plates = []
     with progress(len(numbers), "paper") as done:
         for number in numbers:
-            plate = module(number).plate(view)
+            plate = compute(number, in_space=in_space)
             plate.draw(folder / plate.file)
             plates.append(plate)
             done(note=f"figure {number}")

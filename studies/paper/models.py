@@ -1,7 +1,12 @@
-"""The models that the gallery sets side by side: their names, their looks, and their answers to the paper's cases."""
+"""The models that figures set side by side, in the paper's coordinates: x from the tail pulley, y to its left.
+
+The package counts x from the head pulley. Half a turn about z takes the one into the other: x -> a - x, y -> -y, and
+angles stay. So a yaw of -0.042 degrees moves the belt towards +y here.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +16,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, paper_case
 from belt_sim.pictures.colours import AMBER, BLUE, FAINT, GREEN, INK, PINK, RED, SKY
-from belt_sim.si import N_PER_MM2
+from belt_sim.si import MM, MM_PER_M, N_PER_MM2
 
 TRAVEL = 25.0  # [m] of the moving curves on the test rig
 RECORD = 0.1  # [m] between two of their records
@@ -67,3 +72,18 @@ def read_rate(curves: Curves, begin: float, end: float, point: int = 1) -> float
     """Mean slope of a point between two places of the travel [m/m], as one reads it off a record."""
     y = np.interp([begin, end], np.asarray(curves.travel), np.asarray(curves.y)[point - 1])
     return float(y[1] - y[0]) / (end - begin)
+
+
+def y_mm(y: Any) -> np.ndarray:
+    """Lateral position of the package [m] -> of the paper [mm]."""
+    return -np.asarray(y, float) / MM
+
+
+def rate_mm_per_m(rate: Any) -> Any:
+    """Drift dy/ds of the package [m/m] -> of the paper [mm per m of travel]."""
+    return -np.asarray(rate, float) / MM_PER_M
+
+
+def x_m(x: Any, centre_distance: float) -> np.ndarray:
+    """Place along the machine, from the head pulley [m] -> from the tail pulley [m]."""
+    return centre_distance - np.asarray(x, float)

@@ -1,11 +1,14 @@
-"""A plate: one figure of the paper, computed, with the numbers behind it and how it is drawn."""
+"""A plate: one figure of the paper, computed; which there are, and which have nothing to compute."""
 
-from collections.abc import Callable, Mapping
+import importlib
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from belt_sim.errors import InputError
 
 DIGITS = 7  # significant, of the numbers written down
 
@@ -31,13 +34,49 @@ class Plate:
         return f"figure_{self.number:02d}.png"
 
 
-@dataclass(frozen=True, kw_only=True)
-class View:
-    """What a gallery shows: with or without the belt in three dimensions."""
-
-    in_space: bool = True
-
-
 def column(values: Any) -> list[float]:
     """Numbers of an array as they are written down."""
     return [float(f"{v:.{DIGITS}g}") + 0.0 for v in np.asarray(values, float).ravel()]
+
+
+ANALYTIC = (2, 5, 6, 7, 8, 9, 10, 12, 13, 14)
+IN_SPACE = (15, 16, 17, 18, 19, 20)
+FIGURES = ANALYTIC + IN_SPACE
+
+#: figures of the paper that nothing is computed for, and why
+NOT_COMPUTED = {
+    1: "a sketch of how the tail pulley is yawed (eq. 1): a definition",
+    3: "a sketch that names the run-up and run-off points 1 to 4: a definition",
+    4: "a sketch of the angles at the run-up point (eq. 5, 6): a definition; what follows from it is Fig. 6",
+    11: "a photograph of the test rig",
+}
+
+
+def compute(number: int, *, in_space: bool = True) -> Plate:
+    """A figure; in_space: with the stored belts in three dimensions beside the laws."""
+    name = "figure_18_and_20" if number in (18, 20) else f"figure_{number:02d}"
+    figure = importlib.import_module(f"studies.paper.figures.{name}")
+    plate: Plate = figure.plate(number) if number in (18, 20) else figure.plate(in_space)
+    return plate
+
+
+def chosen(figures: object, *, in_space: bool) -> list[int]:
+    """The numbers asked for (None: all that can be had); raises InputError for one that there is none of."""
+    there = FIGURES if in_space else ANALYTIC
+    if figures is None:
+        return [*there]
+    wanted = figures if isinstance(figures, list | tuple) else [figures]
+    for number in wanted:
+        _check(number, there)
+    return sorted({*wanted})
+
+
+def _check(number: object, there: Iterable[int]) -> None:
+    if isinstance(number, bool) or not isinstance(number, int):
+        raise InputError("figures", number, "", "give numbers, as figures=[12,13]")
+    if number in NOT_COMPUTED:
+        raise InputError("figures", number, "", f"is {NOT_COMPUTED[number]}; nothing to compute")
+    if number in FIGURES and number not in there:
+        raise InputError("figures", number, "", "is a belt in three dimensions; ask without fast=true")
+    if number not in there:
+        raise InputError("figures", number, "", f"use some of {', '.join(map(str, there))}")

@@ -9,10 +9,9 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.steady import steady_offsets
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import POINTS
-from studies.paper import canvas
-from studies.paper.frame import rate_mm_per_m, y_mm
-from studies.paper.models import case_at, steady
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.models import case_at, rate_mm_per_m, steady, y_mm
+from studies.paper.plate import Plate, column
 
 NUMBER, TITLE = 2, "Characteristic belt moving curve"
 TENSION, MODEL = 100.0, "beam_th2"  # [N/mm2]
@@ -20,7 +19,7 @@ TRAVEL = 45.0  # [m]
 READ, ACROSS = (30.0, 38.0), 42.0  # [m], where slope and offset are drawn
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """Points 1 and 4 against travel, the steady rate and the steady offset (paper eq. 2)."""
     case, model = case_at(TENSION), analytic_model(MODEL)
     curves, (upper, _) = model.run(case, travel=TRAVEL), steady_offsets(case, model)
@@ -46,7 +45,7 @@ def _draw(path: Path, n: dict) -> Path:
     s, y1, y4 = (np.array(n[k]) for k in ("travel_m", "y1_mm", "y4_mm"))
     ax.plot(s, y1, color=POINTS[0], label="run-up point 1")
     ax.plot(s, y4, color=POINTS[3], label="run-off point 4")
-    canvas.zero_line(ax)
+    drawing.zero_line(ax)
     begin, end = READ
     low, high = np.interp(READ, s, y4)
     ax.plot([begin, end, end], [low, low, high], color=POINTS[3], linewidth=1.0)
@@ -56,8 +55,8 @@ def _draw(path: Path, n: dict) -> Path:
     ax.annotate("Δy", (end, 0.5 * (low + high)), xytext=(5, 0), textcoords="offset points", va="center")
     ends = [(ACROSS, float(np.interp(ACROSS, s, y))) for y in (y4, y1)]
     words = f"steady-state\noffset {n['steady_offset_mm']:.2f} mm"
-    canvas.dimension(ax, ends, words, ha="right", xytext=(-6, 0))
-    ax.set(xlabel=canvas.TRAVEL_LABEL, ylabel=canvas.Y_LABEL, xlim=(0.0, TRAVEL))
+    drawing.dimension(ax, ends, words, ha="right", xytext=(-6, 0))
+    ax.set(xlabel=drawing.TRAVEL_LABEL, ylabel=drawing.Y_LABEL, xlim=(0.0, TRAVEL))
     ax.legend(loc="upper left")
     style.title(fig, f"{TITLE}: {n['tension_N_per_mm2']:g} N/mm², upper span")
     return style.save(fig, path)

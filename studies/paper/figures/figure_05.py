@@ -11,9 +11,8 @@ from belt_sim.paper import ROPE_EXAMPLE, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import FAINT, INK, POINTS
 from belt_sim.si import MM
-from studies.paper.frame import y_mm
-from studies.paper.models import case_at
-from studies.paper.plate import Plate, View, column
+from studies.paper.models import case_at, y_mm
+from studies.paper.plate import Plate, column
 
 NUMBER, TITLE = 5, "Lateral movement of the rope"
 STEP = 0.01  # [m]
@@ -29,7 +28,7 @@ MOMENTS = {
 }
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """Points 1-4 of the rope model at six moments."""
     model = replace(analytic_model("rope"), step=STEP, keep=STEP)
     curves = model.run(case_at(100.0, short=True), travel=1.5)

@@ -10,17 +10,16 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import FAINT, POINT_NAMES, POINTS
-from studies.paper import canvas
-from studies.paper.frame import rate_mm_per_m, y_mm
-from studies.paper.models import case_at
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.models import case_at, rate_mm_per_m, y_mm
+from studies.paper.plate import Plate, column
 
 NUMBER, TITLE = 6, "Moving curves of a limp rope on yawed pulleys"
 TRAVEL, RECORD = 10.0, 0.02  # [m]
 TURN = 2.0 * math.pi * ROPE_EXAMPLE.tail_radius  # [m] of travel, a revolution of the pulleys
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """Points 1-4 of the rope model on the short rig."""
     model = replace(analytic_model("rope"), step=RECORD, keep=RECORD)
     case = case_at(100.0, short=True)
@@ -42,14 +41,14 @@ def _draw(path: Path, n: dict) -> Path:
     fig, [[ax]] = style.figure(8.0, 4.6)
     for k, colour in enumerate(POINTS):
         ax.plot(n["travel_m"], n[f"y{k + 1}_mm"], color=colour, label=f"point {POINT_NAMES[k]}")
-    canvas.zero_line(ax)
+    drawing.zero_line(ax)
     for turns, name in zip(np.arange(0.5, 2.1, 0.5), ("½", "1", "1½", "2"), strict=True):
         ax.axvline(turns * TURN, color=FAINT, linewidth=0.8, linestyle=(0, (3, 3)), zorder=1)
         ax.annotate(name, (turns * TURN, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -3),
                     textcoords="offset points", va="top", fontsize=style.FONT - 1)  # fmt: skip
     ax.annotate("revolutions of the pulleys", (2.0 * TURN, 1.0), xycoords=("data", "axes fraction"), xytext=(16, -3),
                 textcoords="offset points", va="top", fontsize=style.FONT - 1)  # fmt: skip
-    ax.set(xlabel=canvas.TRAVEL_LABEL, ylabel=canvas.Y_LABEL, xlim=(0.0, TRAVEL))
+    ax.set(xlabel=drawing.TRAVEL_LABEL, ylabel=drawing.Y_LABEL, xlim=(0.0, TRAVEL))
     ax.set_ylim(bottom=-0.15)
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 0.06), labelcolor="linecolor")
     style.title(fig, TITLE)

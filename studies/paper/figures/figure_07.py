@@ -11,10 +11,9 @@ from belt_sim.paper import ROPE_EXAMPLE, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import AMBER, BLUE, FAINT, INK
 from belt_sim.si import DEGREE, MM
-from studies.paper import canvas
-from studies.paper.frame import y_mm
-from studies.paper.models import case_at
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.models import case_at, y_mm
+from studies.paper.plate import Plate, column
 
 NUMBER, TITLE = 7, "Direction of the rope movement"
 TRAVEL, SHOWN = 20.0, (0.0, 5.0, 10.0, 15.0, 20.0)  # [m]
@@ -22,7 +21,7 @@ ENLARGED = 150.0  # lateral movements and yaw
 REACH = 1.15  # [m] drawn of a pulley to either side
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """The upper span (points 1 and 4) on its way, for either sign of the yaw."""
     model, case = analytic_model("rope"), case_at(100.0, short=True)
     numbers: dict = {"travel_m": column(SHOWN)}
@@ -66,7 +65,7 @@ def _seen_from_above(ax, yaw: float, at: dict, travel: list[float]) -> None:
                 va="center")  # fmt: skip
     ax.annotate("head pulley", (a, -side * REACH), xytext=(0, -side * 12), textcoords="offset points", ha="center",
                 va="center")  # fmt: skip
-    canvas.bare(ax)
+    drawing.bare(ax)
     ax.set(xlim=(-0.5, a + 0.75), ylim=(-1.45, 1.45))
 
 

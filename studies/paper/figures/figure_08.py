@@ -8,17 +8,16 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.paper import TEST_RIG, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import FAINT, INK, RED
-from studies.paper import canvas
-from studies.paper.frame import x_m, y_mm
-from studies.paper.models import LOOKS, case_at
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.models import LOOKS, case_at, x_m, y_mm
+from studies.paper.plate import Plate, column
 from studies.paper.span_shape import span_shape
 
 NUMBER, TITLE = 8, "The beam model"
 TENSIONS = (10.0, 40.0, 100.0)  # [N/mm2] of the beam of 2nd order
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """Bending lines with the boundary values of eq. 7, y(0) = y(a) = 0, y'(0) = beta, y'(a) = 0, and M = -EI y''."""
     shapes = {"beam_th1": ("beam_th1", 40.0)} | {f"beam_th2_{t:g}_N_per_mm2": ("beam_th2", t) for t in TENSIONS}
     numbers: dict = {}
@@ -58,7 +57,7 @@ def _draw(path: Path, n: dict) -> Path:
         line.annotate(name, (place, 0.0), xytext=(8 if at_left else -8, 8), textcoords="offset points",
                       ha="left" if at_left else "right")  # fmt: skip
     for ax in (line, moment):
-        canvas.zero_line(ax)
+        drawing.zero_line(ax)
     line.axhline(0.0, color=FAINT, linewidth=0.8)
     line.set(ylabel="y [mm]", title="Bending line", ylim=(-1.35, 0.25))
     moment.set(xlabel="x from run-up point 1 [m]", ylabel="bending moment M [N m]", title="Bending moment")

@@ -4,17 +4,16 @@ from pathlib import Path
 
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import FAINT, RED
-from studies.paper import canvas
-from studies.paper.frame import y_mm
-from studies.paper.models import LOOKS, TRAVEL, moving
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.models import LOOKS, TRAVEL, moving, y_mm
+from studies.paper.plate import Plate, column
 
 NUMBER, TITLE = 9, "Comparison of models"
 TENSIONS = (1.0, 10.0, 40.0, 100.0, 1000.0, 10000.0)  # [N/mm2] of the beam of 2nd order
 BOUNDS = ("rope", "beam_th1")
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """y of point 1 on the test rig by the paper's three models."""
     numbers = {"travel_m": column(moving("rope", 40.0).travel)}
     numbers |= {f"{model}_y1_mm": column(y_mm(moving(model, 40.0).y[0])) for model in BOUNDS}
@@ -38,10 +37,10 @@ def _draw(path: Path, n: dict) -> Path:
         _name(ax, y[-1], f"{tension:g}")
     for model in BOUNDS:
         ax.plot(s, n[f"{model}_y1_mm"], linewidth=2.2, **LOOKS[model].line)
-    canvas.zero_line(ax)
+    drawing.zero_line(ax)
     ax.annotate("N/mm²", (TRAVEL, ax.get_ylim()[1]), xytext=(5, 0), textcoords="offset points", va="top", color=RED,
                 annotation_clip=False)  # fmt: skip
-    ax.set(xlabel=canvas.TRAVEL_LABEL, ylabel="lateral position y of point 1 [mm]", xlim=(0.0, TRAVEL))
+    ax.set(xlabel=drawing.TRAVEL_LABEL, ylabel="lateral position y of point 1 [mm]", xlim=(0.0, TRAVEL))
     ax.legend(loc="upper left")
     style.title(fig, f"{TITLE}: point 1, test rig")
     return style.save(fig, path)

@@ -9,10 +9,9 @@ from belt_sim.mujoco3d.mesh.catenary import Catenary
 from belt_sim.paper import TEST_RIG, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import CYCLE, FAINT, INK
-from studies.paper import canvas
-from studies.paper.frame import x_m
-from studies.paper.models import MEASURED, case_at
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.models import MEASURED, case_at, x_m
+from studies.paper.plate import Plate, column
 
 NUMBER, TITLE = 10, "Real position of points 1 - 4 at low belt tension"
 FINE = np.arange(4.0, 60.5, 0.5)  # [N/mm2]
@@ -20,7 +19,7 @@ NEAR, TOP = 0.9, 0.045  # [m] of the machine that is drawn in front of the tail 
 LINKS = 400
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """Catenaries that touch the pulleys, the angle psi at which they do, effective yaw and roll."""
     numbers: dict = {"tension_N_per_mm2": column(FINE)}
     psi = np.array([float(sag_angle(case_at(t))) for t in FINE])
@@ -57,7 +56,7 @@ def _end(span: Catenary) -> np.ndarray:
 
 @style.picture
 def _draw(path: Path, n: dict) -> Path:
-    fig, axes = canvas.mosaic(9.6, 6.4, [["side", "psi"], ["top", "share"]], width_ratios=[1.35, 1.0])
+    fig, axes = drawing.mosaic(9.6, 6.4, [["side", "psi"], ["top", "share"]], width_ratios=[1.35, 1.0])
     for ax in (axes["side"], axes["top"]):
         _pulley_and_spans(ax, n, points=ax is axes["side"])
         ax.set(xlabel="x from the tail pulley [m]", ylabel="z [m]")

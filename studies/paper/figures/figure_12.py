@@ -6,10 +6,9 @@ import numpy as np
 
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import CYCLE, INK
-from studies.paper import canvas
-from studies.paper.frame import rate_mm_per_m, y_mm
-from studies.paper.models import LOOKS, MEASURED, MOVING, TRAVEL, moving, steady
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.models import LOOKS, MEASURED, MOVING, TRAVEL, moving, rate_mm_per_m, steady, y_mm
+from studies.paper.plate import Plate, column
 from studies.paper.stored import stored
 
 NUMBER, TITLE = 12, "Comparison of models and measurement"
@@ -18,7 +17,7 @@ DOT_EVERY = 8  # records of a stored run between two dots
 IN_SPACE = "mujoco_flex"
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """y of point 1 after the yaw step; Ritzinger's formula knows a rate alone, drawn as a slope."""
     numbers: dict = {"travel_m": column(moving("strip", 7.0).travel)}
     for tension in MEASURED:
@@ -26,14 +25,14 @@ def plate(view: View) -> Plate:
         numbers[f"{tension:g}_N_per_mm2"] = {f"{m}_y1_mm": y for m, y in at.items()} | {
             "ritzinger_rate_mm_per_m": float(rate_mm_per_m(steady("ritzinger", tension)))
         }
-        if view.in_space:
+        if in_space:
             numbers[f"{tension:g}_N_per_mm2"] |= _in_space(tension)
     caption = (
         "Run-up point 1 on the test rig after a yaw of -0.042 degrees. Above, as in the paper, all tensions together; "
         "below, every model at each. The paper's measured curves are not in its text and are not drawn. Ritzinger's "
         "formula gives a steady rate alone: a line of that slope from the origin."
     )
-    names = tuple(f"flex_{t:g}" for t in MEASURED) if view.in_space else ()
+    names = tuple(f"flex_{t:g}" for t in MEASURED) if in_space else ()
     return Plate(
         number=NUMBER, title=TITLE, caption=caption, numbers=numbers, draw=lambda p: _draw(p, numbers), stored=names
     )
@@ -51,12 +50,12 @@ def _in_space(tension: float) -> dict:
 @style.picture
 def _draw(path: Path, n: dict) -> Path:
     below = [f"{t:g}" for t in MEASURED]
-    fig, axes = canvas.mosaic(9.6, 8.4, [["all"] * 4, below], height_ratios=[1.15, 1.0])
+    fig, axes = drawing.mosaic(9.6, 8.4, [["all"] * 4, below], height_ratios=[1.15, 1.0])
     _together(axes["all"], n)
     for k, name in enumerate(below):
         _each(axes[name], n["travel_m"], n[f"{name}_N_per_mm2"])
         axes[name].set_title(f"{name} N/mm²")
-        axes[name].set(ylim=(-0.3, 6.3), xlabel=canvas.TRAVEL_LABEL)
+        axes[name].set(ylim=(-0.3, 6.3), xlabel=drawing.TRAVEL_LABEL)
         if k:
             axes[name].tick_params(labelleft=False)
     axes[below[0]].set_ylabel("y of point 1 [mm]")
@@ -73,8 +72,8 @@ def _together(ax, n: dict) -> None:
         ax.plot(n["travel_m"], at["strip_y1_mm"], color=colour, label=f"{tension:g} N/mm²")
         if f"{IN_SPACE}_y1_mm" in at:
             _dots(ax, at)
-    canvas.zero_line(ax)
-    ax.set(xlim=(0.0, TRAVEL), xlabel=canvas.TRAVEL_LABEL, ylabel="lateral position y of point 1 [mm]")
+    drawing.zero_line(ax)
+    ax.set(xlim=(0.0, TRAVEL), xlabel=drawing.TRAVEL_LABEL, ylabel="lateral position y of point 1 [mm]")
     keys = [
         *ax.get_legend_handles_labels()[0],
         *ax.plot([], [], color=INK, linestyle=(0, (4, 2)), linewidth=1.2, label="beam, Th 2. O"),
@@ -93,7 +92,7 @@ def _each(ax, s: list[float], at: dict) -> None:
     ax.plot(ends, at["ritzinger_rate_mm_per_m"] * ends, linewidth=1.2, **LOOKS["ritzinger"].line)
     if f"{IN_SPACE}_y1_mm" in at:
         _dots(ax, at, LOOKS[IN_SPACE].words)
-    canvas.zero_line(ax)
+    drawing.zero_line(ax)
     ax.set_xlim(0.0, TRAVEL)
 
 

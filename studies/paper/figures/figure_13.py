@@ -6,10 +6,9 @@ import numpy as np
 
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import INK
-from studies.paper import canvas
-from studies.paper.frame import rate_mm_per_m
-from studies.paper.models import LOOKS, MEASURED, MOVING, moving, read_rate, steady
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.models import LOOKS, MEASURED, MOVING, moving, rate_mm_per_m, read_rate, steady
+from studies.paper.plate import Plate, column
 from studies.paper.stored import SETTLED, stored
 
 NUMBER, TITLE = 13, "Comparison of steady-state velocities"
@@ -20,7 +19,7 @@ CLOSED = ("rope", "beam_th1", "beam_th2", "ritzinger", "ernst_beam", "strip", "s
 RECORDS = {7.0: "flex_7_far", 10.0: "flex_10_far", 20.0: "flex_20", 40.0: "flex_40"}
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """Closed forms; stored runs in three dimensions as dots, their bars from the slowest to the fastest point."""
     numbers: dict = {"tension_N_per_mm2": column(FINE), "read_tension_N_per_mm2": column(READ_AT)}
     for model in CLOSED:
@@ -28,7 +27,7 @@ def plate(view: View) -> Plate:
     for model in MOVING:
         read = [rate_mm_per_m(read_rate(moving(model, t), *READ)) for t in READ_AT]
         numbers[f"{model}_read_over_10_to_15_m_mm_per_m"] = column(read)
-    if view.in_space:
+    if in_space:
         numbers["mujoco_flex"] = {f"{t:g}_N_per_mm2": _in_space(t) for t in MEASURED}
     caption = (
         "Left: steady rates of point 1 on the test rig, yaw -0.042 degrees, by closed forms; 3D: mean of points 1-4 "
@@ -36,7 +35,7 @@ def plate(view: View) -> Plate:
         "the fastest. Right: what point 1 does over 10 to 15 m of travel, which a short "
         "record takes for steady. The paper's measured rates are not in its text and are not drawn."
     )
-    names = tuple(RECORDS.values()) if view.in_space else ()
+    names = tuple(RECORDS.values()) if in_space else ()
     return Plate(
         number=NUMBER, title=TITLE, caption=caption, numbers=numbers, draw=lambda p: _draw(p, numbers), stored=names
     )
@@ -63,7 +62,7 @@ def _draw(path: Path, n: dict) -> Path:
     if "mujoco_flex" in n:
         _dots(late, read, n["mujoco_flex"])
     for ax in (late, read):
-        canvas.zero_line(ax)
+        drawing.zero_line(ax)
         ax.set(xlim=(0.0, 60.0), xlabel="belt tension [N/mm²]")
     late.set(ylabel="rate of point 1 [mm per m of travel]", title="Steady rate")
     read.set_title(f"As read over {READ[0]:g} to {READ[1]:g} m")

@@ -9,11 +9,10 @@ from belt_sim.paper import PAPER_BELT, TEST_RIG, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, INK, RED
 from belt_sim.watch.shape import tilt
-from studies.paper import canvas
-from studies.paper.frame import x_m
-from studies.paper.models import case_at, moving
-from studies.paper.oblique import Oblique
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.drawing import Oblique
+from studies.paper.models import case_at, moving, x_m
+from studies.paper.plate import Plate, column
 from studies.paper.span_shape import SpanShape, span_shape
 from studies.paper.stored import Shape, stored
 
@@ -25,7 +24,7 @@ DRAWN = Oblique(width=5.0, lateral=60.0, height=3.0, tilt=15.0, radius=TEST_RIG.
                 centre_distance=TEST_RIG.centre_distance, half_width=0.5 * PAPER_BELT.width)  # fmt: skip
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """Tilt of every cross-section by the strip law, and of the stored belt in 3D."""
     numbers: dict = {"tension_N_per_mm2": TENSION, "travel_m": AT}
     shapes = {name: _span(name) for name in SPANS}
@@ -34,7 +33,7 @@ def plate(view: View) -> Plate:
     greatest = max(float(np.abs(s.tilt).max()) for s in shapes.values())
     numbers["greatest_tilt_mrad"] = 1e3 * greatest
     numbers["edges_apart_in_height_mm"] = 1e3 * greatest * PAPER_BELT.width
-    if view.in_space:
+    if in_space:
         numbers["mujoco_flex"] = _in_space()
     caption = (
         f"{AT:g} m after a yaw of -0.042 degrees. Above: the belt by the strip law, its width 5, sag 3, sideways "
@@ -43,7 +42,7 @@ def plate(view: View) -> Plate:
         f"{numbers['edges_apart_in_height_mm']:.1f} mm between the edges. In the paper this is a photograph of the rig."
     )
     return Plate(number=NUMBER, title=TITLE, caption=caption, numbers=numbers, draw=lambda p: _draw(p, numbers, shapes),
-                 stored=(IN_SPACE,) if view.in_space else ())  # fmt: skip
+                 stored=(IN_SPACE,) if in_space else ())  # fmt: skip
 
 
 def _span(name: str) -> SpanShape:
@@ -74,13 +73,13 @@ def _in_space() -> dict:
 
 @style.picture
 def _draw(path: Path, n: dict, shapes: dict[str, SpanShape]) -> Path:
-    fig, axes = canvas.mosaic(9.6, 5.8, [["belt", "belt"], ["upper", "lower"]], height_ratios=[0.9, 1.0])
+    fig, axes = drawing.mosaic(9.6, 5.8, [["belt", "belt"], ["upper", "lower"]], height_ratios=[0.9, 1.0])
     belt = _ribbon(shapes)
     DRAWN.pulleys(axes["belt"], YAW)
     drawn = DRAWN.belt(axes["belt"], belt, 1e3 * tilt(belt.left, belt.right))
     fig.colorbar(drawn, ax=axes["belt"], label="tilt [mrad]", shrink=0.8, pad=0.01)
     DRAWN.name_pulleys(axes["belt"])
-    canvas.bare(axes["belt"])
+    drawing.bare(axes["belt"])
     for name, title in (("upper", "Upper span"), ("lower", "Lower span")):
         ax = axes[name]
         ax.plot(n[name]["x_m"], n[name]["tilt_mrad"], color=BLUE, label="hanging strip")

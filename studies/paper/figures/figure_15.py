@@ -7,10 +7,10 @@ import numpy as np
 from belt_sim.paper import ROPE_EXAMPLE, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, FAINT
-from studies.paper import canvas
-from studies.paper.frame import y_mm
-from studies.paper.oblique import Oblique
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.drawing import Oblique
+from studies.paper.models import y_mm
+from studies.paper.plate import Plate, column
 from studies.paper.stored import Shape, stored
 
 NUMBER, TITLE = 15, "Lateral movement of a particle chain"
@@ -19,7 +19,7 @@ DRAWN = Oblique(width=1.0, lateral=50.0, height=1.0, tilt=1.0, radius=ROPE_EXAMP
                 centre_distance=ROPE_EXAMPLE.centre_distance, half_width=0.36)  # fmt: skip
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """Particles of the stored rope in 3D at three travels."""
     run = stored(RUN)
     shapes = [run.shape_at(travel) for travel in MOMENTS]
@@ -43,7 +43,7 @@ def _draw(path: Path, shapes: list[Shape]) -> Path:
         line = DRAWN.flat(np.array([[-0.2, 0.0, 0.0], [ROPE_EXAMPLE.centre_distance + 0.2, 0.0, 0.0]]))
         ax.plot(*line.T, color=FAINT, linewidth=0.8, linestyle=(0, (6, 3)))
         DRAWN.rope(ax, shape, BLUE)
-        canvas.bare(ax)
+        drawing.bare(ax)
         ax.set_title(f"{shape.travel:.1f} m of travel")
     style.title(fig, f"{TITLE}: 100 N/mm²")
     return style.save(fig, path)

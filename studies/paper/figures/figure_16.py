@@ -10,10 +10,9 @@ from belt_sim.analytic.steady import steady_offsets
 from belt_sim.curves import late_rates
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import INK, POINTS
-from studies.paper import canvas
-from studies.paper.frame import rate_mm_per_m, y_mm
-from studies.paper.models import case_at
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.models import case_at, rate_mm_per_m, y_mm
+from studies.paper.plate import Plate, column
 from studies.paper.stored import stored
 
 NUMBER, TITLE = 16, "Moving diagram for the upper rope span"
@@ -21,7 +20,7 @@ RUN, TENSION = "rope_100", 100.0  # [N/mm2]
 SHOWN = {1: "run-up point 1", 4: "run-off point 4"}
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """Points 1 and 4 of the stored rope in 3D, and of the rope model."""
     curves, case, model = stored(RUN).curves, case_at(TENSION, short=True), analytic_model("rope")
     law = model.run(case, travel=float(curves.travel[-1]))
@@ -51,9 +50,9 @@ def _draw(path: Path, n: dict) -> Path:
         ax.plot(n["law_travel_m"], n[f"law_y{k}_mm"], color=POINTS[k - 1], linewidth=1.2)
         look: dict[str, Any] = {"color": POINTS[k - 1], "markersize": 3.2, "markeredgewidth": 0.0}
         ax.plot(n["travel_m"][::4], n[f"y{k}_mm"][::4], "o", label=name, **look)
-    canvas.zero_line(ax)
+    drawing.zero_line(ax)
     ax.plot([], [], color=INK, linewidth=1.2, label="rope model")
-    ax.set(xlabel=canvas.TRAVEL_LABEL, ylabel=canvas.Y_LABEL, xlim=(0.0, n["travel_m"][-1]))
+    ax.set(xlabel=drawing.TRAVEL_LABEL, ylabel=drawing.Y_LABEL, xlim=(0.0, n["travel_m"][-1]))
     ax.legend(loc="upper left")
     style.title(fig, f"{TITLE}: particle chain, {TENSION:g} N/mm²")
     return style.save(fig, path)

@@ -8,10 +8,10 @@ import numpy as np
 from belt_sim.paper import ROPE_EXAMPLE, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, FAINT, RED
-from studies.paper import canvas
-from studies.paper.frame import y_mm
-from studies.paper.oblique import Oblique
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.drawing import Oblique
+from studies.paper.models import y_mm
+from studies.paper.plate import Plate, column
 from studies.paper.stored import Stored, stored
 
 NUMBER, TITLE = 17, "High and low tensioned particle chains on two pulleys"
@@ -21,7 +21,7 @@ DRAWN = Oblique(width=1.0, lateral=50.0, height=1.0, tilt=1.0, radius=ROPE_EXAMP
                 centre_distance=ROPE_EXAMPLE.centre_distance, half_width=0.36)  # fmt: skip
 
 
-def plate(view: View) -> Plate:
+def plate(in_space: bool = True) -> Plate:
     """Both stored ropes at the same travel."""
     numbers: dict = {"travel_m": TURNS}
     for name in RUNS:
@@ -56,7 +56,7 @@ def _draw(path: Path, runs: list[Stored]) -> Path:
     for run in runs:
         words, colour = RUNS[run.name]
         DRAWN.rope(ax, run.shapes[-1], colour, words)
-    canvas.bare(ax)
+    drawing.bare(ax)
     DRAWN.name_pulleys(ax)
     fig.legend(loc="outside lower center", ncols=2, markerscale=2.0)
     style.title(fig, "Particle chains after 20 revolutions of the pulleys")

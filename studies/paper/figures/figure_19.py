@@ -1,18 +1,18 @@
 """Fig. 19: different types of bond arrangement: what they resist, and how belts made of them run."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from belt_sim.case import Case
+from belt_sim.mujoco3d.mesh.lattice import Lattice, calibrate
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import AMBER, BLUE, FAINT, INK, PINK
-from studies.paper import canvas
-from studies.paper.frame import y_mm
-from studies.paper.lattice_span import PushedSpan, pushed_span
-from studies.paper.models import LOOKS, case_at, moving
-from studies.paper.plate import Plate, View, column
+from studies.paper import drawing
+from studies.paper.models import LOOKS, case_at, moving, y_mm
+from studies.paper.plate import Plate, column
 from studies.paper.stored import stored
 
 NUMBER, TITLE = 19, "Different types of bond arrangement"
@@ -27,7 +27,69 @@ WITHOUT, ALL = (name for _, name, _ in [*ARRANGEMENTS.values()][1:])
 DRAWN_AT = 0.08  # [m], the deflection of the softest piece in the drawing
 
 
-def plate(view: View) -> Plate:
+ACROSS = 2  # lines of particles
+
+
+@dataclass(frozen=True, kw_only=True)
+class PushedSpan:
+    """rest, moved (n, 2, 2): x and y [m] of the particles of both lines; force [N] in its middle."""
+
+    rest: np.ndarray
+    moved: np.ndarray
+    force: float
+
+    @property
+    def give(self) -> float:
+        """Deflection of its middle per newton [m/N]."""
+        middle = len(self.rest) // 2
+        return float((self.moved - self.rest)[middle, :, 1].mean()) / self.force
+
+
+def pushed_span(case: Case, chord: float, bonds: tuple[str, ...], force: float = 1.0) -> PushedSpan:
+    """Equilibrium in the plane, linear about the belt at its tension, whose pull the lines carry.
+
+    A bond with stiffness k and pull P answers a stretch with k and a turn with P / length.
+    """
+    stations = 2 * round(0.5 * float(case.rig.span_length) / chord) + 1
+    lattice = calibrate(case.belt, chord, ACROSS, bonds)
+    y = 0.5 * lattice.width * np.array([-1.0, 1.0])
+    rest = np.stack(np.broadcast_arrays(np.arange(stations)[:, None] * chord, y), axis=2)
+    stiffness = _assembled(rest, _bonds(stations, lattice, bonds, 0.5 * float(case.tension_force)))
+    load = np.zeros((stations, ACROSS, 2))
+    load[stations // 2, :, 1] = force / ACROSS
+    free = np.ones(load.shape, bool)
+    free[[0, -1]] = False
+    moved, flat = np.zeros(load.size), free.ravel()
+    moved[flat] = np.linalg.solve(stiffness[np.ix_(flat, flat)], load.ravel()[flat])
+    return PushedSpan(rest=rest, moved=rest + moved.reshape(rest.shape), force=force)
+
+
+def _bonds(stations: int, lattice: Lattice, bonds: tuple[str, ...], pull: float) -> list[tuple[int, int, float, float]]:
+    """(node, node, EA [N], pull [N]) of every bond; node = 2 station + line."""
+    found = [(2 * i + j, 2 * i + 2 + j, lattice.lines / ACROSS, pull) for i in range(stations - 1) for j in (0, 1)]
+    if lattice.transverse:
+        found += [(2 * i, 2 * i + 1, lattice.transverse, 0.0) for i in range(stations)]
+    if lattice.diagonal:
+        pairs = [(2 * i + j, 2 * i + 3 - j) for i in range(stations - 1) for j in (0, 1)]
+        found += [(a, b, lattice.diagonal, 0.0) for a, b in pairs]
+    return found
+
+
+def _assembled(rest: np.ndarray, bonds: list[tuple[int, int, float, float]]) -> np.ndarray:
+    """Stiffness [N/m] of all particles, x and y of one after the other."""
+    places = rest.reshape(-1, 2)
+    whole = np.zeros((places.size, places.size))
+    for a, b, stretch, pull in bonds:
+        way = places[b] - places[a]
+        length = float(np.hypot(*way))
+        along = np.outer(way, way) / length**2
+        block = stretch / length * along + pull / length * (np.eye(2) - along)
+        for p, q, sign in ((a, a, 1.0), (b, b, 1.0), (a, b, -1.0), (b, a, -1.0)):
+            whole[2 * p : 2 * p + 2, 2 * q : 2 * q + 2] += sign * block
+    return whole
+
+
+def plate(in_space: bool = True) -> Plate:
     """Give of a piece and of a whole span, by statics; stored runs of the three belts on the whole test rig."""
     numbers: dict = {"tension_N_per_mm2": TENSION, "distance_of_particles_m": CHORD}
     pieces = {}
@@ -63,7 +125,7 @@ def _pushed(bonds: tuple[str, ...], length: float | None) -> PushedSpan:
 @style.picture
 def _draw(path: Path, n: dict, pieces: dict[str, PushedSpan]) -> Path:
     names = [name for _, name, _ in ARRANGEMENTS.values()]
-    fig, axes = canvas.mosaic(9.6, 6.6, [names, ["runs"] * 3], height_ratios=[0.85, 1.7])
+    fig, axes = drawing.mosaic(9.6, 6.6, [names, ["runs"] * 3], height_ratios=[0.85, 1.7])
     enlarged = DRAWN_AT / max(p.give for p in pieces.values())
     for bonds, (_, name, colour) in ARRANGEMENTS.items():
         _piece(axes[name], pieces[name], bonds, enlarged, colour)
@@ -79,8 +141,8 @@ def _draw(path: Path, n: dict, pieces: dict[str, PushedSpan]) -> Path:
         near = np.asarray(law.travel) <= end + 1e-9
         line = {"color": FAINT if model == "rope" else INK, "linewidth": 1.4, "label": LOOKS[model].words}
         axes["runs"].plot(np.asarray(law.travel)[near], y_mm(np.asarray(law.y)[0, near]), **line)
-    canvas.zero_line(axes["runs"])
-    axes["runs"].set(xlabel=canvas.TRAVEL_LABEL, ylabel="lateral position y of point 1 [mm]")
+    drawing.zero_line(axes["runs"])
+    axes["runs"].set(xlabel=drawing.TRAVEL_LABEL, ylabel="lateral position y of point 1 [mm]")
     axes["runs"].legend(loc="upper left")
     style.title(fig, f"{TITLE}: {TENSION:g} N/mm²")
     return style.save(fig, path)
@@ -98,6 +160,6 @@ def _piece(ax, piece: PushedSpan, bonds: tuple[str, ...], enlarged: float, colou
                 ax.plot(*np.stack([place[i + a, j], place[i + b, k]]).T, color=colour, linewidth=1.0, zorder=2)
     ax.plot(*piece.rest.reshape(-1, 2).T, "o", color=FAINT, markersize=3, zorder=1)
     ax.plot(*place.reshape(-1, 2).T, "o", color=INK, markersize=4, zorder=3)
-    canvas.bare(ax)
+    drawing.bare(ax)
     width = float(np.ptp(piece.rest[..., 1]))
     ax.set(xlim=(-0.02, PIECE + 0.02), ylim=(-0.5 * width - 0.02, 0.5 * width + DRAWN_AT + 0.02))

@@ -8,10 +8,9 @@ from belt_sim.paper import PAPER_BELT, TEST_RIG, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import INK, POINTS
 from belt_sim.watch.shape import tilt
-from studies.paper import canvas
-from studies.paper.frame import y_mm
-from studies.paper.models import LOOKS, moving
-from studies.paper.oblique import Oblique
+from studies.paper import drawing
+from studies.paper.drawing import Oblique
+from studies.paper.models import LOOKS, moving, y_mm
 from studies.paper.plate import Plate, column
 from studies.paper.stored import Shape, stored
 
@@ -19,11 +18,20 @@ DRAWN = Oblique(width=5.0, lateral=60.0, height=3.0, tilt=15.0, radius=TEST_RIG.
                 centre_distance=TEST_RIG.centre_distance, half_width=0.5 * PAPER_BELT.width)  # fmt: skip
 
 
-def particle_plate(number: int, title: str, run_name: str, remark: str = "") -> Plate:
-    """The stored run of a grid of bonded particles; beside it what the strip law says of points 1 and 4.
+#: figure -> title, stored run, remark at the end of the caption
+RUNS = {
+    18: ("High tensioned particle belt", "grid_40", ""),
+    20: (
+        "Low tensioned particle belt",
+        "grid_10",
+        " The ripples are waves along the spans at that instant; particles nearer to each other were not run.",
+    ),
+}
 
-    remark: of the figure, at the end of its caption.
-    """
+
+def plate(number: int) -> Plate:
+    """The stored run of a grid of bonded particles; beside it what the strip law says of points 1 and 4."""
+    title, run_name, remark = RUNS[number]
     run = stored(run_name)
     shape, law = run.shapes[-1], moving("strip", run.tension)
     within = np.asarray(law.travel) <= run.curves.travel[-1] + 1e-9
@@ -54,7 +62,7 @@ def _whole(made: dict) -> float:
 
 @style.picture
 def _draw(path: Path, n: dict, shape: Shape, title: str) -> Path:
-    fig, axes = canvas.mosaic(9.6, 6.0, [["belt"], ["curves"]], height_ratios=[1.0, 1.1])
+    fig, axes = drawing.mosaic(9.6, 6.0, [["belt"], ["curves"]], height_ratios=[1.0, 1.1])
     belt, curves = axes["belt"], axes["curves"]
     DRAWN.pulleys(belt, YAW)
     angle = 1e3 * tilt(shape.left, shape.right)
@@ -63,14 +71,14 @@ def _draw(path: Path, n: dict, shape: Shape, title: str) -> Path:
     for edge in DRAWN.edges(shape):
         belt.plot(*edge[::2].T, "o", color=INK, markersize=1.3, markeredgewidth=0.0, zorder=4)
     DRAWN.name_pulleys(belt)
-    canvas.bare(belt)
+    drawing.bare(belt)
     for k, name in ((1, "run-up point 1"), (4, "run-off point 4")):
         curves.plot(n["travel_m"][::2], n[f"y{k}_mm"][::2], "o", color=POINTS[k - 1], markersize=3.2,
                     markeredgewidth=0.0, label=name)  # fmt: skip
         curves.plot(n["strip_travel_m"], n[f"strip_y{k}_mm"], color=POINTS[k - 1], linewidth=1.2)
     curves.plot([], [], color=INK, linewidth=1.2, label=LOOKS["strip"].words)
-    canvas.zero_line(curves)
-    curves.set(xlabel=canvas.TRAVEL_LABEL, ylabel=canvas.Y_LABEL, xlim=(0.0, n["travel_m"][-1]))
+    drawing.zero_line(curves)
+    curves.set(xlabel=drawing.TRAVEL_LABEL, ylabel=drawing.Y_LABEL, xlim=(0.0, n["travel_m"][-1]))
     curves.legend(loc="upper left")
     style.title(fig, f"{title}: {n['tension_N_per_mm2']:g} N/mm²")
     return style.save(fig, path)
