@@ -23,8 +23,8 @@ from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.left_over.null import null_gains
 from belt_sim.use_cases.asked import candidates_of, fitted_model
 from studies.application import application
-from studies.challenge.sources import source
-from studies.challenge.tables import ranged, table
+from studies.challenge.registry import source
+from studies.challenge.report import ranged, table
 from studies.challenge.targets import SIZES, size_class
 
 BESIDE = 4  # best single effects beside which every other is tried

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.si import MM
-from belt_sim.virtual_rig.folder import run_virtual_rig
+from belt_sim.virtual_rig import make_campaign, write_blind
 from belt_sim.virtual_rig.plan import Noise, Plan
-from belt_sim.virtual_rig.space import run_space_rig
+from belt_sim.virtual_rig.space import make_space_campaign
 from studies.application import application
 
 SPACING = 0.5  # [m], which keeps a sample small
@@ -60,9 +60,10 @@ SPACE_SAMPLES = {
 def write_sample(name: str, folder: Path) -> str:
     """Measure one campaign and write it, replacing what is there; returns the SHA-256 of its truth."""
     if name in SPACE_SAMPLES:
-        return run_space_rig(folder / name, **vars(SPACE_SAMPLES[name]), overwrite=True)
-    plan = Plan(spacing=SPACING)
-    return run_virtual_rig(folder / name, **vars(SAMPLES[name]), plan=plan, noise=MILD, overwrite=True)
+        campaign, truth = make_space_campaign(**vars(SPACE_SAMPLES[name]))
+    else:
+        campaign, truth = make_campaign(**vars(SAMPLES[name]), plan=Plan(spacing=SPACING), noise=MILD)
+    return write_blind(folder / name, campaign, truth, overwrite=True)
 
 
 def samples(config: dict[str, Any]) -> None:

@@ -11,12 +11,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from belt_sim.virtual_rig.effect_size import detectability_of
 from belt_sim.virtual_rig.observe import Errors, observe, true_line
-from belt_sim.virtual_rig.size import ruler
-from belt_sim.virtual_rig.space import OPTIONS, SceneRun, measure, read, true_cases
-from belt_sim.virtual_rig.space_lot import small_space_plan
-from belt_sim.virtual_rig.space_plan import SENSORS
-from belt_sim.virtual_rig.stated_error import with_simulator_error
+from belt_sim.virtual_rig.space import OPTIONS, SENSORS, SceneRun, measure, read, true_cases, with_simulator_error
+from belt_sim.virtual_rig.space_campaign import small_space_plan
 
 
 def differences(space: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -46,7 +44,7 @@ def main() -> None:
     Console().print(table)
     told = {"sensors alone": SENSORS, "what the file states": with_simulator_error(SENSORS, engine)[0]}
     for name, noise in told.items():
-        d = float(np.linalg.norm(ruler(plan, noise, "strip").reduced(space - line)))
+        d = float(np.linalg.norm(detectability_of(plan, noise, "strip").reduced(space - line)))
         Console().print(f"d of the difference, {name}: {d:.2f}")
 
 

@@ -6,10 +6,12 @@ from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
 
+from belt_sim.campaign import Campaign
 from belt_sim.commands.run_folder import plain, run_folder
 from belt_sim.config import belt_from, rig_from
 from belt_sim.errors import InputError
 from belt_sim.rig import GRAVITY
+from belt_sim.virtual_rig import Truth, make_campaign, write_blind
 
 
 def run(cfg: Any) -> None:
@@ -24,22 +26,25 @@ def run(cfg: Any) -> None:
     if isinstance(hidden, str) and hidden != "random":
         hidden = [hidden]
     if config["engine"] == "line":
-        digest = _line(folder, hidden, config)
+        campaign, truth = _line(hidden, config)
     elif config["engine"] == "mujoco":
         if config["plan"] is not None:
             raise InputError("plan", config["plan"], "", "needs engine=line")
-        from belt_sim.virtual_rig.space import run_space_rig
+        if folder.exists():
+            raise InputError("out", folder, "", "exists already; choose another folder")
+        from belt_sim.virtual_rig.space import make_space_campaign
 
-        digest = run_space_rig(folder, hidden=hidden, seed=config["seed"], base=config["base"])
+        campaign, truth = make_space_campaign(hidden=hidden, seed=config["seed"], base=config["base"])
     else:
         raise InputError("engine", config["engine"], "", "use line or mujoco")
+    digest = write_blind(folder, campaign, truth)
     print(f"campaign  {folder}")
     print(f"truth     sealed, sha256 {digest}")
     print(f"next      belt-sim diagnose campaign={folder}{_model(config)}, then belt-sim reveal campaign={folder}")
 
 
 def _model(config: dict) -> str:
-    """The law beside which an effect of one's own choice is to be sought; what a lot draws is not told."""
+    """The law beside which an effect of one's own choice is to be sought; what is drawn at random is not told."""
     if config["hidden"] == "random" or config["engine"] != "line":
         return ""
     from belt_sim.virtual_rig.make import BASE
@@ -47,24 +52,23 @@ def _model(config: dict) -> str:
     return f" model={config['base'] or BASE}"
 
 
-def _line(folder: Path, hidden: Any, config: dict) -> str:
-    """On the test rig, on one of the plans by lot, or, plan and all, by lot."""
-    from belt_sim.virtual_rig.folder import run_lot, run_virtual_rig
-    from belt_sim.virtual_rig.lot_plans import plan_by_number
+def _line(hidden: Any, config: dict) -> tuple[Campaign, Truth]:
+    """On the test rig, on a random plan of a number, or, plan and all, at random."""
+    from belt_sim.virtual_rig.random_campaigns import plan_by_number, random_campaign
 
     seed, base, plan = config["seed"], config["base"], config["plan"]
     if plan is None:
-        return run_virtual_rig(folder, hidden=hidden, seed=seed, base=base, plan=_on_machine(config))
+        return make_campaign(hidden=hidden, seed=seed, base=base, plan=_on_machine(config))
     if plan != "random" and (isinstance(plan, bool) or not isinstance(plan, int)):
         raise InputError("plan", plan, "", "give the number of a plan, or random")
     if hidden == "random":
         if base is not None:
             raise InputError("base", base, "", "is drawn as well; leave it out")
-        return run_lot(folder, seed=seed, plan=None if plan == "random" else plan)
+        return random_campaign(seed, blind=None, plan=None if plan == "random" else plan)
     if plan == "random":
         raise InputError("plan", plan, "", "goes with hidden=random; give the number of a plan")
     _, chosen, noise = plan_by_number(plan)
-    return run_virtual_rig(folder, hidden=hidden, seed=seed, base=base, plan=chosen, noise=noise)
+    return make_campaign(hidden=hidden, seed=seed, base=base, plan=chosen, noise=noise)
 
 
 def _machine_asked() -> list[str]:

@@ -147,14 +147,33 @@ RESOLVED = 3.0  # sigma, below which nobody takes two explanations for told apar
 APART = 5.0
 
 
+@dataclass(frozen=True, kw_only=True)
+class RunSettings:
+    """What an advised run is set to [Pa, rad, m/s, m]; direction: +1, or -1 for reversed travel; all_points: sensors at
+    all four points; turned_over: with the belt turned over.
+    """
+
+    tension: float
+    yaw: float
+    speed: float
+    direction: float
+    travel: float
+    all_points: bool = False
+    turned_over: bool = False
+
+
 @dataclass(frozen=True)
 class NextRun:
-    """One action on the rig, the pair that it separates, and the separation before and after in sigma."""
+    """One action on the rig, the pair that it separates, and the separation before and after in sigma.
+
+    settings: None in a diagnosis of an earlier version.
+    """
 
     action: str
     separates: tuple[str, str]
     sigma_before: float
     sigma_after: float
+    settings: RunSettings | None = None
 
     def __str__(self) -> str:
         change = f"{words.fixed(self.sigma_before, 1)} -> {words.fixed(self.sigma_after, 1)} sigma"

@@ -24,6 +24,7 @@ from belt_sim.results.found import (
     NextRun,
     NoiseLevels,
     RequiredAngle,
+    RunSettings,
     Tried,
     Unknown,
 )
@@ -60,6 +61,11 @@ def diagnosis_of(content: dict[str, Any], drawn: dict[str, Any], where: str) -> 
         raise InputError("diagnosis", where, "", remedy) from error
 
 
+def _next_run(n: dict[str, Any]) -> NextRun:
+    settings = n.get("settings")
+    return NextRun(**n | {"separates": tuple(n["separates"]), "settings": settings and RunSettings(**settings)})
+
+
 def _diagnosis(c: dict[str, Any], drawings: Drawings) -> Diagnosis:
     return Diagnosis(
         base_model=c["base_model"],
@@ -73,7 +79,7 @@ def _diagnosis(c: dict[str, Any], drawings: Drawings) -> Diagnosis:
         error=_errors(c["error"]),
         where=_where(c["where"]),
         confusables=tuple(Confusable(effect=p["a"], other=p["b"], sigma=p["sigma"]) for p in c["confusables"]),
-        next_runs=tuple(NextRun(**n | {"separates": tuple(n["separates"])}) for n in c["next_runs"]),
+        next_runs=tuple(_next_run(n) for n in c["next_runs"]),
         unknown=None if c["unknown"] is None else _unknown(c["unknown"]),
         open_set=LeftOver(**c["open_set"] | {"failed": tuple(c["open_set"]["failed"])}),
         noise=NoiseLevels(**{k: v for k, v in c["noise"].items() if k != "source"}),

@@ -1,10 +1,9 @@
 """An independent belt line to test the diagnosis on: its truth is hidden until it is revealed."""
 
-from belt_sim.virtual_rig.folder import run_reveal, run_virtual_rig
-from belt_sim.virtual_rig.lot import random_campaign, random_nothing_campaign, random_stranger_campaign
+from belt_sim.virtual_rig.blinding import Truth, reveal, write_blind
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Noise, Plan, Setting, grid
-from belt_sim.virtual_rig.seal import Truth, reveal
+from belt_sim.virtual_rig.random_campaigns import random_campaign, random_nothing_campaign, random_unmodelled_campaign
 
 __all__ = [
     "Noise",
@@ -15,8 +14,7 @@ __all__ = [
     "make_campaign",
     "random_campaign",
     "random_nothing_campaign",
-    "random_stranger_campaign",
+    "random_unmodelled_campaign",
     "reveal",
-    "run_reveal",
-    "run_virtual_rig",
+    "write_blind",
 ]

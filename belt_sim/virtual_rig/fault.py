@@ -1,4 +1,4 @@
-"""What a faultless line does not have: the hooks of a fault, the size of its parameters, how it is drawn by lot."""
+"""What a faultless line does not have: hooks of a fault, sizes of its parameters, random draws of them."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
@@ -43,9 +43,9 @@ class Past(Protocol):
 class Fault:
     """A departure from the faultless line; parameters are SI numbers or arrays (batch,), and 0 is no fault.
 
-    A fault is one file of ``faults`` (the twin of an effect) or of ``strangers``, named by its id. It overrides the
-    hooks that it needs; the others change nothing. ``sizes`` names its parameters, the leading ones first; further
-    fields (a phase, a seed, a wavelength) have no size of their own, and come from ``shape_by_lot``.
+    A fault stands in ``reference_effects`` (the twin of an effect, and named as it is) or in ``unmodelled``. It
+    overrides the hooks that it needs; the others change nothing. ``sizes`` names its parameters, the leading ones
+    first; further fields (a phase, a seed, a wavelength) have no size of their own, and come from ``random_shape``.
     """
 
     id: ClassVar[str] = ""
@@ -53,7 +53,7 @@ class Fault:
     #: negative sizes have no meaning
     positive: ClassVar[bool] = False
     #: place among what ``hidden=random`` draws from, 0 = never; the order decides what a seed draws
-    lot: ClassVar[int] = 0
+    draw_order: ClassVar[int] = 0
     #: nature gives the size: it is drawn as typical, never scaled, turned round or taken as linear
     fixed: ClassVar[bool] = False
     #: the sizes mean something together only, and are drawn all at once
@@ -79,7 +79,7 @@ class Fault:
         """Curvature added to kappa where the belt runs up [1/m]; y, kappa, result: shape (2, batch)."""
         return 0.0
 
-    def before(self, s, line: Line):
+    def initial_state(self, s, line: Line):
         """(y, alpha) at the run-ups of tail and head at travels s <= 0 (..., batch), shape (4, ..., batch)."""
         return 0.0
 
@@ -118,11 +118,11 @@ class Fault:
         """
         return np.ones_like(free), kept
 
-    def travelled(self, shown, line: Line):
+    def true_travel(self, shown, line: Line):
         """True travel when the recorder shows ``shown`` [m]."""
         return shown
 
-    def seen_at(self, s, line: Line):
+    def sensor_travel(self, s, line: Line):
         """Travel [m] at which a lateral sensor saw what it shows at s."""
         return s
 
@@ -139,7 +139,7 @@ class Fault:
         return parts
 
     @classmethod
-    def shape_by_lot(cls, plan: Plan, rng: np.random.Generator) -> dict[str, float]:
+    def random_shape(cls, plan: Plan, rng: np.random.Generator) -> dict[str, float]:
         """The fields without a size, drawn as they may be on a machine and in a record such as the plan's."""
         return {}
 
@@ -157,3 +157,56 @@ def overrides(fault: Fault | type[Fault], hook: str) -> bool:
     """Whether a fault has a hook of its own."""
     cls = fault if isinstance(fault, type) else type(fault)
     return getattr(cls, hook) is not getattr(Fault, hook)
+
+
+def add_to_pulley(parts: SceneParts, pulley: str, **more: float) -> SceneParts:
+    """With more of a pulley's departures from a true cylinder: as on the line, those of several faults add up."""
+    there = vars(getattr(parts, pulley))
+    return parts.with_pulley(pulley, **{name: there[name] + value for name, value in more.items()})
+
+
+#: where an unknown acts
+PLACES = (
+    "yaw_tail",
+    "yaw_head",
+    "runup_tail",
+    "runup_head",
+    "runup_both",
+    "wrap",
+    "span",
+    "tension",
+    "travel",
+    "sensor_all",
+    "sensor_y1",
+)
+#: what it depends on
+VARIABLES = (
+    "travel",
+    "time_since_step",
+    "yaw",
+    "curvature",
+    "contact_angle",
+    "y",
+    "belt_phase",
+    "pulley_phase",
+    "wave",
+    "speed",
+    "tension",
+)
+#: how
+FORMS = ("constant", "linear", "power", "saturating", "threshold", "exponential", "periodic", "random")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unmodelled(Fault):
+    """A fault that no catalogue lists, and what the generator calls it: one of PLACES, VARIABLES and FORMS; also: other
+    pairs (variable, form) that are as right.
+
+    blind: made for blind tests, after the development set.
+    """
+
+    place: ClassVar[str] = ""
+    variable: ClassVar[str] = ""
+    form: ClassVar[str] = ""
+    also: ClassVar[tuple[tuple[str, str], ...]] = ()
+    blind: ClassVar[bool] = False

@@ -1,40 +1,38 @@
-"""Faults by id, found by looking into two folders: those that a fitter may know, and strangers that none knows."""
+"""Faults by id: those that a fitter may know, each the twin of an effect, and those that no catalogue lists."""
 
-import importlib
-import pkgutil
-from pathlib import Path
+from collections.abc import Iterable
+from types import ModuleType
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig.fault import Fault
-from belt_sim.virtual_rig.strangers._stranger import Stranger
+from belt_sim.virtual_rig import reference_effects as reference
+from belt_sim.virtual_rig import unmodelled
+from belt_sim.virtual_rig.fault import Fault, Unmodelled
 
 
-def _in(folder: str) -> dict[str, type[Fault]]:
-    """Fault classes that the files of a folder define, by id in alphabetical order."""
-    names = [m.name for m in pkgutil.iter_modules([str(Path(__file__).parent / folder)]) if m.name[0] != "_"]
-    modules = [importlib.import_module(f"{__package__}.{folder}.{name}") for name in sorted(names)]
-    own = [v for m in modules for v in vars(m).values() if getattr(v, "__module__", "") == m.__name__]
-    return {c.id: c for c in own if isinstance(c, type) and issubclass(c, Fault)}
+def _faults_in(modules: Iterable[ModuleType]) -> dict[str, type[Fault]]:
+    """Fault classes of some modules, by id in alphabetical order: random draws depend on it."""
+    classes = [v for m in modules for v in vars(m).values() if isinstance(v, type) and issubclass(v, Fault) and v.id]
+    return {c.id: c for c in sorted(classes, key=lambda c: c.id)}
 
 
-CATALOGUE = _in("faults")
-STRANGERS: dict[str, type[Stranger]] = _in("strangers")  # type: ignore[assignment]
-#: the strangers on which a fitter may have been developed, and those that were made for blind tests only
-DEVELOPMENT = tuple(name for name, cls in STRANGERS.items() if not cls.blind)
-BLIND = tuple(name for name, cls in STRANGERS.items() if cls.blind)
-#: What ``hidden=random`` draws from, in the order of the lot.
-LOT = tuple(sorted((c for c in CATALOGUE.values() if c.lot), key=lambda c: c.lot))
+CATALOGUE = _faults_in(reference.MODULES)
+UNMODELLED: dict[str, type[Unmodelled]] = _faults_in(unmodelled.MODULES)  # type: ignore[assignment]
+#: the unmodelled faults on which a fitter may have been developed, and those that were made for blind tests only
+DEVELOPMENT = tuple(name for name, cls in UNMODELLED.items() if not cls.blind)
+BLIND = tuple(name for name, cls in UNMODELLED.items() if cls.blind)
+#: What ``hidden=random`` draws from, in this order.
+RANDOM_LIBRARY = tuple(sorted((c for c in CATALOGUE.values() if c.draw_order), key=lambda c: c.draw_order))
 
 
 def fault_class(name: str) -> type[Fault]:
     """The class of an id; raises InputError when there is none."""
-    known = CATALOGUE | STRANGERS
+    known = CATALOGUE | UNMODELLED
     if name not in known:
         raise InputError("hidden", name, "", f"use one of {', '.join(sorted(known))}")
     return known[name]
 
 
-def fault_of(spec: str | dict) -> Fault:
+def fault_from_spec(spec: str | dict) -> Fault:
     """A fault from an id (its first parameter at typical size) or from {"id": ..., parameter: SI value}."""
     given = {"id": spec} if isinstance(spec, str) else dict(spec)
     cls = fault_class(str(given.pop("id", "")))

@@ -129,7 +129,7 @@ class Line:
         return curvature_along(self.span().nodes, self.span_length, coupling)[:, :, 3]
 
 
-def line_of(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
+def line_from(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
     """A faultless batch on one machine (its numbers may be arrays); ``settings``: the remaining fields."""
     count = len(settings["stress"])
     constants = {

@@ -10,17 +10,16 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Run, Source
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig.dirty import DIRT
-from belt_sim.virtual_rig.draw import Hidden, as_asked, by_lot, noise_by_lot
-from belt_sim.virtual_rig.fault import Fault
+from belt_sim.virtual_rig.blinding import Truth
+from belt_sim.virtual_rig.corruptions import CORRUPTIONS
+from belt_sim.virtual_rig.effect_size import detectability_of
+from belt_sim.virtual_rig.fault import Fault, Unmodelled
+from belt_sim.virtual_rig.hidden import Hidden, random_hidden, random_noise, specified_hidden
 from belt_sim.virtual_rig.noise import add_noise, draw_errors
 from belt_sim.virtual_rig.observe import Errors, observe, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan
-from belt_sim.virtual_rig.seal import Truth
-from belt_sim.virtual_rig.size import ruler
-from belt_sim.virtual_rig.strangers._stranger import Stranger
 
-BASES = BASE, BASE_BY_LOT = "beam_th2", "strip"
+BASES = BASE, RANDOM_BASE = "beam_th2", "strip"
 #: Readings are written to this resolution [m or rad], far below their noise.
 RESOLUTION = {"lateral": 1e-7, "tilt": 1e-7}
 _SALT_BYTES = 16
@@ -38,36 +37,37 @@ def make_campaign(
     """Measure the plan on a line with hidden effects; the same seed gives the same campaign.
 
     hidden: ids, dictionaries {"id", parameters in SI} or {"id", "d"}, or "random"; base: the law without any
-    effect, ``BASE`` unless stated (``BASE_BY_LOT`` for "random"). Without a seed one is drawn and kept in the truth.
+    effect, ``BASE`` unless stated (``RANDOM_BASE`` for "random"). Without a seed one is drawn and kept in the truth.
     """
-    lot = isinstance(hidden, str)
-    if lot and hidden != "random":
+    at_random = isinstance(hidden, str)
+    if at_random and hidden != "random":
         raise InputError("hidden", hidden, "", "give a list of effects, or random")
-    base = checked_base(base or (BASE_BY_LOT if lot else BASE))
+    base = check_base(base or (RANDOM_BASE if at_random else BASE))
     plan, stated = plan or Plan(), noise or Noise()
-    seed = secrets.randbits(63) if seed is None else checked_seed(seed)
-    streams = streams_of(seed)
-    noise = noise_by_lot(stated, streams[1]) if lot else stated
-    rule_of = cache(lambda: ruler(plan, noise, base))
-    what = by_lot(plan, rule_of, base, streams[0]) if lot else as_asked(hidden, rule_of)
-    return measured_campaign(plan, noise, base, what, seed, streams, title)
+    seed = secrets.randbits(63) if seed is None else check_seed(seed)
+    streams = random_streams(seed)
+    noise = random_noise(stated, streams[1]) if at_random else stated
+    get_detectability = cache(lambda: detectability_of(plan, noise, base))
+    if at_random:
+        what = random_hidden(plan, get_detectability, base, streams[0])
+    else:
+        what = specified_hidden(hidden, get_detectability)
+    return measure_campaign(plan, noise, base, what, seed, streams, title)
 
 
-def streams_of(seed: int) -> list[np.random.Generator]:
+def random_streams(seed: int) -> list[np.random.Generator]:
     """Chance for what is hidden, the noise's nature, the errors, the readings, the salt."""
     return [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
 
 
-def measured_campaign(
-    plan: Plan, noise: Noise, base: str, what: Hidden, seed: int, streams, title: str, name: str = ""
-):
+def measure_campaign(plan: Plan, noise: Noise, base: str, what: Hidden, seed: int, streams, title: str, name: str = ""):
     """Measure a plan, which may have a name, with what is hidden: the campaign and its truth."""
-    checked_base(base, what.faults)
+    check_base(base, what.faults)
     errors = draw_errors(plan, noise, streams[2])
     readings, dirt = _readings(plan, noise, base, errors, what, streams[3])
-    campaign = campaign_of(plan, noise, readings, title, "belt-sim virtual-rig engine=line")
+    campaign = build_campaign(plan, noise, readings, title, "belt-sim virtual-rig engine=line")
     salt = streams[4].bytes(_SALT_BYTES).hex()
-    return campaign, truth_of(seed, base, what, noise, errors, dirt, salt, name)
+    return campaign, describe_truth(seed, base, what, noise, errors, dirt, salt, name)
 
 
 def _readings(plan: Plan, noise: Noise, base: str, errors: Errors, what: Hidden, rng):
@@ -80,11 +80,11 @@ def _readings(plan: Plan, noise: Noise, base: str, errors: Errors, what: Hidden,
     able = [k for k, place in enumerate(plan.signals.values()) if place.startswith("point_")]
     turned = [k for k, run in enumerate(plan.runs) if run.yaw != 0.0] or list(range(len(plan.runs)))
     signal, run = int(rng.choice(able)), int(rng.choice(turned))
-    DIRT[what.dirty](readings, signal, run)
+    CORRUPTIONS[what.dirty](readings, signal, run)
     return readings, {"kind": what.dirty, "signal": list(plan.signals)[signal], "run": _name(run)}
 
 
-def campaign_of(plan: Plan, noise: Noise, readings: np.ndarray, title: str, reference: str) -> Campaign:
+def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, reference: str) -> Campaign:
     """Readings, shape (signals, n, runs), as a campaign whose file states ``noise``."""
     sheets = tuple(noise.sheet(name, place) for name, place in plan.signals.items())
     runs = []
@@ -108,10 +108,10 @@ def campaign_of(plan: Plan, noise: Noise, readings: np.ndarray, title: str, refe
     )
 
 
-def truth_of(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt: str, plan: str = "") -> Truth:
+def describe_truth(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt: str, plan: str = "") -> Truth:
     """What is sealed beside a campaign."""
     told = ("scale", "heavy_tails") + (() if noise.true_length is None else ("true_length", "smooth"))
-    unknown = next((f for f in what.faults if isinstance(f, Stranger)), Stranger())
+    unknown = next((f for f in what.faults if isinstance(f, Unmodelled)), Unmodelled())
     effects = [
         {"id": fault.id, "parameters": {n: _said(v, 9) for n, v in fault.parameters().items()}, "d": _said(size, 6)}
         for fault, size in zip(what.faults, what.sizes, strict=True)
@@ -148,7 +148,7 @@ def _name(run: int) -> str:
     return f"r{run + 1:02d}"
 
 
-def checked_base(base: str, faults: Sequence[Fault] = ()) -> str:
+def check_base(base: str, faults: Sequence[Fault] = ()) -> str:
     """A base law as given; raises InputError for one that is not known, or that contains a fault already."""
     if base not in BASES:
         raise InputError("base", base, "", f"use one of {', '.join(BASES)}")
@@ -162,7 +162,7 @@ def checked_base(base: str, faults: Sequence[Fault] = ()) -> str:
     return base
 
 
-def checked_seed(seed: object) -> int:
+def check_seed(seed: object) -> int:
     """A seed as given; raises InputError unless it is a whole number from 0."""
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**63:
         raise InputError("seed", seed, "", "give a whole number from 0")

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from belt_sim.campaign import SignalSheet
-from belt_sim.virtual_rig.observe import Errors, stated
+from belt_sim.virtual_rig.observe import Errors, stated_data
 from belt_sim.virtual_rig.plan import Noise, Plan
 
 _TAIL_FREEDOM = 3  # degrees of freedom of the heavy-tailed noise; its variance is nu/(nu - 2)
@@ -13,7 +13,7 @@ _TAIL_FREEDOM = 3  # degrees of freedom of the heavy-tailed noise; its variance 
 
 def draw_errors(plan: Plan, noise: Noise, rng: np.random.Generator) -> Errors:
     """One machine, and one setting of each run, drawn from their stated uncertainties."""
-    machine = {name: float(q.u * rng.standard_normal()) for name, q in stated(plan).items()}
+    machine = {name: float(q.u * rng.standard_normal()) for name, q in stated_data(plan).items()}
     runs = len(plan.runs)
     return Errors(
         machine=machine,

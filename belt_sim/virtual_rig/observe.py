@@ -7,10 +7,10 @@ import numpy as np
 
 from belt_sim.rig import Belt, Rig
 from belt_sim.virtual_rig.fault import Fault
-from belt_sim.virtual_rig.line import Line, line_of
+from belt_sim.virtual_rig.history import DelayHistory
+from belt_sim.virtual_rig.line import Line, line_from
 from belt_sim.virtual_rig.plan import Plan
-from belt_sim.virtual_rig.readings import position
-from belt_sim.virtual_rig.travel import Journey, march
+from belt_sim.virtual_rig.travel import march
 
 RIG_DATA = ("centre_distance", "head_radius", "tail_radius")
 BELT_DATA = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
@@ -26,7 +26,7 @@ class Errors:
     yaw: np.ndarray | float = 0.0
 
 
-def stated(plan: Plan) -> dict:
+def stated_data(plan: Plan) -> dict:
     """Machine data as stated: name -> Quantity."""
     rig = {name: getattr(plan.machine, name) for name in RIG_DATA}
     return rig | {name: getattr(plan.belt, name) for name in BELT_DATA}
@@ -34,7 +34,7 @@ def stated(plan: Plan) -> dict:
 
 def true_line(plan: Plan, base: str, errors: Errors) -> Line:
     """The runs of a plan as lines of base law ``beam_th2`` or ``strip``, without faults."""
-    data = {name: q.value + errors.machine.get(name, 0.0) for name, q in stated(plan).items()}
+    data = {name: q.value + errors.machine.get(name, 0.0) for name, q in stated_data(plan).items()}
     rig = Rig(**{name: data[name] for name in RIG_DATA})
     belt = Belt(**{name: data[name] for name in BELT_DATA})
     columns = {
@@ -44,7 +44,7 @@ def true_line(plan: Plan, base: str, errors: Errors) -> Line:
     tension = np.array([run.tension for run in plan.runs]) * (1 + errors.tension_rel)
     yaw = np.array([run.yaw for run in plan.runs]) + errors.yaw
     coupled = np.full(len(plan.runs), float(base == "strip"))
-    return line_of(rig, belt, stress=tension, yaw=yaw, sag_roll=coupled, **columns)
+    return line_from(rig, belt, stress=tension, yaw=yaw, sag_roll=coupled, **columns)
 
 
 def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
@@ -57,30 +57,77 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
         line = fault.set(line)
     travelled = np.broadcast_to(shown, (len(shown), len(line.stress)))
     for fault in faults:
-        travelled = fault.travelled(travelled, line)
+        travelled = fault.true_travel(travelled, line)
     reach = max(float(travelled.max()), plan.spacing)
-    journey = march(line, faults, reach)
+    history = march(line, faults, reach)
     begun = np.broadcast_to(line.yaw_at, (1, len(line.stress)))
     readings = []
     for place in plan.signals.values():
-        value = _seen(journey, faults, place, travelled)
+        value = _seen(history, faults, place, travelled)
         if place.startswith("point_"):
-            value = value - _seen(journey, faults, place, begun, _BEFORE)
+            value = value - _seen(history, faults, place, begun, _BEFORE)
         for fault in faults:
             value = fault.read(value, place, travelled, line)
         readings.append(value)
     return np.stack(readings)
 
 
-def _seen(journey: Journey, faults: Sequence[Fault], place: str, s: np.ndarray, before: float = 0.0) -> np.ndarray:
+def _seen(history: DelayHistory, faults: Sequence[Fault], place: str, s: np.ndarray, before: float = 0.0) -> np.ndarray:
     """What a perfect sensor sees at travel s, or a hair before: the belt and its edge, where the sensor looked."""
     if not place.startswith("point_"):
-        return position(journey, place, s - before)
+        return position(history, place, s - before)
     for fault in faults:
-        s = fault.seen_at(s, journey.line)
-    return sum((f.edge(place, s, journey.line) for f in faults), position(journey, place, s - before))
+        s = fault.sensor_travel(s, history.line)
+    return sum((f.edge(place, s, history.line) for f in faults), position(history, place, s - before))
 
 
-def varied(line: Line, count: int) -> Line:
+def repeat_line(line: Line, count: int) -> Line:
     """A batch repeated ``count`` times, lane after lane: entry k of the runs stands at k, k + runs, ..."""
     return replace(line, **{n: np.tile(getattr(line, n), count) for n in Line.__dataclass_fields__})
+
+
+#: place -> (state row, wrapped arc behind it) for travel direction +1; -1 swaps top and bottom.
+POINTS = {
+    "point_1": (0, None),
+    "point_2": (0, "wrap_tail"),
+    "point_3": (2, None),
+    "point_4": (2, "wrap_head"),
+}
+_MIRRORED = {"point_1": "point_2", "point_2": "point_1", "point_3": "point_4", "point_4": "point_3"}
+TILTS = {
+    "upper_mid_span": 1.0,
+    "lower_mid_span": -1.0,
+}  # direction in which the belt comes from the head pulley
+
+
+def position(history: DelayHistory, place: str, s: np.ndarray) -> np.ndarray:
+    """Lateral position [m] or tilt [rad] at a place, at travel s, shape (n, batch) -> (n, batch)."""
+    forward = history.line.direction > 0
+    if place in TILTS:
+        to_tail = TILTS[place] * history.line.direction > 0
+        return np.where(to_tail, _tilt(history, s, True), _tilt(history, s, False))
+    return np.where(forward, _lateral(history, place, s), _lateral(history, _MIRRORED[place], s))
+
+
+def _lateral(history: DelayHistory, place: str, s: np.ndarray) -> np.ndarray:
+    row, wrap = POINTS[place]
+    if wrap is None:
+        return history.at(s)[row]
+    return history.wrap_exit(s)[0 if wrap == "wrap_tail" else 1][0]
+
+
+def _tilt(history: DelayHistory, s: np.ndarray, to_tail: bool) -> np.ndarray:
+    """phi at the middle of the span that runs to the tail (or to the head) pulley, from its ends and its loads."""
+    line, here, (tail_off, head_off) = history.line, history.at(s), history.wrap_exit(s)
+    beta, beta_head = (history.interpolate(rows, s) for rows in (history.tail_yaw, history.head_yaw))
+    if to_tail:
+        off, up, turn_off, turn_up = head_off, here[:2], beta_head, beta
+    else:
+        off, up, turn_off, turn_up = tail_off, here[2:], -beta, -beta_head
+    row = history.spans[0 if to_tail else 1].tilt
+    off, up = np.stack([off[0], off[1] + turn_off]), np.stack([up[0], up[1] + turn_up])
+    tilt = row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
+    for applied in history.applied_loads:
+        acts = applied.acts(s, line, off, up, history.interpolate(applied.kept, s))[0] * (s > 0)
+        tilt = tilt + np.where(applied.to_tail == to_tail, applied.load.tilt * acts, 0.0)
+    return tilt

@@ -40,7 +40,7 @@ class Setting:
     use: str = "fit"
 
 
-def setting_of(run: Run) -> Setting:
+def setting_from(run: Run) -> Setting:
     """What a run of a campaign is set to."""
     names = ("tension", "yaw", "yaw_head", "speed", "direction", "yaw_at")
     return Setting(**{name: getattr(run, name) for name in names})
@@ -113,7 +113,7 @@ class Noise:
             wander_length=self.wander_length,
         )
 
-    def truly(self) -> "Noise":
+    def as_it_is(self) -> "Noise":
         """The noise as it is, stated so."""
         length = self.wander_length if self.true_length is None else self.true_length
         scaled = {n: self.scale * getattr(self, n) for n in ("white", "wander_sd", "tilt_white")}

@@ -17,7 +17,7 @@ import numpy as np
 
 from belt_sim.virtual_rig.fault import Fault, overrides
 from belt_sim.virtual_rig.grip import turned_by
-from belt_sim.virtual_rig.journey import Journey, Prop, dot
+from belt_sim.virtual_rig.history import AppliedLoad, DelayHistory, dot
 from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.span import Span
 
@@ -30,10 +30,10 @@ _ROWS = ("run_up", "run_off")
 _SHARES = (0.0, 0.5, 1.0)  # of the way from the least tension to the most; a response is a parabola through these
 
 
-def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
+def march(line: Line, faults: Sequence[Fault], reach: float) -> DelayHistory:
     """Run a batch of lines over ``reach`` metres of travel."""
     nodes, batch = _nodes(line, reach), len(line.stress)
-    past = Journey(
+    past = DelayHistory(
         line=line,
         nodes=nodes,
         state=np.zeros((len(nodes), 4, batch)),
@@ -44,30 +44,32 @@ def march(line: Line, faults: Sequence[Fault], reach: float) -> Journey:
         gone=np.zeros((len(nodes), 4, batch)),
         spans=(line.span(), line.span(to_tail=False)),
         faults=tuple(f for f in faults if overrides(f, "creep")),
-        began=tuple(f for f in faults if overrides(f, "before")),
-        props=[
-            Prop(f, load, (line.direction > 0) == load.upper, np.zeros(batch), np.zeros((len(nodes), batch)))
+        initial=tuple(f for f in faults if overrides(f, "initial_state")),
+        applied_loads=[
+            AppliedLoad(f, load, (line.direction > 0) == load.upper, np.zeros(batch), np.zeros((len(nodes), batch)))
             for f in faults
             for load in f.loads(line)
         ],
     )
-    road = _Road(past, faults)
-    y = sum((f.before(np.zeros(batch), line) for f in past.began), np.zeros((4, batch)))
+    equation = _DelayEquation(past, faults)
+    y = sum((f.initial_state(np.zeros(batch), line) for f in past.initial), np.zeros((4, batch)))
     for k in range(len(nodes) - 1):
-        y = road.step(k, y)
-    road.store(len(nodes) - 1, y, k)
+        y = equation.step(k, y)
+    equation.store(len(nodes) - 1, y, k)
     return past
 
 
-class _Road:
+class _DelayEquation:
     """The equations of motion with their history so far."""
 
-    def __init__(self, past: Journey, faults: Sequence[Fault]) -> None:
-        self.past, self.line, self.nodes = past, past.line, past.nodes
+    def __init__(self, past: DelayHistory, faults: Sequence[Fault]) -> None:
+        self.history, self.line, self.nodes = past, past.line, past.nodes
         hooks = ("yaw", "yaw_head", "turn", "recall", "slide", "tension")
         self.of = {hook: [f for f in faults if overrides(f, hook)] for hook in hooks}
         line = past.line
-        self.here = past.leaving(np.zeros(past.state.shape[2]))  # what leaves the pulleys at the node at hand
+        self.here = past.wrap_exit_without_slip(
+            np.zeros(past.state.shape[2])
+        )  # what leaves the pulleys at the node at hand
         self.sticks = ~np.isfinite(line.friction)
         self.slips = not self.sticks.all()
         self.soft = 1 + line.cover * line.bending
@@ -83,9 +85,9 @@ class _Road:
         """One Runge-Kutta step from node k."""
         s, h = self.nodes[k], self.nodes[k + 1] - self.nodes[k]
         if self.slips:
-            y = self.slipped(k, y)
+            y = self.slip_at_yaw_step(k, y)
         k1 = self.store(k, y, k)
-        half, whole = self.delayed(k, 0.5), self.delayed(k, 1.0)
+        half, whole = self.delayed_state(k, 0.5), self.delayed_state(k, 1.0)
         k2 = self.rates(s + h / 2, k, y + h / 2 * k1, half)
         k3 = self.rates(s + h / 2, k, y + h / 2 * k2, half)
         k4 = self.rates(s + h, k, y + h * k3, whole)
@@ -95,29 +97,29 @@ class _Road:
     def store(self, node: int, y: np.ndarray, k: int) -> np.ndarray:
         """Keep state, slope and what acts at a node, under the commands of step k; returns the slope."""
         slope = self.rates(self.nodes[node], k, y, self.here, node)
-        self.past.state[node], self.past.slope[node] = y, slope
+        self.history.state[node], self.history.slope[node] = y, slope
         return slope
 
-    def delayed(self, k: int, share: float) -> tuple[np.ndarray, np.ndarray]:
+    def delayed_state(self, k: int, share: float) -> tuple[np.ndarray, np.ndarray]:
         """What leaves the tail and the head pulley: (y, alpha) one wrapped arc ago, each shape (2, batch)."""
         s = self.nodes[k] + share * (self.nodes[k + 1] - self.nodes[k])
-        return self.past.leaving(np.broadcast_to(s, self.line.stress.shape))
+        return self.history.wrap_exit_without_slip(np.broadcast_to(s, self.line.stress.shape))
 
     def rates(self, s, k, y, past, node=None):
         """Rate of change of the state per metre of travel; at a node, what acts there is kept."""
         line = self.line
-        kappa, beta, beta_head = self.bent(s, k, y, past, node)
+        kappa, beta, beta_head = self.curvatures(s, k, y, past, node)
         turn = sum((f.turn(s, line, y[::2], kappa) for f in self.of["turn"]), kappa * self.soft)
         for fault in self.of["recall"]:
-            turn = turn + fault.recall(s, self.past)
+            turn = turn + fault.recall(s, self.history)
         drift = y[1::2]
         for fault in self.of["slide"]:
             drift = drift * fault.slide(s, line, y[1::2])
         if node is not None:
-            self.past.tail_yaw[node], self.past.head_yaw[node], self.past.bent[node] = beta, beta_head, kappa
+            self.history.tail_yaw[node], self.history.head_yaw[node], self.history.bent[node] = beta, beta_head, kappa
         return -np.stack([drift[0], turn[0], drift[1], turn[1]])
 
-    def bent(self, s, k, y, past, node=None):
+    def curvatures(self, s, k, y, past, node=None):
         """Curvature where the belt runs up, shape (2, batch), and the true yaws of the tail and head pulley."""
         to_tail, to_head = self._responses(s)
         beta, beta_head = self._yaws(s, k)
@@ -135,20 +137,20 @@ class _Road:
         bent = np.stack([dot(to_head.run_off, *ends[1]), dot(to_tail.run_off, *ends[0])])
         bent = bent + self._pushed(s, ends, None)[1][::-1]
         stiff = -np.stack([to_head.run_off[1], to_tail.run_off[1]])
-        turn, aside = turned_by(bent - self.past.landed(s), stiff, self.line, self.sticks)
+        turn, aside = turned_by(bent - self.history.landing_curvature(s), stiff, self.line, self.sticks)
         gone = np.stack([aside, turn], axis=1)
         if node is not None:
-            self.past.gone[node] = gone.reshape(4, -1)
+            self.history.gone[node] = gone.reshape(4, -1)
         return past[0] + gone[0], past[1] + gone[1]
 
-    def slipped(self, k: int, y: np.ndarray) -> np.ndarray:
+    def slip_at_yaw_step(self, k: int, y: np.ndarray) -> np.ndarray:
         """The state once the run-ups have let go, in lanes whose yaw is changed at the beginning of step k."""
         line, before = self.line, self.nodes[max(k - 1, 0)]
         middle = (self.nodes[k] + self.nodes[k + 1]) / 2
         changed = (middle > line.yaw_at) & ((k == 0) | ((before + self.nodes[k]) / 2 <= line.yaw_at))
         if not changed.any():
             return y
-        kappa = self.bent(self.nodes[k], k, y, self.here)[0]
+        kappa = self.curvatures(self.nodes[k], k, y, self.here)[0]
         stiff = np.stack([span.run_up[3] for span in self._responses(self.nodes[k])])
         turn, aside = (np.where(changed, x, 0.0) for x in turned_by(kappa, stiff, line, self.sticks))
         return y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])
@@ -164,15 +166,15 @@ class _Road:
     def _pushed(self, s, ends, node):
         """Curvature that the loads add at the run-ups and at the run-offs of the two spans, each shape (2, batch)."""
         added_up, added_off = np.zeros((2, 2, len(self.line.stress)))
-        for prop in self.past.props:
-            load, to_tail = prop.load, prop.to_tail
+        for applied in self.history.applied_loads:
+            load, to_tail = applied.load, applied.to_tail
             off, up = (np.where(to_tail, *both) for both in zip(*ends, strict=True))
-            acts, kept = prop.acts(s, self.line, off, up, prop.now)
+            acts, kept = applied.acts(s, self.line, off, up, applied.now)
             chosen = np.stack([to_tail, ~to_tail])
             added_up += chosen * (load.run_up * acts)
             added_off += chosen * (load.run_off * acts)
             if node is not None:
-                prop.now = prop.kept[node] = kept
+                applied.now = applied.kept[node] = kept
         return added_up, added_off
 
     def _yielding(self, beta, beta_head, y, past, to_tail, to_head, pushed):
@@ -186,13 +188,13 @@ class _Road:
     def _responses(self, s: float) -> tuple[Span, Span]:
         """Of the span that runs to the tail and the one that runs to the head pulley."""
         if not self.of["tension"]:
-            return self.past.spans
+            return self.history.spans
         change, width = sum(f.tension(s, self.line) for f in self.of["tension"]), self.most - self.least
         t = np.divide(change - self.least, width, out=0 * width, where=width > 0)
         weights = ((1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1))
         blended = [
             replace(span, **{n: sum(w * getattr(r, n) for w, r in zip(weights, rows, strict=True)) for n in _ROWS})
-            for span, rows in zip(self.past.spans, self.slacker, strict=True)
+            for span, rows in zip(self.history.spans, self.slacker, strict=True)
         ]
         return blended[0], blended[1]
 

@@ -4,42 +4,108 @@ Sealed campaigns are answered, one result each is kept in the folder, and the ta
 again, it goes on.
 """
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
+from rich.table import Table
+
+from belt_sim.cores import cores
+from belt_sim.errors import InputError
+from belt_sim.provenance import provenance
+from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS
+from belt_sim.watch.progress import progress
+from belt_sim.whole_number import whole
 from studies.application import application
+from studies.challenge.registry import ABLATIONS, answerer, cost, source
+from studies.challenge.report import describe_hidden, publish, target_cells
+from studies.challenge.run_case import Task
+from studies.challenge.run_challenge import ablation_tasks, drawn_seeds, remaining, results, run_challenge
+from studies.challenge.score import ScoredCase, score_case
+from studies.challenge.targets import targets
+
+FEW = 10  # campaigns that are drawn where nobody says how many
+MIN_WIDTH = 120  # characters of the table
 
 
 def challenge(config: dict[str, Any]) -> None:
     """Answer sealed campaigns, keep one result each in ``folder``, and show the table of targets."""
-    from belt_sim.cores import cores
-    from belt_sim.watch.progress import progress
-    from studies.challenge.again import again
-    from studies.challenge.asked import asked, how_many
-    from studies.challenge.facts import facts_of
-    from studies.challenge.publish import publish
-    from studies.challenge.run import drawn_seeds, remaining, results, run_challenge
-    from studies.challenge.sources import cost
-    from studies.challenge.told import tell_targets, told
-
-    first, how = asked(config, Path(config["folder"]))
-    count = how_many(config)
-    for task, seeds in again(first, count) if first.of else [(first, range(first.seed, first.seed + (count or 0)))]:
+    first, sharing = options(config)
+    count = _count(config)
+    tasks = ablation_tasks(first, count) if first.of else [(first, range(first.seed, first.seed + (count or 0)))]
+    for task, seeds in tasks:
         todo = len(remaining(task, seeds))
         if todo and not task.of:
-            print(cost(task.source, todo, how["workers"] or cores()), flush=True)
+            print(cost(task.source, todo, sharing["workers"] or cores()), flush=True)
         if todo:
             with progress(todo, f"challenge {task.ablation}") as done:
 
                 def tell(result: dict[str, Any]) -> None:
-                    print(told(facts_of(result)), flush=True)
+                    print(summary(score_case(result)), flush=True)
                     done(1, f"campaign {result['seed']}")
 
-                run_challenge(task, seeds, **how, tell=tell)
+                run_challenge(task, seeds, **sharing, tell=tell)
         there = results(task.out)
-        tell_targets([facts_of(result) for result in there], task.out)
+        print_targets([score_case(result) for result in there], task.out)
         if config["publish"]:
             print(publish(there, Path(config["publish"]), Path(config["stored"]), drawn_seeds(task.out)))
+
+
+def options(config: Mapping[str, Any]) -> tuple[Task, dict[str, Any]]:
+    """The first campaign's task, and how the work is shared; raises InputError for what cannot be."""
+    source(config["source"])
+    answerer(config["ablation"])
+    first = Task(
+        seed=whole("first_seed", config["first_seed"], 0),
+        out=Path(config["folder"]).resolve(),
+        source=config["source"],
+        ablation=config["ablation"],
+        bootstraps=whole("bootstraps", config["bootstraps"], MIN_BOOTSTRAPS),
+        advised=whole("advice", config["advice"], 0),
+        others=bool(config["baselines"]) and config["ablation"] not in ABLATIONS,
+        commit=provenance()["commit"],
+        of=None if config["of"] is None else Path(config["of"]).resolve(),
+    )
+    workers = None if config["workers"] is None else whole("workers", config["workers"], 1)
+    minutes = None if config["minutes"] is None else _positive(config, "minutes")
+    return first, {"workers": workers, "minutes": minutes, "patience": _positive(config, "patience")}
+
+
+def _count(config: Mapping[str, Any]) -> int | None:
+    """Campaigns that are wanted; None: all that the folder ``of`` holds."""
+    if config["count"] is None:
+        return None if config["of"] is not None else FEW
+    return whole("count", config["count"], 0)
+
+
+def _positive(config: Mapping[str, Any], name: str) -> float:
+    value = config[name]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
+        raise InputError(name, value, "", "give a positive number")
+    return float(value)
+
+
+def summary(f: ScoredCase) -> str:
+    """One campaign in a line: what was hidden, what was answered, what that is worth."""
+    said = f"{f.verdict} {', '.join(f.named)}".strip()
+    alike = sorted({" + ".join(alias) for aliases in f.aliases.values() for alias in aliases})
+    said += f" ~ {', '.join(alike)}" if alike else ""
+    spent = f" ({f.seconds:.0f} s)" if f.seconds else ""
+    return f"{f.seed} {f.outcome:9s} {describe_hidden(f)} -> {said}{spent}"
+
+
+def print_targets(cases: Sequence[ScoredCase], folder: Path) -> None:
+    """The table of targets in the terminal."""
+    out = Console(highlight=False)
+    out.width = max(out.width, MIN_WIDTH)
+    shown = Table(title=f"{len(cases)} campaigns", title_justify="left")
+    for name in ("figure", "target", "found", "95 % interval", "note"):
+        shown.add_column(name, justify="left" if name in ("figure", "note") else "right")
+    for row in targets(cases):
+        shown.add_row(*target_cells(row), style="red" if row.met is False else None)
+    out.print(shown)
+    out.print(str(folder), soft_wrap=True)
 
 
 if __name__ == "__main__":

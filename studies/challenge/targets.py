@@ -4,14 +4,41 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import binomtest
 
 from belt_sim.results.found import APART, RESOLVED
-from studies.challenge.facts import NAMING, SURE, Facts
-from studies.challenge.wilson import Share, share_of
+from studies.challenge.score import NAMING, SURE, ScoredCase
 
 SIZES = (3, 6, 12, 24)
 _BETWEEN = {3: (2.0, 4.5), 6: (4.5, 9.0), 12: (9.0, 18.0), 24: (18.0, 1e9)}  # geometric means lie between sizes
+SEEN = 6 * 0.8  # d from which an effect is to be named
 GOOD_REMOVAL = 0.9
+
+
+@dataclass(frozen=True)
+class Share:
+    """``count`` of ``trials``."""
+
+    count: int
+    trials: int
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % interval of the share (Wilson); (0, 1) without trials."""
+        if self.trials == 0:
+            return 0.0, 1.0
+        found = binomtest(self.count, self.trials).proportion_ci(method="wilson")
+        return float(found.low), float(found.high)
+
+    @property
+    def value(self) -> float:
+        """The share; NaN without trials."""
+        return self.count / self.trials if self.trials else np.nan
+
+
+def share_of(flags: Sequence[bool]) -> Share:
+    """How many of the flags are set."""
+    return Share(sum(flags), len(flags))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,19 +75,19 @@ def size_class(d: float | None) -> int | None:
     return next((s for s, (low, high) in _BETWEEN.items() if low <= d < high), None)
 
 
-def of_kind(rows: Iterable[Facts], *kinds: str, least: float = 0.0) -> list[Facts]:
+def of_kind(rows: Iterable[ScoredCase], *kinds: str, least: float = 0.0) -> list[ScoredCase]:
     """Campaigns of some kinds, in which the smallest hidden effect has at least a size."""
     return [f for f in rows if f.kind in kinds and (least == 0.0 or (f.size is not None and f.size >= least))]
 
 
-def targets(rows: Sequence[Facts]) -> list[Target]:
+def targets(rows: Sequence[ScoredCase]) -> list[Target]:
     """All rows of the table, in the order of the document that sets them."""
     return [*_naming(rows), *_outside(rows), *_numbers(rows), *_discovery(rows)]
 
 
-def _naming(rows: Sequence[Facts]) -> list[Target]:
+def _naming(rows: Sequence[ScoredCase]) -> list[Target]:
     nothing, library, two = (of_kind(rows, k) for k in ("nothing", "library", "two"))
-    visible = of_kind(rows, "library", "two", least=6 * 0.8)
+    visible = of_kind(rows, "library", "two", least=SEEN)
     named = [f for f in visible if f.verdict in NAMING]
     sizes = [len(f.answer_set) / max(1, len(f.hidden)) for f in named]
     found = [
@@ -84,7 +111,7 @@ def _naming(rows: Sequence[Facts]) -> list[Target]:
     ]
 
 
-def _outside(rows: Sequence[Facts]) -> list[Target]:
+def _outside(rows: Sequence[ScoredCase]) -> list[Target]:
     strange, dirty = of_kind(rows, "outside"), of_kind(rows, "dirty")
     near = [f for f in strange if f.distance is not None and 8 <= f.distance <= 12]
     far = [f for f in strange if f.distance is not None and f.distance > 12]
@@ -105,7 +132,7 @@ def _outside(rows: Sequence[Facts]) -> list[Target]:
     ]
 
 
-def _numbers(rows: Sequence[Facts]) -> list[Target]:
+def _numbers(rows: Sequence[ScoredCase]) -> list[Target]:
     inside = [flag for f in rows for flag in f.covered]
     large = [f for f in of_kind(rows, "library", "two", least=12 * 0.8) if f.removed is not None]
     advised = [f for f in rows if f.advice is not None]
@@ -132,7 +159,7 @@ def _numbers(rows: Sequence[Facts]) -> list[Target]:
     ]
 
 
-def _discovery(rows: Sequence[Facts]) -> list[Target]:
+def _discovery(rows: Sequence[ScoredCase]) -> list[Target]:
     strange = [f for f in of_kind(rows, "outside") if f.distance is not None and f.distance >= 8]
     told = [f for f in strange if f.place is not None or f.discovered is None]
     nothing = of_kind(rows, "nothing")
@@ -153,18 +180,18 @@ def _discovery(rows: Sequence[Facts]) -> list[Target]:
     ]
 
 
-def confidently_wrong(f: Facts) -> bool:
+def confidently_wrong(f: ScoredCase) -> bool:
     """A false name is said with confidence."""
     return f.verdict in NAMING and any(p >= SURE for p in f.false_names.values())
 
 
-def _advice(f: Facts) -> bool:
+def _advice(f: ScoredCase) -> bool:
     return bool(f.advice)
 
 
-def _right(f: Facts) -> bool:
+def _right(f: ScoredCase) -> bool:
     return f.right
 
 
-def _share(rows: Sequence[Facts], flag: Callable[[Facts], bool]) -> Share:
+def _share(rows: Sequence[ScoredCase], flag: Callable[[ScoredCase], bool]) -> Share:
     return share_of([flag(f) for f in rows])

@@ -6,13 +6,13 @@ from belt_sim.campaign import read_campaign
 from belt_sim.campaign.problems import CampaignError
 from belt_sim.campaign.read import campaign_folder, shipped
 from belt_sim.paths import CAMPAIGNS
-from belt_sim.virtual_rig.folder import run_reveal
+from belt_sim.virtual_rig.blinding import reveal
 
 
 def test_a_shipped_campaign_needs_no_path(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert read_campaign("slack_belt").sha256 == read_campaign(CAMPAIGNS / "slack_belt").sha256
-    assert [e["id"] for e in run_reveal("slack_belt").effects] == ["sag_roll"]
+    assert [e["id"] for e in reveal(campaign_folder("slack_belt")).effects] == ["sag_roll"]
 
 
 def test_a_folder_of_that_name_comes_first(tmp_path, monkeypatch):

@@ -12,10 +12,9 @@ import pytest
 from belt_sim.campaign import read_campaign
 from belt_sim.paths import CAMPAIGNS
 from belt_sim.virtual_rig import reveal
-from belt_sim.virtual_rig.library import fault_of
+from belt_sim.virtual_rig.library import fault_from_spec
 from belt_sim.virtual_rig.observe import Errors, observe, true_line
-from belt_sim.virtual_rig.space_plan import SENSORS, space_plan
-from belt_sim.virtual_rig.stated_error import OWN_ERROR, with_simulator_error
+from belt_sim.virtual_rig.space import OWN_ERROR, SENSORS, space_plan, with_simulator_error
 from studies.samples import SPACE_SAMPLES
 
 GAIN, WANDER = OWN_ERROR["native"]
@@ -37,7 +36,7 @@ def errors_in_sigmas(name: str, *, with_faults: bool = True) -> np.ndarray:
         tension_rel=np.array(truth.settings["tension_rel"]),
         yaw=np.array(truth.settings["yaw"]),
     )
-    faults = [fault_of({"id": e["id"], **e["parameters"]}) for e in truth.effects] if with_faults else []
+    faults = [fault_from_spec({"id": e["id"], **e["parameters"]}) for e in truth.effects] if with_faults else []
     line = observe(plan, true_line(plan, truth.base, errors), faults)
     seen = np.array([[run.signals[s] for run in campaign.runs] for s in plan.signals]).transpose(0, 2, 1)
     return (seen - line) / np.sqrt(SENSED**2 + WANDER**2 + (GAIN * line) ** 2)

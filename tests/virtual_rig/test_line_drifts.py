@@ -5,18 +5,12 @@ import pytest
 from scipy.integrate import cumulative_trapezoid
 from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
 
-from belt_sim.virtual_rig.draw import shaped
-from belt_sim.virtual_rig.faults.build_up import BuildUp
-from belt_sim.virtual_rig.faults.crown import Crown
-from belt_sim.virtual_rig.faults.edge_profile import DECAY, FIRST, HARMONICS
-from belt_sim.virtual_rig.faults.pulley_deflection import PulleyDeflection
-from belt_sim.virtual_rig.faults.sensor_delay import SensorDelay
-from belt_sim.virtual_rig.faults.taper import Taper
-from belt_sim.virtual_rig.faults.taper_drift import TaperDrift
-from belt_sim.virtual_rig.faults.traction_loss import TractionLoss
-from belt_sim.virtual_rig.faults.unequal_tension import UnequalTension
-from belt_sim.virtual_rig.faults.yaw_drift import YawDrift
-from belt_sim.virtual_rig.faults.yaw_offset_tail import YawOffsetTail
+from belt_sim.virtual_rig.hidden import random_fault
+from belt_sim.virtual_rig.reference_effects.belt import DECAY, FIRST, HARMONICS
+from belt_sim.virtual_rig.reference_effects.contact import TractionLoss
+from belt_sim.virtual_rig.reference_effects.pulley import BuildUp, Crown, PulleyDeflection, Taper, TaperDrift
+from belt_sim.virtual_rig.reference_effects.sensor import SensorDelay
+from belt_sim.virtual_rig.reference_effects.yaw import UnequalTension, YawDrift, YawOffsetTail
 
 FORCE = 40e6 * 0.2 * 3e-4  # [N]
 LINEAR = 1e5  # [s]
@@ -100,7 +94,7 @@ def test_a_late_reading_shows_the_past_at_every_point():
 
 def test_edges_are_drawn_with_the_measured_spectrum():
     plan, rng = plan_of(), np.random.default_rng(0)
-    edges = [shaped("edge_profile", plan, rng).parameters() for _ in range(300)]
+    edges = [random_fault("edge_profile", plan, rng).parameters() for _ in range(300)]
     order = np.arange(1, HARMONICS + 1)
     squares = [np.mean([e[f"cos{k}"] ** 2 + e[f"sin{k}"] ** 2 for e in edges]) for k in order]
     slope, level = np.polyfit(np.log(order), np.log(squares) / 2, 1)

@@ -5,25 +5,12 @@ import pytest
 from virtual_bench import ARC, RADIUS, SPAN, YAW, late_rate, measured
 
 from belt_sim.si import MM, MM_PER_M, N_PER_MM2
-from belt_sim.virtual_rig.faults.cant import Cant
-from belt_sim.virtual_rig.faults.crown import Crown
-from belt_sim.virtual_rig.faults.edge_profile import EdgeProfile
-from belt_sim.virtual_rig.faults.encoder_scale import EncoderScale
-from belt_sim.virtual_rig.faults.sag_roll import SagRoll
-from belt_sim.virtual_rig.faults.sensor_drift import SensorDrift
-from belt_sim.virtual_rig.faults.sensor_gain import SensorGain
-from belt_sim.virtual_rig.faults.sensor_offset import SensorOffset
-from belt_sim.virtual_rig.faults.slip import Slip
-from belt_sim.virtual_rig.faults.soft_cover import SoftCover
-from belt_sim.virtual_rig.faults.speed_tension import SpeedTension
-from belt_sim.virtual_rig.faults.taper import Taper
-from belt_sim.virtual_rig.faults.tension_bias import TensionBias
-from belt_sim.virtual_rig.faults.weld import Weld
-from belt_sim.virtual_rig.faults.wobble import Wobble
-from belt_sim.virtual_rig.faults.yaw_backlash import YawBacklash
-from belt_sim.virtual_rig.faults.yaw_compliance import YawCompliance
-from belt_sim.virtual_rig.faults.yaw_offset_head import YawOffsetHead
-from belt_sim.virtual_rig.faults.yaw_offset_tail import YawOffsetTail
+from belt_sim.virtual_rig.reference_effects.belt import EdgeProfile, SagRoll, Weld
+from belt_sim.virtual_rig.reference_effects.contact import Slip, SoftCover
+from belt_sim.virtual_rig.reference_effects.drive import SpeedTension, TensionBias
+from belt_sim.virtual_rig.reference_effects.pulley import Cant, Crown, Taper, Wobble
+from belt_sim.virtual_rig.reference_effects.sensor import EncoderScale, SensorDrift, SensorGain, SensorOffset
+from belt_sim.virtual_rig.reference_effects.yaw import YawBacklash, YawCompliance, YawOffsetHead, YawOffsetTail
 
 LONG = {"length": 350.0, "spacing": 1.0}  # the transient has died out
 SETTLED = 2e-3  # relative: what is left of the transient after that

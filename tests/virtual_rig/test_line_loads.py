@@ -5,14 +5,10 @@ import pytest
 from scipy.linalg import expm
 from virtual_bench import SPAN, YAW, measured, plan_of
 
-from belt_sim.virtual_rig.faults.edge_guide import EdgeGuide
-from belt_sim.virtual_rig.faults.idler_skew import IdlerSkew
-from belt_sim.virtual_rig.faults.machine_tilt import MachineTilt
-from belt_sim.virtual_rig.faults.off_centre_load import OffCentreLoad
-from belt_sim.virtual_rig.faults.side_drag import SideDrag
 from belt_sim.virtual_rig.load import along_span, couple_at, force_at, rolling
 from belt_sim.virtual_rig.observe import Errors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, Setting
+from belt_sim.virtual_rig.reference_effects.span import EdgeGuide, IdlerSkew, MachineTilt, OffCentreLoad, SideDrag
 
 EXACT = 1e-5  # relative: 64 cubic elements a span
 TILTED = 1e-4
@@ -20,7 +16,7 @@ BENDING = 42000.0
 WEIGHT = 7850 * 9.81 * 0.2 * 3e-4  # [N/m]
 
 
-def line_of(base: str, tension: float = 10e6, direction: float = 1.0):
+def line_from(base: str, tension: float = 10e6, direction: float = 1.0):
     return true_line(plan_of(Setting(tension=tension, yaw=YAW, direction=direction)), base, Errors())
 
 
@@ -53,7 +49,7 @@ def ends_of(line, jump, at, spread) -> tuple[float, float, float]:
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_forces_and_couples_are_what_the_equations_say(base, share, direction):
     """EI kappa' jumps by a force towards +y, EI kappa falls by a couple that turns y' upwards."""
-    line = line_of(base, direction=direction)
+    line = line_from(base, direction=direction)
     along = (share if direction > 0 else 1 - share) * SPAN
     for load, place in ((force_at, 3), (couple_at, 2)):
         jump = np.zeros(6)
@@ -66,7 +62,7 @@ def test_forces_and_couples_are_what_the_equations_say(base, share, direction):
 @pytest.mark.parametrize("base", ["beam_th2", "strip"])
 def test_spread_loads_are_what_the_equations_say(base):
     """EI kappa'' = F y'' + p, and T phi'' = EI Z kappa - m for a couple m that lifts the side y > 0."""
-    line = line_of(base)
+    line = line_from(base)
     for load, place, size in ((along_span, 3, 1 / BENDING), (rolling, 5, -1 / line.torsion.item())):
         spread = np.zeros(6)
         spread[place] = size
@@ -77,7 +73,7 @@ def test_spread_loads_are_what_the_equations_say(base):
 
 def test_a_couple_is_two_forces_ahead_and_behind():
     """Towards +y ahead and towards -y behind turns y' upwards: as drag on the edge y > 0 does, r x F > 0."""
-    line, apart = line_of("strip"), 1e-3
+    line, apart = line_from("strip"), 1e-3
     ahead, behind = (force_at(line, True, 0.4 + side * apart / 2) for side in (1, -1))
     for name in ("run_up", "run_off", "tilt"):
         pair = (getattr(ahead, name) - getattr(behind, name)) / (apart * SPAN)
@@ -104,7 +100,7 @@ def test_a_slack_belt_rolls_with_the_gravity_of_a_leaning_machine():
 
 
 def test_the_loaded_side_of_a_flat_belt_goes_down_by_its_torsion():
-    line = line_of("beam_th2", 4e6)
+    line = line_from("beam_th2", 4e6)
     sunk = -0.01 * SPAN**2 / (8 * line.torsion.item())
     assert tilt_of(OffCentreLoad(moment=0.01), base="beam_th2") == pytest.approx(sunk, rel=1e-3)
     assert np.all(measured(OffCentreLoad(moment=0.01), yaw=0.0)[1] == 0.0)
@@ -130,7 +126,7 @@ def test_reversed_travel_is_the_machine_turned_about_the_vertical(fault, sign):
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
 def test_without_tension_a_span_is_a_clamped_beam(share):
     """kappa L = P L t^2 (1 - t)/EI under a force, M t (2 - 3 t)/EI under a couple (any table of beams)."""
-    line = line_of("beam_th2", 1e3)
+    line = line_from("beam_th2", 1e3)
     force, couple = (load(line, True, share).run_up.item() for load in (force_at, couple_at))
     assert force == pytest.approx(SPAN * share**2 * (1 - share) / BENDING, rel=1e-3)
     assert couple == pytest.approx(share * (2 - 3 * share) / BENDING, rel=1e-3)

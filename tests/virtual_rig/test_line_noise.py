@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from belt_sim.virtual_rig import Noise, Plan, Setting, make_campaign
-from belt_sim.virtual_rig.library import fault_of
+from belt_sim.virtual_rig.effect_size import detectability_of, scale_to_size
+from belt_sim.virtual_rig.library import fault_from_spec
 from belt_sim.virtual_rig.noise import draw_errors
-from belt_sim.virtual_rig.observe import Errors, stated, true_line
-from belt_sim.virtual_rig.size import fault_of_size, ruler
+from belt_sim.virtual_rig.observe import Errors, stated_data, true_line
 
 RUNS = 200
 STILL = Plan(runs=tuple(Setting(tension=20e6, yaw=0.0) for _ in range(RUNS)), length=30.0, spacing=0.5)
@@ -85,7 +85,7 @@ def test_machine_and_settings_miss_by_what_is_stated():
     """Drawn from their uncertainties, and true = stated + error."""
     rng = np.random.default_rng(0)
     drawn = [draw_errors(STILL, Noise(), rng) for _ in range(RUNS)]
-    for name, quantity in stated(STILL).items():
+    for name, quantity in stated_data(STILL).items():
         assert np.std([e.machine[name] for e in drawn]) == pytest.approx(quantity.u, rel=SPREAD)
     assert np.std(drawn[0].tension_rel) == pytest.approx(Noise().tension_rel, rel=SPREAD)
     assert np.std(drawn[0].yaw) == pytest.approx(Noise().yaw_u, rel=SPREAD)
@@ -93,19 +93,19 @@ def test_machine_and_settings_miss_by_what_is_stated():
     np.testing.assert_allclose([off.width[0], off.stress[0], off.yaw[0]], [0.201, 22e6, 2e-5], rtol=1e-12)
 
 
-def test_the_ruler_knows_white_noise():
+def test_detectability_knows_white_noise():
     """A shift c of n readings of white noise w has d = sqrt(n) c/w when no nuisance is in its way."""
     plan = Plan(runs=(Setting(tension=20e6, yaw=0.0),), length=60.0)
-    rule = ruler(plan, only(white=2e-5, yaw_u=1e-12), "beam_th2")
-    size = rule.sizes([fault_of({"id": "sensor_offset", "c1": 1e-5})])[0]
+    rule = detectability_of(plan, only(white=2e-5, yaw_u=1e-12), "beam_th2")
+    size = rule.sizes([fault_from_spec({"id": "sensor_offset", "c1": 1e-5})])[0]
     assert size == pytest.approx(np.sqrt(241) * 0.5, rel=1e-6)
 
 
 def test_a_zero_error_hides_an_offset():
     """With the shift's own prior z in the way, d = c / sqrt(z^2 + w^2/n)."""
     plan = Plan(runs=(Setting(tension=20e6, yaw=0.0),), length=60.0)
-    rule = ruler(plan, only(white=2e-5, zero=1e-4, yaw_u=1e-12), "beam_th2")
-    fault = fault_of({"id": "sensor_offset", "c1": 1e-5})
+    rule = detectability_of(plan, only(white=2e-5, zero=1e-4, yaw_u=1e-12), "beam_th2")
+    fault = fault_from_spec({"id": "sensor_offset", "c1": 1e-5})
     expected = 1e-5 / np.hypot(1e-4, 2e-5 / np.sqrt(241))
     assert rule.sizes([fault])[0] == pytest.approx(expected, rel=1e-4)
     assert np.linalg.norm(rule.reduced(rule.changes([fault])[0])) == pytest.approx(expected, rel=1e-4)
@@ -116,16 +116,16 @@ def test_an_error_of_the_tension_is_no_larger_than_what_settings_that_do_the_sam
     """At a low tension readings bend with it: to first order settings would miss most of what they can do."""
     plan = Plan(runs=tuple(Setting(tension=7e6, yaw=y) for y in (-7e-4, 7e-4)), length=20.0, spacing=0.5)
     noise = only(white=5e-7, tension_rel=0.016, yaw_u=1e-9)
-    rule = ruler(plan, noise, "strip")
-    fault = fault_of({"id": "tension_bias", "gain": 0.016 * sigmas})
+    rule = detectability_of(plan, noise, "strip")
+    fault = fault_from_spec({"id": "tension_bias", "gain": 0.016 * sigmas})
     bound = np.sqrt(2.0) * sigmas
     assert np.linalg.norm(rule.reduced(rule.changes([fault])[0])) > 1.5 * bound
     assert 0.9 * bound < rule.sizes([fault])[0] < 1.02 * bound
 
 
 def test_an_effect_is_brought_to_size():
-    rule = ruler(Plan(length=20.0, spacing=0.5), Noise(), "strip")
+    rule = detectability_of(Plan(length=20.0, spacing=0.5), Noise(), "strip")
     for name in ("taper", "soft_cover"):
-        fault, size = fault_of_size(rule, fault_of(name), 12.0)
+        fault, size = scale_to_size(rule, fault_from_spec(name), 12.0)
         assert size == pytest.approx(12.0, rel=0.01)
         assert rule.sizes([fault])[0] == pytest.approx(size, rel=1e-6)  # said as it is, not as it was wanted

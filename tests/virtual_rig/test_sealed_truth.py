@@ -9,15 +9,15 @@ import pytest
 
 from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError
-from belt_sim.virtual_rig import Plan, make_campaign, reveal, run_reveal, run_virtual_rig
-from belt_sim.virtual_rig.seal import HASH, SEALED
+from belt_sim.virtual_rig import Plan, make_campaign, reveal, write_blind
+from belt_sim.virtual_rig.blinding import HASH, SEALED
 
 SHORT = Plan(length=5.0, spacing=0.5)
 
 
 @pytest.fixture
 def folder(tmp_path):
-    run_virtual_rig(tmp_path / "c", hidden=["taper"], seed=4, plan=SHORT)
+    write_blind(tmp_path / "c", *make_campaign(hidden=["taper"], seed=4, plan=SHORT))
     return tmp_path / "c"
 
 
@@ -29,8 +29,8 @@ def refused(folder) -> str:
 
 
 def test_the_published_hash_opens_the_truth(tmp_path):
-    sha256 = run_virtual_rig(tmp_path / "c", hidden=["taper"], seed=4, plan=SHORT)
-    truth = run_reveal(tmp_path / "c")
+    sha256 = write_blind(tmp_path / "c", *make_campaign(hidden=["taper"], seed=4, plan=SHORT))
+    truth = reveal(tmp_path / "c")
     assert truth.sha256() == sha256
     assert truth.effects == [{"id": "taper", "parameters": {"kappa_t": 2e-5}, "d": None}]
     assert truth == make_campaign(hidden=["taper"], seed=4, plan=SHORT)[1]
@@ -66,7 +66,7 @@ def test_no_seal_is_one_line(folder):
 
 def test_the_same_seed_writes_the_same_folder(tmp_path):
     for name in ("a", "b"):
-        run_virtual_rig(tmp_path / name, hidden=["wobble"], seed=9, plan=SHORT)
+        write_blind(tmp_path / name, *make_campaign(hidden=["wobble"], seed=9, plan=SHORT))
     for path in (tmp_path / "a").iterdir():
         assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
 

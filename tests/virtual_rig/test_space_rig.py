@@ -10,25 +10,28 @@ from belt_sim.errors import BeltError, InputError
 from belt_sim.mujoco3d.options import Options
 from belt_sim.rig import GRAVITY
 from belt_sim.scene_parts import PulleySurface, Push, SceneParts
-from belt_sim.virtual_rig import reveal
+from belt_sim.virtual_rig import reveal, write_blind
 from belt_sim.virtual_rig.fault import overrides
-from belt_sim.virtual_rig.library import fault_of
-from belt_sim.virtual_rig.make import checked_base
+from belt_sim.virtual_rig.library import fault_from_spec
+from belt_sim.virtual_rig.make import check_base
 from belt_sim.virtual_rig.observe import Errors
 from belt_sim.virtual_rig.plan import Setting
 from belt_sim.virtual_rig.space import (
+    NARROW_BELT,
+    OWN_ERROR,
+    SENSORS,
+    TENSIONS,
+    YAW,
     SceneRun,
     engine_for,
     make_space_campaign,
     measure,
     read,
     run_scene,
-    run_space_rig,
+    space_plan,
     true_cases,
 )
-from belt_sim.virtual_rig.space_lot import SETTINGS, space_setting
-from belt_sim.virtual_rig.space_plan import NARROW_BELT, SENSORS, TENSIONS, YAW, space_plan
-from belt_sim.virtual_rig.stated_error import OWN_ERROR
+from belt_sim.virtual_rig.space_campaign import SETTINGS, space_setting
 
 COARSE = Options(dx=0.04, run_in=0.0, settle=0.2)
 TINY = replace(space_plan(), runs=(Setting(tension=40e6, yaw=YAW, speed=1.0),), length=0.5, spacing=0.1)
@@ -41,7 +44,7 @@ MIRRORED = (
 def edited(name: str, direction: float = 1.0, **parameters):
     """Scene parts after one fault."""
     plan = replace(TINY, runs=(replace(TINY.runs[0], direction=direction),))
-    fault = fault_of({"id": name, **parameters})
+    fault = fault_from_spec({"id": name, **parameters})
     case = true_cases(plan, "beam_th2", Errors())[0]
     return fault.scene(SceneParts.undisturbed(case), case)
 
@@ -126,8 +129,7 @@ def test_the_rig_is_one_where_beam_theory_holds():
 
 
 def test_a_tiny_campaign_is_written_and_its_truth_opens(tmp_path):
-    sha256 = run_space_rig(
-        tmp_path / "c",
+    made = make_space_campaign(
         hidden=[{"id": "taper", "kappa_t": 1e-4}],
         seed=5,
         plan=TINY,
@@ -135,6 +137,7 @@ def test_a_tiny_campaign_is_written_and_its_truth_opens(tmp_path):
         workers=1,
         engine="native",
     )
+    sha256 = write_blind(tmp_path / "c", *made)
     truth, campaign = reveal(tmp_path / "c"), read_campaign(tmp_path / "c")
     assert truth.sha256() == sha256
     assert truth.effects == [{"id": "taper", "parameters": {"kappa_t": 1e-4}, "d": None}]
@@ -142,7 +145,7 @@ def test_a_tiny_campaign_is_written_and_its_truth_opens(tmp_path):
     assert campaign.signals[0].gain > SENSORS.gain  # the simulator's own error is stated
     assert all(b"taper" not in path.read_bytes() for path in (tmp_path / "c").iterdir())
     with pytest.raises(InputError, match="exists"):
-        run_space_rig(tmp_path / "c", seed=5, plan=TINY)
+        write_blind(tmp_path / "c", *made)
 
 
 @pytest.mark.long
@@ -178,7 +181,7 @@ def test_settings_by_lot_meet_every_fault_once_and_come_again():
     assert [vars(h) for _, h in drawn[:5]] == [vars(space_setting(seed)[1]) for seed in range(5)]
     assert sorted(f.id for _, h in drawn for f in h.faults) == sorted(filter(None, SETTINGS))
     for base, hidden in drawn:
-        checked_base(base, hidden.faults)
+        check_base(base, hidden.faults)
         assert all(overrides(f, "scene") for f in hidden.faults)
         assert all(d > 3 for d in hidden.sizes)
 
@@ -193,14 +196,14 @@ def test_settings_by_lot_meet_every_fault_once_and_come_again():
 )
 def test_the_quick_engine_measures_what_it_can(name, options, engine):
     case = true_cases(TINY, "strip", Errors())[0]
-    assert engine_for(case, (fault_of(name),), options) == engine
+    assert engine_for(case, (fault_from_spec(name),), options) == engine
 
 
 @pytest.mark.long
 def test_both_engines_measure_alike():
     """Points 1 and 4 after half a metre, within what the file states of the engines' own errors and sensors."""
     case = true_cases(TINY, "strip", Errors())[0]
-    taper = (fault_of({"id": "taper", "kappa_t": 1e-4}),)
+    taper = (fault_from_spec({"id": "taper", "kappa_t": 1e-4}),)
     native, quasi_static = (
         read(TINY, [run_scene(SceneRun(case, taper, FINE, 0.5, e))]) for e in ("native", "quasi_static")
     )

@@ -7,6 +7,7 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.campaign import Run
+from belt_sim.results.found import RunSettings
 
 SAMPLES = 120
 OPPOSITE_YAW = 0.042 * si.DEGREE
@@ -20,6 +21,20 @@ class Action:
     run: Run
     all_points: bool = False
     turned_over: bool = False
+
+    @property
+    def settings(self) -> RunSettings:
+        """The same without words, for who follows the advice."""
+        run = self.run
+        return RunSettings(
+            tension=float(run.tension),
+            yaw=float(run.yaw),
+            speed=float(run.speed),
+            direction=float(run.direction),
+            travel=float(run.travel[-1]),
+            all_points=self.all_points,
+            turned_over=self.turned_over,
+        )
 
 
 def menu(template: Run) -> list[Action]:

@@ -56,7 +56,8 @@ def _best(outlook: "Outlook", chosen: Fit, pairs: list[Rival], keep: int) -> lis
         if sigma >= RESOLVED:
             alone = outlook.alone(k)
             sigma = min(sigma, alone.refitted(chosen, pair.fit), alone.refitted(pair.fit, chosen))
-        return NextRun(outlook.actions[k].words, (pair.effect, pair.other), before, sigma)
+        action = outlook.actions[k]
+        return NextRun(action.words, (pair.effect, pair.other), before, sigma, action.settings)
 
     with ThreadPoolExecutor(WORKERS) as pool:
         return [found.result() for found in [pool.submit(marched, *one) for one in promised]]

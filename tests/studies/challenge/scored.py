@@ -1,6 +1,6 @@
 """Truths and answers put together by hand: results of campaigns that nobody drew."""
 
-from studies.challenge.facts import Facts, facts_of
+from studies.challenge.score import ScoredCase, score_case
 
 DIRT = {"kind": "dropout", "signal": "y1", "run": "r02"}
 
@@ -16,5 +16,5 @@ def result(hidden, answer, **more):
     return common | {"seconds": {"answer": 3.0}, "truth": hidden, "answer": answer} | more
 
 
-def facts(hidden, answer) -> Facts:
-    return facts_of(result(hidden, answer))
+def facts(hidden, answer) -> ScoredCase:
+    return score_case(result(hidden, answer))

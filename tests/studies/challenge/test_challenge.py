@@ -15,14 +15,13 @@ from belt_sim.campaign import write_campaign
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.paths import ROOT
+from belt_sim.results.found import RunSettings
 from belt_sim.virtual_rig import reveal
-from belt_sim.virtual_rig.seal import HASH
-from studies.challenge.again import again
-from studies.challenge.answers import ANSWERS
-from studies.challenge.courier import Task
-from studies.challenge.facts import facts_of
-from studies.challenge.run import results, run_challenge
-from studies.challenge.sources import cost
+from belt_sim.virtual_rig.blinding import HASH
+from studies.challenge.registry import ANSWERS, cost
+from studies.challenge.run_case import Task
+from studies.challenge.run_challenge import ablation_tasks, results, run_challenge
+from studies.challenge.score import score_case
 from studies.challenge.targets import targets
 
 COUNT = len(HIDDEN)
@@ -36,7 +35,7 @@ def task(out: Path, who: str) -> Task:
 
 
 def rows(found):
-    return [facts_of(result) for result in found]
+    return [score_case(result) for result in found]
 
 
 def share(found, name: str):
@@ -82,7 +81,7 @@ def test_an_answer_is_frozen(tmp_path):
     one = task(tmp_path, "wrong")
     write_json(one.file("answers"), answer_of("taper"))
     (result,) = run_challenge(one, [0], workers=1)
-    assert list(facts_of(result).named) == ["taper"]
+    assert list(score_case(result).named) == ["taper"]
 
 
 def test_results_of_other_settings_are_not_mixed(right):
@@ -112,7 +111,7 @@ def test_a_truth_that_changed_since_it_was_sealed_is_refused(tmp_path):
     (place / HASH).write_text("0123  truth.sealed\n")
     (result,) = run_challenge(one, [0], workers=1)
     assert "sealed earlier" in result["answer"]["sentence"]
-    assert facts_of(result).outcome == "crash"
+    assert score_case(result).outcome == "crash"
 
 
 def test_killed_outright_it_goes_on_where_it_was(tmp_path):
@@ -134,13 +133,13 @@ def test_killed_outright_it_goes_on_where_it_was(tmp_path):
 
 
 def test_a_further_run_is_of_the_same_line(tmp_path):
-    from belt_sim.virtual_rig.further import measured_further
-    from studies.challenge.advice import advised_run
+    from belt_sim.virtual_rig.follow_up import add_follow_up_run
+    from studies.challenge.follow_up import advised_run
 
     campaign, truth = draw(1)
-    action = "put sensors at all four points (30 N/mm2, yaw +0.042 deg, 0.5 m/s, 20 m)"
-    run, signals = advised_run(campaign, action)
-    longer = write_campaign(measured_further(campaign, truth, run, signals, 5), tmp_path / "longer")
+    settings = RunSettings(tension=30e6, yaw=7.33e-4, speed=0.5, direction=1.0, travel=20.0, all_points=True)
+    run, signals = advised_run(campaign, settings)
+    longer = write_campaign(add_follow_up_run(campaign, truth, run, signals, 5), tmp_path / "longer")
     fresh, same = longer.runs[-1], campaign.runs[3]
     assert (fresh.tension, fresh.yaw) == pytest.approx((same.tension, same.yaw))
     assert set(fresh.signals) == {"y1", "y2", "y3", "y4"}
@@ -152,7 +151,7 @@ def test_the_diagnosis_itself_answers(who, tmp_path):
     """One effect, large, on a small plan: named, beside what plain methods say."""
     own = Task(seed=1, out=tmp_path, source="small_challenge:draw", ablation=who, bootstraps=100)
     (result,) = run_challenge(own, [1], workers=1)
-    found = facts_of(result)
+    found = score_case(result)
     assert (found.outcome, list(found.named)) == ("right", ["cant"])
     assert set(result["others"]) == {"iid_bic", "sparse", "sysid", "bic", "no_gate"}
     assert len(result["others"]["iid_bic"]["effects"]) > 1  # wander, taken for independent noise, names more
@@ -173,17 +172,17 @@ def test_all_others_answer_the_campaigns_of_a_challenge_again(right):
     """The folder's own source and number of bootstraps hold; results go beside it, by who answers."""
     out, _ = right
     first = replace(task(out / "elsewhere", "oracle"), of=out, bootstraps=999, others=True)
-    tasks = {t.ablation: (t, seeds) for t, seeds in again(first)}
+    tasks = {t.ablation: (t, seeds) for t, seeds in ablation_tasks(first)}
     assert set(tasks) == set(ANSWERS)
     for name, (one, seeds) in tasks.items():
         assert (one.source, one.bootstraps, one.others, one.of) == ("small_challenge:draw", 100, False, out)
         assert one.out == out.with_name(f"small_challenge_draw_{name}")
         assert seeds == list(range(COUNT))
-    ((alone, _),) = again(replace(first, ablation="no_repeats"))
+    ((alone, _),) = ablation_tasks(replace(first, ablation="no_repeats"))
     assert alone.ablation == "no_repeats"
-    assert all(seeds == [1, 2] for _, seeds in again(replace(first, seed=1), 2))
+    assert all(seeds == [1, 2] for _, seeds in ablation_tasks(replace(first, seed=1), 2))
     with pytest.raises(InputError, match="holds no results"):
-        again(replace(first, of=out / "nothing"))
+        ablation_tasks(replace(first, of=out / "nothing"))
 
 
 def test_what_it_takes_is_told_before_it_begins():

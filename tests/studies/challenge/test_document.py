@@ -3,9 +3,9 @@
 from scored import result, truth
 from small_challenge import answer_of
 
-from studies.challenge.facts import facts_of
-from studies.challenge.publish import publish as publish_into
-from studies.challenge.published import read_published
+from studies.challenge.report import publish as publish_into
+from studies.challenge.report import read_stored
+from studies.challenge.score import score_case
 
 
 def publish(results, top, drawn=()):
@@ -19,8 +19,8 @@ def test_what_is_published_reads_back_and_tells_failures_with_reasons(tmp_path):
         truth("library", "taper"), answer_of() | {"ranking": ranking}, others={"iid_bic": answer_of("taper")}
     )
     path = publish([good, missed], tmp_path)
-    (back,) = read_published(tmp_path / "challenge")
-    assert back.rows == [facts_of(good), facts_of(missed)]
+    (back,) = read_stored(tmp_path / "challenge")
+    assert back.cases == [score_case(good), score_case(missed)]
     assert [f.outcome for f in back.others["iid_bic"]] == ["wrong", "right"]
     text = path.read_text()
     assert "| right effect first, d = 12 | >= 98% | 1 of 2 |" in text
@@ -48,8 +48,8 @@ def test_results_in_any_order_are_one_file_and_what_has_no_answer_is_told(tmp_pa
     text = publish(answered, tmp_path, drawn=range(3, 13)).read_text()
     assert "first_seed=3 count=10 bootstraps=100    # 4 of 10 answered" in text
     assert "in no figure: 6 of mix (6-8, 10-12)" in text
-    (back,) = read_published(tmp_path / "challenge")
-    assert [f.seed for f in back.rows] == [3, 4, 5, 9]
+    (back,) = read_stored(tmp_path / "challenge")
+    assert [f.seed for f in back.cases] == [3, 4, 5, 9]
     whole = publish([answered[1], answered[3], answered[2]], tmp_path).read_text()  # takes the place of the other
     assert "first_seed=3 count=3 bootstraps=100    # 3 campaigns" in whole
     assert "in no figure" not in whole
@@ -79,7 +79,7 @@ def test_an_ablation_of_fewer_campaigns_stands_beside_the_diagnosis_on_these(tmp
 
 
 def test_failures_stand_below_their_cause(tmp_path):
-    ranking = [{"id": "taper", "gain": 99.0, "threshold": 9.0, "note": "implausible value"}]
+    ranking = [{"id": "taper", "gain": 99.0, "threshold": 9.0, "plausible": False, "note": "implausible value"}]
     unnamed = answer_of(verdict="none_known") | {"ranking": ranking}
     hidden = truth("library", "taper")
     answers = [unnamed, unnamed, answer_of(), answer_of("cant"), answer_of("taper")]

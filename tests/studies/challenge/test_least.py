@@ -4,7 +4,7 @@ import pytest
 from small_challenge import PLAN, answer_of
 
 from belt_sim.virtual_rig import Noise, make_campaign
-from studies.challenge.least import least_error
+from studies.challenge.oracle import least_error
 
 #: white noise only: a perfect law leaves just that, whatever is hidden
 WHITE = Noise(white=2e-5, zero=0.0, wander_sd=0.0, tension_rel=0.0, yaw_u=0.0)

@@ -4,11 +4,10 @@ import pytest
 from scored import DIRT, facts, result, truth
 from small_challenge import answer_of
 
-from studies.challenge.facts import facts_of, removed
 from studies.challenge.laws import pairs, place_said
-from studies.challenge.reliability import reliability
-from studies.challenge.targets import confidently_wrong, targets
-from studies.challenge.wilson import Share
+from studies.challenge.report import reliability
+from studies.challenge.score import removed, score_case
+from studies.challenge.targets import Share, confidently_wrong, targets
 
 
 def aliased(name: str, other: str):
@@ -74,7 +73,7 @@ def test_advice_counts_by_what_it_promises():
     results = [
         result(truth("library", "taper"), answer_of("taper"), advice={"resolved": r, "sigma_after": s}) for s, r in kept
     ]
-    rows = [facts_of(r) for r in results] + [facts(truth("library", "taper"), answer_of("taper"))]
+    rows = [score_case(r) for r in results] + [facts(truth("library", "taper"), answer_of("taper"))]
     found = {t.name: (t.found.count, t.found.trials) for t in targets(rows) if "advice" in t.name}
     assert list(found.values()) == [(2, 2), (1, 3)]
 

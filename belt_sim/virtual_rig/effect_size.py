@@ -1,0 +1,191 @@
+"""How large an effect is in a campaign: d, its size in units of noise once the nuisances had their say."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+
+from belt_sim.virtual_rig.fault import Fault
+from belt_sim.virtual_rig.line import Line, stack
+from belt_sim.virtual_rig.observe import Errors, observe, repeat_line, stated_data, true_line
+from belt_sim.virtual_rig.plan import Noise, Plan
+
+#: Trial sizes of an effect: downwards from its limit by this factor, this often.
+_FACTOR, _TRIALS = 3.0, 9
+_AWAY = 10.0  # [m] a belt that has run away
+_REFINED, _CLOSE = 2, 0.01  # rounds in which the size is closed in on, and how close is close
+_ROUNDS = 2  # more, in which machine and settings are put where a change looks like them
+_FURTHEST = 10.0  # sigma, by which they are
+_SEEN = 0.1  # noise units, below which it does not matter that they bend there
+
+
+@dataclass(frozen=True, eq=False)
+class Detectability:
+    """Measures changes of readings, shape (signals, n, runs), in units of noise and nuisances.
+
+    roots: one matrix a signal that makes its noise white; nuisances: their whitened one-sigma changes, (N, m): first
+    the machine's, then tension and yaw of every run.
+    """
+
+    plan: Plan
+    noise: Noise
+    law: str
+    base: Line
+    clean: np.ndarray
+    roots: list[np.ndarray]
+    nuisances: np.ndarray
+
+    def whitened(self, change: np.ndarray) -> np.ndarray:
+        """A change as one vector of unit noise."""
+        return np.concatenate([(root @ x).ravel() for root, x in zip(self.roots, change, strict=True)])
+
+    def reduced(self, change: np.ndarray) -> np.ndarray:
+        """A change as a vector whose length is its d: whitened, and relieved of what the nuisances explain."""
+        return self._relieved(self.whitened(change))
+
+    def _relieved(self, vector: np.ndarray) -> np.ndarray:
+        """With N N' = U diag(l^2) U', the metric (1 + N N')^-1 has the root 1 - U (1 - (1 + l^2)^-1/2) U'."""
+        u, share = self._nuisance_axes
+        return vector - u @ (share * (u.T @ vector))
+
+    @cached_property
+    def _nuisance_axes(self) -> tuple[np.ndarray, np.ndarray]:
+        squares, v = np.linalg.eigh(self.nuisances.T @ self.nuisances)
+        felt = squares > 1e-9 * max(squares.max(initial=0.0), 1e-30)
+        u = self.nuisances @ v[:, felt] / np.sqrt(squares[felt])
+        return u, 1 - 1 / np.sqrt(1 + squares[felt])
+
+    def sizes(self, faults: Sequence[Fault]) -> np.ndarray:
+        """d of each of several faults, all observed in one batch, shape (faults,).
+
+        A tension that errs does just what other settings of the runs do: where these bend, that is no size either.
+        """
+        seen = np.stack([self.whitened(c) for c in self.changes(faults)])
+        bent = self._second_order(seen)
+        for _ in range(_ROUNDS):
+            if rows := np.flatnonzero(bent.any(axis=1)).tolist():
+                bent[rows] = self._second_order(seen[rows] - bent[rows])
+        return np.linalg.norm([self._relieved(x) for x in seen - bent], axis=1)
+
+    def _second_order(self, seen: np.ndarray) -> np.ndarray:
+        """What machine and settings do beyond their derivatives where they most likely are after whitened changes
+        (faults, N), where that shows.
+        """
+        names, runs = [n for n, q in stated_data(self.plan).items() if q.u > 0], len(self.plan.runs)
+        shapes = self.nuisances[:, : len(names) + 2 * runs]
+        normal = np.eye(self.nuisances.shape[1]) + self.nuisances.T @ self.nuisances
+        likeliest = np.linalg.solve(normal, self.nuisances.T @ seen.T).T[:, : shapes.shape[1]]
+        likeliest = likeliest.clip(-_FURTHEST, _FURTHEST)
+        lines = [self._line_off(dict(zip(names, row, strict=False)), row[len(names) :]) for row in likeliest]
+        there = np.split(observe(self.plan, stack(lines), []), len(lines), axis=2)
+        found = np.stack([self.whitened(t - self.clean) for t in there]) - likeliest @ shapes.T
+        return np.where(np.linalg.norm(found, axis=1, keepdims=True) > _SEEN, found, 0.0)
+
+    def _line_off(self, machine: dict[str, float], settings: np.ndarray) -> Line:
+        """The line with machine data, tension and yaw of every run so many sigma off."""
+        tension, yaw = np.split(settings, 2)
+        off = {name: float(sigmas) * stated_data(self.plan)[name].u for name, sigmas in machine.items()}
+        errors = Errors(machine=off, tension_rel=self.noise.tension_rel * tension, yaw=self.noise.yaw_u * yaw)
+        return replace(true_line(self.plan, self.law, errors), run=np.arange(len(self.plan.runs)))
+
+    def changes(self, faults: Sequence[Fault]) -> list[np.ndarray]:
+        """Change of the readings by each fault alone."""
+        return changes(self.plan, self.base, self.clean, faults)
+
+
+def changes(plan: Plan, base: Line, clean: np.ndarray, faults: Sequence[Fault]) -> list[np.ndarray]:
+    """Change of the readings, shape (signals, n, runs), by each fault alone, all in one march."""
+    runs, classes = len(plan.runs), {type(f) for f in faults}
+    lanes = [_lanes(cls, faults, runs) for cls in sorted(classes, key=lambda c: c.id)]
+    with np.errstate(all="ignore"):  # a trial size may let the belt run away
+        seen = observe(plan, repeat_line(base, len(faults)), lanes)
+    seen = np.nan_to_num(seen, nan=_AWAY, posinf=_AWAY, neginf=-_AWAY).clip(-_AWAY, _AWAY)
+    return [seen[:, :, k * runs : (k + 1) * runs] - clean for k in range(len(faults))]
+
+
+def _lanes(cls: type[Fault], faults: Sequence[Fault], runs: int) -> Fault:
+    """Faults of one class as one fault with parameters a lane, null in the lanes of other classes."""
+    null = cls().parameters()
+    rows = [f.parameters() if type(f) is cls else null for f in faults]
+    alike = next(f for f in faults if type(f) is cls)
+    shared = {n for n, value in null.items() if not isinstance(value, float)}
+    values = {n: np.repeat([row[n] for row in rows], runs) for n in null if n not in shared}
+    return cls(**{n: getattr(alike, n) if n in shared else values[n] for n in null})
+
+
+def detectability_of(plan: Plan, noise: Noise, base: str) -> Detectability:
+    """What can be seen in noise as it truly is. Nuisances: zero, gain, tension and yaw of each run; machine data."""
+    noise = noise.as_it_is()
+    line, clean, moved = sensitivities(plan, base)
+    sheets = [noise.sheet(name, place) for name, place in plan.signals.items()]
+    roots = [_root(plan.travel, sheet, noise.smooth) for sheet in sheets]
+    blank = Detectability(plan, noise, base, line, clean, roots, np.empty(0))
+    columns = np.stack([blank.whitened(c) for c in _nuisances(moved, clean, sheets, noise)], axis=1)
+    return replace(blank, nuisances=columns)
+
+
+@lru_cache(maxsize=4)
+def sensitivities(plan: Plan, base: str) -> tuple[Line, np.ndarray, dict[str, np.ndarray]]:
+    """The line, its readings, and their change by one sigma of each machine datum and by a unit of each setting."""
+    runs, unit = len(plan.runs), {"tension": 1e-3, "yaw": 1e-6}
+    steps = {name: Errors(machine={name: q.u}) for name, q in stated_data(plan).items() if q.u > 0}
+    steps |= {"tension": Errors(tension_rel=unit["tension"]), "yaw": Errors(yaw=unit["yaw"])}
+    lines = [replace(true_line(plan, base, e), run=np.arange(runs)) for e in (Errors(), *steps.values())]
+    seen = observe(plan, stack(lines), [])
+    clean, *moved = (seen[:, :, k * runs : (k + 1) * runs] for k in range(len(lines)))
+    return lines[0], clean, {n: (m - clean) / unit.get(n, 1.0) for n, m in zip(steps, moved, strict=True)}
+
+
+def _root(travel: np.ndarray, sheet, smooth: bool) -> np.ndarray:
+    """Inverse of the Cholesky factor of a signal's covariance in one run."""
+    apart = np.abs(travel[:, None] - travel) / sheet.wander_length
+    alike = (1 + np.sqrt(3) * apart) * np.exp(-np.sqrt(3) * apart) if smooth else np.exp(-apart)
+    factor = cholesky(sheet.white**2 * np.eye(len(travel)) + sheet.wander_sd**2 * alike, lower=True)
+    return solve_triangular(factor, np.eye(len(travel)), lower=True)
+
+
+def _nuisances(moved: dict[str, np.ndarray], clean: np.ndarray, sheets, noise: Noise) -> list[np.ndarray]:
+    """One-sigma changes: machine data move all runs together, settings, zeros and gains one run each."""
+    lanes = np.eye(clean.shape[2])
+    found = [change for name, change in moved.items() if name not in ("tension", "yaw")]
+    found += [s * moved[n] * lane for s, n in ((noise.tension_rel, "tension"), (noise.yaw_u, "yaw")) for lane in lanes]
+    for k, sheet in enumerate(sheets):
+        for change in (np.full_like(clean, sheet.zero), sheet.gain * clean):
+            alone = np.zeros_like(clean)
+            alone[k] = change[k]
+            found += [alone * lane for lane in lanes] if alone.any() else []
+    return found
+
+
+def scale_to_size(detectability: Detectability, fault: Fault, wanted: float) -> tuple[Fault, float]:
+    """The fault, its sizes scaled together until its d is ``wanted`` or a limit is met; and the d it has."""
+    scales = largest_scale(fault) / _FACTOR ** np.arange(_TRIALS)[::-1]
+    found = np.maximum.accumulate(detectability.sizes([scale_fault(fault, s) for s in scales]))
+    k = int(np.searchsorted(found, wanted))
+    if k == len(scales):
+        return scale_fault(fault, scales[-1]), float(found[-1])
+    low, high = (scales[k - 1], found[k - 1]) if k else (0.0, 0.0), (scales[k], found[k])
+    for _ in range(_REFINED):
+        share = (wanted - low[1]) / max(high[1] - low[1], 1e-12)
+        trials = low[0] + (high[0] - low[0]) * np.clip([0.8 * share, share, 0.2 + 0.8 * share], 0.0, 1.0)
+        seen = np.maximum.accumulate(detectability.sizes([scale_fault(fault, s) for s in trials]))
+        close = int(np.argmin(np.abs(seen - wanted)))
+        if abs(seen[close] - wanted) < _CLOSE * wanted:
+            return scale_fault(fault, float(trials[close])), float(seen[close])
+        points = sorted([low, *zip(trials, seen, strict=True), high])
+        above = next(i for i, p in enumerate(points) if p[1] >= wanted)
+        low, high = points[max(above - 1, 0)], points[above]
+    share = (wanted - low[1]) / max(high[1] - low[1], 1e-12)
+    return scale_fault(fault, float(low[0] + np.clip(share, 0.0, 1.0) * (high[0] - low[0]))), wanted
+
+
+def largest_scale(fault: Fault) -> float:
+    """By how much a fault's sizes may be multiplied before the first meets its limit."""
+    return min(size.limit / abs(v) for name, size in fault.sizes.items() if (v := fault.parameters()[name]) != 0.0)
+
+
+def scale_fault(fault: Fault, factor: float) -> Fault:
+    """The fault with all its sizes multiplied."""
+    return replace(fault, **{n: v * factor for n, v in fault.parameters().items() if n in fault.sizes})

@@ -1,0 +1,76 @@
+"""Does the advised run tell the pair apart? It is made on the same line, and all is diagnosed again."""
+
+import tempfile
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from belt_sim.campaign import Campaign, Run, SignalSheet, read_campaign, write_campaign
+from belt_sim.results.found import RESOLVED, RunSettings
+from belt_sim.virtual_rig import Truth
+from belt_sim.virtual_rig.follow_up import add_follow_up_run
+from studies.challenge.registry import answerer
+from studies.challenge.score import score_case
+
+POINTS = ("point_1", "point_2", "point_3", "point_4")
+
+
+def promised(answer: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The first advice that promises to tell its pair apart, and that this rig can follow."""
+    for advice in answer.get("next_runs", []):
+        can = advice.get("settings") and not advice["settings"]["turned_over"]
+        if can and advice["sigma_after"] >= RESOLVED > advice["sigma_before"]:
+            return dict(advice)
+    return None
+
+
+def follow(
+    folder: Path, truth: Truth, answer: Mapping[str, Any], *, ablation: str, bootstraps: int
+) -> dict[str, Any] | None:
+    """What the second diagnosis says; resolved: the pair is told apart, and what is hidden is named (up to other
+    aliases that the answer declares).
+
+    None where no advice promises anything.
+    """
+    advice = promised(answer)
+    if advice is None:
+        return None
+    campaign = read_campaign(folder)
+    run, signals = advised_run(campaign, RunSettings(**advice["settings"]))
+    longer = add_follow_up_run(campaign, truth, run, signals, truth.seed)
+    with tempfile.TemporaryDirectory(prefix="belt_challenge_") as scratch:
+        place = Path(scratch) / "further"
+        write_campaign(longer, place)
+        again = answerer(ablation)(place, bootstraps, truth.seed, truth.base)
+    scored = score_case({"seed": truth.seed, "source": "", "truth": asdict(truth), "seconds": {}, "answer": again})
+    apart = sorted(advice["separates"]) not in [sorted((c["a"], c["b"])) for c in again["confusables"]]
+    return advice | {"verdict": again["verdict"], "named": sorted(scored.named), "resolved": apart and scored.right}
+
+
+def advised_run(campaign: Campaign, settings: RunSettings) -> tuple[Run, tuple[SignalSheet, ...]]:
+    """The run that an advice asks for, on the campaign's own spacing, and the sensors that it needs."""
+    like = next(run for run in campaign.runs if len(run.travel) > 1)
+    spacing = float(np.median(np.diff(like.travel)))
+    run = replace(
+        like,
+        tension=settings.tension,
+        yaw=settings.yaw,
+        speed=settings.speed,
+        direction=settings.direction,
+        travel=np.arange(0.0, settings.travel + 0.5 * spacing, spacing),
+        time=None,
+        signals={},
+        repeat_of=None,
+        use="fit",
+    )
+    return run, (*campaign.signals, *_missing(campaign)) if settings.all_points else campaign.signals
+
+
+def _missing(campaign: Campaign) -> list[SignalSheet]:
+    """Sensors like the campaign's own at the points where it has none."""
+    have = {s.at for s in campaign.signals}
+    like = next(s for s in campaign.signals if s.kind == "lateral")
+    return [replace(like, name=f"y{at[-1]}", at=at) for at in POINTS if at not in have]

@@ -1,0 +1,103 @@
+"""Who draws the campaigns of a challenge, and who answers them: functions by name."""
+
+import importlib
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from belt_sim.campaign import Campaign, read_campaign
+from belt_sim.errors import InputError
+from belt_sim.virtual_rig import Truth, random_campaign, random_nothing_campaign, random_unmodelled_campaign
+from belt_sim.virtual_rig.space_campaign import random_space_campaign
+
+Draw = Callable[[int], tuple[Campaign, Truth]]
+SOURCES: dict[str, Draw] = {
+    "mix": random_campaign,
+    "strangers": random_unmodelled_campaign,
+    "nothing": random_nothing_campaign,
+    "space": random_space_campaign,
+}
+#: Processor seconds that a campaign takes, coarsely: to draw it, and to answer it.
+SECONDS = {"mix": (1.0, 25.0), "nothing": (1.0, 25.0), "strangers": (3.0, 60.0), "space": (30.0, 20.0)}
+
+
+def cost(name: str, count: int, workers: int) -> str:
+    """What ``count`` campaigns of a source take, in a sentence; empty for a source of one's own."""
+    if name not in SECONDS:
+        return ""
+    draw, answer = SECONDS[name]
+    minutes = max(count * (draw + answer) / workers / 60.0, 1.0)
+    many = f"{count} campaigns, {workers} process{'es' if workers > 1 else ''}"
+    return f"{many}: some {minutes:.0f} min on quiet cores ({draw:.0f} s each to draw, {answer:.0f} s to answer)"
+
+
+def source(name: str) -> Draw:
+    """A source by its name, or one's own as ``module:function``; raises InputError when there is none."""
+    if name in SOURCES:
+        return SOURCES[name]
+    return imported(name, "source", SOURCES)
+
+
+#: answer(folder of the campaign, bootstraps, seed, base model) -> content of diagnosis.json
+Answer = Callable[[Path, int, int, str], dict[str, Any]]
+#: parts of an answer that no score looks at, and that are long
+_LONG = ("per_run", "runs_schema", "schema", "where", "provenance", "admitted")
+_CURVES = ("courses", "against", "curve", "effect_file", "campaign", "base_model")
+
+
+def diagnosed(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+    """What the diagnosis says of a campaign on disk."""
+    return _diagnosed(read_campaign(folder), bootstraps, seed, base)
+
+
+def no_repeats(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+    """The same of the campaign without its repeats: noise has to be taken as stated."""
+    campaign = read_campaign(folder)
+    runs = tuple(run for run in campaign.runs if run.repeat_of is None)
+    return _diagnosed(replace(campaign, runs=runs), bootstraps, seed, base, advise=False)
+
+
+def no_whitening(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+    """The same, all noise taken as independent from sample to sample: as large as stated, but without its length."""
+    return _diagnosed(with_white_noise(read_campaign(folder)), bootstraps, seed, base, advise=False)
+
+
+def with_white_noise(campaign: Campaign) -> Campaign:
+    """The campaign with wander stated as white noise of the same variance."""
+    signals = tuple(
+        replace(s, white=(s.white**2 + s.wander_sd**2) ** 0.5, wander_sd=0.0, wander_length=1.0)
+        for s in campaign.signals
+    )
+    return replace(campaign, signals=signals)
+
+
+def _diagnosed(campaign: Campaign, bootstraps: int, seed: int, base: str, advise: bool = True) -> dict[str, Any]:
+    from belt_sim.results.written import diagnosis_json
+    from belt_sim.use_cases.diagnose import diagnose
+
+    content = diagnosis_json(diagnose(campaign, base, bootstraps=bootstraps, seed=seed, advise=advise))
+    kept = {key: value for key, value in content.items() if key not in _LONG}
+    if "discovery" in kept:
+        kept["discovery"] = {k: v for k, v in kept["discovery"].items() if k not in (*_LONG, *_CURVES)}
+    return kept
+
+
+OWN = "diagnosis"
+ANSWERS: dict[str, Answer] = {OWN: diagnosed, "no_repeats": no_repeats, "no_whitening": no_whitening}
+#: the diagnosis without one of its parts; plain methods have answered the same campaigns beside the whole one
+ABLATIONS = tuple(name for name in ANSWERS if name != OWN)
+
+
+def answerer(name: str) -> Answer:
+    """Who answers, by name, or one's own as ``module:function``; raises InputError when there is none."""
+    return ANSWERS.get(name) or imported(name, "ablation", ANSWERS)
+
+
+def imported(name: str, key: str, known) -> Callable:
+    """A function of one's own by ``module:function``; raises InputError naming what else there is."""
+    module, _, attribute = name.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError):
+        raise InputError(key, name, "", f"use one of {', '.join(known)}, or module:function") from None

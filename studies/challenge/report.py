@@ -1,0 +1,610 @@
+"""docs/how_often_right.md and its pictures, written from the stored scores: targets, tables, ablations, failures."""
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from belt_sim.files import write_text
+from belt_sim.pictures import confusion_picture, reliability_picture
+from belt_sim.provenance import provenance
+from belt_sim.results.words import listed
+from studies.challenge.registry import OWN
+from studies.challenge.score import NAMING, STOPS, HeldBack, ScoredCase, score_case
+from studies.challenge.targets import (
+    GOOD_REMOVAL,
+    SEEN,
+    SIZES,
+    Share,
+    Target,
+    confidently_wrong,
+    of_kind,
+    share_of,
+    size_class,
+    targets,
+)
+
+SCHEMA = "belt-challenge-facts/1"
+SPACE = "space"
+PICTURES = {"confusion": "challenge_confusion.png", "reliability": "challenge_reliability.png"}
+_SENTENCE = 160  # characters that are kept of an answer's sentence, of its law, and of why it is wrong
+_LISTED = 12  # ranges of seeds that are listed one by one
+_COMMON = 6  # so many of what is hidden are listed beside a cause
+_VISIBLE = 4.5  # d: a smaller effect may be overlooked
+_LEVELS = (0.01, 0.05, 0.1, 0.25, 0.5)
+_EDGES = (0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)  # of bins of probability
+_DISTANCES = ((0.0, 8.0), (8.0, 12.0), (12.0, 20.0), (20.0, 1e9))
+_FAR = 8.0  # distance from which a law is expected to be found
+#: what another answer to the same campaign changes, and what of it is never stored
+_OF_AN_ANSWER = ("verdict", "named", "aliases", "outcome", "covered", "removed")
+_OF_THE_DIAGNOSIS = ("advice", "promised", "discovered", "place", "law", "why", "held_back", "p")
+
+_INTRO = """# How often the diagnosis is right
+
+Written by `python -m studies.challenge count=0 publish=docs` from the files in `studies/challenge/stored`; do not edit.
+
+Every campaign is drawn by the virtual rig, whose code shares nothing with the fitter but the file format. The SHA-256
+of its truth is written before anybody answers; the answer is made from the campaign's folder alone and kept; then the
+truth is opened. All campaigns that were answered count; a crash is wrong. d is the size of what is hidden in units of
+noise, after what nuisances can explain. Intervals are Wilson's, 95 %. An alias counts as right where the answer itself
+says that the two cannot be told apart.
+"""
+_IN_SPACE = """## Campaigns of the 3D belt
+
+Measured in three dimensions on a short rig (a = 2 m, five runs of 8 m, two sensors): membrane, pulleys and whatever is
+hidden are geometry, friction or gravity of the scene, and no span law or effect is in it. Every twenty campaigns meet
+each of fourteen faults once, and nothing six times. They are not in the figures above. The law and this belt differ by
+0.3 % of a reading and 1.6 um, which these sensors hardly see (d = 1.6, `python -m studies.space_error`); the campaign's
+file states it. In 8 m the belt goes round once and a half, so that a weld passes every pulley once or twice.
+"""
+_PAIRS = """## Two hidden effects
+
+By what the best single effect of the generator's library leaves of both, in units of noise. Where that is less than 3 a
+second effect lowers chi2 by 9 more than chance does at most; chance alone does as much, for one of thirty candidates,
+in 1 - 0.9973^30 = 8 % of campaigns.
+
+"""
+_OUTSIDE = """## What is not in the library
+
+The distance is what the best three effects of the library leave over of the hidden law, in units of noise. A place, and
+a variable with its form, are right where the discovered law, or one that the answer cannot tell from it, has the
+generator's; where no law is told they are wrong. The tables by form and law count distances of 8 and more.
+"""
+_COMPARED = """## Without its parts, and plain methods on the same campaigns
+
+Plain methods answer every campaign that the diagnosis has answered; its search by BIC and without the gate is read
+from the candidates that it tried. `python -m studies.challenge of=FOLDER count=100 publish=docs`, with its folder,
+lets the diagnosis without whitening or repeats answer a hundred of its campaigns. Where fewer were answered, what the
+diagnosis itself said of just these stands below.
+
+"""
+_WHO = {
+    OWN: "the diagnosis",
+    "no_whitening": "without whitening (wander taken as white noise)",
+    "no_repeats": "without the repeated runs (noise as stated)",
+    "no_gate": "what its search ends with, without the gate (no test of what is left)",
+    "bic": "its search by BIC alone",
+    "iid_bic": "least squares and BIC of independent readings",
+    "sparse": "sparse regression on the residual",
+    "sysid": "the same sets, noise taken from the fit",
+}
+
+# ---- stored scores
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stored:
+    """One challenge: how it was run, its scores, and the scores of other methods on the same campaigns."""
+
+    about: dict[str, Any]
+    cases: list[ScoredCase]
+    others: dict[str, list[ScoredCase]]
+
+    @property
+    def code(self) -> str:
+        """Commits of the code that answered."""
+        return ", ".join(c[:10] for c in self.about["commits"])
+
+    @property
+    def unanswered(self) -> list[int]:
+        """Seeds between the first and the last that have no answer."""
+        first, last = self.about["seeds"]
+        return sorted(set(range(first, last + 1)) - {f.seed for f in self.cases})
+
+
+def publish(results: Sequence[Mapping[str, Any]], top: Path, stored: Path, drawn: Sequence[int] = ()) -> Path:
+    """Write ``stored``/NAME.json from results, and ``top``/how_often_right.md with pictures from all such files.
+
+    NAME is the source, its first seed and who answered: new results take the place of those of the same campaigns, and
+    stand beside others, which are deleted by hand. drawn: seeds of all campaigns that were sealed, so that those
+    without an answer are listed. Returns the document's path.
+    """
+    if results:
+        first = min([r["seed"] for r in results] + list(drawn))
+        name = f"{results[0]['source']}_{first}_{results[0]['ablation']}".replace(":", "_")
+        write_text(stored / f"{name}.json", stored_text(results, drawn))
+    return write_report(top, read_stored(stored))
+
+
+def stored_text(results: Sequence[Mapping[str, Any]], drawn: Iterable[int] = ()) -> str:
+    """Scores of results as JSON, a campaign a line, so that a change shows as one; drawn: seeds of campaigns that were
+    sealed, answered or not."""
+    results = sorted(results, key=lambda r: r["seed"])
+    seeds = [*(r["seed"] for r in results), *drawn]
+    about = {name: results[0][name] for name in ("source", "ablation", "bootstraps")}
+    about |= {"seeds": [min(seeds), max(seeds)], "campaigns": len(results)}
+    about |= {"commits": sorted({str(r["commit"]) for r in results}), "versions": provenance()["versions"]}
+    lines = ",\n".join(json.dumps(_row(r), allow_nan=False) for r in results)
+    head = json.dumps({"schema": SCHEMA, **about}, allow_nan=False)
+    return f'{head[:-1]}, "rows": [\n{lines}\n]}}\n'
+
+
+def _row(result: Mapping[str, Any]) -> dict[str, Any]:
+    case = score_case(result)
+    words = {n: said[:_SENTENCE] for n in ("sentence", "discovered", "why") if (said := getattr(case, n))}
+    row = replace(case, **words).row()  # type: ignore[arg-type]
+    if result["truth"] is None or case.verdict == "crash" or "crash" in (result.get("others") or {"crash": ""}):
+        return row
+    others = {name: score_case(result, answer).row() for name, answer in result["others"].items()}
+    return row | {"others": {n: {k: o[k] for k in _OF_AN_ANSWER if k in o} for n, o in others.items()}}
+
+
+def read_stored(folder: Path) -> list[Stored]:
+    """Every file of scores in a folder, by name."""
+    contents = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))]
+    return [_stored(c) for c in contents if c.get("schema") == SCHEMA]
+
+
+def _stored(content: dict[str, Any]) -> Stored:
+    cases: list[ScoredCase] = []
+    others: dict[str, list[ScoredCase]] = {}
+    for row in content.pop("rows"):
+        answers = row.pop("others", {})
+        cases.append(ScoredCase.from_row(row))
+        truth = {k: v for k, v in row.items() if k not in (*_OF_AN_ANSWER, *_OF_THE_DIAGNOSIS)}
+        for name, other in answers.items():
+            others.setdefault(name, []).append(ScoredCase.from_row(truth | other))
+    return Stored(about=content, cases=cases, others=others)
+
+
+# ---- the document
+
+
+def write_report(top: Path, stored: Sequence[Stored]) -> Path:
+    """Write how_often_right.md and its pictures into a folder of documents."""
+    line = [p for p in stored if p.about["source"] != SPACE]
+    own = _own(line)
+    sources, codes = ([(name(p), p) for p in line] for name in (lambda p: p.about["source"], lambda p: p.code))
+    parts = [_INTRO, _commands(line), target_table(own)]
+    parts += [_side_by_side("## The same by source of campaigns", sources)]
+    parts += [_side_by_side("## The same by commit of the code", codes), by_size(own), by_pair(own)]
+    parts += [by_effect(own), by_plan(own), _pictures(top, own), outside_library(own), compared(line), failures(own)]
+    parts += [_space([p for p in stored if p.about["source"] == SPACE])]
+    return write_text(top / "how_often_right.md", "\n".join(p for p in parts if p))
+
+
+def _own(stored: Sequence[Stored]) -> list[ScoredCase]:
+    """Answers of the whole diagnosis."""
+    return [f for p in stored if p.about["ablation"] == OWN for f in p.cases]
+
+
+def _commands(stored: Sequence[Stored]) -> str:
+    """How every file of scores was made, and what of its seeds has no answer."""
+    lines, holes = [], []
+    for p in stored:
+        a, many = p.about, p.about["seeds"][1] - p.about["seeds"][0] + 1
+        settings = f"source={a['source']} ablation={a['ablation']} first_seed={a['seeds'][0]}"
+        settings += f" count={many} bootstraps={a['bootstraps']}"
+        answered = f"{len(p.cases)} campaigns" if len(p.cases) == many else f"{len(p.cases)} of {many} answered"
+        lines.append(f"python -m studies.challenge {settings}    # {answered}; commit {p.code}")
+        if p.unanswered and a["ablation"] == OWN:
+            holes.append(f"{len(p.unanswered)} of {a['source']} ({_ranges(p.unanswered)})")
+    text = "```\n" + "\n".join(lines) + "\n```\n"
+    if holes:
+        text += f"\nNot answered within the time there was, and in no figure: {'; '.join(holes)}.\n"
+        text += "What takes long is missing more often than what is answered soon.\n"
+    return text
+
+
+def _ranges(seeds: Sequence[int]) -> str:
+    """Numbers in ascending order as ranges: 3-5, 9."""
+    starts = [seeds[0], *(b for a, b in pairwise(seeds) if b != a + 1)]
+    ends = [*(a for a, b in pairwise(seeds) if b != a + 1), seeds[-1]]
+    ranges = [f"{a}" if a == b else f"{a}-{b}" for a, b in zip(starts, ends, strict=True)]
+    return ", ".join(ranges[:_LISTED]) + (", ..." if len(ranges) > _LISTED else "")
+
+
+def _space(stored: Sequence[Stored]) -> str:
+    """Campaigns that were measured on the 3D belt: the same tables, and every campaign with its answer."""
+    own = _own(stored)
+    if not own:
+        return ""
+    tables = [target_table(own), by_size(own), by_effect(own), compared(stored), failures(own)]
+    below = [text.replace("## ", "### ", 1) for text in tables if text]
+    folded = ["<details><summary>all of them</summary>\n", _each(own), "</details>\n"]
+    return "\n".join([_IN_SPACE, _commands(stored), *below, *folded])
+
+
+# ---- tables: groups of campaigns, and figures counted in each
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "/") for cell in line) + " |" for line in lines) + "\n"
+
+
+def counted(share: Share | None) -> str:
+    """A count; nothing without trials."""
+    return f"{share.count} of {share.trials}" if share is not None and share.trials else ""
+
+
+def ranged(flags: Sequence[bool]) -> str:
+    """A count with the 95 % interval of its share; nothing without trials."""
+    share = share_of(list(flags))
+    low, high = share.interval
+    return f"{counted(share)} ({100 * low:.0f} - {100 * high:.0f} %)" if share.trials else ""
+
+
+def _large(cases: Sequence[ScoredCase]) -> list[ScoredCase]:
+    return of_kind(cases, "library", "two", least=SEEN)
+
+
+def _outside(cases: Sequence[ScoredCase]) -> list[ScoredCase]:
+    return [f for f in of_kind(cases, "outside") if (f.distance or 0.0) >= _FAR]
+
+
+def _law_told(cases: Sequence[ScoredCase]) -> list[ScoredCase]:
+    """Where place and form of a discovered law can be judged."""
+    return [f for f in cases if f.place is not None or f.discovered is None]
+
+
+#: figure -> the flags of the campaigns in which it is counted
+FIGURES: dict[str, Callable[[Sequence[ScoredCase]], list[bool]]] = {
+    "exactly named": lambda cases: [f.right for f in cases],
+    "or in the confusable set": lambda cases: [set(f.hidden) <= f.answer_set for f in cases],
+    "none or one named": lambda cases: [set(f.named) < set(f.hidden) for f in cases],
+    "confidently wrong": lambda cases: [confidently_wrong(f) for f in cases],
+    "overlooked": lambda cases: [f.verdict == "adequate" for f in cases],
+    "95 % interval holds": lambda cases: [flag for f in cases for flag in f.covered],
+    "90 % of the error removed": lambda cases: [f.removed >= GOOD_REMOVAL for f in cases if f.removed is not None],
+    "false alarms": lambda cases: [not f.right for f in of_kind(cases, "nothing")],
+    "right, d >= 6": lambda cases: [f.right for f in _large(cases)],
+    "confidently wrong, d >= 6": lambda cases: [confidently_wrong(f) for f in _large(cases)],
+    "unknown flagged": lambda cases: [f.right for f in _outside(cases)],
+    "flagged as unknown": lambda cases: [f.right for f in cases],
+    "false names": lambda cases: [bool(f.false_names) for f in cases],
+    "place right": lambda cases: [bool(f.place) for f in _law_told(cases)],
+    "variable and form right": lambda cases: [bool(f.law) for f in _law_told(cases)],
+    "80 % of the error removed": lambda cases: [f.removed >= 0.8 for f in cases if f.removed is not None],
+}
+_IN_SHORT = ("false alarms", "right, d >= 6", "confidently wrong, d >= 6", "unknown flagged", "95 % interval holds")
+_OF_LAWS = ("flagged as unknown", "false names", "place right", "variable and form right", "80 % of the error removed")
+
+
+def figures(names: Sequence[str], cases: Sequence[ScoredCase]) -> list[str]:
+    """Cells of a row: the named figures, counted with their intervals."""
+    return [ranged(FIGURES[name](cases)) for name in names]
+
+
+def target_cells(row: Target) -> tuple[str, ...]:
+    """One row of the table of targets as text: figure, target, found, interval, note."""
+    low, high = row.found.interval
+    interval = f"{low:.0%} - {high:.0%}" if row.found.trials else ""
+    return row.name, row.wanted, f"{row.found.count} of {row.found.trials}", interval, row.note
+
+
+def target_table(cases: Sequence[ScoredCase]) -> str:
+    """The targets, and whether they are reached."""
+    head = ("figure", "target", "found", "95 % interval", "reached", "note")
+    reached = {True: "yes", False: "**no**", None: ""}
+    lines = [(*target_cells(t)[:4], reached[t.met], t.note) for t in targets(cases) if t.found.trials]
+    return f"## Targets\n\n{len(cases)} campaigns.\n\n{table(head, lines)}"
+
+
+def _side_by_side(title: str, stored: Sequence[tuple[str, Stored]]) -> str:
+    """The targets for every group of one name; nothing where there is but one."""
+    groups: dict[str, list[ScoredCase]] = {}
+    for name, p in stored:
+        if p.about["ablation"] == OWN:
+            groups.setdefault(name, []).extend(p.cases)
+    if len(groups) < 2:
+        return ""
+    found = [{t.name: t.found for t in targets(cases)} for cases in groups.values()]
+    every = dict.fromkeys(name for f in found for name in f)
+    lines = [(n, *(counted(f.get(n)) for f in found)) for n in every if any(counted(f.get(n)) for f in found)]
+    return f"{title}\n\n" + table(("figure", *groups), lines)
+
+
+def by_effect(cases: Sequence[ScoredCase]) -> str:
+    """One hidden effect: how often it is named rightly, by its size."""
+    library = of_kind(cases, "library")
+    lines = []
+    for name in sorted({f.hidden[0] for f in library}):
+        mine = [f for f in library if f.hidden == [name]]
+        sizes = [counted(share_of([f.right for f in mine if size_class(f.size) == s])) for s in SIZES]
+        large = [f for f in mine if (f.size or 0.0) >= SEEN]
+        seen = figures(("exactly named", "or in the confusable set"), large)
+        lines.append((name, *sizes, *seen, *figures(["95 % interval holds"], mine)))
+    head = ("effect", *(f"d = {s}" for s in SIZES), "d >= 6", "or in the confusable set", "95 % interval holds")
+    return "## One hidden effect, named rightly\n\n" + table(head, lines) if lines else ""
+
+
+def by_size(cases: Sequence[ScoredCase]) -> str:
+    """What is said of one effect, and of two, by the size of the smaller."""
+    names = ["exactly named", "or in the confusable set", "confidently wrong", "overlooked", "95 % interval holds"]
+    names += ["90 % of the error removed"]
+    lines = []
+    for kind, words in (("library", "one effect"), ("two", "two effects")):
+        for size in SIZES:
+            if mine := [f for f in of_kind(cases, kind) if size_class(f.size) == size]:
+                lines.append((f"{words}, d = {size}", *figures(names, mine)))
+    return "## By size\n\n" + table(("hidden", *names), lines) if lines else ""
+
+
+def by_pair(cases: Sequence[ScoredCase]) -> str:
+    """Two effects, by what the best single effect of the generator's library leaves of them."""
+    names = ("exactly named", "or in the confusable set", "none or one named", "confidently wrong")
+    classes = {"under 3": (0.0, 3.0), f"3 - {SEEN:.1f}": (3.0, SEEN), f"{SEEN:.1f} - 9": (SEEN, 9.0)}
+    lines = []
+    for words, (low, high) in (classes | {"9 and more": (9.0, np.inf)}).items():
+        mine = [f for f in of_kind(cases, "two") if f.distance is not None and low <= f.distance < high]
+        if mine:
+            lines.append((words, *figures(names, mine)))
+    return _PAIRS + table(("one effect leaves", *names), lines) if lines else ""
+
+
+def by_plan(cases: Sequence[ScoredCase]) -> str:
+    """The same figures for every kind of machine."""
+    lines = []
+    for plan in sorted({f.plan for f in cases if f.plan}):
+        mine = [f for f in cases if f.plan == plan]
+        spent = [f.seconds for f in mine if f.seconds is not None]
+        time = f"{np.median(spent):.0f} s, {np.quantile(spent, 0.9):.0f} s" if spent else ""
+        lines.append((plan, str(len(mine)), *figures(_IN_SHORT, mine), time))
+    return "## By plan\n\n" + table(("plan", "campaigns", *_IN_SHORT, "time: median, 9 of 10"), lines) if lines else ""
+
+
+def compared(stored: Sequence[Stored]) -> str:
+    """The diagnosis beside itself without its parts, and beside plain methods, on the same campaigns."""
+    answers: dict[str, list[ScoredCase]] = {OWN: []}
+    for p in stored:
+        answers.setdefault(p.about["ablation"], []).extend(p.cases)
+        for name, cases in p.others.items():
+            answers.setdefault(name, []).extend(cases)
+    own = answers.pop(OWN)
+    lines = [(_WHO[OWN], str(len(own)), *figures(_IN_SHORT, own))]
+    for name in sorted(answers, key=lambda n: list(_WHO).index(n) if n in _WHO else len(_WHO)):
+        cases = answers[name]
+        answered = {(f.source, f.seed) for f in cases}
+        same = [f for f in own if (f.source, f.seed) in answered]
+        lines.append((_WHO.get(name, name), str(len(cases)), *figures(_IN_SHORT, cases)))
+        if len(same) < len(own):
+            lines.append(("- the diagnosis on these", str(len(same)), *figures(_IN_SHORT, same)))
+    return _COMPARED + table(("who answers", "campaigns", *_IN_SHORT), lines)
+
+
+# ---- laws outside the library
+
+
+def outside_library(cases: Sequence[ScoredCase]) -> str:
+    """Campaigns whose hidden law is outside the library, by distance, form and law; empty where there is none."""
+    strange = [f for f in of_kind(cases, "outside") if f.distance is not None]
+    if not strange:
+        return ""
+    far = [f for f in strange if (f.distance or 0.0) >= _FAR]
+    return "\n".join([_OUTSIDE, _by_distance(strange), _by_form(far), _by_law(far)])
+
+
+def _by_distance(cases: Sequence[ScoredCase]) -> str:
+    lines = []
+    for low, high in _DISTANCES:
+        mine = [f for f in cases if low <= (f.distance or 0.0) < high]
+        words = f"under {high:g}" if low == 0.0 else f"{low:g} and more" if high > 1e6 else f"{low:g} - {high:g}"
+        if mine:
+            lines.append((words, str(len(mine)), *figures(_OF_LAWS, mine)))
+    return table(("distance", "campaigns", *_OF_LAWS), lines)
+
+
+def _by_form(cases: Sequence[ScoredCase]) -> str:
+    lines = []
+    for form in sorted({f.unknown[2] for f in cases if f.unknown}):
+        mine = [f for f in cases if f.unknown[2:] == [form]]
+        lines.append((form, str(len(mine)), *figures(_OF_LAWS, mine)))
+    return table(("form", "campaigns", *_OF_LAWS), lines) if lines else ""
+
+
+def _by_law(cases: Sequence[ScoredCase]) -> str:
+    """Every law of the generator, by form and place."""
+    lines = []
+    laws = {f.hidden[0]: ["", "", ""] for f in cases} | {f.hidden[0]: f.unknown for f in cases[::-1] if f.unknown}
+    for name in sorted(laws, key=lambda n: (laws[n][::-1], n)):
+        mine = [f for f in cases if f.hidden[0] == name]
+        place, variable, form = laws[name]
+        shares = [counted(share_of(FIGURES[figure](mine))) for figure in _OF_LAWS[:4]]
+        left = [f.removed for f in mine if f.removed is not None]
+        lines.append((form, variable, place, name, str(len(mine)), *shares, f"{np.median(left):.0%}" if left else ""))
+    head = ("form", "variable", "place", "law", "campaigns", *_OF_LAWS[:4], "error removed, median")
+    return table(head, lines) if lines else ""
+
+
+# ---- probabilities
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Names said at a probability from low to high; said: their mean; true: so many were hidden; alike: so many were,
+    or stand for a hidden effect that the answer itself cannot tell from them."""
+
+    low: float
+    high: float
+    said: float
+    true: Share
+    alike: Share
+
+    @property
+    def name(self) -> str:
+        """From where to where."""
+        return f"{self.low:g} - {self.high:g}"
+
+
+def reliability(cases: Sequence[ScoredCase]) -> list[Bin]:
+    """What probabilities are worth: every bin that holds a named effect."""
+    said = [(p, name in f.hidden, name not in f.false_names) for f in cases for name, p in f.named.items()]
+    found = []
+    for low, high in pairwise(_EDGES):
+        mine = [s for s in said if low <= s[0] < high or s[0] == high == _EDGES[-1]]
+        if mine:
+            mean = sum(p for p, _, _ in mine) / len(mine)
+            found.append(Bin(low, high, mean, share_of([t for _, t, _ in mine]), share_of([a for _, _, a in mine])))
+    return found
+
+
+def _by_probability(cases: Sequence[ScoredCase]) -> str:
+    """What was said with a probability, and how often it was true."""
+    lines = []
+    for b in reliability(cases):
+        low, high = b.true.interval
+        lines.append((b.name, f"{b.said:.3f}", counted(b.true), f"{low:.0%} - {high:.0%}", counted(b.alike)))
+    alike = "or cannot be told from what is, as the answer says"
+    return table(("probability", "mean said", "truly hidden", "95 % interval", alike), lines) if lines else ""
+
+
+def _by_chance(cases: Sequence[ScoredCase]) -> str:
+    """How often a p is small when nothing is hidden: as often as it says."""
+    said = [f.p for f in of_kind(cases, "nothing") if f.p is not None]
+    head = ("p of what is left, nothing hidden", *(f"<= {p}" for p in _LEVELS))
+    line = (f"{len(said)} campaigns", *(counted(share_of([p <= level for p in said])) for level in _LEVELS))
+    return table(head, [line]) if said else ""
+
+
+# ---- pictures
+
+
+def _pictures(top: Path, cases: Sequence[ScoredCase]) -> str:
+    parts = []
+    if _draw_confusion(top / "images" / PICTURES["confusion"], cases):
+        parts.append(f"![What was answered against what was hidden](images/{PICTURES['confusion']})\n")
+    if _draw_reliability(top / "images" / PICTURES["reliability"], cases):
+        parts.append(f"![Probability said against share truly hidden](images/{PICTURES['reliability']})\n")
+    parts += [_by_probability(cases), _by_chance(cases)]
+    return "## What is taken for what, and what probabilities are worth\n\n" + "\n".join(x for x in parts if x)
+
+
+def _draw_confusion(path: Path, cases: Sequence[ScoredCase]) -> bool:
+    """One hidden effect, nothing, or a law outside the library, against the first name or the verdict."""
+    seen = [(_hidden_row(f), _answer_column(f)) for f in cases if _hidden_row(f)]
+    if not seen:
+        return False
+    last = ("several", "unknown", "adequate", STOPS, "crash")
+    hidden, named = (
+        sorted(names - {*last}) + [n for n in last if n in names]
+        for names in ({pair[k] for pair in seen} for k in (0, 1))
+    )
+    counts = np.zeros((len(hidden), len(named)))
+    for row, column in seen:
+        counts[hidden.index(row), named.index(column)] += 1
+    title = "What is taken for what (one effect of d >= 4.5, nothing, strangers)"
+    confusion_picture(path, hidden, named, counts, title)
+    return True
+
+
+def _hidden_row(f: ScoredCase) -> str:
+    """The row of a campaign: adequate (nothing hidden), unknown (outside the library), or one effect."""
+    if f.kind == "library" and (f.size or 0.0) >= _VISIBLE:
+        return f.hidden[0]
+    return {"nothing": "adequate", "outside": "unknown"}.get(f.kind, "")
+
+
+def _answer_column(f: ScoredCase) -> str:
+    """The column of an answer: one name, several, or what the verdict says without a name."""
+    if f.verdict in NAMING and f.named:
+        return next(iter(f.named)) if len(f.named) == 1 else "several"
+    return "unknown" if f.verdict in ("none_known", *NAMING) else f.verdict
+
+
+def _draw_reliability(path: Path, cases: Sequence[ScoredCase]) -> bool:
+    """Probabilities that were said against how often they were right."""
+    bins = reliability(cases)
+    if not bins:
+        return False
+    said, found = np.array([b.said for b in bins]), np.array([b.true.value for b in bins])
+    low, high = np.array([b.true.interval for b in bins]).T
+    names = [f"{b.name}\n{b.true.count} of {b.true.trials}" for b in bins]
+    reliability_picture(path, names, said, found, low, high, "What a probability is worth")
+    return True
+
+
+# ---- failures
+
+
+def failures(cases: Sequence[ScoredCase]) -> str:
+    """Causes with counts, and every campaign below its cause, folded."""
+    wrong = [f for f in cases if not f.right and not (f.outcome == "missed" and (f.size or 2 * _VISIBLE) < _VISIBLE)]
+    groups: dict[str, list[ScoredCase]] = {}
+    for f in wrong:
+        groups.setdefault(cause(f), []).append(f)
+    ordered = sorted(groups.items(), key=lambda g: (-len(g[1]), g[0]))
+    counts = table(("what went wrong", "campaigns", "hidden"), [(c, str(len(g)), _most_common(g)) for c, g in ordered])
+    parts = [
+        f"## Failures\n\n{len(wrong)} of {len(cases)}; an effect below d = {_VISIBLE} that is overlooked is none.\n"
+    ]
+    parts += [counts] if wrong else []
+    for name, group in ordered:
+        parts += [f"<details><summary>{name}: {len(group)}</summary>\n", _each(group), "</details>\n"]
+    return "\n".join(parts)
+
+
+def cause(f: ScoredCase) -> str:
+    """What went wrong, in words that many campaigns share."""
+    if f.outcome == "crash":
+        return "a crash, or no answer within its time"
+    if f.kind == "dirty":
+        return "damage that was not seen"
+    if f.verdict == STOPS:
+        return "clean data taken for damaged"
+    if f.kind in ("nothing", "below_noise"):
+        return "nothing to be seen: an effect named" if f.named else "nothing to be seen: something unknown told"
+    if f.kind == "outside":
+        return "not in the library: overlooked" if f.verdict == "adequate" else "not in the library: a name of it given"
+    many = "two hidden" if f.kind == "two" else "one hidden"
+    if f.outcome == "unnamed":
+        return f"{many}: flagged as unknown, not named; {f.held_back or HeldBack.REST_FAILS}"
+    said = {
+        "missed": "overlooked",
+        "part": "only one named",
+        "beside": "a false name beside the truth",
+        "lookalike": "another named that the generator cannot tell from it either",
+    }
+    return f"{many}: {said.get(f.outcome, 'another named')}"
+
+
+def _most_common(cases: Sequence[ScoredCase]) -> str:
+    """The most common of what is hidden."""
+    found = Counter(" + ".join(f.hidden) or f.dirt or f.plan or f.kind for f in cases).most_common()
+    said = ", ".join(f"{name} {n}" if n > 1 else name for name, n in found[:_COMMON])
+    return said + (", ..." if len(found) > _COMMON else "")
+
+
+def _each(cases: Sequence[ScoredCase]) -> str:
+    """Campaigns, one a line."""
+    head = ("campaign", "source", "hidden", "answered", "outcome", "why")
+    return table(head, (_cells_of(f) for f in cases))
+
+
+def _cells_of(f: ScoredCase) -> tuple[str, ...]:
+    return str(f.seed), f.source, describe_hidden(f), f"{f.verdict} {', '.join(f.named)}", f.outcome, f.why
+
+
+def describe_hidden(f: ScoredCase) -> str:
+    """What a campaign hides, with sizes."""
+    sizes = [f" (d = {d:.0f})" if d else "" for d in f.d]
+    names = [f"{name}{size}" for name, size in zip(f.hidden, sizes, strict=True)]
+    far = f", distance {f.distance:.0f}" if f.kind == "outside" and f.distance is not None else ""
+    place = f" [{f.plan}]" if f.plan else ""
+    return f"{f.kind.replace('_', ' ')}: {listed([*names, *([f.dirt] if f.dirt else [])])}{far}{place}"

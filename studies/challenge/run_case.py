@@ -1,0 +1,160 @@
+"""One campaign: drawn and sealed, answered from its folder alone, revealed, and kept as one result file."""
+
+import hashlib
+import json
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from belt_sim.campaign import read_campaign, write_campaign
+from belt_sim.errors import InputError
+from belt_sim.files import write_json
+from belt_sim.virtual_rig.blinding import HASH, SEALED, Truth, reveal, seal
+from studies.challenge.registry import ABLATIONS, answerer, source
+from studies.challenge.score import CRASH
+
+RESULT = "belt-challenge/1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """One campaign to be answered: its seed, where results go, and how it is drawn and answered.
+
+    advised: advice for a next run is followed in every campaign of this number (0: never); others: whether plain
+    methods answer too; of: folder of another challenge whose campaigns are answered, none is drawn.
+    """
+
+    seed: int
+    out: Path
+    source: str = "mix"
+    ablation: str = "diagnosis"
+    bootstraps: int = 1000
+    advised: int = 0
+    others: bool = True
+    commit: str | None = None
+    of: Path | None = None
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What the results of one challenge have in common."""
+        return {name: getattr(self, name) for name in ("source", "ablation", "bootstraps")}
+
+    def file(self, kind: str) -> Path:
+        """Where a part of this campaign stands: campaigns/SEED, sealed/SEED, answers/SEED.json, results/SEED.json."""
+        drawn = kind in ("sealed", "campaigns")
+        return (self.of if drawn and self.of else self.out) / kind / (f"{self.seed}" if drawn else f"{self.seed}.json")
+
+
+def run_case(task: Task) -> None:
+    """Draw, seal, answer, reveal; leaves results/SEED.json whatever happens on the way."""
+    spent: dict[str, float] = {}
+    try:
+        with _timed(spent, "draw"):
+            sealed, base = draw(task)
+        with _timed(spent, "answer"):
+            answer, answer_hash = answer_case(task, base)
+        truth = reveal(task.file("sealed"))
+        more = _more(task, truth, answer, spent)
+        keep(task, answer=answer, answer_sha256=answer_hash, truth=truth, truth_sha256=sealed, seconds=spent, **more)
+    except Exception as error:  # the generator's, or this package's own: an outcome too, and shown
+        keep(task, answer=crashed(error), truth=None, seconds=spent)
+
+
+def draw(task: Task) -> tuple[str, str]:
+    """Leave the campaign in campaigns/SEED, its truth sealed elsewhere before anybody answers.
+
+    One that stands there already is not drawn again. Returns the hash of the truth, and the model that the campaign is
+    to be diagnosed with.
+    """
+    place, folder = task.file("sealed"), task.file("campaigns")
+    if folder.exists():
+        truth = reveal(place)
+        return truth.sha256(), truth.base
+    if task.of:
+        raise InputError("of", task.of, "", f"holds no campaign {task.seed}")
+    campaign, truth = source(task.source)(task.seed)
+    place.mkdir(parents=True, exist_ok=True)
+    if (place / HASH).exists():
+        if (place / HASH).read_text(encoding="ascii").split()[:1] != [truth.sha256()]:
+            raise InputError(f"campaign {task.seed}", "another truth", "", "was sealed earlier; choose another folder")
+        if not (place / SEALED).exists():
+            seal(truth, place)
+    else:
+        seal(truth, place)
+    write_campaign(campaign, folder, overwrite=True)  # whole or not at all; a killed run's process may be at it still
+    return truth.sha256(), truth.base
+
+
+def answer_case(task: Task, base: str) -> tuple[dict[str, Any], str]:
+    """The answer and its hash; once written it is frozen: a run that goes on after a stop takes it as it stands."""
+    place = task.file("answers")
+    if not place.exists():
+        try:
+            answer = answerer(task.ablation)(task.file("campaigns"), task.bootstraps, task.seed, base)
+        except Exception as error:  # a crash is an outcome
+            answer = crashed(error)
+        write_json(place, answer)
+    text = place.read_text(encoding="utf-8")
+    return json.loads(text), hashlib.sha256(text.encode()).hexdigest()
+
+
+def keep(task: Task, *, truth: Truth | None, answer: dict[str, Any], seconds: dict[str, float], **more: Any) -> None:
+    """Write the result of one campaign."""
+    content = {"schema": RESULT, "seed": task.seed, **task.settings, "commit": task.commit}
+    content |= {"truth": None if truth is None else asdict(truth), "answer": answer}
+    write_json(task.file("results"), content | {"seconds": {k: round(v, 2) for k, v in seconds.items()}} | more)
+
+
+def crashed(error: BaseException | str) -> dict[str, Any]:
+    """A crash as an answer."""
+    if isinstance(error, str):
+        return {"verdict": CRASH, "effects": [], "sentence": error}
+    last = traceback.extract_tb(error.__traceback__)[-1:]
+    place = "".join(f" ({Path(f.filename).name}:{f.lineno})" for f in last)
+    return {"verdict": CRASH, "effects": [], "sentence": f"{type(error).__name__}: {error}{place}"}
+
+
+def _more(task: Task, truth: Truth, answer: dict[str, Any], spent: dict[str, float]) -> dict[str, Any]:
+    """What is learnt after the answer is frozen: how small its error could have been, how others answer, and whether
+    the advised run tells."""
+    from studies.challenge.baselines import others
+    from studies.challenge.follow_up import follow
+    from studies.challenge.oracle import least_error
+
+    more: dict[str, Any] = {}
+    folder = task.file("campaigns")
+    if answer["verdict"] == CRASH or task.ablation in ABLATIONS:
+        return more
+    with _timed(spent, "least"):
+        more["least"] = _tried(lambda: least_error(read_campaign(folder), truth, answer))
+    if task.others:
+        with _timed(spent, "others"):
+            more["others"] = _tried(lambda: others(folder, truth.base, answer))
+    if task.advised and task.seed % task.advised == 0:
+        with _timed(spent, "advice"):
+            again = partial(follow, ablation=task.ablation, bootstraps=task.bootstraps)
+            more["advice"] = _tried(lambda: again(folder, truth, answer))
+    return more
+
+
+def _tried(what: Callable[[], Any]) -> Any:
+    """What a function returns, or a crash: it must not cost the answer that is kept already."""
+    try:
+        return what()
+    except Exception as error:
+        return {CRASH: crashed(error)["sentence"]}
+
+
+@contextmanager
+def _timed(spent: dict[str, float], name: str) -> Iterator[None]:
+    """Seconds by the clock, and of the processor as NAME_cpu."""
+    began, worked = time.perf_counter(), time.process_time()
+    try:
+        yield
+    finally:
+        spent[name], spent[f"{name}_cpu"] = time.perf_counter() - began, time.process_time() - worked

@@ -1,0 +1,90 @@
+"""A challenge: many campaigns, answered in parallel; stopped at any moment, it goes on where it was."""
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from belt_sim.cores import cores
+from belt_sim.errors import InputError
+from belt_sim.virtual_rig.blinding import SEALED, reveal
+from studies.challenge.pool import share
+from studies.challenge.registry import ANSWERS
+from studies.challenge.run_case import Task, crashed, keep, run_case
+
+PATIENCE = 1800.0  # [s] that one campaign may take
+
+
+def run_challenge(
+    first: Task,
+    seeds: Sequence[int],
+    *,
+    workers: int | None = None,
+    minutes: float | None = None,
+    patience: float = PATIENCE,
+    tell: Callable[[dict[str, Any]], None] = lambda result: None,
+) -> list[dict[str, Any]]:
+    """Answer the campaigns of ``seeds`` as ``first`` says; returns every result that its folder holds.
+
+    workers: processes (None: one a core); minutes: no campaign is begun later than that; tell: hears every result as
+    it comes. Results that are there already are kept. Raises InputError when the folder holds those of other settings.
+    """
+    tasks = remaining(first, seeds)
+    until = time.monotonic() + 60.0 * minutes if minutes is not None else float("inf")
+    for task, trouble in share(tasks, run_case, workers or cores(), limit=patience, until=until):
+        if trouble:
+            sealed = task.file("sealed")
+            truth = reveal(sealed) if (sealed / SEALED).exists() else None
+            keep(task, answer=crashed(trouble), truth=truth, seconds={})
+        tell(_read(task.file("results")))
+    return results(first.out)
+
+
+def remaining(first: Task, seeds: Sequence[int]) -> list[Task]:
+    """What is not there yet; raises InputError when the folder holds results of other settings."""
+    there = results(first.out)
+    _same_settings(first, there)
+    known = {r["seed"] for r in there}
+    return [replace(first, seed=s) for s in seeds if s not in known]
+
+
+def results(folder: Path) -> list[dict[str, Any]]:
+    """Every result of a challenge, by seed."""
+    return sorted(map(_read, (folder / "results").glob("[0-9]*.json")), key=lambda r: r["seed"])
+
+
+def drawn_seeds(folder: Path) -> list[int]:
+    """Seeds of the campaigns that a challenge has drawn and sealed, answered or not."""
+    return sorted(int(path.name) for path in (folder / "sealed").glob("[0-9]*"))
+
+
+def _read(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def _same_settings(task: Task, there: list[dict[str, Any]]) -> None:
+    for result in there[:1]:
+        for name, value in task.settings.items():
+            if result[name] != value:
+                remedy = f"{task.out} holds results with {result[name]}; choose another folder"
+                raise InputError(name, value, "", remedy)
+
+
+def ablation_tasks(first: Task, count: int | None = None) -> list[tuple[Task, list[int]]]:
+    """Task and seeds of everybody who is to answer the campaigns of ``first.of`` too; results go beside that folder.
+
+    Of the folder's seeds those from first.seed on, ``count`` at most. The folder's own source and bootstraps hold.
+    first.ablation: who is to answer; the one that the folder has been answered by already: all others.
+    """
+    assert first.of is not None
+    there = [r for r in results(first.of) if r["truth"] is not None]
+    if not there:
+        raise InputError("of", first.of, "", "holds no results of a challenge")
+    had, source, bootstraps = (there[0][n] for n in ("ablation", "source", "bootstraps"))
+    who = [name for name in ANSWERS if name != had] if first.ablation == had else [first.ablation]
+    seeds = [r["seed"] for r in there if r["seed"] >= first.seed][:count]
+    same = replace(first, source=source, bootstraps=bootstraps, others=False, advised=0)
+    names = {name: f"{source}_{name}".replace(":", "_") for name in who}
+    return [(replace(same, ablation=name, out=first.of.with_name(names[name])), seeds) for name in who]

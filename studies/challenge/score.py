@@ -1,0 +1,335 @@
+"""One campaign, scored: the truth beside the answer, as fields that can be counted."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from enum import StrEnum
+from typing import Any
+
+from belt_sim import si
+from belt_sim.results.words import TOGETHER
+from studies.challenge.laws import law_right, place_right
+
+SURE = 0.9  # probability from which a name is said with confidence
+NAMING = ("explained", "partly")
+#: an error is reducible where the held-out error exceeds the noise floor by this factor
+REDUCIBLE = 1.1
+STOPS = "cannot_say"
+CRASH = "crash"  # in place of what could not be worked out
+MOST_REASONS = 3
+
+
+class HeldBack(StrEnum):
+    """Why a hidden effect was flagged as unknown and not named, the weightiest first."""
+
+    NO_CANDIDATE = "it is no candidate"
+    NOT_VISIBLE = "the readings cannot show it"
+    BELOW_THRESHOLD = "it is below its threshold"
+    IMPLAUSIBLE = "its value is taken for implausible"
+    REST_FAILS = "what is left fails with it"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScoredCase:
+    """One campaign, scored.
+
+    kind: nothing, library, two, outside, below_noise, dirty (or not_drawn: the generator failed); d: sizes of what is
+    hidden; distance: of what is outside the library, after the best known effects; unknown: its place, variable and
+    form; named: effect -> probability; aliases: effect -> sets of effects that the answer says it cannot be told from;
+    outcome: see ``outcome_of``; covered: for each true parameter of a rightly named effect, whether it
+    lies in its 95 % interval; removed: share of the reducible held-out error; advice: whether the advised run told the
+    pair apart (None: not followed), promised: by so many sigma it was to; place, law: whether a discovered law has the
+    right place, variable and form (None: nothing to compare); p: of what is left, by chance; why: what went wrong,
+    empty when nothing did; held_back: why what is hidden was flagged and not named.
+    """
+
+    seed: int
+    source: str
+    kind: str
+    plan: str = ""
+    base: str = ""
+    hidden: list[str] = field(default_factory=list)
+    d: list[float | None] = field(default_factory=list)
+    lookalikes: list[str] = field(default_factory=list)
+    distance: float | None = None
+    unknown: list[str] = field(default_factory=list)
+    dirt: str | None = None
+    verdict: str = ""
+    named: dict[str, float] = field(default_factory=dict)
+    aliases: dict[str, list[tuple[str, ...]]] = field(default_factory=dict)
+    outcome: str = ""
+    suspected: list[str] = field(default_factory=list)
+    caught: bool = False
+    covered: list[bool] = field(default_factory=list)
+    removed: float | None = None
+    advice: bool | None = None
+    promised: float | None = None
+    discovered: str | None = None
+    place: bool | None = None
+    law: bool | None = None
+    p: float | None = None
+    seconds: float | None = None
+    sentence: str = ""
+    why: str = ""
+    held_back: HeldBack | None = None
+
+    @property
+    def size(self) -> float | None:
+        """d of the smallest hidden effect; None where it was not measured."""
+        return min((d for d in self.d if d is not None), default=None)
+
+    @property
+    def right(self) -> bool:
+        """Everything hidden was named, and nothing else, up to aliases that the answer declares."""
+        return self.outcome in ("right", "alias")
+
+    @property
+    def answer_set(self) -> set[str]:
+        """What was named, with everything that the answer says it could be instead."""
+        return set(self.named).union(*(alias for aliases in self.aliases.values() for alias in aliases))
+
+    @property
+    def told_by_an_alias(self) -> bool:
+        """Whether one set that the answer says it cannot tell from its own is what is hidden, neither more nor less."""
+        sets = (set(self.named) - {name} | set(alias) for name, aliases in self.aliases.items() for alias in aliases)
+        return any(one == set(self.hidden) for one in sets)
+
+    @property
+    def false_names(self) -> dict[str, float]:
+        """Effects that were named, and neither are hidden nor declared to be like a hidden one -> probability."""
+        return {n: p for n, p in self.named.items() if n not in self.hidden and not self._stands_for(n)}
+
+    def _stands_for(self, name: str) -> list[str]:
+        """Hidden effects that a name may stand for: declared aliases that were not named themselves, or all at once."""
+        aliases = self.aliases.get(name, [])
+        if any(len(alias) > 1 and set(alias) == set(self.hidden) for alias in aliases):
+            return self.hidden
+        return [h for h in self.hidden if h not in self.named and (h,) in aliases]
+
+    def row(self) -> dict[str, Any]:
+        """As JSON, without what is empty."""
+        content = {k: v for k, v in asdict(self).items() if v not in (None, [], {}, "")}
+        return content | ({"held_back": self.held_back.name} if self.held_back else {})
+
+    @classmethod
+    def from_row(cls, row: Mapping[str, Any]) -> "ScoredCase":
+        """From JSON."""
+        aliases = {name: [tuple(alias) for alias in sets] for name, sets in row.get("aliases", {}).items()}
+        held = {"held_back": HeldBack[row["held_back"]]} if "held_back" in row else {}
+        return cls(**{**row, "aliases": aliases, **held})
+
+
+def score_case(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None) -> ScoredCase:
+    """The facts of a result; ``answer``: another answer to the same campaign."""
+    truth, own = result["truth"], answer is None
+    answer = result["answer"] if answer is None else answer
+    known = {"seed": result["seed"], "source": result["source"], "seconds": result["seconds"].get("answer")}
+    if truth is None:
+        return ScoredCase(
+            **known, kind="not_drawn", verdict=answer["verdict"], outcome="crash", sentence=answer["sentence"]
+        )
+    effects = answer["effects"]
+    found = ScoredCase(
+        **known,
+        kind=kind_of(truth),
+        plan=" ".join(str(truth.get("plan") or "").split()[:1]),
+        base=truth["base"],
+        hidden=[e["id"] for e in truth["effects"]],
+        d=[_rounded(e.get("d")) for e in truth["effects"]],
+        lookalikes=list(truth["lookalikes"]),
+        distance=_rounded(truth["distance"]),
+        unknown=[truth[k] for k in ("place", "variable", "form")] if truth.get("place") else [],
+        dirt=(truth["dirty"] or {}).get("kind"),
+        verdict=answer["verdict"],
+        named={e["id"]: round(e["probability"], 4) for e in effects},
+        aliases={
+            e["id"]: [tuple(a.split(TOGETHER)) for a in e["confusable_with"]] for e in effects if e["confusable_with"]
+        },
+        suspected=sorted({s["kind"] for s in answer.get("suspicions", [])}),
+        caught=caught(truth, answer),
+        removed=removed(error_of(answer), result.get("least") if own else None),
+        **_followed(result if own else {}),
+        p=_p_value(answer),
+        sentence=answer.get("sentence", ""),
+    )
+    more = {"outcome": outcome_of(found), "covered": covered(truth, answer)} | discovery(truth, answer)
+    scored = replace(found, **more)
+    if scored.right:
+        return scored
+    held = held_back(scored, answer) if scored.outcome == "unnamed" else None
+    return replace(scored, why=explain(scored, answer), held_back=held)
+
+
+def kind_of(truth: Mapping[str, Any]) -> str:
+    """The kind of truth; what was stated on purpose counts as what it is."""
+    if truth["kind"] != "stated":
+        return truth["kind"]
+    return {0: "nothing", 1: "library"}.get(len(truth["effects"]), "two")
+
+
+def outcome_of(f: ScoredCase) -> str:
+    """What an answer is worth, in one word.
+
+    right: what is hidden is named and nothing else (nothing hidden: adequate; outside: flagged as unknown without a
+    false name; dirty: caught). alias: right up to aliases that the answer declares. missed: adequate. unnamed: flagged
+    as unknown. part: something hidden is not named, though it may be told as what cannot be excluded. beside: a false
+    name stands beside the true ones. lookalike: the generator itself cannot tell the name from the truth, but the
+    answer does not say so. crash; otherwise wrong.
+    """
+    if f.verdict in ("crash", STOPS) and f.kind != "dirty":
+        return "crash" if f.verdict == "crash" else "wrong"
+    if f.kind in ("nothing", "below_noise") and f.verdict == "adequate":
+        return "right"
+    if f.kind == "nothing":
+        return "wrong"
+    if f.kind == "outside":
+        return "right" if _flagged(f) else "missed" if f.verdict == "adequate" else "wrong"
+    if f.kind == "dirty":
+        return "crash" if f.verdict == "crash" else "right" if f.caught else "wrong"
+    return _naming(f)
+
+
+def _flagged(f: ScoredCase) -> bool:
+    return f.verdict not in ("adequate", "explained", "crash", STOPS) and not f.false_names
+
+
+def _naming(f: ScoredCase) -> str:
+    """Outcome where effects of the library are hidden."""
+    if f.verdict not in NAMING:
+        return "missed" if f.verdict == "adequate" else "unnamed"
+    named, hidden = set(f.named), set(f.hidden)
+    if named == hidden:
+        return "right"
+    if len(named) == len(hidden) and not f.false_names:
+        return "alias"
+    if named < hidden or f.told_by_an_alias:
+        return "part"
+    if named > hidden:
+        return "beside"
+    return "lookalike" if named and named <= hidden | set(f.lookalikes) else "wrong"
+
+
+def caught(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> bool:
+    """Whether damaged data were recognised: nothing is said of the model, or the damaged run and signal are named."""
+    dirt = truth["dirty"]
+    if not dirt or answer["verdict"] == "crash":
+        return False
+    if answer["verdict"] == STOPS:
+        return True
+    return any(
+        s.get("run") in (None, dirt["run"]) and s.get("signal") in (None, dirt["signal"])
+        for s in answer.get("suspicions", [])
+    )
+
+
+def covered(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> list[bool]:
+    """For each true parameter, whether the interval of the effect of its name holds it.
+
+    Only where exactly the hidden effects are named and nothing is left: elsewhere values are effective ones.
+    """
+    found = {e["id"]: e["parameters"] for e in answer["effects"]}
+    if answer["verdict"] != "explained" or set(found) != {e["id"] for e in truth["effects"]}:
+        return []
+    inside = []
+    for effect in truth["effects"]:
+        for name, true in effect["parameters"].items():
+            estimate = found[effect["id"]].get(name)
+            if estimate is not None:
+                low, high = estimate["interval_95"]
+                inside.append(bool(low <= true <= high))
+    return inside
+
+
+def removed(error: Mapping[str, Any] | None, least: Mapping[str, float] | None = None) -> float | None:
+    """(before - after) / (before - least) of the held-out rms, in mm or m; None with nothing to remove.
+
+    least: what a law that knows the truth would have left of these readings (oracle.py); where nobody worked that out
+    it is the noise floor that the answer tells. All beside what every held-out run's own zero, gain and settings most
+    likely are, where the answer tells that error: no effect can know those.
+    """
+    if not error or not error.get("held_out"):
+        return None
+    own = error.get("beside_settings") or error.get("own")  # as a set of effects tells it, or a discovered law
+    told = own or error["held_out"]
+    unit = "_mm" if "before_mm" in told else ""
+    before, after = told[f"before{unit}"], told[f"after{unit}"]
+    floor = next(d[k] for d in (told, error) for k in (f"noise_floor{unit}", "floor") if k in d)
+    if least and CRASH not in least:
+        floor = least["beside_settings_mm" if own else "plain_mm"] * (1.0 if unit else si.MM)
+    if not before > REDUCIBLE * floor:
+        return None
+    return round(min(1.0, (before - after) / (before - floor)), 4)
+
+
+def error_of(answer: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """The error with everything that was found: effects, or else the discovered law."""
+    said = answer.get("discovery") or {}
+    return said["error"] if said.get("found") and said.get("error") else answer.get("error")
+
+
+def discovery(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, Any]:
+    """The law that the answer says it discovered, and whether place, and variable and form, are the true ones."""
+    said = answer.get("discovery")
+    if not said or not said.get("found"):
+        return {}
+    told = {"discovered": said["sentence"]}
+    if not truth.get("place"):
+        return told
+    return told | {"place": place_right(truth, said), "law": law_right(truth, said)}
+
+
+def _followed(result: Mapping[str, Any]) -> dict[str, Any]:
+    """What came of the advice that was followed, and what it had promised."""
+    advice = result.get("advice") or {}
+    return {"advice": advice.get("resolved"), "promised": _rounded(advice.get("sigma_after"))}
+
+
+def _p_value(answer: Mapping[str, Any]) -> float | None:
+    return (answer.get("discovery") or {}).get("p")
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(float(value), 3)
+
+
+def explain(case: ScoredCase, answer: Mapping[str, Any]) -> str:
+    """Which hidden effect was held back by what, which false name got in with what, or the words of a crash."""
+    if case.outcome == "crash":
+        return case.sentence
+    if case.verdict == STOPS:
+        return f"suspects {', '.join(case.suspected) or 'damage'}"
+    tried = {t["id"]: t for t in answer.get("ranking", [])}
+    said = [_explain_one(name, tried.get(name)) for name in case.hidden if name not in case.named]
+    said += [f"{name} at probability {sure:.2f}" for name, sure in case.false_names.items()]
+    if case.kind in ("nothing", "below_noise") and not case.named:
+        failed = ", ".join((answer.get("open_set") or {}).get("failed", []))
+        said.append(f"what is left fails {failed}" if failed else case.verdict)
+    return "; ".join(said[:MOST_REASONS])
+
+
+def held_back(case: ScoredCase, answer: Mapping[str, Any]) -> HeldBack:
+    """What kept the hidden effects from being named; the weightiest reason of several."""
+    tried = {t["id"]: t for t in answer.get("ranking", [])}
+    found = {_held_back_by(tried.get(name)) for name in case.hidden if name not in case.named}
+    return next((reason for reason in HeldBack if reason in found), HeldBack.REST_FAILS)
+
+
+def _held_back_by(trial: Mapping[str, Any] | None) -> HeldBack:
+    if trial is None:
+        return HeldBack.NO_CANDIDATE
+    if trial["threshold"] is None:
+        return HeldBack.NOT_VISIBLE
+    if trial["gain"] <= trial["threshold"]:
+        return HeldBack.BELOW_THRESHOLD
+    return HeldBack.REST_FAILS if trial["plausible"] else HeldBack.IMPLAUSIBLE
+
+
+def _explain_one(name: str, trial: Mapping[str, Any] | None) -> str:
+    """What the ranking says of an effect that is hidden and was not named."""
+    reason = _held_back_by(trial)
+    if trial is None or reason is HeldBack.NO_CANDIDATE:
+        return f"{name} is no candidate"
+    if reason is HeldBack.NOT_VISIBLE:
+        return f"the readings cannot show {name}"
+    if reason is HeldBack.BELOW_THRESHOLD:
+        return f"{name}: gain {trial['gain']:.1f} under its threshold {trial['threshold']:.1f}"
+    return f"{name}: gain {trial['gain']:.1f} over {trial['threshold']:.1f}, {trial['note']}"

@@ -1,0 +1,119 @@
+"""What is hidden, at random or by name."""
+
+import numpy as np
+import pytest
+
+from belt_sim.errors import InputError
+from belt_sim.virtual_rig import Plan, Setting, hidden, make_campaign
+from belt_sim.virtual_rig.corruptions import CORRUPTIONS
+from belt_sim.virtual_rig.hidden import MIX, random_fault, random_noise
+from belt_sim.virtual_rig.library import CATALOGUE, RANDOM_LIBRARY, UNMODELLED
+from belt_sim.virtual_rig.plan import Noise
+
+SMALL = Plan(
+    runs=tuple(Setting(tension=t, yaw=y) for t in (10e6, 40e6) for y in (-7e-4, 7e-4)),
+    length=30.0,
+    spacing=0.5,
+)
+
+
+def test_the_mix_is_complete_and_unmodelled_faults_are_many():
+    assert sum(MIX.values()) == pytest.approx(1.0)
+    assert len(UNMODELLED) >= 8
+    assert not set(UNMODELLED) & set(CATALOGUE)
+
+
+@pytest.mark.parametrize("kind", MIX)
+def test_every_kind_makes_a_campaign(kind, monkeypatch):
+    monkeypatch.setattr(hidden, "MIX", {kind: 1.0})
+    campaign, truth = make_campaign(hidden="random", seed=11, plan=SMALL)
+    assert truth.kind == kind
+    assert all(np.all(np.isfinite(run.signals["y1"])) for run in campaign.runs)
+    expected = {"nothing": 0, "dirty": 0, "two": 2}.get(kind, 1)
+    assert len(truth.effects) == expected
+    if kind == "library":
+        assert min(abs(truth.effects[0]["d"] - d) for d in hidden.SIZES) < 0.2 * truth.effects[0]["d"]
+        assert truth.effects[0]["id"] in {c.id for c in RANDOM_LIBRARY if not c.part_of}
+    if kind == "outside":
+        assert truth.effects[0]["id"] in UNMODELLED
+        assert truth.distance is not None
+        assert truth.distance > 0.5 * hidden.OUTSIDE[0]
+        assert truth.lookalikes == []
+    if kind == "below_noise":
+        assert truth.effects[0]["d"] <= hidden._BELOW[1]
+    if kind == "dirty":
+        assert truth.dirty is not None
+
+
+def test_the_same_seed_draws_the_same():
+    first, again = (make_campaign(hidden="random", seed=21, plan=SMALL)[1] for _ in range(2))
+    assert first == again
+
+
+def test_noise_by_lot_stays_within_its_bounds():
+    drawn = [random_noise(Noise(), np.random.default_rng(k)) for k in range(300)]
+    scales = np.array([n.scale for n in drawn])
+    assert scales.min() > 0.6 - 1e-9
+    assert scales.max() < 1.4 + 1e-9
+    assert scales.std() > 0.2
+    assert 0.05 < np.mean([n.heavy_tails for n in drawn]) < 0.15
+
+
+@pytest.mark.parametrize("name", sorted(CATALOGUE | UNMODELLED))
+def test_every_fault_can_be_drawn(name):
+    fault = random_fault(name, SMALL, np.random.default_rng(0))
+    assert any(fault.parameters()[n] != 0.0 for n in fault.sizes)
+
+
+@pytest.mark.parametrize("name", sorted(CORRUPTIONS))
+def test_dirt_spoils_one_run(name):
+    clean = np.random.default_rng(0).normal(size=(2, 50, 3)) + 3.0
+    spoilt = clean.copy()
+    CORRUPTIONS[name](spoilt, 1, 2)
+    assert np.any(spoilt[1, :, 2] != clean[1, :, 2])
+    assert np.all(spoilt[:, :, :2] == clean[:, :, :2])
+
+
+def test_a_stated_size_is_reached():
+    _, truth = make_campaign(hidden=[{"id": "cant", "d": 6}], seed=1, plan=SMALL)
+    assert truth.kind == "stated"
+    assert truth.effects[0]["d"] == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "says"),
+    [
+        (["tapper"], "tapper"),
+        ([{"id": "taper", "kappa": 1.0}], "kappa_t"),
+        ([{"id": "taper", "kappa_t": "big"}], "number"),
+        ([{"id": "taper", "kappa_t": 1.0}], "between"),
+        ([{"id": "soft_cover", "c": -1e-6}], "between"),
+        ([{"kappa_t": 1.0}], "use one of"),
+        ([{"id": "taper", "d": -3}], "positive"),
+        ([3], "ids"),
+        ("often", "random"),
+    ],
+)
+def test_wrong_wishes_are_one_line(hidden, says):
+    with pytest.raises(InputError) as caught:
+        make_campaign(hidden=hidden, seed=1, plan=SMALL)
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_sag_roll_is_hidden_under_th2_only():
+    assert make_campaign(hidden=["sag_roll"], seed=1, plan=SMALL)[1].base == "beam_th2"
+    with pytest.raises(InputError, match="beam_th2"):
+        make_campaign(hidden=["sag_roll"], base="strip", seed=1, plan=SMALL)
+
+
+@pytest.mark.parametrize("wrong", [{"seed": -1}, {"seed": 1.5}, {"base": "rope"}])
+def test_wrong_settings_are_one_line(wrong):
+    with pytest.raises(InputError):
+        make_campaign(plan=SMALL, **wrong)
+
+
+@pytest.mark.long
+def test_forty_campaigns_by_lot_do_not_crash():
+    kinds = {make_campaign(hidden="random", seed=seed)[1].kind for seed in range(40)}
+    assert len(kinds) >= 4
