@@ -165,8 +165,8 @@ def diagnoses(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
 
 def scores(only: str, folder: Path, count: int = PER_SOURCE) -> Iterator[tuple[str, Json]]:
     """Scored answers to published campaigns, drawn and answered anew: some minutes each on a busy core."""
-    from studies.challenge.courier import Task, carry
-    from studies.challenge.facts import facts_of
+    from studies.challenge.run_case import Task, run_case
+    from studies.challenge.score import score_case
 
     seen: dict[str, int] = {}
     for name, row in golden("scores").items():
@@ -176,8 +176,8 @@ def scores(only: str, folder: Path, count: int = PER_SOURCE) -> Iterator[tuple[s
             continue
         task = Task(seed=row["seed"], out=folder / source, source=source, bootstraps=400, others=False)
         if not task.file("results").exists():
-            carry(task)
-        yield name, scored(facts_of(json.loads(task.file("results").read_text())).row())
+            run_case(task)
+        yield name, scored(score_case(json.loads(task.file("results").read_text())).row())
 
 
 PARTS: dict[str, Callable[..., Iterator[tuple[str, Json]]]] = {
@@ -189,11 +189,11 @@ PARTS: dict[str, Callable[..., Iterator[tuple[str, Json]]]] = {
 
 
 def published_scores() -> dict[str, Json]:
-    """The rows of docs/challenge that are kept: the first of each source; of mix so many of each kind."""
+    """The rows of studies/challenge/stored that are kept: the first of each source; of mix so many of each kind."""
     quota = {"nothing": 3, "library": 7, "two": 4, "outside": 2, "dirty": 3, "below_noise": 1}
     kept = {}
     for name in SCORED:
-        rows = json.loads((ROOT / "docs" / "challenge" / f"{name}_diagnosis.json").read_text())["rows"]
+        rows = json.loads((ROOT / "studies" / "challenge" / "stored" / f"{name}_diagnosis.json").read_text())["rows"]
         left = dict(quota) if name.startswith("mix") else dict.fromkeys(quota, PER_SOURCE)
         for row in rows:
             if left[row["kind"]] > 0 and sum(k.startswith(row["source"]) for k in kept) < PER_SOURCE:

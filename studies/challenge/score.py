@@ -1,6 +1,6 @@
 """One campaign, scored: the truth beside the answer, as fields that can be counted."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from typing import Any
@@ -108,14 +108,20 @@ class ScoredCase:
     def row(self) -> dict[str, Any]:
         """As JSON, without what is empty."""
         content = {k: v for k, v in asdict(self).items() if v not in (None, [], {}, "")}
+        if self.aliases:
+            content["aliases"] = {name: [list(alias) for alias in sets] for name, sets in self.aliases.items()}
         return content | ({"held_back": self.held_back.name} if self.held_back else {})
 
     @classmethod
     def from_row(cls, row: Mapping[str, Any]) -> "ScoredCase":
-        """From JSON."""
-        aliases = {name: [tuple(alias) for alias in sets] for name, sets in row.get("aliases", {}).items()}
+        """From JSON; in files of version 0.1 the effects of one set are joined in one text."""
+        aliases = {name: [_as_set(alias) for alias in sets] for name, sets in row.get("aliases", {}).items()}
         held = {"held_back": HeldBack[row["held_back"]]} if "held_back" in row else {}
         return cls(**{**row, "aliases": aliases, **held})
+
+
+def _as_set(alias: str | Sequence[str]) -> tuple[str, ...]:
+    return tuple(alias.split(TOGETHER) if isinstance(alias, str) else alias)
 
 
 def score_case(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None) -> ScoredCase:
@@ -141,9 +147,7 @@ def score_case(result: Mapping[str, Any], answer: Mapping[str, Any] | None = Non
         dirt=(truth["dirty"] or {}).get("kind"),
         verdict=answer["verdict"],
         named={e["id"]: round(e["probability"], 4) for e in effects},
-        aliases={
-            e["id"]: [tuple(a.split(TOGETHER)) for a in e["confusable_with"]] for e in effects if e["confusable_with"]
-        },
+        aliases={e["id"]: [_as_set(a) for a in e["confusable_with"]] for e in effects if e["confusable_with"]},
         suspected=sorted({s["kind"] for s in answer.get("suspicions", [])}),
         caught=caught(truth, answer),
         removed=removed(error_of(answer), result.get("least") if own else None),

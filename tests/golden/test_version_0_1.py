@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import belt_sim as bs
-from belt_sim.virtual_rig.seal import reveal
-from studies.challenge.published import read_published
+from belt_sim.virtual_rig import reveal
+from studies.challenge.report import read_stored
 
 OLD = Path(__file__).parent / "version_0_1"
 WRITTEN = 1e-9  # relative; files hold every digit that is compared
@@ -62,7 +62,8 @@ def test_a_sealed_truth():
 
 
 def test_a_published_challenge():
-    (published,) = read_published(OLD / "challenge")
-    assert [f.kind for f in published.rows] == ["two", "outside", "dirty"]
-    assert published.rows[1].law is not None
+    (published,) = read_stored(OLD / "challenge")
+    assert [f.kind for f in published.cases] == ["two", "outside", "dirty"]
+    assert published.cases[1].law is not None
     assert "sysid" in published.others
+    assert published.cases[0].aliases == {"yaw_offset_head": [("taper",)]}
