@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections import Counter
 from dataclasses import dataclass
+from datetime import datetime, time
 from typing import Any
 
 import numpy as np
@@ -155,7 +156,7 @@ NUMBERS: dict[str, tuple[str, Range, float | None]] = {
     "u_yaw_at_m": ("yaw_at_u", plausible.YAW_AT_U, 0.0),
 }
 REQUIRED = ("run", "tension_N_per_mm2", "yaw_deg")
-KNOWN = ("run", *NUMBERS, "repeat_of", "use")
+KNOWN = ("run", *NUMBERS, "repeat_of", "use", "started")
 RATES = ("rate1", "rate2", "rate3", "rate4")
 #: A repeat's stated settings may differ from its first run's by this share: set again, they are read again.
 REPEAT_TOLERANCE = 0.05
@@ -183,6 +184,7 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
     for row in rows_where(np.isfinite(direction) & (np.abs(direction) != 1.0)):
         table.refuse(row, "direction", direction[row], "", "must be 1 (upper span runs from head to tail) or -1")
     uses, repeats = _uses(table), table.columns.get("repeat_of", [""] * len(table))
+    started = _clock_times(table)
     runs: dict[str, Run] = {}
     lines: dict[str, int] = {}
     for row, name in enumerate(table.columns["run"]):
@@ -190,9 +192,20 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
             continue
         lines[name] = int(table.lines[row])
         values: dict[str, Any] = {field: float(column[row]) for field, column in numbers.items()}
-        runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=uses[row], **values)
+        runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=uses[row], started=started[row], **values)
     _check_repeats(runs, lines, problems)
     return RunRows(runs, lines)
+
+
+def _clock_times(table: Table) -> list[str]:
+    """Return when each run started, as written; a cell that is no ISO date or time of day is refused."""
+    cells = table.columns.get("started", [""] * len(table))
+    for row, cell in enumerate(cells):
+        try:
+            (datetime if "-" in cell else time).fromisoformat(cell or "00:00")
+        except ValueError:
+            table.refuse(row, "started", cell, "", "write a date and time as 2024-05-12T13:00:00, or leave it blank")
+    return cells
 
 
 def _uses(table: Table) -> list:

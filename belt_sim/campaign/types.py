@@ -98,7 +98,7 @@ class Run:
     [m/s]; direction +1 or -1; repeat_of names the first run with the same settings. travel [m], shape (n,),
     increasing from the straight start at 0; time [s], shape (n,), or None; signals: name -> shape (n,) [m or rad],
     nan where blank. A signal without any value in this run is absent from ``signals``; n = 0 for a run of steady
-    rates only.
+    rates only. started: date and time of day of the first reading (ISO 8601; "" where not known).
     """
 
     name: str
@@ -111,6 +111,7 @@ class Run:
     yaw_at_u: float = 0.0
     repeat_of: str | None = None
     use: Use = "fit"
+    started: str = ""
     travel: np.ndarray = field(default_factory=lambda: np.empty(0))
     time: np.ndarray | None = None
     signals: dict[str, np.ndarray] = field(default_factory=dict)

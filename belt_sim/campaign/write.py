@@ -165,8 +165,10 @@ def runs_text(runs: tuple[Run, ...]) -> str:
         _cells(np.array([run.yaw_at_u for run in runs])),
         [run.repeat_of or "" for run in runs],
         [run.use for run in runs],
+        [run.started for run in runs],
     ]
-    stated = [name != "u_yaw_at_m" or any(run.yaw_at_u for run in runs) for name in KNOWN]
+    optional = {"u_yaw_at_m": any(run.yaw_at_u for run in runs), "started": any(run.started for run in runs)}
+    stated = [optional.get(name, True) for name in KNOWN]
     rows = (",".join(compress(row, stated)) for row in zip(*columns, strict=True))
     return "\n".join([",".join(compress(KNOWN, stated)), *rows, ""])
 

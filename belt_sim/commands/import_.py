@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from belt_sim.commands.import_prompt import asked
+from belt_sim.commands.import_prompt import ask_in_terminal
 from belt_sim.commands.run_folder import plain, run_folder
 from belt_sim.errors import InputError
 from belt_sim.use_cases.importing import import_files
@@ -24,5 +24,5 @@ def run(cfg: Any) -> None:
         draft=config["draft"],
         overwrite=bool(config["overwrite"]),
         pictures=bool(config["pictures"]),
-        ask=asked if sys.stdin.isatty() and sys.stdout.isatty() else None,
+        ask=ask_in_terminal if sys.stdin.isatty() and sys.stdout.isatty() else None,
     )

@@ -4,80 +4,71 @@ import copy
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.prompt import Confirm, Prompt
 
 from belt_sim.errors import BeltError
 from belt_sim.importing.build import understand
+from belt_sim.importing.roles import DRAWING
 from belt_sim.importing.sheets import known
 from belt_sim.importing.types import ROLES, Logged, Proposal, Question
 from belt_sim.reports.importing import tell_proposal
 
 
-def asked(logged: Logged, stated: dict[str, Any] | None = None, out: Console | None = None) -> Proposal:
+def ask_in_terminal(logged: Logged, stated: dict[str, Any] | None = None, out: Console | None = None) -> Proposal:
     """The proposal with every question answered and confirmed by whoever sits at the terminal.
 
-    stated: the mapping as far as it is there already.
+    Columns of which nothing is known are asked for too; ``ignore`` leaves them out. stated: the mapping as far as it is
+    there already.
     """
     out = out or Console(highlight=False)
     mapping = copy.deepcopy(stated or {})
     proposal = understand(logged, mapping)
+    tell_proposal(proposal, out)
+    if any(q.path[-1] == "at" for q in (*proposal.missing, *proposal.unknown)):
+        out.print(DRAWING, markup=False)
     while True:
-        tell_proposal(proposal, out)
-        if proposal.missing:
-            proposal = _answered(logged, mapping, proposal.missing[0], out)
-            while proposal.missing:
-                proposal = _answered(logged, mapping, proposal.missing[0], out)
+        questions = [*proposal.missing, *proposal.unknown]
+        if questions:
+            proposal = _ask(logged, mapping, questions[0], out)
             continue
+        tell_proposal(proposal, out)
         if Confirm.ask("Is this right?", console=out, default=True):
             return proposal
-        proposal = _corrected(logged, mapping, out)
+        proposal = _ask(logged, mapping, _correction(logged, proposal, out), out)
 
 
-def _answered(logged: Logged, mapping: dict[str, Any], question: Question, out: Console) -> Proposal:
-    """Ask one question until the answer can be used."""
+def _ask(logged: Logged, mapping: dict[str, Any], question: Question, out: Console) -> Proposal:
+    """Ask one question until the answer can be used; a machine or belt may be given by a name that is known."""
+    kind = {"machine": "rig", "belt": "belt"}.get(question.path[0])
+    hint = f", or the name of a {kind}: {', '.join(known(kind))}" if kind else ""
     while True:
+        out.print(f"[bold]{escape(question.text)}[/bold] (e.g. {escape(question.example + hint)})", soft_wrap=True)
+        default: Any = question.proposed or ...
+        text = str(Prompt.ask("  ", console=out, choices=list(question.options) or None, default=default)).strip()
         trial = copy.deepcopy(mapping)
-        _put(trial, *_answer(question, out))
+        if kind and text in known(kind):
+            trial[question.path[0]] = text
+        else:
+            question.put(trial, text)
         try:
             proposal = understand(logged, trial)
         except BeltError as error:
-            out.print(f"[red]{error}[/red]", soft_wrap=True)
+            out.print(f"[red]{escape(str(error))}[/red]", soft_wrap=True)
             continue
         mapping.clear()
         mapping.update(trial)
         return proposal
 
 
-def _answer(question: Question, out: Console) -> tuple[tuple[str, ...], str]:
-    """Path and answer; machine and belt may be given by a name that is known."""
-    first = question.path
-    kind = {"machine": "rig", "belt": "belt"}.get(first[0])
-    hint = f", or the name of a {kind}: {', '.join(known(kind))}" if kind else ""
-    out.print(f"[bold]{question.text}[/bold] (e.g. {question.example}{hint})", soft_wrap=True)
-    choices = list(question.options) or None
-    default: Any = question.proposed or ...
-    text = str(Prompt.ask("  ", console=out, choices=choices, default=default)).strip()
-    return (first[:1], text) if kind and text in known(kind) else (first, text)
-
-
-def _corrected(logged: Logged, mapping: dict[str, Any], out: Console) -> Proposal:
-    """Another role, unit or place for one column, or another setting of one run."""
-    columns = list(logged.columns)
-    runs = list(mapping.get("runs", {}))
-    name = Prompt.ask("Which column or run is wrong?", console=out, choices=[*columns, *runs])
+def _correction(logged: Logged, proposal: Proposal, out: Console) -> Question:
+    """The question about a column or run that was understood wrongly."""
+    columns, runs = list(logged.columns), [r.name for r in proposal.complete().runs]
+    out.print(escape(f"columns: {', '.join(columns)}; runs: {', '.join(runs)}"), soft_wrap=True)
+    name = Prompt.ask("Which column or run is wrong?", console=out, choices=[*columns, *runs], show_choices=False)
     if name in columns:
-        key = Prompt.ask("What of it?", console=out, choices=["role", "unit", "at", "sign", "name"])
-        example = {"role": ", ".join(ROLES), "at": "point_1 .. point_4", "sign": "-1"}.get(key, "mm")
-        question = Question(path=("columns", name, key), text=f"{name}: {key}?", example=example)
-    else:
-        key = Prompt.ask("What of it?", console=out, choices=["tension", "yaw", "speed", "direction", "yaw_at"])
-        question = Question(path=("runs", name, key), text=f"{name}: {key}?", example="with its unit, as 10 N/mm2")
-    return _answered(logged, mapping, question, out)
-
-
-def _put(mapping: dict[str, Any], path: tuple[str, ...], answer: str) -> None:
-    for key in path[:-1]:
-        if not isinstance(mapping.get(key), dict):
-            mapping[key] = {}
-        mapping = mapping[key]
-    mapping[path[-1]] = answer
+        key = Prompt.ask("What of it?", console=out, choices=["role", "unit", "at", "sign", "factor", "name"])
+        examples = {"role": ", ".join(ROLES), "at": "point_1 .. point_4", "sign": "-1", "factor": "0.001"}
+        return Question(path=("columns", name, key), text=f"{name}: {key}?", example=examples.get(key, "mm"))
+    key = Prompt.ask("What of it?", console=out, choices=["tension", "yaw", "speed", "direction", "yaw_at"])
+    return Question(path=("runs", name, key), text=f"{name}: {key}?", example="with its unit, as 10 N/mm2")

@@ -150,7 +150,8 @@ def _run(made: AssembledRun) -> Run:
             raise InputError(f"runs.{made.key}.{key}", f"{shown:.6g}", bounds.unit, remedy)
     entry = made.entry
     unknown = {"tension": np.nan, "yaw": np.nan}
-    return Run(name=entry.name or made.key, repeat_of=entry.repeat_of, use=entry.use or "fit", **unknown | values)
+    name, use = entry.name or made.key, entry.use or "fit"
+    return Run(name=name, repeat_of=entry.repeat_of, use=use, started=made.started, **unknown | values)
 
 
 # ---- the mapping as it was used

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from datetime import datetime, timedelta
 from enum import Enum
 from typing import Any
 
@@ -15,7 +16,7 @@ from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import MappingEntry, RunEntry
-from belt_sim.importing.roles import Used
+from belt_sim.importing.roles import DAY, Used
 from belt_sim.importing.travel import FEWEST, Block, Track, Travel, blocks_of, merged, run_name, travel_of
 from belt_sim.importing.types import LoggedTable, Question
 from belt_sim.importing.units import UNITS, quantity
@@ -80,13 +81,15 @@ Settings = dict[str, Setting]
 
 @dataclass(frozen=True, kw_only=True)
 class AssembledRun:
-    """One run as far as it is known: key, its name in the mapping; entry: what the mapping says of it."""
+    """One run as far as it is known: key, its name in the mapping; entry: what the mapping says of it; started: date
+    and time of day of its first row, "" where only seconds were logged."""
 
     key: str
     entry: RunEntry
     track: Track
     settings: Settings
     file: str
+    started: str
     notes: tuple[str, ...]
 
 
@@ -164,7 +167,19 @@ def _assembled(
     signals = {n: y for n, y in signals.items() if np.isfinite(y).any()}
     track = Track(name=block.name, travel=travel.travel, time=travel.time, signals=signals)
     file = block.table.file.name
-    return AssembledRun(key=block.name, entry=entry, track=track, settings=known, file=file, notes=notes)
+    started = _clock_time(block, int(travel.keep[0]))
+    return AssembledRun(
+        key=block.name, entry=entry, track=track, settings=known, file=file, started=started, notes=notes
+    )
+
+
+def _clock_time(block: Block, row: int) -> str:
+    """Date and time of day of a row of the run."""
+    seconds = next((u.si(block.rows)[row] for u in block.used if u.role == "time" and u.column.stamp), np.nan)
+    if not np.isfinite(seconds):
+        return ""
+    moment = datetime(1970, 1, 1) + timedelta(seconds=float(seconds))
+    return (moment if seconds > DAY else moment.time()).isoformat(timespec="seconds")
 
 
 def _joined(parts: list[AssembledRun]) -> AssembledRun:

@@ -140,7 +140,9 @@ def signals_of(
     found: dict[str, Used] = {}
     for u in (u for own in used.values() for u in own if u.role == "signal" and u.at):
         found.setdefault(u.name, u)
-    sheets, noise, remarks = [], {}, {}
+    sheets: list[SignalSheet] = []
+    noise: dict[str, NoiseRead] = {}
+    remarks: dict[str, str] = {}
     for name, u in found.items():
         if not any(name in r.signals for r in runs):
             continue

@@ -121,7 +121,7 @@ class Question:
 
     def put(self, mapping: dict[str, Any], answer: str | None) -> None:
         """Write an answer into the mapping; of a place, a role may be given instead."""
-        path = (*self.path[:-1], "role") if answer in ROLES else self.path
+        path = (*self.path[:-1], "role") if self.path[-1] == "at" and answer in ROLES else self.path
         for key in path[:-1]:
             if not isinstance(mapping.get(key), dict):
                 mapping[key] = {}

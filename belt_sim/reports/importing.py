@@ -22,6 +22,10 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
         out.print(rich_table(runs_table(proposal.campaign)))
         if proposal.noise:
             out.print(rich_table(noise_table(proposal)))
+    if proposal.unknown:
+        names = ", ".join(q.path[1] for q in proposal.unknown)
+        example = f'columns: {{"{proposal.unknown[0].path[1]}": {{at: point_1}}}}'
+        out.print(f"left out, nothing is known of: {names}; state  {example}", soft_wrap=True, markup=False)
     alike: dict[str, list[str]] = {}
     for note in proposal.notes:
         alike.setdefault(note.text, []).append(note.about)

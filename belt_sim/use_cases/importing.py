@@ -1,5 +1,6 @@
 """Import: a logger's files -> a campaign folder, with what was understood shown before it is written."""
 
+import copy
 from collections.abc import Callable, Sequence
 from glob import glob
 from pathlib import Path
@@ -10,6 +11,7 @@ from belt_sim.errors import InputError
 from belt_sim.files import write_text
 from belt_sim.importing import Logged, Proposal, mapping_text, read, understand, write
 from belt_sim.importing.mapping import mapping_of
+from belt_sim.importing.roles import DRAWING
 from belt_sim.reports.importing import tell_proposal, tell_written
 
 PICTURE = "understood.png"
@@ -64,18 +66,16 @@ def named(file: str) -> list[str]:
 
 def draft_text(proposal: Proposal) -> str:
     """The mapping with a blank for every answer that is missing, and the question beside it."""
-    mapping = _deep(proposal.mapping)
-    for question in proposal.missing:
-        inner = mapping
-        for key in question.path[:-1]:
-            if not isinstance(inner.get(key), dict):
-                inner[key] = {}
-            inner = inner[key]
-        inner[question.path[-1]] = None
-    text = mapping_text(mapping)
-    notes = [f"#   {q.key}: {q.text} e.g. {q.example}" for q in proposal.missing]
-    return text + "\n".join(["# still to be answered (null above):", *notes, ""] if notes else [])
-
-
-def _deep(value: Any) -> Any:
-    return {k: _deep(v) for k, v in value.items()} if isinstance(value, dict) else value
+    mapping = copy.deepcopy(proposal.mapping)
+    for question in (*proposal.missing, *proposal.unknown):
+        question.put(mapping, None)
+    lines = []
+    if proposal.missing:
+        lines += ["# still to be answered (null above):"]
+        lines += [f"#   {q.key}: {q.text} e.g. {q.example}" for q in proposal.missing]
+    if proposal.unknown:
+        lines += ["# left out as long as at is null; give a place, or in its stead a role as {role: tension}:"]
+        lines += [f"#   {q.path[1]}" for q in proposal.unknown]
+    if any(q.path[-1] == "at" for q in (*proposal.missing, *proposal.unknown)):
+        lines += [f"# {line}" for line in DRAWING.splitlines()]
+    return mapping_text(mapping) + "\n".join([*lines, ""] if lines else [])

@@ -10,7 +10,7 @@ from rich.prompt import Confirm, Prompt
 from belt_sim.campaign import read_campaign
 from belt_sim.cli import run
 from belt_sim.cli_errors import files_named
-from belt_sim.commands.import_prompt import asked
+from belt_sim.commands.import_prompt import ask_in_terminal
 from belt_sim.importing import read, understand
 from belt_sim.importing.mapping import mapping_of
 from belt_sim.use_cases.importing import draft_text, import_files
@@ -134,7 +134,7 @@ def test_questions_are_asked_until_the_answer_can_be_used(monkeypatch, tmp_path)
 
     monkeypatch.setattr(Prompt, "ask", answer)
     logged = read([tmp_path / "a.csv"])
-    proposal = asked(logged, {"columns": {"Laser B [mm]": {"role": "signal"}}}, Out())
+    proposal = ask_in_terminal(logged, {"columns": {"Laser B [mm]": {"role": "signal"}}}, Out())
     assert proposal.missing == ()
     assert proposal.complete().runs[0].tension == 10e6
     assert all(not left for left in answers.values())

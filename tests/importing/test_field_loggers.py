@@ -1,0 +1,122 @@
+"""Loggers in the field: codes for no reading, words for directions, odd scales, clocks, columns without a name."""
+
+import io
+
+import numpy as np
+import pytest
+from logger_files import MAPPING, log, table, truth
+from rich.console import Console
+from rich.prompt import Confirm, Prompt
+
+from belt_sim.campaign import read_campaign
+from belt_sim.commands.import_prompt import ask_in_terminal
+from belt_sim.errors import BeltError
+from belt_sim.importing import read, understand, write
+from belt_sim.use_cases.importing import draft_text
+
+RUN = {"tension": "10 N/mm2", "yaw": "-0.73 mrad"}
+L = log(length=10.0)
+NOISE = 0.12e-3  # m: six times the white noise of the records, after which no reading is a code
+
+
+def campaign(path, **mapping):
+    return understand(read([path], mapping.get("format")), MAPPING | {"all_runs": RUN} | mapping).complete()
+
+
+@pytest.mark.parametrize("code", [-9999.0, 32767.0])
+def test_a_code_for_no_reading_is_left_out_and_told(tmp_path, code):
+    y1 = L.y1.copy()
+    y1[[20, 21, 77]] = code
+    path = tmp_path / "a.csv"
+    path.write_text(table(["travel [m]", "y1 [mm]", "y4 [mm]"], [L.travel, y1, L.y4]))
+    proposal = understand(read([path]), MAPPING | {"all_runs": RUN})
+    (run,) = proposal.complete().runs
+    assert np.isnan(run.signals["y1"]).sum() == 3
+    assert any(f"{code:g} stands for no reading (line 22, 23, 79)" in n.text for n in proposal.notes)
+    assert np.isfinite(run.signals["y4"]).all()
+    kept = campaign(path, format={"missing": []}).runs[0]
+    assert abs(np.nanmax(np.abs(kept.signals["y1"]))) > 9.0  # m: the code as a reading, as asked for
+
+
+def test_codes_that_are_stated_are_left_out_however_near_they_are(tmp_path):
+    y1 = L.y1.copy()
+    y1[[5, 6]] = 0.0
+    path = tmp_path / "a.csv"
+    path.write_text(table(["travel [m]", "y1 [mm]"], [L.travel, y1]))
+    assert np.isnan(campaign(path, format={"missing": [0.0]}).runs[0].signals["y1"]).sum() == 2
+
+
+@pytest.mark.parametrize(("word", "sign"), [("fwd", 1.0), ("rev", -1.0), ("vorwärts", 1.0), ("Rückwärts", -1.0)])
+def test_directions_may_be_words(tmp_path, word, sign):
+    path = tmp_path / "a.csv"
+    columns = [L.travel, L.y1, [word] * len(L.travel)]
+    path.write_text(table(["Weg [m]", "y1 [mm]", "Richtung"], columns, ";", ","), encoding="utf-8")
+    assert campaign(path).runs[0].direction == sign
+
+
+def test_factor_and_millidegrees(tmp_path):
+    path = tmp_path / "a.csv"
+    yaw = np.rad2deg(-0.73e-3) * 1e3  # millidegrees
+    columns = [L.travel, L.y1 * 40.0, 0 * L.travel + yaw]
+    path.write_text(table(["travel [m]", "y1 [mm]", "yaw [mdeg]"], columns))
+    mapping = MAPPING | {"all_runs": {"tension": 10}, "columns": {"y1 [mm]": {"factor": 0.025}}}
+    (run,) = understand(read([path]), mapping).complete().runs
+    assert run.yaw == pytest.approx(-0.73e-3, rel=1e-3)
+    assert np.abs(run.signals["y1"] - 1e-3 * truth(run.travel, -0.73, 1)).max() < NOISE
+
+
+def test_clock_times_are_kept(tmp_path):
+    for day in (12, 13):
+        stamps = [f"2024-05-{day}T13:{int(t // 60):02d}:{t % 60:06.3f}" for t in L.time]
+        columns = [stamps, 0 * L.time + 0.5, L.y1]
+        (tmp_path / f"d{day}.csv").write_text(table(["Zeitstempel", "v [m/s]", "y1 [mm]"], columns))
+    proposal = understand(read(sorted(tmp_path.glob("d*.csv"))), MAPPING | {"all_runs": RUN})
+    write(proposal, tmp_path / "out")
+    assert [r.started for r in read_campaign(tmp_path / "out").runs] == ["2024-05-12T13:00:00", "2024-05-13T13:00:00"]
+    runs = (tmp_path / "out" / "runs.csv").read_text()
+    (tmp_path / "out" / "runs.csv").write_text(runs.replace("2024-05-13T", "Monday "))
+    with pytest.raises(BeltError, match=r"runs\.csv:3: started = Monday 13:00:00: write a date"):
+        read_campaign(tmp_path / "out")
+
+
+def test_a_unit_that_is_not_the_files_is_told(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("travel;y1\nm;mm\n" + table(["", ""], [L.travel, L.y1], ";").split("\n", 1)[1])
+    mapping = MAPPING | {"all_runs": RUN, "columns": {"y1": {"unit": "um"}}}
+    notes = [str(n) for n in understand(read([path]), mapping).notes]
+    assert "y1: the file says mm, the mapping um; the mapping is taken" in notes
+
+
+STRANGE = table(["travel [m]", "y1 [mm]", "BK_US [mm]", "Kanal 7"], [L.travel, L.y1, L.y4, L.y4], ";", ",")
+
+
+def test_a_draft_has_no_dead_end(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(STRANGE)
+    proposal = understand(read([path]), MAPPING | {"all_runs": RUN})
+    assert [q.path[1] for q in proposal.unknown] == ["BK_US [mm]", "Kanal 7"]
+    assert {s.name for s in proposal.complete().signals} == {"y1"}  # left out as long as nobody says
+    text = draft_text(proposal)
+    assert "BK_US [mm]: {at: null}" in text
+    assert "upper span" in text  # where the points are
+    draft = tmp_path / "draft.yaml"
+    draft.write_text(text.replace("BK_US [mm]: {at: null}", "BK_US [mm]: {at: point_4}"))
+    assert {s.at for s in understand(proposal.logged, draft).complete().signals} == {"point_1", "point_4"}
+    draft.write_text(text.replace("BK_US [mm]: {at: null}", "BK_US [mm]: {role: ignore, at: point_4}"))
+    with pytest.raises(BeltError, match=r"columns\.BK_US \[mm\]\.role = ignore: leave it out"):
+        understand(proposal.logged, draft)
+
+
+def test_the_dialogue_asks_for_every_unknown_column(tmp_path, monkeypatch):
+    path = tmp_path / "a.csv"
+    path.write_text(STRANGE)
+    answers = iter(["point_4", "ignore"])
+    monkeypatch.setattr(Prompt, "ask", lambda *a, **k: next(answers))
+    monkeypatch.setattr(Confirm, "ask", lambda *a, **k: True)
+    out = Console(file=io.StringIO(), width=200, highlight=False)
+    proposal = ask_in_terminal(read([path]), MAPPING | {"all_runs": RUN}, out)
+    assert {s.at for s in proposal.complete().signals} == {"point_1", "point_4"}
+    said = out.file.getvalue()
+    assert "where does the column BK_US [mm] measure?" in said  # its unit is no markup
+    assert said.count("upper span") == 1
+    assert proposal.unknown == ()
