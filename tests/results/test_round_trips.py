@@ -1,0 +1,173 @@
+"""diagnosis.json of any result follows its schema, is read back as it was, and is written the same again."""
+
+import json
+import lzma
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from shipped_schema import check
+
+from belt_sim.results.drawings import Drawings
+from belt_sim.results.errors import Change, Errors, Features, OwnChange, RunError, Where, Worst
+from belt_sim.results.found import (
+    Candidate,
+    Confusable,
+    Estimate,
+    FoundEffect,
+    LeftOver,
+    NextRun,
+    NoiseLevels,
+    RequiredAngle,
+    Tried,
+    Unknown,
+)
+from belt_sim.results.read import diagnosis_of
+from belt_sim.results.verdict import Verdict
+from belt_sim.results.written import diagnosis_json, drawings_json
+
+OLD = Path(__file__).parents[1] / "golden" / "version_0_1" / "diagnosis"
+UNITS = 1e-9  # relative: to mm or degrees, written with 12 digits, and back
+
+NAMES = st.text(alphabet="abcdefghijk_123", min_size=1, max_size=10)
+WORDS = st.text(max_size=30)
+NUMBERS = st.floats(-1e6, 1e6)
+POSITIVE = st.floats(1e-9, 1e6)
+SHARES = st.floats(0.0, 1.0)
+ESTIMATES = st.builds(
+    Estimate,
+    value=NUMBERS,
+    u=POSITIVE,
+    unit=st.sampled_from(["m", "rad", "1"]),
+    plausible=st.booleans(),
+    interval=st.none() | st.tuples(NUMBERS, NUMBERS),
+)
+PARAMETERS = st.dictionaries(NAMES, ESTIMATES, min_size=1, max_size=3)
+EFFECTS = st.builds(
+    FoundEffect,
+    id=NAMES,
+    numbers=st.dictionaries(NAMES, NUMBERS, max_size=3),
+    parameters=PARAMETERS,
+    probability=SHARES,
+    confusable_with=st.lists(NAMES, max_size=3, unique=True).map(tuple),
+    rejected=st.booleans(),
+    source_file=st.none() | st.just("mine.py"),
+    alone=st.dictionaries(NAMES, ESTIMATES, max_size=2),
+)
+TRIED = {"id": NAMES, "gain": NUMBERS, "threshold": st.none() | POSITIVE, "held_out_rms": POSITIVE}
+CANDIDATES = st.builds(
+    Candidate, **TRIED, parameters=PARAMETERS, plausible=st.booleans(), selection_frequency=SHARES, note=WORDS
+)
+CHANGES = st.builds(Change, before=POSITIVE, after=POSITIVE)
+ERRORS = st.builds(
+    Errors,
+    noise_floor=POSITIVE,
+    fit=CHANGES,
+    held_out=CHANGES,
+    by_condition=st.dictionaries(NAMES, CHANGES, max_size=3),
+    untestable=st.lists(NAMES, max_size=2).map(tuple),
+    own=st.none() | st.builds(OwnChange, before=POSITIVE, after=POSITIVE, floor=POSITIVE),
+)
+FEATURES = st.builds(
+    Features, late_rate=st.none() | NUMBERS, first_move=st.none() | POSITIVE, overshoot=st.none() | POSITIVE
+)
+RUNS = st.builds(
+    RunError,
+    run=NAMES,
+    signal=NAMES,
+    kind=st.sampled_from(["lateral", "tilt"]),
+    tension=st.floats(1e5, 1e8),
+    yaw=st.floats(-0.03, 0.03),
+    use=st.sampled_from(["fit", "hold_out"]),
+    before=POSITIVE,
+    after=POSITIVE,
+    floor=POSITIVE,
+    worse=st.booleans(),
+    measured=FEATURES,
+    modelled=FEATURES,
+)
+ANGLES = st.lists(st.tuples(POSITIVE, NUMBERS), min_size=1, max_size=4).map(
+    lambda rows: RequiredAngle(travel=np.array([r[0] for r in rows]), angle=np.array([r[1] for r in rows]))
+)
+UNKNOWNS = st.builds(
+    Unknown,
+    failed_tests=st.lists(NAMES, max_size=3).map(tuple),
+    parity=st.sampled_from(["odd", "even"]),
+    tension_exponent=st.none() | NUMBERS,
+    onset=st.none() | POSITIVE,
+    wavelength=st.none() | POSITIVE,
+    required_angle=st.none() | ANGLES,
+    nearest=st.none() | NAMES,
+    why=st.none() | WORDS,
+)
+PARTS = {
+    "verdict": st.sampled_from(list(Verdict)),
+    "sentence": WORDS,
+    "effects": st.lists(EFFECTS, max_size=2).map(tuple),
+    "ranking": st.lists(CANDIDATES, max_size=3).map(tuple),
+    "rounds": st.lists(st.lists(st.builds(Tried, **TRIED), max_size=2).map(tuple), max_size=2).map(tuple),
+    "error": ERRORS,
+    "where": st.builds(
+        Where,
+        worst=st.builds(Worst, run=NAMES, signal=NAMES, travel=st.tuples(POSITIVE, POSITIVE), ratio=POSITIVE),
+        sentence=WORDS,
+        boundary=st.none() | st.floats(1e5, 1e8),
+        boundary_sentence=WORDS,
+    ),
+    "confusables": st.lists(st.builds(Confusable, effect=NAMES, other=NAMES, sigma=POSITIVE), max_size=3).map(tuple),
+    "next_runs": st.lists(st.builds(NextRun, WORDS, st.tuples(NAMES, NAMES), POSITIVE, POSITIVE), max_size=2).map(
+        tuple
+    ),
+    "unknown": st.none() | UNKNOWNS,
+    "open_set": st.builds(
+        LeftOver,
+        failed=st.lists(NAMES, max_size=2).map(tuple),
+        gain=st.dictionaries(NAMES, NUMBERS, max_size=3),
+        threshold=st.dictionaries(NAMES, st.none() | POSITIVE, max_size=3),
+    ),
+    "noise": st.builds(NoiseLevels, white_factor=POSITIVE, wander_factor=POSITIVE, repeats=st.integers(0, 9)),
+    "per_run": st.lists(RUNS, max_size=3).map(tuple),
+    "beyond": st.lists(WORDS, max_size=2).map(tuple),
+    "admitted": st.lists(WORDS, max_size=2).map(tuple),
+}
+
+
+def stored(name: str):
+    return json.loads(lzma.decompress((OLD / f"{name}.json.xz").read_bytes()))
+
+
+CONTENT, DRAWN = stored("diagnosis"), stored("drawings")
+BASE = diagnosis_of(CONTENT, DRAWN, "version 0.1")
+SMALL = replace(BASE, ranking=(), rounds=(), per_run=(), discovery=None, drawings=Drawings())
+
+
+def same(a, b) -> bool:
+    """Whether two results hold the same, numbers to a change of units and back."""
+    if isinstance(a, float | np.ndarray) and b is not None:
+        return np.allclose(np.asarray(a, float), np.asarray(b, float), rtol=UNITS, atol=0.0, equal_nan=True)
+    if isinstance(a, tuple | list):
+        return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
+    if isinstance(a, dict):
+        return set(a) == set(b) and all(same(v, b[k]) for k, v in a.items())
+    if hasattr(a, "__dataclass_fields__"):
+        return type(a) is type(b) and same(vars(a), vars(b))
+    return type(a) is type(b) and a == b
+
+
+def test_a_stored_file_is_written_again_as_it_was():
+    assert same(diagnosis_json(BASE), CONTENT)
+    assert same(drawings_json(BASE.drawings), DRAWN)
+
+
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(parts=st.fixed_dictionaries({}, optional=PARTS))
+def test_any_result_follows_the_schema_and_is_read_back(parts):
+    result = replace(SMALL, **parts)
+    content = diagnosis_json(result)
+    check(content)
+    back = diagnosis_of(json.loads(json.dumps(content, allow_nan=False)), drawings_json(SMALL.drawings), "here")
+    for name in PARTS:
+        assert same(getattr(result, name), getattr(back, name)), name
+    assert same(diagnosis_json(back), content)
