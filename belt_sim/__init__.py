@@ -37,7 +37,7 @@ _HOMES = {
     "library": "belt_sim.effects.library",
     "linearise": "belt_sim.use_cases.linearise",
     "load_campaign": "belt_sim.campaign:read_campaign",
-    "load_diagnosis": "belt_sim.results.read:read_diagnosis",
+    "load_diagnosis": "belt_sim.results.json:read_diagnosis",
     "model_named": "belt_sim.registry",
     "plot": "belt_sim.use_cases.plot",
     "prepare": "belt_sim.jax_setup",

@@ -21,7 +21,7 @@ def run(cfg: Any) -> None:
     found = check(str(config["campaign"]), config["model"]["name"], **asked, config=config)
     write_json(folder / "check.json", check_json(found))
     if config["pictures"] and found.visible:
-        from belt_sim.pictures.check import visible_picture
+        from belt_sim.pictures.diagnosis import visible_picture
 
         visible_picture(folder / "check.png", found.visible, found.campaign.title)
     tell_check(found, folder)

@@ -9,7 +9,7 @@ from belt_sim.commands.run_folder import plain
 def run(cfg: Any) -> None:
     """Write report.html and pictures from diagnosis.json and drawings.json."""
     from belt_sim.reports.page import write_report
-    from belt_sim.results.read import read_diagnosis
+    from belt_sim.results.json import read_diagnosis
     from belt_sim.use_cases.leave import draw_diagnosis
 
     folder = Path(str(plain(cfg)["diagnosis"]))

@@ -19,9 +19,8 @@ from belt_sim.diagnosis.fits.within import each_alone
 from belt_sim.diagnosis.left_over.shape_card import shape_card
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis
-from belt_sim.results.errors import Errors
+from belt_sim.results.errors import CampaignLabel, Errors
 from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NoiseLevels, Tried, Unknown
-from belt_sim.results.label import CampaignLabel
 from belt_sim.results.verdict import Verdict, other_model
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence

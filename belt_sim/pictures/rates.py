@@ -1,15 +1,17 @@
 """Late rate of the lateral movement against tension, for several models (as in Fig. 13 of the paper)."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from belt_sim import si
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import CYCLE, MEASURED
+from belt_sim.results.errors import SteadyError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +31,7 @@ def rates_picture(
     measured: Rates | None = None,
     note: str = "",
 ) -> Path:
-    """A line a model, named at its end; measured rates as dots with bars of 2u."""
+    """Draw late rates against tension: a line a model, named at its end; measured rates as dots with bars of 2u."""
     fig, [[ax]] = style.figure(8.4, 4.8)
     ends = []
     for k, (name, rates) in enumerate(models.items()):
@@ -66,3 +68,13 @@ def _apart(ends: list[tuple[float, str, str]], gap: float) -> list[float]:
     for height, _, _ in sorted(ends):
         heights.append(max(height, heights[-1] + gap) if heights else height)
     return heights
+
+
+def steady_picture(path: str | os.PathLike, rows: Sequence[SteadyError], name: str, title: str) -> Path:
+    """Draw measured and modelled late rates of the first measured point of a campaign; name: of the model."""
+    point = min(r.point for r in rows)
+    mine = sorted((r for r in rows if r.point == point), key=lambda r: r.tension)
+    tension = np.array([r.tension for r in mine]) / si.N_PER_MM2
+    modelled, measured, u = np.array([(r.modelled, r.measured, r.u) for r in mine]).T / si.MM_PER_M
+    shown = {name: Rates(tension=tension, rate=modelled)}
+    return rates_picture(path, shown, title, measured=Rates(tension=tension, rate=measured, u=u))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.pictures.where import FULL, SAYS_NOTHING
+from belt_sim.pictures.diagnosis import FULL, SAYS_NOTHING
 from belt_sim.results.drawings import Drift, FailureMap, Panel
 
 DIGITS = 6  # significant digits kept in the file

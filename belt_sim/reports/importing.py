@@ -10,7 +10,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.importing.new_campaign import Planned
 from belt_sim.importing.types import Proposal
 from belt_sim.reports.terminal import console, rich_table
-from belt_sim.results.table import Table
+from belt_sim.results.display import Table
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 
 

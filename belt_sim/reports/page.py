@@ -10,14 +10,14 @@ import numpy as np
 
 from belt_sim.errors import BeltError
 from belt_sim.files import write_text
-from belt_sim.pictures.where import FULL
+from belt_sim.pictures.diagnosis import FULL
 from belt_sim.reports import figures
 from belt_sim.results import words
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.drawings import Panel
 from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.results.found import Tried
-from belt_sim.results.written import DIAGNOSIS
+from belt_sim.results.json import DIAGNOSIS
 
 HERE = Path(__file__).parent
 SHOWN_PLACES = 6

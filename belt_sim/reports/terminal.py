@@ -9,8 +9,8 @@ from rich.table import Table as RichTable
 from belt_sim.results.check import Check
 from belt_sim.results.comparison import Comparison, runs_table, steady_table
 from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_table, ranking_table
+from belt_sim.results.display import Table
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.table import Table
 
 MIN_WIDTH = 110
 

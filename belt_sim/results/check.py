@@ -5,11 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from belt_sim.results import words
+from belt_sim.results.display import Display, Table, frame
+from belt_sim.results.errors import CampaignLabel
 from belt_sim.results.found import RESOLVED
-from belt_sim.results.label import CampaignLabel
-from belt_sim.results.shown import Shown
-from belt_sim.results.table import Table
-from belt_sim.results.tabular import frame
 
 SHOWN_PAIRS = 15
 WELL = 0.1  # of the largest plausible size
@@ -59,7 +57,7 @@ class Doubt:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Check(Shown):
+class Check(Display):
     """What a campaign can tell of what ``base_model`` may lack; planned: whether its runs are still to be measured.
 
     runs: names of those that it is judged by; missing: of those that are still to be measured where others are.

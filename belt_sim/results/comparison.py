@@ -6,18 +6,15 @@ from typing import Any
 
 from belt_sim.effects.base import Effect
 from belt_sim.results import words
+from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import Errors, RunError, SteadyError, Where, error_grid
-from belt_sim.results.label import CampaignLabel
-from belt_sim.results.shown import Shown
-from belt_sim.results.table import Table
-from belt_sim.results.tabular import frame
+from belt_sim.results.errors import CampaignLabel, Errors, RunError, SteadyError, Where, error_grid
 
 STEADY_K = 2.0  # a steady rate is off when it lies further than so many u from the stated one
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Comparison(Shown):
+class Comparison(Display):
     """Error of every run and signal of ``base_model``, before and after ``effects``, and where the model fails.
 
     where: None when the campaign states steady rates only; steady: those rates, point by point; error: None without a

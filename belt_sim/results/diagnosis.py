@@ -7,8 +7,9 @@ from typing import Any
 from belt_sim.campaign.quality.record import Suspicion
 from belt_sim.results import words
 from belt_sim.results.discovery import Discovery
+from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import Errors, RunError, Where, error_grid
+from belt_sim.results.errors import CampaignLabel, Errors, RunError, Where, error_grid
 from belt_sim.results.found import (
     Candidate,
     Confusable,
@@ -20,17 +21,13 @@ from belt_sim.results.found import (
     Tried,
     Unknown,
 )
-from belt_sim.results.label import CampaignLabel
-from belt_sim.results.shown import Shown
-from belt_sim.results.table import Table
-from belt_sim.results.tabular import frame
 from belt_sim.results.verdict import Verdict
 
 SHOWN_ACTIONS = 3
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Diagnosis(Shown):
+class Diagnosis(Display):
     """What was found, with everything that was tried.
 
     sentence: the verdict as people say it; ranking: every candidate of the first round, best first; considered: the

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.results.errors import Errors
+from belt_sim.results.display import Display
+from belt_sim.results.errors import CampaignLabel, Errors
 from belt_sim.results.found import Estimate
-from belt_sim.results.label import CampaignLabel
-from belt_sim.results.shown import Shown
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +71,7 @@ class RivalLaw:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Discovery(Shown):
+class Discovery(Display):
     """What was discovered, if anything.
 
     found: something is missing beyond chance (p: of so much by chance, threshold: of the gate's gain); law: None where

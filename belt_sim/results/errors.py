@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from belt_sim.campaign.types import Kind
-from belt_sim.results.tabular import dataset
+from belt_sim.results.display import dataset
 
 UNITS: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}
 
@@ -134,3 +134,12 @@ def error_grid(rows: Sequence[RunError]) -> Any:
     settings = {n: [getattr(first[r], n) for r in runs] for n in ("tension", "yaw")}
     coords = {"run": runs, "signal": signals} | {n: ("run", v) for n, v in settings.items()}
     return dataset({n: (("run", "signal"), v) for n, v in grid.items()}, coords, units={"tension": "Pa", "yaw": "rad"})
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignLabel:
+    """Which campaign: title, SHA-256 of its files (empty when not read from disk), measured, digitised or synthetic."""
+
+    title: str
+    sha256: str
+    source: str

@@ -11,9 +11,7 @@ from belt_sim.curves import LATE_SHARE, Curves, late_rates, offsets
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent
 from belt_sim.results import words
-from belt_sim.results.shown import Shown
-from belt_sim.results.table import Table
-from belt_sim.results.tabular import dataset, frame
+from belt_sim.results.display import Display, Table, dataset, frame
 from belt_sim.tables import curves_columns
 from belt_sim.validity import Limit, warning
 
@@ -23,7 +21,7 @@ SETTLED, SETTLED_RATE = 0.05, 1e-6  # [1], [m/m]: rates that differ by less are 
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Simulation(Shown):
+class Simulation(Display):
     """Curves of ``case`` by ``model`` with ``effects`` over ``travel`` [m]; None of a model that gives rates only.
 
     steady_rate: late dy/ds in closed form [m/m], None where there is none; details: what else the engine says of

@@ -43,7 +43,7 @@ def drawing_apart() -> Iterator[Draw]:
     assert asked is not None
 
     def draw(folder: Path, diagnosis: "Diagnosis") -> None:
-        from belt_sim.results.written import diagnosis_json, drawings_json
+        from belt_sim.results.json import diagnosis_json, drawings_json
 
         folders.add(folder)
         task = {"diagnosis": diagnosis_json(diagnosis), "drawings": drawings_json(diagnosis.drawings)}
@@ -88,7 +88,7 @@ def _stop(process: subprocess.Popen[bytes]) -> None:
 def _draw() -> None:
     """What the process does; no result comes where the diagnosis failed."""
     from belt_sim.pictures.style import figure
-    from belt_sim.results.read import diagnosis_of
+    from belt_sim.results.json import diagnosis_of
     from belt_sim.use_cases.leave import draw_found
 
     figure(1.0, 1.0)

@@ -11,9 +11,8 @@ from belt_sim.files import write_json, write_text, write_with
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
-from belt_sim.results.discovery_json import discovery_json
+from belt_sim.results.json import comparison_json, diagnosis_json, discovery_json, drawings_json, run_json, summary_json
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.written import comparison_json, diagnosis_json, drawings_json, run_json, summary_json
 from belt_sim.tables import write_curves
 
 OVERLAY = "overlay"
@@ -49,7 +48,7 @@ def partial_curves_kept(folder: Path) -> Iterator[None]:
 
 def leave_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
     """comparison.json (and the same as summary.json, which sweeps look for), per_run.csv and pictures."""
-    from belt_sim.results.tabular import frame
+    from belt_sim.results.display import frame
 
     content = comparison_json(c)
     if c.per_run:

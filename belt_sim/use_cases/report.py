@@ -5,7 +5,7 @@ from pathlib import Path
 
 from belt_sim.reports.page import write_report
 from belt_sim.results.diagnosis import Diagnosis
-from belt_sim.results.read import read_diagnosis
+from belt_sim.results.json import read_diagnosis
 
 
 def report(diagnosis: Diagnosis | str | os.PathLike[str], path: str | os.PathLike[str]) -> Path:

@@ -73,7 +73,7 @@ def with_white_noise(campaign: Campaign) -> Campaign:
 
 
 def _diagnosed(campaign: Campaign, bootstraps: int, seed: int, base: str, advise: bool = True) -> dict[str, Any]:
-    from belt_sim.results.written import diagnosis_json
+    from belt_sim.results.json import diagnosis_json
     from belt_sim.use_cases.diagnose import diagnose
 
     content = diagnosis_json(diagnose(campaign, base, bootstraps=bootstraps, seed=seed, advise=advise))

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from belt_sim.files import write_text
-from belt_sim.pictures import confusion_picture, reliability_picture
 from belt_sim.provenance import provenance
 from belt_sim.results.words import listed
+from studies.challenge.pictures import confusion_picture, reliability_picture
 from studies.challenge.registry import OWN
 from studies.challenge.score import NAMING, STOPS, HeldBack, ScoredCase, score_case
 from studies.challenge.targets import (

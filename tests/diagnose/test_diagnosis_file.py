@@ -16,9 +16,8 @@ from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.drawings import Drawings
-from belt_sim.results.read import read_diagnosis
+from belt_sim.results.json import diagnosis_json, drawings_json, read_diagnosis, run_json
 from belt_sim.results.verdict import Verdict
-from belt_sim.results.written import diagnosis_json, drawings_json, run_json
 
 NAMES = ("nothing", "sag_roll", "two", "stranger")
 

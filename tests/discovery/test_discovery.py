@@ -18,8 +18,8 @@ from belt_sim.discovery.look import Looking
 from belt_sim.discovery.words import sentence
 from belt_sim.effects.library import library
 from belt_sim.errors import InputError
-from belt_sim.results.discovery_json import discovery_json, read_discovery
 from belt_sim.results.errors import Errors, OwnChange
+from belt_sim.results.json import discovery_json, read_discovery
 from belt_sim.use_cases.leave import leave_discovery
 from belt_sim.use_cases.plot import discovery_by_kind, draw_discovery
 from belt_sim.virtual_rig.make import make_campaign

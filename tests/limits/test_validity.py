@@ -11,7 +11,7 @@ from belt_sim.campaign import read_campaign
 from belt_sim.case import Schedule
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.paths import ROOT
-from belt_sim.results.written import summary_json
+from belt_sim.results.json import summary_json
 from belt_sim.rig import Rig
 from belt_sim.si import DEGREE
 from belt_sim.use_cases.beyond import beyond, beyond_in_runs

@@ -13,7 +13,7 @@ from belt_sim.app.pages.campaign_view import curves
 from belt_sim.campaign.types import PLACES
 from belt_sim.importing.types import ROLES
 from belt_sim.reports.importing import noise_table, runs_table
-from belt_sim.results.table import Table
+from belt_sim.results.display import Table
 
 NUMBERS = "numbers of my own"
 POINTS = (

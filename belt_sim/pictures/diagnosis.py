@@ -1,0 +1,238 @@
+"""Pictures of a comparison or diagnosis: overlays, failure maps, parameter drifts, candidates, visible effects."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from belt_sim.pictures import style
+from belt_sim.pictures.colours import AFTER, BEFORE, FAINT, INK, MEASURED
+from belt_sim.results.check import WELL, Visible
+from belt_sim.results.drawings import Drift, FailureMap, Panel
+from belt_sim.results.found import Tried
+
+COLUMNS = 3
+#: [inch] around and between panels; a title stands above each
+AROUND = {"left": 0.8, "right": 0.15, "top": 0.75, "bottom": 0.95, "across": 0.85, "down": 0.42}
+DOTS = 100  # measured samples shown in one panel
+
+
+@style.picture
+def overlay_picture(
+    path: str | os.PathLike,
+    panels: Sequence[Panel],
+    title: str,
+    *,
+    names: Mapping[str, str] | None = None,
+) -> Path:
+    """Small multiples of measured against modelled; names = {"base": ..., "final": ...} for the legend."""
+    columns = min(COLUMNS, len(panels))
+    rows = -(-len(panels) // columns)
+    fig, axes = style.figure(max(4.0 * columns, 6.5), 2.6 * rows + 1.0, rows, columns, layout=None, sharex=True)
+    flat = [ax for row in axes for ax in row]
+    labels = {"base": "model before", "final": "model after", **(names or {})}
+    for ax, panel in zip(flat, panels, strict=False):
+        _panel(ax, panel, labels)
+    for ax in flat[len(panels) :]:
+        ax.set_visible(False)
+    for ax in flat[max(0, len(panels) - columns) : len(panels)]:
+        ax.set_xlabel("belt travel [m]")
+        ax.tick_params(labelbottom=True)
+    entries = {}
+    for ax in flat[: len(panels)]:
+        entries.update(dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True)))
+    fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=len(entries))
+    style.place(fig, rows, columns, **AROUND)
+    style.title(fig, title)
+    return style.save(fig, path)
+
+
+def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
+    """One run and signal."""
+    centre = panel.base if panel.final is None else panel.final
+    ax.fill_between(
+        panel.travel,
+        centre - panel.band,
+        centre + panel.band,
+        color=FAINT,
+        alpha=0.35,
+        linewidth=0,
+        label="cannot say",
+    )
+    dots: dict[str, Any] = {
+        "linestyle": "none",
+        "marker": "o",
+        "markersize": 3.2,
+        "markeredgewidth": 0.0,
+        "color": MEASURED,
+    }
+    every = max(1, len(panel.travel) // DOTS)
+    ax.plot(panel.travel[::every], panel.measured[::every], label="measured", alpha=0.55, **dots)
+    ax.plot(panel.travel, panel.base, color=BEFORE, linestyle=(0, (4, 2)), label=labels["base"])
+    if panel.final is not None:
+        ax.plot(panel.travel, panel.final, color=AFTER, label=labels["final"])
+    ax.set_title(panel.title)
+    ax.set_ylabel(f"[{panel.unit}]")
+    ax.margins(x=0.02)
+
+
+#: |E / u_val| inside of which nothing can be said (ASME V&V 20 with k = 2), and where the colour is full.
+SAYS_NOTHING = 2.0
+FULL = 10.0
+
+
+@style.picture
+def where_map_picture(path: str | os.PathLike, maps: Sequence[FailureMap], title: str, sentence: str = "") -> Path:
+    """A heat map a signal and yaw sign; the number in each cell is E/u_val, grey cells were not measured."""
+    columns = min(2, len(maps))
+    rows = -(-len(maps) // columns)
+    most = max(len(m.tension) for m in maps)
+    fig, axes = style.figure(5.6 * columns + 0.8, rows * (0.42 * most + 1.1) + 1.1, rows, columns)
+    flat = [ax for row in axes for ax in row]
+    meshes = [_map(ax, one) for ax, one in zip(flat, maps, strict=False)]
+    for ax in flat[len(maps) :]:
+        ax.set_visible(False)
+    bar = fig.colorbar(
+        meshes[-1], ax=flat[: len(maps)], label="E / u_val  (model - measured)", shrink=0.9, extend="both"
+    )
+    bar.set_ticks([-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL])
+    bar.outline.set_visible(False)
+    style.title(fig, title)
+    if sentence:
+        fig.supxlabel(sentence, x=0.01, ha="left", fontsize=style.FONT, color=INK)
+    return style.save(fig, path)
+
+
+def _map(ax, one: FailureMap):
+    """One heat map; cells that say nothing stay white."""
+    ratio = np.asarray(one.ratio, float)
+    shown = np.ma.masked_invalid(np.sign(ratio) * np.maximum(np.abs(ratio) - SAYS_NOTHING, 0.0))
+    rows = np.arange(len(one.tension) + 1)
+    full = FULL - SAYS_NOTHING
+    ax.set_facecolor("#e4e7eb")
+    mesh = ax.pcolormesh(
+        one.edges,
+        rows,
+        np.ma.masked_invalid(ratio),
+        cmap=_dead_zone(),
+        vmin=-FULL,
+        vmax=FULL,
+        edgecolors="white",
+    )
+    middle = 0.5 * (np.asarray(one.edges)[1:] + np.asarray(one.edges)[:-1])
+    for i, j in np.argwhere(np.isfinite(ratio)):
+        strong = abs(float(shown[i, j])) > 0.55 * full
+        ink: dict[str, Any] = {
+            "color": "white" if strong else INK,
+            "fontsize": style.FONT - 2,
+            "ha": "center",
+            "va": "center",
+        }
+        ax.text(middle[j], i + 0.5, f"{ratio[i, j]:.0f}" if abs(ratio[i, j]) >= 1.0 else "·", **ink)
+    ax.set_yticks(rows[:-1] + 0.5, [f"{t:g}" for t in one.tension])
+    ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm$^2$]", title=one.title)
+    ax.grid(False)
+    return mesh
+
+
+def _dead_zone():
+    """The diverging map, white wherever |E/u_val| says nothing."""
+    from matplotlib.colors import ListedColormap
+
+    at = np.linspace(-FULL, FULL, 401)
+    beyond = np.sign(at) * np.maximum(np.abs(at) - SAYS_NOTHING, 0.0) / (FULL - SAYS_NOTHING)
+    return ListedColormap(style.diverging()(0.5 + 0.5 * beyond))
+
+
+@style.picture
+def drift_chart_picture(path: str | os.PathLike, drifts: Sequence[tuple[Drift, Drift | None]], title: str) -> Path:
+    """A plot a parameter: (before, after) the effect was added; after is None if none was."""
+    fig, axes = style.figure(4.6 * len(drifts) + 0.6, 4.0, 1, len(drifts))
+    for ax, (before, after) in zip(axes[0], drifts, strict=True):
+        _drift(ax, before, after)
+    entries = dict(zip(*reversed(axes[0][0].get_legend_handles_labels()), strict=True))
+    fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries))
+    style.title(fig, title)
+    return style.save(fig, path)
+
+
+def _drift(ax, before: Drift, after: Drift | None) -> None:
+    """One parameter against tension; bars are +-2 u."""
+    if before.stated is not None:
+        low, high = before.stated - 2 * before.u_stated, before.stated + 2 * before.u_stated
+        ax.axhspan(low, high, color=FAINT, alpha=0.3, linewidth=0)
+        ax.axhline(before.stated, color=INK, linewidth=1.0, label="data sheet")
+    pairs = [(before, BEFORE, "o", 0.985, "before"), (after, AFTER, "s", 1.015, "after")]
+    for drift, colour, marker, aside, label in pairs:
+        if drift is not None:
+            bars: dict[str, Any] = {
+                "fmt": marker,
+                "color": colour,
+                "capsize": 3.0,
+                "markersize": 5.5,
+                "elinewidth": 1.4,
+            }
+            ax.errorbar(np.asarray(drift.tension) * aside, drift.value, 2 * np.asarray(drift.u), label=label, **bars)
+    ax.set_xscale("log")
+    ticks = np.unique(before.tension)
+    ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    ax.set_xticks([], minor=True)
+    unit = f" [{before.unit}]" if before.unit not in ("", "1") else ""
+    ax.set(xlabel="tension [N/mm$^2$]", ylabel=f"{before.parameter}{unit}, bars 2u", title=before.parameter)
+
+
+#: The axis is linear up to one threshold and logarithmic beyond.
+LINEAR = 1.0
+
+
+@style.picture
+def ranking_picture(path: str | os.PathLike, ranking: Sequence[Tried], title: str) -> Path:
+    """A bar an effect: its gain in units of its bootstrap threshold; the line at 1 is chance.
+
+    ranking: best first; a candidate that the readings cannot show has no threshold and no bar.
+    """
+    names = [c.id for c in ranking]
+    ratio = np.array([max(c.gain, 0.0) / c.threshold if c.threshold else 0.0 for c in ranking])
+    fig, [[ax]] = style.figure(8.0, 0.34 * len(names) + 1.7)
+    rows = np.arange(len(names))[::-1]
+    ax.barh(rows, ratio, height=0.72, color=[AFTER if r > 1.0 else FAINT for r in ratio])
+    for row, r in zip(rows, ratio, strict=True):
+        ax.annotate(f"{r:.3g}", (r, row), xytext=(4, 0), textcoords="offset points", va="center")
+    ax.axvline(1.0, color=INK, linewidth=1.2)
+    ax.annotate("chance (5 %)", (1.0, rows[0] + 0.6), xytext=(4, 0), textcoords="offset points", va="bottom")
+    ax.set_xscale("symlog", linthresh=LINEAR)
+    top = max(2.0, 2.2 * float(ratio.max()))
+    ticks = [0.0, 0.5, *[t for p in range(8) for t in (10**p, 3 * 10**p) if t < top]]
+    ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    ax.set_xticks([], minor=True)
+    ax.set(xlim=(0.0, top), ylim=(-0.6, len(names) + 0.2), xlabel="chi-square gain / bootstrap threshold")
+    ax.set_yticks(rows, names)
+    ax.grid(False, axis="y")
+    style.title(fig, title)
+    return style.save(fig, path)
+
+
+#: Shares of the largest plausible size between which bars are drawn.
+LEAST, MOST = 1e-4, 10.0
+
+
+@style.picture
+def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: str) -> Path:
+    """A bar an effect, from its smallest visible size to the largest that a machine could have; none where it hides."""
+    fig, [[ax]] = style.figure(8.0, 0.3 * len(visible) + 1.8)
+    rows = np.arange(len(visible))[::-1]
+    for row, v in zip(rows, visible, strict=True):
+        if v.share < 1.0:
+            start = max(v.share, LEAST)
+            ax.barh(row, 1.0 - start, left=start, height=0.7, color=AFTER, alpha=1.0 if v.share < WELL else 0.45)
+        else:
+            ax.annotate("hidden" if v.smallest is None else "only beyond", (1.05, row), va="center", color=INK)
+    ax.axvline(1.0, color=FAINT, linewidth=1.2)
+    ax.set(xscale="log", xlim=(LEAST, MOST), ylim=(-0.7, len(visible) - 0.3))
+    ax.set_xlabel("size that shows, over the largest that a machine could have")
+    ax.set_yticks(rows, [v.effect for v in visible])
+    ax.grid(False, axis="y")
+    style.title(fig, f"What would show: {title}"[:70])
+    return style.save(fig, path)
