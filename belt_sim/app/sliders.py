@@ -3,7 +3,6 @@
 So that nothing is compiled while a slider moves, numbers only are changed from one computation to the next.
 """
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 from belt_sim.config import case_asked
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect, Parameter
-from belt_sim.effects.library import library
+from belt_sim.effects.library import library, title_of
 from belt_sim.registry import ANALYTIC, model_named
 from belt_sim.results.simulation import Simulation
 from belt_sim.use_cases.simulate import simulate
@@ -67,9 +66,8 @@ def choices(model: str) -> dict[str, str]:
 
 
 def words(effect_id: str) -> str:
-    """What an effect is, as the first line of its file says it."""
-    doc = (sys.modules[library()[effect_id].__module__].__doc__ or effect_id).strip()
-    return doc.splitlines()[0].rstrip(".")
+    """Return an effect of the library in a few words."""
+    return title_of(library()[effect_id])
 
 
 def reach(p: Parameter) -> tuple[float, float, float]:

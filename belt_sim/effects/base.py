@@ -68,6 +68,8 @@ class Effect:
     """Base of all effects; see the module's text."""
 
     id: ClassVar[str] = ""
+    #: the effect in a few words; empty: the first line of its file
+    title: ClassVar[str] = ""
     law: ClassVar[str] = ""
     reference: ClassVar[str] = ""
     #: "odd", "even" or "mixed": how dy changes when the sign of every yaw changes

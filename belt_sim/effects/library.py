@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+import sys
 from functools import cache
 
 from belt_sim import effects
@@ -15,6 +16,12 @@ def library() -> dict[str, type[Effect]]:
     for module in pkgutil.iter_modules(effects.__path__):
         found |= effects_in(importlib.import_module(f"belt_sim.effects.{module.name}"))
     return dict(sorted(found.items()))
+
+
+def title_of(cls: type[Effect]) -> str:
+    """Return an effect in a few words: its title, else the first line of its file."""
+    lines = (sys.modules[cls.__module__].__doc__ or cls.id).strip().splitlines()
+    return cls.title or lines[0].rstrip(".")
 
 
 def effects_in(module) -> dict[str, type[Effect]]:

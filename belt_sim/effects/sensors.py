@@ -19,6 +19,7 @@ class SensorGain(Effect):
     """An edge sensor shows (1 + g) y."""
 
     id = "sensor_gain"
+    title = "Gain error of the edge sensors"
     law = "sensor"
     reference = "physics sheet, section 7"
     parity = "odd"
@@ -39,6 +40,7 @@ class SensorOffset(Effect):
     """An edge sensor shows y + c, the same c in every run."""
 
     id = "sensor_offset"
+    title = "Zero error common to all runs of an edge sensor"
     law = "sensor"
     reference = "physics sheet, section 7"
     parity = "even"
@@ -60,6 +62,7 @@ class SensorDrift(Effect):
     """An edge sensor shows y + d t. The drift is constant in time, so per metre it falls with speed."""
 
     id = "sensor_drift"
+    title = "Drift of the edge sensors in time"
     law = "sensor"
     reference = "physics sheet, section 7"
     parity = "even"
@@ -84,6 +87,7 @@ class SensorDelay(Effect):
     """
 
     id = "sensor_delay"
+    title = "Delay of the edge sensors"
     law = "sensor"
     reference = "dead time, any textbook on measurement"
     parity = "odd"
@@ -103,6 +107,7 @@ class EncoderScale(Effect):
     """The encoder shows (1 + e) times the true travel, which changes all rates and periods."""
 
     id = "encoder_scale"
+    title = "Encoder scale: a metre on the display is not a metre of belt"
     law = "sensor"
     reference = "physics sheet, section 7"
     parity = "odd"

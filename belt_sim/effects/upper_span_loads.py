@@ -39,6 +39,7 @@ class IdlerSkew(Effect):
     """
 
     id = "idler_skew"
+    title = "Idler skew: a roller under the upper span that does not stand square"
     law = "span"
     reference = "clamped span under a side force, any textbook; makers' guides: skewed and seized idlers"
     parity = "even"
@@ -74,6 +75,7 @@ class SideDrag(Effect):
     """
 
     id = "side_drag"
+    title = "Side drag: a scraper or skirt that rubs on one edge of the upper span"
     law = "span"
     reference = "clamped span under a couple, any textbook; makers' guides: scrapers and skirts"
     parity = "even"
@@ -112,6 +114,7 @@ class OffCentreLoad(Effect):
     """
 
     id = "off_centre_load"
+    title = "Off-centre load: what the upper span carries lies on one side"
     law = "span"
     reference = "physics sheet, section 3 (strip) with a rolling couple; makers' guides: off-centre loading"
     parity = "even"

@@ -44,6 +44,7 @@ class YawDrift(Effect):
     """
 
     id = "yaw_drift"
+    title = "Warming up turns the steered pulley"
     law = "drive"
     reference = "first-order warming of a machine frame, any textbook on thermal drift of machine tools"
     parity = "even"
@@ -70,6 +71,7 @@ class TaperDrift(Effect):
     """
 
     id = "taper_drift"
+    title = "Warming up makes the steered pulley a cone"
     law = "run-up"
     reference = "physics sheet, section 7 (taper); expansion of steel 1.2e-5 1/K"
     parity = "even"

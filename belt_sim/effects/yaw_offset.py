@@ -13,6 +13,7 @@ class YawOffsetTail(Effect):
     """The yaw of the tail pulley is beta + beta_0: the lines w(beta) of all tensions cross at -beta_0."""
 
     id = "yaw_offset_tail"
+    title = "Zero error of the tail pulley's yaw"
     law = "drive"
     reference = "physics sheet, section 7"
     parity = "even"
@@ -33,6 +34,7 @@ class YawOffsetHead(Effect):
     """The yaw of the head pulley is beta_h + beta_0."""
 
     id = "yaw_offset_head"
+    title = "Zero error of the head pulley's yaw"
     law = "drive"
     reference = "physics sheet, section 7"
     parity = "even"

@@ -13,14 +13,11 @@ from sphinx.util.nodes import nested_parse_with_titles
 from belt_sim.diagnosis.readings.effect_hints import ONLY_WHEN_NAMED
 from belt_sim.effect_table import table
 from belt_sim.effects.base import HOOKS, Effect, overrides
-from belt_sim.effects.library import effects_in, library
+from belt_sim.effects.library import library, title_of
 
 
 def text(effect: type[Effect]) -> str:
     """An effect as Markdown: what its file says first, its law in words, its source, its numbers."""
-    module = inspect.getmodule(effect)
-    alone = len(effects_in(module)) == 1  # the first line of a file of several effects is the title of all of them
-    first = [f"**{(module.__doc__ or '').strip().splitlines()[0]}**"] if module and alone else []
     facts = [f"law: {effect.law}", f"parity in yaw: {effect.parity}"]
     if effect.tension_exponent is not None:
         power = f"~ tension^{effect.tension_exponent:g}" if effect.tension_exponent else "does not know the tension"
@@ -30,7 +27,7 @@ def text(effect: type[Effect]) -> str:
     if effect.id in ONLY_WHEN_NAMED:
         facts.append("tried only when named")
     facts.append("hooks: " + ", ".join(f"`{h}`" for h in HOOKS if h in overrides(effect)))
-    parts = [f"## {effect.id}", *first, inspect.getdoc(effect) or "", "; ".join(facts) + "."]
+    parts = [f"## {effect.id}", f"**{title_of(effect)}.**", inspect.getdoc(effect) or "", "; ".join(facts) + "."]
     return "\n\n".join([*parts, f"Source: {effect.reference}.", _numbers(effect)]) + "\n"
 
 

@@ -81,7 +81,7 @@ def test_the_mean_over_a_step_of_travel_is_the_integral(listed, start, length, s
 @settings(max_examples=40, deadline=None)
 @given(listed=entries())
 def test_a_schedule_that_is_written_into_a_summary_is_read_back(listed):
-    from belt_sim.results.written import _yaw
+    from belt_sim.results.json import _yaw
 
     schedule = schedule_from(listed, "yaw")
     again = schedule_from(json.loads(json.dumps(_yaw(schedule))), "yaw")

@@ -6,8 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from belt_sim.results.read import diagnosis_of
-from belt_sim.results.written import diagnosis_json, drawings_json
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from shipped_schema import check
@@ -26,6 +24,7 @@ from belt_sim.results.found import (
     Tried,
     Unknown,
 )
+from belt_sim.results.json import diagnosis_json, diagnosis_of, drawings_json
 from belt_sim.results.verdict import Verdict
 
 OLD = Path(__file__).parents[1] / "golden" / "version_0_1" / "diagnosis"
