@@ -105,9 +105,14 @@ class RitzingerFormula:
 def ritzinger_rate(case: Case) -> float:
     """Return w_ext = w_Th1 T_requ/T_belt [m/m] (paper eq. 18); the moments are even in yaw, so the sign is w_Th1's.
 
-    The belt's two edges are independent elastic catenaries with half its weight and half its section each. Yawing
-    the pulley by beta lengthens one chord by b beta/2 and shortens the other; the difference of their tensions
-    makes T_requ (eq. 16), to be compared with the beam's T_belt = 4 E I beta/a (eq. 17).
+    The belt's two edges are independent elastic catenaries. Yawing the pulley by beta lengthens one chord by b beta/2
+    and shortens the other; the difference of their tensions makes T_requ (eq. 16), to be compared with the beam's
+    T_belt = 4 E I beta/a (eq. 17).
+
+    The paper says that each rope carries half the weight, and nothing of its force and section. We read: the full
+    force and the full section. Then the rate is 1.5 w_Th1/(1 + Lambda/4), which is what the paper says of it: like
+    the beam of 2nd order at medium tension, much lower below. With half of both it would be 0.75 w_Th1/(1 + Lambda),
+    half of that beam at 40 N/mm2.
     """
     rig, belt = case.rig, case.belt
     beta = float(case.settings.yaw.last() - case.settings.yaw_head.last())
@@ -134,8 +139,8 @@ def edge_tilt(case: Case, beta: float) -> float:
 def edge_tensions(case: Case, beta: float) -> tuple[float, float]:
     """Return the horizontal tensions F1, F2 [N] of the edge that a yaw beta > 0 [rad] lengthens, and of the other."""
     weight = float(case.weight_per_length) / 2.0
-    stiffness = case.belt.youngs_modulus * case.belt.area / 2.0
-    force, chord, b = float(case.tension_force) / 2.0, float(case.rig.span_length), case.belt.width
+    stiffness = case.belt.youngs_modulus * case.belt.area
+    force, chord, b = float(case.tension_force), float(case.rig.span_length), case.belt.width
     unstretched = _rope_length(force, chord, weight) / (1.0 + force / stiffness)
     tight = _tension(unstretched, chord + b * beta / 2, weight, stiffness, force)
     slack = _tension(unstretched, chord - b * beta / 2, weight, stiffness, force)

@@ -23,8 +23,10 @@ TRANSIENTS = [
     (7, "beam_th2", [0.1200, 0.4312, 1.9331, 3.9630]),
     (7, "strip", [0.0211, 0.0831, 0.4880, 1.7017]),
 ]
+BEAM = analytic_model("beam_th2")
 LAST_DIGIT = 0.6e-5  # half of the last digit printed, and a little
 MARCH = 5e-3  # what a march may be off, by the sheet
+SIMILAR = 0.15  # "similar results": 13 % below at 20 N/mm2, 3 % above at 30 and 40
 ROPES = 0.02  # a chord that changes by b beta/2 = 73 um, and tension that follows it beyond the straight line
 SHORT_TRANSIENT = [
     (t, m, r) for m, row in (("beam_th2", TH2), ("strip", STRIP)) for t, r in zip(TENSIONS, row, strict=True) if r
@@ -75,18 +77,18 @@ def test_open_web_coefficients():
     assert shelton_factor(2.5) == pytest.approx(f2 / f1, rel=1e-12)
 
 
-def test_ritzinger_lowers_the_rate_at_low_tension():
-    """Two edge ropes are softer than a beam: the formula scales the first-order rate down, against measurement M3."""
+def test_ritzinger_is_like_the_beam_of_second_order_at_medium_tension_and_much_lower_below():
+    """What the paper says of the formula (its section 4.4)."""
     model = RitzingerFormula()
-    rates = [abs(model.steady_rate(paper_case(t))) * 1e3 for t in (7, 20, 40)]
-    assert rates == sorted(rates)
-    assert rates[-1] < BOUNDS["beam_th1"]
-    assert model.steady_rate(paper_case(20, -YAW)) == pytest.approx(-rates[1] * 1e-3, rel=1e-12)
+    ratio = {t: model.steady_rate(paper_case(t)) / steady_rate(paper_case(t), BEAM) for t in (7, 10, 20, 30, 40)}
+    assert all(abs(ratio[t] - 1.0) < SIMILAR for t in (20, 30, 40))
+    assert ratio[7] < ratio[10] < 0.5
+    assert model.steady_rate(paper_case(20, -YAW)) == pytest.approx(-model.steady_rate(paper_case(20, YAW)), rel=1e-12)
 
 
 @pytest.mark.parametrize("tension", [7, 20, 40])
-def test_ritzinger_is_three_quarters_of_the_first_order_beam_with_ernsts_modulus(tension):
-    """Two edge ropes of half the section each, b apart, give b^2 E A beta/(4 L (1 + Lambda)), the beam 4 E I beta/L."""
+def test_ritzinger_is_three_halves_of_the_first_order_beam_with_a_quarter_of_the_sag(tension):
+    """Ropes of full force and section, b apart, of half the weight each: b^2 E A beta/(2 L (1 + Lambda/4))."""
     case = paper_case(tension)
-    wanted = 0.75 * BOUNDS["beam_th1"] / (1.0 + float(softening(case)))
+    wanted = 1.5 * BOUNDS["beam_th1"] / (1.0 + float(softening(case)) / 4.0)
     assert abs(RitzingerFormula().steady_rate(case)) * 1e3 == pytest.approx(wanted, rel=ROPES)
