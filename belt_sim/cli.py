@@ -1,16 +1,16 @@
-"""The command line: every command is a Hydra application; errors of the user are one line and a non-zero exit."""
+"""The command line: one run, or a sweep, of one command; errors of the user are one line and a non-zero exit."""
 
-import atexit
-import gc
 import os
 import sys
 from importlib.metadata import version
 
-from belt_sim.cli_errors import files_named, one_line, ordered, refused
-from belt_sim.errors import BeltError, Reported
-from belt_sim.paths import CONF
+import yaml
 
-SELDOM = 50_000  # new objects between two looks for garbage in cycles, of which imports and tracing leave hardly any
+from belt_sim.commands.cases import run_alone
+from belt_sim.commands.command_line import HELP, SHOW, help_text, import_arguments, requested
+from belt_sim.errors import BeltError
+
+ON_ONE_CORE = ("native", "line", "mujoco")  # engines that leave a GPU alone
 #: read when numpy and scipy are loaded; matrices here are small, and what runs at once are marches
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 COMMANDS = {
@@ -33,22 +33,21 @@ COMMANDS = {
 
 def main() -> None:
     """Entry point of ``belt-sim``."""
-    gc.set_threshold(SELDOM)
     use_one_blas_thread()
-    ended: list[int] = []
-    atexit.register(_end, ended)  # the first that is registered is the last that is called
-    ended.append(run(sys.argv[1:]))
-    gc.freeze()
-    sys.exit(ended[0])
-
-
-def _end(status: list[int]) -> None:
-    """End the process at once where a command has ended: to take apart what is loaded takes a third of a second, and it
-    goes with the process anyway."""
-    if status:
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by who started us
+            setattr(sys, name, os.fdopen(os.dup(nowhere), "w"))
+    try:
+        status = run(sys.argv[1:])
         sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(status[0])
+    except BrokenPipeError:  # the reader of our output has gone, as `| head` does
+        os.dup2(nowhere, sys.stdout.fileno())  # as Python's documentation has it
+        status = 0
+    except OSError as error:  # its disk is full
+        os.dup2(nowhere, sys.stdout.fileno())
+        status = _complain(f"standard output = {error.strerror or error}: what was finished is kept")
+    sys.exit(status)
 
 
 def use_one_blas_thread() -> None:
@@ -72,50 +71,43 @@ def run(arguments: list[str]) -> int:
         from belt_sim.demo import demo
 
         return demo(run) if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
-    settings = files_named(command, arguments[1:])
-    reason = refused(command, settings)
-    if reason:
-        return _complain(reason)
-    sys.argv = [f"belt-sim {command}", *ordered(command, settings)]
+    if any(a in HELP for a in arguments):
+        print(help_text(command))
+        return 0
+    settings = import_arguments(arguments[1:]) if command == "import" else arguments[1:]
     try:
-        return _hydra(command, space=bool({"engine=quasi_static", "engine=mjx"} & {*settings}))
-    except Reported:
-        return 1
+        return _composed(command, settings)
     except BeltError as error:
         return _complain(str(error))
+    except OSError as error:
+        if isinstance(error, BrokenPipeError) or error.filename is None:
+            raise
+        return _complain(f"{error.filename} = {error.strerror or error}: choose a folder that can be written")
     except KeyboardInterrupt:
         return _complain("stopped; what was finished is kept", status=130)
 
 
-def _hydra(command: str, space: bool) -> int:
-    """Hand a command to Hydra; a job's BeltError ends it with status 1, the other jobs of a sweep go on."""
-    os.environ["HYDRA_FULL_ERROR"] = "1"
-    import hydra
-    from hydra.errors import HydraException
-    from omegaconf.errors import OmegaConfBaseException
-
-    from belt_sim.commands.job import Jobs
-    from belt_sim.jax_setup import prepare
-
-    prepare(space)
-    jobs = Jobs(command)
-    try:
-        hydra.main(version_base="1.3", config_path=str(CONF), config_name=command)(jobs.run)()
-    except (HydraException, OmegaConfBaseException) as error:
-        return _complain(one_line(error, command))
-    except SystemExit as ended:  # a sweep with cases that failed
-        return int(ended.code or 0)
-    except BrokenPipeError:  # the reader of our output has gone, as `| head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _composed(command: str, settings: list[str]) -> int:
+    """Run a command on the configuration, or the configurations, that its settings mean."""
+    shown = [k for k, a in enumerate(settings) if a.split("=")[0] in SHOW]
+    if shown:
+        kept = [a for k, a in enumerate(settings) if not ({k, k - 1} & set(shown))]
+        for case in requested(command, kept).runs:
+            print(yaml.safe_dump(dict(case.config), sort_keys=False, allow_unicode=True), end="")
         return 0
-    except OSError as error:
-        where = f"{error.filename or 'files'} = {error.strerror or error}"
-        return _complain(f"{where}: choose a folder that can be written")
-    except ValueError as error:
-        if jobs.started:
-            raise
-        return _complain(one_line(error, command))
-    return 1 if jobs.failures else 0
+    request = requested(command, settings)
+    try:
+        from belt_sim.jax_setup import check_environment, prepare
+    except ValueError as error:  # JAX reads JAX_... as it is imported
+        raise BeltError(f"JAX_...: {error}; unset it") from error
+    check_environment()
+    prepare(space=any(case.config.get("engine") not in (None, *ON_ONE_CORE) for case in request.runs))
+    if request.folder is not None:
+        from belt_sim.commands.sweep import run_sweep
+
+        return run_sweep(request)
+    run_alone(request.runs[0])
+    return 0
 
 
 def _complain(message: str, status: int = 1) -> int:

@@ -18,10 +18,6 @@ class InputError(BeltError, ValueError):
         return type(self), (self.name, self.value, self.unit, self.remedy)
 
 
-class Reported(BeltError):
-    """An error that the user has been told of already; it only has to end the command."""
-
-
 class CannotRepresent(BeltError):
     """A model was asked for something outside the laws that it reads."""
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from belt_sim.errors import BeltError
 
-_PICTURES = ".pictures"
+DRAFTS = ".draft"  # a folder of files that a process has not finished
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -36,29 +36,28 @@ def write_with(path: Path, writer: Callable[[Path], Any]) -> Path:
     return path
 
 
-def pictures_of(folder: Path) -> Path:
-    """The hidden folder in which this process has the pictures of a folder until all are drawn."""
-    return folder / f"{_PICTURES}.{os.getpid()}"
-
-
-def moved_in(drafts: Path, folder: Path) -> None:
-    """Move every file of a hidden folder into the one that it belongs to; raises BeltError where one cannot be."""
-    for path in sorted(drafts.glob("*")):
-        try:
-            os.replace(path, folder / path.name)
-        except OSError as error:
-            raise BeltError(f"{folder / path.name}: {error.strerror}; move it away") from None
+def read_json(path: Path) -> dict[str, Any]:
+    """The mapping in a JSON file; raises FileNotFoundError, and BeltError for a file that holds anything else."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise
+    except (OSError, ValueError, RecursionError) as error:
+        raise BeltError(f"{path}: damaged, no JSON can be read from it ({type(error).__name__}); remove it") from error
+    if not isinstance(content, dict):
+        raise BeltError(f"{path}: damaged, it holds no mapping; remove it")
+    return content
 
 
 def clear_drafts(folder: Path) -> None:
-    """Remove the temporary files of ``write_with``, and hidden folders of pictures, whose process has died."""
+    """Remove the temporary files of ``write_with``, and folders of drafts, whose process has died."""
     for path in folder.glob(".*"):
         named = re.fullmatch(r"\.(.+)\.(\d+)(\.\w+)?", path.name)
         if not named or _alive(int(named.group(2))):
             continue
         if path.is_file():
             path.unlink(missing_ok=True)
-        elif path.name.startswith(f"{_PICTURES}."):
+        elif path.name.startswith(f"{DRAFTS}."):
             shutil.rmtree(path, ignore_errors=True)
 
 

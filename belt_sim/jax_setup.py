@@ -13,12 +13,16 @@
 
 import functools
 import os
+import subprocess
+import sys
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import jax
+
+from belt_sim.errors import InputError
 
 _CUDA = ("jax_cuda12_plugin", "jax_cuda13_plugin")
 _UNFUSED = "--xla_cpu_max_isa=AVX"
@@ -59,15 +63,37 @@ def prepare(space: bool = False) -> None:
     environment already says (JAX_PLATFORMS; flags of the same names in XLA_FLAGS) stays.
     """
     wanted = "" if space and any(find_spec(name) for name in _CUDA) else "cpu"
+    asked = os.environ.get("JAX_PLATFORMS")
     os.environ.setdefault("JAX_PLATFORMS", wanted)  # "": the fastest that there is
     jax.config.update("jax_platforms", os.environ["JAX_PLATFORMS"])
     if not space:
         _add_flags(_UNFUSED, _WHOLE_LOOPS, _IN_ONE_PIECE)
+    if asked and asked != "cpu":
+        try:
+            jax.devices()
+        except RuntimeError as error:
+            first = str(error).splitlines()[0]
+            raise InputError("JAX_PLATFORMS", asked, "", f"JAX finds no such device ({first}); use cpu") from error
     folder = os.environ.get("BELT_SIM_CACHE", str(Path.home() / ".cache" / "belt_sim" / "jax"))
     jax.config.update("jax_enable_compilation_cache", folder != "off")
     jax.config.update("jax_compilation_cache_dir", None if folder == "off" else folder)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def check_environment() -> None:
+    """Raise InputError for variables of the user's that JAX cannot work with: XLA ends a process that has a flag which
+    it does not know."""
+    if jax.config.jax_disable_jit:
+        raise InputError("JAX_DISABLE_JIT", "1", "", "belts are compiled; unset it")
+    flags = os.environ.get("XLA_FLAGS")
+    if not flags:
+        return
+    command = [sys.executable, "-c", "import jax; jax.devices()"]
+    tried = subprocess.run(command, capture_output=True, text=True, check=False)
+    if tried.returncode:
+        said = [line for line in tried.stderr.splitlines() if "nknown flag" in line] or tried.stderr.splitlines()[-1:]
+        raise InputError("XLA_FLAGS", flags, "", f"XLA does not start with it ({' '.join(said)[-120:]}); unset it")
 
 
 def _add_flags(*flags: str) -> None:

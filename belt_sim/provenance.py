@@ -29,8 +29,8 @@ def config_hash(config: Any) -> str:
 
 
 def _command() -> str:
-    """The command line; who starts it puts ``belt-sim simulate`` or ``python -m studies.NAME`` in front."""
-    program = sys.argv[0] if sys.argv[0].startswith(("belt-sim", "python -m")) else "belt-sim"
+    """The command line; a study puts ``python -m studies.NAME`` in front."""
+    program = sys.argv[0] if sys.argv[0].startswith("python -m ") else "belt-sim"
     return shlex.join([*program.split(), *sys.argv[1:]])
 
 

@@ -21,6 +21,9 @@ FRICTION = 0.15  # steel on a smooth pulley, the least that is usual; a case doe
 SLIP_WAY = 0.1  # share of a quarter span on which slip may act
 NEXT = 0.25  # share of either second-order term that is kept where both cancel
 STRENGTH = 450e6  # [Pa], bending fatigue of usual belt steels
+NARROW = 20.0  # thicknesses that a strip is wide at least: below it is a bar, whose section the laws do not have
+SHORT = 1.0  # widths that a span is long at least: below it is a plate
+NEAR = 0.8  # share of the centre distance that both pulleys may fill
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,25 @@ def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit
 def exceeded(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit, ...]:
     """The limits that the case is beyond, the worst first."""
     return tuple(sorted((x for x in limits(case, contains) if x.load > 1.0), key=lambda x: -x.load))
+
+
+def geometric(case: Case) -> tuple[Limit, ...]:
+    """The limits that machine and belt are beyond whatever the model, the worst first: no strip, a plate, pulleys that
+    nearly touch, steel that yields over them, spans that are no parabolas, an edge that the yaw alone slackens."""
+    rig, belt, tension = case.rig, case.belt, float(case.settings.tension)
+    radii = float(rig.head_radius), float(rig.tail_radius)
+    span = float(rig.span_length)
+    yaw = max(_largest(case.settings.yaw), _largest(case.settings.yaw_head))
+    stretch = float(belt.youngs_modulus) * float(belt.width) * yaw / (2.0 * span)
+    found = (
+        Limit("no_strip", NARROW * belt.thickness / belt.width, f"the belt is less than {NARROW:g} thicknesses wide"),
+        Limit("short_span", SHORT * belt.width / span, "the spans are shorter than the belt is wide: it is a plate"),
+        Limit("large_pulleys", sum(radii) / (NEAR * float(rig.centre_distance)), "the pulleys nearly touch"),
+        _thick(case),
+        _deep(case),
+        Limit("edge_stretch", stretch / tension, "the yaw stretches one edge so far that the other goes slack"),
+    )
+    return tuple(sorted((Limit(x.id, float(x.load), x.words) for x in found if x.load > 1.0), key=lambda x: -x.load))
 
 
 def warning(model: str, beyond: Iterable[Limit]) -> str:
@@ -164,13 +186,20 @@ def _fast_belt(x: _Loaded) -> Limit:
 
 def _deep_sag(x: _Loaded) -> Limit:
     """Slope of the hanging span at its ends psi = Z L/2; laws take cos psi = 1."""
-    slope = x.case.sag_curvature * x.case.rig.span_length / 2.0
+    return _deep(x.case)
+
+
+def _deep(case: Case) -> Limit:
+    slope = case.sag_curvature * case.rig.span_length / 2.0
     return Limit("deep_sag", float(slope**2 / 2.0 / WRONG), "the spans hang so low that they are no parabolas")
 
 
 def _thick_belt(x: _Loaded) -> Limit:
     """Bending stress E h/2R over the pulley, and the tension."""
-    case = x.case
+    return _thick(x.case)
+
+
+def _thick(case: Case) -> Limit:
     radius = min(case.rig.head_radius, case.rig.tail_radius)
     stress = case.belt.youngs_modulus * case.belt.thickness / (2.0 * radius) + case.settings.tension
     return Limit("thick_belt", float(stress / STRENGTH), "belt steel tires or yields when bent over such a pulley")

@@ -1,43 +1,30 @@
-"""A study as a Hydra application: python -m studies.NAME key=value ..., rigs, belts and models as of belt-sim."""
+"""A study with a command line: python -m studies.NAME key=value ..., rigs, belts and models as of belt-sim."""
 
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import hydra
-from omegaconf import OmegaConf
-
-from belt_sim.cli_errors import ordered
+from belt_sim.commands.command_line import HELP, requested
 from belt_sim.errors import BeltError
 from belt_sim.jax_setup import prepare
 from belt_sim.paths import CONF
 
 HERE = Path(__file__).resolve().parent
-#: a study says itself where its files go
-_PLAIN = (
-    f"hydra.searchpath=[file://{CONF}]",
-    "hydra/job_logging=none",
-    "hydra/hydra_logging=none",
-    "hydra.output_subdir=null",
-    "hydra.run.dir=.",
-    "hydra.sweep.dir=.",
-    "hydra.sweep.subdir=.",
-)
+FIXED = (f"hydra.searchpath=[file://{CONF}]",)  # rigs, belts and models
 
 
 def application(name: str, study: Callable[[dict[str, Any]], None]) -> None:
     """Run ``study`` with studies/conf/NAME.yaml and what the command line changes in it; -m runs it once a value."""
-
-    def job(cfg: Any) -> None:
-        try:
-            sys.argv = command  # what a result says of where it came from
-            study(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True))  # type: ignore[arg-type]
-        except BeltError as error:
-            sys.exit(f"{name}: {error}")
-
     module = getattr(sys.modules["__main__"].__spec__, "name", name).removesuffix(".__main__")
-    command = [f"python -m {module}", *sys.argv[1:]]
+    arguments = sys.argv[1:]
+    if any(a in HELP for a in arguments):
+        print((HERE / "conf" / f"{name}.yaml").read_text(encoding="utf-8"))
+        return
+    sys.argv = [f"python -m {module}", *arguments]  # what a result says of where it came from
     prepare()
-    sys.argv[1:] = ordered(name, [*_PLAIN, *sys.argv[1:]])
-    hydra.main(version_base="1.3", config_path=str(HERE / "conf"), config_name=name)(job)()
+    try:
+        for case in requested(name, arguments, conf=HERE / "conf", fixed=FIXED).runs:
+            study(dict(case.config))
+    except BeltError as error:
+        sys.exit(f"{name}: {error}")

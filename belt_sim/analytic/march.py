@@ -65,8 +65,9 @@ def march_driven(
     spacing, roomy = travel / (records * stride), (_room_for(records), stride, slots)
     rows = _marching(model, roomy, tuple(map(type, effects)))(case, tuple(effects), spacing)
     curves = _truncate(as_numpy(Curves(**dict(zip(RETURNED, rows, strict=True)))), records + 1)
-    if not np.isfinite(curves.y).all():
-        raise RunFailed("y is not finite: weaken the effects or shorten model.step")
+    unfit = [n for n in RETURNED if not np.isfinite(getattr(curves, n)).all()]
+    if unfit:
+        raise RunFailed(f"{', '.join(unfit)} is not finite: weaken the effects or shorten model.step")
     return curves
 
 

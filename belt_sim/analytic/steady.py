@@ -9,7 +9,10 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case
+from belt_sim.errors import InputError
 from belt_sim.jax_setup import compiled, in_float64
+
+LIMPEST = 20.0  # chord over twice the catenary's parameter: such a rope hangs 10^7 chords deep
 
 _responses = compiled(span_responses)  # uncompiled it takes a second
 
@@ -115,6 +118,8 @@ def ritzinger_rate(case: Case) -> float:
     half of that beam at 40 N/mm2.
     """
     rig, belt = case.rig, case.belt
+    if not float(rig.gravity) > 0.0:
+        raise InputError("rig.gravity", f"{float(rig.gravity):g}", "m/s2", "Ritzinger's formula compares hanging edges")
     beta = float(case.settings.yaw.last() - case.settings.yaw_head.last())
     length = float(rig.span_length)
     first_order = length * beta / 3.0 / (2 * length + float(rig.wrap_head + rig.wrap_tail))
@@ -150,6 +155,8 @@ def edge_tensions(case: Case, beta: float) -> tuple[float, float]:
 def _rope_length(force: float, chord: float, weight: float) -> float:
     """Return the length of a catenary [m] with horizontal tension ``force`` over ``chord``."""
     c = force / weight
+    if chord / (2.0 * c) > LIMPEST:
+        raise InputError("tension", f"{force:g}", "N an edge", f"no rope hangs so over {chord:g} m; raise the tension")
     return 2.0 * c * math.sinh(chord / (2.0 * c))
 
 
@@ -160,4 +167,9 @@ def _tension(unstretched: float, chord: float, weight: float, stiffness: float, 
     def mismatch(force: float) -> float:
         return _rope_length(force, chord, weight) - unstretched * (1.0 + force / stiffness)
 
-    return float(brentq(mismatch, guess * 0.02, guess * 50.0 + stiffness * 1e-3, xtol=1e-9 * guess))
+    lowest = max(guess * 0.02, chord * weight / (2.0 * LIMPEST))
+    highest = guess * 50.0 + stiffness * 1e-3
+    if mismatch(lowest) * mismatch(highest) > 0.0:
+        remedy = "an edge cannot hang in equilibrium after this yaw; raise the tension or turn the pulley less"
+        raise InputError("tension", f"{guess:g}", "N an edge", remedy)
+    return float(brentq(mismatch, lowest, highest, xtol=1e-9 * guess))

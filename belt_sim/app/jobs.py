@@ -3,8 +3,6 @@
 import asyncio
 import contextlib
 import json
-import os
-import signal
 import sys
 import time
 from collections.abc import Mapping
@@ -57,7 +55,6 @@ class Job:
                 stdin=asyncio.subprocess.PIPE,
                 stdout=asyncio.subprocess.PIPE,
                 stderr=log,
-                start_new_session=True,
                 limit=LONGEST_LINE,
             )
         assert self._process.stdin is not None
@@ -84,13 +81,13 @@ class Job:
             self.state, self.failure, self.ended = state, failure, time.monotonic()
 
     async def stop(self) -> None:
-        """End the process and all that it started."""
+        """End the process."""
         self._end("stopped")
         if self._process is None or self._process.returncode is not None:
             return
-        for way in (signal.SIGTERM, signal.SIGKILL):
+        for end in (self._process.terminate, self._process.kill):
             with contextlib.suppress(ProcessLookupError):
-                os.killpg(self._process.pid, way)
+                end()
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._process.wait(), PATIENCE)
                 return

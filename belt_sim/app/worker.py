@@ -5,10 +5,12 @@ It ends when its standard input ends: whoever asked has gone.
 
 import json
 import os
+import signal
 import sys
 import threading
 import traceback
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +24,7 @@ NICE = 5  # the page goes first
 
 def main() -> None:
     """Do what the first line of standard input asks for."""
-    out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what others print goes to the log
+    out = sys.stdout
     if hasattr(os, "nice"):
         os.nice(NICE)
 
@@ -34,8 +35,9 @@ def main() -> None:
     request = json.loads(sys.stdin.readline())
     threading.Thread(target=_leave_with_the_asker, daemon=True).start()
     try:
-        _of_the_library(request["effects"] or [])
-        _TASKS[request["task"]](request, say)
+        with redirect_stdout(sys.stderr):  # what others print goes to the log
+            _of_the_library(request["effects"] or [])
+            _TASKS[request["task"]](request, say)
         say(finished=True)
     except BeltError as error:
         say(failed=str(error))
@@ -57,7 +59,7 @@ def _of_the_library(effects: Sequence[Any]) -> None:
 
 def _leave_with_the_asker() -> None:
     sys.stdin.read()
-    os._exit(1)
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _compare(request: Mapping[str, Any], say: Say) -> None:
@@ -94,7 +96,8 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
 
     found = diagnose(campaign, request["model"], **asked, progress=progress, config=dict(request))
     say(stage="drawing")
-    leave_diagnosis(folder, found, draw=draw_diagnosis)
+    leave_diagnosis(folder, found)
+    draw_diagnosis(folder, found)
     effects = [{"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
     verdict = {"verdict": str(found.verdict), "headline": found.verdict.headline}
     _leave(folder, **verdict, lines=[found.sentence], effects=effects)

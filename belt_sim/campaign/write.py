@@ -40,6 +40,8 @@ def put_folder(
 ) -> Campaign:
     """Files of a campaign (name -> text) as a folder, once ``check`` has read them; all of them or nothing."""
     folder = Path(folder)
+    if Path.cwd().is_relative_to(folder.resolve()):
+        raise InputError("folder", folder, "", "you are in it, so that it cannot be replaced; choose another")
     there = folder.exists()
     if there and not folder.is_dir():
         raise InputError("folder", folder, "", "a file of that name exists; choose another name")

@@ -1,6 +1,5 @@
 """A map on disk: parts of so many cases each, in Parquet, written one by one; what is there need not be made again."""
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import clear_drafts, write_json, write_with
+from belt_sim.files import clear_drafts, read_json, write_json, write_with
 
 FOLDER = "cases"
 NOTE = "map.json"
@@ -31,21 +30,32 @@ def claim(folder: Path, note: Mapping[str, Any]) -> Path:
     clear_drafts(parts)
     clear_drafts(folder)
     try:
-        before = json.loads((folder / NOTE).read_text(encoding="utf-8"))
+        before = read_json(folder / NOTE)
     except FileNotFoundError:
         before = note
-    if before["config_sha256"] != note["config_sha256"]:
-        raise InputError("out", folder, "", "holds another map; choose another folder, or remove it")
+    if before.get("config_sha256") != note["config_sha256"]:
+        remedy = "holds another map, or the same of other effect files or code; choose another folder, or remove it"
+        raise InputError("out", folder, "", remedy)
     write_json(folder / NOTE, note)
     return parts
 
 
 def missing(parts: Path, count: int, size: int) -> Iterator[tuple[Path, int, int]]:
-    """(file, first case, end) of each part that is not there yet."""
+    """(file, first case, end) of each part that is not there yet, or is damaged."""
     for number, start in enumerate(range(0, count, size)):
-        path = parts / f"{number:06d}.parquet"
-        if not path.is_file():
-            yield path, start, min(start + size, count)
+        path, stop = parts / f"{number:06d}.parquet", min(start + size, count)
+        if _rows(path) != stop - start:
+            yield path, start, stop
+
+
+def _rows(path: Path) -> int | None:
+    """Cases in a part; None where there is none that can be read."""
+    import pyarrow
+
+    try:
+        return int(parquet().read_metadata(path).num_rows)
+    except (OSError, pyarrow.ArrowException):
+        return None
 
 
 def write_part(path: Path, first: int, columns: Mapping[str, np.ndarray]) -> None:

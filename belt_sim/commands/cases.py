@@ -1,76 +1,69 @@
-"""The cases of a sweep, one by one: folder and configuration of each, whether it is done, how it is run."""
+"""One run of a command, alone or as a case of a sweep: in its own folder, its errors told in one line."""
 
-from collections.abc import Sequence
+import importlib
+import keyword
+import sys
+import traceback
+from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from hydra.core.hydra_config import HydraConfig
-from hydra.core.singleton import Singleton
-from hydra.core.utils import JobReturn, run_job, setup_globals
-from omegaconf import OmegaConf, open_dict
+from belt_sim.commands.run_dir import RunDir
+from belt_sim.errors import BeltError
 
-from belt_sim.commands.run_folder import kept
+WITHOUT_FOLDER = ("app", "map", "report", "reveal", "scene")  # commands that say themselves where their files go
 
 
 @dataclass(frozen=True)
-class Case:
-    """One case of a sweep: its number, what the command line overrides, its folder, its configuration."""
+class Outcome:
+    """How a run ended. value: what the command returns; failure: empty when it went well."""
 
-    number: int
-    overrides: Sequence[str]
-    folder: Path
-    config: Any
-
-    def done(self) -> bool:
-        """Whether its result is there."""
-        return kept(self.folder, self.config)
+    value: float | None = None
+    failure: str = ""
 
 
-@dataclass(frozen=True)
-class Worker:
-    """Runs cases, here or in another process: what Hydra needs for it."""
+def task(command: str) -> Callable[..., Any]:
+    """The function behind a command, imported only when it is needed."""
+    name = f"{command}_" if keyword.iskeyword(command) else command.replace("-", "_")
+    return importlib.import_module(f"belt_sim.commands.{name}").run
 
-    context: Any
-    config: Any
-    task: Any
-    singletons: Any
 
-    def __call__(self, cases: Sequence[Case]) -> list[JobReturn]:
-        Singleton.set_state(self.singletons)
-        setup_globals()
-        return [self.run(case) for case in cases]
+def run_alone(run: RunDir, **given: Any) -> float | None:
+    """Run the command of ``run`` in its folder, and return what it returns."""
+    with nullcontext() if run.command in WITHOUT_FOLDER else run.open():
+        return task(run.command)(run, **given)  # type: ignore[no-any-return]
 
-    def configured(self, number: int, overrides: Sequence[str]) -> Any:
-        """The whole configuration of a case."""
-        config = self.context.config_loader.load_sweep_config(self.config, list(overrides))
-        with open_dict(config.hydra.job):
-            config.hydra.job.id, config.hydra.job.num = f"case_{number}", number
-        return config
 
-    def run(self, case: Case) -> JobReturn:
-        """One case."""
-        config = self.configured(case.number, case.overrides)
-        return run_job(
-            hydra_context=self.context,
-            task_function=self.task,
-            config=config,
-            job_dir_key="hydra.sweep.dir",
-            job_subdir_key="hydra.sweep.subdir",
-        )
+def run_case(run: RunDir, **given: Any) -> Outcome:
+    """Run a case of a sweep unless its result is there; given: what the command takes beside its folder.
 
-    def cases(self, job_overrides: Sequence[Sequence[str]], first: int) -> list[Case]:
-        """The cases of these overrides, numbered from ``first``."""
-        return [self._case(first + k, overrides) for k, overrides in enumerate(job_overrides)]
+    A failure is told, stands in failed.txt of the case's folder, and stops no other case.
+    """
+    try:
+        again = run.why_not_done()
+        if again is None:
+            print(f"done before, kept: {run.path}", flush=True)
+            return Outcome(task(run.command)(run, done=True) if run.command == "simulate" else None)
+        if again:
+            print(f"runs again, {again}: {run.path}", flush=True)
+        return Outcome(run_alone(run, **given))
+    except BeltError as error:
+        failure = str(error)
+        print(f"belt-sim: {failure}", file=sys.stderr, flush=True)
+    except OSError as error:  # a full disk
+        failure = f"{error.filename or run.path} = {error.strerror or error}"
+        print(f"belt-sim: {failure}", file=sys.stderr, flush=True)
+    except Exception as error:
+        failure = f"{type(error).__name__}: {error}"
+        traceback.print_exception(error, file=sys.stderr)
+    fail(run, failure)
+    return Outcome(failure=failure)
 
-    def _case(self, number: int, overrides: Sequence[str]) -> Case:
-        config = self.configured(number, overrides)
-        before = HydraConfig.instance().cfg
-        HydraConfig.instance().set_config(config)  # a folder's name may depend on the job
-        try:
-            folder = Path(config.hydra.sweep.dir) / str(config.hydra.sweep.subdir)
-            with open_dict(config):
-                del config["hydra"]
-            return Case(number, overrides, folder, OmegaConf.to_container(config, resolve=True))
-        finally:
-            HydraConfig.instance().cfg = before
+
+def fail(run: RunDir, message: str) -> None:
+    """Write down why a case has failed; a disk that takes nothing more does not stop the other cases."""
+    try:
+        run.fail(message)
+    except OSError as error:
+        print(f"belt-sim: {run.path} = {error.strerror or error}", file=sys.stderr)

@@ -1,24 +1,24 @@
 """belt-sim check: the linter, and what a campaign can and cannot tell."""
 
-from typing import Any
-
-from belt_sim.commands.run_folder import plain, run_folder
+from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import InputError
 
 
-def run(cfg: Any) -> None:
+def run(run_dir: RunDir) -> None:
     """Check a campaign or a plan and leave check.json and check.png in the run folder."""
-    config, folder = plain(cfg), run_folder()
     from belt_sim.files import write_json
     from belt_sim.reports.terminal import tell_check
     from belt_sim.results.check import check_json
     from belt_sim.use_cases.check import check
 
+    config, folder = run_dir.config, run_dir.path
     for key in ("travel", "step"):
         if isinstance(config[key], bool) or not isinstance(config[key], int | float) or not config[key] > 0:
             raise InputError(key, config[key], "m", "give a length in metres")
     asked = {k: config[k] for k in ("effects", "travel", "step", "advise")}
-    found = check(str(config["campaign"]), config["model"]["name"], **asked, config=config)
+    found = check(
+        run_dir.named("campaign", "the folder of a campaign"), config["model"]["name"], **asked, config=config
+    )
     write_json(folder / "check.json", check_json(found))
     if config["pictures"] and found.visible:
         from belt_sim.pictures.diagnosis import visible_picture

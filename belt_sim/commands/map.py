@@ -2,21 +2,20 @@
 
 import time
 from pathlib import Path
-from typing import Any
 
-from belt_sim.commands.run_folder import plain, run_folder
+from belt_sim.commands.run_dir import RunDir
 from belt_sim.provenance import provenance
 
 
-def run(cfg: Any) -> None:
+def run(run_dir: RunDir) -> None:
     """Leave map.json, cases/*.parquet and map.png; the same command goes on where it was stopped."""
     from belt_sim.pictures.case_map import draw_map
     from belt_sim.use_cases.case_map import case_map, leave_map
     from belt_sim.watch.progress import progress
 
-    config = plain(cfg)
+    config = run_dir.config
     made = case_map(config)
-    folder = Path(config["out"]) if config["out"] else run_folder() / f"{config['model']['name']}_{made.digest[:8]}"
+    folder = Path(config["out"]) if config["out"] else run_dir.path / f"{config['model']['name']}_{made.digest[:8]}"
     began = time.monotonic()
     with progress(made.plan.count, f"map of {made.plan.count} cases") as done:
         new = leave_map(folder, made, provenance(config), done)

@@ -2,16 +2,15 @@
 
 import json
 from dataclasses import asdict
-from typing import Any
 
-from belt_sim.commands.run_folder import plain
+from belt_sim.commands.run_dir import RunDir
 
 
-def run(cfg: Any) -> None:
+def run(run_dir: RunDir) -> None:
     """Print the truth of a campaign, checked against its published hash."""
     from belt_sim.campaign.read import campaign_folder
     from belt_sim.virtual_rig.blinding import reveal
 
-    truth = reveal(campaign_folder(plain(cfg)["campaign"]))
+    truth = reveal(campaign_folder(run_dir.named("campaign", "the folder of a campaign of the virtual rig")))
     print(f"sha256 {truth.sha256()} matches")
     print(json.dumps(asdict(truth), indent=2))

@@ -1,9 +1,8 @@
 """belt-sim scene: a case as MJCF that runs in plain MuJoCo."""
 
 from pathlib import Path
-from typing import Any
 
-from belt_sim.commands.run_folder import plain
+from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.errors import InputError
 from belt_sim.files import write_text
@@ -13,9 +12,9 @@ from belt_sim.use_cases.scene import scene_text
 _NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
 
 
-def run(cfg: Any) -> None:
+def run(run_dir: RunDir) -> None:
     """Write the scene and say how to look at it."""
-    config = plain(cfg)
+    config = dict(run_dir.config)
     out = Path(str(config["out"]))
     if out.suffix != ".xml":
         raise InputError("out", config["out"], "", "give a file name that ends in .xml")

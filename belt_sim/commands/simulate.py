@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from belt_sim.commands.run_folder import done_before, job_title, plain, run_folder
+from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.errors import InputError
 from belt_sim.provenance import provenance
@@ -12,32 +12,40 @@ from belt_sim.use_cases.asked import model_of
 from belt_sim.use_cases.centring import Centring, centred_after, centring_asked
 from belt_sim.use_cases.leave import leave_simulation, partial_curves_kept
 from belt_sim.use_cases.simulate import on_engine, simulate
-from belt_sim.use_cases.watched import observers_of, show
+from belt_sim.use_cases.watched import RECORDING, observers_of, show
 from belt_sim.watch.asked import watch_asked
 
 
-def run(cfg: Any) -> float | None:
+def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float | None:
     """Run one simulation and leave summary.json, curves.csv and pictures in the run folder.
 
-    Returns what ``objective`` makes of the run, for a sweeper that searches.
+    computed: curves that a batch has found for the case; done: the result is there. Returns what ``objective`` makes
+    of the run, for a search.
     """
-    config, folder = plain(cfg), run_folder()
+    config, folder = run_dir.config, run_dir.path
     wanted = centring_asked(config["objective"])
+    if done:
+        return _reached(folder, wanted)
     watch, pictures = watch_asked(config["watch"], "rrd", "rerun", "viewer"), config["pictures"]
     if not isinstance(pictures, bool):
         raise InputError("pictures", pictures, "", "use true or false")
-    if done_before(folder, config):
-        print(f"done before, kept: {folder}")
-        return _reached(folder, wanted)
     case, model = case_from(config), on_engine(model_of(model_settings(config["model"])), config["engine"])
     asked = {k: config[k] for k in ("effects", "travel")}
-    observers = observers_of(model, watch, job_title(config), folder)
-    with partial_curves_kept(folder):
-        found = simulate(case, model=model, **asked, observers=observers, scene_path=folder / "scene.xml")
-    leave_simulation(folder, found, pictures=pictures, provenance=provenance(config))
-    show(found, model, watch, folder)
+    observers = observers_of(model, watch, _title(run_dir), folder)
+    with run_dir.outputs(RECORDING) as draft:
+        with partial_curves_kept(folder, observers):
+            scene = draft / "scene.xml"
+            found = simulate(case, model=model, **asked, observers=observers, scene_path=scene, computed=computed)
+        leave_simulation(draft, found, pictures=pictures, provenance=provenance(config))
+        show(found, model, watch, folder)
     tell_simulation(found, folder)
     return _reached(folder, wanted)
+
+
+def _title(run_dir: RunDir) -> str:
+    """What a run is called while it runs; in a sweep with its number, as several may run at once."""
+    title = f"{run_dir.config['model']['name']}, {float(run_dir.config['tension']):g} N/mm2"
+    return title if run_dir.case is None else f"{title}, job {run_dir.case}"
 
 
 def _reached(folder: Path, wanted: Centring | None) -> float | None:

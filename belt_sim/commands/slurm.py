@@ -4,67 +4,54 @@ Only what is missing is submitted; a job that is lost (killed, out of memory or 
 """
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from hydra.core.singleton import Singleton
-from hydra.core.utils import JobReturn, JobStatus
-from hydra.plugins.launcher import Launcher
-from omegaconf import OmegaConf
-
-from belt_sim.commands.cases import Case, Worker
-from belt_sim.commands.failed import failure_in
+from belt_sim.commands.cases import Outcome, fail, run_case
+from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import BeltError
 
 ASKED_EVERY = 30.0  # [s], at least, of Slurm, whether a job has been lost
 #: settings of a job that submitit knows for every kind of cluster; the others are Slurm's
 _COMMON = ("timeout_min", "cpus_per_task", "mem_gb", "name")
+_OURS = ("cases_per_job", "folder", "cluster")
 
 
-class Slurm(Launcher):
-    """Hydra launcher; its settings stand in conf/hydra/launcher/slurm.yaml."""
-
-    def __init__(self, *, cases_per_job: int, folder: str, cluster: str, **settings: Any) -> None:
-        self.cases_per_job, self.folder, self.cluster, self.settings = cases_per_job, folder, cluster, settings
-        self.worker: Worker | None = None
-
-    def setup(self, *, hydra_context: Any, task_function: Any, config: Any) -> None:
-        """What Hydra gives a launcher."""
-        self.worker = Worker(hydra_context, config, task_function, None)
-
-    def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> list[JobReturn]:
-        """Submit what is missing and wait for all of it; what was done before is looked up here."""
-        assert self.worker is not None
-        worker = Worker(self.worker.context, self.worker.config, self.worker.task, Singleton.get_state())
-        cases = worker.cases(job_overrides, initial_job_idx)
-        found = {case.number: worker.run(case) for case in cases if case.done()}
-        due = [case for case in cases if case.number not in found]
-        size = max(int(self.cases_per_job), 1)
-        bundles = [due[k : k + size] for k in range(0, len(due), size)]
-        print(f"{len(due)} of {len(cases)} cases to run, in {len(bundles)} jobs", flush=True)
-        for bundle, job in zip(bundles, self._submitted(worker, bundles), strict=True):
-            found |= zip((case.number for case in bundle), _collected(bundle, job), strict=True)
-        return [found[case.number] for case in cases]
-
-    def _submitted(self, worker: Worker, bundles: Sequence[Sequence[Case]]) -> list[Any]:
-        if not bundles:
-            return []
-        try:
-            import submitit
-        except ImportError as missing:
-            raise BeltError("Slurm needs submitit: pip install 'belt-sim[sweeps]'") from missing
-        given = {k: v for k, v in self.settings.items() if v is not None}
-        settings = {k if k in _COMMON else f"slurm_{k}": _plain(v) for k, v in given.items()}
-        try:
-            executor = submitit.AutoExecutor(folder=self.folder, cluster=self.cluster)
-            executor.update_parameters(**settings)
-            return list(executor.map_array(worker, bundles))
-        except (RuntimeError, OSError, ValueError, NameError) as error:  # no sbatch, an unknown partition ...
-            raise BeltError(f"hydra.launcher: {' '.join(str(error).split())}") from error
+def on_slurm(runs: Sequence[RunDir], settings: Mapping[str, Any]) -> Iterator[tuple[int, Outcome]]:
+    """Number and outcome of every case: what is missing is submitted and waited for, what was done is looked up."""
+    due = [k for k, run in enumerate(runs) if run.why_not_done() is not None]
+    yield from ((k, run_case(runs[k])) for k in range(len(runs)) if k not in due)
+    size = max(int(settings["cases_per_job"]), 1)
+    bundles = [due[k : k + size] for k in range(0, len(due), size)]
+    print(f"{len(due)} of {len(runs)} cases to run, in {len(bundles)} jobs", flush=True)
+    jobs = submitted([[runs[k] for k in bundle] for bundle in bundles], settings)
+    for bundle, job in zip(bundles, jobs, strict=True):
+        yield from zip(bundle, _collected([runs[k] for k in bundle], job), strict=True)
 
 
-def _plain(value: Any) -> Any:
-    return OmegaConf.to_container(value) if OmegaConf.is_config(value) else value
+def run_cases(runs: Sequence[RunDir]) -> list[Outcome]:
+    """What a job does."""
+    from belt_sim.jax_setup import prepare
+
+    prepare(space=any(run.config.get("engine") not in (None, "native") for run in runs))
+    return [run_case(run) for run in runs]
+
+
+def submitted(bundles: Sequence[Sequence[RunDir]], settings: Mapping[str, Any]) -> list[Any]:
+    """A job of submitit a bundle."""
+    if not bundles:
+        return []
+    try:
+        import submitit
+    except ImportError as missing:
+        raise BeltError("Slurm needs submitit: pip install 'belt-sim[sweeps]'") from missing
+    given = {k: v for k, v in settings.items() if v is not None and k not in _OURS and not k.startswith("_")}
+    try:
+        executor = submitit.AutoExecutor(folder=settings["folder"], cluster=settings["cluster"])
+        executor.update_parameters(**{k if k in _COMMON else f"slurm_{k}": v for k, v in given.items()})
+        return list(executor.map_array(run_cases, bundles))
+    except (RuntimeError, OSError, ValueError, NameError) as error:  # no sbatch, an unknown partition ...
+        raise BeltError(f"hydra.launcher: {' '.join(str(error).split())}") from error
 
 
 def _wait(job: Any) -> None:
@@ -77,15 +64,18 @@ def _wait(job: Any) -> None:
             asked = time.monotonic()
 
 
-def _collected(bundle: Sequence[Case], job: Any) -> Iterator[JobReturn]:
-    """What the cases of a job returned; of a job that was lost, nothing, and why."""
+def _collected(runs: Sequence[RunDir], job: Any) -> Iterator[Outcome]:
+    """Outcomes of the cases of a job; of a job that was lost, why."""
     from submitit.core.utils import UncompletedJobError
 
     try:
         _wait(job)
         yield from job.results()[0]
     except UncompletedJobError:
-        for case in bundle:
-            if not case.done():
-                failure_in(case.folder, f"job {job.job_id} was lost ({job.state}); run the same command again")
-            yield JobReturn(overrides=case.overrides, status=JobStatus.COMPLETED)
+        message = f"job {job.job_id} was lost ({job.state}); run the same command again"
+        for run in runs:
+            if run.why_not_done() is None:
+                yield Outcome()
+            else:
+                fail(run, message)
+                yield Outcome(failure=message)

@@ -1,71 +1,177 @@
-"""After a sweep: one table and one picture of all its runs."""
+"""A sweep: cases one after another, in batches, shared over processes or over Slurm; then one table and one picture.
 
-import json
-import time
+Cases that are there already, unharmed and of today's inputs, are kept; cases that fail are listed and stop nothing.
+"""
+
+import os
+import signal
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from hydra.experimental.callback import Callback
 
-from belt_sim.commands.failed import begin_again, failures, forgive
+from belt_sim.commands.cases import Outcome, fail, run_case
+from belt_sim.commands.command_line import Request
+from belt_sim.commands.run_dir import RunDir
+from belt_sim.cores import cores
 from belt_sim.curves import Curves
-from belt_sim.files import clear_drafts, write_with
+from belt_sim.errors import BeltError
+from belt_sim.files import clear_drafts, read_json, write_with
+from belt_sim.whole_number import whole
 
 MIN_TENSIONS = 3  # from here on a picture of rates against tension says something
 CURVES_SHOWN = 9
+LOST = "its process was lost (memory?); run the same command again"
 
 
-class SweepTable(Callback):
-    """Hydra callback: writes sweep.csv, sweep_curves.png and sweep_rates.png into the sweep's folder.
+def run_sweep(request: Request) -> int:
+    """Run the cases of a sweep and leave sweep.csv with its pictures; returns the exit status."""
+    assert request.folder is not None
+    clear_drafts(request.folder)
+    if request.searcher != "basic":
+        from belt_sim.commands.search import search
 
-    What a killed sweep left half-written is cleared away; cases that fail are listed and stop nothing.
-    """
-
-    def __init__(self) -> None:
-        self.started = 0.0
-
-    def on_multirun_start(self, config: Any, **kwargs: Any) -> None:
-        self.started = time.time()
-        clear_drafts(Path(config.hydra.sweep.dir))
-
-    def on_job_start(self, config: Any, **kwargs: Any) -> None:
-        clear_drafts(Path(config.hydra.runtime.output_dir))
-        begin_again(Path(config.hydra.runtime.output_dir))
-
-    def on_job_end(self, config: Any, job_return: Any, **kwargs: Any) -> None:
-        if config.hydra.mode.name == "MULTIRUN":
-            forgive(job_return)
-
-    def on_multirun_end(self, config: Any, **kwargs: Any) -> None:
-        folder = Path(config.hydra.sweep.dir)
-        failed = failures(folder, self.started - 1.0)
-        self._tabulate(folder, failed, config.get("pictures", False))
-        if failed:  # the command's exit status
-            raise SystemExit(1)
-
-    def _tabulate(self, folder: Path, failed: dict[Path, str], pictures: bool) -> None:
-        runs = [(p.parent, json.loads(p.read_text(encoding="utf-8"))) for p in sorted(folder.glob("*/summary.json"))]
-        runs = [(p, s) for p, s in runs if (p / "summary.json").stat().st_mtime >= self.started - 1.0]
-        if len(runs) + len(failed) < 2:
-            return
-        lost = [{"run": p.name, "failed": message} for p, message in failed.items()]
-        table = pd.DataFrame([*(_row(p, s) for p, s in runs), *lost])
-        write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))
-        if pictures and runs:
-            _draw(folder, runs, table.head(len(runs)))
-        said = f"sweep of {len(runs) + len(failed)} runs" + (f", {len(failed)} of them failed" if failed else "")
-        print(f"{said}: {folder / 'sweep.csv'}")
+        runs, outcomes = search(request)
+    else:
+        runs = list(request.runs)
+        found = dict(_outcomes(request))
+        outcomes = [found[k] for k in range(len(runs))]
+    if runs and runs[0].command == "simulate":
+        _tabulate(request, runs, outcomes)
+    return 1 if any(o.failure for o in outcomes) else 0
 
 
-def _row(folder: Path, summary: dict[str, Any]) -> dict[str, Any]:
-    row = {"run": folder.name} | {k: summary[k] for k in ("model", "tension_n_per_mm2", "yaw_deg", "travel_m")}
+def _outcomes(request: Request) -> Iterator[tuple[int, Outcome]]:
+    """Number and outcome of every case, by the launcher that was chosen."""
+    runs, settings = request.runs, request.launching
+    if request.launcher == "slurm":
+        from belt_sim.commands.slurm import on_slurm
+
+        yield from on_slurm(runs, settings)
+    elif request.launcher == "joblib":
+        workers = settings["n_jobs"]
+        yield from _shared(runs, cores() if workers == -1 else whole("hydra.launcher.n_jobs", workers), space=False)
+    elif request.launcher == "batches":
+        batch = settings["batch"]
+        size = None if batch == "auto" else whole("hydra.launcher.batch", batch, otherwise="auto or ")
+        workers = settings["workers"]
+        workers = cores() if workers is None else whole("hydra.launcher.workers", workers, otherwise="null or ")
+        yield from _by_engine(runs, size, workers)
+    elif request.launcher == "basic":
+        yield from ((k, run_case(run)) for k, run in enumerate(runs))
+    else:
+        raise BeltError(f"hydra/launcher = {request.launcher}: use basic, batches, joblib or slurm")
+
+
+def _by_engine(runs: Sequence[RunDir], batch: int | None, workers: int) -> Iterator[tuple[int, Outcome]]:
+    """Cases of a batched engine at once on a GPU (or where ``batch`` says so), else shared over processes."""
+    from belt_sim.mujoco3d.model import BATCH_ENGINES
+
+    at_once = [k for k, run in enumerate(runs) if run.config.get("engine") in BATCH_ENGINES]
+    due = [k for k in at_once if runs[k].why_not_done() is not None]
+    yield from ((k, run_case(runs[k])) for k in range(len(runs)) if k not in due)
+    if not due:
+        return
+    import jax
+
+    if batch is None and jax.default_backend() == "cpu":
+        found = _shared([runs[k] for k in due], min(workers, len(due)), space=True)
+    else:
+        found = _together([runs[k] for k in due], batch)
+    yield from ((due[k], outcome) for k, outcome in found)
+
+
+def _together(runs: Sequence[RunDir], batch: int | None) -> Iterator[tuple[int, Outcome]]:
+    """Cases of like meshes in batches of ``batch`` (None: as many as fit), then each in its folder."""
+    from belt_sim.use_cases.batched import batched
+
+    for numbers, curves in batched([run.config for run in runs], batch):
+        if len(numbers) > 1 and curves[0] is not None:
+            print(f"{len(numbers)} cases at once", flush=True)
+        for k, computed in zip(numbers, curves, strict=True):
+            yield k, run_case(runs[k], computed=computed)
+
+
+def _shared(runs: Sequence[RunDir], workers: int, *, space: bool) -> Iterator[tuple[int, Outcome]]:
+    """Each case alone, by ``workers`` processes; none of them outlives this one."""
+    if workers == 1 or len(runs) == 1:
+        yield from ((k, run_case(run)) for k, run in enumerate(runs))
+        return
+    context = get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker, initargs=(space,)) as pool:
+        jobs = [pool.submit(run_case, run) for run in runs]
+        for k, job in enumerate(jobs):
+            try:
+                yield k, job.result()
+            except BrokenProcessPool:
+                if runs[k].why_not_done() is not None:
+                    fail(runs[k], LOST)
+                    yield k, Outcome(failure=LOST)
+                else:
+                    yield k, Outcome()
+
+
+def _begin_worker(space: bool) -> None:
+    """In a worker: JAX as in its parent, and the end when the parent has been killed."""
+    from belt_sim.jax_setup import prepare
+
+    prepare(space)
+    parent = parent_process()
+    assert parent is not None
+
+    def follow() -> None:
+        parent.join()
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+def _tabulate(request: Request, runs: Sequence[RunDir], outcomes: Sequence[Outcome]) -> None:
+    """sweep.csv, sweep_curves.png and sweep_rates.png in the sweep's folder."""
+    folder = request.folder
+    assert folder is not None
+    if len(runs) < 2:
+        return
+    rows, there = [], []
+    for run, outcome in zip(runs, outcomes, strict=True):
+        row = {"run": run.path.name} | _swept(run, request.swept)
+        try:
+            summary = {} if outcome.failure else read_json(run.path / "summary.json")
+            rows.append(row | (_row(summary) if summary else {"failed": outcome.failure}))
+        except (BeltError, OSError, KeyError, TypeError) as error:
+            outcome = Outcome(failure=f"summary.json is damaged: {error}")
+            rows.append(row | {"failed": outcome.failure})
+        if not outcome.failure:
+            there.append((run.path, summary))
+    rows.sort(key=lambda row: row.get("failed") is not None)
+    table = pd.DataFrame(rows)
+    write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))
+    if there and runs[0].config.get("pictures", False):
+        _draw(folder, there, table.head(len(there)))
+    failed = len(runs) - len(there)
+    said = f"sweep of {len(runs)} runs" + (f", {failed} of them failed" if failed else "")
+    print(f"{said}: {folder / 'sweep.csv'}", flush=True)
+
+
+def _swept(run: RunDir, swept: Sequence[str]) -> dict[str, str]:
+    """Swept keys of a case with its values as typed."""
+    typed = dict(o.lstrip("+").split("=", 1) for o in run.overrides)
+    return {key: typed[key] for key in swept if key in typed}
+
+
+def _row(summary: Mapping[str, Any]) -> dict[str, Any]:
+    row = {k: summary[k] for k in ("model", "tension_n_per_mm2", "yaw_deg", "travel_m")}
     row |= {f"rate{k}_mm_per_m": v for k, v in summary["rate_mm_per_m"].items()}
     row |= {f"offset_{k}_mm": v for k, v in summary["offset_mm"].items()}
     return row | {"steady_rate_mm_per_m": summary.get("steady_rate_mm_per_m"), "failed": None}
 
 
-def _draw(folder: Path, runs: list[tuple[Path, dict[str, Any]]], table: pd.DataFrame) -> None:
+def _draw(folder: Path, runs: Sequence[tuple[Path, Mapping[str, Any]]], table: pd.DataFrame) -> None:
     from belt_sim.pictures import Rates, curves_picture, rates_picture
 
     shown = {f"{s['model']} {s['tension_n_per_mm2']:g} N/mm²": p / "curves.csv" for p, s in runs}

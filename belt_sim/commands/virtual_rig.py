@@ -4,25 +4,25 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hydra.core.hydra_config import HydraConfig
-
 from belt_sim.campaign import Campaign
-from belt_sim.commands.run_folder import plain, run_folder
+from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import belt_from, rig_from
 from belt_sim.errors import InputError
 from belt_sim.rig import GRAVITY
 from belt_sim.virtual_rig import Truth, make_campaign, write_blind
 
 
-def run(cfg: Any) -> None:
+def run(run_dir: RunDir) -> None:
     """Write a campaign with its sealed truth."""
-    config = plain(cfg)
-    if (config["engine"] == "mujoco" or config["plan"] is not None) and (asked := _machine_asked()):
+    config: Any = run_dir.config
+    if (config["engine"] == "mujoco" or config["plan"] is not None) and (asked := _machine_asked(run_dir)):
         raise InputError(
             asked[0], "", "", "goes with engine=line and plan=null; a plan brings its own machine and belt"
         )
-    folder = Path(config["out"]) if config["out"] else run_folder() / "campaign"
+    folder = Path(config["out"]) if config["out"] else run_dir.path / "campaign"
     hidden = config["hidden"]
+    if hidden is None:
+        raise InputError("hidden", "null", "", "write [] for nothing hidden, a list of effects, or random")
     if isinstance(hidden, str) and hidden != "random":
         hidden = [hidden]
     if config["engine"] == "line":
@@ -37,7 +37,11 @@ def run(cfg: Any) -> None:
         campaign, truth = make_space_campaign(hidden=hidden, seed=config["seed"], base=config["base"])
     else:
         raise InputError("engine", config["engine"], "", "use line or mujoco")
-    digest = write_blind(folder, campaign, truth)
+    if config["out"]:
+        digest = write_blind(folder, campaign, truth)
+    else:
+        with run_dir.outputs() as draft:
+            digest = write_blind(draft / "campaign", campaign, truth)
     print(f"campaign  {folder}")
     print(f"truth     sealed, sha256 {digest}")
     print(f"next      belt-sim diagnose campaign={folder}{_model(config)}, then belt-sim reveal campaign={folder}")
@@ -71,10 +75,9 @@ def _line(hidden: Any, config: dict) -> tuple[Campaign, Truth]:
     return make_campaign(hidden=hidden, seed=seed, base=base, plan=chosen, noise=noise)
 
 
-def _machine_asked() -> list[str]:
+def _machine_asked(run_dir: RunDir) -> list[str]:
     """Overrides of rig and belt on the command line."""
-    overrides = HydraConfig.get().overrides.task
-    return [o for o in overrides if o.lstrip("+").startswith(("rig", "belt"))]
+    return [o for o in run_dir.overrides if o.lstrip("+").startswith(("rig", "belt"))]
 
 
 def _on_machine(config: dict) -> Any:

@@ -32,7 +32,7 @@ def own_effects(path: Path) -> dict[str, type[Effect]]:
     if not path.is_file():
         raise InputError("effects", str(path), "", "no such file")
     path = path.resolve()
-    name = "user_effect_" + sha256(str(path).encode()).hexdigest()[:12]
+    name = "user_effect_" + sha256(str(path).encode() + path.read_bytes()).hexdigest()[:12]  # as the file is today
     known = name in sys.modules
     module = sys.modules[name] if known else _imported(path, name)
     found = effects_in(module)

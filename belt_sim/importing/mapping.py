@@ -146,6 +146,8 @@ def mapping_of(stated: Any) -> MappingEntry:
         return _checked(_as_text(stated), MarkedYaml(None), "mapping")
     path, problems = Path(stated), list[Problem]()
     try:
+        if path.exists() and not path.is_file():
+            raise ValueError("a pipe or a folder")
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         cause = getattr(error, "strerror", None) or "not UTF-8 text"

@@ -143,11 +143,20 @@ class SpaceModel:
 
         return as_indicated(engine, case, effects, travel)
 
+    def indicated(self, computed: Curves | Exception, case: Case, effects: Sequence[Effect], travel: float) -> Curves:
+        """Curves that a batch has found for the case as driven, as instruments show them; raises its RunFailed."""
+
+        def engine(driven: Case, far: float) -> Curves:
+            if isinstance(computed, Exception):
+                raise computed
+            return computed
+
+        self.admit(effects)
+        return as_indicated(engine, case, effects, travel)
+
     def _run_on_jax(
         self, case: Case, effects: Sequence[Effect], travel: float, observers: Sequence[Observer]
     ) -> Curves:
-        from belt_sim.quasi_static.handed import handed
-
         for what, asked in (
             ("watch", self.engine == "quasi_static" and bool(observers)),
             ("model.control", self.control),
@@ -157,9 +166,7 @@ class SpaceModel:
                 raise CannotRepresent(f"{what}: engine={self.engine} cannot do this; use engine=native")
 
         def engine(driven: Case, far: float) -> Curves:
-            found = handed()
-            if found is None:
-                found = self._simulated(driven, far, self.parts(driven, effects), observers)
+            found = self._simulated(driven, far, self.parts(driven, effects), observers)
             if isinstance(found, RunFailed):
                 raise found
             return found

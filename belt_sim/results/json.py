@@ -302,7 +302,9 @@ def read_diagnosis(folder: Path) -> Diagnosis:
     try:
         content = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
         drawn = json.loads((folder / "drawings.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        if not (isinstance(content, dict) and isinstance(drawn, dict)):
+            raise ValueError("no mapping")
+    except (OSError, ValueError, RecursionError) as error:
         remedy = "give the run folder of a diagnosis (it holds diagnosis.json and drawings.json)"
         raise InputError("diagnosis", str(folder), "", remedy) from error
     return diagnosis_of(content, drawn, str(folder / "diagnosis.json"))
@@ -320,7 +322,7 @@ def diagnosis_of(content: dict[str, Any], drawn: dict[str, Any], where: str) -> 
         if drawn["schema"] != DRAWINGS:
             raise ValueError(f"drawings.json has the schema {drawn['schema']!r}")
         return _read_diagnosis(content, _read_drawings(drawn))
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         remedy = f"written by another version of belt-sim or damaged ({error}); run belt-sim diagnose again"
         raise InputError("diagnosis", where, "", remedy) from error
 

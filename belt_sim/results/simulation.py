@@ -24,8 +24,9 @@ SETTLED, SETTLED_RATE = 0.05, 1e-6  # [1], [m/m]: rates that differ by less are 
 class Simulation(Display):
     """Curves of ``case`` by ``model`` with ``effects`` over ``travel`` [m]; None of a model that gives rates only.
 
-    steady_rate: late dy/ds in closed form [m/m], None where there is none; details: what else the engine says of
-    its run (numerical settings, scene file); beyond: limits of its validity that the model is used beyond.
+    steady_rate: late dy/ds [m/m] in closed form, or of a 3D run that has settled; None where there is neither;
+    details: what else the engine says of its run (numerical settings, scene file); beyond: limits of its validity that
+    the model is used beyond.
     """
 
     case: Case

@@ -8,7 +8,7 @@ from belt_sim.analytic.model import AnalyticModel
 from belt_sim.campaign import Campaign
 from belt_sim.campaign.types import case_of
 from belt_sim.case import Case
-from belt_sim.validity import Limit, exceeded
+from belt_sim.validity import Limit, exceeded, geometric
 
 #: limits that a belt in three dimensions does not have: it moves, shears, turns far and hangs as it is
 _NOT_IN_SPACE = ("flat_belt", "second_order", "shear", "deep_sag", "fast_belt")
@@ -17,14 +17,26 @@ _NOT_IN_SPACE = ("flat_belt", "second_order", "shear", "deep_sag", "fast_belt")
 def beyond(case: Case, model: Any, effects: Sequence[str] = ()) -> tuple[Limit, ...]:
     """The limits that ``model`` with ``effects`` (ids) is used beyond in one case, the worst first.
 
-    A limp rope and formulas without curves claim no more than their limiting case: none.
+    A limp rope and formulas without curves claim no more than their limiting case: what machine and belt are beyond
+    whatever the model is said of all.
     """
+    found = _of_model(case, model, effects)
+    there = {x.id for x in found} | ({*_NOT_IN_SPACE, "short_span", "edge_stretch"} if _in_space(model) else set())
+    there |= {"edge_stretch"} if any(x.id == "slack_edge" for x in found) else set()
+    return (*found, *(x for x in geometric(case) if x.id not in there))
+
+
+def _in_space(model: Any) -> bool:
+    """Whether a model is a belt in three dimensions; asking for its class would load MuJoCo."""
+    return hasattr(model, "options")
+
+
+def _of_model(case: Case, model: Any, effects: Sequence[str]) -> tuple[Limit, ...]:
     if isinstance(model, AnalyticModel):
         return exceeded(case, {*model.contains, *effects}) if model.moments else ()
-    options = getattr(model, "options", None)  # of a belt in three dimensions; asking for its class would load MuJoCo
-    if options is None or "sag_roll" not in model.contains:
+    if not _in_space(model) or "sag_roll" not in model.contains:
         return ()
-    slips = ("slip",) if math.isfinite(options.friction) else ()
+    slips = ("slip",) if math.isfinite(model.options.friction) else ()
     return exceeded(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
 
 

@@ -19,6 +19,7 @@ from belt_sim.config import case_from, model_settings
 from belt_sim.cores import cores
 from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.errors import InputError
+from belt_sim.inputs import code_hash, input_hashes
 from belt_sim.provenance import config_hash
 from belt_sim.use_cases.asked import effects_of, fitted_model
 from belt_sim.whole_number import whole
@@ -43,8 +44,9 @@ class CaseMap:
 
     @property
     def digest(self) -> str:
-        """Names this map among others: the same for the same cases told alike."""
-        return config_hash({k: v for k, v in self.config.items() if k not in _MANNER})
+        """Names this map among others: the same for the same cases, of the same effect files, by the same code."""
+        said = {k: v for k, v in self.config.items() if k not in _MANNER}
+        return config_hash([said, input_hashes(said), code_hash()])
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -56,6 +56,9 @@ def diagnose(
         raise InputError(
             "signals", "no point", "", "a diagnosis needs the lateral position of at least one of points 1-4"
         )
+    measured = [run for run in campaign.runs if len(run.travel)]
+    if measured and all(run.use == "hold_out" for run in measured):
+        raise InputError("hold_out", "all runs", "", "leave at least one run to fit to")
     chosen = fitted_model(model)
     classes = candidates_of(effects, chosen, leave_out)
     admitted = admission(classes, chosen, campaign)

@@ -1,13 +1,19 @@
 """What results leave in the folder of a run."""
 
-from collections.abc import Callable, Iterator, Mapping
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from belt_sim.campaign import Campaign
+from belt_sim.case import Case
+from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.files import write_json, write_text, write_with
+from belt_sim.frame import Frame, Observer
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
@@ -15,10 +21,11 @@ from belt_sim.results.json import comparison_json, diagnosis_json, discovery_jso
 from belt_sim.results.simulation import Simulation
 from belt_sim.tables import write_curves
 
-OVERLAY = "overlay"
+PARTIAL = "curves_partial.csv"
+EVERY = 10.0  # [s] between two writings of what a run in 3D has so far
 #: picture of a diagnosis -> its file
 _OF_DIAGNOSIS = {
-    OVERLAY: "overlay.png",
+    "overlay": "overlay.png",
     "headline": "headline.png",
     "where": "where.png",
     "ranking": "ranking.png",
@@ -36,14 +43,52 @@ def leave_simulation(folder: Path, s: Simulation, *, pictures: bool, provenance:
 
 
 @contextmanager
-def partial_curves_kept(folder: Path) -> Iterator[None]:
-    """A run that diverges leaves what it had as curves_partial.csv."""
+def partial_curves_kept(folder: Path, observers: Sequence[Observer] = ()) -> Iterator[None]:
+    """A run that diverges or is stopped leaves what it had as curves_partial.csv, which a run to the end removes."""
+    partial = folder / PARTIAL
+    partial.unlink(missing_ok=True)
     try:
         yield
     except RunFailed as failure:
         if failure.curves is not None and len(failure.curves.travel):
-            write_curves(folder / "curves_partial.csv", failure.curves)
+            write_curves(partial, failure.curves)
         raise
+    except KeyboardInterrupt:
+        for observer in observers:
+            if isinstance(observer, CurvesSoFar):
+                observer.write()
+        raise
+    partial.unlink(missing_ok=True)
+
+
+class CurvesSoFar:
+    """Writes positions and tilts of a run that goes on to curves_partial.csv, every ``EVERY`` seconds."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / PARTIAL
+        self.rows: list[np.ndarray] = []
+        self.written = time.monotonic()
+
+    def start(self, case: Case, travel: float) -> None:
+        """A run begins."""
+
+    def frame(self, frame: Frame) -> None:
+        """Keep this instant; before travel 0 the belt is still laid and tensioned."""
+        if frame.travel < 0.0:
+            return
+        self.rows.append(np.array([frame.travel, *frame.points[:, 1]]))
+        if time.monotonic() - self.written >= EVERY:
+            self.write()
+
+    def finish(self, curves: Curves) -> None:
+        """The run has left its curves."""
+
+    def write(self) -> None:
+        """What there is so far; y counts from travel 0."""
+        self.written = time.monotonic()
+        if self.rows:
+            travel, *y = np.array(self.rows).T
+            write_curves(self.path, Curves(travel=travel, y=np.array([row - row[0] for row in y])))
 
 
 def leave_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
@@ -60,17 +105,12 @@ def leave_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
     write_json(folder / "summary.json", content)
 
 
-def leave_diagnosis(folder: Path, d: Diagnosis, *, draw: Callable[[Path, Diagnosis], None] | None) -> None:
-    """diagnosis.json, drawings.json, report.html, effects.yaml, pictures; what was discovered, with its effect file.
-
-    draw: draws the pictures (``draw_diagnosis``, or a process beside this one); None: there are none.
-    """
+def leave_diagnosis(folder: Path, d: Diagnosis) -> None:
+    """diagnosis.json, drawings.json, report.html, effects.yaml; what was discovered, with its effect file."""
     from belt_sim.effects.load import save_effects
     from belt_sim.reports.page import write_report
     from belt_sim.use_cases.asked import effects_of
 
-    if draw is not None:
-        draw(folder, d)
     write_json(folder / "drawings.json", drawings_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
     write_text(folder / "effects.yaml", save_effects(effects_of(d.effects), spread))
@@ -97,19 +137,9 @@ def leave_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
 
 def draw_diagnosis(folder: Path, d: Diagnosis) -> None:
     """The still pictures of a diagnosis, and of what was discovered."""
-    draw_own(folder, d)
-    draw_found(folder, d)
-
-
-def draw_own(folder: Path, d: Diagnosis, wanted: Callable[[str], bool] = lambda kind: True) -> None:
-    """The pictures of a diagnosis itself, of those kinds that are wanted."""
-    draw(folder, d, {kind: name for kind, name in _OF_DIAGNOSIS.items() if wanted(kind)})
-
-
-def draw_found(folder: Path, d: Diagnosis) -> None:
-    """The pictures of what was discovered, where something was."""
     from belt_sim.use_cases.plot import draw_discovery
 
+    draw(folder, d, _OF_DIAGNOSIS)
     if d.discovery is not None and d.discovery.found:
         draw_discovery(folder, d.discovery)
 

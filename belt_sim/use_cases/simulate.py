@@ -26,6 +26,7 @@ def simulate(
     engine: str | None = None,
     observers: Sequence[Observer] = (),
     scene_path: Path | None = None,
+    computed: Any = None,
     **settings: Any,
 ) -> Simulation:
     """Run ``case`` (in SI), or the case that ``settings`` describe, for ``travel`` [m].
@@ -33,7 +34,8 @@ def simulate(
     settings: as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
     [degrees, or a list of {at, over, yaw}], speed [m/s], direction. model: a name, {name: ..., further settings} or a
     Model; engine: of a 3D model, "native" (None), "mjx" or "quasi_static"; effects: ids, mappings, .py files or
-    objects. scene_path: where a 3D model writes its scene (MJCF). A 3D model's setting ``scene`` is an MjSpec that
+    objects. scene_path: where a 3D model writes its scene (MJCF); computed: what a batch has found for the case as
+    driven (``belt_sim.use_cases.batched``), so that no engine runs. A 3D model's setting ``scene`` is an MjSpec that
     ``bs.scene`` made, edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
     """
     if case is not None and settings:
@@ -50,18 +52,27 @@ def simulate(
     if isinstance(chosen, AnalyticModel):
         curves = chosen.run(case, acting, travel=travel, observers=observers)
         return Simulation(**common, curves=curves, steady_rate=steady)
-    return _in_space(chosen, acting, common, observers, scene_path)
+    return _in_space(chosen, acting, common, observers, scene_path, computed)
 
 
 def _in_space(
-    model: Any, effects: Sequence[Effect], common: dict[str, Any], observers: Sequence[Observer], scene: Path | None
+    model: Any,
+    effects: Sequence[Effect],
+    common: dict[str, Any],
+    observers: Sequence[Observer],
+    scene: Path | None,
+    computed: Any,
 ) -> Simulation:
-    """A run in three dimensions, with its numerical settings."""
-    curves = model.run(common["case"], effects, travel=common["travel"], observers=observers, scene_path=scene)
+    """A run in three dimensions, with its numerical settings; its steady rate is its late rate once it has settled."""
+    if computed is None:
+        curves = model.run(common["case"], effects, travel=common["travel"], observers=observers, scene_path=scene)
+    else:
+        curves = model.indicated(computed, common["case"], effects, common["travel"])
     scene = scene if scene and scene.is_file() else None
     details = {"options": asdict(model.options), "engine": model.engine, "contact": model.contact}
     details |= {"scene": scene.name} if scene else {}
-    return Simulation(**common, curves=curves, details=details)
+    found = Simulation(**common, curves=curves, details=details)
+    return replace(found, steady_rate=float(found.rates.mean())) if found.settled else found
 
 
 def on_engine(model: Model | SteadyModel, engine: str | None) -> Model | SteadyModel:

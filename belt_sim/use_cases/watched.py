@@ -1,6 +1,7 @@
-"""Watching a simulation: a 3D run while it goes on, an analytic one when it is done."""
+"""Watching a simulation: a 3D run in time while it goes on, all others when they are done."""
 
 import sys
+import time
 from pathlib import Path
 
 from belt_sim.analytic.model import AnalyticModel
@@ -8,20 +9,31 @@ from belt_sim.errors import InputError
 from belt_sim.frame import Observer
 from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation
+from belt_sim.use_cases.leave import CurvesSoFar
+
+RECORDING = "belt.rrd"
+WATCHED = ("native", "mjx")  # engines that show their instants as they go
+
+
+def in_time(model: Model | SteadyModel) -> bool:
+    """Whether a run of the model goes through its instants one by one, so that it can be watched meanwhile."""
+    return not isinstance(model, AnalyticModel) and isinstance(model, Model) and _engine(model) in WATCHED
+
+
+def _engine(model: Model | SteadyModel) -> str:
+    return getattr(model, "engine", "native")
 
 
 def observers_of(model: Model | SteadyModel, watch: str | None, title: str, folder: Path) -> list[Observer]:
-    """Who looks on while ``model`` runs: progress, and with watch = "rrd" a recording, "rerun" and "viewer" the live
-    viewers of Rerun and MuJoCo."""
+    """Who looks on while ``model`` runs in time: progress, curves so far, with watch = "rrd" a recording, "rerun" and
+    "viewer" the live viewers of Rerun and MuJoCo."""
     if watch == "viewer" and getattr(model, "engine", None) != "native":
         raise InputError("watch", watch, "", "only a 3D belt of engine=native is MuJoCo's; use watch=rerun")
-    if isinstance(model, AnalyticModel) or not isinstance(model, Model):
-        return []
-    if watch is None and getattr(model, "engine", None) == "quasi_static":  # one compiled call
+    if not in_time(model):
         return []
     from belt_sim.watch.progress import ProgressObserver
 
-    watching: list[Observer] = [ProgressObserver(title)]
+    watching: list[Observer] = [ProgressObserver(title), CurvesSoFar(folder)]
     if watch == "viewer":
         from belt_sim.watch.viewer import ViewerObserver
 
@@ -29,26 +41,48 @@ def observers_of(model: Model | SteadyModel, watch: str | None, title: str, fold
     elif watch is not None:
         from belt_sim.watch.rerun import live, to_file
 
-        watching.append(to_file(folder / "belt.rrd") if watch == "rrd" else live())
+        watching.append(to_file(folder / RECORDING) if watch == "rrd" else live())
     return watching
 
 
 def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: Path) -> None:
-    """An analytic run as a recording in ``folder``, or in the Rerun viewer, which stays open until Enter is pressed."""
-    if watch is None or s.curves is None or not isinstance(model, AnalyticModel):
+    """Record a finished run in ``folder``, or show it in the Rerun viewer until Enter is pressed.
+
+    A viewer that is a web page of this process is served until Ctrl-C; with nobody at the terminal the run is recorded.
+    """
+    if watch in (None, "viewer") or s.curves is None:
         return
     if watch == "rrd":
-        from belt_sim.watch.record import record_curves
-
-        record_curves(folder / "belt.rrd", {s.model: s.curves}, case=s.case)
+        if not in_time(model):
+            _record(s, folder)
         return
+    from belt_sim.watch.asked import has_display
     from belt_sim.watch.drawn_curves import frames
     from belt_sim.watch.rerun import live
 
-    viewer = live()
-    viewer.start(s.case, s.travel)
-    for frame in frames(s.case, s.curves):
-        viewer.frame(frame)
-    viewer.finish(s.curves)
-    if sys.stdin.isatty():
-        input("press Enter to close the viewer")
+    if not in_time(model):
+        viewer = live()
+        viewer.start(s.case, s.travel)
+        for frame in frames(s.case, s.curves):
+            viewer.frame(frame)
+        viewer.finish(s.curves)
+    if not sys.stdin.isatty():
+        print(f"the viewer ends with this process; rerun {_record(s, folder)} shows the run again")
+    elif has_display():
+        if not in_time(model):
+            input("press Enter to close the viewer")
+    else:
+        print("the page is served until Ctrl-C")
+        try:
+            while True:
+                time.sleep(1.0)
+        except KeyboardInterrupt:
+            print()
+
+
+def _record(s: Simulation, folder: Path) -> Path:
+    from belt_sim.watch.record import record_curves
+
+    assert s.curves is not None
+    record_curves(folder / RECORDING, {s.model: s.curves}, case=s.case)
+    return folder / RECORDING

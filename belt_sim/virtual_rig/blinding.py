@@ -74,7 +74,7 @@ def reveal(folder: str | Path) -> Truth:
     try:
         truth = Truth(**json.loads(zlib.decompress(base64.b64decode(packed))))
         found = truth.sha256()
-    except (binascii.Error, zlib.error, ValueError, TypeError):
+    except (binascii.Error, zlib.error, ValueError, TypeError, RecursionError):
         raise InputError(SEALED, folder, "", "is damaged; make the campaign anew") from None
     if published.split()[:1] != [found]:
         remedy = "the truth was changed after it was sealed (or the published hash was); do not trust it"

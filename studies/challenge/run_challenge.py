@@ -1,6 +1,5 @@
 """A challenge: many campaigns, answered in parallel; stopped at any moment, it goes on where it was."""
 
-import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -9,9 +8,10 @@ from typing import Any
 
 from belt_sim.cores import cores
 from belt_sim.errors import InputError
+from belt_sim.files import read_json
 from belt_sim.virtual_rig.blinding import SEALED, reveal
 from studies.challenge.pool import share
-from studies.challenge.registry import ANSWERS
+from studies.challenge.registry import ANSWERS, SOURCES
 from studies.challenge.run_case import Task, crashed, keep, run_case
 
 PATIENCE = 1800.0  # [s] that one campaign may take
@@ -61,7 +61,7 @@ def drawn_seeds(folder: Path) -> list[int]:
 
 
 def _read(path: Path) -> dict[str, Any]:
-    return json.loads(path.read_text(encoding="utf-8"))
+    return read_json(path)
 
 
 def _same_settings(task: Task, there: list[dict[str, Any]]) -> None:
@@ -83,6 +83,8 @@ def ablation_tasks(first: Task, count: int | None = None) -> list[tuple[Task, li
     if not there:
         raise InputError("of", first.of, "", "holds no results of a challenge")
     had, source, bootstraps = (there[0][n] for n in ("ablation", "source", "bootstraps"))
+    if source not in SOURCES:  # results are data: nothing that they name is imported
+        raise InputError("of", first.of, "", f"its source {source!r} is none of {', '.join(SOURCES)}")
     who = [name for name in ANSWERS if name != had] if first.ablation == had else [first.ablation]
     seeds = [r["seed"] for r in there if r["seed"] >= first.seed][:count]
     same = replace(first, source=source, bootstraps=bootstraps, others=False, advised=0)

@@ -197,7 +197,7 @@ def test_a_diagnosis_shows_itself():
 def test_a_diagnosis_of_a_run_folder_is_loaded(tmp_path):
     from belt_sim.use_cases.leave import leave_diagnosis
 
-    leave_diagnosis(tmp_path, drawn("sag_roll"), draw=None)
+    leave_diagnosis(tmp_path, drawn("sag_roll"))
     back = bs.load_diagnosis(tmp_path)
     assert str(back) == str(drawn("sag_roll"))
     assert bs.report(tmp_path, tmp_path / "again.html").is_file()

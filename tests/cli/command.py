@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from hydra.core.global_hydra import GlobalHydra
 
 from belt_sim.cli import run
 
@@ -28,7 +27,6 @@ class Shell:
         self.folder, self.capture = folder, capture
 
     def __call__(self, *arguments: str) -> Answer:
-        GlobalHydra.instance().clear()
         self.capture.readouterr()
         status = run([*arguments, *self._places(arguments)])
         out, err = self.capture.readouterr()

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from belt_sim.commands.folder_name import LONGEST, folder_name, sweep_folder
-from belt_sim.commands.own_folder import own_folder
+from belt_sim.commands.command_line import LONGEST, folder_name, sweep_folder
+from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import InputError
 
 
@@ -27,9 +27,9 @@ def test_a_sweep_that_finds_its_runs_done_keeps_them(belt):
 
 
 def test_of_two_runs_in_one_folder_the_second_is_refused_and_takes_nothing_away(tmp_path):
-    (tmp_path / ".hydra").mkdir()
-    with own_folder(tmp_path, "simulate"):
-        with pytest.raises(InputError, match="another run is at work there"), own_folder(tmp_path, "simulate"):
+    run = RunDir(tmp_path, "simulate", {})
+    with run.open():
+        with pytest.raises(InputError, match="another run is at work there"), run.open():
             pass
         assert (tmp_path / ".hydra" / "lock").is_file()
 

@@ -6,19 +6,15 @@ import re
 import sys
 
 import pytest
-from hydra import compose, initialize_config_dir
-from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
-from hydra.core.global_hydra import GlobalHydra
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from omegaconf import OmegaConf
 from pages import PAGES, Command, commands, missing, name
 
 from belt_sim.cli import COMMANDS, run
-from belt_sim.cli_errors import SWEEP, files_named, refused
+from belt_sim.commands.command_line import SWEEP, import_arguments, requested
 from belt_sim.config import case_from, model_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.paths import CAMPAIGNS, CONF, ROOT
 from belt_sim.registry import model_named
+from studies.application import FIXED
 
 ALL = [c for page in PAGES for c in commands(page)]
 OPEN = re.compile(r"=.*\b(?:[A-Z]{1,6}|FOLDER)\b(?!/)")  # a value left to the reader, as tension=T
@@ -26,27 +22,8 @@ STUDIES = ROOT / "studies"
 
 
 @pytest.fixture(autouse=True)
-def _hydra_is_put_back(monkeypatch):
+def _arguments_are_put_back(monkeypatch):
     monkeypatch.setattr(sys, "argv", ["belt-sim"])
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "1")
-    GlobalHydra.instance().clear()
-    yield
-    GlobalHydra.instance().clear()
-
-
-def jobs(words) -> list[list[str]]:
-    """The overrides of every job that a command line starts: one, or those of its sweep."""
-    given = [w for w in words if w not in SWEEP]
-    if len(given) == len(words):
-        return [given]
-    parsed = OverridesParser.create().parse_overrides(given)
-    return [list(job) for job in BasicSweeper.split_arguments(parsed, max_batch_size=None)[0]]
-
-
-def composed(folder, config: str, overrides) -> dict:
-    """A configuration as Hydra puts it together, but for its own part."""
-    with initialize_config_dir(version_base="1.3", config_dir=str(folder)):
-        return OmegaConf.to_container(compose(config_name=config, overrides=overrides), resolve=True)  # type: ignore[return-value]
 
 
 def mean_something(command: str, cfg: dict) -> None:
@@ -69,15 +46,14 @@ def belt_sim_can(words: list[str], monkeypatch) -> None:
     """Compose every job of ``belt-sim COMMAND ...``."""
     command, *given = words
     assert command in COMMANDS, f"no such command: {command}"
-    assert refused(command, given) is None
-    given = files_named(command, given)
-    given = [w for w in given if not w.startswith("--")]
+    given = import_arguments(given) if command == "import" else given
+    given = [w for w in given if not w.startswith("--") or w in SWEEP]
     if not (CONF / f"{command}.yaml").is_file():
         assert not given, f"{command} takes no settings"
         return
     monkeypatch.chdir(ROOT)
-    for job in jobs(given):
-        cfg = composed(CONF, command, job)
+    for case in requested(command, given).runs:
+        cfg = dict(case.config)
         if not OPEN.search(" ".join(given)):
             mean_something(command, cfg)
 
@@ -91,9 +67,7 @@ def study_can(module: str, given: list[str]) -> None:
     )
     config = re.search(r'application\("(\w+)"', (ROOT / place).read_text(encoding="utf-8"))
     if config:
-        search = f"hydra.searchpath=[file://{CONF}]"
-        for job in jobs(given):
-            composed(STUDIES / "conf", config.group(1), [search, *job])
+        requested(config.group(1), given, conf=STUDIES / "conf", fixed=FIXED)
 
 
 @pytest.mark.parametrize("command", dict.fromkeys(ALL), ids=str)
@@ -116,7 +90,6 @@ def run_page(page, marks, place, capsys, monkeypatch) -> None:
     monkeypatch.chdir(place)
     for command in commands(page):
         if command.marked in marks:
-            GlobalHydra.instance().clear()
             capsys.readouterr()
             status = run(list(command.words[1:]))
             out, err = capsys.readouterr()

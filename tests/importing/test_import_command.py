@@ -3,13 +3,12 @@
 import sys
 
 import pytest
-from hydra.core.global_hydra import GlobalHydra
 from logger_files import MAPPING, log, table
 from rich.prompt import Confirm, Prompt
 
 from belt_sim.campaign import read_campaign
 from belt_sim.cli import run
-from belt_sim.cli_errors import files_named
+from belt_sim.commands.command_line import import_arguments
 from belt_sim.commands.import_prompt import ask_in_terminal
 from belt_sim.importing import read, understand
 from belt_sim.importing.mapping import mapping_of
@@ -27,13 +26,11 @@ def belt(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def call(*arguments: str) -> tuple[int, str, str]:
-        GlobalHydra.instance().clear()
         capsys.readouterr()
         status = run([*arguments, "hydra.run.dir=run"])
         return (status, *capsys.readouterr())
 
-    yield call
-    GlobalHydra.instance().clear()
+    return call
 
 
 NAMES = ["a.csv", "Läufe 3.csv", "it's (1), [b].csv", "v=0,5.csv", "100%.csv", "$x.csv", "-a.csv"]
@@ -50,8 +47,7 @@ def test_a_file_may_have_any_name(name, belt, tmp_path):
 
 def test_names_become_one_setting():
     given = ["a.csv", "out=b", "-m", "--cfg", "job", "c d.csv"]
-    assert files_named("import", given) == ["out=b", "-m", "--cfg", "job", "files=['a.csv','c d.csv']"]
-    assert files_named("simulate", given) == given
+    assert import_arguments(given) == ["out=b", "-m", "--cfg", "job", "files=['a.csv','c d.csv']"]
 
 
 def test_what_is_missing_is_told_a_line_each_and_nothing_is_left(belt, tmp_path):

@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from hydra.core.global_hydra import GlobalHydra
 from scipy.io import loadmat
 
 import belt_sim as bs
@@ -19,7 +18,6 @@ def exported(tmp_path, monkeypatch, capsys):
     def call(*asked: str):
         monkeypatch.setattr("sys.argv", ["belt-sim"])
         monkeypatch.setenv("HYDRA_FULL_ERROR", "1")
-        GlobalHydra.instance().clear()
         status = run(["export", *asked, f"hydra.run.dir={tmp_path / 'plant'}"])
         return status, capsys.readouterr(), tmp_path / "plant"
 

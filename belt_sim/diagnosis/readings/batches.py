@@ -27,11 +27,14 @@ class Work:
 
 
 def finish(works: Sequence[Work]) -> None:
-    """Do all batches, so that a core waits for none of another program; the first of each program come first, so that
-    programs are loaded side by side.
-    """
-    turns = zip_longest(*(work.batches for work in works))
-    batches = [batch for turn in turns for batch in turn if batch is not None]
+    """Do all batches: first one of each program, so that each is compiled once and several side by side."""
+    turns = [[batch for batch in turn if batch is not None] for turn in zip_longest(*(w.batches for w in works))]
+    for batches in (turns[:1], turns[1:]):
+        _do([batch for turn in batches for batch in turn])
+
+
+def _do(batches: Sequence[Callable[[], None]]) -> None:
+    """Do batches side by side."""
     if len(batches) == 1:
         batches[0]()
         return

@@ -1,0 +1,155 @@
+"""The folder of one run: locked while it runs, filled in one move, and done only as long as its inputs are the same.
+
+``.hydra/run.json`` (belt-run/1) says what a run was: hashes of its configuration, of the code, of every file that it
+read and of every file that it wrote. A sweep keeps a case only where all of them still hold.
+"""
+
+import os
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from belt_sim.errors import BeltError, InputError
+from belt_sim.files import DRAFTS, clear_drafts, read_json, write_json, write_text
+from belt_sim.inputs import code_hash, file_hash, input_hashes
+from belt_sim.provenance import config_hash
+
+try:
+    import fcntl
+except ImportError:  # not on this system: runs in one folder at once are the user's business
+    fcntl = None  # type: ignore[assignment]
+
+SCHEMA = "belt-run/1"
+NOTES = ".hydra"  # folder of what is said about a run
+FAILED = "failed.txt"
+
+
+@dataclass(frozen=True)
+class RunDir:
+    """Where a run of ``command`` leaves its files. overrides: as typed; case: its number in a sweep."""
+
+    path: Path
+    command: str
+    config: Mapping[str, Any]
+    overrides: Sequence[str] = ()
+    case: int | None = None
+
+    def named(self, key: str, what: str) -> str:
+        """A file or folder that the configuration names; raises InputError for what is no text."""
+        value = self.config[key]
+        if not isinstance(value, str) or not value.strip():
+            raise InputError(key, "null" if value is None else value, "", f"name {what}")
+        return value
+
+    def why_not_done(self) -> str | None:
+        """None when the folder holds the result of this very configuration, unharmed and of today's inputs and code;
+        else why the case runs again, empty where it never came to its end."""
+        try:
+            record = read_json(self.path / NOTES / "run.json")
+            if record["schema"] != SCHEMA or record["config_sha256"] != config_hash(self.config):
+                return ""
+            inputs, files = dict(record["inputs"]), dict(record["files"])
+            if record["code_sha256"] != code_hash():
+                return "the code of belt-sim has changed"
+        except FileNotFoundError:
+            return ""
+        except (BeltError, KeyError, TypeError, ValueError):
+            return f"{NOTES}/run.json is damaged"
+        now = input_hashes(self.config)
+        changed = sorted(name for name in inputs.keys() | now.keys() if inputs.get(name) != now.get(name))
+        if changed:
+            return f"{changed[0]} has changed"
+        for name, digest in files.items():
+            if not (self.path / name).is_file():
+                return f"{name} is missing"
+            if file_hash(self.path / name) != digest:
+                return f"{name} has been changed"
+        return None
+
+    @contextmanager
+    def open(self) -> Iterator[None]:
+        """Around a run: the folder is locked, and a run that is refused leaves none. Raises InputError where another
+        run is at work."""
+        notes = self.path / NOTES
+        notes.mkdir(parents=True, exist_ok=True)
+        with _locked(notes / "lock", self.path):  # whoever is refused here leaves the folder to the run at work
+            clear_drafts(self.path)
+            (self.path / FAILED).unlink(missing_ok=True)
+            write_text(notes / "config.yaml", yaml.safe_dump(dict(self.config), sort_keys=False, allow_unicode=True))
+            write_text(notes / "overrides.yaml", yaml.safe_dump(list(self.overrides), allow_unicode=True))
+            try:
+                yield
+            except BeltError:
+                if {p.name for p in self.path.iterdir()} <= {NOTES}:
+                    shutil.rmtree(notes, ignore_errors=True)
+                    with suppress(OSError):
+                        self.path.rmdir()
+                raise
+
+    @contextmanager
+    def outputs(self, *beside: str) -> Iterator[Path]:
+        """A draft of the folder; when the block has ended, its files replace those of the command's last run.
+
+        beside: files that the run wrote to the folder itself (a recording grows while it is watched).
+        """
+        draft = self.path / f"{DRAFTS}.{os.getpid()}"
+        read = input_hashes(self.config)  # as they were when the run began
+        draft.mkdir(parents=True, exist_ok=True)
+        try:
+            yield draft
+            self._move_in(draft, read, [name for name in beside if (self.path / name).is_file()])
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
+
+    def _move_in(self, draft: Path, read: Mapping[str, str], beside: Sequence[str]) -> None:
+        """The record comes first, summary.json last: what is killed meanwhile does not match its record."""
+        names = sorted(str(p.relative_to(draft)) for p in draft.rglob("*") if p.is_file())
+        names.sort(key=lambda name: name == "summary.json")
+        record = self.path / NOTES / "run.json"
+        before = _written_by(record, self.command)
+        files = {name: file_hash(draft / name) for name in names} | {n: file_hash(self.path / n) for n in beside}
+        content = {"schema": SCHEMA, "command": self.command, "config_sha256": config_hash(self.config)}
+        write_json(record, {**content, "code_sha256": code_hash(), "inputs": dict(read), "files": files})
+        for name in names:
+            place = self.path / name
+            try:
+                place.parent.mkdir(parents=True, exist_ok=True)
+                os.replace(draft / name, place)
+            except OSError as error:
+                raise BeltError(f"{place}: {error.strerror}; move it away") from None
+        for name in set(before) - set(files):
+            with suppress(OSError):
+                (self.path / name).unlink(missing_ok=True)
+
+    def fail(self, message: str) -> None:
+        """Write down why the case has failed."""
+        write_text(self.path / FAILED, " ".join(message.split()) + "\n")
+
+
+def _written_by(record: Path, command: str) -> list[str]:
+    """Files that the last run of a command left; none where the record is not there or damaged."""
+    try:
+        content = read_json(record)
+        names = [str(name) for name in content["files"]] if content["command"] == command else []
+    except (OSError, BeltError, KeyError, TypeError):
+        return []
+    return [name for name in names if not Path(name).is_absolute() and ".." not in Path(name).parts]
+
+
+@contextmanager
+def _locked(path: Path, folder: Path) -> Iterator[None]:
+    if fcntl is None:
+        yield
+        return
+    with path.open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            remedy = "another run is at work there; give each run a folder of its own"
+            raise InputError("hydra.run.dir", str(folder), "", remedy) from error
+        yield

@@ -1,0 +1,111 @@
+"""A sweep keeps a case only while its inputs, its results and the code are what they were."""
+
+import json
+import shutil
+
+import pandas as pd
+import pytest
+
+from belt_sim.commands import run_dir
+from belt_sim.paths import CAMPAIGNS, ROOT
+
+SWEEP = ("simulate", "-m", "travel=2", "pictures=false", "tension=20,40")
+OWN = ROOT / "models" / "effects" / "wind.py"
+
+
+def kept(answer) -> tuple[int, list[str]]:
+    """How many cases were kept, and why the others ran again."""
+    again = [line.split(", ", 1)[1].rsplit(":", 1)[0] for line in answer.out.splitlines() if "runs again" in line]
+    return answer.out.count("done before, kept"), again
+
+
+def test_nothing_changed(belt):
+    belt(*SWEEP)
+    assert kept(belt(*SWEEP)) == (2, [])
+
+
+def test_an_edited_summary_is_not_believed(belt):
+    belt(*SWEEP)
+    path = sorted(belt.folder.glob("*/summary.json"))[0]
+    summary = json.loads(path.read_text(encoding="utf-8"))
+    summary["rate_mm_per_m"]["1"] = 99.0
+    path.write_text(json.dumps(summary), encoding="utf-8")
+    assert kept(belt(*SWEEP)) == (1, ["summary.json has been changed"])
+    assert pd.read_csv(belt.folder / "sweep.csv")["rate1_mm_per_m"].abs().max() < 1.0
+
+
+@pytest.mark.parametrize("content", ["[]", "null", "{", '{"provenance": null}', "[" * 100_000])
+def test_a_damaged_summary_is_written_again(belt, content):
+    belt(*SWEEP)
+    sorted(belt.folder.glob("*/summary.json"))[0].write_text(content, encoding="utf-8")
+    answer = belt(*SWEEP)
+    assert (answer.status, kept(answer)) == (0, (1, ["summary.json has been changed"]))
+
+
+@pytest.mark.parametrize("content", ["[]", "null", "{", '{"schema": "belt-run/1"}', "[" * 100_000])
+def test_a_damaged_record_is_written_again(belt, content):
+    belt(*SWEEP)
+    sorted(belt.folder.glob("*/.hydra/run.json"))[0].write_text(content, encoding="utf-8")
+    answer = belt(*SWEEP)
+    assert (answer.status, answer.out.count("done before, kept"), answer.err) == (0, 1, "")
+
+
+def test_missing_curves_are_made_again(belt):
+    belt(*SWEEP)
+    sorted(belt.folder.glob("*/curves.csv"))[0].unlink()
+    assert kept(belt(*SWEEP)) == (1, ["curves.csv is missing"])
+    assert len(list(belt.folder.glob("*/curves.csv"))) == 2
+
+
+def test_another_version_of_the_code_runs_again(belt, monkeypatch):
+    belt(*SWEEP)
+    monkeypatch.setattr(run_dir, "code_hash", lambda: "0" * 64)
+    assert kept(belt(*SWEEP)) == (0, ["the code of belt-sim has changed"] * 2)
+
+
+def test_a_changed_effects_file_runs_again(belt, tmp_path):
+    table = tmp_path / "effects.yaml"
+    table.write_text("schema: belt-effects/1\neffects: [{id: taper, kappa_t: 1.0e-5}]\n", encoding="utf-8")
+    belt(*SWEEP, f"effects={table}")
+    table.write_text("schema: belt-effects/1\neffects: [{id: taper, kappa_t: 2.0e-5}]\n", encoding="utf-8")
+    assert kept(belt(*SWEEP, f"effects={table}")) == (0, [f"{table} has changed"] * 2)
+
+
+@pytest.mark.parametrize("named", ["by the command", "by an effects.yaml"])
+def test_a_changed_effect_of_ones_own_runs_again(belt, tmp_path, named):
+    own, table = tmp_path / "wind.py", tmp_path / "effects.yaml"
+    shutil.copy(OWN, own)
+    table.write_text("schema: belt-effects/1\neffects: [{id: wind.py, load: 1.0e-2}]\n", encoding="utf-8")
+    effects = f"effects=[{{id: {own}, load: 1.0e-2}}]" if named == "by the command" else f"effects={table}"
+    first = belt(*SWEEP, effects)
+    assert first.status == 0, first.err
+    own.write_text(own.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+    assert kept(belt(*SWEEP, effects)) == (0, [f"{own} has changed"] * 2)
+
+
+def test_changed_measurements_are_compared_again(belt, tmp_path):
+    campaign = tmp_path / "campaign"
+    shutil.copytree(CAMPAIGNS / "slack_belt", campaign)
+    sweep = ("compare", "-m", f"campaign={campaign}", "model=strip,beam_th2", "pictures=false")
+    first = belt(*sweep)
+    assert first.status == 0, first.err
+    before = {p: json.loads(p.read_text(encoding="utf-8"))["error"] for p in belt.folder.glob("*/comparison.json")}
+    signals = campaign / "signals.csv"
+    table = pd.read_csv(signals)
+    column = next(c for c in table.columns if c.startswith("y"))
+    table[column] += 5.0
+    table.to_csv(signals, index=False)
+    assert kept(belt(*sweep)) == (0, [f"{signals} has changed"] * 2)
+    now = {p: json.loads(p.read_text(encoding="utf-8"))["error"] for p in belt.folder.glob("*/comparison.json")}
+    assert now.keys() == before.keys()
+    assert all(now[p] != before[p] for p in now)
+
+
+def test_every_swept_key_has_its_column(belt):
+    swept = ("rig.centre_distance=5,6", "belt.width=0.2,0.3")
+    answer = belt("simulate", "-m", "travel=2", "pictures=false", *swept)
+    assert answer.status == 0, answer.err
+    table = pd.read_csv(belt.folder / "sweep.csv")
+    assert set(zip(table["rig.centre_distance"], table["belt.width"], strict=True)) == {
+        (5.0, 0.2), (5.0, 0.3), (6.0, 0.2), (6.0, 0.3)
+    }  # fmt: skip
