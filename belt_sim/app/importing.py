@@ -9,7 +9,7 @@ from belt_sim.campaign.marked_yaml import parse
 from belt_sim.campaign.problems import CampaignError, Problem
 from belt_sim.errors import BeltError
 from belt_sim.importing import Logged, Proposal, Question, read, understand, write
-from belt_sim.importing.sheets import known
+from belt_sim.importing.sheets import known_names
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
 GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known
@@ -81,7 +81,7 @@ class Import:
 
     def known(self, group: str) -> list[str]:
         """Machines or belts that may be given by name."""
-        return known(GROUPS[group])
+        return known_names(GROUPS[group])
 
     def write(self, folder: Path) -> Path:
         """Leave the campaign in ``folder``."""

@@ -10,7 +10,7 @@ from rich.prompt import Confirm, Prompt
 from belt_sim.errors import BeltError
 from belt_sim.importing.build import understand
 from belt_sim.importing.roles import DRAWING
-from belt_sim.importing.sheets import known
+from belt_sim.importing.sheets import known_names
 from belt_sim.importing.types import ROLES, Logged, Proposal, Question
 from belt_sim.reports.importing import tell_proposal
 
@@ -41,13 +41,13 @@ def ask_in_terminal(logged: Logged, stated: dict[str, Any] | None = None, out: C
 def _ask(logged: Logged, mapping: dict[str, Any], question: Question, out: Console) -> Proposal:
     """Ask one question until the answer can be used; a machine or belt may be given by a name that is known."""
     kind = {"machine": "rig", "belt": "belt"}.get(question.path[0])
-    hint = f", or the name of a {kind}: {', '.join(known(kind))}" if kind else ""
+    hint = f", or the name of a {kind}: {', '.join(known_names(kind))}" if kind else ""
     while True:
         out.print(f"[bold]{escape(question.text)}[/bold] (e.g. {escape(question.example + hint)})", soft_wrap=True)
         default: Any = question.proposed or ...
         text = str(Prompt.ask("  ", console=out, choices=list(question.options) or None, default=default)).strip()
         trial = copy.deepcopy(mapping)
-        if kind and text in known(kind):
+        if kind and text in known_names(kind):
             trial[question.path[0]] = text
         else:
             question.put(trial, text)

@@ -9,7 +9,7 @@ from belt_sim.campaign import Campaign, Run
 from belt_sim.campaign.types import Source
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import SCHEMA, MappingEntry, mapping_of
-from belt_sim.importing.roles import Columns, Used, used_columns
+from belt_sim.importing.roles import Columns, UsedColumn, resolve_columns
 from belt_sim.importing.runs import (
     KINDS,
     READ_AGAIN,
@@ -17,13 +17,13 @@ from belt_sim.importing.runs import (
     RatedRuns,
     assemble_runs,
     check_run_names,
+    mark_repeats,
     questions,
     rates_of,
-    snapped,
-    with_repeats,
+    snap_settings,
 )
 from belt_sim.importing.sheets import belt_of, machine_of, number_of, settings_of, signals_of
-from belt_sim.importing.travel import Track, counted_from_yaw, cut_alike, resampled, step_for
+from belt_sim.importing.travel import Track, count_from_yaw, cut_repeats, resample, step_for
 from belt_sim.importing.types import ColumnUse, Logged, Note, Proposal, Question
 from belt_sim.importing.units import UNITS
 
@@ -34,12 +34,12 @@ def understand(logged: Logged, mapping: Any = None) -> Proposal:
     Raises CampaignError or InputError for what cannot be; what is merely not known becomes a question.
     """
     entry = mapping_of(mapping)
-    columns = used_columns(logged, entry)
+    columns = resolve_columns(logged, entry)
     machine, remarks, of_machine = machine_of(entry)
     belt, of_belt, about_belt = belt_of(entry)
     section = belt.width.value * belt.thickness.value if belt else float("nan")
     missing = columns.missing + of_machine + about_belt
-    made, rated, about_runs = _found(logged, columns, entry, section, missing)
+    made, rated, about_runs = _find_runs(logged, columns, entry, section, missing)
     notes = (
         [n for t in logged.tables for n in t.notes] + columns.notes + [Note(m.key, n) for m in made for n in m.notes]
     )
@@ -61,7 +61,7 @@ def understand(logged: Logged, mapping: Any = None) -> Proposal:
         )
     return Proposal(
         logged=logged,
-        columns=_uses(columns.used),
+        columns=_column_uses(columns.used),
         missing=tuple(dict.fromkeys(missing)),
         unknown=tuple(columns.unknown),
         campaign=campaign,
@@ -72,7 +72,7 @@ def understand(logged: Logged, mapping: Any = None) -> Proposal:
     )
 
 
-def _found(
+def _find_runs(
     logged: Logged, columns: Columns, entry: MappingEntry, section: float, open_: list[Question]
 ) -> tuple[list[AssembledRun], RatedRuns, list[Question]]:
     """Runs of records, runs of rates, and questions about them; open_: questions that are there already."""
@@ -89,8 +89,8 @@ def _found(
     return made, rated, missing
 
 
-def _uses(used: dict[str, tuple[Used, ...]]) -> tuple[ColumnUse, ...]:
-    def use(table: str, u: Used) -> ColumnUse:
+def _column_uses(used: dict[str, tuple[UsedColumn, ...]]) -> tuple[ColumnUse, ...]:
+    def use(table: str, u: UsedColumn) -> ColumnUse:
         stated = bool(u.entry.role or u.entry.unit or u.entry.at)
         return ColumnUse(
             table=table,
@@ -112,18 +112,18 @@ def _runs(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], lis
         return [], [], 0.0
     notes: list[Note] = []
     step = number_of(entry.step_m, "step_m") if entry.step_m else step_for([m.track for m in made])
-    tracks = [resampled(m.track, step) for m in made]
+    tracks = [resample(m.track, step) for m in made]
     if step > 0.0:
         rows, left = (sum(len(t.travel) for t in some) for some in ([m.track for m in made], tracks))
         notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m, {left} are left"))
-    runs = snapped([_run(m) for m in made], [m.settings for m in made])
-    runs, repeats = with_repeats(runs, [m.entry.repeat_of is not None for m in made])
-    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in repeats] + _blank(tracks)
+    runs = snap_settings([_run(m) for m in made], [m.settings for m in made])
+    runs, repeats = mark_repeats(runs, [m.entry.repeat_of is not None for m in made])
+    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in repeats] + _note_blanks(tracks)
     at = {r.name: k for k, r in enumerate(runs)}
     groups = [[k, *(at[r.name] for r in runs if r.repeat_of == first.name)] for k, first in enumerate(runs)]
-    tracks = cut_alike([g for g in groups if len(g) > 1], tracks)
+    tracks = cut_repeats([g for g in groups if len(g) > 1], tracks)
     if entry.start == "yaw":
-        tracks, said = counted_from_yaw(tracks, [r.yaw_at for r in runs])
+        tracks, said = count_from_yaw(tracks, [r.yaw_at for r in runs])
         notes += [Note("", text) for text in said]
     out = [
         replace(run, travel=track.travel, time=track.time, signals=track.signals)
@@ -132,7 +132,7 @@ def _runs(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], lis
     return out, notes, step
 
 
-def _blank(tracks: list[Track]) -> list[Note]:
+def _note_blanks(tracks: list[Track]) -> list[Note]:
     """Runs without a signal that others have: a column of that name may be missing in their file."""
     names = dict.fromkeys(n for t in tracks for n in t.signals)
     lacking = {t.name: [n for n in names if n not in t.signals] for t in tracks}
@@ -158,7 +158,7 @@ def _run(made: AssembledRun) -> Run:
 
 
 def mapping_used(
-    entry: MappingEntry, used: dict[str, tuple[Used, ...]], made: list[AssembledRun], step: float
+    entry: MappingEntry, used: dict[str, tuple[UsedColumn, ...]], made: list[AssembledRun], step: float
 ) -> dict[str, Any]:
     """The mapping with all that was recognised, so that the import can be repeated: plain data for ``understand``."""
     stated = _plain(entry.model_dump(by_alias=True, exclude_unset=True))

@@ -143,7 +143,7 @@ def mapping_of(stated: Any) -> MappingEntry:
     if isinstance(stated, MappingEntry):
         return stated
     if isinstance(stated, AnyMapping):
-        return _checked(_as_text(stated), MarkedYaml(None), "mapping")
+        return _validate(_as_text(stated), MarkedYaml(None), "mapping")
     path, problems = Path(stated), list[Problem]()
     try:
         if path.exists() and not path.is_file():
@@ -156,7 +156,7 @@ def mapping_of(stated: Any) -> MappingEntry:
     marked = parse(text, str(path), problems)
     if problems or marked is None:
         raise CampaignError(problems)
-    return _checked(marked.tree, marked, str(path))
+    return _validate(marked.tree, marked, str(path))
 
 
 def _as_text(value: Any) -> Any:
@@ -166,7 +166,7 @@ def _as_text(value: Any) -> Any:
     return [_as_text(v) for v in value] if isinstance(value, list | tuple) else value
 
 
-def _checked(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
+def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
     if not isinstance(tree, dict):
         raise CampaignError([Problem(file=file, line=1, remedy=f"must be a mapping that begins with schema: {SCHEMA}")])
     try:

@@ -44,11 +44,11 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
         runs_told = f"{len(still)} run{'s' if len(still) != 1 else ''} at zero yaw"
         traces, source = [*pairs, *still], f"{source} and {runs_told}" if pairs else runs_told
     if not traces:
-        traces = [_beside_a_smooth_curve(r, signal, span) for r in own]
+        traces = [_smooth_residual(r, signal, span) for r in own]
         traces = [t for t in traces if len(t.travel) >= FEWEST]
         source = "what a smooth curve leaves of single runs: a lower bound; repeat a run to know better"
     else:
-        traces = [_straightened(t) for t in traces]
+        traces = [_detrend(t) for t in traces]
     wander, length, white = _levels(traces, white)
     white = max(white, _resolution(own, signal) / float(np.sqrt(12.0)), 1e-9)
     wander = wander if wander > FAINT * white else 0.0
@@ -108,13 +108,13 @@ def _pairs(runs: list[Run], signal: str) -> list[Trace]:
     return [t for t in found if len(t.travel) >= FEWEST]
 
 
-def _straightened(trace: Trace) -> Trace:
+def _detrend(trace: Trace) -> Trace:
     """The trace beside a straight line: an error of zero and of yaw are no wander."""
     line = np.polynomial.Polynomial.fit(trace.travel, trace.values, 1)
     return Trace(trace.travel, trace.values - line(trace.travel))
 
 
-def _beside_a_smooth_curve(run: Run, signal: str, span: float) -> Trace:
+def _smooth_residual(run: Run, signal: str, span: float) -> Trace:
     trace = _trace(run, signal)
     if len(trace.travel) < FEWEST:
         return trace

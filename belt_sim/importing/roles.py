@@ -107,9 +107,9 @@ def _is_tilt(name: str) -> bool:
 # ---- proposals
 
 
-def proposed(table: LoggedTable) -> LoggedTable:
+def propose_roles(table: LoggedTable) -> LoggedTable:
     """The table with a role, a unit and a place proposed for every column, and its kind."""
-    columns = _dated([_proposed(column) for column in table.columns])
+    columns = _join_dates([_propose(column) for column in table.columns])
     for role in ONCE:
         same = [k for k, c in enumerate(columns) if c.role == role]
         keep = max(same, key=lambda k: (not columns[k].is_text, columns[k].sure, -k), default=None)
@@ -123,7 +123,7 @@ def proposed(table: LoggedTable) -> LoggedTable:
     return replace(table, columns=tuple(columns), kind=_kind(columns))
 
 
-def _proposed(column: Column) -> Column:
+def _propose(column: Column) -> Column:
     """Role by the name and the unit; unit by the name or by magnitude."""
     name, unit = split_unit(column.name)
     unit = column.unit or unit or ""
@@ -160,7 +160,7 @@ def _directions(values: np.ndarray) -> np.ndarray | None:
     return np.array([signs.get(w, np.nan) for w in words])
 
 
-def _dated(columns: list[Column]) -> list[Column]:
+def _join_dates(columns: list[Column]) -> list[Column]:
     """A column of dates and one of times of day as one time, so that a night does not begin a new run."""
     times = [k for k, c in enumerate(columns) if c.role == "time" and not c.is_text]
     dates = [k for k in times if _whole_days(columns[k].values)]
@@ -211,7 +211,7 @@ def _kind(columns: list[Column]) -> TableKind:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Used:
+class UsedColumn:
     """A column with its role and its factor to SI, sign included; name: of the signal in the campaign."""
 
     column: Column
@@ -249,13 +249,13 @@ def _on_axis(pixels: np.ndarray, axis: AxisEntry) -> np.ndarray:
 class Columns:
     """used: table -> its columns; missing: questions that must be answered; unknown: of columns that are left out."""
 
-    used: dict[str, tuple[Used, ...]]
+    used: dict[str, tuple[UsedColumn, ...]]
     missing: list[Question]
     unknown: list[Question]
     notes: list[Note]
 
 
-def used_columns(logged: Logged, mapping: MappingEntry) -> Columns:
+def resolve_columns(logged: Logged, mapping: MappingEntry) -> Columns:
     """Every column as the mapping states it, else as proposed; raises InputError for what cannot be."""
     strange = next((name for name in mapping.columns if name not in logged.columns), None)
     if strange is not None:
@@ -265,15 +265,15 @@ def used_columns(logged: Logged, mapping: MappingEntry) -> Columns:
     missing: dict[tuple[str, ...], Question] = {}
     unknown: dict[tuple[str, ...], Question] = {}
     notes: dict[str, Note] = {}
-    used: dict[str, tuple[Used, ...]] = {}
+    used: dict[str, tuple[UsedColumn, ...]] = {}
     for table in logged.tables:
-        found: list[Used] = []
+        found: list[UsedColumn] = []
         taken: dict[str | None, list[str]] = defaultdict(lambda: [e.name for e in mapping.columns.values() if e.name])
         for column in table.columns:
             entry = mapping.columns.get(column.name, ColumnEntry())
             if column.name in along and entry.role is None:
                 entry = entry.model_copy(update={"role": "travel"})
-            one = _used(column, entry, taken[entry.run])
+            one = _resolve(column, entry, taken[entry.run])
             found.append(one)
             question = _place_question(column)
             if one.role == "signal" and not one.at:
@@ -286,14 +286,14 @@ def used_columns(logged: Logged, mapping: MappingEntry) -> Columns:
                 notes.setdefault(column.name, Note(column.name, text))
         used[table.name] = tuple(found)
         if table.kind == "record":
-            for question in _lacking(table, found):
+            for question in _missing_roles(table, found):
                 missing.setdefault(question.path, question)
     asked = {q.path[1] for q in missing.values()}
     left = [q for q in unknown.values() if q.path[1] not in asked]
     return Columns(used=used, missing=list(missing.values()), unknown=left, notes=list(notes.values()))
 
 
-def _used(column: Column, entry: ColumnEntry, taken: list[str]) -> Used:
+def _resolve(column: Column, entry: ColumnEntry, taken: list[str]) -> UsedColumn:
     where = f"columns.{column.name}"
     role = entry.role or ("signal" if entry.at else column.role) or "ignore"
     at = (entry.at or column.at) if role == "signal" else ""
@@ -304,7 +304,7 @@ def _used(column: Column, entry: ColumnEntry, taken: list[str]) -> Used:
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
     if not ROLES[role]:
-        return Used(column=column, role=role, unit="", factor=1.0, entry=entry)
+        return UsedColumn(column=column, role=role, unit="", factor=1.0, entry=entry)
     unit = _unit(column, entry, (DIMENSION[PLACES[at]],) if at else ROLES[role], where)
     name = ""
     if role == "signal":
@@ -315,7 +315,7 @@ def _used(column: Column, entry: ColumnEntry, taken: list[str]) -> Used:
         except InputError as error:
             raise InputError(f"{where}.name", name, "", error.remedy) from None
     scale = UNITS[unit][1] * entry.factor * entry.sign
-    return Used(column=column, role=role, unit=unit, factor=scale, at=at, name=name, entry=entry)
+    return UsedColumn(column=column, role=role, unit=unit, factor=scale, at=at, name=name, entry=entry)
 
 
 def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str) -> str:
@@ -348,7 +348,7 @@ def _place_question(column: Column) -> Question:
     )
 
 
-def _lacking(table: LoggedTable, used: list[Used]) -> list[Question]:
+def _missing_roles(table: LoggedTable, used: list[UsedColumn]) -> list[Question]:
     """Roles that a record cannot do without."""
     roles, found = {u.role for u in used}, []
     numbers = [u.column for u in used if not u.column.is_text and u.role == "ignore"]

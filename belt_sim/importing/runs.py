@@ -16,8 +16,8 @@ from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import MappingEntry, RunEntry
-from belt_sim.importing.roles import DAY, Used
-from belt_sim.importing.travel import FEWEST, Block, Track, Travel, blocks_of, merged, run_name, travel_of
+from belt_sim.importing.roles import DAY, UsedColumn
+from belt_sim.importing.travel import FEWEST, Block, Track, Travel, blocks_of, merge_tracks, run_name, travel_of
 from belt_sim.importing.types import LoggedTable, Question
 from belt_sim.importing.units import UNITS, quantity
 from belt_sim.si import DEGREE, N_PER_MM2
@@ -94,11 +94,11 @@ class AssembledRun:
 
 
 def assemble_runs(
-    tables: list[tuple[LoggedTable, tuple[Used, ...]]], mapping: MappingEntry, section: float
+    tables: list[tuple[LoggedTable, tuple[UsedColumn, ...]]], mapping: MappingEntry, section: float
 ) -> tuple[list[AssembledRun], list[Question], list[str]]:
     """Runs of all records, questions, and all names that the mapping may speak of; section [m2] of the belt."""
     records = [(t, u) for t, u in tables if t.kind == "record"]
-    listed = _listed([(t, u) for t, u in tables if t.kind == "settings"], section)
+    listed = _table_settings([(t, u) for t, u in tables if t.kind == "settings"], section)
     questions: list[Question] = []
     found: dict[str, list[AssembledRun]] = {}
     for table, used in records:
@@ -108,13 +108,13 @@ def assemble_runs(
                 rows = np.arange(len(table.lines))
                 blocks = [Block(table=table, used=columns, rows=rows, name=run_name(run), text=run)]
             for block in blocks:
-                made = _assembled(block, mapping, listed, section)
+                made = _assemble(block, mapping, listed, section)
                 if made is None:
                     questions.append(_SPEED)
                 elif not made.entry.skip:
                     found.setdefault(block.name, []).append(made)
     names = [*dict.fromkeys([*found, *mapping.runs])] if questions else [*found]
-    return [_joined(parts) for parts in found.values()], questions[:1], [*names, *listed]
+    return [_join_files(parts) for parts in found.values()], questions[:1], [*names, *listed]
 
 
 _SPEED = Question(
@@ -124,12 +124,12 @@ _SPEED = Question(
 )
 
 
-def _views(table: LoggedTable, used: tuple[Used, ...]) -> list[tuple[tuple[Used, ...], str | None]]:
+def _views(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[tuple[tuple[UsedColumn, ...], str | None]]:
     """The columns of each run of a table whose columns belong to different runs, or have travels of their own."""
     own = [u for u in used if u.entry.run or u.entry.against]
     travels = {u.entry.against for u in own if u.entry.against}
     base = tuple(u for u in used if u not in own and u.column.name not in travels)
-    found: list[tuple[tuple[Used, ...], str | None]] = []
+    found: list[tuple[tuple[UsedColumn, ...], str | None]] = []
     for u in own:
         shared = tuple(b for b in base if b.role != "signal")
         if u.entry.against:
@@ -141,24 +141,24 @@ def _views(table: LoggedTable, used: tuple[Used, ...]) -> list[tuple[tuple[Used,
     return [*found, (base, None)] if not own or any(b.role == "signal" for b in base) else found
 
 
-def _assembled(
+def _assemble(
     block: Block, mapping: MappingEntry, listed: Mapping[str, Mapping[str, float]], section: float
 ) -> AssembledRun | None:
     """One run; None where its travel takes a speed that nobody has told. The first source of a setting counts."""
     entry = mapping.runs.get(block.name, RunEntry())
-    known = _stated(entry, f"runs.{block.name}", section)
+    known = _mapping_settings(entry, f"runs.{block.name}", section)
     for key, value in listed.get(block.name, {}).items():
         known.setdefault(key, Setting(value=value, text=_written(key, value), origin=Origin.TABLE))
-    known = _stated(mapping.all_runs, "all_runs", section) | known
-    named = _named(block.text, section)
+    known = _mapping_settings(mapping.all_runs, "all_runs", section) | known
+    named = _name_settings(block.text, section)
     speed = (named | known).get("speed")
     travel = travel_of(block, speed.value if speed else None)
     if travel is None:
         return None
     if len(travel.keep) < FEWEST:
         raise block.refuse(0, "rows", len(travel.keep), "", f"run {block.name} has too few rows with time or travel")
-    known = _measured(block, travel, section, known) | known
-    known = _of_travel(travel, known) | named | known
+    known = _column_settings(block, travel, section, known) | known
+    known = _travel_settings(travel, known) | named | known
     if "yaw_at_time" in known and travel.time is not None and "yaw_at" not in known:
         where = float(np.interp(known["yaw_at_time"].value, travel.time, travel.travel))
         known["yaw_at"] = Setting(value=where, text=f"{where:.6g} m", origin=Origin.YAW_TIME)
@@ -182,18 +182,18 @@ def _clock_time(block: Block, row: int) -> str:
     return (moment if seconds > DAY else moment.time()).isoformat(timespec="seconds")
 
 
-def _joined(parts: list[AssembledRun]) -> AssembledRun:
+def _join_files(parts: list[AssembledRun]) -> AssembledRun:
     """One run from several files: its records on all their travels; settings of the first that has them."""
     settings = {k: s for p in reversed(parts) for k, s in p.settings.items()}
     notes = tuple(dict.fromkeys(n for p in parts for n in p.notes))
     files = ", ".join(dict.fromkeys(p.file for p in parts))
-    return replace(parts[0], track=merged([p.track for p in parts]), settings=settings, notes=notes, file=files)
+    return replace(parts[0], track=merge_tracks([p.track for p in parts]), settings=settings, notes=notes, file=files)
 
 
 # ---- settings
 
 
-def _stated(entry: RunEntry, where: str, section: float) -> Settings:
+def _mapping_settings(entry: RunEntry, where: str, section: float) -> Settings:
     """Settings that the mapping states; section [m2]: of the belt, for a tension given as a force."""
     texts = {key: getattr(entry, key) for key in KINDS if getattr(entry, key) is not None}
     return {
@@ -202,7 +202,7 @@ def _stated(entry: RunEntry, where: str, section: float) -> Settings:
     }
 
 
-def _named(name: str, section: float) -> Settings:
+def _name_settings(name: str, section: float) -> Settings:
     """Settings that the name of a file or run states: ``lauf3_10Nmm2_-0,042grad`` -> tension and yaw."""
     found: Settings = {}
     for key, pattern in _NAMED.items():
@@ -248,7 +248,9 @@ def _written(key: str, value: float) -> str:
     return f"{value / UNITS[unit][1]:.6g} {unit}".removesuffix(" 1")
 
 
-def _listed(tables: list[tuple[LoggedTable, tuple[Used, ...]]], section: float) -> dict[str, dict[str, float]]:
+def _table_settings(
+    tables: list[tuple[LoggedTable, tuple[UsedColumn, ...]]], section: float
+) -> dict[str, dict[str, float]]:
     """Run -> settings [SI] that tables of runs state."""
     found: dict[str, dict[str, float]] = {}
     for table, used in tables:
@@ -266,7 +268,7 @@ def _listed(tables: list[tuple[LoggedTable, tuple[Used, ...]]], section: float) 
     return found
 
 
-def _measured(block: Block, travel: Travel, section: float, known: Settings) -> Settings:
+def _column_settings(block: Block, travel: Travel, section: float, known: Settings) -> Settings:
     """Settings that columns of the record hold: the mean tension, the direction, the yaw with the place of its step."""
     found: Settings = {}
     keep, s = travel.keep, travel.travel
@@ -301,7 +303,7 @@ def _measured(block: Block, travel: Travel, section: float, known: Settings) -> 
     return found
 
 
-def _of_travel(travel: Travel, known: Settings) -> Settings:
+def _travel_settings(travel: Travel, known: Settings) -> Settings:
     """Direction and speed as the record of travel shows them."""
     found: Settings = {}
     if travel.direction < 0.0:
@@ -360,19 +362,19 @@ def check_run_names(mapping: MappingEntry, names: list[str]) -> None:
 # ---- repeats
 
 
-def snapped(runs: list[Run], settings: list[Settings]) -> list[Run]:
+def snap_settings(runs: list[Run], settings: list[Settings]) -> list[Run]:
     """Runs with settings that were logged and are meant to be the same brought together."""
     for key, unit in (("tension", N_PER_MM2), ("yaw", DEGREE), ("yaw_head", DEGREE), ("speed", 1.0)):
         logged = {Origin.COLUMN, Origin.MEAN, Origin.PACE}
         own = [k for k, s in enumerate(settings) if key in s and s[key].origin in logged]
-        values = _grouped(np.array([getattr(runs[k], key) for k in own]))
+        values = _group_values(np.array([getattr(runs[k], key) for k in own]))
         for k, value in zip(own, values, strict=True):
             change: dict[str, Any] = {key: _round(value / unit, SAME_DIGITS) * unit}
             runs = [*runs[:k], replace(runs[k], **change), *runs[k + 1 :]]
     return runs
 
 
-def _grouped(values: np.ndarray) -> np.ndarray:
+def _group_values(values: np.ndarray) -> np.ndarray:
     """Every value as the mean of those within SAME of its neighbours in size, its sign kept."""
     out, order = values.copy(), np.argsort(np.abs(values))
     size = np.abs(values[order])
@@ -382,7 +384,7 @@ def _grouped(values: np.ndarray) -> np.ndarray:
     return out
 
 
-def with_repeats(runs: list[Run], stated: list[bool]) -> tuple[list[Run], list[Run]]:
+def mark_repeats(runs: list[Run], stated: list[bool]) -> tuple[list[Run], list[Run]]:
     """Runs at one setting as repeats of the first, with its settings; those that were recognised."""
     out: list[Run] = []
     found: list[Run] = []
@@ -418,18 +420,20 @@ class RatedRuns:
     names: list[str] = field(default_factory=list)
 
 
-def rates_of(tables: list[tuple[LoggedTable, tuple[Used, ...]]], mapping: MappingEntry, section: float) -> RatedRuns:
+def rates_of(
+    tables: list[tuple[LoggedTable, tuple[UsedColumn, ...]]], mapping: MappingEntry, section: float
+) -> RatedRuns:
     """Everything that tables of rates state."""
     found = RatedRuns()
     for table, used in tables:
         rates = {u.role: u.si() for u in used if u.role in RATES}
         u, question = _rate_spread(used)
         found.missing.extend([question] if question else [])
-        for row, (key, stated) in enumerate(_listed([(table, used)], section).items()):
+        for row, (key, stated) in enumerate(_table_settings([(table, used)], section).items()):
             entry = mapping.runs.get(key, RunEntry())
             settings = {k: Setting(value=v, text="", origin=Origin.COLUMN) for k, v in stated.items()}
-            settings = _stated(mapping.all_runs, "all_runs", section) | settings
-            settings |= _stated(entry, f"runs.{key}", section)
+            settings = _mapping_settings(mapping.all_runs, "all_runs", section) | settings
+            settings |= _mapping_settings(entry, f"runs.{key}", section)
             found.names.append(key)
             found.missing.extend(questions(key, settings, table.file.name))
             if entry.skip or {"tension", "yaw"} - set(settings):
@@ -442,7 +446,7 @@ def rates_of(tables: list[tuple[LoggedTable, tuple[Used, ...]]], mapping: Mappin
     return found
 
 
-def _rate_spread(used: tuple[Used, ...]) -> tuple[np.ndarray | None, Question | None]:
+def _rate_spread(used: tuple[UsedColumn, ...]) -> tuple[np.ndarray | None, Question | None]:
     """One sigma [m/m] of the rates, row by row."""
     column = next((u for u in used if u.role == "u_rate"), None)
     if column is not None:

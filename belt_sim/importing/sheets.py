@@ -9,7 +9,7 @@ from belt_sim.campaign.types import PLACES, BeltSheet, Machine, Quantity, Settin
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import BeltEntry, MachineEntry, MappingEntry
 from belt_sim.importing.noise import noise_of
-from belt_sim.importing.roles import WRITTEN, Used
+from belt_sim.importing.roles import WRITTEN, UsedColumn
 from belt_sim.importing.types import NoiseRead, Question
 from belt_sim.importing.units import UNITS, quantity
 from belt_sim.paths import CONF
@@ -39,7 +39,7 @@ EXAMPLES = {
 STEEL = {"youngs_modulus": "210 +- 4 GPa", "density": "7850 kg/m^3"}
 
 
-def known(kind: str) -> list[str]:
+def known_names(kind: str) -> list[str]:
     """Names of the rigs or belts that are known."""
     return sorted(p.stem for p in (CONF / kind).glob("*.yaml"))
 
@@ -86,8 +86,10 @@ def _written(entry: MachineEntry | BeltEntry | str | None, kind: str, key: str) 
         return {}
     if not isinstance(entry, str):
         return {k: v for k, v in entry.model_dump().items() if v is not None}
-    if entry not in known(kind):
-        raise InputError(key, entry, "", f"is no {kind} that is known ({', '.join(known(kind))}); give its numbers")
+    if entry not in known_names(kind):
+        raise InputError(
+            key, entry, "", f"is no {kind} that is known ({', '.join(known_names(kind))}); give its numbers"
+        )
     stated: dict[str, Any] = yaml.safe_load((CONF / kind / f"{entry}.yaml").read_text(encoding="utf-8"))
     units = {"youngs_modulus": "Pa", "density": "kg/m^3", "poisson_ratio": "1"}
     wanted = MACHINE if kind == "rig" else BELT
@@ -134,10 +136,10 @@ TENSION_REL, YAW_U, GAIN = 0.01, 5e-6, 0.005
 
 
 def signals_of(
-    runs: list[Run], used: dict[str, tuple[Used, ...]], span: float
+    runs: list[Run], used: dict[str, tuple[UsedColumn, ...]], span: float
 ) -> tuple[tuple[SignalSheet, ...], dict[str, NoiseRead], dict[str, str]]:
     """Sheets of the signals, what was read off them, and remarks on each number."""
-    found: dict[str, Used] = {}
+    found: dict[str, UsedColumn] = {}
     for u in (u for own in used.values() for u in own if u.role == "signal" and u.at):
         found.setdefault(u.name, u)
     sheets: list[SignalSheet] = []
@@ -159,7 +161,7 @@ def signals_of(
     return tuple(sheets), noise, remarks
 
 
-def _sheet(name: str, u: Used, read: NoiseRead) -> SignalSheet:
+def _sheet(name: str, u: UsedColumn, read: NoiseRead) -> SignalSheet:
     own, where, kind = u.entry, f"columns.{u.column.name}", PLACES[u.at]
 
     def si(text: str | None, key: str, otherwise: float) -> float:
@@ -174,10 +176,10 @@ def _sheet(name: str, u: Used, read: NoiseRead) -> SignalSheet:
         at=u.at,
         kind=kind,
         unit=WRITTEN[kind],
-        white=_three(si(own.white, "white", read.white if u.by_hand is None else u.by_hand)),
-        zero=_three(si(own.zero, "zero", read.zero)),
+        white=_round(si(own.white, "white", read.white if u.by_hand is None else u.by_hand)),
+        zero=_round(si(own.zero, "zero", read.zero)),
         gain=GAIN if own.gain is None else number_of(own.gain, f"{where}.gain", "number"),
-        wander_sd=_three(wander_sd),
+        wander_sd=_round(wander_sd),
         wander_length=length,
     )
 
@@ -197,7 +199,7 @@ def number_of(text: str, where: str, kind: str = "length") -> float:
     return value * UNITS[unit][1]
 
 
-def _three(x: float) -> float:
+def _round(x: float) -> float:
     return float(f"{x:.3g}")
 
 

@@ -17,7 +17,7 @@ import pandas as pd
 
 from belt_sim.campaign.problems import CampaignError, Problem
 from belt_sim.errors import InputError
-from belt_sim.importing.roles import proposed
+from belt_sim.importing.roles import propose_roles
 from belt_sim.importing.types import Column, Logged, LoggedTable, Note
 from belt_sim.importing.units import unit_named
 
@@ -102,9 +102,9 @@ def read(files: Sequence[str | Path], form: Mapping[str, Any] | None = None) -> 
         raise InputError("files", twice, "", "is named twice; name each file once")
     tables: list[LoggedTable] = []
     for path in paths:
-        data = _bytes(path)
-        tables += _workbook(path, form) if data.startswith(b"PK\x03\x04") else [_text(path, data, form)]
-    return Logged(tables=tuple(proposed(t) for t in _named_apart(tables)))
+        data = _read_bytes(path)
+        tables += _read_workbook(path, form) if data.startswith(b"PK\x03\x04") else [_read_text(path, data, form)]
+    return Logged(tables=tuple(propose_roles(t) for t in _rename_twins(tables)))
 
 
 def refuse(file: Path | str, remedy: str, **more: Any) -> CampaignError:
@@ -112,7 +112,7 @@ def refuse(file: Path | str, remedy: str, **more: Any) -> CampaignError:
     return CampaignError([Problem(file=str(file), remedy=remedy, **more)])
 
 
-def _named_apart(tables: list[LoggedTable]) -> list[LoggedTable]:
+def _rename_twins(tables: list[LoggedTable]) -> list[LoggedTable]:
     """Tables of one name get a number to tell them apart."""
     found: list[LoggedTable] = []
     for table in tables:
@@ -126,7 +126,7 @@ def _named_apart(tables: list[LoggedTable]) -> list[LoggedTable]:
 # ---- text files
 
 
-def _bytes(file: Path) -> bytes:
+def _read_bytes(file: Path) -> bytes:
     """The content of a file that is there and not empty."""
     try:
         if not file.is_file():
@@ -144,12 +144,14 @@ def _bytes(file: Path) -> bytes:
     return data
 
 
-def _decoded(file: Path, data: bytes, stated: str | None) -> tuple[str, str]:
+def _decode(file: Path, data: bytes, stated: str | None) -> tuple[str, str]:
     """(text, encoding): as stated, by its mark, UTF-16 by its zero bytes, else UTF-8, else cp1252 (Windows)."""
     for magic, what in _FORMATS:
         if data.startswith(magic):
             raise refuse(file, f"is {what}")
-    encoding = stated or next((name for mark, name in _MARKS if data.startswith(mark)), None) or _guess(file, data)
+    encoding = (
+        stated or next((name for mark, name in _MARKS if data.startswith(mark)), None) or _guess_encoding(file, data)
+    )
     try:
         text = data.decode(encoding)
     except UnicodeDecodeError:
@@ -164,7 +166,7 @@ def _decoded(file: Path, data: bytes, stated: str | None) -> tuple[str, str]:
     return text, encoding
 
 
-def _guess(file: Path, data: bytes) -> str:
+def _guess_encoding(file: Path, data: bytes) -> str:
     head = data[:HEAD]
     even, odd, half = head[0::2].count(0), head[1::2].count(0), len(head) / 2.0
     if odd > 0.6 * half and even < 0.05 * half:
@@ -180,8 +182,8 @@ def _guess(file: Path, data: bytes) -> str:
     return "utf-8"
 
 
-def _text(file: Path, data: bytes, form: Mapping[str, Any]) -> LoggedTable:
-    text, encoding = _decoded(file, data, form.get("encoding"))
+def _read_text(file: Path, data: bytes, form: Mapping[str, Any]) -> LoggedTable:
+    text, encoding = _decode(file, data, form.get("encoding"))
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     longest = max(map(len, lines))
     if longest > LONGEST_LINE:
@@ -266,7 +268,7 @@ def _rows(file: Path, lines: list[str], layout: Layout) -> tuple[list[str], list
 # ---- workbooks
 
 
-def _workbook(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
+def _read_workbook(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
     """Every sheet that holds a table of numbers; raises CampaignError without any."""
     try:
         with zipfile.ZipFile(file) as packed:
@@ -458,7 +460,7 @@ def _columns(
     for (name, cells), unit in zip(frame.items(), layout.units, strict=True):
         values, is_stamp = _values(cells, layout.decimal, lines, place)
         if values.dtype != object and not is_stamp:
-            values, code = _without_codes(values, form.get("missing"))
+            values, code = _mask_codes(values, form.get("missing"))
             if code is not None:
                 rows = lines[np.isnan(values) & (pd.to_numeric(cells, errors="coerce") == code).to_numpy()]
                 shown = ", ".join(map(str, rows[:5])) + (" ..." if len(rows) > 5 else "")
@@ -469,7 +471,7 @@ def _columns(
     return tuple(found), remarks
 
 
-def _without_codes(values: np.ndarray, stated: Any) -> tuple[np.ndarray, float | None]:
+def _mask_codes(values: np.ndarray, stated: Any) -> tuple[np.ndarray, float | None]:
     """The numbers without those that stand for no reading: as stated, else of CODES what lies far off all others."""
     if stated is not None:
         codes = [float(c) for c in (stated if isinstance(stated, list | tuple) else [stated])]

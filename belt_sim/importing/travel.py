@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.campaign.problems import CampaignError, Problem
-from belt_sim.importing.roles import Used
+from belt_sim.importing.roles import UsedColumn
 from belt_sim.importing.types import LoggedTable
 
 #: A run begins anew where time or travel falls back to within this share of where the file began.
@@ -19,7 +19,7 @@ class Block:
     """rows of one table that are one run; name: as proposed; text: what may state its settings (file or run name)."""
 
     table: LoggedTable
-    used: tuple[Used, ...]
+    used: tuple[UsedColumn, ...]
     rows: np.ndarray
     name: str
     text: str
@@ -38,7 +38,7 @@ class Block:
         return CampaignError([Problem(file=file, line=line, name=name, value=value, unit=unit, remedy=remedy)])
 
 
-def blocks_of(table: LoggedTable, used: tuple[Used, ...]) -> list[Block]:
+def blocks_of(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[Block]:
     """The runs of one table: by its run column, else where the file, its time or its travel begins anew."""
     run = next((u for u in used if u.role == "run"), None)
     rows = np.arange(len(table.lines))
@@ -70,7 +70,7 @@ def run_name(text: str) -> str:
     return f"r{kept}" if kept[:1].isdigit() or not kept else kept
 
 
-def _restarts(table: LoggedTable, used: tuple[Used, ...]) -> list[int]:
+def _restarts(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[int]:
     """Rows at which time or travel falls back to where it began."""
     for role in ("travel", "time"):
         key = next((u for u in used if u.role == role), None)
@@ -115,7 +115,7 @@ def travel_of(block: Block, speed: float | None) -> Travel | None:
     time, notes = _time(block)
     travel = block.values("travel")
     if travel is not None:
-        return _logged(block, travel, time, notes)
+        return _logged_travel(block, travel, time, notes)
     if time is None:
         return None
     logged = block.values("speed")
@@ -169,7 +169,7 @@ def _time(block: Block) -> tuple[np.ndarray | None, list[str]]:
     return out, ["several rows have one time stamp: they were spread evenly"]
 
 
-def _logged(block: Block, travel: np.ndarray, time: np.ndarray | None, notes: list[str]) -> Travel:
+def _logged_travel(block: Block, travel: np.ndarray, time: np.ndarray | None, notes: list[str]) -> Travel:
     """Travel as logged, from 0 on and rising whichever way the belt runs; rows where it stands still fall together."""
     there = np.isfinite(travel) if time is None else np.isfinite(travel) & np.isfinite(time)
     keep = np.flatnonzero(there)
@@ -259,7 +259,7 @@ def _nice(step: float) -> float:
     return float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= step * (1.0 - 1e-9)))
 
 
-def resampled(track: Track, step: float) -> Track:
+def resample(track: Track, step: float) -> Track:
     """Averages over bins of ``step`` [m] about its multiples; with step 0 only rows of one travel fall together."""
     if step > 0.0:
         bins = np.rint(track.travel / step).astype(int)
@@ -287,7 +287,7 @@ def _mean(values: np.ndarray, where: np.ndarray, count: int) -> np.ndarray:
     return np.where(number > 0, total / np.maximum(number, 1), np.nan)
 
 
-def merged(tracks: list[Track]) -> Track:
+def merge_tracks(tracks: list[Track]) -> Track:
     """Records of one run from several files or curves, on all their travels."""
     if len(tracks) == 1:
         return tracks[0]
@@ -305,7 +305,7 @@ def merged(tracks: list[Track]) -> Track:
     return Track(name=tracks[0].name, travel=travel, time=time, signals=signals)
 
 
-def cut_alike(groups: list[list[int]], tracks: list[Track]) -> list[Track]:
+def cut_repeats(groups: list[list[int]], tracks: list[Track]) -> list[Track]:
     """Repeats (groups of positions) cut to the shortest, where they differ by little, so that they compare."""
     out = list(tracks)
     for group in groups:
@@ -316,12 +316,12 @@ def cut_alike(groups: list[list[int]], tracks: list[Track]) -> list[Track]:
     return out
 
 
-def counted_from_yaw(tracks: list[Track], yaw_at: list[float]) -> tuple[list[Track], list[str]]:
+def count_from_yaw(tracks: list[Track], yaw_at: list[float]) -> tuple[list[Track], list[str]]:
     """Readings counted from where each point was when the yaw was applied [m], and what was taken off, in words."""
     out: list[Track] = []
     off: dict[str, list[float]] = {}
     for track, at in zip(tracks, yaw_at, strict=True):
-        starts = {name: at_yaw(track.travel, y, at) for name, y in track.signals.items()}
+        starts = {name: reading_at_yaw(track.travel, y, at) for name, y in track.signals.items()}
         signals = {name: np.round(y - starts[name], DECIMALS) for name, y in track.signals.items()}
         out.append(Track(name=track.name, travel=track.travel, time=track.time, signals=signals))
         for name, start in starts.items():
@@ -332,7 +332,7 @@ def counted_from_yaw(tracks: list[Track], yaw_at: list[float]) -> tuple[list[Tra
     return out, [f"readings count from where each point was at the yaw; taken off: {', '.join(told)} (mm or mrad)"]
 
 
-def at_yaw(travel: np.ndarray, y: np.ndarray, yaw_at: float) -> float:
+def reading_at_yaw(travel: np.ndarray, y: np.ndarray, yaw_at: float) -> float:
     """Reading [SI] at the yaw: the mean of what stands before it, else a line through the first readings after it."""
     there = np.isfinite(y)
     before = there & (travel < yaw_at)

@@ -33,7 +33,7 @@ def import_files(
     for every answer that is missing.
     """
     entry = mapping_of(mapping)
-    logged = read([name for f in files for name in named(f)], entry.format.model_dump(exclude_none=True))
+    logged = read([name for f in files for name in expand_pattern(f)], entry.format.model_dump(exclude_none=True))
     proposal = understand(logged, entry)
     if draft is not None:
         path = Path(draft)
@@ -58,7 +58,7 @@ def import_files(
     return campaign
 
 
-def named(file: str) -> list[str]:
+def expand_pattern(file: str) -> list[str]:
     """The files that a name with * or ? stands for, where the shell has left it as it is; else the name itself."""
     found = [] if Path(file).exists() or not set("*?") & set(file) else sorted(glob(file))
     return found or [file]
