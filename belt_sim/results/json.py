@@ -340,7 +340,7 @@ def _read_diagnosis(c: dict[str, Any], drawings: Drawings) -> Diagnosis:
         sentence=c["sentence"],
         effects=tuple(_read_found(e) for e in c["effects"]),
         ranking=tuple(_read_candidate(r) for r in c["ranking"]),
-        considered=tuple(_read_explanation(e) for e in c["considered"]),
+        considered=tuple(_read_explanation(e) for e in c.get("considered", ())),
         rounds=tuple(tuple(Tried(**_read_tried(t)) for t in trials) for trials in c["rounds"]),
         error=_read_errors(c["error"]),
         where=_read_where(c["where"]),
