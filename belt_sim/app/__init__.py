@@ -1,5 +1,5 @@
-"""A local web page for people who do not use terminals: simulate with sliders, compare and diagnose own measurements.
+"""A local web page for people who do not use terminals: simulate with sliders, compare and diagnose measurements.
 
-It is served on the loopback address only, by NiceGUI (the extra ``app``). ``guard`` says who may speak to the server,
-``intray`` what becomes of dropped files, ``jobs`` and ``worker`` how long work runs beside the page.
+NiceGUI (the extra ``app``) serves it on the loopback address only. ``security`` decides which requests pass, ``upload``
+sorts dropped files, ``jobs`` and ``worker`` run long work in a process of its own.
 """

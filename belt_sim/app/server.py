@@ -17,9 +17,9 @@ from fastapi.responses import Response
 from nicegui import app as pages_app
 from nicegui import ui
 
-from belt_sim.app.desk import Desk
-from belt_sim.app.guard import Guard
 from belt_sim.app.pages import measurements, simulate
+from belt_sim.app.security import Guard
+from belt_sim.app.session import Session
 from belt_sim.errors import InputError
 
 ADDRESS = "127.0.0.1"
@@ -54,8 +54,8 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
     ear = listen(port)
     chosen = ear.getsockname()[1]
     address = f"http://{ADDRESS}:{chosen}"
-    desk = Desk(folder)
-    outer = application(desk, chosen)
+    session = Session(folder)
+    outer = application(session, chosen)
     print(f"belt_sim is open at {address}; only this machine can reach it. Ctrl-C ends it.", flush=True)
     if show:
         threading.Timer(1.0, webbrowser.open, (address,)).start()
@@ -64,13 +64,13 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
         uvicorn.Server(config).run(sockets=[ear])
 
 
-def application(desk: Desk, port: int) -> FastAPI:
+def application(session: Session, port: int) -> FastAPI:
     """Pages and files behind the guard."""
     outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     simulate.add()
-    measurements.add(desk)
-    _results(outer, desk)
-    pages_app.on_shutdown(desk.close)
+    measurements.add(session)
+    _results(outer, session)
+    pages_app.on_shutdown(session.close)
     pages_app.on_exception(_tell)
     ui.run_with(
         outer,
@@ -90,13 +90,13 @@ def _tell(error: Exception) -> None:
     traceback.print_exception(error)
 
 
-def _results(outer: FastAPI, desk: Desk) -> None:
+def _results(outer: FastAPI, session: Session) -> None:
     """Reports and zips of the results, by number: no path comes from outside."""
 
     def answer(number: int, make: Any) -> Response:
-        if not 1 <= number <= len(desk.jobs) or desk.jobs[number - 1].running:
+        if not 1 <= number <= len(session.jobs) or session.jobs[number - 1].running:
             return Response("there is no such result", 404, media_type="text/plain")
-        return make(desk.jobs[number - 1].folder)
+        return make(session.jobs[number - 1].folder)
 
     @outer.get("/results/{number}/report")
     def report(number: int) -> Response:

@@ -5,7 +5,7 @@ import zipfile
 
 import pytest
 
-from belt_sim.app.guard import MAX_UPLOAD
+from belt_sim.app.security import MAX_UPLOAD
 
 CURVE = "document.querySelector('[data-name=curves]')?.data?.[0]?.y"
 DRAWN = "[data-name={}] .scatterlayer path.js-line"

@@ -3,8 +3,8 @@
 from nicegui import ui
 
 from belt_sim import si
-from belt_sim.app import look, plots
-from belt_sim.app.desk import Desk
+from belt_sim.app import plots, widgets
+from belt_sim.app.session import Session
 from belt_sim.campaign import Campaign, Quantity, Run
 from belt_sim.results import words
 
@@ -18,21 +18,21 @@ BELT = {
 }
 
 
-def campaign_view(desk: Desk) -> None:
-    """The card of the campaign on the desk; nothing without one."""
-    campaign = desk.campaign
-    if campaign is None or desk.importing is not None:
+def campaign_view(session: Session) -> None:
+    """Draw the card of the current campaign; nothing without one."""
+    campaign = session.campaign
+    if campaign is None or session.importing is not None:
         return
-    with look.card("2. What was understood", str(campaign)):
-        look.facts(_facts(campaign), "wide")
-        for found in desk.suspicions:
-            look.told(f"{found.kind.replace('_', ' ')}: {found.sentence}")
+    with widgets.card("2. What was understood", str(campaign)):
+        widgets.facts(_facts(campaign), "wide")
+        for found in session.suspicions:
+            widgets.notice(f"{found.kind.replace('_', ' ')}: {found.sentence}")
         recorded = {r.name: r for r in campaign.runs if r.signals}
         if recorded:
             curves(campaign, recorded)
-        if desk.taken is not None:
+        if session.taken is not None:
             with ui.element("div").classes("line"):
-                ui.button("Change how the files were read", on_click=desk.back_to_import).props("flat no-caps dense")
+                ui.button("Change how the files were read", on_click=session.back_to_import).props("flat no-caps dense")
         with ui.expansion("All runs and sensors").classes("w-full"):
             _runs(campaign)
             _signals(campaign)
@@ -66,7 +66,7 @@ def _runs(campaign: Campaign) -> None:
         settings = (words.tension(r.tension), words.yaw(r.yaw), words.number(r.speed), f"{r.direction:+g}")
         rows.append((r.name, *settings, travel, str(len(r.travel)), r.repeat_of or "", r.use.replace("_", " ")))
     columns = ("run", "N/mm²", "yaw °", "m/s", "direction", "travel m", "samples", "repeats", "use")
-    look.table(columns, rows, left=("run", "repeats", "use"))
+    widgets.table(columns, rows, left=("run", "repeats", "use"))
 
 
 def _signals(campaign: Campaign) -> None:
@@ -75,4 +75,4 @@ def _signals(campaign: Campaign) -> None:
         for s in campaign.signals
     ]
     columns = ("sensor", "place", "noise (mm or mrad)", "zero", "wander")
-    look.table(columns, rows, left=("sensor", "place"))
+    widgets.table(columns, rows, left=("sensor", "place"))

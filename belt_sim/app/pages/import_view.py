@@ -6,10 +6,10 @@ from typing import Any
 
 from nicegui import run, ui
 
-from belt_sim.app import look
-from belt_sim.app.desk import Desk
-from belt_sim.app.importing import GROUPS, OF_RUN, Import, Place
+from belt_sim.app import widgets
+from belt_sim.app.import_session import GROUPS, OF_RUN, Import, Place
 from belt_sim.app.pages.campaign_view import curves
+from belt_sim.app.session import Session
 from belt_sim.campaign.types import PLACES
 from belt_sim.importing.types import ROLES
 from belt_sim.reports.importing import noise_table, runs_table
@@ -49,21 +49,21 @@ class Form:
         self.fields[place] = lambda: str(made.value or "").strip(), value
 
 
-def import_view(desk: Desk) -> None:
-    """The card of the import on the desk; nothing without one."""
-    now = desk.importing
+def import_view(session: Session) -> None:
+    """Draw the card of the current import; nothing without one."""
+    now = session.importing
     if now is None:
         return
     form = Form()
 
     async def again() -> None:
-        await run.io_bound(desk.answer, form.changed())
+        await run.io_bound(session.answer, form.changed())
 
     async def take() -> None:
-        await run.io_bound(desk.take, form.changed())
+        await run.io_bound(session.take, form.changed())
 
     why = "Mend what is wrong, answer what is asked, and look again until it is right. Then take it."
-    with look.card("2. What your files seem to say", why):
+    with widgets.card("2. What your files seem to say", why):
         _columns(form, now)
         _questions(form, now)
         _runs(form, now)
@@ -140,7 +140,7 @@ def _understood(now: Import) -> None:
 
 
 def _table(t: Table) -> None:
-    look.table(t.columns, t.rows, title=t.title, left=t.left, marked=t.marked)
+    widgets.table(t.columns, t.rows, title=t.title, left=t.left, marked=t.marked)
 
 
 def _name(place: Place) -> str:

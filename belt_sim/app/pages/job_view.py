@@ -5,26 +5,26 @@ from typing import Any
 
 from nicegui import ui
 
-from belt_sim.app import look, plots
-from belt_sim.app.desk import Desk, shown
+from belt_sim.app import plots, widgets
 from belt_sim.app.jobs import Job
+from belt_sim.app.session import Session, shown
 
 HEADLINES = {"stopped": "Stopped", "failed": "No result", "finished": "Done"}
 GOOD = ("adequate", "explained")
 
 
-def job_view(desk: Desk) -> None:
+def job_view(session: Session) -> None:
     """The card of the latest work; nothing before the first."""
-    job = desk.job
+    job = session.job
     if job is None:
         return
-    with look.card(f"4. {job.title}"):
+    with widgets.card(f"4. {job.title}"):
         if job.running:
             _running(job)
             return
         ui.label(f"{HEADLINES[job.state]} after {job.seconds:.0f} s").classes("soft small")
         if job.state == "finished":
-            _finished(desk, job)
+            _finished(session, job)
 
 
 def _running(job: Job) -> None:
@@ -45,11 +45,11 @@ def _running(job: Job) -> None:
         ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative")
 
 
-def _finished(desk: Desk, job: Job) -> None:
-    number = desk.jobs.index(job) + 1
+def _finished(session: Session, job: Job) -> None:
+    number = session.jobs.index(job) + 1
     content = shown(job)
     if "verdict" in content:
-        _diagnosed(desk, number, content)
+        _diagnosed(session, number, content)
     else:
         _compared(content)
     with ui.element("div").classes("line"):
@@ -63,17 +63,17 @@ def _short(folder: Path) -> Path:
     return folder.relative_to(here) if folder.is_relative_to(here) else folder
 
 
-def _diagnosed(desk: Desk, number: int, content: dict[str, Any]) -> None:
+def _diagnosed(session: Session, number: int, content: dict[str, Any]) -> None:
     """The verdict, a way to compare again, and the report."""
     kind = "good" if content["verdict"] in GOOD else ""
     for line in content["lines"]:
-        look.told(f"{content['headline']}. {line}", kind)
+        widgets.notice(f"{content['headline']}. {line}", kind)
     with ui.element("div").classes("line"):
         ui.link("Report in a tab of its own", f"/results/{number}/report", new_tab=True)
         if content["effects"]:
 
             def again() -> None:
-                desk.take_effects(content["effects"], "the diagnosis")
+                session.take_effects(content["effects"], "the diagnosis")
 
             ui.button("Use what was found in compare", on_click=again).props("flat no-caps dense")
     source = f"/results/{number}/report"
@@ -92,4 +92,4 @@ def _compared(content: dict[str, Any]) -> None:
         drawn = ui.plotly(plots.of_report(panels[first]["figure"])).props("data-name=overlay")
         chooser.on_value_change(lambda e: drawn.update_figure(plots.of_report(panels[e.value]["figure"])))
     for t in content["tables"]:
-        look.table(t["columns"], t["rows"], title=t["title"], left=t["left"], marked=t["marked"])
+        widgets.table(t["columns"], t["rows"], title=t["title"], left=t["left"], marked=t["marked"])

@@ -6,9 +6,9 @@ from typing import Any
 
 from nicegui import run, ui
 
-from belt_sim.app import look, plots
-from belt_sim.app.pages.controls import labelled_slider
+from belt_sim.app import plots, widgets
 from belt_sim.app.sliders import LONGEST, MODELS, Asked, choices, reach, simulated, warnings, words
+from belt_sim.app.widgets import labelled_slider
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
 from belt_sim.registry import model_named
@@ -65,7 +65,7 @@ def add() -> None:
     @ui.page("/", title="belt_sim")
     def page() -> None:
         view = View()
-        look.frame("/")
+        widgets.frame("/")
         with ui.element("div").classes("split"):
             with ui.element("div").classes("set"):
                 _sliders(view)
@@ -84,7 +84,7 @@ def _sliders(view: View) -> None:
 
         labelled_slider(label, getattr(view, name), low, high, step, to, mark=name)
 
-    with look.card("What is set"):
+    with widgets.card("What is set"):
         setting("tension", "tension [N/mm²]", 2.0, 80.0, 0.5)
         setting("yaw", "yaw of the tail pulley [degrees]", -0.2, 0.2, 0.002)
         setting("travel", "belt travel [m]", 5.0, LONGEST, 1.0)
@@ -102,13 +102,13 @@ def _choices(view: View) -> None:
         made = ui.select(options, value=getattr(view, name), label=label, on_change=choose)
         return made.classes("w-full").props(f"data-name={name}")
 
-    with look.card("Model and machine"):
+    with widgets.card("Model and machine"):
         pick("model", "model", TITLES)
         pick("beside", "beside it, dotted", {"": "none"} | TITLES)
         rig = pick("rig", "machine", RIGS)
         with ui.element("div").classes("w-full").bind_visibility_from(rig, "value", value="own"):
             _own(view, moved)
-    with look.card("What may be wrong", "Add an effect and move its size."):
+    with widgets.card("What may be wrong", "Add an effect and move its size."):
         _effects(view, moved)
 
 
@@ -159,7 +159,7 @@ def _start(effect_id: str) -> dict[str, float]:
 
 
 def _answers(view: View) -> None:
-    with look.card("Where the belt runs"):
+    with widgets.card("Where the belt runs"):
         view.places["curves"] = ui.plotly(plots.figure([], "", "", 420)).props("data-name=curves")
         busy = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
         busy.set_visibility(False)
@@ -167,7 +167,7 @@ def _answers(view: View) -> None:
         view.places["said"] = ui.element("div").classes("card-lines").props("data-name=said")
         view.places["facts"] = ui.element("div").classes("w-full").props("data-name=facts")
         ui.label("Late rates of points 1-4: over the last fifth of the travel shown.").classes("soft small")
-    with look.card("How slack its edges become") as below:
+    with widgets.card("How slack its edges become") as below:
         view.places["edges"] = ui.plotly(plots.figure([], "", "", 240))
     view.places["edges_card"] = below
 
@@ -218,7 +218,7 @@ def _show(view: View, shown: Simulation, beside: Simulation | None) -> None:
         places["edges"].update_figure(slacker)
     places["facts"].clear()
     with places["facts"]:
-        look.facts(_facts(shown))
+        widgets.facts(_facts(shown))
     left_out = [words(i) for i in view.effects if i not in choices(view.model)]
     calm = [f"{view.model} cannot have this effect: {name}" for name in left_out]
     _say(view, warnings(shown), calm)
@@ -240,6 +240,6 @@ def _say(view: View, warned: list[str], calm: list[str]) -> None:
     view.places["said"].clear()
     with view.places["said"]:
         for line in warned:
-            look.told(line)
+            widgets.notice(line)
         for line in calm:
-            look.told(line, "calm")
+            widgets.notice(line, "calm")

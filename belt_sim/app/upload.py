@@ -1,4 +1,4 @@
-"""What becomes of dropped files: campaigns, effects, a logger's files; the rest is refused in one line.
+"""Sort uploaded files into campaigns, effects and logger files; anything else is refused in one line.
 
 A file is known by its last name only, so that no path in a name or in a zip leads anywhere else; nothing is unpacked
 but the files of a campaign, and no more of them than ``LARGEST``.
@@ -9,11 +9,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
-from belt_sim.app.effects_file import NO_CODE
-from belt_sim.app.guard import MAX_UPLOAD, MEBI
-from belt_sim.campaign.problems import quoted
+import yaml
+
+from belt_sim.app.security import MAX_UPLOAD, MEBI
+from belt_sim.campaign.marked_yaml import parse
+from belt_sim.campaign.problems import CampaignError, Problem, quoted
 from belt_sim.campaign.read import FILES
+from belt_sim.effects.library import library
+from belt_sim.effects.load import SCHEMA, load_effects
 from belt_sim.errors import BeltError, InputError
 
 SHEET = "campaign.yaml"
@@ -115,9 +120,56 @@ def _members(archive: zipfile.ZipFile, name: str, wanted: Mapping[str, str]) -> 
         yield wanted[member], b"".join(pieces)
 
 
-def lay(folder: Path, files: Mapping[str, bytes]) -> Path:
+def write_files(folder: Path, files: Mapping[str, bytes]) -> Path:
     """Write files into ``folder``, by their last names."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():
         (folder / safe(last_name(name))).write_bytes(data)
     return folder
+
+
+LARGEST_EFFECTS = 64 * 1024  # bytes; all effects at once have a tenth of it
+NO_CODE = "code is not run from this page; name it on the command line: belt-sim diagnose effects=[my_effect.py]"
+
+
+def read_effects(name: str, data: bytes) -> list[dict[str, Any]]:
+    """Effects as [{id: taper, kappa_t: 2e-5}]; raises InputError, CampaignError for what is not of the library."""
+    if name.lower().endswith(".py"):
+        raise InputError("effects", name, "", NO_CODE)
+    if len(data) > LARGEST_EFFECTS:
+        raise InputError("effects", name, "", f"must be at most {LARGEST_EFFECTS // 1024} kB; is this an effects.yaml?")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError("effects", name, "", "not UTF-8; save the file as UTF-8 text") from error
+    problems: list[Problem] = []
+    parse(text, name, problems)  # syntax, anchors, aliases
+    if problems:
+        raise CampaignError(problems[:1])
+    try:
+        content = yaml.safe_load(text)
+    except yaml.YAMLError as error:  # a tag
+        raise InputError("effects", name, "", "not plain YAML; write names and numbers, without tags") from error
+    if not isinstance(content, Mapping) or content.get("schema") != SCHEMA or not _is_list(content.get("effects")):
+        raise InputError("effects", name, "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
+    found = [_flat(name, entry) for entry in content["effects"] or []]
+    load_effects(found)  # names and numbers
+    return found
+
+
+def _is_list(entries: Any) -> bool:
+    return entries is None or isinstance(entries, list)
+
+
+def _flat(name: str, entry: Any) -> dict[str, Any]:
+    """{id: taper, parameters: {kappa_t: 2e-5}} as {id: taper, kappa_t: 2e-5}."""
+    if not isinstance(entry, Mapping) or not isinstance(entry.get("id"), str):
+        raise InputError("effects", name, "", "every entry needs an id and its parameters")
+    if entry["id"].endswith(".py"):
+        raise InputError("effects", quoted(entry["id"]), "", NO_CODE)
+    if entry["id"] not in library():
+        raise InputError("effects", quoted(entry["id"]), "", f"use one of {', '.join(library())}")
+    parameters = entry.get("parameters") or {}
+    if not isinstance(parameters, Mapping):
+        raise InputError(f"effects.{entry['id']}.parameters", quoted(parameters), "", "write name: number, one a line")
+    return {str(k): v for k, v in entry.items() if k != "parameters"} | {str(k): v for k, v in parameters.items()}

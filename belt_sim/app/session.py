@@ -1,4 +1,4 @@
-"""What lies on the desk: the campaign, the effects, work and results. One a server: tabs share it."""
+"""State of the app: the campaign, the effects, work and results. One per server: tabs share it."""
 
 import asyncio
 import json
@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from belt_sim.app import intray
-from belt_sim.app.effects_file import read_effects
-from belt_sim.app.importing import Import, Place, begin, read_mapping
+from belt_sim.app import upload
+from belt_sim.app.import_session import Import, Place, begin, read_mapping
 from belt_sim.app.jobs import Job
+from belt_sim.app.upload import read_effects
 from belt_sim.app.worker import SHOWN
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
 from belt_sim.campaign.read import FILES, campaign_folder
@@ -23,7 +23,7 @@ ASKED = {"model": "beam_th2", "candidates": [], "bootstraps": BOOTSTRAPS}
 
 
 @dataclass
-class Desk:
+class Session:
     """State of the page of measurements; version grows with every change that pages have to show."""
 
     folder: Path
@@ -53,7 +53,7 @@ class Desk:
 
     def drop(self, files: list[tuple[str, bytes]]) -> None:
         """Take dropped files."""
-        tray = intray.sort_files(files)
+        tray = upload.sort_files(files)
         said = list(tray.said)
         if tray.loggers or tray.mapping:
             said += self._import_from(tray)
@@ -66,26 +66,26 @@ class Desk:
                 said += str(error).splitlines()
         self.changed(*said)
 
-    def _campaign_from(self, tray: intray.Tray) -> list[str]:
+    def _campaign_from(self, tray: upload.Tray) -> list[str]:
         """A new campaign, or files that were missing in the one dropped before."""
         before = {}
-        if intray.SHEET not in tray.campaign and self.campaign_folder is not None:
+        if upload.SHEET not in tray.campaign and self.campaign_folder is not None:
             before = {n: (self.campaign_folder / n).read_bytes() for n in FILES if (self.campaign_folder / n).is_file()}
         self._drops += 1
         self.taken = None
-        return self._open(intray.lay(self.folder / f"campaign_{self._drops}", {**before, **tray.campaign}))
+        return self._open(upload.write_files(self.folder / f"campaign_{self._drops}", {**before, **tray.campaign}))
 
-    def _import_from(self, tray: intray.Tray) -> list[str]:
+    def _import_from(self, tray: upload.Tray) -> list[str]:
         """Begin an import of a logger's files, or apply a mapping to those that are there."""
         self._drops += 1
         before = self.importing or self.taken
         try:
             mapping = read_mapping(*tray.mapping) if tray.mapping else {}
             if tray.loggers:
-                folder = intray.lay(self.folder / f"import_{self._drops}" / "files", tray.loggers)
+                folder = upload.write_files(self.folder / f"import_{self._drops}" / "files", tray.loggers)
                 self.importing = begin([folder / name for name in tray.loggers], mapping)
             elif before is None:
-                return [f"{intray.MAPPING}: drop the logger's files with it"]
+                return [f"{upload.MAPPING}: drop the logger's files with it"]
             else:
                 self.importing = begin(before.files, mapping)
         except BeltError as error:
@@ -134,12 +134,12 @@ class Desk:
         return []
 
     def take_effects(self, effects: list[dict[str, Any]], name: str) -> None:
-        """Put effects on the desk."""
+        """Use these effects in comparisons."""
         self.effects, self.effects_name = effects, name
         self.changed()
 
     def forget_effects(self) -> None:
-        """Take the effects off the desk."""
+        """Forget the effects."""
         self.effects, self.effects_name = [], ""
         self.changed()
 

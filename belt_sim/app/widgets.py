@@ -1,7 +1,7 @@
-"""One look for all pages: header, cards, lines of text, tables."""
+"""Widgets of all pages: header, cards, notices, tables, sliders."""
 
 import html
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import ui
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
-CSS = (Path(__file__).parent / "look.css").read_text(encoding="utf-8")
+CSS = (Path(__file__).parent / "widgets.css").read_text(encoding="utf-8")
 SCHEMES = {None: ("brightness_auto", "as the system"), False: ("light_mode", "light"), True: ("dark_mode", "dark")}
 NEXT = {None: False, False: True, True: None}
 
@@ -45,7 +45,7 @@ def card(title: str = "", why: str = "") -> Any:
         yield made
 
 
-def told(line: str, kind: str = "") -> None:
+def notice(line: str, kind: str = "") -> None:
     """A line that has to be seen; kind: "" (a warning), calm or good."""
     ui.label(line).classes(f"told {kind}".strip()).props("role=status" if kind else "role=alert")
 
@@ -77,3 +77,49 @@ def table(
     ui.html(f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>", sanitize=False).classes(
         "scroll"
     )
+
+
+OFTEN = 0.08  # [s] between two values that a moving slider sends
+
+
+def labelled_slider(
+    label: str,
+    value: float,
+    low: float,
+    high: float,
+    step: float,
+    to: Callable[[float], Awaitable[None]],
+    *,
+    mark: str,
+) -> None:
+    """``to`` hears of every new value between ``low`` and ``high``."""
+    with ui.element("div").classes("asked"):
+        ui.label(label).classes("label")
+        slider = (
+            ui.slider(min=low, max=high, step=step, value=value)
+            .props(f"data-name='slider-{mark}'")
+            .props(f"aria-label='{mark}'")
+        )
+        number = ui.number(value=_short(value), format="%.6g").props("dense outlined hide-bottom-space debounce=400")
+        number.props(f"data-name='number-{mark}'").props(f"aria-label='{mark} number'")
+
+    async def slid(event: Any) -> None:
+        number.set_value(_short(float(event.args)))
+        await to(float(event.args))
+
+    async def typed(event: Any) -> None:
+        if event.args in (None, ""):
+            return
+        try:
+            wanted = min(max(float(event.args), low), high)
+        except ValueError:
+            return
+        slider.set_value(wanted)
+        await to(wanted)
+
+    slider.on("update:model-value", slid, throttle=OFTEN, leading_events=False)
+    number.on("update:model-value", typed)
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.4g}")

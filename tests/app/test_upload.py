@@ -7,10 +7,10 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim.app import intray
-from belt_sim.app.effects_file import read_effects
-from belt_sim.app.guard import MAX_UPLOAD, Guard
+from belt_sim.app import upload
+from belt_sim.app.security import MAX_UPLOAD, Guard
 from belt_sim.app.server import listen
+from belt_sim.app.upload import read_effects
 from belt_sim.errors import BeltError, InputError
 
 EFFECTS = b"schema: belt-effects/1\neffects:\n  - id: %s\n    parameters:\n      kappa_t: 2.0e-5\n"
@@ -26,21 +26,21 @@ def zipped(members: dict[str, bytes]) -> bytes:
 
 def test_a_zip_gives_the_files_beside_its_campaign_and_nothing_else():
     data = zipped({"mine/campaign.yaml": b"a", "mine/runs.csv": b"b", "runs.csv": b"c", "mine/run.sh": b"d"})
-    assert intray.sort_files([("mine.zip", data)]).campaign == {"campaign.yaml": b"a", "runs.csv": b"b"}
+    assert upload.sort_files([("mine.zip", data)]).campaign == {"campaign.yaml": b"a", "runs.csv": b"b"}
 
 
 def test_no_name_leads_out_of_the_folder(tmp_path):
     data = zipped({"../../campaign.yaml": b"a", "../../runs.csv": b"b", "/etc/signals.csv": b"c"})
-    tray = intray.sort_files([("x.zip", data), ("../../steady.csv", b"d"), ("..\\..\\signals.csv", b"e")])
-    intray.lay(tmp_path / "in", tray.campaign)
+    tray = upload.sort_files([("x.zip", data), ("../../steady.csv", b"d"), ("..\\..\\signals.csv", b"e")])
+    upload.write_files(tmp_path / "in", tray.campaign)
     found = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
     assert found == {f"in/{name}" for name in ("campaign.yaml", "runs.csv", "steady.csv", "signals.csv")}
 
 
 def test_a_zip_that_swells_is_stopped(monkeypatch):
-    monkeypatch.setattr(intray, "LARGEST", 2 * intray.PIECE)
-    data = zipped({"campaign.yaml": b"a", "signals.csv": b"0" * (3 * intray.PIECE)})
-    (line,) = intray.sort_files([("bomb.zip", data)]).said
+    monkeypatch.setattr(upload, "LARGEST", 2 * upload.PIECE)
+    data = zipped({"campaign.yaml": b"a", "signals.csv": b"0" * (3 * upload.PIECE)})
+    (line,) = upload.sort_files([("bomb.zip", data)]).said
     assert "bomb.zip" in line
     assert "2 MB" in line
 
@@ -56,7 +56,7 @@ def test_a_zip_that_swells_is_stopped(monkeypatch):
     ],
 )
 def test_files_of_no_use_have_one_line_each(name, data, told):
-    tray = intray.sort_files([(name, data)])
+    tray = upload.sort_files([(name, data)])
     assert not tray.campaign
     (line,) = tray.said
     assert told in line
