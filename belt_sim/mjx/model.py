@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-import jax
+import jax.numpy as jnp
 import mujoco
 import numpy as np
 from mujoco import mjx
@@ -114,8 +114,8 @@ class Command(NamedTuple):
 def command(model: Model, data: Data, speed: Array, yaw: Array, drag: Array | float = 1.0) -> Command:
     """The command of a controller: belt speed [m/s] and yaw [rad], (2,): head, tail; drag [1/s]: across the travel."""
     before = data.reading[READING["speed"]]
-    travel, one = data.travel + model.dt * speed, jax.numpy.ones(())
-    return Command(travel, one * speed, (speed - before) / model.dt, yaw, one, jax.numpy.stack([0.0 * one, drag * one]))
+    travel, one = data.travel + model.dt * speed, jnp.ones(())
+    return Command(travel, one * speed, (speed - before) / model.dt, yaw, one, jnp.stack([0.0 * one, drag * one]))
 
 
 @dataclass(frozen=True)
@@ -154,8 +154,7 @@ def prepare(
     if edit is not None:
         edit(spec)
     compiled = plain_model(spec, own[0].dt)
-    qpos = np.array(compiled.key_qpos[0])
-    shared = put(compiled, qpos)
+    shared = put(compiled, compiled.qpos0)
     scenes = [lay_out(c, BELTS[belt](), o, p) for c, o, p in zip(cases, own, several, strict=True)]
     return [_prepared(scene, belt, acting, compiled, *shared) for scene in scenes]
 
@@ -177,7 +176,7 @@ def _prepared(scene: Scene, belt: str, acting: Acting, compiled: mujoco.MjModel,
     numbers = mass, inertia, drag, drag * scene.parts.tail.radius**2, float(case.rig.centre_distance)
     model = Model(m, arrays, Tail(*map(np.array, numbers)), np.array(max(scene.options.settle, 1e-9)), shape)
     data = Data(
-        mjx=d.replace(qpos=qpos),
+        mjx=d.replace(qpos=jnp.asarray(qpos)),
         wraps=wraps,
         pose=pose,
         on_tail=np.array([-2.0 * float(case.tension_force), 0.0]),
@@ -204,18 +203,21 @@ def with_numbers_of(m: mjx.Model, scene: Scene, compiled: mujoco.MjModel) -> mjx
         body_mass[compiled.body(f"{name}-carriage").id] = mass
         armature[spin] = mass * radius**2
     body_pos[compiled.body("tail-carriage").id, 0] = float(case.rig.centre_distance)
-    option = m.opt.replace(
-        gravity=np.array([0.0, 0.0, -scene.parts.gravity]), timestep=np.array(float(scene.options.dt))
+    gravity, dt = jnp.array([0.0, 0.0, -scene.parts.gravity]), jnp.array(float(scene.options.dt))
+    return m.replace(  # arrays of JAX: those of NumPy are constants to MJX
+        body_pos=jnp.asarray(body_pos),
+        body_mass=jnp.asarray(body_mass),
+        dof_armature=jnp.asarray(armature),
+        opt=m.opt.replace(gravity=gravity, timestep=dt),
     )
-    return m.replace(body_pos=body_pos, body_mass=body_mass, dof_armature=armature, opt=option)
 
 
 def nodes_of(shape: Shape, flat: Array) -> Array:
     """Values by node (m, 3, n) of values by coordinate, those of the pulleys left out."""
     flat = flat[STATION_JOINTS:] if flat.shape[0] == STATION_JOINTS + 3 * shape.lines * shape.stations else flat
-    return jax.numpy.moveaxis(flat.reshape(shape.stations, shape.lines, 3), 0, -1)
+    return jnp.moveaxis(flat.reshape(shape.stations, shape.lines, 3), 0, -1)
 
 
 def flat_of(base: Array, nodes: Array) -> Array:
     """Values by coordinate: those of the pulleys' joints (5,), then those of the nodes (m, 3, n)."""
-    return jax.numpy.concatenate([base, jax.numpy.moveaxis(nodes, -1, 0).reshape(-1)])
+    return jnp.concatenate([base, jnp.moveaxis(nodes, -1, 0).reshape(-1)])

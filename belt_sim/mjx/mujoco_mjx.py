@@ -22,11 +22,12 @@ T = TypeVar("T")
 
 
 def plain_model(spec: mujoco.MjSpec, dt: float) -> mujoco.MjModel:
-    """The compiled model of ``spec`` without flex, tendons and equalities, for explicit steps of ``dt`` [s].
+    """The compiled model of ``spec`` without flex, tendons, equalities and key frames, for explicit steps of ``dt`` [s].
 
-    The spec loses them for good. MJX's own implicit damping is off: the belt's step has the damping already.
+    The spec loses them for good. Key frames are part of what JAX compiles for, so each case would be compiled anew.
+    MJX's own implicit damping is off: the belt's step has the damping already.
     """
-    for elements in (spec.flexes, spec.tendons, spec.equalities):
+    for elements in (spec.flexes, spec.tendons, spec.equalities, spec.keys):
         for element in list(elements):
             spec.delete(element)
     model = compiled(spec)

@@ -30,6 +30,7 @@ from belt_sim.paper import ROPE_EXAMPLE
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, acceleration=3.0)
 TRAVEL = 0.4
+RUN = jax.jit(step)  # one compilation for all loops below
 PARITY = 0.01  # of the largest y: native itself moves by as much when its step is halved
 
 
@@ -40,17 +41,43 @@ def beside(found, native, begin=0.05):
     return np.abs(y - wanted).max() / np.abs(wanted).max()
 
 
+class Watcher:
+    """Keeps what it is shown."""
+
+    def __init__(self):
+        self.frames, self.curves = [], None
+
+    def start(self, case, travel):
+        self.case = case
+
+    def frame(self, frame):
+        self.frames.append(frame)
+
+    def finish(self, curves):
+        self.curves = curves
+
+
 def test_a_batch_is_beside_native_and_each_case_by_itself():
-    yawed = paper_case(60.0, rig=ROPE_EXAMPLE)
-    straight = replace(yawed, settings=replace(yawed.settings, yaw=Schedule.step(0.0)))
-    slacker = paper_case(40.0, rig=ROPE_EXAMPLE)
-    found, still, other = simulate_batch([yawed, straight, slacker], travel=TRAVEL, options=COARSE, chunk=3)
+    """One is watched, one is straight, one runs off its pulleys and stops no other."""
+    yawed, slacker = (paper_case(t, rig=ROPE_EXAMPLE) for t in (60.0, 40.0))
+    straight, far = (replace(yawed, settings=replace(yawed.settings, yaw=Schedule.step(turn))) for turn in (0.0, 0.5))
+    watcher = Watcher()
+    cases = [yawed, straight, slacker, far]
+    found, still, other, lost = simulate_batch(cases, travel=TRAVEL, options=COARSE, chunk=4, observers=[watcher])
     for case, curves in ((yawed, found), (slacker, other)):
         assert beside(curves, simulate(case, travel=TRAVEL, options=COARSE)) < PARITY
         assert curves.extra["tension"][-1] == pytest.approx(float(case.tension_force), rel=0.05)
     assert np.abs(still.y).max() < 1e-7
+    assert isinstance(lost, RunFailed)
+    assert "ran off" in str(lost)
+    assert len(lost.curves.travel) < len(found.travel)
+    assert len(watcher.frames) > 3
+    last = watcher.frames[-1]
+    assert last.points[0, 1] == pytest.approx(np.interp(last.travel, found.travel, found.y[0]), rel=0.1)
+    np.testing.assert_array_equal(watcher.curves.travel, found.travel)
 
 
+@pytest.mark.long
 def test_a_grid_with_effects_is_beside_native():
     """Pulley shapes, camber, guide, bending layer, leaning machine and compliance, all in one scene."""
     case = paper_case(60.0, rig=ROPE_EXAMPLE)
@@ -87,11 +114,11 @@ def test_a_plucked_span_swings_like_a_string():
     told = plan_of(ready.scene, 0.1).commands
     still = Command(*(jnp.asarray(c[0]) for c in told))._replace(drag=jnp.zeros(2))
 
-    def one(data, _):
-        after = step(ready.model, data, still)
-        return after, after.reading[READING["sag"]][0]
-
-    sag = np.asarray(jax.jit(lambda d: jax.lax.scan(one, d, None, length=500)[1])(data))
+    sags = []
+    for _ in range(500):
+        data = RUN(ready.model, data, still)
+        sags.append(float(data.reading[READING["sag"]][0]))
+    sag = np.array(sags)
     sag = sag - sag[250:].mean()
     down = np.flatnonzero((sag[:-1] > 0.0) & (sag[1:] <= 0.0))
     frequency = 1.0 / (np.diff(down).mean() * options.dt)
@@ -104,11 +131,10 @@ def test_a_plucked_span_swings_like_a_string():
 def test_the_belt_starts_and_stops_as_commanded():
     """A controller's own loop: the belt runs 0.1 s at 1 m/s and stops; the tail pulley's rim follows it."""
     ready = prepare([paper_case(60.0, rig=ROPE_EXAMPLE)], options=COARSE)[0]
-    run, yaw = jax.jit(step), jnp.zeros(2)
-    data, spins = ready.data, []
+    yaw, data, spins = jnp.zeros(2), ready.data, []
     for k in range(150):
         speed = jnp.array(min(k / 50, 1.0) if k < 100 else max(1.0 - (k - 100) / 25, 0.0))
-        data = run(ready.model, data, command(ready.model, data, speed, yaw))
+        data = RUN(ready.model, data, command(ready.model, data, speed, yaw))
         spins.append(float(data.pose.spin[1]))
     radius = float(ready.case.rig.tail_radius)
     turned = radius * (spins[-1] - spins[0])
@@ -117,6 +143,7 @@ def test_the_belt_starts_and_stops_as_commanded():
     assert np.isfinite(np.asarray(data.reading)).all()
 
 
+@pytest.mark.long
 @in_float64
 def test_the_gradient_through_time_is_that_of_differences():
     """y of point 1 by the yaw after 0.06 m, forwards and backwards; landings stay where they are."""
@@ -135,6 +162,7 @@ def test_the_gradient_through_time_is_that_of_differences():
     assert float(slope) == pytest.approx(float(above - below) / 0.02, rel=1e-4)
 
 
+@pytest.mark.long
 @in_float64
 def test_users_add_actuators_and_sensors_to_the_scene():
     """A motor on the tail's slide takes a tenth off the tension; a sensor says where the slide is."""
@@ -184,31 +212,6 @@ def test_what_it_cannot_do_is_said_in_a_line(model, words):
 def test_a_batch_has_one_mesh():
     with pytest.raises(InputError, match="one mesh"):
         simulate_batch([paper_case(40.0), paper_case(40.0, rig=ROPE_EXAMPLE)], travel=0.1, options=COARSE)
-
-
-def test_a_run_is_watched_and_a_belt_that_runs_off_is_told():
-    class Watcher:
-        def __init__(self):
-            self.frames = []
-
-        def start(self, case, travel):
-            self.started = True
-
-        def frame(self, frame):
-            self.frames.append(frame)
-
-        def finish(self, curves):
-            self.curves = curves
-
-    watcher = Watcher()
-    far = replace(paper_case(60.0, rig=ROPE_EXAMPLE).settings, yaw=Schedule.step(0.5))
-    case = replace(paper_case(60.0, rig=ROPE_EXAMPLE), settings=far)
-    found = simulate_batch([case], travel=TRAVEL, options=COARSE, observers=[watcher])[0]
-    assert watcher.started
-    assert watcher.frames
-    assert watcher.frames[-1].left.shape == watcher.frames[-1].right.shape
-    assert isinstance(found, RunFailed)
-    assert len(watcher.curves.travel) == len(found.curves.travel)
 
 
 @pytest.mark.long

@@ -40,7 +40,7 @@ def moving(compiled):
     """MJX's model, and the same state in MuJoCo and on MJX: nodes and pulleys off their places and under way."""
     rng = np.random.default_rng(1)
     data = mujoco.MjData(compiled)
-    data.qpos[:] = compiled.key_qpos[0] + 1e-3 * rng.normal(size=compiled.nq)
+    data.qpos[:] = 1e-3 * rng.normal(size=compiled.nq)
     data.qvel[:] = rng.normal(size=compiled.nv)
     mujoco.mj_forward(compiled, data)
 
@@ -103,7 +103,7 @@ def test_one_compiled_scene_serves_every_case_of_its_mesh():
     """Numbers put into another case's model are those of a model of its own, but for what MJX's step does not use."""
     other, alone = paper_case(20.0, rig=ROPE_EXAMPLE), prepare([paper_case(20.0, rig=ROPE_EXAMPLE)], options=COARSE)[0]
     _, shared = prepare([paper_case(40.0, rig=ROPE_EXAMPLE), other], options=COARSE)
-    unused = {"body_subtreemass", "dof_invweight0", "body_invweight0", "key_qpos", "actuator_acc0", "stat"}
+    unused = {"dof_M0", "body_subtreemass", "dof_invweight0", "body_invweight0", "actuator_acc0", "stat"}
     mine, own = (jax.tree_util.tree_leaves_with_path(r.model.mjx) for r in (shared, alone))
     for (path, value), (_, wanted) in zip(mine, own, strict=True):
         if not any(name in jax.tree_util.keystr(path) for name in unused):
@@ -122,6 +122,6 @@ def test_mjx_still_asks_for_all_coordinates_once_a_body(name, compiled, monkeypa
         return np.arange(m.nq) if name == "_q_jointid" else np.asarray(compiled.jnt_bodyid)
 
     monkeypatch.setattr(scan, name, counted)
-    m, d = put(compiled, compiled.key_qpos[0])
+    m, d = put(compiled, compiled.qpos0)
     jax.make_jaxpr(mjx.kinematics)(m, d)
     assert len(asked) >= compiled.nbody
