@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 def plain_model(spec: mujoco.MjSpec, dt: float) -> mujoco.MjModel:
-    """The compiled model of ``spec`` without flex, tendons, equalities and key frames, for explicit steps of ``dt`` [s].
+    """The compiled model of ``spec`` without flex, tendons, equalities and key frames, for steps of ``dt`` [s].
 
     The spec loses them for good. Key frames are part of what JAX compiles for, so each case would be compiled anew.
     MJX's own implicit damping is off: the belt's step has the damping already.
@@ -108,8 +108,7 @@ def _once_a_model(function: Callable[[mjx.Model], np.ndarray]) -> Callable[[mjx.
     return remembered
 
 
-#: MJX asks for the body and the joint of every coordinate once a body, in Python: 195 s of tracing on the full rig
-SLOW = ("_q_bodyid", "_q_jointid")
-for _name in SLOW:
-    if hasattr(scan, _name):
-        setattr(scan, _name, _once_a_model(getattr(scan, _name)))
+#: MJX asks for the body of every coordinate once a body, in Python: 195 s of tracing on the full rig
+SLOW = "_q_bodyid"
+if hasattr(scan, SLOW):
+    setattr(scan, SLOW, _once_a_model(getattr(scan, SLOW)))
