@@ -66,10 +66,10 @@ def shot():
 
 
 def lit(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """The scene before a light background, pulleys darker than the belt."""
+    """The scene before a plain background, pulleys darker than the belt."""
     spec.add_texture(
-        name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.97, 0.98, 1.0], rgb2=[0.8, 0.84, 0.9], width=64, height=384,
+        name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
+        rgb1=[0.9, 0.92, 0.96], rgb2=[0.9, 0.92, 0.96], width=64, height=384,
     )  # fmt: skip
     spec.visual.global_.offwidth, spec.visual.global_.offheight = SIZE
     spec.flexes[0].rgba = [0.62, 0.68, 0.75, 1.0]
