@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.config import case_from
-from belt_sim.curves import Curves, late_rates
+from belt_sim.curves import Curves, late_rates, write_curves
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.files import write_text
@@ -25,7 +25,6 @@ from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.provenance import provenance
 from belt_sim.registry import model_named
 from belt_sim.si import MM, MM_PER_M
-from belt_sim.tables import write_curves
 from belt_sim.watch.progress import ProgressObserver
 from studies.application import application
 from studies.shapes import Shapes

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.curves import LATE_SHARE, Curves, late_rates, offsets
+from belt_sim.curves import LATE_SHARE, Curves, curves_columns, late_rates, offsets
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent
 from belt_sim.results import words
 from belt_sim.results.display import Display, Table, dataset, frame
-from belt_sim.tables import curves_columns
 from belt_sim.validity import Limit, warning
 
 POINTS = (1, 2, 3, 4)

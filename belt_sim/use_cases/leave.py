@@ -10,7 +10,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign
 from belt_sim.case import Case
-from belt_sim.curves import Curves
+from belt_sim.curves import Curves, write_curves
 from belt_sim.errors import RunFailed
 from belt_sim.files import write_json, write_text, write_with
 from belt_sim.frame import Frame, Observer
@@ -19,7 +19,6 @@ from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.json import comparison_json, diagnosis_json, discovery_json, drawings_json, run_json, summary_json
 from belt_sim.results.simulation import Simulation
-from belt_sim.tables import write_curves
 
 PARTIAL = "curves_partial.csv"
 EVERY = 10.0  # [s] between two writings of what a run in 3D has so far

@@ -8,8 +8,7 @@ import pytest
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.config import case_from
-from belt_sim.curves import Curves
-from belt_sim.tables import write_curves
+from belt_sim.curves import Curves, write_curves
 from studies import beside_the_law
 
 
