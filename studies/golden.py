@@ -340,6 +340,8 @@ def differences(was: Json, now: Json, field: str, exact: bool = False) -> Iterat
                     yield Difference(f"{field}/{key}", was.get(key, "(absent)"), now.get(key, "(absent)"))
             else:
                 yield from differences(was[key], now[key], f"{field}/{key}", exact)
+    elif by_id(was) and by_id(now):
+        yield from differences(by_id(was), by_id(now), field, exact)
     elif isinstance(was, list) and isinstance(now, list) and len(was) == len(now):
         if all(is_number(v) for v in (*was, *now)):
             yield from number_difference(was, now, field, exact)
@@ -350,6 +352,12 @@ def differences(was: Json, now: Json, field: str, exact: bool = False) -> Iterat
         yield from number_difference([was], [now], field, exact)
     elif was != now and not ignored(field, exact):
         yield Difference(field, was, now)
+
+
+def by_id(rows: Json) -> dict[str, Json]:
+    """Rows that all have an id, by that id; empty for anything else."""
+    named = isinstance(rows, list) and all(isinstance(row, Mapping) and "id" in row for row in rows)
+    return {row["id"]: row for row in rows} if named else {}
 
 
 def number_difference(was: list[float], now: list[float], field: str, exact: bool) -> Iterator[Difference]:
