@@ -94,7 +94,6 @@ def test_the_derivative_by_a_taper_is_that_of_differences():
 
     _, slope = jax.jvp(last, (jnp.array(2e-4),), (jnp.array(1.0),))
     above, below = (last(jnp.array(2e-4 + d)) for d in (2e-5, -2e-5))
-    print(float(slope), float(above - below) / 4e-5)
     assert float(slope) == pytest.approx(float(above - below) / 4e-5, rel=1e-2)
 
 
@@ -116,5 +115,4 @@ def test_the_derivative_by_the_tension_is_that_of_differences():
 
     _, slope = jax.jvp(last, (jnp.array(0.0),), (jnp.array(1.0),))
     whole = [march(r.shape, *jax.tree.map(jnp.asarray, (r.belt, r.state, r.plan.commands)))[-1, 0] for r in at]
-    print(float(slope), float(whole[2] - whole[0]) / 2.0)
     assert float(slope) == pytest.approx(float(whole[2] - whole[0]) / 2.0, rel=2e-2)
