@@ -24,7 +24,7 @@ from belt_sim.importing.units import unit_named
 #: Bytes by which the encoding is told, lines by which the layout is, cells by which a column's kind is.
 HEAD, HEAD_LINES, SAMPLE = 1 << 16, 300, 200
 #: Largest text file, and largest workbook when unpacked [bytes]; longest line [characters].
-LARGEST, LARGEST_WORKBOOK, LONGEST_LINE = 1_000_000_000, 2_000_000_000, 100_000
+LARGEST, LARGEST_WORKBOOK, LONGEST_LINE = 500_000_000, 2_000_000_000, 100_000
 _MARKS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -460,30 +460,29 @@ def _columns(
     for (name, cells), unit in zip(frame.items(), layout.units, strict=True):
         values, is_stamp = _values(cells, layout.decimal, lines, place)
         if values.dtype != object and not is_stamp:
-            values, code = _mask_codes(values, form.get("missing"))
-            if code is not None:
-                rows = lines[np.isnan(values) & (pd.to_numeric(cells, errors="coerce") == code).to_numpy()]
+            mask = _code_mask(values, form.get("missing"))
+            if mask.any() and form.get("missing") is None:
+                codes, rows = ", ".join(f"{c:g}" for c in np.unique(values[mask])), lines[mask]
                 shown = ", ".join(map(str, rows[:5])) + (" ..." if len(rows) > 5 else "")
-                remarks.append(
-                    f"{name}: {code:g} stands for no reading (line {shown}); format: {{missing: []}} would keep it"
-                )
+                text = f"{codes} stands for no reading (line {shown}); format: {{missing: []}} would keep it"
+                remarks.append(f"{name}: {text}")
+            values = np.where(mask, np.nan, values)
         found.append(Column(name=str(name), values=values, unit="s" if is_stamp else unit, stamp=is_stamp))
     return tuple(found), remarks
 
 
-def _mask_codes(values: np.ndarray, stated: Any) -> tuple[np.ndarray, float | None]:
-    """The numbers without those that stand for no reading: as stated, else of CODES what lies far off all others."""
+def _code_mask(values: np.ndarray, stated: Any) -> np.ndarray:
+    """Which numbers stand for no reading: as stated, else of CODES those that lie far off all other numbers."""
     if stated is not None:
-        codes = [float(c) for c in (stated if isinstance(stated, list | tuple) else [stated])]
-        return np.where(np.isin(values, codes), np.nan, values), None
-    for code in CODES:
+        return np.isin(values, [float(c) for c in (stated if isinstance(stated, list | tuple) else [stated])])
+    rest = values[np.isfinite(values) & ~np.isin(values, CODES)]
+    mask = np.zeros(len(values), dtype=bool)
+    for code in CODES if len(rest) > 2 else ():
         there = values == code
-        rest = values[~there & np.isfinite(values)]
-        if there.any() and len(rest) > 2 and there.sum() < len(rest):
-            reach = FAR * max(float(np.ptp(rest)), 1e-3 * abs(code))
-            if code < rest.min() - reach or code > rest.max() + reach:
-                return np.where(there, np.nan, values), code
-    return values, None
+        reach = FAR * max(float(np.ptp(rest)), 1e-3 * abs(code))
+        if there.sum() < len(rest) and not rest.min() - reach <= code <= rest.max() + reach:
+            mask |= there
+    return mask
 
 
 def _values(cells: pd.Series, decimal: str, lines: np.ndarray, place: str) -> tuple[np.ndarray, bool]:
