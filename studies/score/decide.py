@@ -20,6 +20,7 @@ from studies.score.table import Beyond, Ids, Row, Table
 
 #: a set of named effects, and whether something beyond the library is at work beside it
 Key = tuple[Ids, bool]
+NOTHING: Key = (frozenset(), False)
 ROUNDS = 3  # over the scales of all effects of a set, one after the other
 
 
@@ -44,6 +45,10 @@ def decide(table: Table, policy: Policy) -> Decision:
     whole = np.logaddexp.reduce(list(score.values()))
     share = {key: float(np.exp(value - whole)) for key, value in score.items()}
     ids, beyond = max(share, key=lambda key: share[key])
+    if share[NOTHING] > policy.alarm:
+        ids, beyond = NOTHING
+    if beyond:
+        ids &= table.steadfast
     verdict = (Verdict.PARTLY if beyond else Verdict.EXPLAINED) if ids else None
     verdict = verdict or (Verdict.NONE_KNOWN if beyond else Verdict.ADEQUATE)
     named = {i: sum(p for (other, _), p in share.items() if i in other) for i in sorted(ids)}

@@ -49,7 +49,8 @@ def gather(campaign: Campaign, base: str, policy: Policy) -> Table:
     if damaged:
         return search.table(damaged=True)
     search.run()
-    return replace(search.table(), beyond=search.beyond())
+    steadfast = frozenset(c.id for c in classes if c.linear)
+    return replace(search.table(), beyond=search.beyond(), steadfast=steadfast)
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class _Search:
 
     def _likeliest(self) -> Ids:
         """The likeliest set about where the search stands."""
-        found = {ids: value for (ids, beyond), value in scores(self.table(), self.policy).items() if not beyond}
+        found = {ids: value for (ids, _), value in scores(self.table(checked=False), self.policy).items()}
         self.seen |= {ids: (self.refits.fits[ids].ids, value) for ids, value in found.items()}
         return max(found, key=lambda ids: found[ids])
 
@@ -111,9 +112,10 @@ class _Search:
             self.refits, self.about = self.refits.moved(ids), best
             self.refits.gains([part for k in range(len(ids)) for part in combinations(ids, k)])
 
-    def table(self, damaged: bool = False) -> Table:
-        """All that is fitted, about where the search stands."""
-        rows = tuple(_row(self.refits.bench, f) for f in self.refits.fits.values() if np.isfinite(f.chi2))
+    def table(self, damaged: bool = False, checked: bool = True) -> Table:
+        """All that is fitted, about where the search stands; checked: with what is held out."""
+        fits = [f for f in self.refits.fits.values() if np.isfinite(f.chi2)]
+        rows = tuple(_row(self.refits.bench, f, checked) for f in fits)
         return Table(candidates=self.count, inflation=self.inflation, damaged=damaged, rows=rows, beyond=())
 
     def beyond(self) -> tuple[Beyond, ...]:
@@ -123,9 +125,10 @@ class _Search:
         return tuple(_beyond(self.refits.bench, self.refits.fit(s)) for s in sets)
 
 
-def _row(bench: Workbench, fit: Fit) -> Row:
+def _row(bench: Workbench, fit: Fit, checked: bool) -> Row:
     slots = [bench.forward.slots[k] for k in fit.free]
-    columns = fit.columns.reshape(len(fit.free), -1)
+    columns = fit.columns.reshape(len(slots), len(fit.residual))
+    left_out = held_out(bench, fit).conditions if checked else {}
     null, sigma = bench.forward.null()[fit.free], prior_sigma(bench.forward, fit.free)
     harmonics = np.array([s.effect.linear for s in slots], dtype=bool)
     if harmonics.any():
@@ -143,7 +146,7 @@ def _row(bench: Workbench, fit: Fit) -> Row:
         owner=tuple(s.effect.id for s in slots),
         sized=np.array([not s.effect.parameters[s.name].modifier for s in slots], dtype=bool) & ~harmonics,
         plausible=not slots or is_plausible(bench.forward, fit),
-        held_out={n: c.surprise for n, c in held_out(bench, fit).conditions.items() if c.testable},
+        held_out={n: c.surprise for n, c in left_out.items() if c.testable},
     )
 
 

@@ -14,6 +14,7 @@ class Policy:
     scanned: nats that the length and the height of a free course cost, which are the best of 4 times 17
     held_out: -2 log of the predictive density, by which whole conditions that were left out may become less likely than
         with nothing: the one threshold of the check
+    alarm: probability of nothing, below which something is said: a false alarm costs twenty times what a miss does
     credible: of the probability, in the set that is told as not to be told apart
     """
 
@@ -23,4 +24,5 @@ class Policy:
     per_decade: int = 2
     scanned: float = 2.0
     held_out: float = 2.0
+    alarm: float = 0.05
     credible: float = 0.95

@@ -15,7 +15,7 @@ class Row:
     chi2: at the best point; gram (k, k): products of whitened derivatives; away (k,): the numbers, from null or the
     middle of a grid; sigma (k,): the largest that a machine may have, for harmonics what they have in common; owner
     (k,): whose each number is; sized (k,): whether it has its effect's scale (one that only shapes, and a harmonic,
-    have their own); plausible; held_out: condition -> -2 log of its predictive density, of conditions that can be tested.
+    have their own); plausible; held_out: condition that can be tested -> -2 log of its predictive density.
     """
 
     ids: Ids
@@ -54,7 +54,8 @@ class Beyond:
 @dataclass(frozen=True, kw_only=True)
 class Table:
     """candidates: how many effects could be named; inflation: by how much chance gains more than its degrees of
-    freedom, the noise being uncertain; damaged: the data look so.
+    freedom, the noise being uncertain; damaged: the data look so; steadfast: effects that only add to the readings, so
+    that something unknown in the march neither changes them nor is imitated by them.
     """
 
     candidates: int
@@ -62,3 +63,4 @@ class Table:
     damaged: bool
     rows: tuple[Row, ...]
     beyond: tuple[Beyond, ...]
+    steadfast: Ids = frozenset()

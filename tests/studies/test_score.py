@@ -88,9 +88,14 @@ def test_an_unknown_wins_where_names_explain_less():
     assert decide(table({"a": 40.0}, beyond=(seen(60.0),)), POLICY).verdict is Verdict.NONE_KNOWN
     assert decide(table({"a": 40.0}, beyond=(seen(0.0, law=140.0),)), POLICY).verdict is Verdict.NONE_KNOWN
     assert decide(table({}, beyond=(seen(3.0),)), POLICY).verdict is Verdict.ADEQUATE
-    beside = decide(table({"a": 200.0}, beyond=(seen(20.0), seen(60.0, "a"))), POLICY)
-    assert beside.verdict is Verdict.PARTLY
-    assert set(beside.named) == {"a"}
+
+
+def test_beside_an_unknown_only_what_adds_to_the_readings_keeps_its_name():
+    both = table({"a": 200.0}, beyond=(seen(20.0), seen(60.0, "a")))
+    assert decide(both, POLICY).verdict is Verdict.NONE_KNOWN
+    found = decide(replace(both, steadfast=frozenset("a")), POLICY)
+    assert found.verdict is Verdict.PARTLY
+    assert set(found.named) == {"a"}
 
 
 def test_what_predicts_worse_and_what_no_machine_has_is_not_named():
