@@ -4,7 +4,7 @@ Campaigns of stored files are drawn again by their seeds. What a campaign's tabl
 another policy is judged in seconds.
 """
 
-import pickle
+import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -13,6 +13,7 @@ from typing import Any
 
 from scipy.stats import binomtest
 
+from belt_sim.files import write_json
 from studies.application import application
 from studies.challenge.facts import Facts, facts_of
 from studies.challenge.published import read_published
@@ -20,6 +21,7 @@ from studies.challenge.sources import source
 from studies.challenge.tables import table as as_markdown
 from studies.score.decide import Decision, decide
 from studies.score.gather import gather
+from studies.score.kept import as_json, from_json
 from studies.score.policy import Policy
 from studies.score.table import Table
 
@@ -69,11 +71,13 @@ def _each(config: dict[str, Any], policy: Policy) -> Iterator[tuple[Facts, dict[
     for p in read_published(Path(config["stored"])):
         if [p.about["source"], p.about["seeds"][0], p.about["ablation"]] in config["challenges"]:
             for old in p.rows[: config["count"]]:
-                file = folder / f"{old.source}_{old.seed}.pickle"
+                file = folder / f"{old.source}_{old.seed}.json"
                 if not file.exists():
                     campaign, truth = source(old.source)(old.seed)
-                    file.write_bytes(pickle.dumps((asdict(truth), gather(campaign, truth.base, policy))))
-                yield old, *pickle.loads(file.read_bytes())
+                    gathered = as_json(gather(campaign, truth.base, policy))
+                    write_json(file, {"truth": asdict(truth), "table": gathered})
+                kept = json.loads(file.read_text(encoding="utf-8"))
+                yield old, kept["truth"], from_json(kept["table"])
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """The score as a pure function: what a verdict is, given a table of evidence written by hand."""
 
+import json
 from dataclasses import replace
 from itertools import combinations
 from math import comb, log
@@ -9,6 +10,7 @@ import pytest
 
 from belt_sim.results.verdict import Verdict
 from studies.score.decide import credible, decide, evidence, free_size, occam, scores
+from studies.score.kept import as_json, from_json
 from studies.score.policy import Policy
 from studies.score.table import Beyond, Law, Row, Table
 
@@ -122,3 +124,9 @@ def test_sizes_of_unknown_scale_cost_the_logarithm_of_what_they_gain():
 def test_the_credible_set_is_the_smallest_that_holds_enough():
     share = {(frozenset(n), False): p for n, p in {"a": 0.6, "b": 0.3, "c": 0.06, "d": 0.04}.items()}
     assert credible(share, POLICY) == [frozenset("a"), frozenset("b"), frozenset("c")]
+
+
+def test_a_kept_table_decides_the_same():
+    one = replace(table({"a": 60.0, "b": 20.0}, beyond=(seen(3.0), seen(60.0, "a"))), steadfast=frozenset("a"))
+    content = json.loads(json.dumps(as_json(one), allow_nan=False))
+    assert decide(from_json(content), POLICY) == decide(one, POLICY)
