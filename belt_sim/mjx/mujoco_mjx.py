@@ -24,12 +24,15 @@ T = TypeVar("T")
 def plain_model(spec: mujoco.MjSpec, dt: float) -> mujoco.MjModel:
     """The compiled model of ``spec`` without flex, tendons, equalities and key frames, for steps of ``dt`` [s].
 
-    The spec loses them for good. Key frames are part of what JAX compiles for, so each case would be compiled anew.
+    The spec loses them for good. Key frames and sizes of geoms are part of what JAX compiles for: the former go and the
+    latter, only seen, are rounded to 0.1 mm, so that cases share what is compiled.
     MJX's own implicit damping is off: the belt's step has the damping already.
     """
     for elements in (spec.flexes, spec.tendons, spec.equalities, spec.keys):
         for element in list(elements):
             spec.delete(element)
+    for geom in spec.geoms:
+        geom.size = np.round(geom.size, 4)
     model = compiled(spec)
     model.opt.timestep = dt
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
