@@ -230,7 +230,7 @@ class Record:
         count = int(travel[-1] / sample + 1e-9) + 1
         self.row[self.row >= count] = -1
         self.sums, self.counts = np.zeros((count, 20)), np.zeros(count)
-        self.failed = False
+        self.failed, self.last = False, 0
 
     def add(self, begin: int, rows: np.ndarray) -> None:
         """Readings (steps, 20) of steps from number ``begin`` on."""
