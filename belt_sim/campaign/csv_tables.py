@@ -19,7 +19,7 @@ from belt_sim.si import MM_PER_M, UNITS
 
 
 @dataclass(frozen=True)
-class Table:
+class CsvTable:
     """A comma-separated table that remembers the line of every row.
 
     columns: name -> stripped text of every row; lines: line of every row, from 1, ascending.
@@ -86,7 +86,7 @@ def _number(cell: str) -> float:
 
 def parse_table(
     text: str, file: str, required: tuple[str, ...], known: tuple[str, ...] | None, problems: list[Problem]
-) -> Table | None:
+) -> CsvTable | None:
     """Split a table into columns; return None if the header or the number of cells in a row is wrong.
 
     known: all allowed columns (None allows any). Quotes around cells are dropped, blank lines skipped.
@@ -111,7 +111,7 @@ def parse_table(
         return None
     split = zip(*(lines[n - 1].split(",") for n in numbers), strict=True)
     columns = {name: [cell.strip() for cell in cells] for name, cells in zip(header, split, strict=True)}
-    return Table(file, columns, np.array(numbers), problems)
+    return CsvTable(file, columns, np.array(numbers), problems)
 
 
 def _header_fits(
@@ -197,7 +197,7 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
     return RunRows(runs, lines)
 
 
-def _clock_times(table: Table) -> list[str]:
+def _clock_times(table: CsvTable) -> list[str]:
     """Return when each run started, as written; a cell that is no ISO date or time of day is refused."""
     cells = table.columns.get("started", [""] * len(table))
     for row, cell in enumerate(cells):
@@ -208,7 +208,7 @@ def _clock_times(table: Table) -> list[str]:
     return cells
 
 
-def _uses(table: Table) -> list:
+def _uses(table: CsvTable) -> list:
     uses = [use or "fit" for use in table.columns.get("use", [""] * len(table))]
     for row, use in enumerate(uses):
         if use not in ("fit", "hold_out"):
@@ -216,7 +216,7 @@ def _uses(table: Table) -> list:
     return uses
 
 
-def _name_fits(table: Table, row: int, name: str, lines: dict[str, int]) -> bool:
+def _name_fits(table: CsvTable, row: int, name: str, lines: dict[str, int]) -> bool:
     if not name:
         table.refuse(row, "run", None, "", "is blank; name the run")
         return False
@@ -293,7 +293,7 @@ def read_signals(
     return recorded
 
 
-def _readings(table: Table, sheets: tuple[SignalSheet, ...] | None) -> dict[str, np.ndarray]:
+def _readings(table: CsvTable, sheets: tuple[SignalSheet, ...] | None) -> dict[str, np.ndarray]:
     """Return the signal columns in SI; having none is a problem."""
     columns = {
         sheet.name: table.numbers(sheet.name, plausible.READING[sheet.kind], unit=sheet.unit, blank=math.nan)
@@ -307,7 +307,7 @@ def _readings(table: Table, sheets: tuple[SignalSheet, ...] | None) -> dict[str,
     return columns
 
 
-def _rows_of_runs(table: Table, rows: RunRows | None) -> dict[str, np.ndarray]:
+def _rows_of_runs(table: CsvTable, rows: RunRows | None) -> dict[str, np.ndarray]:
     """Return the row indices of each run in file order; each unknown run is one problem."""
     number: dict[str, int] = {}
     of_row = np.array([number.setdefault(name, len(number)) for name in table.columns["run"]])
@@ -321,7 +321,7 @@ def _rows_of_runs(table: Table, rows: RunRows | None) -> dict[str, np.ndarray]:
     return found
 
 
-def _check_rising(table: Table, index: np.ndarray, name: str, values: np.ndarray, unit: str) -> None:
+def _check_rising(table: CsvTable, index: np.ndarray, name: str, values: np.ndarray, unit: str) -> None:
     """Check that travel or time rises within a run; its first step back is a problem."""
     index = index[np.isfinite(values[index])]
     back = np.flatnonzero(np.diff(values[index]) <= 0.0)
