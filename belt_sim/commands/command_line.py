@@ -64,7 +64,7 @@ def requested(command: str, arguments: Sequence[str], *, conf: Path = CONF, fixe
     with _composing(command, conf):
         parsed = OverridesParser.create().parse_overrides([*fixed, *overrides])
         single = [o for o in parsed if not o.is_sweep_override()]
-        base = compose(command, [o.input_line for o in single], return_hydra_config=True)
+        base = compose(command, [str(o.input_line) for o in single], return_hydra_config=True)
         hydra = base.hydra
         if not multirun and (hydra.mode is None or hydra.mode.name != "MULTIRUN"):
             if len(single) < len(parsed):
@@ -78,9 +78,9 @@ def requested(command: str, arguments: Sequence[str], *, conf: Path = CONF, fixe
         settings["launching"] = OmegaConf.to_container(hydra.launcher, resolve=True)
         top = Path(hydra.sweep.dir)
         given = {f"{k}": f"{k}={v}" for k, v in (sweeper.get("params") or {}).items()}
-        typed = {o.get_key_element(): o.input_line for o in parsed if not o.is_hydra_override()}
+        typed = {o.get_key_element(): str(o.input_line) for o in parsed if not o.is_hydra_override()}
         lists = _lists(given | typed) if settings["searcher"] == "basic" else {}
-        inner = [o.input_line for o in parsed if o.is_hydra_override()]
+        inner = [str(o.input_line) for o in parsed if o.is_hydra_override()]
         lines = [*(given | typed).values(), *inner]
         combined = product(*lists.values()) if settings["searcher"] == "basic" else []
         runs = [_case(command, top, inner, list(c), number) for number, c in enumerate(combined)]
@@ -101,7 +101,7 @@ def _lists(overrides: Mapping[str, str]) -> dict[str, list[str]]:
     for override in OverridesParser.create().parse_overrides(list(overrides.values())):
         key = override.get_key_element()
         if not override.is_sweep_override():
-            found[key] = [override.input_line]
+            found[key] = [str(override.input_line)]
         elif override.is_choice_sweep() and hasattr(override.value(), "filter"):  # glob(...)
             names = sorted(p.stem for p in (CONF / key).glob("*.yaml"))
             found[key] = [f"{key}={name}" for name in override.value().filter(names)]  # type: ignore[union-attr]

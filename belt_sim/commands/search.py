@@ -65,7 +65,7 @@ def _split(request: Request) -> tuple[list[str], dict[str, Any]]:
         raise BeltError(f"hydra.sweeper.params: {str(error).splitlines()[0]}") from error
     for override in parsed:
         if not override.is_sweep_override():
-            fixed.append(override.input_line)
+            fixed.append(str(override.input_line))
         elif override.is_interval_sweep():
             ranges[override.get_key_element()] = override.value()
         else:
@@ -77,7 +77,7 @@ def suggest(trial: Any, key: str, among: IntervalSweep | Sequence[str] | Mapping
     """What Optuna tries next for a key."""
     if not isinstance(among, IntervalSweep):
         return trial.suggest_categorical(key, among)
-    low, high = among.start, among.end
+    low, high = among.start or 0.0, among.end or 0.0
     if (isinstance(low, int) and isinstance(high, int)) or "int" in among.tags:
         return trial.suggest_int(key, int(low), int(high), log="log" in among.tags)
     return trial.suggest_float(key, low, high, log="log" in among.tags)

@@ -18,7 +18,7 @@ TENSIONS = tuple(range(10, 34, 2))
 RECORDS = 21  # 2 m, every 0.1 m
 IMPOSSIBLE = 2000  # N/mm2
 KILLS = 3
-PATIENCE = 60.0  # s
+PATIENCE = 300.0  # s
 
 
 def start(folder) -> subprocess.Popen:

@@ -44,7 +44,6 @@ REFUSED = [
     (["map", "tension=[7,10]", "travel=2", "pictures=false", "out={tmp}/map_other"], "holds another map"),
     (["simulate", "model=ritzinger", "rig.gravity=0"], "rig.gravity = 0 m/s2: Ritzinger's formula"),
     (["simulate", "model=ritzinger", "tension=0.1", "rig.centre_distance=500"], "raise the tension"),
-    (["simulate", "model=ritzinger", "tension=0.1", "belt.density=30000"], "raise the tension"),
     (["simulate", "-cn", "map"], "-cn: no such flag"),
     (["simulate", "--experimental-rerun", "job.pickle"], "--experimental-rerun: no such flag"),
     (["simulate", "--info"], "--info: no such flag"),
