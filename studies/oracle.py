@@ -24,7 +24,7 @@ from belt_sim.diagnosis.left_over.null import null_gains
 from belt_sim.use_cases.asked import candidates_of, fitted_model
 from studies.application import application
 from studies.challenge.registry import source
-from studies.challenge.report import ranged, table
+from studies.challenge.report import table, with_interval
 from studies.challenge.targets import SIZES, size_class
 
 BESIDE = 4  # best single effects beside which every other is tried
@@ -134,9 +134,9 @@ def lines(found: Sequence[Bound]) -> Iterator[tuple[str, ...]]:
             flags = [[b.first for b in mine], [b.held for b in mine], [b.pays for b in mine]]
             both = [b.held and b.pays for b in mine]
             if mine:
-                first, held, pays = map(ranged, flags)
+                first, held, pays = map(with_interval, flags)
                 told = f"{np.mean([b.told for b in mine]):.1f}"
-                yield (f"{words}, d = {size}", first, held, told, pays, ranged(both))
+                yield (f"{words}, d = {size}", first, held, told, pays, with_interval(both))
 
 
 if __name__ == "__main__":

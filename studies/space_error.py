@@ -44,7 +44,7 @@ def main() -> None:
     Console().print(table)
     told = {"sensors alone": SENSORS, "what the file states": with_simulator_error(SENSORS, engine)[0]}
     for name, noise in told.items():
-        d = float(np.linalg.norm(detectability_of(plan, noise, "strip").reduced(space - line)))
+        d = float(np.linalg.norm(detectability_of(plan, noise, "strip").reduce(space - line)))
         Console().print(f"d of the difference, {name}: {d:.2f}")
 
 

@@ -35,7 +35,7 @@ class LibrarySignatures:
     def __init__(self, detectability: Detectability) -> None:
         blocks = {}
         for name, columns in library_signatures(detectability.plan, detectability.law).items():
-            reduced = np.stack([detectability.reduced(c) for c in columns], axis=1)
+            reduced = np.stack([detectability.reduce(c) for c in columns], axis=1)
             blocks[name] = reduced / np.maximum(np.linalg.norm(reduced, axis=0), 1e-30)
         self.axes = np.linalg.qr(np.concatenate(list(blocks.values()), axis=1))[0]
         self.blocks = {name: self.axes.T @ block for name, block in blocks.items()}
@@ -44,7 +44,7 @@ class LibrarySignatures:
     def distance_of(self, faults: Sequence[Fault]) -> LibraryDistance:
         """The distance of the faults' joint change."""
         change = np.sum(self.detectability.changes(list(faults)), axis=0)
-        target = self.detectability.reduced(change)
+        target = self.detectability.reduce(change)
         inside = self.axes.T @ target
         beyond = max(float(target @ target - inside @ inside), 0.0)
         kept: list[tuple[float, tuple[str, ...]]] = [(float("inf"), ())]

@@ -37,15 +37,15 @@ class Detectability:
     roots: list[np.ndarray]
     nuisances: np.ndarray
 
-    def whitened(self, change: np.ndarray) -> np.ndarray:
+    def whiten(self, change: np.ndarray) -> np.ndarray:
         """A change as one vector of unit noise."""
         return np.concatenate([(root @ x).ravel() for root, x in zip(self.roots, change, strict=True)])
 
-    def reduced(self, change: np.ndarray) -> np.ndarray:
+    def reduce(self, change: np.ndarray) -> np.ndarray:
         """A change as a vector whose length is its d: whitened, and relieved of what the nuisances explain."""
-        return self._relieved(self.whitened(change))
+        return self._project_out(self.whiten(change))
 
-    def _relieved(self, vector: np.ndarray) -> np.ndarray:
+    def _project_out(self, vector: np.ndarray) -> np.ndarray:
         """With N N' = U diag(l^2) U', the metric (1 + N N')^-1 has the root 1 - U (1 - (1 + l^2)^-1/2) U'."""
         u, share = self._nuisance_axes
         return vector - u @ (share * (u.T @ vector))
@@ -62,12 +62,12 @@ class Detectability:
 
         A tension that errs does just what other settings of the runs do: where these bend, that is no size either.
         """
-        seen = np.stack([self.whitened(c) for c in self.changes(faults)])
+        seen = np.stack([self.whiten(c) for c in self.changes(faults)])
         bent = self._second_order(seen)
         for _ in range(_ROUNDS):
             if rows := np.flatnonzero(bent.any(axis=1)).tolist():
                 bent[rows] = self._second_order(seen[rows] - bent[rows])
-        return np.linalg.norm([self._relieved(x) for x in seen - bent], axis=1)
+        return np.linalg.norm([self._project_out(x) for x in seen - bent], axis=1)
 
     def _second_order(self, seen: np.ndarray) -> np.ndarray:
         """What machine and settings do beyond their derivatives where they most likely are after whitened changes
@@ -80,7 +80,7 @@ class Detectability:
         likeliest = likeliest.clip(-_FURTHEST, _FURTHEST)
         lines = [self._line_off(dict(zip(names, row, strict=False)), row[len(names) :]) for row in likeliest]
         there = np.split(observe(self.plan, stack(lines), []), len(lines), axis=2)
-        found = np.stack([self.whitened(t - self.clean) for t in there]) - likeliest @ shapes.T
+        found = np.stack([self.whiten(t - self.clean) for t in there]) - likeliest @ shapes.T
         return np.where(np.linalg.norm(found, axis=1, keepdims=True) > _SEEN, found, 0.0)
 
     def _line_off(self, machine: dict[str, float], settings: np.ndarray) -> Line:
@@ -117,12 +117,12 @@ def _lanes(cls: type[Fault], faults: Sequence[Fault], runs: int) -> Fault:
 
 def detectability_of(plan: Plan, noise: Noise, base: str) -> Detectability:
     """What can be seen in noise as it truly is. Nuisances: zero, gain, tension and yaw of each run; machine data."""
-    noise = noise.as_it_is()
+    noise = noise.with_true_level()
     line, clean, moved = sensitivities(plan, base)
     sheets = [noise.sheet(name, place) for name, place in plan.signals.items()]
     roots = [_root(plan.travel, sheet, noise.smooth) for sheet in sheets]
     blank = Detectability(plan, noise, base, line, clean, roots, np.empty(0))
-    columns = np.stack([blank.whitened(c) for c in _nuisances(moved, clean, sheets, noise)], axis=1)
+    columns = np.stack([blank.whiten(c) for c in _nuisances(moved, clean, sheets, noise)], axis=1)
     return replace(blank, nuisances=columns)
 
 

@@ -18,7 +18,7 @@ _AGAIN = 12  # times that the zone of what is left is worked out
 _FAINT = 1e-30  # of a curvature [1/m], instead of none
 
 
-def turned_by(kappa, stiff, line: Line, held) -> tuple[np.ndarray, np.ndarray]:
+def slip_turn(kappa, stiff, line: Line, held) -> tuple[np.ndarray, np.ndarray]:
     """Angle [rad] by which a step of curvature ``kappa`` [1/m] turns the belt on the tail and on the head pulley, and
     how far [m] its end goes aside; shape (2, batch).
 

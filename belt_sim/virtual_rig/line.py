@@ -92,10 +92,10 @@ class Line:
         """The response at a share of the tension of the free span that runs to the tail (or to the head) pulley."""
         line = replace(self, stress=self.stress * tension_share)
         coupling = line.sag_roll * line.sag_curvature
-        yields = line.end_yields(to_tail) if np.any(self.layer) else None
+        yields = line.end_compliance(to_tail) if np.any(self.layer) else None
         return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling, yields)
 
-    def end_yields(self, to_tail: bool) -> tuple[np.ndarray, np.ndarray]:
+    def end_compliance(self, to_tail: bool) -> tuple[np.ndarray, np.ndarray]:
         """How run-off and run-up give way to the span: (slope, tilt) per (couple about z, couple about x), symmetric.
 
         Shape (batch, 2, 2) each [rad/(N m)]. A fibre under the tension n b h per width lifts off where its bending
@@ -112,7 +112,7 @@ class Line:
             found.append(np.stack([np.stack([slope, cross], -1), np.stack([cross, 0 * cross], -1)], -2))
         return found[0], found[1]
 
-    def passing(self, place: str, s):
+    def belt_coordinate(self, place: str, s):
         """Which part of the belt lies at a point at travel s [m], counted from what was at point 4 at travel 0."""
         along = {
             "point_4": 0.0 * self.span_length,
@@ -123,7 +123,7 @@ class Line:
         return along[place] - self.direction * s
 
     @cached_property
-    def turning(self) -> np.ndarray:
+    def runup_sensitivity(self) -> np.ndarray:
         """Curvature in the middle of every element per unit run-up angle [1/m], shape (batch, n)."""
         coupling = self.sag_roll * self.sag_curvature
         return curvature_along(self.span().nodes, self.span_length, coupling)[:, :, 3]

@@ -38,37 +38,37 @@ def couple_at(line: Line, upper: bool, share) -> Load:
     return _at_place(line, upper, share, slope=True)
 
 
-def along_span(line: Line, upper: bool) -> Load:
+def uniform_force(line: Line, upper: bool) -> Load:
     """1 N/m towards +y all along."""
     h = line.span_length / 2**DOUBLINGS
     pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
-    return _spread(line, upper, [0, 1], pair)
+    return _spread_load(line, upper, [0, 1], pair)
 
 
-def rolling(line: Line, upper: bool) -> Load:
+def uniform_roll_couple(line: Line, upper: bool) -> Load:
     """1 N m per m about the long axis all along, lifting the side y > 0."""
     h = line.span_length / 2**DOUBLINGS
     pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
-    return _spread(line, upper, [2, 3], pair)
+    return _spread_load(line, upper, [2, 3], pair)
 
 
-def tilting(line: Line, upper: bool) -> np.ndarray:
+def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
     """Curvature in the middle of every element by 1 N m about the long axis at mid-span, (batch, n) [1/(N m2)].
 
     By Betti's theorem natural curvature there tilts mid-span by EI times as much.
     """
     loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
     loads[:, 2 ** (DOUBLINGS - 1), 2] = 1.0
-    nodes = _solved(line, upper, loads)[0][..., None]
+    nodes = _solve(line, upper, loads)[0][..., None]
     return curvature_along(nodes, line.span_length, line.sag_roll * line.sag_curvature)[..., 0]
 
 
-def _spread(line: Line, upper: bool, fields: list[int], pair: np.ndarray) -> Load:
+def _spread_load(line: Line, upper: bool, fields: list[int], pair: np.ndarray) -> Load:
     """The same load on every element: ``pair``, shape (batch, 4), goes to these fields of its two nodes."""
     loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
     loads[:, :-1, fields] += pair[:, None, :2]
     loads[:, 1:, fields] += pair[:, None, 2:]
-    nodes, run_up, run_off = _solved(line, upper, loads)
+    nodes, run_up, run_off = _solve(line, upper, loads)
     nothing = np.zeros_like(run_up)
     return Load(upper, run_up, run_off, nodes[:, nodes.shape[1] // 2, 2], np.zeros((4, len(nothing))), nothing)
 
@@ -90,18 +90,18 @@ def _at_place(line: Line, upper: bool, share, *, slope: bool) -> Load:
         pair = np.concatenate([nodes[lanes, k, :2], nodes[lanes, k + 1, :2]], axis=1)
         return np.einsum("bi,bi...->b...", value, pair)
 
-    nodes, run_up, run_off = _solved(line, upper, loads)
-    free = _on(line, upper, line.span().nodes, line.span(to_tail=False).nodes)
+    nodes, run_up, run_off = _solve(line, upper, loads)
+    free = _on_span(line, upper, line.span().nodes, line.span(to_tail=False).nodes)
     return Load(upper, run_up, run_off, nodes[:, count // 2, 2], there(free).T, there(nodes))
 
 
-def _on(line: Line, upper: bool, to_tail: np.ndarray, to_head: np.ndarray) -> np.ndarray:
+def _on_span(line: Line, upper: bool, to_tail: np.ndarray, to_head: np.ndarray) -> np.ndarray:
     """What belongs to the upper (or the lower) span, lane by lane."""
     chosen = (line.direction > 0) == upper
     return np.where(chosen.reshape(-1, *(1,) * (to_tail.ndim - 1)), to_tail, to_head)
 
 
-def _solved(line: Line, upper: bool, loads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _solve(line: Line, upper: bool, loads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Fields (batch, n, 4) of a loaded span between ends at rest, curvature at run-up and run-off (batch,).
 
     Elimination node after node; at the ends y is 0, slope and tilt are 0 or give way to the couples there.
@@ -110,7 +110,7 @@ def _solved(line: Line, upper: bool, loads: np.ndarray) -> tuple[np.ndarray, np.
     stiffness = element(line.span_length / 2**DOUBLINGS, line.bending, line.force, line.torsion, coupling)
     a, b = stiffness[:, :4, :4], stiffness[:, :4, 4:]
     c, d = stiffness[:, 4:, :4], stiffness[:, 4:, 4:]
-    off, up = _yields(line, upper)
+    off, up = _compliance(line, upper)
     first = _end(a, b, loads[:, 0], off)
     last = _end(d, c, loads[:, -1], up)
     count = loads.shape[1]
@@ -144,11 +144,11 @@ def _end(own: np.ndarray, other: np.ndarray, load: np.ndarray, yields: np.ndarra
     return diagonal, beside, force
 
 
-def _yields(line: Line, upper: bool) -> tuple[np.ndarray, np.ndarray]:
+def _compliance(line: Line, upper: bool) -> tuple[np.ndarray, np.ndarray]:
     """How run-off and run-up of a span give way, (batch, 2, 2) each."""
     if not np.any(line.layer):
         held = np.zeros((len(line.stress), 2, 2))
         return held, held
-    pairs = zip(line.end_yields(True), line.end_yields(False), strict=True)
-    off, up = (_on(line, upper, tail, head) for tail, head in pairs)
+    pairs = zip(line.end_compliance(True), line.end_compliance(False), strict=True)
+    off, up = (_on_span(line, upper, tail, head) for tail, head in pairs)
     return off, up

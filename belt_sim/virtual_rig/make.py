@@ -2,7 +2,6 @@
 
 import secrets
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from typing import Any, Literal
 
@@ -167,9 +166,3 @@ def check_seed(seed: object) -> int:
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**63:
         raise InputError("seed", seed, "", "give a whole number from 0")
     return seed
-
-
-def held_out(plan: Plan, *, tension: float) -> Plan:
-    """The same plan with all runs at one tension marked as held out."""
-    runs = (replace(r, use="hold_out") if r.tension == tension else r for r in plan.runs)
-    return replace(plan, runs=tuple(runs))

@@ -113,7 +113,7 @@ class Noise:
             wander_length=self.wander_length,
         )
 
-    def as_it_is(self) -> "Noise":
+    def with_true_level(self) -> "Noise":
         """The noise as it is, stated so."""
         length = self.wander_length if self.true_length is None else self.true_length
         scaled = {n: self.scale * getattr(self, n) for n in ("white", "wander_sd", "tilt_white")}

@@ -27,7 +27,7 @@ def _drawn_once(seed: int) -> np.ndarray:
 SLOWEST = 1e5  # [s], as good as linear in a record
 
 
-def warmed(s, line, time_constant: float):
+def warm_up(s, line, time_constant: float):
     """tau (1 - exp(-t/tau)) [s] at travel s, t the time since travel 0."""
     return time_constant * -np.expm1(-s / line.speed / time_constant)
 

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from belt_sim.virtual_rig.fault import Fault, overrides
-from belt_sim.virtual_rig.grip import turned_by
+from belt_sim.virtual_rig.grip import slip_turn
 from belt_sim.virtual_rig.history import AppliedLoad, DelayHistory, dot
 from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.span import Span
@@ -137,7 +137,7 @@ class _DelayEquation:
         bent = np.stack([dot(to_head.run_off, *ends[1]), dot(to_tail.run_off, *ends[0])])
         bent = bent + self._pushed(s, ends, None)[1][::-1]
         stiff = -np.stack([to_head.run_off[1], to_tail.run_off[1]])
-        turn, aside = turned_by(bent - self.history.landing_curvature(s), stiff, self.line, self.sticks)
+        turn, aside = slip_turn(bent - self.history.landing_curvature(s), stiff, self.line, self.sticks)
         gone = np.stack([aside, turn], axis=1)
         if node is not None:
             self.history.gone[node] = gone.reshape(4, -1)
@@ -152,7 +152,7 @@ class _DelayEquation:
             return y
         kappa = self.curvatures(self.nodes[k], k, y, self.here)[0]
         stiff = np.stack([span.run_up[3] for span in self._responses(self.nodes[k])])
-        turn, aside = (np.where(changed, x, 0.0) for x in turned_by(kappa, stiff, line, self.sticks))
+        turn, aside = (np.where(changed, x, 0.0) for x in slip_turn(kappa, stiff, line, self.sticks))
         return y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])
 
     def _yaws(self, s: float, k: int):

@@ -37,7 +37,7 @@ class Table:
     owner: tuple[tuple[str, str, float], ...]
     stated: float
 
-    def of(self, ids: Sequence[str]) -> list[int]:
+    def columns_of(self, ids: Sequence[str]) -> list[int]:
         """Columns of some effects that the readings can see."""
         return [k for k, (name, _, _) in enumerate(self.owner) if name in ids and np.abs(self.columns[k]).max() > _TINY]
 
@@ -51,7 +51,7 @@ class Table:
         return found, float(left @ left), np.linalg.pinv(matrix.T @ matrix)
 
 
-def others(folder: Path, base: str, answer: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def plain_methods(folder: Path, base: str, answer: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Name of a method -> its answer, in the form of diagnosis.json as far as scores look at it.
 
     ``answer`` is the diagnosis' own: two of the methods are its search with a weaker rule, and one refits its set.
@@ -63,9 +63,9 @@ def others(folder: Path, base: str, answer: Mapping[str, Any]) -> dict[str, dict
     return {
         "iid_bic": iid_bic(table),
         "sparse": sparse(table),
-        "sysid": said(table, named, dict.fromkeys(named, 1.0)) | {"verdict": answer["verdict"]},
-        "bic": by_bic(answer, count),
-        "no_gate": ungated(answer),
+        "sysid": least_squares_answer(table, named, dict.fromkeys(named, 1.0)) | {"verdict": answer["verdict"]},
+        "bic": search_by_bic(answer, count),
+        "no_gate": search_without_gate(answer),
     }
 
 
@@ -116,17 +116,17 @@ def iid_bic(table: Table) -> dict[str, Any]:
         sure[name] = 1.0 / sum(weights)
         best = scores[name]
         chosen.append(name)
-    return said(table, chosen, sure)
+    return least_squares_answer(table, chosen, sure)
 
 
 def _bic(table: Table, ids: Sequence[str], count: int) -> float:
-    columns = table.of(ids)
+    columns = table.columns_of(ids)
     return count * math.log(table.fit(columns)[1] / count) + len(columns) * math.log(count)
 
 
 def sparse(table: Table) -> dict[str, Any]:
     """Sequentially thresholded least squares: what moves the readings by less than the stated noise is dropped."""
-    kept = table.of([name for name, _, _ in table.owner])
+    kept = table.columns_of([name for name, _, _ in table.owner])
     for _ in range(SWEEPS):
         found = table.fit(kept)[0]
         moves = [abs(c) * np.sqrt(np.mean(table.columns[k] ** 2)) for c, k in zip(found, kept, strict=True)]
@@ -135,12 +135,12 @@ def sparse(table: Table) -> dict[str, Any]:
             break
         kept = fewer
     names = list(dict.fromkeys(table.owner[k][0] for k in kept))
-    return said(table, names, dict.fromkeys(names, 1.0))
+    return least_squares_answer(table, names, dict.fromkeys(names, 1.0))
 
 
-def said(table: Table, ids: Sequence[str], sure: Mapping[str, float]) -> dict[str, Any]:
+def least_squares_answer(table: Table, ids: Sequence[str], sure: Mapping[str, float]) -> dict[str, Any]:
     """A set of effects as an answer; intervals from the scatter that the fit itself leaves."""
-    columns = table.of(ids)
+    columns = table.columns_of(ids)
     found, left, covariance = table.fit(columns)
     sigma = math.sqrt(left / max(1, len(table.residual) - len(columns)))
     numbers: dict[str, dict[str, Any]] = {name: {} for name in ids}
@@ -152,41 +152,41 @@ def said(table: Table, ids: Sequence[str], sure: Mapping[str, float]) -> dict[st
     return {"verdict": "explained" if ids else "adequate", "effects": effects}
 
 
-def by_bic(answer: Mapping[str, Any], readings: int) -> dict[str, Any]:
+def search_by_bic(answer: Mapping[str, Any], readings: int) -> dict[str, Any]:
     """The search of the diagnosis by BIC alone: no chance, held-out error, plausibility, or test of the rest.
 
     It goes on as long as the diagnosis itself has tried the candidates beside the same effects.
     """
     price = {t["id"]: max(1, len(t["parameters"])) * math.log(readings) for t in answer.get("ranking", [])}
     names: list[str] = []
-    while trials := _beside(answer, names):
+    while trials := _trials_beside(answer, names):
         margins = {t["id"]: t["gain"] - price[t["id"]] for t in trials if t["threshold"] is not None}
         best = max(margins, key=lambda name: margins[name], default="")
         if not best or margins[best] <= 0.0:
             break
         names.append(best)
-    return _named(answer, names)
+    return _answer_of(answer, names)
 
 
-def ungated(answer: Mapping[str, Any]) -> dict[str, Any]:
+def search_without_gate(answer: Mapping[str, Any]) -> dict[str, Any]:
     """What the search of the diagnosis ended with, named whatever the tests of what is left say."""
     rounds = answer.get("rounds", [])
-    last = _chosen(rounds, rounds[-1]) if rounds else set()
-    return _named(answer, [e["id"] for e in answer["effects"]] or sorted(last))
+    last = _effects_beside(rounds, rounds[-1]) if rounds else set()
+    return _answer_of(answer, [e["id"] for e in answer["effects"]] or sorted(last))
 
 
-def _beside(answer: Mapping[str, Any], names: Sequence[str]) -> Sequence[Mapping[str, Any]]:
+def _trials_beside(answer: Mapping[str, Any], names: Sequence[str]) -> Sequence[Mapping[str, Any]]:
     """The candidates that the diagnosis tried beside just these effects."""
     rounds = answer.get("rounds", [])
-    return next((trials for trials in rounds if _chosen(rounds, trials) == set(names)), [])
+    return next((trials for trials in rounds if _effects_beside(rounds, trials) == set(names)), [])
 
 
-def _chosen(rounds: Sequence[Sequence[Mapping[str, Any]]], trials: Sequence[Mapping[str, Any]]) -> set[str]:
+def _effects_beside(rounds: Sequence[Sequence[Mapping[str, Any]]], trials: Sequence[Mapping[str, Any]]) -> set[str]:
     """The effects beside which the candidates of a round were tried."""
     return {t["id"] for t in rounds[0]} - {t["id"] for t in trials}
 
 
-def _named(answer: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
+def _answer_of(answer: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
     """Effects as an answer, with the diagnosis' own numbers where it names them too."""
     if not answer.get("rounds"):  # nothing was searched for: damaged data
         return {"verdict": answer["verdict"], "effects": []}

@@ -18,7 +18,7 @@ from studies.challenge.score import score_case
 POINTS = ("point_1", "point_2", "point_3", "point_4")
 
 
-def promised(answer: Mapping[str, Any]) -> dict[str, Any] | None:
+def followable_advice(answer: Mapping[str, Any]) -> dict[str, Any] | None:
     """The first advice that promises to tell its pair apart, and that this rig can follow."""
     for advice in answer.get("next_runs", []):
         can = advice.get("settings") and not advice["settings"]["turned_over"]
@@ -35,7 +35,7 @@ def follow(
 
     None where no advice promises anything.
     """
-    advice = promised(answer)
+    advice = followable_advice(answer)
     if advice is None:
         return None
     campaign = read_campaign(folder)
@@ -66,10 +66,10 @@ def advised_run(campaign: Campaign, settings: RunSettings) -> tuple[Run, tuple[S
         repeat_of=None,
         use="fit",
     )
-    return run, (*campaign.signals, *_missing(campaign)) if settings.all_points else campaign.signals
+    return run, (*campaign.signals, *_missing_sensors(campaign)) if settings.all_points else campaign.signals
 
 
-def _missing(campaign: Campaign) -> list[SignalSheet]:
+def _missing_sensors(campaign: Campaign) -> list[SignalSheet]:
     """Sensors like the campaign's own at the points where it has none."""
     have = {s.at for s in campaign.signals}
     like = next(s for s in campaign.signals if s.kind == "lateral")

@@ -59,7 +59,7 @@ _ALONG = ("travel", "time_since_step")
 def place_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
     """Whether a discovery has the generator's place, as its own or among what it cannot tell from it."""
     laws = [said["law"], *said.get("rivals", ())] if said.get("law") else said.get("places", [])[:1]
-    places = {name for one in laws for text in one["place"].split(" and ") for name in (place_said(text),)}
+    places = {name for one in laws for text in one["place"].split(" and ") for name in (generator_place(text),)}
     true = {truth["place"]}
     if truth["place"] == "span":
         true |= SPAN
@@ -69,7 +69,7 @@ def place_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
     return bool(places & true)
 
 
-def place_said(text: str) -> str:
+def generator_place(text: str) -> str:
     """A place of the finder, in words or by its short name, in the generator's words."""
     where = next((p for p in ("tail", "head", "both") if p in text), "tail")
     for begin, name in _PLACES.items():

@@ -36,7 +36,7 @@ def source(name: str) -> Draw:
     """A source by its name, or one's own as ``module:function``; raises InputError when there is none."""
     if name in SOURCES:
         return SOURCES[name]
-    return imported(name, "source", SOURCES)
+    return import_function(name, "source", SOURCES)
 
 
 #: answer(folder of the campaign, bootstraps, seed, base model) -> content of diagnosis.json
@@ -46,21 +46,21 @@ _LONG = ("per_run", "runs_schema", "schema", "where", "provenance", "admitted")
 _CURVES = ("courses", "against", "curve", "effect_file", "campaign", "base_model")
 
 
-def diagnosed(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+def diagnose_folder(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
     """What the diagnosis says of a campaign on disk."""
-    return _diagnosed(read_campaign(folder), bootstraps, seed, base)
+    return _diagnose(read_campaign(folder), bootstraps, seed, base)
 
 
 def no_repeats(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
     """The same of the campaign without its repeats: noise has to be taken as stated."""
     campaign = read_campaign(folder)
     runs = tuple(run for run in campaign.runs if run.repeat_of is None)
-    return _diagnosed(replace(campaign, runs=runs), bootstraps, seed, base, advise=False)
+    return _diagnose(replace(campaign, runs=runs), bootstraps, seed, base, advise=False)
 
 
 def no_whitening(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
     """The same, all noise taken as independent from sample to sample: as large as stated, but without its length."""
-    return _diagnosed(with_white_noise(read_campaign(folder)), bootstraps, seed, base, advise=False)
+    return _diagnose(with_white_noise(read_campaign(folder)), bootstraps, seed, base, advise=False)
 
 
 def with_white_noise(campaign: Campaign) -> Campaign:
@@ -72,7 +72,7 @@ def with_white_noise(campaign: Campaign) -> Campaign:
     return replace(campaign, signals=signals)
 
 
-def _diagnosed(campaign: Campaign, bootstraps: int, seed: int, base: str, advise: bool = True) -> dict[str, Any]:
+def _diagnose(campaign: Campaign, bootstraps: int, seed: int, base: str, advise: bool = True) -> dict[str, Any]:
     from belt_sim.results.json import diagnosis_json
     from belt_sim.use_cases.diagnose import diagnose
 
@@ -84,17 +84,17 @@ def _diagnosed(campaign: Campaign, bootstraps: int, seed: int, base: str, advise
 
 
 OWN = "diagnosis"
-ANSWERS: dict[str, Answer] = {OWN: diagnosed, "no_repeats": no_repeats, "no_whitening": no_whitening}
+ANSWERS: dict[str, Answer] = {OWN: diagnose_folder, "no_repeats": no_repeats, "no_whitening": no_whitening}
 #: the diagnosis without one of its parts; plain methods have answered the same campaigns beside the whole one
 ABLATIONS = tuple(name for name in ANSWERS if name != OWN)
 
 
 def answerer(name: str) -> Answer:
     """Who answers, by name, or one's own as ``module:function``; raises InputError when there is none."""
-    return ANSWERS.get(name) or imported(name, "ablation", ANSWERS)
+    return ANSWERS.get(name) or import_function(name, "ablation", ANSWERS)
 
 
-def imported(name: str, key: str, known) -> Callable:
+def import_function(name: str, key: str, known) -> Callable:
     """A function of one's own by ``module:function``; raises InputError naming what else there is."""
     module, _, attribute = name.partition(":")
     try:

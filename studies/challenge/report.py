@@ -239,16 +239,16 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(cell.replace("|", "/") for cell in line) + " |" for line in lines) + "\n"
 
 
-def counted(share: Share | None) -> str:
+def count_text(share: Share | None) -> str:
     """A count; nothing without trials."""
     return f"{share.count} of {share.trials}" if share is not None and share.trials else ""
 
 
-def ranged(flags: Sequence[bool]) -> str:
+def with_interval(flags: Sequence[bool]) -> str:
     """A count with the 95 % interval of its share; nothing without trials."""
     share = share_of(list(flags))
     low, high = share.interval
-    return f"{counted(share)} ({100 * low:.0f} - {100 * high:.0f} %)" if share.trials else ""
+    return f"{count_text(share)} ({100 * low:.0f} - {100 * high:.0f} %)" if share.trials else ""
 
 
 def _large(cases: Sequence[ScoredCase]) -> list[ScoredCase]:
@@ -289,7 +289,7 @@ _OF_LAWS = ("flagged as unknown", "false names", "place right", "variable and fo
 
 def figures(names: Sequence[str], cases: Sequence[ScoredCase]) -> list[str]:
     """Cells of a row: the named figures, counted with their intervals."""
-    return [ranged(FIGURES[name](cases)) for name in names]
+    return [with_interval(FIGURES[name](cases)) for name in names]
 
 
 def target_cells(row: Target) -> tuple[str, ...]:
@@ -317,7 +317,7 @@ def _side_by_side(title: str, stored: Sequence[tuple[str, Stored]]) -> str:
         return ""
     found = [{t.name: t.found for t in targets(cases)} for cases in groups.values()]
     every = dict.fromkeys(name for f in found for name in f)
-    lines = [(n, *(counted(f.get(n)) for f in found)) for n in every if any(counted(f.get(n)) for f in found)]
+    lines = [(n, *(count_text(f.get(n)) for f in found)) for n in every if any(count_text(f.get(n)) for f in found)]
     return f"{title}\n\n" + table(("figure", *groups), lines)
 
 
@@ -327,7 +327,7 @@ def by_effect(cases: Sequence[ScoredCase]) -> str:
     lines = []
     for name in sorted({f.hidden[0] for f in library}):
         mine = [f for f in library if f.hidden == [name]]
-        sizes = [counted(share_of([f.right for f in mine if size_class(f.size) == s])) for s in SIZES]
+        sizes = [count_text(share_of([f.right for f in mine if size_class(f.size) == s])) for s in SIZES]
         large = [f for f in mine if (f.size or 0.0) >= SEEN]
         seen = figures(("exactly named", "or in the confusable set"), large)
         lines.append((name, *sizes, *seen, *figures(["95 % interval holds"], mine)))
@@ -426,7 +426,7 @@ def _by_law(cases: Sequence[ScoredCase]) -> str:
     for name in sorted(laws, key=lambda n: (laws[n][::-1], n)):
         mine = [f for f in cases if f.hidden[0] == name]
         place, variable, form = laws[name]
-        shares = [counted(share_of(FIGURES[figure](mine))) for figure in _OF_LAWS[:4]]
+        shares = [count_text(share_of(FIGURES[figure](mine))) for figure in _OF_LAWS[:4]]
         left = [f.removed for f in mine if f.removed is not None]
         lines.append((form, variable, place, name, str(len(mine)), *shares, f"{np.median(left):.0%}" if left else ""))
     head = ("form", "variable", "place", "law", "campaigns", *_OF_LAWS[:4], "error removed, median")
@@ -470,7 +470,7 @@ def _by_probability(cases: Sequence[ScoredCase]) -> str:
     lines = []
     for b in reliability(cases):
         low, high = b.true.interval
-        lines.append((b.name, f"{b.said:.3f}", counted(b.true), f"{low:.0%} - {high:.0%}", counted(b.alike)))
+        lines.append((b.name, f"{b.said:.3f}", count_text(b.true), f"{low:.0%} - {high:.0%}", count_text(b.alike)))
     alike = "or cannot be told from what is, as the answer says"
     return table(("probability", "mean said", "truly hidden", "95 % interval", alike), lines) if lines else ""
 
@@ -479,7 +479,7 @@ def _by_chance(cases: Sequence[ScoredCase]) -> str:
     """How often a p is small when nothing is hidden: as often as it says."""
     said = [f.p for f in of_kind(cases, "nothing") if f.p is not None]
     head = ("p of what is left, nothing hidden", *(f"<= {p}" for p in _LEVELS))
-    line = (f"{len(said)} campaigns", *(counted(share_of([p <= level for p in said])) for level in _LEVELS))
+    line = (f"{len(said)} campaigns", *(count_text(share_of([p <= level for p in said])) for level in _LEVELS))
     return table(head, [line]) if said else ""
 
 

@@ -54,15 +54,16 @@ def run_case(task: Task) -> None:
     """Draw, seal, answer, reveal; leaves results/SEED.json whatever happens on the way."""
     spent: dict[str, float] = {}
     try:
-        with _timed(spent, "draw"):
+        with _stopwatch(spent, "draw"):
             sealed, base = draw(task)
-        with _timed(spent, "answer"):
+        with _stopwatch(spent, "answer"):
             answer, answer_hash = answer_case(task, base)
         truth = reveal(task.file("sealed"))
-        more = _more(task, truth, answer, spent)
-        keep(task, answer=answer, answer_sha256=answer_hash, truth=truth, truth_sha256=sealed, seconds=spent, **more)
+        more = _score_further(task, truth, answer, spent)
+        more |= {"answer_sha256": answer_hash, "truth_sha256": sealed}
+        write_result(task, answer=answer, truth=truth, seconds=spent, **more)
     except Exception as error:  # the generator's, or this package's own: an outcome too, and shown
-        keep(task, answer=crashed(error), truth=None, seconds=spent)
+        write_result(task, answer=crash_answer(error), truth=None, seconds=spent)
 
 
 def draw(task: Task) -> tuple[str, str]:
@@ -97,20 +98,22 @@ def answer_case(task: Task, base: str) -> tuple[dict[str, Any], str]:
         try:
             answer = answerer(task.ablation)(task.file("campaigns"), task.bootstraps, task.seed, base)
         except Exception as error:  # a crash is an outcome
-            answer = crashed(error)
+            answer = crash_answer(error)
         write_json(place, answer)
     text = place.read_text(encoding="utf-8")
     return json.loads(text), hashlib.sha256(text.encode()).hexdigest()
 
 
-def keep(task: Task, *, truth: Truth | None, answer: dict[str, Any], seconds: dict[str, float], **more: Any) -> None:
+def write_result(
+    task: Task, *, truth: Truth | None, answer: dict[str, Any], seconds: dict[str, float], **more: Any
+) -> None:
     """Write the result of one campaign."""
     content = {"schema": RESULT, "seed": task.seed, **task.settings, "commit": task.commit}
     content |= {"truth": None if truth is None else asdict(truth), "answer": answer}
     write_json(task.file("results"), content | {"seconds": {k: round(v, 2) for k, v in seconds.items()}} | more)
 
 
-def crashed(error: BaseException | str) -> dict[str, Any]:
+def crash_answer(error: BaseException | str) -> dict[str, Any]:
     """A crash as an answer."""
     if isinstance(error, str):
         return {"verdict": CRASH, "effects": [], "sentence": error}
@@ -119,10 +122,10 @@ def crashed(error: BaseException | str) -> dict[str, Any]:
     return {"verdict": CRASH, "effects": [], "sentence": f"{type(error).__name__}: {error}{place}"}
 
 
-def _more(task: Task, truth: Truth, answer: dict[str, Any], spent: dict[str, float]) -> dict[str, Any]:
+def _score_further(task: Task, truth: Truth, answer: dict[str, Any], spent: dict[str, float]) -> dict[str, Any]:
     """What is learnt after the answer is frozen: how small its error could have been, how others answer, and whether
     the advised run tells."""
-    from studies.challenge.baselines import others
+    from studies.challenge.baselines import plain_methods
     from studies.challenge.follow_up import follow
     from studies.challenge.oracle import least_error
 
@@ -130,28 +133,28 @@ def _more(task: Task, truth: Truth, answer: dict[str, Any], spent: dict[str, flo
     folder = task.file("campaigns")
     if answer["verdict"] == CRASH or task.ablation in ABLATIONS:
         return more
-    with _timed(spent, "least"):
-        more["least"] = _tried(lambda: least_error(read_campaign(folder), truth, answer))
+    with _stopwatch(spent, "least"):
+        more["least"] = _attempt(lambda: least_error(read_campaign(folder), truth, answer))
     if task.others:
-        with _timed(spent, "others"):
-            more["others"] = _tried(lambda: others(folder, truth.base, answer))
+        with _stopwatch(spent, "others"):
+            more["others"] = _attempt(lambda: plain_methods(folder, truth.base, answer))
     if task.advised and task.seed % task.advised == 0:
-        with _timed(spent, "advice"):
+        with _stopwatch(spent, "advice"):
             again = partial(follow, ablation=task.ablation, bootstraps=task.bootstraps)
-            more["advice"] = _tried(lambda: again(folder, truth, answer))
+            more["advice"] = _attempt(lambda: again(folder, truth, answer))
     return more
 
 
-def _tried(what: Callable[[], Any]) -> Any:
+def _attempt(what: Callable[[], Any]) -> Any:
     """What a function returns, or a crash: it must not cost the answer that is kept already."""
     try:
         return what()
     except Exception as error:
-        return {CRASH: crashed(error)["sentence"]}
+        return {CRASH: crash_answer(error)["sentence"]}
 
 
 @contextmanager
-def _timed(spent: dict[str, float], name: str) -> Iterator[None]:
+def _stopwatch(spent: dict[str, float], name: str) -> Iterator[None]:
     """Seconds by the clock, and of the processor as NAME_cpu."""
     began, worked = time.perf_counter(), time.process_time()
     try:

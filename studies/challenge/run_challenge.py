@@ -12,7 +12,7 @@ from belt_sim.files import read_json
 from belt_sim.virtual_rig.blinding import SEALED, reveal
 from studies.challenge.pool import share
 from studies.challenge.registry import ANSWERS, SOURCES
-from studies.challenge.run_case import Task, crashed, keep, run_case
+from studies.challenge.run_case import Task, crash_answer, run_case, write_result
 
 PATIENCE = 1800.0  # [s] that one campaign may take
 
@@ -37,7 +37,7 @@ def run_challenge(
         if trouble:
             sealed = task.file("sealed")
             truth = reveal(sealed) if (sealed / SEALED).exists() else None
-            keep(task, answer=crashed(trouble), truth=truth, seconds={})
+            write_result(task, answer=crash_answer(trouble), truth=truth, seconds={})
         tell(_read(task.file("results")))
     return results(first.out)
 

@@ -140,22 +140,22 @@ def score_case(result: Mapping[str, Any], answer: Mapping[str, Any] | None = Non
         plan=" ".join(str(truth.get("plan") or "").split()[:1]),
         base=truth["base"],
         hidden=[e["id"] for e in truth["effects"]],
-        d=[_rounded(e.get("d")) for e in truth["effects"]],
+        d=[_round(e.get("d")) for e in truth["effects"]],
         lookalikes=list(truth["lookalikes"]),
-        distance=_rounded(truth["distance"]),
+        distance=_round(truth["distance"]),
         unknown=[truth[k] for k in ("place", "variable", "form")] if truth.get("place") else [],
         dirt=(truth["dirty"] or {}).get("kind"),
         verdict=answer["verdict"],
         named={e["id"]: round(e["probability"], 4) for e in effects},
         aliases={e["id"]: [_as_set(a) for a in e["confusable_with"]] for e in effects if e["confusable_with"]},
         suspected=sorted({s["kind"] for s in answer.get("suspicions", [])}),
-        caught=caught(truth, answer),
-        removed=removed(error_of(answer), result.get("least") if own else None),
-        **_followed(result if own else {}),
+        caught=damage_caught(truth, answer),
+        removed=error_removed(error_of(answer), result.get("least") if own else None),
+        **_advice_fields(result if own else {}),
         p=_p_value(answer),
         sentence=answer.get("sentence", ""),
     )
-    more = {"outcome": outcome_of(found), "covered": covered(truth, answer)} | discovery(truth, answer)
+    more = {"outcome": outcome_of(found), "covered": parameters_covered(truth, answer)} | discovery(truth, answer)
     scored = replace(found, **more)
     if scored.right:
         return scored
@@ -212,7 +212,7 @@ def _naming(f: ScoredCase) -> str:
     return "lookalike" if named and named <= hidden | set(f.lookalikes) else "wrong"
 
 
-def caught(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> bool:
+def damage_caught(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> bool:
     """Whether damaged data were recognised: nothing is said of the model, or the damaged run and signal are named."""
     dirt = truth["dirty"]
     if not dirt or answer["verdict"] == "crash":
@@ -225,7 +225,7 @@ def caught(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> bool:
     )
 
 
-def covered(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> list[bool]:
+def parameters_covered(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> list[bool]:
     """For each true parameter, whether the interval of the effect of its name holds it.
 
     Only where exactly the hidden effects are named and nothing is left: elsewhere values are effective ones.
@@ -243,7 +243,7 @@ def covered(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> list[bool]:
     return inside
 
 
-def removed(error: Mapping[str, Any] | None, least: Mapping[str, float] | None = None) -> float | None:
+def error_removed(error: Mapping[str, Any] | None, least: Mapping[str, float] | None = None) -> float | None:
     """(before - after) / (before - least) of the held-out rms, in mm or m; None with nothing to remove.
 
     least: what a law that knows the truth would have left of these readings (oracle.py); where nobody worked that out
@@ -281,17 +281,17 @@ def discovery(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, 
     return told | {"place": place_right(truth, said), "law": law_right(truth, said)}
 
 
-def _followed(result: Mapping[str, Any]) -> dict[str, Any]:
+def _advice_fields(result: Mapping[str, Any]) -> dict[str, Any]:
     """What came of the advice that was followed, and what it had promised."""
     advice = result.get("advice") or {}
-    return {"advice": advice.get("resolved"), "promised": _rounded(advice.get("sigma_after"))}
+    return {"advice": advice.get("resolved"), "promised": _round(advice.get("sigma_after"))}
 
 
 def _p_value(answer: Mapping[str, Any]) -> float | None:
     return (answer.get("discovery") or {}).get("p")
 
 
-def _rounded(value: float | None) -> float | None:
+def _round(value: float | None) -> float | None:
     return None if value is None else round(float(value), 3)
 
 

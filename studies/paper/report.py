@@ -47,13 +47,8 @@ def _cell(cell: Cell) -> str:
     return f"<td{kind}>{escape(cell.text)}</td>"
 
 
-def html_list(items: Sequence[str]) -> str:
-    """A bulleted list."""
-    return '<ul class="pairs">' + "".join(f"<li>{escape(i)}</li>" for i in items) + "</ul>"
-
-
 def markdown_list(items: Sequence[str]) -> str:
-    """The same in a document."""
+    """A bulleted list."""
     return "\n".join(f"- {i}" for i in items)
 
 

@@ -18,7 +18,7 @@ from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.search import Scored
 from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.discovery.words import formula, sentence
-from studies.challenge.laws import pairs, place_said
+from studies.challenge.laws import generator_place, pairs
 
 GREASE = Form("alpha", course="stretch", at=1.2, wide=0.1)
 BENT = Form("one", course="stretch", at=0.8, wide=0.1)
@@ -114,20 +114,20 @@ def test_it_is_said_as_what_comes_with_the_belt():
     said = formula(law)
     assert said == "α once a revolution on 0.100 of the belt"
     assert ("belt_phase", "periodic") in pairs(f"(0.3 ± 0.1) × {said}")
-    assert place_said(law.terms[0].place.words) == "runup_both"
+    assert generator_place(law.terms[0].place.words) == "runup_both"
 
 
 def test_its_sentence_says_where_on_the_belt_it_is():
     survey = both_ways()[1]
     numbers = {"size": (0.02, 1e-3, "1"), "at": (1.2, 0.01, "1"), "wide": (0.1, 0.02, "1")}
 
-    def said(law: Law) -> str:
+    def least_squares_answer(law: Law) -> str:
         made = SimpleNamespace(scored=Scored(law, 0.0, 0.0), estimates=lambda: numbers, exponent=(0.0, 0.0))
         return sentence(survey, made, 1.0, "a stretch", alone=True, carries=True)
 
     where = "the middle of the stretch runs up the tail pulley 0.200 ± 0.010 belt lengths after"
-    assert where in said(law_of(survey, "drift_carried", GREASE))
-    assert "middle" not in said(law_of(survey, "drift_tail", Form("alpha")))
+    assert where in least_squares_answer(law_of(survey, "drift_carried", GREASE))
+    assert "middle" not in least_squares_answer(law_of(survey, "drift_tail", Form("alpha")))
 
 
 def test_a_law_of_the_belt_alone_is_drawn_where_it_was_met():

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 from virtual_bench import SPAN, YAW, measured, plan_of
 
-from belt_sim.virtual_rig.load import along_span, couple_at, force_at, rolling
+from belt_sim.virtual_rig.load import couple_at, force_at, uniform_force, uniform_roll_couple
 from belt_sim.virtual_rig.observe import Errors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, Setting
 from belt_sim.virtual_rig.reference_effects.span import EdgeGuide, IdlerSkew, MachineTilt, OffCentreLoad, SideDrag
@@ -63,7 +63,7 @@ def test_forces_and_couples_are_what_the_equations_say(base, share, direction):
 def test_spread_loads_are_what_the_equations_say(base):
     """EI kappa'' = F y'' + p, and T phi'' = EI Z kappa - m for a couple m that lifts the side y > 0."""
     line = line_from(base)
-    for load, place, size in ((along_span, 3, 1 / BENDING), (rolling, 5, -1 / line.torsion.item())):
+    for load, place, size in ((uniform_force, 3, 1 / BENDING), (uniform_roll_couple, 5, -1 / line.torsion.item())):
         spread = np.zeros(6)
         spread[place] = size
         found, wanted = load(line, True), ends_of(line, np.zeros(6), 2 * SPAN, spread)

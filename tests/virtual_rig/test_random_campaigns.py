@@ -73,7 +73,7 @@ def test_noise_is_far_off_only_where_repeats_tell():
 
 
 def test_true_noise_is_what_is_measured():
-    noise = Noise(scale=2.0, true_length=7.0).as_it_is()
+    noise = Noise(scale=2.0, true_length=7.0).with_true_level()
     assert (noise.white, noise.wander_sd, noise.wander_length) == (4e-5, 1e-4, 7.0)
     assert noise.scale == 1.0
 

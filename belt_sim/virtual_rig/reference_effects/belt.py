@@ -6,7 +6,7 @@ import numpy as np
 
 from belt_sim.rig import GRAVITY
 from belt_sim.virtual_rig.fault import Fault, Size
-from belt_sim.virtual_rig.load import tilting
+from belt_sim.virtual_rig.load import tilt_sensitivity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,13 +19,13 @@ class Camber(Fault):
     kappa_c: float = 0.0
 
     def turn(self, s, line, y, kappa):
-        left = 1 - line.turning.mean(axis=1) * line.span_length
+        left = 1 - line.runup_sensitivity.mean(axis=1) * line.span_length
         return np.broadcast_to(self.kappa_c * left, kappa.shape)
 
     def read(self, value, place, s, line):
         if not place.endswith("mid_span"):
             return value
-        per_curvature = line.bending * line.span_length * tilting(line, place == "upper_mid_span").mean(axis=1)
+        per_curvature = line.bending * line.span_length * tilt_sensitivity(line, place == "upper_mid_span").mean(axis=1)
         return value + self.kappa_c * per_curvature
 
     def scene(self, parts, case):
@@ -62,7 +62,8 @@ class Weld(Fault):
             return value
         upper = place == "upper_mid_span"
         behind = np.where((line.direction > 0) == upper, *self._places(s, line))
-        return value + self.angle * line.bending * self._felt(self._last(behind, line), tilting(line, upper), line)
+        tilt = self._felt(self._last(behind, line), tilt_sensitivity(line, upper), line)
+        return value + self.angle * line.bending * tilt
 
     def _places(self, s, line):
         """How far the kink lies behind the run-off of the span to the tail, and of that to the head, not wrapped."""
@@ -80,7 +81,7 @@ class Weld(Fault):
         place = self._last(place, line)
         passing = (line.span_length - place) / self.LENGTH
         bump = np.where(np.abs(passing) < 0.5, (1 + np.cos(2 * np.pi * passing)) / self.LENGTH, 0.0)
-        return bump - self._felt(place, line.turning, line)
+        return bump - self._felt(place, line.runup_sensitivity, line)
 
     def _felt(self, place, bent, line):
         """Mean over a unit kink at ``place`` (..., batch) of the curvature ``bent`` (batch, n) along a span."""
@@ -152,7 +153,7 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc,valid-type]
     mixed = True
 
     def edge(self, place, s, line):
-        phase = -2 * np.pi * line.passing(place, s) / line.belt_length
+        phase = -2 * np.pi * line.belt_coordinate(place, s) / line.belt_length
         there = [k for k in range(1, HARMONICS + 1) if np.any(self._of(k)[0]) or np.any(self._of(k)[1])]
         return sum((self._of(k)[0] * np.cos(k * phase) + self._of(k)[1] * np.sin(k * phase) for k in there), 0.0)
 

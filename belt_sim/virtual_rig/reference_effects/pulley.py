@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.virtual_rig.fault import TAIL, Fault, Size, add_to_pulley
-from belt_sim.virtual_rig.time_courses import SLOWEST, Warming, warmed
+from belt_sim.virtual_rig.time_courses import SLOWEST, Warming, warm_up
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +35,7 @@ class TaperDrift(Warming, Fault):
     time_constant: float = SLOWEST
 
     def turn(self, s, line, y, kappa):
-        return self.rate * warmed(s, line, self.time_constant) * TAIL
+        return self.rate * warm_up(s, line, self.time_constant) * TAIL
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.virtual_rig.fault import Fault, Size
-from belt_sim.virtual_rig.load import along_span, couple_at, force_at, rolling
+from belt_sim.virtual_rig.load import couple_at, force_at, uniform_force, uniform_roll_couple
 
 
 class AtAPlace:
@@ -126,7 +126,7 @@ class MachineTilt(Fault):
     angle: float = 0.0
 
     def loads(self, line):
-        return along_span(line, True), along_span(line, False)
+        return uniform_force(line, True), uniform_force(line, False)
 
     def push(self, s, line, load, free, kept):
         weight = line.density * line.gravity * line.width * line.thickness
@@ -147,7 +147,7 @@ class OffCentreLoad(Fault):
     moment: float = 0.0
 
     def loads(self, line):
-        return (rolling(line, True),)
+        return (uniform_roll_couple(line, True),)
 
     def push(self, s, line, load, free, kept):
         return -self.moment + 0 * free, kept

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.virtual_rig.fault import Fault, Size, add_to_pulley
-from belt_sim.virtual_rig.time_courses import SLOWEST, Warming, warmed
+from belt_sim.virtual_rig.time_courses import SLOWEST, Warming, warm_up
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +81,7 @@ class YawDrift(Warming, Fault):
     time_constant: float = SLOWEST
 
     def yaw(self, s, line):
-        return self.rate * warmed(s, line, self.time_constant)
+        return self.rate * warm_up(s, line, self.time_constant)
 
 
 @dataclass(frozen=True, kw_only=True)

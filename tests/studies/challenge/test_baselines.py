@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_challenge import answer_of
 
-from studies.challenge.baselines import Table, by_bic, iid_bic, said, sparse, ungated
+from studies.challenge.baselines import Table, iid_bic, least_squares_answer, search_by_bic, search_without_gate, sparse
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def test_plain_methods_are_right_where_noise_is_white(table):
         low, high = answer["effects"][0]["parameters"]["a"]["interval_95"]
         assert low < 6.0 < high
         assert high - low == pytest.approx(2 * 1.96 * 2.0 * 0.1 / np.sqrt((table.columns[0] ** 2).sum()), rel=0.1)
-    assert said(table, [], {})["verdict"] == "adequate"
+    assert least_squares_answer(table, [], {})["verdict"] == "adequate"
 
 
 def searched(*rounds, names=()):
@@ -38,16 +38,16 @@ def by_name(answer):
 
 def test_a_search_by_bic_pays_for_every_parameter_and_follows_what_was_tried():
     tried = searched({"a": 30.0, "b": 34.0, "c": 9.9}, {"b": 13.75, "c": 13.7})
-    assert by_name(by_bic(tried, 1000)) == ["a"]  # 30 - 1 ln 1000 > 34 - 2 ln 1000, and 2 ln 1000 = 13.8
-    assert by_name(by_bic(tried, 900)) == ["a", "b"]
+    assert by_name(search_by_bic(tried, 1000)) == ["a"]  # 30 - 1 ln 1000 > 34 - 2 ln 1000, and 2 ln 1000 = 13.8
+    assert by_name(search_by_bic(tried, 900)) == ["a", "b"]
     elsewhere = searched({"a": 30.0, "b": 34.0, "c": 9.9}, {"a": 13.9, "c": 99.0})  # gains beside b say nothing of a
-    assert by_name(by_bic(elsewhere, 900)) == ["a"]
-    assert by_bic(answer_of(verdict="cannot_say"), 900)["verdict"] == "cannot_say"
+    assert by_name(search_by_bic(elsewhere, 900)) == ["a"]
+    assert search_by_bic(answer_of(verdict="cannot_say"), 900)["verdict"] == "cannot_say"
 
 
 def test_without_its_gate_the_search_names_what_it_ends_with():
     rounds = ({"a": 30.0, "b": 34.0, "c": 9.9}, {"a": 13.9, "c": 7.0})
-    assert by_name(ungated(searched(*rounds))) == ["b"]
-    assert ungated(searched(*rounds))["verdict"] == "explained"
-    assert by_name(ungated(searched(*rounds, names=("a",)))) == ["a"]
-    assert ungated(searched(rounds[0]))["verdict"] == "adequate"
+    assert by_name(search_without_gate(searched(*rounds))) == ["b"]
+    assert search_without_gate(searched(*rounds))["verdict"] == "explained"
+    assert by_name(search_without_gate(searched(*rounds, names=("a",)))) == ["a"]
+    assert search_without_gate(searched(rounds[0]))["verdict"] == "adequate"

@@ -4,9 +4,9 @@ import pytest
 from scored import DIRT, facts, result, truth
 from small_challenge import answer_of
 
-from studies.challenge.laws import pairs, place_said
+from studies.challenge.laws import generator_place, pairs
 from studies.challenge.report import reliability
-from studies.challenge.score import removed, score_case
+from studies.challenge.score import error_removed, score_case
 from studies.challenge.targets import Share, confidently_wrong, targets
 
 
@@ -130,11 +130,11 @@ def test_the_reducible_error_is_what_exceeds_what_the_truth_leaves():
     in_metres = {"held_out": {"before": 1.1e-3, "after": 0.2e-3}, "noise_floor": 1e-4}
     beside = told | {"beside_settings": {"before_mm": 0.5, "after_mm": 0.3, "noise_floor_mm": 0.1}}
     least = {"plain_mm": 0.2, "beside_settings_mm": 0.25}
-    assert removed(told, least) == removed(in_metres, least) == pytest.approx(1.0)
+    assert error_removed(told, least) == error_removed(in_metres, least) == pytest.approx(1.0)
     discovered = in_metres | {"own": {"before": 5e-4, "after": 3e-4, "floor": 1e-4}}
-    assert removed(beside, least) == removed(discovered, least) == pytest.approx(0.8)
-    assert removed(beside, {"crash": "ValueError"}) == removed(beside) == pytest.approx(0.5)
-    assert removed(told, {"plain_mm": 1.05, "beside_settings_mm": 0.1}) is None
+    assert error_removed(beside, least) == error_removed(discovered, least) == pytest.approx(0.8)
+    assert error_removed(beside, {"crash": "ValueError"}) == error_removed(beside) == pytest.approx(0.5)
+    assert error_removed(told, {"plain_mm": 1.05, "beside_settings_mm": 0.1}) is None
 
 
 def discovery(formula: str, place: str, *rivals: str, found: bool = True, exponent: float = 0.0, sensors: int = 2):
@@ -205,7 +205,7 @@ def test_a_discovered_law_is_right_in_its_place_and_in_its_law_or_not():
     ],
 )
 def test_places_of_the_finder_in_the_words_of_the_generator(said, true):
-    assert place_said(said) == true
+    assert generator_place(said) == true
 
 
 @pytest.mark.parametrize(
