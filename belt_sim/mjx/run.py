@@ -301,7 +301,7 @@ class Watched:
     def look(self, record: Record, data: Data, read: np.ndarray, yaw: np.ndarray, steps: int) -> None:
         """After the step that has read ``read`` (20,)."""
         travel = float(read[READING["travel"]])
-        if not self.observers or travel < 0.0 or record.failed or not record.counts[0]:
+        if not self.observers or travel < 0.0 or record.failed or not record.counts[0] or steps > record.steps:
             return
         model = self.ready.model
         slides = np.moveaxis(np.asarray(nodes_of(model.shape, np.asarray(data.mjx[0])[0])), -1, 0)
