@@ -47,6 +47,7 @@ class Line:
     compliance: np.ndarray
     cant: np.ndarray
     layer: np.ndarray
+    residual: np.ndarray
 
     @property
     def bending(self) -> np.ndarray:
@@ -65,9 +66,15 @@ class Line:
 
     @property
     def torsion(self) -> np.ndarray:
-        """T = F b^2/12 + G b h^3/3 [N m2]."""
+        """T = F b^2/12 + G b h^3/3 [N m2], and what the stress at rest does to a twist, integral of s y^2."""
         shear = self.youngs_modulus / (2 * (1 + self.poisson_ratio))
-        return self.force * self.width**2 / 12 + shear * self.width * self.thickness**3 / 3
+        places, weights = np.polynomial.legendre.leggauss(3)  # exact for the fourth order that it has
+        at_rest = self.residual * sum(w * (1 - 3 * u**2) * u**2 for u, w in zip(places, weights, strict=True))
+        return (
+            self.force * self.width**2 / 12
+            + shear * self.width * self.thickness**3 / 3
+            + self.thickness * (self.width / 2) ** 3 * at_rest
+        )
 
     @property
     def belt_length(self) -> np.ndarray:
@@ -159,6 +166,7 @@ def line_from(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
         "compliance": 0.0,
         "cant": 0.0,
         "layer": 0.0,
+        "residual": 0.0,
     }
     fields = constants | faultless | settings
     return Line(**{name: np.broadcast_to(np.asarray(v), (count,)) for name, v in fields.items()})

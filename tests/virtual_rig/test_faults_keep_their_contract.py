@@ -1,12 +1,10 @@
 """What every fault owes: sizes of real machines, nothing at null, something when typical."""
 
-from pathlib import Path
 
 import numpy as np
 import pytest
 from virtual_bench import YAW, plan_of
 
-import belt_sim
 from belt_sim.effects.library import library
 from belt_sim.scene_parts import SceneParts
 from belt_sim.virtual_rig.fault import overrides
@@ -64,7 +62,7 @@ def test_its_sizes_are_a_machines(name):
 
 
 def test_the_catalogue_holds_twins_of_effects_and_unmodelled_faults_have_none():
-    effects = {path.stem for path in (Path(belt_sim.__file__).parent / "effects").glob("*.py")}
+    effects = set(library())
     assert set(CATALOGUE) <= effects
     assert not set(UNMODELLED) & effects
 

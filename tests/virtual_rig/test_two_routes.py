@@ -44,6 +44,8 @@ CASES = [
     ("lift_off", {"strength": 1.0}, None, "strip", 7e6, 1.0),
     ("lift_off", {"strength": 1.0}, None, "strip", 10e6, -1.0),
     ("camber", {"kappa_c": 2e-5}, None, "strip", 10e6, 1.0),
+    ("flatness", {"amplitude": 5e6}, None, "strip", 10e6, 1.0),
+    ("flatness", {"amplitude": -5e6}, None, "strip", 7e6, -1.0),
     ("weld", {"angle": 1e-3, "at": 5.64}, None, "strip", 10e6, 1.0),
     ("weld", {"angle": 1e-3, "at": 11.28 + 0.17 * np.pi + 5.64}, None, "strip", 40e6, -1.0),
     ("edge_guide", {"stiffness": 1e6, "gap": 3e-4, "at": 2.0}, None, "strip", 10e6, 1.0),

@@ -32,6 +32,18 @@ class Camber(Fault):
         return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts
 
 
+@dataclass(frozen=True, kw_only=True)
+class Flatness(Fault):
+    """Residual stress of the strip, amplitude (1 - 12 y^2/b^2) across its width; positive: long edges."""
+
+    id = "flatness"
+    sizes = {"amplitude": Size(unit="Pa", typical=4e6, limit=2e7)}
+    amplitude: float = 0.0
+
+    def set(self, line):
+        return replace(line, residual=line.residual + self.amplitude)
+
+
 _POINTS = (np.arange(16) + 0.5) / 16 - 0.5  # quadrature over the bend
 
 
