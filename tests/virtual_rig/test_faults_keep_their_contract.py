@@ -1,6 +1,5 @@
 """What every fault owes: sizes of real machines, nothing at null, something when typical."""
 
-
 import numpy as np
 import pytest
 from virtual_bench import YAW, plan_of
