@@ -1,4 +1,4 @@
-"""26 published campaigns, scored by hand from what was hidden and what was answered (studies/challenge/stored).
+"""27 published campaigns, scored by hand from what was hidden and what was answered (studies/challenge/stored).
 
 Whoever changes the scorer changes a published figure: the reason beside each row says why it counts as it does.
 """
@@ -134,6 +134,12 @@ GOLD = [
     Gold(
         seed=9920138, kind="outside", hidden="soft_shoulder", named={"crown": 0.9898},
         outcome="wrong", in_set=False, false="crown", sure=True, why="a known effect is blamed for an unknown one",
+    ),
+    Gold(
+        seed=9920150, kind="outside", hidden="grip_limit", verdict="partly",
+        named={"encoder_scale": 0.7, "soft_cover": 0.7}, outcome="wrong", in_set=False,
+        false="encoder_scale soft_cover",
+        why="that more is missing is said, but two known effects are blamed",
     ),
     Gold(
         seed=9940381, kind="outside", hidden="wrap_creep edge_profile", verdict="partly", named={"edge_profile": 0.7},
