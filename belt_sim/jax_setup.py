@@ -90,7 +90,8 @@ def check_environment() -> None:
     if not flags:
         return
     command = [sys.executable, "-c", "import jax; jax.devices()"]
-    tried = subprocess.run(command, capture_output=True, text=True, check=False)
+    cpu = os.environ | {"JAX_PLATFORMS": "cpu"}
+    tried = subprocess.run(command, capture_output=True, text=True, check=False, env=cpu)
     if tried.returncode:
         said = [line for line in tried.stderr.splitlines() if "nknown flag" in line] or tried.stderr.splitlines()[-1:]
         raise InputError("XLA_FLAGS", flags, "", f"XLA does not start with it ({' '.join(said)[-120:]}); unset it")
