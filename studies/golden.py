@@ -68,6 +68,7 @@ TOLERANCES = (
     Tolerance("diagnoses/*threshold*", 2e-2, 0, "maximum over bootstrap draws, refined by fits that stop early"),
     Tolerance("diagnoses/*gain*", 1e-3, 5e-2, "differences of chi2; decisions ask for 4.6 and more"),
     Tolerance("diagnoses/*probability*", 0, 2e-2, "exponentials of gains"),
+    Tolerance("diagnoses/*/selection_frequency", 0, 3e-2, "a share of some hundred bootstrap draws"),
     Tolerance("diagnoses/*/p", 5e-2, 1e-3, "tail of a fitted distribution"),
     Tolerance("diagnoses/*sigma*", 1e-2, 1e-2, "separations are read to a tenth"),
     Tolerance("diagnoses/*", 1e-3, 1e-6, "root mean squares and settings that follow the fit"),
