@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from belt_sim.paths import ROOT
+from belt_sim.quasi_static import run as quasi_static
 from belt_sim.use_cases import batched as module
 
 COARSE = (
@@ -70,7 +71,7 @@ def test_unlike_meshes_are_batches_of_their_own(monkeypatch):
         seen.append([float(r.case.settings.tension) / 1e6 for r in ready])
         yield from ([r.shape.stations] for r in ready)
 
-    monkeypatch.setattr(module, "in_batches", recorded)
+    monkeypatch.setattr(quasi_static, "in_batches", recorded)
     fine = {"model": {"name": "mujoco_flex", "dx": 0.03}}
     kinds = [{}, fine, {}, fine, {"model": {"name": "mujoco_flex", "control": True}}, {"tension": IMPOSSIBLE}]
     base = {

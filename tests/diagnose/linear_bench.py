@@ -32,7 +32,9 @@ class Sum:
     """Predictions that are each effect's shape times its one number; shapes: id -> (R, S, n)."""
 
     def __init__(self, shapes):
-        self.classes = tuple(SimpleNamespace(id=i, parameters={"size": NUMBER}, linear=False) for i in shapes)
+        self.classes = tuple(
+            SimpleNamespace(id=i, parameters={"size": NUMBER}, is_additive=lambda: False) for i in shapes
+        )
         self.slots = tuple(SimpleNamespace(effect=c, name="size", scale=1.0) for c in self.classes)
         self.rows, self.size = np.stack(list(shapes.values())), len(shapes)
         self.sides = np.full(self.size, -np.inf), np.full(self.size, np.inf)

@@ -25,7 +25,7 @@ RUNS = tuple(
 
 #: a parameter of which a machine leaves everything open
 OPEN = SimpleNamespace(plausible=(-1e6, 1e6), null=0.0)
-EFFECT = SimpleNamespace(id="a", parameters={"size": OPEN}, linear=False)
+EFFECT = SimpleNamespace(id="a", parameters={"size": OPEN}, is_additive=lambda: False)
 SLOT = SimpleNamespace(scale=1.0, name="size", effect=EFFECT)
 
 

@@ -25,7 +25,7 @@ class Bent:
     """Predictions ``of`` the numbers (k,) of one effect, derivatives by differences."""
 
     def __init__(self, of, **parameters):
-        effect = SimpleNamespace(id="bent", parameters=parameters, linear=False)
+        effect = SimpleNamespace(id="bent", parameters=parameters, is_additive=lambda: False)
         self.of, self.classes, self.size = of, (effect,), len(parameters)
         self.slots = tuple(SimpleNamespace(effect=effect, name=n, scale=1.0) for n in parameters)
         self.sides = np.full(self.size, -np.inf), np.full(self.size, np.inf)

@@ -19,7 +19,7 @@ from belt_sim.results.found import RunSettings
 from belt_sim.si import DEGREE
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.blinding import HASH
-from studies.challenge.registry import ANSWERS, cost
+from studies.challenge.registry import ANSWERS, SOURCES, cost
 from studies.challenge.run_case import Task
 from studies.challenge.run_challenge import ablation_tasks, results, run_challenge
 from studies.challenge.score import score_case
@@ -169,9 +169,12 @@ def test_what_was_drawn_is_answered_again_without_being_drawn(right, tmp_path):
     assert not (tmp_path / "campaigns").exists()
 
 
-def test_all_others_answer_the_campaigns_of_a_challenge_again(right):
+def test_all_others_answer_the_campaigns_of_a_challenge_again(right, monkeypatch):
     """The folder's own source and number of bootstraps hold; results go beside it, by who answers."""
     out, _ = right
+    with pytest.raises(InputError, match="is none of mix"):  # nothing that results name is imported
+        ablation_tasks(replace(task(out, "oracle"), of=out))
+    monkeypatch.setitem(SOURCES, "small_challenge:draw", draw)
     first = replace(task(out / "elsewhere", "oracle"), of=out, bootstraps=999, others=True)
     tasks = {t.ablation: (t, seeds) for t, seeds in ablation_tasks(first)}
     assert set(tasks) == set(ANSWERS)
