@@ -114,7 +114,7 @@ def add_station(
     station.joint("spin").armature = mass * radius**2
     station.geom("shell").size = [radius, 0.5 * _FACE_MARGIN * width, 0.0]
     station.geom("mark").size = [0.01, 0.501 * _FACE_MARGIN * width, 0.01]
-    station.geom("mark").pos = [0.0, 0.0, radius - 0.009]
+    station.geom("mark").pos = [0.0, 0.0, radius - 0.014]  # below the surface: it stops no ray that looks for an edge
     station.site("top").pos, station.site("bottom").pos = [0, 0, radius], [0, 0, -radius]
     half = 0.5 * surface.cant
     station.body("fork").quat = [1.0, 0.0, 0.0, 0.0]

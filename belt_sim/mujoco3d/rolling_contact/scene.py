@@ -36,6 +36,7 @@ _SPEED_GAIN, _DRIVE_FORCE = 2e4, 200.0  # [N s/m] and [N] at the rim: the drive 
 _YAW_STIFFNESS = 1e9  # [N m/rad]: a moment of 100 N m turns the pulley by 1e-7 rad
 _SLIDE_DAMPING = 1.0  # of critical
 _FLAG = (4e-4, 4e-3)  # [m], half thickness along y and half height of an edge flag
+_FLAGS_OVERLAP = 1.04  # length of an edge flag over a chord: the corners on a pulley would let a ray through
 _RAY_FROM = 0.3  # [m] from the middle of the machine
 _COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0)}
 
@@ -133,7 +134,7 @@ def _add_defaults(spec: mujoco.MjSpec, contact: ContactLaw, chord: float) -> Non
     node.geom.type, node.geom.size, node.geom.mass = mujoco.mjtGeom.mjGEOM_SPHERE, [NODE_RADIUS, 0, 0], 0.0
     node.geom.rgba, node.geom.group = _COLOURS["node"], 2
     flag = spec.add_default("flag", spec.default)
-    flag.geom.type, flag.geom.size = mujoco.mjtGeom.mjGEOM_BOX, [0.5 * chord, _FLAG[0], _FLAG[1]]
+    flag.geom.type, flag.geom.size = mujoco.mjtGeom.mjGEOM_BOX, [0.5 * _FLAGS_OVERLAP * chord, *_FLAG]
     flag.geom.contype = flag.geom.conaffinity = 0
     flag.geom.mass, flag.geom.rgba, flag.geom.group = 0.0, _COLOURS["flag"], 4
 
