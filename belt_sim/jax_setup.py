@@ -84,7 +84,7 @@ def prepare(space: bool = False) -> None:
 def check_environment() -> None:
     """Raise InputError for variables of the user's that JAX cannot work with: XLA ends a process that has a flag which
     it does not know."""
-    if jax.config.jax_disable_jit:
+    if jax.config.values["jax_disable_jit"]:
         raise InputError("JAX_DISABLE_JIT", "1", "", "belts are compiled; unset it")
     flags = os.environ.get("XLA_FLAGS")
     if not flags:

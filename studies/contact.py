@@ -323,8 +323,8 @@ def at_cover(laws: np.ndarray, share: float) -> np.ndarray:
 def draw(path: Path, done: dict[Contact, dict[str, float]]) -> Path:
     """y of points 1 and 3 over the give of the contact, the law at its edge."""
     panels = {k: v for k, v in series(done).items() if k[2] == Contact().dx}
-    fig, axes = style.figure(11.0, 3.6, 1, len(panels))
-    for ax, ((tension, yaw, dx), cases) in zip(np.ravel(axes), panels.items(), strict=True):
+    fig, [axes] = style.figure(11.0, 3.6, 1, len(panels))
+    for ax, ((tension, yaw, dx), cases) in zip(axes, panels.items(), strict=True):
         expected, sunk = law(tension, yaw, dx), np.array([done[c]["penetration"] for c in cases])
         for point, colour in ((1, BLUE), (3, RED)):
             for place, mark in zip(READ, "os^", strict=True):
@@ -335,8 +335,8 @@ def draw(path: Path, done: dict[Contact, dict[str, float]]) -> Path:
                 ax.plot(0.0, expected[name], mark, color=INK, fillstyle="none", markersize=9, clip_on=False)
         ax.set_title(f"{tension:g} N/mm$^2$, yaw {yaw:g} deg")
         ax.set_xlabel("the belt has sunk in [um]")
-    np.ravel(axes)[0].set_ylabel("y [mm]")
-    np.ravel(axes)[-1].legend(fontsize=7)
+    axes[0].set_ylabel("y [mm]")
+    axes[-1].legend(fontsize=7)
     style.title(fig, "Belt carried by contact: filled; strip law: open, where nothing sinks in")
     return style.save(fig, path)
 

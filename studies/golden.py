@@ -192,7 +192,7 @@ PARTS: dict[str, Callable[..., Iterator[tuple[str, Json]]]] = {
 def published_scores() -> dict[str, Json]:
     """The rows of studies/challenge/stored that are kept: the first of each source; of mix so many of each kind."""
     quota = {"nothing": 3, "library": 7, "two": 4, "outside": 2, "dirty": 3, "below_noise": 1}
-    kept = {}
+    kept: dict[str, Any] = {}
     for name in SCORED:
         rows = json.loads((ROOT / "studies" / "challenge" / "stored" / f"{name}_diagnosis.json").read_text())["rows"]
         left = dict(quota) if name.startswith("mix") else dict.fromkeys(quota, PER_SOURCE)
@@ -421,7 +421,7 @@ def main(arguments: list[str]) -> int:
         return 2
     status = 0
     for part in parts or PARTS:
-        more = {"count": int(settings["count"])} if part == "scores" and "count" in settings else {}
+        more: dict[str, Any] = {"count": int(settings["count"])} if part == "scores" and "count" in settings else {}
         if action == "write":
             kept = published_scores() if part == "scores" else {}
             for name, content in kept.items() if kept else PARTS[part](settings.get("only", "*"), work_folder() / part):

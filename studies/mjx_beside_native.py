@@ -88,6 +88,8 @@ def row(asked: Asked, mine: Curves, reference: Curves, cpu: float) -> str:
     at = mine.travel[(mine.travel > BEGIN) & (mine.travel < reference.travel[-1])]
     y, wanted = (np.array([np.interp(at, c.travel, point) for point in c.y]) for c in (mine, reference))
     off = 100.0 * np.abs(y - wanted).max(axis=1) / np.abs(wanted).max()
+    assert mine.extra is not None
+    assert reference.extra is not None
     tension = 100.0 * (mine.extra["tension"][-1] / reference.extra["tension"][-1] - 1.0)
     numbers = [
         asked.tension,

@@ -19,6 +19,7 @@ from belt_sim.analytic.model import AnalyticModel, analytic_model
 from belt_sim.case import Case
 from belt_sim.config import case_from
 from belt_sim.curves import late_rates
+from belt_sim.effects.base import Effect
 from belt_sim.effects.camber import Camber
 from belt_sim.effects.flatness import Flatness
 from belt_sim.effects.lift_off import LiftOff
@@ -59,15 +60,18 @@ def candidates() -> dict[str, Change]:
     def tension(case: Case, change: float) -> Case:
         return replace(case, settings=replace(case.settings, tension=case.settings.tension + change * N_PER_MM2))
 
+    def acting(effect: Effect) -> Change:
+        return lambda case: (case, (effect,))
+
     found: dict[str, Change] = {"strip alone": lambda case: (case, ())}
     for residual in (4.0, 6.0, 8.0):
-        found[f"long edges, {residual:g} N/mm2"] = lambda c, r=residual: (c, (Flatness(amplitude=r * N_PER_MM2),))
-    found["long middle, 10 N/mm2"] = lambda case: (case, (Flatness(amplitude=-10.0 * N_PER_MM2),))
+        found[f"long edges, {residual:g} N/mm2"] = acting(Flatness(amplitude=residual * N_PER_MM2))
+    found["long middle, 10 N/mm2"] = acting(Flatness(amplitude=-10.0 * N_PER_MM2))
     for curvature in (1e-5, 2e-5, 3e-5):
-        found[f"camber, {curvature:g} 1/m"] = lambda case, k=curvature: (case, (Camber(kappa_c=-k),))
+        found[f"camber, {curvature:g} 1/m"] = acting(Camber(kappa_c=-curvature))
     found["load cell +3 N/mm2"] = lambda case: (tension(case, -3.0), ())
     found["load cell -3 N/mm2"] = lambda case: (tension(case, 3.0), ())
-    found["bending layer"] = lambda case: (case, (LiftOff(),))
+    found["bending layer"] = acting(LiftOff())
     return found
 
 

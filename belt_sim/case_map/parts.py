@@ -30,9 +30,9 @@ def claim(folder: Path, note: Mapping[str, Any]) -> Path:
     clear_drafts(parts)
     clear_drafts(folder)
     try:
-        before = read_json(folder / NOTE)
+        before = dict(read_json(folder / NOTE))
     except FileNotFoundError:
-        before = note
+        before = dict(note)
     if before.get("config_sha256") != note["config_sha256"]:
         remedy = "holds another map, or the same of other effect files or code; choose another folder, or remove it"
         raise InputError("out", folder, "", remedy)

@@ -2,6 +2,7 @@
 
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
+from belt_sim.linear.plant import LinearBelt
 from belt_sim.use_cases.export import export
 from belt_sim.use_cases.linearise import linearise
 
@@ -11,6 +12,7 @@ def run(run_dir: RunDir) -> None:
     config = run_dir.config
     case = case_from({**config, "yaw": 0.0, "yaw_head": 0.0, "travel": 1.0})
     plant = linearise(case, model=model_settings(config["model"]), effects=config["effects"])
+    assert isinstance(plant, LinearBelt)  # a schedule needs several tensions, which the command does not take
     files = {key: config[key] for key in ("order", "delay", "highest", "fmu", "fmi", "mat")}
     with run_dir.outputs() as draft:
         lines = export(plant, draft, **files, config=config)

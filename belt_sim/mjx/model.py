@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import mujoco
@@ -27,6 +27,7 @@ from belt_sim.mujoco3d.machine.scene import (
     lay_out,
     station_mass,
 )
+from belt_sim.mujoco3d.mesh.belt import BeltModel
 from belt_sim.mujoco3d.mesh.grid import Grid
 from belt_sim.mujoco3d.mesh.membrane import Membrane
 from belt_sim.mujoco3d.options import Options
@@ -34,7 +35,7 @@ from belt_sim.pytree import Numbers as Array
 from belt_sim.pytree import pytree
 from belt_sim.scene_parts import SceneParts
 
-BELTS = {"grid": Grid, "flex": Membrane}
+BELTS: dict[str, type[BeltModel]] = {"grid": Grid, "flex": Membrane}
 
 
 class Tail(NamedTuple):
@@ -84,7 +85,7 @@ class Data(NamedTuple):
 
 #: rows of Data.reading: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
 #: [rad], sags [m], tension [N], x of the tail pulley [m], travel [m], belt speed [m/s]
-READING = {
+READING: dict[str, Any] = {
     "y": slice(0, 4),
     "angle": slice(4, 8),
     "moment": slice(8, 10),

@@ -14,6 +14,7 @@ that of the predicted state may be slack, and the run then diverges.
 
 import jax
 import jax.numpy as jnp
+from mujoco import mjx
 
 from belt_sim.belt_mechanics.blocks import factorised, solved
 from belt_sim.belt_mechanics.chain import (
@@ -155,7 +156,7 @@ def _implicit(
     model: Model,
     data: Data,
     command: Command,
-    there: object,
+    there: mjx.Data,
     wraps: Wrap,
     pose: Pose,
     places: Places,

@@ -29,8 +29,8 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
     alike: dict[str, list[str]] = {}
     for note in proposal.notes:
         alike.setdefault(note.text, []).append(note.about)
-    for what, names in alike.items():
-        out.print(f"{_names(names)}: {what}" if any(names) else what, soft_wrap=True, markup=False)
+    for what, about in alike.items():
+        out.print(f"{_names(about)}: {what}" if any(about) else what, soft_wrap=True, markup=False)
 
 
 def tell_written(folder: Path, pictures: bool) -> None:

@@ -49,7 +49,7 @@ def gather(campaign: Campaign, base: str, policy: Policy) -> Table:
     if damaged:
         return search.table(damaged=True)
     search.run()
-    steadfast = frozenset(c.id for c in classes if c.linear)
+    steadfast = frozenset(c.id for c in classes if c.is_additive())
     return replace(search.table(), beyond=search.beyond(), steadfast=steadfast)
 
 
@@ -130,7 +130,7 @@ def _row(bench: Workbench, fit: Fit, checked: bool) -> Row:
     columns = fit.columns.reshape(len(slots), len(fit.residual))
     left_out = held_out(bench, fit).conditions if checked else {}
     null, sigma = bench.forward.null()[fit.free], prior_sigma(bench.forward, fit.free)
-    harmonics = np.array([s.effect.linear for s in slots], dtype=bool)
+    harmonics = np.array([s.effect.is_additive() for s in slots], dtype=np.bool_)
     if harmonics.any():
         sigma = np.where(harmonics, _before(bench, fit)[1], sigma)
     for name in fit.ids:  # what is tried over a grid may be anywhere on it

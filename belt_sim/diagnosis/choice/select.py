@@ -88,10 +88,11 @@ def select(
     held = held_out(bench, base)
     last, table = without_a_rise(decision, held)
     about = _about(last, best_explanation(table).effects)
-    table = completed(table, last, _neighbours(last, about, decision.rounds))
+    rounds = cast(Sequence[Sequence[Trial]], decision.rounds)
+    table = completed(table, last, _neighbours(last, about, rounds))
     return Selection(
         base_bench=bench, base=base, base_held_out=held,
-        rounds=cast(Sequence[Sequence[Trial]], decision.rounds),
+        rounds=rounds,
         base_left=tests.look(base.residual), table=table,
         **about,
     )  # fmt: skip

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
@@ -25,7 +26,7 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.si import DEGREE
 
 #: an MjSpec, or the path of an MJCF
-Edited = mujoco.MjSpec | str | Path
+Edited: TypeAlias = mujoco.MjSpec | str | Path
 
 
 def run_contact(
@@ -85,8 +86,8 @@ class ContactRun:
         mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key("running").id)
         mesh, parts, qpos, qvel = self.scene.mesh, self.scene.parts, self.data.qpos, self.data.qvel
         n, m = mesh.stations, mesh.across
-        wraps = tuple(Wrap.empty(surface, 0.0, n, m) for surface in (parts.head, parts.tail))
-        poses = tuple(Pose(np.zeros(3), np.eye(3), 0.0) for _ in range(2))
+        wraps = Wrap.empty(parts.head, 0.0, n, m), Wrap.empty(parts.tail, 0.0, n, m)
+        poses = Pose(np.zeros(3), np.eye(3), 0.0), Pose(np.zeros(3), np.eye(3), 0.0)
         return State(
             joints=qpos[:STATION_JOINTS], joint_rates=qvel[:STATION_JOINTS],
             slides=qpos[STATION_JOINTS:].reshape(n, m, 3), slide_rates=qvel[STATION_JOINTS:].reshape(n, m, 3),
