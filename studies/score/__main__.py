@@ -21,9 +21,9 @@ from studies.challenge.sources import source
 from studies.challenge.tables import table as as_markdown
 from studies.score.decide import Decision, decide
 from studies.score.gather import gather
-from studies.score.kept import as_json, from_json
 from studies.score.policy import Policy
 from studies.score.table import Table
+from studies.score.table_json import as_json, from_json
 
 HEAD = ("hidden", "campaigns", "both right", "stored answer alone", "score alone", "neither", "p (McNemar)")
 

@@ -10,9 +10,9 @@ import pytest
 
 from belt_sim.results.verdict import Verdict
 from studies.score.decide import credible, decide, evidence, free_size, occam, scores
-from studies.score.kept import as_json, from_json
 from studies.score.policy import Policy
 from studies.score.table import Beyond, Law, Row, Table
+from studies.score.table_json import as_json, from_json
 
 POLICY = Policy()
 CANDIDATES = 30
