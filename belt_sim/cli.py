@@ -6,8 +6,8 @@ from importlib.metadata import version
 
 import yaml
 
-from belt_sim.commands.cases import run_alone
 from belt_sim.commands.command_line import HELP, SHOW, help_text, import_arguments, requested
+from belt_sim.commands.run_dir import run_alone
 from belt_sim.errors import BeltError
 
 ON_ONE_CORE = ("native", "line", "mujoco")  # engines that leave a GPU alone

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.api.simulate import simulate
 from belt_sim.case import Case, Schedule
+from belt_sim.commands.objective import Centring, centring_asked, positions
 from belt_sim.config import case_from
 from belt_sim.curves import Curves
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import FAINT, INK, POINT_NAMES, POINTS
 from belt_sim.registry import model_named
 from belt_sim.si import DEGREE, MM
-from belt_sim.use_cases.centring import Centring, centring_asked, positions
-from belt_sim.use_cases.simulate import simulate
 from studies.application import application
 
 SPARE = 7  # of so many records one is asked of in the linear programme

@@ -13,10 +13,10 @@ from typing import Any
 
 import pandas as pd
 
+from belt_sim.api.case_map import case_map, write_map
 from belt_sim.files import write_with
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, RED
-from belt_sim.use_cases.case_map import case_map, leave_map
 from studies.application import application
 
 NAMES = {True: "march of the strip over {travel:g} m", False: "steady rate in closed form"}
@@ -27,7 +27,7 @@ def measured(config: Mapping[str, Any], count: int) -> dict[str, Any]:
     made = case_map({**config, "cases": count})
     with tempfile.TemporaryDirectory() as scratch:
         began = time.perf_counter(), time.process_time()
-        leave_map(Path(scratch), made, {}, lambda number: None)
+        write_map(Path(scratch), made, {}, lambda number: None)
         seconds, cpu = time.perf_counter() - began[0], time.process_time() - began[1]
         disk = sum(p.stat().st_size for p in Path(scratch).rglob("*.parquet")) / 2**20
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.api.resolve import candidates_of, fitted_model
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.answer.confusable import HELD
 from belt_sim.diagnosis.choice.chance import chance_of
@@ -21,7 +22,6 @@ from belt_sim.diagnosis.choice.select import FAMILY_LEVEL
 from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.left_over.null import null_gains
-from belt_sim.use_cases.asked import candidates_of, fitted_model
 from studies.application import application
 from studies.challenge.registry import source
 from studies.challenge.report import table, with_interval

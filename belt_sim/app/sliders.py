@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.api.simulate import simulate
 from belt_sim.config import case_asked
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect, Parameter
 from belt_sim.effects.library import library, title_of
 from belt_sim.registry import ANALYTIC, model_named
 from belt_sim.results.simulation import Simulation
-from belt_sim.use_cases.simulate import simulate
 
 LONGEST = 200.0  # [m]
 KEEP = 0.2  # [m]

@@ -65,16 +65,16 @@ def _leave_with_the_asker() -> None:
 def _compare(request: Mapping[str, Any], say: Say) -> None:
     """A comparison into the folder."""
     say(stage="reading")
+    from belt_sim.api.inference import compare
     from belt_sim.campaign import read_campaign
+    from belt_sim.commands.outputs import write_comparison
     from belt_sim.reports.page import worst
-    from belt_sim.use_cases.compare import compare
-    from belt_sim.use_cases.leave import leave_comparison
 
     folder, campaign = Path(request["folder"]), read_campaign(request["campaign"])
     say(stage="computing every run")
     found = compare(campaign, request["model"], request["effects"], config=dict(request))
     say(stage="drawing")
-    leave_comparison(folder, found, pictures=True)
+    write_comparison(folder, found, pictures=True)
     tables = [vars(t) for t in found.tables()]
     _leave(
         folder, lines=list(found.lines()), tables=tables, panels=_panels(found), first=worst(found.drawings.overlays)
@@ -84,9 +84,9 @@ def _compare(request: Mapping[str, Any], say: Say) -> None:
 def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     """A diagnosis into the folder."""
     say(stage="reading")
+    from belt_sim.api.inference import diagnose
     from belt_sim.campaign import read_campaign
-    from belt_sim.use_cases.diagnose import diagnose
-    from belt_sim.use_cases.leave import draw_diagnosis, leave_diagnosis
+    from belt_sim.commands.outputs import draw_diagnosis, write_diagnosis
 
     folder, campaign = Path(request["folder"]), read_campaign(request["campaign"])
     asked = {k: request[k] for k in ("effects", "bootstraps", "seed")}
@@ -96,7 +96,7 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
 
     found = diagnose(campaign, request["model"], **asked, progress=progress, config=dict(request))
     say(stage="drawing")
-    leave_diagnosis(folder, found)
+    write_diagnosis(folder, found)
     draw_diagnosis(folder, found)
     effects = [{"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
     verdict = {"verdict": str(found.verdict), "headline": found.verdict.headline}

@@ -6,10 +6,10 @@ from belt_sim.errors import InputError
 
 def run(run_dir: RunDir) -> None:
     """Check a campaign or a plan and leave check.json and check.png in the run folder."""
+    from belt_sim.api.inference import check
     from belt_sim.files import write_json
     from belt_sim.reports.terminal import tell_check
     from belt_sim.results.check import check_json
-    from belt_sim.use_cases.check import check
 
     config, folder = run_dir.config, run_dir.path
     for key in ("travel", "step"):

@@ -7,10 +7,10 @@ from belt_sim.commands.run_dir import RunDir
 
 def run(run_dir: RunDir) -> None:
     """Diagnose a campaign and leave diagnosis.json, report.html, effects.yaml and pictures in the run folder."""
+    from belt_sim.api.inference import MIN_BOOTSTRAPS, diagnose
     from belt_sim.campaign import read_campaign
+    from belt_sim.commands.outputs import draw_diagnosis, write_diagnosis, write_recording
     from belt_sim.reports.terminal import tell_diagnosis
-    from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS, diagnose
-    from belt_sim.use_cases.leave import draw_diagnosis, leave_diagnosis, leave_recording
     from belt_sim.watch.asked import watch_asked
     from belt_sim.watch.progress import in_stages, progress
     from belt_sim.whole_number import whole
@@ -25,8 +25,8 @@ def run(run_dir: RunDir) -> None:
             stages = in_stages(done, count)
             found = diagnose(campaign, config["model"]["name"], **asked, progress=stages, tell=print, config=config)
         tell_diagnosis(found, run_dir.path)
-        leave_diagnosis(draft, found)
+        write_diagnosis(draft, found)
         if config["pictures"]:
             draw_diagnosis(draft, found)
         if watch == "rrd":
-            leave_recording(draft, campaign, found)
+            write_recording(draft, campaign, found)

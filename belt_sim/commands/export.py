@@ -1,10 +1,9 @@
 """belt-sim export: the plant for whoever designs the controller."""
 
+from belt_sim.api.plant import export, linearise
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.linear.plant import LinearBelt
-from belt_sim.use_cases.export import export
-from belt_sim.use_cases.linearise import linearise
 
 
 def run(run_dir: RunDir) -> None:

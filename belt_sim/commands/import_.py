@@ -1,12 +1,22 @@
-"""belt-sim import: a logger's files -> a campaign."""
+"""belt-sim import: a logger's files -> a campaign; a person at the terminal is asked for what is missing."""
 
+import copy
 import sys
 from pathlib import Path
+from typing import Any
 
-from belt_sim.commands.import_prompt import ask_in_terminal
+from rich.console import Console
+from rich.markup import escape
+from rich.prompt import Confirm, Prompt
+
+from belt_sim.api.campaigns import import_files
 from belt_sim.commands.run_dir import RunDir
-from belt_sim.errors import InputError
-from belt_sim.use_cases.importing import import_files
+from belt_sim.errors import BeltError, InputError
+from belt_sim.importing.build import understand
+from belt_sim.importing.roles import DRAWING
+from belt_sim.importing.sheets import known_names
+from belt_sim.importing.types import ROLES, Logged, Proposal, Question
+from belt_sim.reports.importing import tell_proposal
 
 
 def run(run_dir: RunDir) -> None:
@@ -25,3 +35,62 @@ def run(run_dir: RunDir) -> None:
         pictures=bool(config["pictures"]),
         ask=ask_in_terminal if sys.stdin.isatty() and sys.stdout.isatty() else None,
     )
+
+
+def ask_in_terminal(logged: Logged, stated: dict[str, Any] | None = None, out: Console | None = None) -> Proposal:
+    """The proposal with every question answered and confirmed by whoever sits at the terminal.
+
+    Columns of which nothing is known are asked for too; ``ignore`` leaves them out. stated: the mapping as far as it is
+    there already.
+    """
+    out = out or Console(highlight=False)
+    mapping = copy.deepcopy(stated or {})
+    proposal = understand(logged, mapping)
+    tell_proposal(proposal, out)
+    if any(q.path[-1] == "at" for q in (*proposal.missing, *proposal.unknown)):
+        out.print(DRAWING, markup=False)
+    while True:
+        questions = [*proposal.missing, *proposal.unknown]
+        if questions:
+            proposal = _ask(logged, mapping, questions[0], out)
+            continue
+        tell_proposal(proposal, out)
+        if Confirm.ask("Is this right?", console=out, default=True):
+            return proposal
+        proposal = _ask(logged, mapping, _correction(logged, proposal, out), out)
+
+
+def _ask(logged: Logged, mapping: dict[str, Any], question: Question, out: Console) -> Proposal:
+    """Ask one question until the answer can be used; a machine or belt may be given by a name that is known."""
+    kind = {"machine": "rig", "belt": "belt"}.get(question.path[0])
+    hint = f", or the name of a {kind}: {', '.join(known_names(kind))}" if kind else ""
+    while True:
+        out.print(f"[bold]{escape(question.text)}[/bold] (e.g. {escape(question.example + hint)})", soft_wrap=True)
+        default: Any = question.proposed or ...
+        text = str(Prompt.ask("  ", console=out, choices=list(question.options) or None, default=default)).strip()
+        trial = copy.deepcopy(mapping)
+        if kind and text in known_names(kind):
+            trial[question.path[0]] = text
+        else:
+            question.put(trial, text)
+        try:
+            proposal = understand(logged, trial)
+        except BeltError as error:
+            out.print(f"[red]{escape(str(error))}[/red]", soft_wrap=True)
+            continue
+        mapping.clear()
+        mapping.update(trial)
+        return proposal
+
+
+def _correction(logged: Logged, proposal: Proposal, out: Console) -> Question:
+    """The question about a column or run that was understood wrongly."""
+    columns, runs = list(logged.columns), [r.name for r in proposal.complete().runs]
+    out.print(escape(f"columns: {', '.join(columns)}; runs: {', '.join(runs)}"), soft_wrap=True)
+    name = Prompt.ask("Which column or run is wrong?", console=out, choices=[*columns, *runs], show_choices=False)
+    if name in columns:
+        key = Prompt.ask("What of it?", console=out, choices=["role", "unit", "at", "sign", "factor", "name"])
+        examples = {"role": ", ".join(ROLES), "at": "point_1 .. point_4", "sign": "-1", "factor": "0.001"}
+        return Question(path=("columns", name, key), text=f"{name}: {key}?", example=examples.get(key, "mm"))
+    key = Prompt.ask("What of it?", console=out, choices=["tension", "yaw", "speed", "direction", "yaw_at"])
+    return Question(path=("runs", name, key), text=f"{name}: {key}?", example="with its unit, as 10 N/mm2")

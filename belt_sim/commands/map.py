@@ -9,8 +9,8 @@ from belt_sim.provenance import provenance
 
 def run(run_dir: RunDir) -> None:
     """Leave map.json, cases/*.parquet and map.png; the same command goes on where it was stopped."""
+    from belt_sim.api.case_map import case_map, write_map
     from belt_sim.pictures.case_map import draw_map
-    from belt_sim.use_cases.case_map import case_map, leave_map
     from belt_sim.watch.progress import progress
 
     config = run_dir.config
@@ -18,7 +18,7 @@ def run(run_dir: RunDir) -> None:
     folder = Path(config["out"]) if config["out"] else run_dir.path / f"{config['model']['name']}_{made.digest[:8]}"
     began = time.monotonic()
     with progress(made.plan.count, f"map of {made.plan.count} cases") as done:
-        new = leave_map(folder, made, provenance(config), done)
+        new = write_map(folder, made, provenance(config), done)
     seconds = time.monotonic() - began
     if new:
         print(f"{new} cases in {seconds:.1f} s, {new / seconds:.0f} a second")

@@ -7,9 +7,9 @@ from belt_sim.commands.run_dir import RunDir
 
 def run(run_dir: RunDir) -> None:
     """Write report.html and pictures from diagnosis.json and drawings.json."""
+    from belt_sim.commands.outputs import draw_diagnosis
     from belt_sim.reports.page import write_report
     from belt_sim.results.json import read_diagnosis
-    from belt_sim.use_cases.leave import draw_diagnosis
 
     folder = Path(run_dir.named("diagnosis", "the run folder of a diagnosis"))
     diagnosis = read_diagnosis(folder)

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
+from belt_sim.api.resolve import model_of
+from belt_sim.api.simulate import scene_text
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.errors import InputError
 from belt_sim.files import write_text
-from belt_sim.use_cases.asked import model_of
-from belt_sim.use_cases.scene import scene_text
 
 _NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
 

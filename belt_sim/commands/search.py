@@ -11,9 +11,8 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import IntervalSweep
 from hydra.errors import HydraException
 
-from belt_sim.commands.cases import Outcome, run_case
 from belt_sim.commands.command_line import Request, case_of
-from belt_sim.commands.run_dir import RunDir
+from belt_sim.commands.run_dir import Outcome, RunDir, run_case
 from belt_sim.errors import BeltError
 from belt_sim.files import write_text
 from belt_sim.whole_number import whole

@@ -3,16 +3,15 @@
 from pathlib import Path
 from typing import Any
 
+from belt_sim.api.resolve import model_of
+from belt_sim.api.simulate import on_engine, simulate
+from belt_sim.commands.objective import Centring, centred_after, centring_asked
+from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_kept, show, write_simulation
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.errors import InputError
 from belt_sim.provenance import provenance
 from belt_sim.reports.terminal import tell_simulation
-from belt_sim.use_cases.asked import model_of
-from belt_sim.use_cases.centring import Centring, centred_after, centring_asked
-from belt_sim.use_cases.leave import leave_simulation, partial_curves_kept
-from belt_sim.use_cases.simulate import on_engine, simulate
-from belt_sim.use_cases.watched import RECORDING, observers_of, show
 from belt_sim.watch.asked import watch_asked
 
 
@@ -36,7 +35,7 @@ def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float |
         with partial_curves_kept(folder, observers):
             scene = draft / "scene.xml"
             found = simulate(case, model=model, **asked, observers=observers, scene_path=scene, computed=computed)
-        leave_simulation(draft, found, pictures=pictures, provenance=provenance(config))
+        write_simulation(draft, found, pictures=pictures, provenance=provenance(config))
         show(found, model, watch, folder)
     tell_simulation(found, folder)
     return _reached(folder, wanted)

@@ -7,8 +7,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from belt_sim.commands.cases import Outcome, fail, run_case
-from belt_sim.commands.run_dir import RunDir
+from belt_sim.commands.run_dir import Outcome, RunDir, fail, run_case
 from belt_sim.errors import BeltError
 
 ASKED_EVERY = 30.0  # [s], at least, of Slurm, whether a job has been lost

@@ -15,9 +15,8 @@ from typing import Any
 
 import pandas as pd
 
-from belt_sim.commands.cases import Outcome, fail, run_case
 from belt_sim.commands.command_line import Request
-from belt_sim.commands.run_dir import RunDir
+from belt_sim.commands.run_dir import Outcome, RunDir, fail, run_case
 from belt_sim.cores import cores
 from belt_sim.curves import Curves
 from belt_sim.errors import BeltError
@@ -88,9 +87,9 @@ def _by_engine(runs: Sequence[RunDir], batch: int | None, workers: int) -> Itera
 
 def _together(runs: Sequence[RunDir], batch: int | None) -> Iterator[tuple[int, Outcome]]:
     """Cases of like meshes in batches of ``batch`` (None: as many as fit), then each in its folder."""
-    from belt_sim.use_cases.batched import batched
+    from belt_sim.api.simulate import run_in_batches
 
-    for numbers, curves in batched([run.config for run in runs], batch):
+    for numbers, curves in run_in_batches([run.config for run in runs], batch):
         if len(numbers) > 1 and curves[0] is not None:
             print(f"{len(numbers)} cases at once", flush=True)
         for k, computed in zip(numbers, curves, strict=True):

@@ -19,6 +19,7 @@ import numpy as np
 
 from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.analytic.model import MODELS
+from belt_sim.api.resolve import candidates_of
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.write import write_campaign
 from belt_sim.case import Case
@@ -28,7 +29,6 @@ from belt_sim.effects.pipeline import indicate
 from belt_sim.jax_setup import compiled
 from belt_sim.paths import ROOT
 from belt_sim.si import DEGREE, N_PER_MM2
-from belt_sim.use_cases.asked import candidates_of
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Plan, grid
 

@@ -11,10 +11,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.cores import cores
 from belt_sim.errors import InputError
 from belt_sim.provenance import provenance
-from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS
 from belt_sim.watch.progress import progress
 from belt_sim.whole_number import whole
 from studies.application import application

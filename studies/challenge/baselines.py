@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.api.resolve import candidates_of, fitted_model
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.diagnosis.readings import linear_readings
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
-from belt_sim.use_cases.asked import candidates_of, fitted_model
 
 MOST_EFFECTS = 4
 SWEEPS = 10  # of the sparse regression

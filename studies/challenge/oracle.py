@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from belt_sim import si
+from belt_sim.api.resolve import fitted_model
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.errors.own_errors import OwnErrors
 from belt_sim.diagnosis.fits.heldout import conditions
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.readings.samples import samples_of
-from belt_sim.use_cases.asked import fitted_model
 from belt_sim.virtual_rig import Truth
 from belt_sim.virtual_rig.follow_up import noise_free
 from studies.challenge.score import error_of

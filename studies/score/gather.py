@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.api.resolve import candidates_of, fitted_model
 from belt_sim.campaign import Campaign, suspicions
 from belt_sim.diagnosis.choice.decide import MAX_EFFECTS
 from belt_sim.diagnosis.choice.refits import Refits
@@ -20,7 +21,6 @@ from belt_sim.diagnosis.left_over.null import null_gains
 from belt_sim.discovery.search import distinct, exponents_of, singles
 from belt_sim.discovery.survey import survey_of
 from belt_sim.discovery.words import formula
-from belt_sim.use_cases.asked import candidates_of, fitted_model
 from studies.score.decide import scores
 from studies.score.policy import Policy
 from studies.score.table import Beyond, Ids, Law, Row, Table

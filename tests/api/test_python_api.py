@@ -164,7 +164,7 @@ def test_what_a_diagnosis_found_can_be_added_to_the_model(tmp_path):
 
 
 def test_effects_are_asked_for_by_name_file_or_class():
-    from belt_sim.use_cases.asked import candidates_of
+    from belt_sim.api.resolve import candidates_of
 
     wind = ROOT / "models" / "effects" / "wind.py"
     asked = ["taper", str(wind), bs.library()["crown"]]
@@ -195,9 +195,9 @@ def test_a_diagnosis_shows_itself():
 
 
 def test_a_diagnosis_of_a_run_folder_is_loaded(tmp_path):
-    from belt_sim.use_cases.leave import leave_diagnosis
+    from belt_sim.commands.outputs import write_diagnosis
 
-    leave_diagnosis(tmp_path, drawn("sag_roll"))
+    write_diagnosis(tmp_path, drawn("sag_roll"))
     back = bs.load_diagnosis(tmp_path)
     assert str(back) == str(drawn("sag_roll"))
     assert bs.report(tmp_path, tmp_path / "again.html").is_file()

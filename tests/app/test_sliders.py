@@ -6,9 +6,9 @@ import pytest
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
 from belt_sim.analytic import march
+from belt_sim.api.simulate import simulate
 from belt_sim.app.sliders import Asked, choices, reach, simulated, warnings
 from belt_sim.effects.library import library
-from belt_sim.use_cases.simulate import simulate
 
 TAPER = {"taper": {"kappa_t": 2e-5}}
 

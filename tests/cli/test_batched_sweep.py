@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from belt_sim.api import simulate as module
 from belt_sim.paths import ROOT
 from belt_sim.quasi_static import run as quasi_static
-from belt_sim.use_cases import batched as module
 
 COARSE = (
     "rig=rope_example",
@@ -82,7 +82,7 @@ def test_unlike_meshes_are_batches_of_their_own(monkeypatch):
         "travel": 0.3,
     }
     base |= {"watch": None, "effects": None, "yaw": -0.042, "yaw_head": 0.0, "speed": 0.5, "direction": 1}
-    found = list(module.batched([{**base, "tension": 40 + k, **c} for k, c in enumerate(kinds)], None))
+    found = list(module.run_in_batches([{**base, "tension": 40 + k, **c} for k, c in enumerate(kinds)], None))
     assert found[0] == ([4, 5], [None, None])  # their own runs say why
     assert seen == [[40, 42], [41, 43]]
     assert sorted(k for numbers, _ in found for k in numbers) == list(range(6))

@@ -146,14 +146,14 @@ import resource, sys
 from belt_sim.jax_setup import prepare
 prepare()
 from belt_sim.config import _file
-from belt_sim.use_cases.case_map import case_map, leave_map
+from belt_sim.api.case_map import case_map, write_map
 from pathlib import Path
 config = {k: v for k, v in _file("map.yaml").items() if k not in ("defaults", "hydra")}
 config |= {"rig": _file("rig/test_rig.yaml"), "belt": _file("belt/paper_belt.yaml"), "model": {"name": "strip"}}
 config |= {"tension": {"from": 5.0, "to": 60.0}, "travel": 1.0}
 config |= {"at": [0.1 * k for k in range(1, 11)], "part": 4096, "workers": 1}
 for cases in (3 * 4096, 60 * 4096):
-    leave_map(Path(sys.argv[1]) / str(cases), case_map(config | {"cases": cases}), {}, lambda n: None)
+    write_map(Path(sys.argv[1]) / str(cases), case_map(config | {"cases": cases}), {}, lambda n: None)
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 
 from belt_sim.analytic.model import analytic_model
+from belt_sim.api.resolve import candidates_of
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.drawings import drawings_of
@@ -17,7 +18,6 @@ from belt_sim.diagnosis.examine import Findings, examine
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.si import N_PER_MM2
-from belt_sim.use_cases.asked import candidates_of
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, Plan, grid
 

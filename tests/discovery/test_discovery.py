@@ -9,6 +9,8 @@ from shipped_schema import check
 from small_discovery import MODEL, PLAN, D, campaign, described, discovered, fitted
 
 import belt_sim as bs
+from belt_sim.api.plot import discovery_by_kind, draw_discovery
+from belt_sim.commands.outputs import write_discovery
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.left_over.openset import apart, basis
 from belt_sim.discovery.describe import carries_over, describe
@@ -20,8 +22,6 @@ from belt_sim.effects.library import library
 from belt_sim.errors import InputError
 from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.results.json import discovery_json, read_discovery
-from belt_sim.use_cases.leave import leave_discovery
-from belt_sim.use_cases.plot import discovery_by_kind, draw_discovery
 from belt_sim.virtual_rig.make import make_campaign
 
 SLOW = 0.15  # of the travel, by which an encoder is off
@@ -54,7 +54,7 @@ def test_the_held_out_error_falls():
 
 
 def test_the_written_effect_lets_the_error_fall_in_a_comparison(tmp_path):
-    leave_discovery(tmp_path, described("yaw_creep"))
+    write_discovery(tmp_path, described("yaw_creep"))
     draw_discovery(tmp_path, described("yaw_creep"))
     compared = bs.compare(campaign("yaw_creep"), "strip", [str(tmp_path / "found_effect.py")], drawn=False)
     assert compared.error.fit.after < 0.8 * compared.error.fit.before

@@ -15,7 +15,7 @@ OUTER = {
     "reports",
     "results",
     "diagnosis",
-    "use_cases",
+    "api",
     "campaign",
     "virtual_rig",
     "mujoco3d",
@@ -61,11 +61,11 @@ def test_the_core_imports_no_observer_and_no_engine(part):
 
 #: part -> the parts that it may not know, as they use it
 ABOVE = {
-    "results": ("diagnosis", "pictures", "reports", "use_cases", "commands", "watch"),
-    "diagnosis": ("pictures", "reports", "use_cases", "commands"),
-    "pictures": ("diagnosis", "reports", "use_cases", "commands"),
-    "reports": ("diagnosis", "use_cases", "commands"),
-    "use_cases": ("commands", "cli"),
+    "results": ("diagnosis", "pictures", "reports", "api", "commands", "watch"),
+    "diagnosis": ("pictures", "reports", "api", "commands"),
+    "pictures": ("diagnosis", "reports", "api", "commands"),
+    "reports": ("diagnosis", "api", "commands"),
+    "api": ("commands", "cli"),
 }
 
 

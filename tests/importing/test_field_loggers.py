@@ -8,11 +8,11 @@ from logger_files import MAPPING, log, table, truth
 from rich.console import Console
 from rich.prompt import Confirm, Prompt
 
+from belt_sim.api.campaigns import draft_text
 from belt_sim.campaign import read_campaign
-from belt_sim.commands.import_prompt import ask_in_terminal
+from belt_sim.commands.import_ import ask_in_terminal
 from belt_sim.errors import BeltError
 from belt_sim.importing import read, understand, write
-from belt_sim.use_cases.importing import draft_text
 
 RUN = {"tension": "10 N/mm2", "yaw": "-0.73 mrad"}
 L = log(length=10.0)

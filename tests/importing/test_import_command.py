@@ -6,13 +6,13 @@ import pytest
 from logger_files import MAPPING, log, table
 from rich.prompt import Confirm, Prompt
 
+from belt_sim.api.campaigns import draft_text, import_files
 from belt_sim.campaign import read_campaign
 from belt_sim.cli import run
 from belt_sim.commands.command_line import import_arguments
-from belt_sim.commands.import_prompt import ask_in_terminal
+from belt_sim.commands.import_ import ask_in_terminal
 from belt_sim.importing import read, understand
 from belt_sim.importing.mapping import mapping_of
-from belt_sim.use_cases.importing import draft_text, import_files
 
 L = log(length=10.0)
 TEXT = table(["travel [m]", "Kante 1 [mm]", "Laser B [mm]"], [L.travel, L.y1, L.y4], ";", ",")

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from shipped_schema import check as follows_its_schema
 
+from belt_sim.api.campaigns import new_campaign
+from belt_sim.api.inference import check
 from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.campaign.read import is_plan, read_plan
 from belt_sim.errors import BeltError
 from belt_sim.results.check import check_json
-from belt_sim.use_cases.check import check
-from belt_sim.use_cases.new import new
 
 SETTINGS = {
     "rig": "test_rig",
@@ -28,7 +28,7 @@ FEW = ["taper", "camber", "yaw_offset_tail", "sensor_gain", "yaw_backlash"]
 @pytest.fixture(scope="module")
 def plan(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plan") / "campaign"
-    new(folder, SETTINGS)
+    new_campaign(folder, SETTINGS)
     return folder
 
 
@@ -56,7 +56,7 @@ def test_a_template_is_a_plan_with_every_kind_of_run(plan):
 
 
 def test_tensions_follow_the_sag_of_the_belt(tmp_path, capsys):
-    new(tmp_path / "a", SETTINGS | {"tensions": None, "yaw": None})
+    new_campaign(tmp_path / "a", SETTINGS | {"tensions": None, "yaw": None})
     tensions = sorted({r.tension / 1e6 for r in read_plan(tmp_path / "a", travel=60.0, step=0.5).runs})
     assert tensions == pytest.approx([7.6, 16.0, 35.0])  # Lambda = (rho g L)^2 E / 12 sigma^3 = 30, 3, 0.3
     assert "r14" in capsys.readouterr().out
@@ -124,7 +124,7 @@ def test_check_json_follows_its_schema(checked):
 )
 def test_settings_of_a_template_that_cannot_be(change, words, tmp_path):
     with pytest.raises(BeltError, match=words):
-        new(tmp_path / "a", SETTINGS | change)
+        new_campaign(tmp_path / "a", SETTINGS | change)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -7,6 +7,8 @@ import pytest
 from paper_cases import YAW, paper_case
 
 from belt_sim.analytic.model import MODELS
+from belt_sim.api.resolve import validity_limits, validity_warnings
+from belt_sim.api.simulate import simulate
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Schedule
 from belt_sim.paper import ROPE_EXAMPLE
@@ -14,8 +16,6 @@ from belt_sim.paths import ROOT
 from belt_sim.results.json import summary_json
 from belt_sim.rig import Rig
 from belt_sim.si import DEGREE
-from belt_sim.use_cases.beyond import beyond, beyond_in_runs
-from belt_sim.use_cases.simulate import simulate
 from belt_sim.validity import exceeded, limits, warning
 
 EARLY = 0.02  # of the moment: the march keeps its first state at travel 0
@@ -86,8 +86,8 @@ def test_what_a_model_has_in_it_is_no_limit_of_it():
     assert {x.id for x in exceeded(case, ())} == {"flat_belt", "bending_layer"}
     assert [x.id for x in exceeded(case)] == ["bending_layer"]
     assert exceeded(case, ("sag_roll", "lift_off")) == ()
-    assert beyond(case, MODELS["strip_lift_off"]) == () == beyond(case, MODELS["strip"], ["lift_off"])
-    assert beyond(case, MODELS["rope"]) == ()
+    assert validity_limits(case, MODELS["strip_lift_off"]) == () == validity_limits(case, MODELS["strip"], ["lift_off"])
+    assert validity_limits(case, MODELS["rope"]) == ()
     assert "shear" in {x.id for x in limits(paper_case(60.0, rig=ROPE_EXAMPLE))}
 
 
@@ -103,7 +103,7 @@ def test_simulate_says_it_in_a_line():
 
 def test_a_campaign_is_told_once_a_limit():
     campaign = read_campaign(ROOT / "models" / "campaigns" / "slack_belt")
-    (sentence,) = beyond_in_runs(campaign, MODELS["strip"], ())
+    (sentence,) = validity_warnings(campaign, MODELS["strip"], ())
     slack = sum(run.tension < 22e6 for run in campaign.runs)
     assert sentence.startswith(f"model used beyond bending_layer in {slack} of {len(campaign.runs)} runs")
-    assert beyond_in_runs(campaign, MODELS["strip"], ("lift_off",)) == ()
+    assert validity_warnings(campaign, MODELS["strip"], ("lift_off",)) == ()

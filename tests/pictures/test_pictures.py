@@ -10,11 +10,11 @@ from paper_cases import paper_case
 from small_campaign import drawn
 
 from belt_sim import pictures
+from belt_sim.api.plot import drawings_by_kind, plot
+from belt_sim.api.simulate import simulate
 from belt_sim.errors import BeltError, InputError
 from belt_sim.pictures import Rates, style
 from belt_sim.results.errors import SteadyError
-from belt_sim.use_cases.plot import drawings_by_kind, plot
-from belt_sim.use_cases.simulate import simulate
 
 PNG = b"\x89PNG\r\n\x1a\n"
 INKED = 0.01  # the least share of pixels that a picture of curves and words darkens

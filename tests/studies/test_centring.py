@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from belt_sim.commands.objective import Centring, centring_asked, positions
 from belt_sim.config import case_from
 from belt_sim.errors import InputError
 from belt_sim.paths import ROOT
 from belt_sim.si import MM
-from belt_sim.use_cases.centring import Centring, centring_asked, positions
 from studies.centring import nearest
 
 WANTED = Centring(start=10 * MM, within=1 * MM, beyond=0.2 * MM)

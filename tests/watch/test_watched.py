@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 import belt_sim as bs
+from belt_sim.commands import outputs
+from belt_sim.commands.outputs import observers_of, show
 from belt_sim.errors import RunFailed
-from belt_sim.use_cases import leave
-from belt_sim.use_cases.watched import observers_of, show
 from belt_sim.watch.drawn_curves import frames
 
 
@@ -19,22 +19,22 @@ def simulation():
 
 
 def test_positions_so_far_are_on_disk_while_a_run_goes_on(simulation, tmp_path, monkeypatch):
-    monkeypatch.setattr(leave, "EVERY", 0.0)
-    observer = leave.CurvesSoFar(tmp_path)
+    monkeypatch.setattr(outputs, "EVERY", 0.0)
+    observer = outputs.CurvesSoFar(tmp_path)
     observer.start(simulation.case, simulation.travel)
     for frame in frames(simulation.case, simulation.curves):
         observer.frame(frame)
-    table = pd.read_csv(tmp_path / leave.PARTIAL)
+    table = pd.read_csv(tmp_path / outputs.PARTIAL)
     assert table["travel_m"].iloc[-1] == 3.0
     assert table["y1_mm"].iloc[-1] == pytest.approx(1e3 * float(np.asarray(simulation.curves.y)[0, -1]), rel=1e-6)
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, RunFailed, None])
 def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(simulation, tmp_path, end):
-    observer = leave.CurvesSoFar(tmp_path)
+    observer = outputs.CurvesSoFar(tmp_path)
 
     def go_on():
-        with leave.partial_curves_kept(tmp_path, [observer]):
+        with outputs.partial_curves_kept(tmp_path, [observer]):
             for frame in frames(simulation.case, simulation.curves):
                 observer.frame(frame)
             if end is RunFailed:
@@ -49,7 +49,7 @@ def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(simulation, tmp_pa
     else:
         with pytest.raises(end):
             go_on()
-    assert (tmp_path / leave.PARTIAL).is_file() == (end is not None)
+    assert (tmp_path / outputs.PARTIAL).is_file() == (end is not None)
 
 
 def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path):

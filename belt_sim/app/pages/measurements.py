@@ -4,6 +4,7 @@ from typing import Any
 
 from nicegui import run, ui
 
+from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.app import widgets
 from belt_sim.app.pages.campaign_view import campaign_view
 from belt_sim.app.pages.import_view import import_view
@@ -15,7 +16,6 @@ from belt_sim.app.sliders import words
 from belt_sim.campaign.read import FILES, shipped
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
-from belt_sim.use_cases.diagnose import MIN_BOOTSTRAPS
 
 OFTEN = 0.4  # [s] between two looks at the session
 

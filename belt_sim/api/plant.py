@@ -1,14 +1,43 @@
-"""Export: one linear plant as files that other tools read."""
+"""The linear plant that a controller sees, and its files for other tools."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from belt_sim.api.resolve import effects_of, fitted_model
+from belt_sim.case import Case
+from belt_sim.config import case_asked
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
-from belt_sim.linear.plant import LinearBelt, state_space
+from belt_sim.linear.linearise import linear_belt
+from belt_sim.linear.plant import LinearBelt, PlantSchedule, state_space
 from belt_sim.provenance import provenance
 from belt_sim.results.plant import plant_json
+from belt_sim.si import N_PER_MM2
+
+
+def linearise(
+    case: Case | None = None, *, model: Any = "strip", effects: Any = None, **settings: Any
+) -> LinearBelt | PlantSchedule:
+    """The linear plant of ``case`` (in SI), or of the case that ``settings`` describe as for ``simulate``.
+
+    A sequence of tensions [N/mm2] gives a ``PlantSchedule``, a plant at any tension between them. Raises InputError,
+    CannotRepresent.
+    """
+    if case is not None and settings:
+        name, value = next(iter(settings.items()))
+        raise InputError(name, value, "", "give either a case or its settings")
+    chosen, acting = fitted_model(model), effects_of(effects)
+    tension = settings.get("tension")
+    if not isinstance(tension, Sequence) or isinstance(tension, str):
+        plant: LinearBelt = linear_belt(case_asked(**settings) if case is None else case, chosen, acting)
+        return plant
+    first = case_asked(**settings | {"tension": tension[0]})
+    cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
+    plants: list[LinearBelt] = [linear_belt(c, chosen, acting) for c in cases]
+    return PlantSchedule.of(plants)
 
 
 def export(

@@ -10,6 +10,7 @@ import numpy as np
 
 from belt_sim.analytic.march import plan_steps
 from belt_sim.analytic.model import AnalyticModel
+from belt_sim.api.resolve import effects_of, fitted_model
 from belt_sim.case import Case
 from belt_sim.case_map.answers import Asked, answers, columns_of
 from belt_sim.case_map.axes import Axis, axes_of, placed
@@ -21,7 +22,6 @@ from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.errors import InputError
 from belt_sim.inputs import code_hash, input_hashes
 from belt_sim.provenance import config_hash
-from belt_sim.use_cases.asked import effects_of, fitted_model
 from belt_sim.whole_number import whole
 
 MOST = 10**9  # cases
@@ -145,7 +145,7 @@ def _places(at: Any, travel: float) -> tuple[float, ...]:
     return tuple(float(s) for s in at)
 
 
-def leave_map(folder: Path, made: CaseMap, provenance: Mapping[str, Any], told: Callable[[int], None]) -> int:
+def write_map(folder: Path, made: CaseMap, provenance: Mapping[str, Any], told: Callable[[int], None]) -> int:
     """Stream to ``folder`` what is missing of the map; returns the number of cases that were made now.
 
     told: called with the number of cases after each part, those that were there already first.

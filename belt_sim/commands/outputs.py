@@ -1,5 +1,6 @@
-"""What results leave in the folder of a run."""
+"""The files that results leave in the folder of a run, and who watches a run meanwhile."""
 
+import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -8,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.analytic.model import AnalyticModel
 from belt_sim.campaign import Campaign
 from belt_sim.case import Case
 from belt_sim.curves import Curves, write_curves
-from belt_sim.errors import RunFailed
+from belt_sim.errors import InputError, RunFailed
 from belt_sim.files import write_json, write_text, write_with
 from belt_sim.frame import Frame, Observer
+from belt_sim.model import Model, SteadyModel
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
@@ -23,7 +26,7 @@ from belt_sim.results.simulation import Simulation
 PARTIAL = "curves_partial.csv"
 EVERY = 10.0  # [s] between two writings of what a run in 3D has so far
 #: picture of a diagnosis -> its file
-_OF_DIAGNOSIS = {
+DIAGNOSIS_PICTURES = {
     "overlay": "overlay.png",
     "headline": "headline.png",
     "where": "where.png",
@@ -32,7 +35,7 @@ _OF_DIAGNOSIS = {
 }
 
 
-def leave_simulation(folder: Path, s: Simulation, *, pictures: bool, provenance: Mapping[str, Any]) -> None:
+def write_simulation(folder: Path, s: Simulation, *, pictures: bool, provenance: Mapping[str, Any]) -> None:
     """summary.json, curves.csv and a picture."""
     if s.curves is not None:
         write_curves(folder / "curves.csv", s.curves)
@@ -90,7 +93,7 @@ class CurvesSoFar:
             write_curves(self.path, Curves(travel=travel, y=np.array([row - row[0] for row in y])))
 
 
-def leave_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
+def write_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
     """comparison.json (and the same as summary.json, which sweeps look for), per_run.csv and pictures."""
     from belt_sim.results.display import frame
 
@@ -104,50 +107,127 @@ def leave_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
     write_json(folder / "summary.json", content)
 
 
-def leave_diagnosis(folder: Path, d: Diagnosis) -> None:
+def write_diagnosis(folder: Path, d: Diagnosis) -> None:
     """diagnosis.json, drawings.json, report.html, effects.yaml; what was discovered, with its effect file."""
+    from belt_sim.api.resolve import effects_of
     from belt_sim.effects.load import save_effects
     from belt_sim.reports.page import write_report
-    from belt_sim.use_cases.asked import effects_of
 
     write_json(folder / "drawings.json", drawings_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
     write_text(folder / "effects.yaml", save_effects(effects_of(d.effects), spread))
     write_report(folder / "report.html", d)
     if d.discovery is not None and d.discovery.found:
-        leave_discovery(folder, d.discovery)
+        write_discovery(folder, d.discovery)
     write_json(folder / "diagnosis.json", diagnosis_json(d))
 
 
-def leave_discovery(folder: Path, d: Discovery) -> None:
+def write_discovery(folder: Path, d: Discovery) -> None:
     """discovery.json, and found_effect.py where a law was found."""
     if d.effect_file:
         write_text(folder / "found_effect.py", d.effect_file)
     write_json(folder / "discovery.json", discovery_json(d))
 
 
-def leave_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
+def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
     """comparison.rrd: what was measured, the base model and the final model."""
+    from belt_sim.api.resolve import effects_of, fitted_model
     from belt_sim.diagnosis.answer.recording import record_campaign
-    from belt_sim.use_cases.asked import effects_of, fitted_model
 
     record_campaign(folder / "comparison.rrd", campaign, fitted_model(d.base_model), effects_of(d.effects))
 
 
 def draw_diagnosis(folder: Path, d: Diagnosis) -> None:
     """The still pictures of a diagnosis, and of what was discovered."""
-    from belt_sim.use_cases.plot import draw_discovery
+    from belt_sim.api.plot import draw_discovery
 
-    draw(folder, d, _OF_DIAGNOSIS)
+    draw(folder, d, DIAGNOSIS_PICTURES)
     if d.discovery is not None and d.discovery.found:
         draw_discovery(folder, d.discovery)
 
 
 def draw(folder: Path, result: Simulation | Comparison | Diagnosis, files: Mapping[str, str]) -> None:
     """Every picture of ``files`` (kind -> file name) that the result has."""
-    from belt_sim.use_cases.plot import drawings_by_kind
+    from belt_sim.api.plot import drawings_by_kind
 
     there = drawings_by_kind(result)
     for kind, name in files.items():
         if kind in there:
             there[kind](folder / name)
+
+
+RECORDING = "belt.rrd"
+WATCHED = ("native", "mjx")  # engines that show their instants as they go
+
+
+def in_time(model: Model | SteadyModel) -> bool:
+    """Whether a run of the model goes through its instants one by one, so that it can be watched meanwhile."""
+    return not isinstance(model, AnalyticModel) and isinstance(model, Model) and _engine(model) in WATCHED
+
+
+def _engine(model: Model | SteadyModel) -> str:
+    return getattr(model, "engine", "native")
+
+
+def observers_of(model: Model | SteadyModel, watch: str | None, title: str, folder: Path) -> list[Observer]:
+    """Who looks on while ``model`` runs in time: progress, curves so far, with watch = "rrd" a recording, "rerun" and
+    "viewer" the live viewers of Rerun and MuJoCo."""
+    if watch == "viewer" and getattr(model, "engine", None) != "native":
+        raise InputError("watch", watch, "", "only a 3D belt of engine=native is MuJoCo's; use watch=rerun")
+    if not in_time(model):
+        return []
+    from belt_sim.watch.progress import ProgressObserver
+
+    watching: list[Observer] = [ProgressObserver(title), CurvesSoFar(folder)]
+    if watch == "viewer":
+        from belt_sim.watch.viewer import ViewerObserver
+
+        watching.append(ViewerObserver())
+    elif watch is not None:
+        from belt_sim.watch.rerun import live, to_file
+
+        watching.append(to_file(folder / RECORDING) if watch == "rrd" else live())
+    return watching
+
+
+def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: Path) -> None:
+    """Record a finished run in ``folder``, or show it in the Rerun viewer until Enter is pressed.
+
+    A viewer that is a web page of this process is served until Ctrl-C; with nobody at the terminal the run is recorded.
+    """
+    if watch in (None, "viewer") or s.curves is None:
+        return
+    if watch == "rrd":
+        if not in_time(model):
+            _record(s, folder)
+        return
+    from belt_sim.watch.asked import has_display
+    from belt_sim.watch.drawn_curves import frames
+    from belt_sim.watch.rerun import live
+
+    if not in_time(model):
+        viewer = live()
+        viewer.start(s.case, s.travel)
+        for frame in frames(s.case, s.curves):
+            viewer.frame(frame)
+        viewer.finish(s.curves)
+    if not sys.stdin.isatty():
+        print(f"the viewer ends with this process; rerun {_record(s, folder)} shows the run again")
+    elif has_display():
+        if not in_time(model):
+            input("press Enter to close the viewer")
+    else:
+        print("the page is served until Ctrl-C")
+        try:
+            while True:
+                time.sleep(1.0)
+        except KeyboardInterrupt:
+            print()
+
+
+def _record(s: Simulation, folder: Path) -> Path:
+    from belt_sim.watch.record import record_curves
+
+    assert s.curves is not None
+    record_curves(folder / RECORDING, {s.model: s.curves}, case=s.case)
+    return folder / RECORDING

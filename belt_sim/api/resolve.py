@@ -1,10 +1,14 @@
-"""Models, effects and candidates as people ask for them: by name, by mapping, or as objects."""
+"""Resolve what people name (models, effects, candidates) to objects, and say where a model stops being valid."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.analytic.steady import RitzingerFormula
+from belt_sim.campaign import Campaign
+from belt_sim.campaign.types import case_of
+from belt_sim.case import Case
 from belt_sim.diagnosis.readings.effect_hints import default_candidates
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
@@ -13,26 +17,27 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.model import Model, SteadyModel
 from belt_sim.registry import model_named
 from belt_sim.results.found import FoundEffect
+from belt_sim.validity import Limit, exceeded, geometric
 
 
-def model_of(asked: Any) -> Model | SteadyModel:
+def model_of(spec: Any) -> Model | SteadyModel:
     """A model by name, by mapping {name: strip, step: 0.05}, or as it is."""
-    if isinstance(asked, Mapping):
-        return model_named(str(asked["name"]), {k: v for k, v in asked.items() if k != "name"})
-    return model_named(asked) if isinstance(asked, str) else asked
+    if isinstance(spec, Mapping):
+        return model_named(str(spec["name"]), {k: v for k, v in spec.items() if k != "name"})
+    return model_named(spec) if isinstance(spec, str) else spec
 
 
-def fitted_model(asked: Any) -> AnalyticModel:
+def fitted_model(spec: Any) -> AnalyticModel:
     """A model that can be fitted to curves; raises CannotRepresent for the others."""
-    model = analytic(asked)
+    model = analytic_model(spec)
     if isinstance(model, RitzingerFormula):
         raise CannotRepresent(f"model = {model.name}: it gives a steady rate and no curves; use e.g. model=beam_th2")
     return model
 
 
-def analytic(asked: Any) -> AnalyticModel | RitzingerFormula:
+def analytic_model(spec: Any) -> AnalyticModel | RitzingerFormula:
     """A model in closed form; raises CannotRepresent for the others."""
-    model = model_of(asked)
+    model = model_of(spec)
     if not isinstance(model, AnalyticModel | RitzingerFormula):
         raise CannotRepresent(f"model = {model.name}: too slow to be fitted; use an analytic model, e.g. model=strip")
     return model
@@ -87,3 +92,47 @@ def refuse(model: Model | SteadyModel, effects: Sequence[Effect | type[Effect]],
         reason = model.refusal(e)
         if reason:
             raise CannotRepresent(f"effects = {e.id}: {reason}{remedy}")
+
+
+#: limits that a belt in three dimensions does not have: it moves, shears, turns far and hangs as it is
+_NOT_IN_SPACE = ("flat_belt", "second_order", "shear", "deep_sag", "fast_belt")
+
+
+def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tuple[Limit, ...]:
+    """The limits that ``model`` with ``effects`` (ids) is used beyond in one case, the worst first.
+
+    A limp rope and formulas without curves claim no more than their limiting case: what machine and belt are beyond
+    whatever the model is said of all.
+    """
+    found = _of_model(case, model, effects)
+    there = {x.id for x in found} | ({*_NOT_IN_SPACE, "short_span", "edge_stretch"} if _in_space(model) else set())
+    there |= {"edge_stretch"} if any(x.id == "slack_edge" for x in found) else set()
+    return (*found, *(x for x in geometric(case) if x.id not in there))
+
+
+def _in_space(model: Any) -> bool:
+    """Whether a model is a belt in three dimensions; asking for its class would load MuJoCo."""
+    return hasattr(model, "options")
+
+
+def _of_model(case: Case, model: Any, effects: Sequence[str]) -> tuple[Limit, ...]:
+    if isinstance(model, AnalyticModel):
+        return exceeded(case, {*model.contains, *effects}) if model.moments else ()
+    if not _in_space(model) or "sag_roll" not in model.contains:
+        return ()
+    slips = ("slip",) if math.isfinite(model.options.friction) else ()
+    return exceeded(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
+
+
+def validity_warnings(campaign: Campaign, model: AnalyticModel, effects: Sequence[str]) -> tuple[str, ...]:
+    """A sentence a limit that some runs of a campaign are beyond."""
+    found = [
+        (run.name, limit) for run in campaign.runs for limit in validity_limits(case_of(campaign, run), model, effects)
+    ]
+    sentences = []
+    for name in dict.fromkeys(limit.id for _, limit in found):
+        runs = [run for run, limit in found if limit.id == name]
+        worst = max((limit for _, limit in found if limit.id == name), key=lambda x: x.load)
+        many = f"{len(runs)} of {len(campaign.runs)} runs" if len(runs) > 1 else f"run {runs[0]}"
+        sentences.append(f"model used beyond {name} in {many} (up to {worst.load:.2g} times the limit): {worst.words}")
+    return tuple(sentences)

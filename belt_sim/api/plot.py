@@ -1,4 +1,4 @@
-"""Plot: a simulation, a comparison or a diagnosis as a picture."""
+"""Pictures and reports of results."""
 
 import os
 import tempfile
@@ -12,9 +12,11 @@ import numpy as np
 from belt_sim import pictures
 from belt_sim.errors import InputError
 from belt_sim.files import write_with
+from belt_sim.reports.page import write_report
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
+from belt_sim.results.json import read_diagnosis
 from belt_sim.results.simulation import Simulation
 
 Draw = Callable[[Path], Path]
@@ -124,3 +126,9 @@ def discovery_by_kind(d: Discovery) -> dict[str, Draw]:
     if d.error is not None:
         there["falling_error"] = lambda p: pictures.falling_error_picture(p, d)
     return there
+
+
+def report(diagnosis: Diagnosis | str | os.PathLike[str], path: str | os.PathLike[str]) -> Path:
+    """Write the report of a diagnosis (or of the run folder of one) to ``path`` (.html), which needs no network."""
+    found = diagnosis if isinstance(diagnosis, Diagnosis) else read_diagnosis(Path(diagnosis))
+    return write_report(path, found)

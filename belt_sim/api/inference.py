@@ -1,0 +1,287 @@
+"""Compare a model with a campaign, diagnose which effect it lacks, discover a law that no library holds, check what a
+campaign can tell."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from belt_sim.analytic.model import AnalyticModel
+from belt_sim.api.resolve import analytic_model, candidates_of, effects_of, fitted_model, refuse, validity_warnings
+from belt_sim.campaign import Campaign, Run, case_of
+from belt_sim.campaign.read import is_plan, read_begun, read_plan
+from belt_sim.case import Case
+from belt_sim.curves import late_rates
+from belt_sim.diagnosis.admission import admit
+from belt_sim.diagnosis.answer.nextrun import next_runs
+from belt_sim.diagnosis.describe import describe, label
+from belt_sim.diagnosis.drawings import drawings, drawings_of, overlays
+from belt_sim.diagnosis.errors.run_errors import overall_errors, run_errors
+from belt_sim.diagnosis.errors.where import where
+from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.left_over.unknown import Unknown
+from belt_sim.discovery.describe import describe as describe_discovery
+from belt_sim.discovery.discover import discover as search
+from belt_sim.discovery.gate import DRAWS
+from belt_sim.discovery.look import Looking, Seen
+from belt_sim.effects.base import Effect
+from belt_sim.errors import InputError
+from belt_sim.foresight.doubts import doubts
+from belt_sim.foresight.layout import laid_out
+from belt_sim.foresight.pairs import pairs
+from belt_sim.foresight.sizes import visible
+from belt_sim.model import Model, SteadyModel
+from belt_sim.provenance import provenance
+from belt_sim.results.check import Check, Doubt
+from belt_sim.results.comparison import Comparison
+from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.discovery import Discovery
+from belt_sim.results.drawings import Drawings
+from belt_sim.results.errors import SteadyError
+from belt_sim.results.found import NextRun
+from belt_sim.whole_number import whole
+
+MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
+
+
+def diagnose(
+    campaign: Campaign,
+    model: Any = "strip",
+    effects: Any = None,
+    *,
+    bootstraps: int = BOOTSTRAPS,
+    seed: int = 0,
+    leave_out: Sequence[str] | None = None,
+    advise: bool = True,
+    progress: Callable[[int, str], None] = lambda replicates, stage: None,
+    tell: Callable[[str], None] = lambda line: None,
+    shown: Callable[[Diagnosis], None] = lambda found: None,
+    config: Any = None,
+) -> Diagnosis:
+    """Which of the candidates ``effects`` (None: the library) the analytic ``model`` lacks.
+
+    effects: ids, .py files of your own (tested before any long work; ``tell`` hears what the test says) or Effect
+    classes; leave_out: ids of the library not to be tried; advise: look for the next run to make; progress(replicates,
+    stage): told of every stage, and of bootstrap replicates as they are done; shown: is given the result as soon as it
+    can be drawn, without the next runs and what was discovered beside effects; config: what asked for it, for the
+    provenance. Raises InputError, CannotRepresent, RunFailed.
+    """
+    whole("seed", seed, 0)
+    whole("bootstraps", bootstraps, MIN_BOOTSTRAPS, MAX_BOOTSTRAPS)
+    if not any(s.kind == "lateral" for s in campaign.signals):
+        raise InputError(
+            "signals", "no point", "", "a diagnosis needs the lateral position of at least one of points 1-4"
+        )
+    measured = [run for run in campaign.runs if len(run.travel)]
+    if measured and all(run.use == "hold_out" for run in measured):
+        raise InputError("hold_out", "all runs", "", "leave at least one run to fit to")
+    chosen = fitted_model(model)
+    classes = candidates_of(effects, chosen, leave_out)
+    admitted = _admission(classes, chosen, campaign)
+    for line in admitted:
+        tell(line)
+    findings = examine(
+        campaign,
+        chosen,
+        classes,
+        bootstraps=bootstraps,
+        seed=seed,
+        look=Looking(seed=seed, tell=lambda stage: progress(0, stage)),
+        tell=lambda stage: progress(0, stage),
+        tick=lambda replicates: progress(replicates, ""),
+    )
+    with ThreadPoolExecutor(3) as beside:
+        discovery = beside.submit(_discovery, findings.judgement.unknown, config)
+        advice = beside.submit(_advice, findings, lambda stage: progress(0, stage)) if advise else None
+        drawings = beside.submit(drawings_of, findings)
+        found = describe(findings, seed=seed, config=config)
+        found = replace(found, admitted=admitted, drawings=drawings.result())
+        if not found.effects:  # what is drawn is the law
+            found = replace(found, discovery=discovery.result(), drawings=_with_law(found.drawings, findings))
+        shown(found)
+        beyond = validity_warnings(campaign, chosen, [e.id for e in found.effects])
+    runs = tuple(advice.result()) if advice is not None else ()
+    return replace(found, beyond=beyond, discovery=discovery.result(), next_runs=runs)
+
+
+def _advice(findings: Findings, tell: Callable[[str], None]) -> list[NextRun]:
+    """The next runs to make, where there is something to be told apart."""
+    if not findings.rivals:
+        return []
+    tell("looking for the run that would tell them apart")
+    return next_runs(findings.found.bench, findings.found.chosen, findings.rivals)
+
+
+def _discovery(seen: Unknown | None, config: Any) -> Discovery | None:
+    """What the search for laws has seen, where there was one."""
+    return describe_discovery(seen.discovered, config=config) if isinstance(seen, Seen) else None
+
+
+def _with_law(drawings: Drawings, findings: Findings) -> Drawings:
+    """The same with curves of the law that was discovered, where one was."""
+    seen = findings.judgement.unknown
+    law = seen.discovered.refit if isinstance(seen, Seen) else None
+    if law is None:
+        return drawings
+    return replace(drawings, overlays=overlays(findings.bench, findings.found.base.values, law.fit.values))
+
+
+def _admission(classes: Sequence[type[Effect]], model: AnalyticModel, campaign: Campaign) -> tuple[str, ...]:
+    """What the admission test says of effects of one's own; raises InputError naming the first thing that is wrong."""
+    own = [c for c in classes if getattr(c, "source_file", None)]
+    return tuple(line for cls in own for line in admit(cls, model, campaign))
+
+
+def discover(
+    campaign: Campaign,
+    model: Any = "strip",
+    effects: Any = None,
+    *,
+    draws: int = DRAWS,
+    seed: int = 0,
+    tell: Callable[[str], None] = lambda stage: None,
+    config: Any = None,
+) -> Discovery:
+    """What the analytic ``model`` lacks beside ``effects``, whose numbers are fitted anew together.
+
+    effects: as for ``compare``; draws: campaigns simulated with nothing missing; tell: hears every stage; config: what
+    asked for it, for the provenance. Raises InputError, CannotRepresent.
+    """
+    if not any(s.kind == "lateral" for s in campaign.signals):
+        raise InputError("signals", "no point", "", "a discovery needs the lateral position of one of points 1-4")
+    chosen, acting = fitted_model(model), effects_of(effects)
+    refuse(chosen, acting)
+    bench = workbench(campaign, chosen, [type(e) for e in acting])
+    vector = _parameter_vector(bench, acting)
+    bench = bench.moved_to(vector)
+    fit: Fit = bench.fit([bench.start([e.id for e in acting], vector)])[0]
+    tell("fitted what is known")
+    return describe_discovery(search(bench, fit, draws=draws, seed=seed, tell=tell), config=config)
+
+
+PLANNED_TRAVEL, PLANNED_STEP = 60.0, 0.5  # [m] that a planned run is recorded over, and between its readings
+
+
+def check(
+    campaign: Campaign | str | Path,
+    model: Any = "strip",
+    effects: Any = None,
+    *,
+    travel: float = PLANNED_TRAVEL,
+    step: float = PLANNED_STEP,
+    advise: bool = True,
+    config: Any = None,
+) -> Check:
+    """What ``campaign`` (an object, or a folder, some or all of whose runs may still be to be measured) can tell.
+
+    model: an analytic one; effects: as in diagnose; travel, step [m]: of the records of planned runs; advise: look for
+    the further run that would tell a pair apart. Raises CampaignError with every fault of a folder.
+    """
+    planned = not isinstance(campaign, Campaign) and is_plan(campaign)
+    if planned and not (0.0 < step < travel / 10.0):
+        raise InputError("step", step, "m", f"between readings of planned runs; above 0 and below {travel / 10.0:g}")
+    missing: tuple[Run, ...] = ()
+    if isinstance(campaign, Campaign):
+        read = campaign
+    elif planned:
+        read = read_plan(campaign, travel=travel, step=step)
+    else:
+        read, missing = read_begun(campaign)
+    chosen = fitted_model(model)
+    found = doubts(read, planned=planned)
+    common: dict[str, Any] = {"campaign": label(read), "base_model": chosen.name, "planned": planned}
+    common |= {"runs": tuple(r.name for r in read.runs), "missing": tuple(r.name for r in missing)}
+    common |= {"provenance": provenance(config) | {"data_sha256": read.sha256}}
+    if not any(len(r.travel) for r in read.runs) or not any(s.kind == "lateral" for s in read.signals):
+        only = Doubt(kind="plan", sentence="there are no curves of a point: a model can be compared, nothing diagnosed")
+        return Check(**common, noise="Steady rates only.", doubts=(*found, only), visible=(), pairs=())
+    bench, fit = laid_out(read, chosen, candidates_of(effects, chosen), planned=planned)
+    seen = visible(bench, fit)
+    return Check(
+        **common,
+        noise=bench.levels.sentence,
+        doubts=found,
+        visible=tuple(seen),
+        pairs=tuple(pairs(bench, fit, seen, advise=advise)),
+    )
+
+
+STEADY_TRAVEL = 300.0  # [m]; the strip's transient at 7 N/mm2 is longer than 100 m
+
+
+def compare(
+    campaign: Campaign, model: Any = "strip", effects: Any = None, *, drawn: bool = True, config: Any = None
+) -> Comparison:
+    """Errors of ``model`` run by run, without and with ``effects``, and where it fails.
+
+    model: an analytic one, by name or object; effects: ids, mappings, .py files, objects, an effects.yaml, or the
+    effects of a diagnosis; drawn: whether to prepare drawings; config: what asked for it, for the provenance.
+    """
+    curves = any(len(r.travel) for r in campaign.runs)
+    chosen = fitted_model(model) if curves else analytic_model(model)
+    acting = effects_of(effects)
+    refuse(chosen, acting)
+    steady = steady_errors(campaign, chosen, acting)
+    common: dict[str, Any] = {"base_model": chosen.name, "campaign": label(campaign), "effects": acting}
+    common |= {"steady": steady, "provenance": provenance(config) | {"data_sha256": campaign.sha256}}
+    if not curves and steady:
+        return Comparison(**common, error=None, where=None, per_run=())
+    bench = workbench(campaign, fitted_model(chosen), [type(e) for e in acting])
+    base, final = bench.forward.null(), _parameter_vector(bench, acting)
+    before, after = bench.forward.values(np.stack([base, final]))
+    shown = (final, after) if acting else None
+    return Comparison(
+        **common,
+        error=overall_errors(bench, before, after),
+        where=where(bench, after),
+        per_run=run_errors(bench, before, after),
+        drawings=drawings(bench, (base, before), shown, mapped=after) if drawn else Drawings(),
+        beyond=validity_warnings(campaign, fitted_model(chosen), [e.id for e in acting]),
+    )
+
+
+def _parameter_vector(bench: Workbench, effects: Sequence[Effect]) -> np.ndarray:
+    """Return the parameter vector of the effects, in the scales of the fit."""
+    numbers = {type(e): e for e in effects}
+    q = bench.forward.null()
+    for k, slot in enumerate(bench.forward.slots):
+        q[k] = float(getattr(numbers[slot.effect], slot.name)) / slot.scale
+    return q
+
+
+def steady_errors(
+    campaign: Campaign, model: Model | SteadyModel, effects: Sequence[Effect] = ()
+) -> tuple[SteadyError, ...]:
+    """Measured and modelled late rates of every run and point in steady.csv, against the stated uncertainty."""
+    runs = {r.name: r for r in campaign.runs}
+    rows = []
+    for stated in campaign.steady:
+        run = runs[stated.run]
+        modelled = _late_rates(case_of(campaign, run), model, effects)
+        for point, (measured, rate) in enumerate(zip(stated.rates, modelled, strict=True), start=1):
+            if np.isfinite(measured):
+                rows.append(
+                    SteadyError(
+                        run=run.name,
+                        point=point,
+                        tension=run.tension,
+                        measured=float(measured),
+                        modelled=float(rate),
+                        u=stated.u,
+                        ratio=float(abs(rate - measured) / stated.u),
+                    )
+                )
+    return tuple(rows)
+
+
+def _late_rates(case: Case, model: Model | SteadyModel, effects: Sequence[Effect]) -> np.ndarray:
+    """Late rates of points 1-4 [m/m]: in closed form, or by a long run where effects act."""
+    if effects and isinstance(model, Model):
+        return late_rates(model.run(case, effects, travel=STEADY_TRAVEL))
+    assert isinstance(model, SteadyModel)
+    return np.full(4, model.steady_rate(case))

@@ -1,0 +1,179 @@
+"""Simulate one case or a batch of 3D cases; the scene of a 3D case; curves that JAX can trace."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from belt_sim.analytic.march import march_traced, plan_steps
+from belt_sim.analytic.model import AnalyticModel
+from belt_sim.api.resolve import effects_of, fitted_model, model_of, refuse, validity_limits
+from belt_sim.case import Case
+from belt_sim.config import case_asked, case_from, model_settings
+from belt_sim.curves import Curves
+from belt_sim.effects.base import Effect
+from belt_sim.errors import BeltError, InputError, RunFailed
+from belt_sim.frame import Observer
+from belt_sim.model import Model, SteadyModel
+from belt_sim.mujoco3d.model import BATCH_ENGINES, SpaceModel, batch_engine
+from belt_sim.mujoco3d.options import CONTACTS
+from belt_sim.results.simulation import Simulation
+
+if TYPE_CHECKING:
+    from mujoco import MjSpec
+
+
+def simulate(
+    case: Case | None = None,
+    *,
+    model: Any = "strip",
+    effects: Any = None,
+    travel: float = 60.0,
+    engine: str | None = None,
+    observers: Sequence[Observer] = (),
+    scene_path: Path | None = None,
+    computed: Any = None,
+    **settings: Any,
+) -> Simulation:
+    """Run ``case`` (in SI), or the case that ``settings`` describe, for ``travel`` [m].
+
+    settings: as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
+    [degrees, or a list of {at, over, yaw}], speed [m/s], direction. model: a name, {name: ..., further settings} or a
+    Model; engine: of a 3D model, "native" (None), "mjx" or "quasi_static"; effects: ids, mappings, .py files or
+    objects. scene_path: where a 3D model writes its scene (MJCF); computed: what a batch has found for the case as
+    driven (``belt_sim.api.simulate``), so that no engine runs. A 3D model's setting ``scene`` is an MjSpec that
+    ``bs.scene`` made, edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
+    """
+    if case is not None and settings:
+        name, value = next(iter(settings.items()))
+        raise InputError(name, value, "", "give either a case or its settings")
+    case = case_asked(travel=travel, **settings) if case is None else case
+    chosen, acting = on_engine(model_of(model), engine), effects_of(effects)
+    common: dict[str, Any] = {"case": case, "model": chosen.name, "effects": acting, "travel": float(travel)}
+    common["beyond"] = validity_limits(case, chosen, [e.id for e in acting])
+    steady = chosen.steady_rate(case) if isinstance(chosen, SteadyModel) and not acting else None
+    if not isinstance(chosen, Model):
+        refuse(chosen, acting, "; leave it out or use model=beam_th2 or strip")
+        return Simulation(**common, curves=None, steady_rate=steady)
+    if isinstance(chosen, AnalyticModel):
+        curves = chosen.run(case, acting, travel=travel, observers=observers)
+        return Simulation(**common, curves=curves, steady_rate=steady)
+    return _in_space(chosen, acting, common, observers, scene_path, computed)
+
+
+def _in_space(
+    model: Any,
+    effects: Sequence[Effect],
+    common: dict[str, Any],
+    observers: Sequence[Observer],
+    scene: Path | None,
+    computed: Any,
+) -> Simulation:
+    """A run in three dimensions, with its numerical settings; its steady rate is its late rate once it has settled."""
+    if computed is None:
+        curves = model.run(common["case"], effects, travel=common["travel"], observers=observers, scene_path=scene)
+    else:
+        curves = model.indicated(computed, common["case"], effects, common["travel"])
+    scene = scene if scene and scene.is_file() else None
+    details = {"options": asdict(model.options), "engine": model.engine, "contact": model.contact}
+    details |= {"scene": scene.name} if scene else {}
+    found = Simulation(**common, curves=curves, details=details)
+    return replace(found, steady_rate=float(found.rates.mean())) if found.settled else found
+
+
+def on_engine(model: Model | SteadyModel, engine: str | None) -> Model | SteadyModel:
+    """The model run by ``engine``; raises InputError for an analytic model asked for anything but "native"."""
+    if engine is None or (engine == "native" and not hasattr(model, "engine")):
+        return model
+    from belt_sim.mujoco3d.model import SpaceModel, engine_named
+
+    if not isinstance(model, SpaceModel):
+        raise InputError("engine", engine, "", f"leave it out: model={model.name} is not a belt in three dimensions")
+    return replace(model, engine=engine_named(engine))
+
+
+def run_in_batches(
+    configs: Sequence[Mapping[str, Any]], batch: int | None
+) -> Iterator[tuple[Sequence[int], Sequence[Curves | RunFailed | None]]]:
+    """Numbers of the configurations of a batch, and what it found for each; batch: most cases of one, None: that fit.
+
+    What cannot be marched comes first, with None: its own run says why.
+    """
+    ready: dict[int, tuple[str, Any]] = {}
+    for number, config in enumerate(configs):
+        made = _prepared(config)
+        if made is not None:
+            ready[number] = config["engine"], made
+    without = [k for k in range(len(configs)) if k not in ready]
+    if without:
+        yield without, [None] * len(without)
+    alike: dict[Any, list[int]] = {}
+    for number, (engine, made) in ready.items():
+        alike.setdefault((engine, made.kind), []).append(number)
+    for (engine, _), numbers in alike.items():
+        begin = 0
+        for curves in batch_engine(engine).in_batches([ready[k][1] for k in numbers], batch):
+            yield numbers[begin : begin + len(curves)], curves
+            begin += len(curves)
+
+
+def _prepared(config: Mapping[str, Any]) -> Any:
+    """The case of a configuration as its own run would march it; None where that refuses it."""
+    try:
+        model = on_engine(model_of(model_settings(config["model"])), config["engine"])
+        if not isinstance(model, SpaceModel) or model.engine not in BATCH_ENGINES:
+            return None
+        if model.control or model.contact != CONTACTS[0] or config["watch"]:
+            return None
+        case, effects = case_from(config), effects_of(config["effects"])
+        driven, far = model.driven(case, effects, float(config["travel"]))
+        parts = model.parts(driven, effects)
+        prepared = batch_engine(model.engine).prepared
+        return prepared(driven, belt=model.belt, travel=far, options=model.options, parts=parts)
+    except BeltError:
+        return None
+
+
+def scene(case: Case | None = None, *, model: Any = "mujoco_flex", **settings: Any) -> "MjSpec":
+    """The scene of ``case`` (in SI), or of the case that ``settings`` describe as for ``simulate``, not yet compiled.
+
+    MuJoCo's contacts carry the belt; ``simulate(model={"name": ..., "scene": spec})`` runs it, edited or not.
+    """
+    if case is not None and settings:
+        name, value = next(iter(settings.items()))
+        raise InputError(name, value, "", "give either a case or its settings")
+    case = case_asked(**settings) if case is None else case
+    from belt_sim.mujoco3d.model import SpaceModel
+    from belt_sim.mujoco3d.run.simulate import contact_scene
+
+    chosen = model_of(model)
+    if not isinstance(chosen, SpaceModel):
+        raise InputError("model", chosen.name, "", "use mujoco_flex, mujoco_grid or mujoco_rope")
+    return contact_scene(case, chosen.belt, chosen.options)
+
+
+def scene_text(case: Case, model: Any) -> str:
+    """The same as MJCF, commented."""
+    from belt_sim.mujoco3d.mujoco_4 import compiled, mjcf
+    from belt_sim.mujoco3d.rolling_contact.scene import STORY
+
+    spec = scene(case, model=model)
+    compiled(spec)
+    return mjcf(spec, STORY)
+
+
+def traced(case: Case, model: Any = "strip", *, travel: float) -> Callable[..., Curves]:
+    """A function (case, effects=()) -> true Curves over ``travel`` [m], pure JAX, of cases whose pulleys are like those
+    of ``case``: its sums are planned by them.
+
+    Every number of the case it is given (tension [Pa], yaw [rad], rig, belt: all SI) and of the effects may be traced.
+    Wants float64: ``jax.config.update("jax_enable_x64", True)``. Raises CannotRepresent for a model without curves.
+    """
+    chosen = fitted_model(model)
+    plan = plan_steps(case, travel=travel, step=chosen.step, keep=chosen.keep)
+
+    def curves(case: Case, effects: Sequence[Effect] = ()) -> Curves:
+        chosen.admit(effects)
+        return march_traced(case, tuple(effects), travel, model=chosen, plan=plan)
+
+    return curves
