@@ -14,14 +14,11 @@ import numpy as np
 import belt_sim as bs
 from belt_sim.config import case_asked
 from belt_sim.files import write_with
-from belt_sim.mujoco3d.machine.drive import Drive
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run.engine import Engine
-from belt_sim.mujoco3d.run.fitted import fitted
-from belt_sim.mujoco3d.run.measure import reading
-from belt_sim.mujoco3d.run.record import Recorder
-from belt_sim.mujoco3d.run.simulate import Run
-from belt_sim.mujoco3d.run.stages import Stage
+from belt_sim.mujoco3d.engine import Engine, Run
+from belt_sim.mujoco3d.machine import Drive
+from belt_sim.mujoco3d.options import Options, fitted
+from belt_sim.mujoco3d.recording import Recorder, reading
+from belt_sim.mujoco3d.stages import Stage
 from belt_sim.mujoco3d.state import State
 from belt_sim.si import DEGREE, MM
 from belt_sim.watch.progress import ProgressObserver

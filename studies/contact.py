@@ -25,12 +25,11 @@ from belt_sim.case import Case, Schedule
 from belt_sim.config import case_asked
 from belt_sim.jax_setup import prepare
 from belt_sim.laws.span import torsional_stiffness
-from belt_sim.mujoco3d.mesh.couple_test import matching_width
-from belt_sim.mujoco3d.mesh.membrane import Membrane
+from belt_sim.mujoco3d.calibration import matching_width
+from belt_sim.mujoco3d.mesh import Membrane
 from belt_sim.mujoco3d.mujoco_4 import compiled
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.rolling_contact.scene import ContactLaw, build_contact
-from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.options import Options, fitted
+from belt_sim.mujoco3d.rolling_contact import ContactLaw, build_contact
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, INK, RED
 from belt_sim.scene_parts import SceneParts
@@ -205,7 +204,7 @@ def law(tension: float, yaw: float, dx: float, cover: float = 0.0) -> dict[str, 
     """y [mm] by the strip law with a soft cover of E I c = ``cover``.
 
     It is the law of a strip with the torsional stiffness of two lines of nodes, F b'^2 / 4. The lines lack 7-15 % of
-    the strip's (loads/torsion.py adds that in the native engine, MJCF cannot). A strip of another width with the same
+    the strip's (loads.py adds that in the native engine, MJCF cannot). A strip of another width with the same
     E b^3 h / 12 and b h has it.
     """
     case = case_of(Contact(tension=tension, yaw=yaw, dx=dx))

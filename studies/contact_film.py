@@ -16,7 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from belt_sim.config import case_asked
 from belt_sim.files import write_with
-from belt_sim.mujoco3d.machine.scene import HEAD_YAW, TAIL_YAW
+from belt_sim.mujoco3d.machine import HEAD_YAW, TAIL_YAW
 from belt_sim.mujoco3d.mujoco_4 import compiled, expected_warnings
 from belt_sim.paths import MODELS
 from belt_sim.si import MM

@@ -22,8 +22,8 @@ from scipy.sparse.linalg import splu
 
 from belt_sim.case import Case
 from belt_sim.jax_setup import compiled, prepare
-from belt_sim.mujoco3d.mesh.belt import lines
-from belt_sim.mujoco3d.mesh.couple_test import matching_width, zigzag
+from belt_sim.mujoco3d.calibration import matching_width, zigzag
+from belt_sim.mujoco3d.mesh import lines
 from belt_sim.paper import paper_case
 from belt_sim.si import MM, N_PER_MM2
 

@@ -15,8 +15,8 @@ from belt_sim.curves import Curves
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import RunFailed
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.machine.pace import accurate, string_speed
 from belt_sim.mujoco3d.model import SpaceModel
+from belt_sim.mujoco3d.options import accurate, string_speed
 from belt_sim.paper import ROPE_EXAMPLE, YAW, paper_case
 from belt_sim.quasi_static.run import simulate_batch
 from belt_sim.scene_parts import SceneParts

@@ -144,7 +144,7 @@ def scene(case: Case | None = None, *, model: Any = "mujoco_flex", **settings: A
         raise InputError(name, value, "", "give either a case or its settings")
     case = case_asked(**settings) if case is None else case
     from belt_sim.mujoco3d.model import SpaceModel
-    from belt_sim.mujoco3d.run.simulate import contact_scene
+    from belt_sim.mujoco3d.engine import contact_scene
 
     chosen = model_of(model)
     if not isinstance(chosen, SpaceModel):
@@ -155,7 +155,7 @@ def scene(case: Case | None = None, *, model: Any = "mujoco_flex", **settings: A
 def scene_text(case: Case, model: Any) -> str:
     """The same as MJCF, commented."""
     from belt_sim.mujoco3d.mujoco_4 import compiled, mjcf
-    from belt_sim.mujoco3d.rolling_contact.scene import STORY
+    from belt_sim.mujoco3d.rolling_contact import STORY
 
     spec = scene(case, model=model)
     compiled(spec)

@@ -1,25 +1,124 @@
-"""A case as arrays: what the engine traces, read off the same scene that is compiled for MuJoCo."""
+"""A case as arrays: what the engines on JAX trace, read off the same scene that is compiled for MuJoCo."""
 
 import math
+from collections.abc import Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.belt_mechanics.acting import Acting
-from belt_sim.belt_mechanics.elastic import Ties, Twist, membrane_law
-from belt_sim.belt_mechanics.fibres import Fibres
-from belt_sim.belt_mechanics.guides import Guides
-from belt_sim.belt_mechanics.loads import Loads
-from belt_sim.belt_mechanics.tangent import Grip, grip_of
+from belt_sim.belt_mechanics.elastic import Ties, Twist, membrane_law, stretched
+from belt_sim.belt_mechanics.loads import Guides, Loads
 from belt_sim.case import Case
-from belt_sim.mujoco3d.loads.torsion import Torsion
-from belt_sim.mujoco3d.machine.scene import Scene
-from belt_sim.mujoco3d.mesh.belt import Mesh
-from belt_sim.mujoco3d.mesh.lattice import calibrate
-from belt_sim.mujoco3d.mesh.path import sinking
+from belt_sim.mujoco3d.calibration import calibrate
+from belt_sim.mujoco3d.friction import Tangent
+from belt_sim.mujoco3d.loads import Torsion
+from belt_sim.mujoco3d.loop import Loop, sinking
+from belt_sim.mujoco3d.machine import Scene
+from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.pytree import Numbers as Array
+from belt_sim.scene_parts import SceneParts
+
+
+class Acting(NamedTuple):
+    """In some case of a batch: slips, it may slide on its pulleys; guides, number of rollers; gives_way, a pulley does
+    so to the belt's moment; layered, it leaves its pulleys along a bending layer; cambered, it is curved by nature;
+    pushes, number of places at which its spans are pushed; leans, its weight or a couple all along pulls it aside;
+    canted, an axis is not level."""
+
+    slips: bool = False
+    guides: int = 0
+    gives_way: bool = False
+    layered: bool = False
+    cambered: bool = False
+    pushes: int = 0
+    leans: bool = False
+    canted: bool = False
+
+
+def acting_in(parts: Sequence[SceneParts]) -> Acting:
+    """What acts in any of these scenes."""
+    return Acting(
+        slips=any(math.isfinite(p.friction) for p in parts),
+        guides=max(len(p.edge_guides) for p in parts),
+        gives_way=any(s.yaw_compliance for p in parts for s in (p.head, p.tail)),
+        layered=any(p.lift_off for p in parts),
+        cambered=any(p.camber is not None for p in parts),
+        pushes=max(len(p.pushes) for p in parts),
+        leans=any(p.lean or p.roll for p in parts),
+        canted=any(s.cant for p in parts for s in (p.head, p.tail)),
+    )
+
+
+class Fibres(NamedTuple):
+    """plate [N m], thickness [m], modulus [Pa], own [1]: as in mujoco3d.wrap.Layer; own 0 = like a thread."""
+
+    plate: Array
+    thickness: Array
+    modulus: Array
+    own: Array
+
+    @staticmethod
+    def of(case: Case, strength: float) -> "Fibres":
+        """Of a belt; strength [1] multiplies l^2 and l^3."""
+        belt = case.belt
+        tense = float(case.tension_force) * float(belt.width) ** 2 / 12.0
+        still = float(belt.shear_modulus) * float(belt.width) * float(belt.thickness) ** 3 / 3.0
+        own = strength * tense / (tense + still)
+        return Fibres(*map(np.array, (belt.plate_stiffness, belt.thickness, belt.youngs_modulus, own)))
+
+
+class Grip(NamedTuple):
+    """Blocks [N/m] of stations of even and odd number, each (2, 2 m, 2 m): own, of the next station when this one
+    moves after; relief_first, relief_last: what the span beyond an outermost station takes off its own block."""
+
+    own: Array
+    after: Array
+    relief_first: Array
+    relief_last: Array
+
+
+def grip_of(ties: Ties, bonds: bool, mesh: Mesh, loop: Loop) -> Grip:
+    """Read off in the middle of the upper span, laid and under tension; spans give way as they do at rest."""
+    upper = np.flatnonzero(loop.z > 0.0)
+    middle = int(upper[np.argmin(np.abs(loop.x[upper] - loop.x.mean()))])
+    tail_x = loop.x.max() - loop.radius_tail
+    free = int(np.count_nonzero(np.abs(loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x))
+    numbers = np.arange(middle - 1, middle + 4)
+    cell = np.asarray(_curvature(ties, bonds, np.moveaxis(mesh.laid[numbers], 0, -1), numbers))
+    size = 3 * mesh.across
+    plane = np.arange(size).reshape(-1, 3)[:, [1, 0]].ravel()  # along the axis and along the turn on a pulley
+    here, there = np.ix_(plane, plane), np.ix_(plane + size, plane + size)
+    down, up = np.ix_(plane + size, plane), np.ix_(plane, plane + size)
+    block = np.empty((2, 3, 2 * mesh.across, 2 * mesh.across))
+    for k in (1, 2):
+        before, behind = cell[..., k - 1], cell[..., k]
+        block[numbers[k] % 2] = before[up], before[there] + behind[here], behind[down]
+    tangent = Tangent(block=block, inertia=np.zeros(2 * mesh.across), free=free)
+    relief = [[tangent._relief((parity + side) % 2, side) for parity in (0, 1)] for side in (-1, 1)]
+    return Grip(block[:, 1], block[:, 2], np.array(relief[0]), np.array(relief[1]))
+
+
+@partial(jax.jit, static_argnums=1)
+def _curvature(ties: Ties, bonds: bool, places: Array, numbers: Array) -> Array:
+    curvature = stretched(ties, bonds, places, numbers, jnp.array(0.0), taut=places).curvature
+    assert curvature is not None
+    return curvature
+
+
+def wrapped(grip: Grip, first: Array, count: Array, longest: int) -> tuple[Array, Array]:
+    """The chain of ``count`` stations from number ``first`` on, (2 m, 2 m, longest) twice: diagonal, on the next."""
+    at = jnp.arange(longest)
+    parity = (first + at) % 2
+    own = jnp.asarray(grip.own)[parity]
+    own = own.at[0].add(-jnp.asarray(grip.relief_first)[parity[0]])
+    own = own.at[count - 1].add(-jnp.asarray(grip.relief_last)[parity[count - 1]])
+    beside = jnp.swapaxes(jnp.asarray(grip.after)[parity], 1, 2)
+    return jnp.moveaxis(own, 0, -1), jnp.moveaxis(jnp.where((at < count - 1)[:, None, None], beside, 0.0), 0, -1)
+
 
 _SPARE = 4  # stations by which a wrap may be longer than half a turn
 

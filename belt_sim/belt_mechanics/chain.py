@@ -8,8 +8,7 @@ import numpy as np
 
 from belt_sim.belt_mechanics.belt import Belt, Shape
 from belt_sim.belt_mechanics.elastic import stretched, twisted
-from belt_sim.belt_mechanics.layer import displaced
-from belt_sim.belt_mechanics.wrap import FIRST, HEAD, LAST, TAIL, Pose, Wrap
+from belt_sim.belt_mechanics.wrap import FIRST, HEAD, LAST, TAIL, Pose, Wrap, displaced
 from belt_sim.pytree import Numbers as Array
 
 

@@ -1,6 +1,6 @@
-"""A belt on MJX: what stands still (Model), what moves (Data), and what the machine is told for a step (Command)."""
+"""A belt on MJX: what stands still (Model), what moves (Data), and the commands of a step and of a run."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -9,28 +9,27 @@ import mujoco
 import numpy as np
 from mujoco import mjx
 
-from belt_sim.belt_mechanics.acting import Acting, acting_in
-from belt_sim.belt_mechanics.belt import Belt, Shape, belt_of
+from belt_sim.belt_mechanics.belt import Acting, Belt, Shape, acting_in, belt_of
 from belt_sim.belt_mechanics.pulleys import laid
 from belt_sim.belt_mechanics.wrap import Pose, Wrap
 from belt_sim.case import Case
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.mujoco_mjx import plain_model, put
 from belt_sim.mujoco3d.constants import TAIL_DAMPING_RATIO
-from belt_sim.mujoco3d.machine.scene import (
+from belt_sim.mujoco3d.machine import (
     HEAD_SPIN,
     STATION_JOINTS,
     TAIL_SLIDE,
     TAIL_SPIN,
+    Drive,
     Scene,
     build,
     lay_out,
     station_mass,
 )
-from belt_sim.mujoco3d.mesh.belt import BeltModel
-from belt_sim.mujoco3d.mesh.grid import Grid
-from belt_sim.mujoco3d.mesh.membrane import Membrane
+from belt_sim.mujoco3d.mesh import BeltModel, Grid, Membrane
 from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.stages import stages
 from belt_sim.pytree import Numbers as Array
 from belt_sim.pytree import pytree
 from belt_sim.scene_parts import SceneParts
@@ -145,7 +144,7 @@ def prepare(
     belt: "flex" or "grid"; options: fitted to a case, or to be fitted; parts: the scenes as effects change them;
     acting: in the batch, None = in these cases; edit: adds actuators and sensors to the scene before it is compiled.
     """
-    from belt_sim.mujoco3d.run.fitted import fitted
+    from belt_sim.mujoco3d.options import fitted
 
     options = options or Options()
     several = parts or [SceneParts.undisturbed(case, options.friction) for case in cases]
@@ -222,3 +221,35 @@ def nodes_of(shape: Shape, flat: Array) -> Array:
 def flat_of(base: Array, nodes: Array) -> Array:
     """Values by coordinate: those of the pulleys' joints (5,), then those of the nodes (m, 3, n)."""
     return jnp.concatenate([base, jnp.moveaxis(nodes, -1, 0).reshape(-1)])
+
+
+@dataclass
+class _Clock:
+    """What a stage asks of a state: travel [m], speed [m/s], time [s]."""
+
+    travel: float
+    speed: float = 0.0
+    time: float = 0.0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Commands of all steps, leading axis (steps,); begin: the first step whose end has travel 0 or more."""
+
+    commands: Command
+    begin: int
+
+
+def plan_of(scene: Scene, travel: float) -> Plan:
+    """Of a run over ``travel`` [m]."""
+    rows = [(d.travel, d.speed, d.acceleration, d.yaw, d.share, d.drag) for d in _drives(scene, travel)]
+    commands = Command(*(np.array([row[k] for row in rows], float) for k in range(6)))
+    return Plan(commands, int(np.argmax(commands.travel >= 0.0)))
+
+
+def _drives(scene: Scene, travel: float) -> Iterator[Drive]:
+    clock, dt = _Clock(-scene.early), scene.options.dt
+    for stage in stages(scene, 0.0, travel):
+        for drive in stage.drives(clock):  # type: ignore[arg-type]
+            clock.time, clock.travel, clock.speed = clock.time + dt, drive.travel, drive.speed
+            yield drive

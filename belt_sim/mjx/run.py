@@ -7,19 +7,18 @@ from dataclasses import dataclass, replace
 import jax
 import numpy as np
 
-from belt_sim.belt_mechanics.acting import Acting, acting_in
+from belt_sim.belt_mechanics.belt import Acting, acting_in
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.frame import Observer
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx.model import READING, Command, Data, Model, Prepared, nodes_of, prepare
+from belt_sim.mjx.model import READING, Command, Data, Model, Plan, Prepared, nodes_of, plan_of, prepare
 from belt_sim.mjx.mujoco_mjx import stacked
-from belt_sim.mjx.plan import Plan, plan_of
 from belt_sim.mjx.step import step
 from belt_sim.mujoco3d.constants import RUNAWAY
 from belt_sim.mujoco3d.options import Options, is_limp
-from belt_sim.mujoco3d.run.record import frame_of
+from belt_sim.mujoco3d.recording import frame_of
 from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
@@ -113,7 +112,7 @@ def prepared(
 
     Raises CannotRepresent for what this engine cannot do.
     """
-    from belt_sim.mujoco3d.mesh.loop import laid_loop
+    from belt_sim.mujoco3d.loop import laid_loop
 
     options = options or Options()
     parts = parts or SceneParts.undisturbed(case, options.friction)

@@ -16,7 +16,7 @@ import jax
 import jax.numpy as jnp
 from mujoco import mjx
 
-from belt_sim.belt_mechanics.blocks import factorised, solved
+from belt_sim.belt_mechanics.block_tridiagonal import factorised, solved
 from belt_sim.belt_mechanics.chain import (
     Places,
     anchored,
@@ -27,17 +27,26 @@ from belt_sim.belt_mechanics.chain import (
     stiffness,
     torsion,
 )
-from belt_sim.belt_mechanics.guides import pressed
-from belt_sim.belt_mechanics.landing import caught
-from belt_sim.belt_mechanics.layer import followed
-from belt_sim.belt_mechanics.loads import forces_on
-from belt_sim.belt_mechanics.measure import reading
-from belt_sim.belt_mechanics.pulleys import behind, moments, moves_of, pose_of
-from belt_sim.belt_mechanics.wrap import FIRST, HEAD, LAST, TAIL, Pose, Wrap, laid_anew, met, released, sunk
+from belt_sim.belt_mechanics.loads import forces_on, pressed
+from belt_sim.belt_mechanics.pulleys import behind, moments, moves_of, pose_of, reading
+from belt_sim.belt_mechanics.wrap import (
+    FIRST,
+    HEAD,
+    LAST,
+    TAIL,
+    Pose,
+    Wrap,
+    caught,
+    followed,
+    laid_anew,
+    met,
+    released,
+    sunk,
+)
 from belt_sim.mjx.model import Command, Data, Model, flat_of, nodes_of
 from belt_sim.mjx.mujoco_mjx import actuated, advanced, multibody, node_masses, sensed
 from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
-from belt_sim.mujoco3d.machine.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
+from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.pytree import Numbers as Array
 
 _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
@@ -112,7 +121,7 @@ def _given_way(model: Model, data: Data, nodes: Array) -> Array:
 def _pulleys_moved(
     model: Model, data: Data, command: Command, actuators: Array, turned: Array | None
 ) -> tuple[Array, Array]:
-    """Forces on all coordinates [N, N m], and the pulleys' joints after the step (5,); see machine/pulleys.py."""
+    """Forces on all coordinates [N, N m], and the pulleys' joints after the step (5,); see machine.py."""
     belt, tail, h, sign = model.belt, model.tail, model.dt, model.shape.sign
     q, v = data.mjx.qpos, data.mjx.qvel
     radius = belt.surfaces.radius

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from belt_sim.mujoco3d.options import BELTS, Options
 
 if TYPE_CHECKING:
-    from belt_sim.mujoco3d.run.simulate import simulate
+    from belt_sim.mujoco3d.engine import simulate
 
 __all__ = ["BELTS", "Options", "simulate"]
 
@@ -20,6 +20,6 @@ def __getattr__(name: str) -> Any:
     """``simulate`` brings MuJoCo with it, which takes a while to load."""
     if name != "simulate":
         raise AttributeError(name)
-    from belt_sim.mujoco3d.run.simulate import simulate
+    from belt_sim.mujoco3d.engine import simulate
 
     return simulate

@@ -125,7 +125,7 @@ class SpaceModel:
         self.admit(effects)
         if self.engine in BATCH_ENGINES:
             return self._run_on_jax(case, effects, travel, observers)
-        from belt_sim.mujoco3d.run.simulate import simulate  # MuJoCo takes a while to load
+        from belt_sim.mujoco3d.engine import simulate  # MuJoCo takes a while to load
 
         def engine(driven: Case, far: float) -> Curves:
             return simulate(

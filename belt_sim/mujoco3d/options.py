@@ -1,16 +1,17 @@
-"""How a three-dimensional run is discretised and driven."""
+"""How a run in three dimensions is discretised and driven, and what a case makes of these options."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
+from belt_sim.case import Case
 from belt_sim.errors import InputError
 
 #: The three belts: a limp chain, particles tied by bonds, a two-dimensional membrane.
 BELTS = ("rope", "grid", "flex")
 BONDS = ("longitudinal", "transverse", "diagonal")
-#: A force on the sliding tail pulley, the belt's length at fixed pulleys, pulleys moved apart (machine/tensioning.py).
+#: A force on the sliding tail pulley, the belt's length at fixed pulleys, pulleys moved apart (tensioning.py).
 TENSIONINGS = ("force", "length", "koller")
 #: What carries the belt on the pulleys: springs that hold landed nodes, or MuJoCo's contacts.
 CONTACTS = ("held", "mujoco")
@@ -23,7 +24,7 @@ class Options:
     """Numerical settings of a run; the defaults are those of the error budget in docs/three_dimensions.md.
 
     dx [m]: distance of stations along the belt; across: nodes over the width (2 carry the exact EI and tension
-    torsion); dt [s]; belt_speed [m/s] of the run, None = as fast as is accurate (machine/pace.py), "case" = that of
+    torsion); dt [s]; belt_speed [m/s] of the run, None = as fast as is accurate (options.py), "case" = that of
     the case; friction [1]: Coulomb coefficient between belt and pulleys, inf = sticking; bonds: which bonds tie the
     grid; tensioning: how the belt gets its tension, see TENSIONINGS; run_in [m]: travel before 0, straight;
     acceleration [m/s2]; settle [s]: time at rest for the sag, and half of it after a yaw step; yaw_time [s]: duration
@@ -82,7 +83,7 @@ class Options:
 
     @property
     def pace(self) -> float:
-        """Belt speed [m/s] of options that were fitted to a case (run/fitted.py)."""
+        """Belt speed [m/s] of options that were fitted to a case (options.py)."""
         assert isinstance(self.belt_speed, float)
         return self.belt_speed
 
@@ -105,3 +106,78 @@ def _converted(name: str, value: Any, default: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise InputError(name, value, "", "give a number")
     return int(value) if isinstance(default, int) else float(value)
+
+
+#: String speed over belt speed. Landings shake the spans; at a 35th of it sag and tension stay within 1 %.
+SLOWNESS = 35.0
+_FASTEST = 2.0  # [m/s]
+
+
+def string_speed(case: Case) -> float:
+    """Speed of waves along a span, sqrt(sigma / rho) [m/s]."""
+    return math.sqrt(float(case.settings.tension) / float(case.belt.density))
+
+
+def accurate(waves: float) -> float:
+    """The fastest belt speed [m/s] at which inertia does not matter, for a string speed ``waves`` [m/s]."""
+    return min(_FASTEST, waves / SLOWNESS)
+
+
+def accelerated(
+    travel: float, speed: float, until: float, top: float, acceleration: float, dt: float
+) -> tuple[float, float]:
+    """Travel [m] and speed [m/s] after a step [s] of a belt that is to stand still at ``until`` [m], inf = never.
+
+    top [m/s]: its speed on the way; acceleration [m/s2], also of slowing down. It arrives exactly.
+    """
+    ahead = until - travel
+    allowed = min(top, math.sqrt(2.0 * acceleration * max(ahead, 0.0)) + 0.5 * acceleration * dt)
+    speed = min(speed + acceleration * dt, allowed)
+    return (until, 0.0) if ahead <= speed * dt else (travel + speed * dt, speed)
+
+
+_SHAKEN = 20.0  # string speed over belt speed; y after 1 m is still that at a 35th within 3 % (7 N/mm2, a = 2 m)
+_COURANT = 0.5
+_CONTACT_SPEED = 0.5  # [m/s]: slower than a held belt, because its landings are impacts
+_LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a limp span
+
+
+def fitted(options: Options, case: Case, belt: str) -> Options:
+    """Options for this case, with a belt speed in m/s.
+
+    Springs (tendons) lend MuJoCo's metric no stiffness across their direction, so that their step stays below
+    dx / string speed; limp spans get a drag that calms them between landings.
+    Raises InputError when a link on a pulley would turn further in a step than its strain can bear.
+    """
+    waves, pace = string_speed(case), _belt_speed(options, case)
+    dt = options.dt if belt == "flex" else min(options.dt, _COURANT * options.dx / waves)
+    radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
+    longest = radius / pace * (2.0 * float(case.settings.tension) / float(case.belt.youngs_modulus)) ** 0.5
+    if belt != "rope" and dt > longest:
+        raise InputError("options.dt", dt, "s", f"give at most {longest:.1e} at {pace:.2f} m/s, or a slower belt_speed")
+    damping = options.damping
+    if is_limp(belt, options):
+        damping = max(damping, _LIMP_DRAG * waves / float(case.rig.span_length))
+    return replace(options, belt_speed=pace, dt=dt, damping=damping)
+
+
+def for_contact(options: Options) -> Options:
+    """Options of a belt that contacts carry: without a speed of its own it runs at _CONTACT_SPEED."""
+    return options if options.belt_speed is not None else replace(options, belt_speed=_CONTACT_SPEED)
+
+
+def _belt_speed(options: Options, case: Case) -> float:
+    """Belt speed [m/s]; raises InputError for one at which landings shake the belt too much."""
+    waves = string_speed(case)
+    if options.belt_speed is None:
+        return accurate(waves)
+    as_the_case = options.belt_speed == AS_THE_CASE
+    name = "settings.speed" if as_the_case else "options.belt_speed"
+    pace = float(case.settings.speed if as_the_case else options.belt_speed)
+    if not 0.0 < pace <= waves / _SHAKEN:
+        raise InputError(
+            name, f"{pace:.3g}", "m/s",
+            f"give at most {waves / _SHAKEN:.2f}, above which landings shake a belt of this tension, or leave "
+            f"options.belt_speed out for {accurate(waves):.2f} m/s",
+        )  # fmt: skip
+    return pace

@@ -35,7 +35,7 @@ class Wrap:
     from the top towards +x and not turning; slip_increment [m], shape (n, m, 2): how far the nodes slid in the last
     step, along the axis, along the turn; followed [rad]: spin of the pulley that the anchors were last put on;
     layer [m], shape (2, m, 2): how far outwards and into the pulley the bending layer displaces the lines of nodes
-    where the belt meets the pulley, at ``first`` and at ``last`` (wrap/layer.py); the anchors are those without it.
+    where the belt meets the pulley, at ``first`` and at ``last`` (wrap.py); the anchors are those without it.
     """
 
     surface: PulleySurface
@@ -125,7 +125,7 @@ class State(Motion):
     yaw [rad], shape (2,): commanded; given_way [rad], shape (2,): yaw by compliance; share: how much of yaw offsets,
     cants and camber acts; slip [m], shape (2,): how far the belt has slid sideways, mean over the wrap;
     waits: the pulley on which the belt did not slide in the last step, because both take turns (-1 = neither);
-    led, kink_slope: of a limp belt (wrap/release.py), stations at the run-offs when they were last put on their lines,
+    led, kink_slope: of a limp belt (rope.py), stations at the run-offs when they were last put on their lines,
     and slope of y there counted against the travel, shape (2, m); met, turned, aside: of a limp belt at its run-ups,
     outermost stations and yaw [rad] of the last step, and how much further than the span the pulley has taken the
     station [m], shape (2,);

@@ -1,4 +1,8 @@
-"""The equilibrium of a step: Newton iterations on the belt, the tail pulley, and pulleys that give way."""
+"""The static equilibrium of a step: Newton iterations on the belt, the tail pulley, and pulleys that give way.
+
+The tail pulley is free on its slide and its axis. An iteration is one factorisation of the block-tridiagonal stiffness
+of the whole loop, cut in the middle of the head's wrap; rows of held stations are unit blocks, which part the spans.
+"""
 
 from typing import NamedTuple
 
@@ -6,15 +10,98 @@ import jax
 import jax.numpy as jnp
 
 from belt_sim.belt_mechanics.belt import Belt, Shape
-from belt_sim.belt_mechanics.chain import Places, anchored, forces, pull_on_nodes, torsion, weight
-from belt_sim.belt_mechanics.guides import pressed
-from belt_sim.belt_mechanics.loads import forces_on
+from belt_sim.belt_mechanics.block_tridiagonal import Level, factorised, solved
+from belt_sim.belt_mechanics.chain import (
+    Places,
+    anchored,
+    forces,
+    pull_on_nodes,
+    spans_blocks,
+    stiffness,
+    torsion,
+    weight,
+)
+from belt_sim.belt_mechanics.loads import Press, forces_on, pressed
 from belt_sim.belt_mechanics.pulleys import behind, moments, moves_of, pose_of
 from belt_sim.belt_mechanics.wrap import TAIL, Pose, Wrap
+from belt_sim.mujoco3d.constants import COMPLIANCE_TIME
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.balance import corrected, factorise
-from belt_sim.quasi_static.state import Command, State
-from belt_sim.quasi_static.yielding import given_way
+from belt_sim.quasi_static.plan import Command, State
+
+
+class Stiffness(NamedTuple):
+    """A factorised equilibrium.
+
+    levels: of the chain; entry, exit (6 m, 6 m): stiffness of the cells at the tail's ends; pulls (3 m, 2, n): forces
+    on the free nodes by the tail pulley's slide and spin; moves (2, 3 m, 2): how its outermost stations move with them.
+    """
+
+    levels: list[Level]
+    entry: Array
+    exit: Array
+    pulls: Array
+    moves: Array
+
+
+def factorise(
+    shape: Shape,
+    belt: Belt,
+    nodes: Array,
+    taut: Array,
+    places: Places,
+    twist: Array,
+    share: Array,
+    moves: Array,
+    press: Press | None,
+) -> Stiffness:
+    """Of the chain at ``nodes`` [m], (m, 3, n), whose ``taut`` places are those of its last equilibrium.
+
+    moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin; press: of guides.
+    """
+    size = 3 * shape.lines
+    cell, whole = stiffness(shape, belt, nodes, taut, places, twist, share)
+    entry, leave = cell[:, :, places.entry - 1], cell[:, :, places.exit]
+    more = None
+    if press is not None:
+        more = jnp.zeros((shape.lines, 3, shape.stations)).at[:, 1].set(press.stiffness).reshape(size, -1)
+    levels = factorised(*spans_blocks(shape, whole, places, more))
+    pulls = jnp.zeros((size, 2, shape.stations))
+    pulls = pulls.at[:, :, places.entry - 1].add(-entry[:size, size:] @ moves[0])
+    pulls = pulls.at[:, :, places.exit + 1].add(-leave[size:, :size] @ moves[1])
+    return Stiffness(levels, entry, leave, pulls, moves)
+
+
+def corrected(belt: Belt, stiffness: Stiffness, on_nodes: Array, places: Places, lacking: Array) -> tuple[Array, Array]:
+    """Moves of the free nodes (3 m, n) [m] and of the tail pulley (2,) [m, rad] towards equilibrium.
+
+    lacking (2,): force [N] and moment [N m] on the tail pulley, which are to become 0.
+    """
+    size, moves = on_nodes.shape[0], stiffness.moves
+    wanted = jnp.where(places.free, on_nodes, 0.0)[:, None]
+    found = solved(stiffness.levels, jnp.concatenate([wanted, stiffness.pulls], axis=1))
+    entry = stiffness.entry[size:, :size] @ found[..., places.entry - 1]
+    leave = stiffness.exit[:size, size:] @ found[..., places.exit + 1]
+    felt = -jnp.stack([entry, leave])  # by the tail's outermost stations: alone, with its slide, with its spin
+    own = -jnp.stack([stiffness.entry[size:, size:] @ moves[0], stiffness.exit[:size, :size] @ moves[1]])
+    lacking = lacking + jnp.einsum("eip,ei->p", moves, felt[..., 0])
+    (a, b), (c, d) = jnp.einsum("eip,eiq->pq", moves, felt[..., 1:] + own)
+    fixed = belt.length
+    a, b, first = jnp.where(fixed > 0, 1.0, a), jnp.where(fixed > 0, 0.0, b), jnp.where(fixed > 0, 0.0, lacking[0])
+    tail = -jnp.stack([d * first - b * lacking[1], a * lacking[1] - c * first]) / (a * d - b * c)
+    return found[:, 0] + jnp.einsum("ipn,p->in", found[:, 1:], tail), tail
+
+
+def given_way(belt: Belt, before: Array, turned: Array, moment: Array, moved: Array) -> Array:
+    """Yaw by compliance [rad], (2,), after a step of ``moved`` [m] which began with ``before``.
+
+    moment [N m]: on pulleys that have given way by ``turned`` so far. Implicit: with what both spans take from it when
+    a pulley turns, taken rather too large.
+    """
+    compliance = belt.surfaces.yaw_compliance
+    slowly = jnp.where(moved > 0.0, belt.pace * COMPLIANCE_TIME / jnp.where(moved > 0.0, moved, 1.0), 0.0)
+    lacking = compliance * moment - turned - slowly * (turned - before)
+    return turned + lacking / (1.0 + slowly + compliance * belt.holding)
+
 
 #: After the first a node is where it should be to a tenth of a mm at most; but the entry moment of a slack belt hangs
 #: on parts of a nm between its edges, which links that turn by that much have not kept.

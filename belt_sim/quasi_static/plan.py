@@ -1,14 +1,45 @@
-"""What the machine is told, step by step: rest, run-in, and a stop for every yaw step (mujoco3d/run/stages.py)."""
+"""State and command of a step, and the commands of a run: rest, run-in, and a stop for every yaw step."""
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from belt_sim.belt_mechanics.wrap import Pose, Wrap
 from belt_sim.case import Settings
-from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
+from belt_sim.mujoco3d.machine import YawPlan, smooth
 from belt_sim.mujoco3d.options import Options
-from belt_sim.quasi_static.state import Command
+from belt_sim.pytree import Numbers as Array
+from belt_sim.quasi_static.friction import Slip
+from belt_sim.quasi_static.rope import Kinks
+
+
+class State(NamedTuple):
+    """nodes [m], (m, 3, n); wraps, pose: of head and tail; tension [N]: mean of the spans; travel [m]; correction [m]:
+    by how much the step's last Newton iteration moved a node at most; slip: None if it sticks; kinks: of a limp belt;
+    turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in layer.py, or None."""
+
+    nodes: Array
+    wraps: Wrap
+    pose: Pose
+    tension: Array
+    travel: Array
+    correction: Array
+    slip: Slip | None = None
+    kinks: Kinks | None = None
+    turned: Array | None = None
+    layer: Array | None = None
+
+
+class Command(NamedTuple):
+    """What the machine is told for a step: travel [m] at its end; yaw [rad], (2,): head, tail; share: of yaw offsets,
+    cants, camber and loads that acts."""
+
+    travel: Array
+    yaw: Array
+    share: Array
+
 
 _RESTING = 4  # rows at rest in which the spans find their places
 _TURNING = 4  # rows in which a yaw step is made, and two more after it

@@ -9,28 +9,21 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.belt_mechanics.acting import Acting, acting_in
-from belt_sim.belt_mechanics.belt import Belt, Shape, belt_of
-from belt_sim.belt_mechanics.measure import reading
-from belt_sim.belt_mechanics.pulleys import laid
+from belt_sim.belt_mechanics.belt import Acting, Belt, Shape, acting_in, belt_of
+from belt_sim.belt_mechanics.pulleys import laid, reading
 from belt_sim.belt_mechanics.wrap import TAIL
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d.constants import RUNAWAY
-from belt_sim.mujoco3d.machine.scene import lay_out
-from belt_sim.mujoco3d.mesh.belt import BeltModel
-from belt_sim.mujoco3d.mesh.chain import Chain
-from belt_sim.mujoco3d.mesh.grid import Grid
-from belt_sim.mujoco3d.mesh.membrane import Membrane
-from belt_sim.mujoco3d.options import Options, is_limp
-from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.machine import lay_out
+from belt_sim.mujoco3d.mesh import BeltModel, Chain, Grid, Membrane
+from belt_sim.mujoco3d.options import Options, fitted, is_limp
 from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, Slip, worst_so_far
-from belt_sim.quasi_static.limp import Kinks
-from belt_sim.quasi_static.plan import Plan, plan_of
-from belt_sim.quasi_static.state import Command, State
+from belt_sim.quasi_static.plan import Command, Plan, State, plan_of
+from belt_sim.quasi_static.rope import Kinks
 from belt_sim.quasi_static.step import step
 from belt_sim.scene_parts import SceneParts
 
@@ -216,7 +209,7 @@ def marched(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
 
 
 def march(shape: Shape, belt: Belt, state: State, commands: Command) -> Array:
-    """Rows of mean readings of one case, shape (rows, 20): readings (measure.py), x of the tail pulley [m], travel
+    """Rows of mean readings of one case, shape (rows, 20): readings (recording.py), x of the tail pulley [m], travel
     [m], and by how much a node was corrected at most [m]; with friction 5 more (friction.py), the last of which is
     the largest, too. commands: arrays of shape (rows, steps, ...)."""
 

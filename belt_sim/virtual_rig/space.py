@@ -15,7 +15,7 @@ from belt_sim.cores import cores
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.machine.pace import accurate
+from belt_sim.mujoco3d.options import accurate
 from belt_sim.rig import GRAVITY, Belt, Rig
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import N_PER_MM2

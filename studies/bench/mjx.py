@@ -15,9 +15,8 @@ from belt_sim.mujoco3d.options import Options
 def main(rig: str, count: int, segments: int) -> None:
     """Prints seconds of preparation, tracing and compilation, milliseconds a step, memory."""
     from belt_sim.mjx import prepare as made
-    from belt_sim.mjx.model import Command
+    from belt_sim.mjx.model import Command, plan_of
     from belt_sim.mjx.mujoco_mjx import stacked
-    from belt_sim.mjx.plan import plan_of
     from belt_sim.mjx.run import SEGMENT, batch_march, moving
 
     begun = time.perf_counter()

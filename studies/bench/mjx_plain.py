@@ -14,13 +14,10 @@ from mujoco import mjx
 from belt_sim.config import case_asked
 from belt_sim.jax_setup import in_float64, prepare
 from belt_sim.mjx import mujoco_mjx  # remembers bodies of coordinates: without it tracing takes minutes
-from belt_sim.mujoco3d.machine.scene import build
-from belt_sim.mujoco3d.mesh.belt import BeltModel
-from belt_sim.mujoco3d.mesh.chain import Chain
-from belt_sim.mujoco3d.mesh.grid import Grid
+from belt_sim.mujoco3d.machine import build
+from belt_sim.mujoco3d.mesh import BeltModel, Chain, Grid
 from belt_sim.mujoco3d.mujoco_4 import compiled
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.options import Options, fitted
 from belt_sim.scene_parts import SceneParts
 
 BELTS: dict[str, type[BeltModel]] = {"rope": Chain, "grid": Grid}

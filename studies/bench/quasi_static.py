@@ -76,7 +76,7 @@ def bandwidth(numbers: int = 20_000_000) -> float:
 
 def native_beside(near: float = 0.5, far: float = 2.0) -> None:
     """CPU seconds a metre of one case, without what a run begins with: MuJoCo's run and this engine's."""
-    from belt_sim.mujoco3d.run.simulate import simulate
+    from belt_sim.mujoco3d.engine import simulate
 
     options = Options(run_in=TRAVEL)
     spent = []

@@ -20,12 +20,11 @@ from belt_sim.effects.yaw_compliance import YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx import READING, command, prepare, simulate_batch, stacked, step
-from belt_sim.mjx.model import Command
-from belt_sim.mjx.plan import plan_of
+from belt_sim.mjx.model import Command, plan_of
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.machine.pace import string_speed
-from belt_sim.mujoco3d.machine.scene import TAIL_SLIDE
+from belt_sim.mujoco3d.machine import TAIL_SLIDE
 from belt_sim.mujoco3d.model import SpaceModel
+from belt_sim.mujoco3d.options import string_speed
 from belt_sim.paper import ROPE_EXAMPLE
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, acceleration=3.0)

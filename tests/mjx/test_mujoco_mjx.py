@@ -13,10 +13,9 @@ from belt_sim.jax_setup import in_float64
 from belt_sim.mjx import mujoco_mjx
 from belt_sim.mjx.model import prepare
 from belt_sim.mjx.mujoco_mjx import advanced, multibody, node_masses, plain_model, put
-from belt_sim.mujoco3d.machine.scene import STATION_JOINTS, build
-from belt_sim.mujoco3d.mesh.membrane import Membrane
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.machine import STATION_JOINTS, build
+from belt_sim.mujoco3d.mesh import Membrane
+from belt_sim.mujoco3d.options import Options, fitted
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.scene_parts import SceneParts
 

@@ -8,12 +8,12 @@ import numpy as np
 from paper_cases import paper_case
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.loads.torsion import Torsion
-from belt_sim.mujoco3d.mesh.belt import Mesh
-from belt_sim.mujoco3d.mesh.loop import Loop
-from belt_sim.mujoco3d.mesh.natural import curved
+from belt_sim.mujoco3d.loads import Torsion
+from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Motion, Solver, Springs, compiled, make_factorised, set_solver
 from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.stress_free import curved
 from belt_sim.paper import ROPE_EXAMPLE
 
 DX = 0.025  # [m]

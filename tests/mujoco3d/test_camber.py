@@ -13,13 +13,12 @@ from belt_sim.effects.camber import Camber
 from belt_sim.effects.weld import Weld
 from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.loads.camber import Camber as RestLengths
-from belt_sim.mujoco3d.machine.scene import build
-from belt_sim.mujoco3d.mesh.grid import Grid
-from belt_sim.mujoco3d.mesh.membrane import Membrane
-from belt_sim.mujoco3d.mesh.natural import cells
+from belt_sim.mujoco3d.machine import build
+from belt_sim.mujoco3d.mesh import Grid, Membrane
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.mujoco_4 import Solver, compiled, mjcf
+from belt_sim.mujoco3d.stress_free import Camber as RestLengths
+from belt_sim.mujoco3d.stress_free import cells
 from belt_sim.paper import ROPE_EXAMPLE
 
 AT_REST = 1e-5  # of the deflection: what 15 s leave of its motion

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.mujoco3d.mesh.belt import Mesh
+from belt_sim.mujoco3d import wrap as contact
+from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Springs
+from belt_sim.mujoco3d.rope import lead_off
 from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, Wrap
-from belt_sim.mujoco3d.wrap import contact
-from belt_sim.mujoco3d.wrap.release import lead_off
-from belt_sim.mujoco3d.wrap.touchdown import anchor
+from belt_sim.mujoco3d.wrap import anchor
 from belt_sim.scene_parts import PulleySurface
 
 R, CHORD, N = 0.17, 0.01, 120

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.run.fitted import fitted
-from belt_sim.mujoco3d.run.simulate import Run
-from belt_sim.mujoco3d.wrap.coulomb import slip_increments
+from belt_sim.mujoco3d.engine import Run
+from belt_sim.mujoco3d.friction import slip_increments
+from belt_sim.mujoco3d.options import fitted
 
 LEFT_OVER = 2e-3  # of the largest limit; the solver stops at 1e-3
 ALIKE = 0.01  # of y: half the step; 0.5 ms against 1 ms differ by 0.5 %

@@ -7,11 +7,9 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.mesh.loop import laid_loop
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run.engine import command
-from belt_sim.mujoco3d.run.fitted import fitted
-from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.mujoco3d.engine import Run, command
+from belt_sim.mujoco3d.loop import laid_loop
+from belt_sim.mujoco3d.options import Options, fitted
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 
 CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle

@@ -8,11 +8,10 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.lift_off import LiftOff
 from belt_sim.laws.span import torsional_stiffness
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.mesh.belt import Mesh
+from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.state import Pose, Wrap
-from belt_sim.mujoco3d.wrap.layer import Layer, displacement, thread_places
-from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, depth
+from belt_sim.mujoco3d.wrap import FIRST, LAST, Layer, depth, displacement, thread_places
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.scene_parts import PulleySurface
 

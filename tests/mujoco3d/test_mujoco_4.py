@@ -9,8 +9,7 @@ import pytest
 from strip_bench import strip
 
 from belt_sim.mujoco3d import mujoco_4
-from belt_sim.mujoco3d.mesh.grid import Grid
-from belt_sim.mujoco3d.mesh.membrane import Membrane
+from belt_sim.mujoco3d.mesh import Grid, Membrane
 from belt_sim.mujoco3d.mujoco_4 import expected_warnings, mjcf
 
 STIFF = 1e13  # [N/m], as of landed nodes
@@ -80,7 +79,7 @@ def folded():
 
 def test_a_membrane_folds_at_no_cost(monkeypatch):
     assert np.abs(folded()).max() < 1e-3  # [N]
-    monkeypatch.setattr("belt_sim.mujoco3d.mesh.membrane.STRETCH_ONLY", 3)  # and bending
+    monkeypatch.setattr("belt_sim.mujoco3d.mesh.STRETCH_ONLY", 3)  # and bending
     assert np.abs(folded()).max() > 1.0
 
 

@@ -9,8 +9,7 @@ from paper_cases import paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import BELTS, Options, simulate
-from belt_sim.mujoco3d.machine.pace import SLOWNESS, string_speed
-from belt_sim.mujoco3d.run.fitted import fitted
+from belt_sim.mujoco3d.options import SLOWNESS, fitted, string_speed
 from belt_sim.paths import CONF
 from belt_sim.registry import model_named
 

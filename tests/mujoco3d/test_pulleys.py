@@ -5,10 +5,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.mujoco3d.loads.pull import loads_on_pulleys
-from belt_sim.mujoco3d.machine.drive import Drive
-from belt_sim.mujoco3d.machine.pulleys import Pulleys
-from belt_sim.mujoco3d.machine.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
+from belt_sim.mujoco3d.loads import loads_on_pulleys
+from belt_sim.mujoco3d.machine import (
+    HEAD_SPIN,
+    HEAD_YAW,
+    STATION_JOINTS,
+    TAIL_SLIDE,
+    TAIL_SPIN,
+    TAIL_YAW,
+    Drive,
+    Pulleys,
+)
 from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, Wrap
 from belt_sim.scene_parts import PulleySurface, SceneParts
 

@@ -9,11 +9,10 @@ from paper_cases import paper_case
 from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.library import library
 from belt_sim.effects.upper_span_loads import IdlerSkew, SideDrag
+from belt_sim.mujoco3d.engine import Run
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.run.fitted import fitted
-from belt_sim.mujoco3d.run.simulate import Run
-from belt_sim.mujoco3d.wrap.contact import HEAD, TAIL
+from belt_sim.mujoco3d.options import Options, fitted
+from belt_sim.mujoco3d.wrap import HEAD, TAIL
 from belt_sim.paper import ROPE_EXAMPLE
 
 WIDTH = 0.1  # [m]: on the belt of 0.2 m shear at the landing takes a part that no law here has (docs/how_far.md)

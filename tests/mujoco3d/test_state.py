@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.options import BONDS
-from belt_sim.mujoco3d.run.engine import command
-from belt_sim.mujoco3d.run.fitted import fitted
-from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.mujoco3d.engine import Run, command
+from belt_sim.mujoco3d.options import BONDS, fitted
 from belt_sim.scene_parts import EdgeGuide, SceneParts
 
 AS_WELL = 1e-12  # [m]: MuJoCo's warm start is not part of the state

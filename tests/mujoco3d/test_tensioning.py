@@ -9,14 +9,12 @@ from paper_cases import YAW, paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.machine.tensioning import Apart
-from belt_sim.mujoco3d.mesh.catenary import Catenary
-from belt_sim.mujoco3d.mesh.loop import Hanging, free_length, laid_loop
-from belt_sim.mujoco3d.mesh.path import lift
-from belt_sim.mujoco3d.run.fitted import fitted
-from belt_sim.mujoco3d.run.record import Recorder
-from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.mujoco3d.engine import Run
+from belt_sim.mujoco3d.loop import Catenary, Hanging, free_length, laid_loop, lift
+from belt_sim.mujoco3d.options import fitted
+from belt_sim.mujoco3d.recording import Recorder
 from belt_sim.mujoco3d.state import TAIL
+from belt_sim.mujoco3d.tensioning import Apart
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 from belt_sim.registry import model_named
 from studies.tensionings import Before

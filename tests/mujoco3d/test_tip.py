@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from strip_bench import DX, strip
 
-from belt_sim.mujoco3d.mesh.couple_test import stiffening
-from belt_sim.mujoco3d.mesh.grid import Grid
-from belt_sim.mujoco3d.mesh.membrane import Membrane
+from belt_sim.mujoco3d.calibration import stiffening
+from belt_sim.mujoco3d.mesh import Grid, Membrane
 
 STIFFNESS = 0.01  # the calibrations hold to 0.5 % for 2 to 5 nodes across
 SHORT = 0.03  # of a strip 12 stations long, whose clamped end is a station

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from belt_sim.mujoco3d.mesh.path import lift
+from belt_sim.mujoco3d.loop import lift
 from belt_sim.mujoco3d.state import Pose, Wrap
-from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, catches, land, lets_go, sink
+from belt_sim.mujoco3d.wrap import FIRST, LAST, catches, land, lets_go, sink
 from belt_sim.scene_parts import PulleySurface
 
 R, CHORD = 0.17, 0.025  # [m]

@@ -8,24 +8,23 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.belt_mechanics import guides, layer, loads
-from belt_sim.belt_mechanics.tangent import wrapped
+from belt_sim.belt_mechanics import loads
+from belt_sim.belt_mechanics import wrap as layer
+from belt_sim.belt_mechanics.belt import wrapped
 from belt_sim.effects.load import load_effects
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.loads.guides import Guides
-from belt_sim.mujoco3d.loads.pushes import Pushes
-from belt_sim.mujoco3d.loads.spread import Spread
+from belt_sim.mujoco3d.engine import Run
+from belt_sim.mujoco3d.friction import slip_increments
+from belt_sim.mujoco3d.loads import Guides, Pushes, Spread
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.mujoco_4 import Springs
-from belt_sim.mujoco3d.run.fitted import fitted
-from belt_sim.mujoco3d.run.simulate import Run
-from belt_sim.mujoco3d.wrap.coulomb import slip_increments
-from belt_sim.mujoco3d.wrap.layer import Layer, displacement
+from belt_sim.mujoco3d.options import fitted
+from belt_sim.mujoco3d.wrap import Layer, displacement
 from belt_sim.paper import ROPE_EXAMPLE
-from belt_sim.quasi_static import coulomb
+from belt_sim.quasi_static import friction as coulomb
+from belt_sim.quasi_static.equilibrium import given_way
 from belt_sim.quasi_static.run import prepared, simulate_batch
-from belt_sim.quasi_static.yielding import given_way
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
 
@@ -122,7 +121,7 @@ def test_guides_press_as_in_the_run_in_time(both):
         free[wrap.stations] = False
     shares = ready.belt.stiffness / ready.belt.stiffness.sum()
     nodes = np.moveaxis(mesh.rest + slides, 0, -1)
-    press = guides.pressed(ready.belt.guides, ready.belt.chord, shares, nodes, free)
+    press = loads.pressed(ready.belt.guides, ready.belt.chord, shares, nodes, free)
     stiffness = springs.stiffness[..., 1]
     assert np.count_nonzero(stiffness) > 2
     assert np.asarray(press.stiffness) == pytest.approx(stiffness.T, rel=SAME)

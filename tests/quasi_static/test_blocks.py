@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.belt_mechanics.acting import Acting
-from belt_sim.belt_mechanics.belt import belt_of
-from belt_sim.belt_mechanics.blocks import factorised, inverse, solved
+from belt_sim.belt_mechanics.belt import Acting, belt_of
+from belt_sim.belt_mechanics.block_tridiagonal import factorised, inverse, solved
 from belt_sim.belt_mechanics.elastic import stretched
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.run.fitted import fitted
-from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.mujoco3d.engine import Run
+from belt_sim.mujoco3d.options import fitted
 from belt_sim.paper import ROPE_EXAMPLE
 
 COARSE = {"dx": 0.04, "run_in": 0.2}

@@ -1,6 +1,6 @@
 """The bonded-particle belt as input for LAMMPS: particles, harmonic bonds, two rotating cylinders with friction.
 
-Stations, bonds and stiffnesses are those of belt_sim.mujoco3d.mesh.lattice. The cylinders are granular walls
+Stations, bonds and stiffnesses are those of belt_sim.mujoco3d.calibration. The cylinders are granular walls
 (fix wall/gran/region); the particles do not roll.
 """
 
@@ -12,10 +12,9 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import eigsh
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.mesh.belt import Mesh
-from belt_sim.mujoco3d.mesh.grid import Grid
-from belt_sim.mujoco3d.mesh.lattice import calibrate
-from belt_sim.mujoco3d.mesh.loop import laid_loop
+from belt_sim.mujoco3d.calibration import calibrate
+from belt_sim.mujoco3d.loop import laid_loop
+from belt_sim.mujoco3d.mesh import Grid, Mesh
 from belt_sim.mujoco3d.options import Options
 
 DIAMETER = 0.01  # [m] of a particle; its density is chosen to give the node's mass

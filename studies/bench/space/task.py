@@ -9,8 +9,8 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.run.fitted import fitted
-from belt_sim.mujoco3d.run.simulate import Run
+from belt_sim.mujoco3d.engine import Run
+from belt_sim.mujoco3d.options import fitted
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, paper_case
 from belt_sim.rig import Rig
 from belt_sim.si import N_PER_MM2

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.laws.runup import sag_angle
-from belt_sim.mujoco3d.mesh.catenary import Catenary
+from belt_sim.mujoco3d.loop import Catenary
 from belt_sim.paper import TEST_RIG, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import CYCLE, FAINT, INK

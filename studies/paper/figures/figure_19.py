@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.mesh.lattice import Lattice, calibrate
+from belt_sim.mujoco3d.calibration import Lattice, calibrate
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import AMBER, BLUE, FAINT, INK, PINK
 from studies.paper import drawing

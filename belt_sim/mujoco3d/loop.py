@@ -1,4 +1,4 @@
-"""The loaded belt at rest: stations at equal chords round two pulleys and along two hanging spans."""
+"""The loaded belt at rest: stations at equal chords round two pulleys and along two spans that hang as catenaries."""
 
 import math
 from dataclasses import dataclass
@@ -7,8 +7,104 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.mesh.catenary import Catenary
-from belt_sim.mujoco3d.mesh.path import apart, lift
+
+_TANGENT_SWEEPS = 16  # each shrinks the error of the tangent points by (pulley radius) x (curvature of the span)
+
+
+@dataclass(frozen=True)
+class Catenary:
+    """z' = sinh(middle + curvature (x - x of the middle)): a belt of uniform weight whose horizontal pull is uniform.
+
+    start, shape (2,): x and z of its left end [m]; run [m]: horizontal distance of its ends; half: curvature run / 2,
+    curvature [1/m] = weight per length over horizontal pull, 0 = straight.
+    """
+
+    start: np.ndarray
+    run: float
+    middle: float
+    half: float
+
+    @staticmethod
+    def through(start: np.ndarray, end: np.ndarray, curvature: float) -> "Catenary":
+        """From one point to another, x and z [m], to the right of it."""
+        run, rise = float(end[0] - start[0]), float(end[1] - start[1])
+        half = 0.5 * curvature * run
+        return Catenary(start, run, math.asinh(rise / (run * float(_sinhc(half)))), half)
+
+    @staticmethod
+    def touching(a: float, head: float, tail: float, curvature: float) -> "Catenary":
+        """Touches circles of these radii [m] at 0 and ``a`` from above; from below for negative radii."""
+        span = Catenary.through(np.array([0.0, head]), np.array([a, tail]), curvature)
+        for _ in range(_TANGENT_SWEEPS):
+            ends = [r * np.array([-math.sin(s), math.cos(s)]) for r, s in zip((head, tail), span.slopes, strict=True)]
+            span = Catenary.through(ends[0], ends[1] + [a, 0.0], curvature)
+        return span
+
+    @property
+    def slopes(self) -> tuple[float, float]:
+        """Angles of the span above the horizontal at its left and its right end [rad]."""
+        return math.atan(math.sinh(self.middle - self.half)), math.atan(math.sinh(self.middle + self.half))
+
+    @property
+    def length(self) -> float:
+        """[m] along the span."""
+        return self.run * math.cosh(self.middle) * float(_sinhc(self.half))
+
+    def divide(self, links: int) -> np.ndarray:
+        """Points that divide the span into so many equal lengths, without its ends, shape (links - 1, 2) [m]."""
+        share = np.arange(1, links) / links
+        if self.half:
+            first, last = math.sinh(self.middle - self.half), math.sinh(self.middle + self.half)
+            share = (np.arcsinh(first + share * (last - first)) - self.middle + self.half) / (2.0 * self.half)
+        up = share * _sinhc(self.half * share) * np.sinh(self.middle + self.half * (share - 1.0))
+        return self.start + self.run * np.stack([share, up], axis=1)
+
+
+def _sinhc(u) -> np.ndarray:
+    u = np.asarray(u, float)
+    return np.where(np.abs(u) < 1e-8, 1.0, np.sinh(u) / np.where(u == 0.0, 1.0, u))
+
+
+_SINKING = 4  # chords, at most
+
+
+def sinking(chord: float, radius: float) -> int:
+    """Chords along which a station sinks; with two more at either end of half a wrap some stay on the circle."""
+    return min(max(int(0.5 * math.pi * radius / chord) - 3, 1), _SINKING)
+
+
+def lift(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
+    """Height above the circle [m] of stations that lie ``depth`` [m] behind the place where the belt meets the pulley.
+
+    Straight up to half a chord, then a cubic to 0 with the slope of either side.
+    """
+    along = sinking(chord, radius)
+    straight = radius / np.cos(np.minimum(depth, 0.5 * chord) / radius) - radius
+    t = _sunk(depth, chord, radius)
+    left = (1.0 - t) * (1.0 - t)
+    return straight * left * (1.0 + 2.0 * t) + (0.5 * chord**2 / radius * along) * t * left
+
+
+def fading(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
+    """From 1 on the straight part of the path to 0 on the circle, with level ends."""
+    t = _sunk(depth, chord, radius)
+    return (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t)
+
+
+def _sunk(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
+    """Share of the way from the straight part of the path to the circle."""
+    return np.minimum(np.maximum((depth / chord - 0.5) / sinking(chord, radius), 0.0), 1.0)
+
+
+def apart(chord, across, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
+    """Angle [rad] between places ``chord`` [m] from another, at radii r1, r2 and ``across`` [m] along the axis."""
+    return apart_flat(chord**2 - across**2, r1, r2)
+
+
+def apart_flat(flat: np.ndarray, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
+    """The same for chords whose square, without what goes along the axis, is ``flat`` [m2]."""
+    return 2.0 * np.arcsin(np.sqrt((flat - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
+
 
 _CHORD_SWEEPS = 12  # the chord is right to rounding after a few
 _PATH_SWEEPS = 8  # so are the places near the spans

@@ -1,4 +1,4 @@
-"""The stress-free shape of a belt that is curved in its own plane (camber).
+"""The stress-free shape of a belt that is curved in its own plane (camber), and its rest lengths during a run.
 
 Between two stations such a belt is a trapezoid: the line at y has the length c (1 - kappa_c y), so that a belt with a
 shorter line at +y bends towards +y (kappa = y'' > 0), and the diagonals are those of a trapezoid with equal legs,
@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.errors import RunFailed
-from belt_sim.mujoco3d.mesh.belt import Mesh
+from belt_sim.mujoco3d.mesh import Mesh
+from belt_sim.mujoco3d.mujoco_4 import Solver
 
 _NEWTON_STEPS = 60
 _CLOSE = 1e-9  # of the chord; a belt at 7 N/mm2 is strained by 3e-5
@@ -88,3 +89,23 @@ def _coil(mesh: Mesh) -> np.ndarray:
     places[..., 0], places[..., 2] = radius * np.sin(turned)[:, None], radius * np.cos(turned)[:, None]
     places[..., 1] = mesh.line_y
     return places
+
+
+@dataclass(frozen=True)
+class Camber:
+    """straight, natural [m], shape (k,): the belt's rest lengths without and with camber."""
+
+    straight: np.ndarray
+    natural: np.ndarray
+
+    @staticmethod
+    def of(mesh: Mesh, solver: Solver) -> "Camber":
+        """Of a model that was compiled with its camber."""
+        stations, line = np.divmod(solver.tied_nodes(), mesh.across)
+        along = mesh.chord * (stations[:, 0] != stations[:, 1])
+        straight = np.hypot(along, np.diff(mesh.line_y[line], axis=1)[:, 0])
+        return Camber(straight, solver.rest_lengths)
+
+    def lengths(self, share: float) -> np.ndarray:
+        """Rest lengths [m] when ``share`` (0..1) of the camber acts, shape (k,)."""
+        return self.straight + share * (self.natural - self.straight)

@@ -1,6 +1,6 @@
-"""How a limp belt meets and leaves a pulley between two stations.
+"""How a belt without bending stiffness meets and leaves a pulley between two stations, and what damps its sway.
 
-Where a limp belt runs off it has a kink, from the direction of the stations that lie on the pulley to that of the span.
+Where such a belt runs off it has a kink, from the direction of the stations that lie on the pulley to that of the span.
 If the span simply began at the last station held, each release would let its beginning jump by kink x chord (10-18 um
 at 25 mm and a yaw of 0.042 deg). The spans of a limp belt ring with these jumps, and as the stations land in
 step with them, each landing catches the same phase: the rate of drift comes out wrong by as much as a fifth. So the
@@ -17,14 +17,15 @@ Belts with bending stiffness have no kink and need none of this.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from belt_sim.mujoco3d.constants import FURTHEST_KINK, KINK_STATIONS
-from belt_sim.mujoco3d.mesh.belt import Mesh
+from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Springs
-from belt_sim.mujoco3d.state import Pose, State, Wrap, cylinder_coordinates
-from belt_sim.mujoco3d.wrap.touchdown import FIRST, LAST, depth
+from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, State, Wrap, cylinder_coordinates
+from belt_sim.mujoco3d.wrap import FIRST, LAST, depth
 
 
 def run_off(wrap: Wrap, sign: int) -> int:
@@ -83,3 +84,37 @@ def _beyond(mesh: Mesh, far: np.ndarray, pose: Pose, sign: int, r: np.ndarray, a
     ahead = r_far * np.sin(sign * (angle_far - angle))
     beyond = r * np.arctan2(r_far * np.cos(angle_far - angle) - r, ahead)
     return np.clip(beyond, -FURTHEST_KINK * mesh.chord, FURTHEST_KINK * mesh.chord)
+
+
+@dataclass(frozen=True)
+class Sway:
+    """What is added to the drag of the nodes' slides, so that it acts against waves only.
+
+    sign: +1 or -1, travel along station numbers; drag [N s/m], shape (m,): sideways damping of a node; dt [s].
+    """
+
+    mesh: Mesh
+    sign: int
+    drag: np.ndarray
+    dt: float
+
+    def forces(self, state: State, springs: Springs) -> np.ndarray:
+        """Drag times the sideways speed of a straight span, which is linear between its ends.
+
+        At the tangent point (theta its direction) that is v (theta + slope), at the run-up it is the pulley's.
+        """
+        mesh, forces = self.mesh, np.zeros_like(state.slides)
+        if state.speed == 0.0:
+            return forces
+        for begins, ends in ((HEAD, TAIL), (TAIL, HEAD)):
+            wrap, first = state.wraps[ends], state.led[begins]
+            landed = wrap.first if self.sign > 0 else wrap.last
+            links = self.sign * (landed - first) % mesh.stations
+            k = (first + self.sign * np.arange(1, links + 1)) % mesh.stations
+            y = mesh.at(state.slides, k[-1])[:, 1]
+            theta = (y - mesh.at(state.slides, k[0])[:, 1]) / (mesh.chord * (links - 1))
+            at_run_off = state.speed * (theta + state.kink_slope[begins])
+            at_run_up = (springs.rest[k[-1]] - state.slides[k[-1]])[:, 1] / self.dt
+            share = np.arange(1, links)[:, None] / links
+            forces[k[:-1], :, 1] = self.drag * (at_run_off + (at_run_up - at_run_off) * share)
+        return forces

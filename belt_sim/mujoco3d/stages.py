@@ -1,6 +1,6 @@
-"""The stages of a run, in order: rest, tension, march with a stop for every yaw step.
+"""The stages of a run in order: rest, tensioning, and running with a stop for every yaw step.
 
-A stage tells the machine what to do, step by step, and looks at the state that comes of it.
+A stage gives the machine's command (Drive) step by step, and reads the state that results.
 """
 
 import math
@@ -9,13 +9,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from belt_sim.mujoco3d.constants import REST_DRAG
-from belt_sim.mujoco3d.machine.drive import Drive
-from belt_sim.mujoco3d.machine.pace import accelerated
-from belt_sim.mujoco3d.machine.scene import Scene
-from belt_sim.mujoco3d.machine.tensioning import FRICTION, Apart
-from belt_sim.mujoco3d.machine.yaw import YawPlan, smooth
-from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.machine import Drive, Scene, YawPlan, smooth
+from belt_sim.mujoco3d.options import Options, accelerated
 from belt_sim.mujoco3d.state import TAIL, State
+from belt_sim.mujoco3d.tensioning import FRICTION, Apart
 
 _FRAMES = 40  # while the pulleys move apart
 _NEVER = math.inf

@@ -1,8 +1,7 @@
-"""How the belt gets its tension: a force on the tail pulley, the belt's length, or pulleys that move apart.
+"""Koller's tensioning (paper section 6.1): pulleys that move apart while they drive a slack belt slowly.
 
-Koller's procedure (paper section 6.1): the belt is laid round pulleys that stand too near, slack, and the pulleys
-move apart while they drive it slowly. Driven, because what lies on a pulley lags behind in stretch, by friction; a
-driven belt exchanges it within pi R of travel.
+The belt is driven because the stretch of what lies on a pulley lags behind, by friction; a driven belt exchanges it
+within pi R of travel.
 """
 
 from dataclasses import dataclass, replace
@@ -10,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.machine.pace import SLOWNESS, string_speed
-from belt_sim.mujoco3d.mesh.loop import Hanging, Loop, free_length, laid_loop
+from belt_sim.mujoco3d.loop import Hanging, Loop, free_length, laid_loop
+from belt_sim.mujoco3d.options import SLOWNESS, string_speed
 
 FRICTION = 0.1  # at most, meanwhile: the stretch of a wrap then falls behind by at most 1 - exp(-pi FRICTION / 2)
 _SLOPE = 0.25  # [rad] of the slack spans at the pulleys: a sag of a sixteenth of the centre distance

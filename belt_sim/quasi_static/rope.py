@@ -1,6 +1,6 @@
-"""How a limp belt meets and leaves its pulleys between two stations: belt_sim.mujoco3d.wrap.release as arrays.
+"""How a belt without bending stiffness meets and leaves its pulleys between two stations: mujoco3d.rope as arrays.
 
-A limp belt has kinks where it leaves a pulley and, while that is yawed, where it meets it. Its spans begin and end at
+Such a belt has kinks where it leaves a pulley and, while that is yawed, where it meets it. Its spans begin and end at
 the tangent points, not at the outermost stations held: these stand on the lines that go through the tangent points.
 """
 

@@ -1,0 +1,212 @@
+"""A belt as MuJoCo sees it: n stations of m nodes, each node a small body on three slides, and what ties the nodes.
+
+Three belts: a chain of particles (rope), a grid of particles tied by bonds (paper Fig. 19), a membrane of flex
+triangles. Grid and membrane are as wide as bends like the real strip (calibration.py).
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.errors import InputError
+from belt_sim.mujoco3d.calibration import calibrate, matching_width, zigzag
+from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.mujoco_4 import STRETCH_ONLY
+from belt_sim.mujoco3d.options import Options
+
+_NODE_RADIUS = 2e-3  # [m], only seen
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """The nodes of a belt and what its lines carry.
+
+    rest [m], shape (n, m, 3): stress-free places (body positions), of which only the distances count; laid [m], same
+    shape: places under tension; line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,);
+    mass [kg], shape (m,), a node; chord [m]: rest distance of neighbouring stations of the straight belt; closed: an
+    endless belt.
+    """
+
+    rest: np.ndarray
+    laid: np.ndarray
+    line_stiffness: np.ndarray
+    line_y: np.ndarray
+    mass: np.ndarray
+    chord: float
+    closed: bool = True
+
+    @property
+    def stations(self) -> int:
+        return self.rest.shape[0]
+
+    @property
+    def links(self) -> int:
+        """Pairs of neighbouring stations."""
+        return self.stations if self.closed else self.stations - 1
+
+    @cached_property
+    def lengths(self) -> np.ndarray:
+        """Stress-free lengths of the lines between station i and the next [m], shape (links, m)."""
+        there = np.roll(self.rest, -1, axis=0)
+        return np.linalg.norm(there - self.rest, axis=2)[: self.links]
+
+    @property
+    def across(self) -> int:
+        return self.rest.shape[1]
+
+    def at(self, slides: np.ndarray, stations) -> np.ndarray:
+        """Positions [m] of the nodes of stations when all have slid by ``slides`` [m], shape (n, m, 3)."""
+        return self.rest[stations] + slides[stations]
+
+
+class BeltModel(Protocol):
+    """Builds one kind of belt."""
+
+    def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
+        """Where the nodes are."""
+
+    def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
+        """Add what holds the nodes together."""
+
+
+def lines(width: float, across: int) -> tuple[np.ndarray, np.ndarray]:
+    """Lateral positions [m] of the node lines, from +width/2 to -width/2, and each line's share of the section."""
+    if across == 1:
+        return np.zeros(1), np.ones(1)
+    share = np.full(across, 1.0 / (across - 1))
+    share[[0, -1]] *= 0.5
+    return width * (0.5 - np.arange(across) / (across - 1)), share
+
+
+def rest_chord(case: Case, loop: Loop) -> float:
+    """Stress-free distance of neighbouring stations [m]."""
+    return loop.chord / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
+
+
+def lay(case: Case, loop: Loop, width: float, across: int) -> Mesh:
+    """Nodes of a belt of model width ``width`` [m]; the stress-free loop is the laid one shrunk by the strain."""
+    y, share = lines(width, across)
+    strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
+    laid = np.empty((len(loop.x), across, 3))
+    laid[:, :, 0], laid[:, :, 2] = loop.x[:, None], loop.z[:, None]
+    laid[:, :, 1] = y * (1.0 - float(case.belt.poisson_ratio) * strain)
+    rest = laid / (1.0 + strain)
+    rest[:, :, 1] = y
+    chord = loop.chord / (1.0 + strain)
+    stiffness = float(case.belt.youngs_modulus) * float(case.belt.area) * share
+    mass = float(case.belt.mass_per_length) * chord * share
+    return Mesh(rest=rest, laid=laid, line_stiffness=stiffness, line_y=y, mass=mass, chord=chord)
+
+
+def node_name(i: int, j: int) -> str:
+    return f"node-{i}-{j}"
+
+
+def drag(mesh: Mesh, along: float, across: float) -> np.ndarray:
+    """Damping of the nodes' slides [N s/m], flat, for drags [1/s] per unit of mass along x and across (y, z)."""
+    return (mesh.mass[:, None] * np.array([along, across, across]) * np.ones((mesh.stations, 1, 1))).ravel()
+
+
+def add_nodes(spec: mujoco.MjSpec, mesh: Mesh, *, sites: bool) -> None:
+    """One body per node on slides along x, y, z; sites: add a site per node, for bonds."""
+    for i in range(mesh.stations):
+        for j in range(mesh.across):
+            body = spec.worldbody.add_body(name=node_name(i, j), pos=mesh.rest[i, j])
+            body.mass, body.inertia, body.explicitinertial = mesh.mass[j], [1e-9] * 3, True
+            body.ipos = [0.0, 0.0, 0.0]  # without it the inertia is not written into the MJCF
+            for axis in np.eye(3):
+                body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+            if sites:
+                body.add_site(name=node_name(i, j), size=[_NODE_RADIUS] * 3)
+
+
+class Chain:
+    """One line of particles; every link is a spatial tendon of stiffness EA / length."""
+
+    def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
+        return lay(case, loop, float(case.belt.width), 1)
+
+    def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
+        add_nodes(spec, mesh, sites=True)
+        n = mesh.stations
+        for i in range(mesh.links):
+            bond(spec, mesh, (i, 0), ((i + 1) % n, 0), float(mesh.line_stiffness[0]) / mesh.chord)
+
+
+def bond(spec: mujoco.MjSpec, mesh: Mesh, one: tuple[int, int], other: tuple[int, int], stiffness: float) -> None:
+    """Tie two nodes by a spring [N/m] that is slack at their stress-free distance."""
+    tendon = spec.add_tendon(name=f"bond-{one[0]}-{one[1]}-{other[0]}-{other[1]}")
+    tendon.wrap_site(node_name(*one))
+    tendon.wrap_site(node_name(*other))
+    tendon.stiffness[0] = stiffness
+    length = float(np.linalg.norm(mesh.rest[one] - mesh.rest[other]))
+    tendon.springlength = [length, length]
+    tendon.width, tendon.rgba = 1e-3, [0.75, 0.78, 0.82, 1.0]
+
+
+class Grid:
+    """Every bond is a spatial tendon, a spring along the line between two nodes."""
+
+    def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
+        m = options.across
+        if m < 2:
+            raise InputError("options.across", m, "nodes", "a grid needs 2 or more")
+        chord = rest_chord(case, loop)
+        lattice = calibrate(case.belt, chord, m, options.bonds)
+        mesh = lay(case, loop, lattice.width, m)
+        y, share = lines(lattice.width, m)
+        strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
+        laid = mesh.laid.copy()
+        laid[:, :, 1] = y * (1.0 - lattice.poisson_ratio * strain)
+        return replace(mesh, laid=laid, line_stiffness=lattice.lines * share)
+
+    def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
+        add_nodes(spec, mesh, sites=True)
+        lattice = calibrate(case.belt, mesh.chord, mesh.across, options.bonds)
+        w = lattice.width / (mesh.across - 1)
+        diagonal = lattice.diagonal / float(np.hypot(mesh.chord, w))
+        n, m = mesh.stations, mesh.across
+        for i in range(n):
+            on, last = (i + 1) % n, i >= mesh.links
+            for j in range(m):
+                if not last:
+                    bond(spec, mesh, (i, j), (on, j), float(mesh.line_stiffness[j]) / mesh.chord)
+                if j + 1 == m:
+                    continue
+                if lattice.transverse:
+                    bond(spec, mesh, (i, j), (i, j + 1), lattice.transverse / w)
+                if lattice.diagonal and not last:
+                    bond(spec, mesh, (i, j), (on, j + 1), diagonal)
+                    bond(spec, mesh, (i, j + 1), (on, j), diagonal)
+
+
+class Membrane:
+    """Flex triangles between the stations, diagonals alternating so that the mesh has no preferred side."""
+
+    def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
+        if options.across < 2:
+            raise InputError("options.across", options.across, "nodes", "a membrane needs 2 or more")
+        belt = case.belt
+        width = matching_width(float(belt.width), rest_chord(case, loop), options.across, float(belt.poisson_ratio))
+        return lay(case, loop, width, options.across)
+
+    def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
+        add_nodes(spec, mesh, sites=False)
+        flex = spec.add_flex(name="belt", dim=2)
+        n, m = mesh.stations, mesh.across
+        flex.vertbody = [node_name(i, j) for i in range(n) for j in range(m)]
+        flex.vert = [0.0] * (3 * n * m)
+        corners = (v for i in range(mesh.links) for j in range(m - 1) for t in zigzag(i, j) for v in t)
+        flex.elem = [station % n * m + line for station, line in corners]
+        width = float(mesh.line_y[0] - mesh.line_y[-1])
+        flex.young = float(case.belt.youngs_modulus)
+        flex.poisson = float(case.belt.poisson_ratio)
+        flex.thickness = float(case.belt.area) / width
+        flex.elastic2d = STRETCH_ONLY
+        flex.contype = flex.conaffinity = 0
+        flex.radius = 1e-3
+        flex.rgba = [0.75, 0.78, 0.82, 1.0]

@@ -1,1 +1,0 @@
-"""Where a belt's nodes are and what ties them: the laid loop, rope, grid and membrane, their calibration, camber."""
