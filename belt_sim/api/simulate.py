@@ -143,8 +143,8 @@ def scene(case: Case | None = None, *, model: Any = "mujoco_flex", **settings: A
         name, value = next(iter(settings.items()))
         raise InputError(name, value, "", "give either a case or its settings")
     case = case_asked(**settings) if case is None else case
-    from belt_sim.mujoco3d.model import SpaceModel
     from belt_sim.mujoco3d.engine import contact_scene
+    from belt_sim.mujoco3d.model import SpaceModel
 
     chosen = model_of(model)
     if not isinstance(chosen, SpaceModel):
