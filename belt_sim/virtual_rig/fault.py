@@ -10,6 +10,7 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.load import Load
 from belt_sim.virtual_rig.plan import Plan
+from belt_sim.virtual_rig.span import Sections
 
 TAIL = np.array([[1.0], [0.0]])  # on the tail pulley only
 HEAD = np.array([[0.0], [1.0]])  # on the head pulley only
@@ -62,6 +63,8 @@ class Fault:
     part_of: ClassVar[tuple[str, ...]] = ()
     #: base laws under which it cannot act
     idle_on: ClassVar[tuple[str, ...]] = ()
+    #: values of ``span_state`` at which the spans are worked out; between them they are interpolated
+    span_states: ClassVar[tuple[float, ...]] = (0.0,)
 
     def set(self, line: Line) -> Line:
         """The line with its constants changed."""
@@ -106,6 +109,17 @@ class Fault:
     def swing(self):
         """Largest relative change of the tension."""
         return 0.0
+
+    def sections(self, state: float, line: Line, upper) -> Sections:
+        """How the spans above (upper, (batch,)) or below are changed at one of ``span_states``."""
+        return Sections()
+
+    def span_state(self, s, line: Line, to_tail: bool, ends):
+        """What the change depends on at travel s (..., batch), for the span that runs to the tail or the head pulley.
+
+        ends: (y, theta) at its run-off and at its run-up, each (2, ..., batch).
+        """
+        return 0.0 * line.stress
 
     def loads(self, line: Line) -> tuple[Load, ...]:
         """Unit loads on the spans."""
@@ -174,6 +188,9 @@ PLACES = (
     "runup_both",
     "wrap",
     "span",
+    "span_bending",
+    "span_torsion",
+    "span_tension",
     "tension",
     "travel",
     "sensor_all",

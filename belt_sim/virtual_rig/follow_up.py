@@ -55,23 +55,25 @@ def noise_free(campaign: Campaign, truth: Truth) -> Campaign:
         alike.setdefault((len(run.travel), float(run.travel[-1]), tuple(run.signals)), []).append(k)
     runs = list(campaign.runs)
     for which in alike.values():
-        for k, signals in zip(which, _readings(campaign, which, truth.base, faults), strict=True):
+        for k, signals in zip(which, _readings(campaign, which, truth, faults), strict=True):
             runs[k] = replace(runs[k], signals=signals)
     return replace(campaign, runs=tuple(runs), sha256="")
 
 
-def _readings(campaign: Campaign, which: list[int], base: str, faults) -> list[dict[str, np.ndarray]]:
+def _readings(campaign: Campaign, which: list[int], truth: Truth, faults) -> list[dict[str, np.ndarray]]:
     """Readings of the runs of these numbers, recorded alike: all in one march."""
     runs = [campaign.runs[k] for k in which]
     reach, steps = float(runs[0].travel[-1]), len(runs[0].travel) - 1
+    starts = truth.settings.get("start", [0.0] * len(campaign.runs))
     plan = Plan(
-        runs=tuple(setting_from(run) for run in runs),
+        runs=tuple(replace(setting_from(run), start=starts[k]) for k, run in zip(which, runs, strict=True)),
         length=reach,
         spacing=reach / steps,
         signals={s.name: s.at for s in campaign.signals if s.name in runs[0].signals},
         machine=campaign.machine,
         belt=campaign.belt,
+        zero_at_start="zero_at_start" in truth.settings,
     )
-    line = replace(true_line(plan, base, Errors()), run=np.array(which))  # some faults are another in every run
+    line = replace(true_line(plan, truth.base, Errors()), run=np.array(which))  # some faults are another in every run
     readings = observe(plan, line, faults)
     return [{name: values[:, k] for name, values in zip(plan.signals, readings, strict=True)} for k in range(len(runs))]

@@ -68,9 +68,10 @@ def random_hidden(
     rng: np.random.Generator,
     *,
     kind: str | None = None,
-    blind: bool | None = None,
+    unmodelled: Sequence[str] = BLIND + DEVELOPMENT,
+    library: Sequence[str] = (),
 ) -> Hidden:
-    """One draw from the mix, or of one kind; blind: unmodelled faults of that list, of the other, or of both (None)."""
+    """One draw from the mix, or of one kind; unmodelled, library: ids that are drawn from (library: () = all)."""
     kind = kind or str(rng.choice(list(MIX), p=list(MIX.values())))
     if kind == "nothing":
         return Hidden(kind=kind)
@@ -78,8 +79,10 @@ def random_hidden(
         able = sorted(name for name in CORRUPTIONS if len(plan.signals) > 1 or name not in NEEDS_TWO)
         return Hidden(kind=kind, dirty=str(rng.choice(able)))
     if kind == "outside":
-        return _unmodelled(plan, LibrarySignatures(get_detectability()), blind, rng)
+        able = tuple(name for name in unmodelled if base not in UNMODELLED[name].idle_on)
+        return _unmodelled(plan, LibrarySignatures(get_detectability()), able, rng)
     names = [cls.id for cls in RANDOM_LIBRARY if base not in (*cls.part_of, *cls.idle_on)]
+    names = [name for name in names if not library or name in library]
     wanted = {
         "library": lambda: [float(rng.choice(SIZES))],
         "two": lambda: [float(rng.choice(_TWO_SIZES)) for _ in range(2)],
@@ -137,9 +140,8 @@ def _of_library(kind, names, wanted, plan: Plan, library: LibrarySignatures, rng
     return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others, distance=distance)
 
 
-def _unmodelled(plan: Plan, library: LibrarySignatures, blind: bool | None, rng) -> Hidden:
+def _unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str], rng) -> Hidden:
     """An effect outside the library, scaled until its best three effects leave a drawn distance over."""
-    names = {None: BLIND + DEVELOPMENT, True: BLIND, False: DEVELOPMENT}[blind]
     seen = {f"sensor_y{place[-1]}" for place in plan.signals.values()}
     names = tuple(n for n in names if not UNMODELLED[n].place.startswith("sensor_y") or UNMODELLED[n].place in seen)
     wanted = float(np.exp(rng.uniform(*np.log(OUTSIDE))))

@@ -1,5 +1,6 @@
 """What the march has been through: states at its nodes, what acted there, and everything that is read off them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.load import Load
-from belt_sim.virtual_rig.span import Span
+from belt_sim.virtual_rig.span import Sections, Span
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class DelayHistory:
     faults: tuple[Fault, ...] = ()
     initial: tuple[Fault, ...] = ()
     applied_loads: list["AppliedLoad"] = field(default_factory=list)
+    changed_spans: tuple[list["SpanTable"], list["SpanTable"]] = ((), ())
 
     def at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
         """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
@@ -75,6 +77,32 @@ class DelayHistory:
             tail[0] += slid[0]
             head[0] += slid[1]
         return tail, head
+
+
+class SpanTable:
+    """What a fault adds to the response of one of the two spans, against the fault's ``span_state``."""
+
+    def __init__(self, fault: Fault, line: Line, to_tail: bool) -> None:
+        upper = (line.direction > 0) == to_tail
+        nominal = line.varied_span(Sections(), to_tail=to_tail)
+        found = [line.varied_span(fault.sections(x, line, upper), to_tail=to_tail) for x in fault.span_states]
+        self.fault, self.line, self.to_tail, self.states = fault, line, to_tail, np.array(fault.span_states)
+        self.added = {n: np.stack([getattr(f, n) - getattr(nominal, n) for f in found]) for n in _RESPONSES}
+
+    def added_at(self, s, ends, names: Sequence[str] = ("run_up", "run_off")) -> dict[str, np.ndarray]:
+        """Name of a row of ``Span`` -> what is added to it at travel s (..., batch), shape (4, ..., batch)."""
+        rows = np.arange(4).reshape(-1, *(1,) * max(np.ndim(s), 1))
+        state = self.fault.span_state(s, self.line, self.to_tail, ends)
+        state = np.broadcast_to(state, np.broadcast_shapes(np.shape(s), self.line.stress.shape))
+        lanes = np.arange(state.shape[-1])
+        if len(self.states) == 1:
+            return {n: self.added[n][np.zeros(state.shape, int), rows, lanes] for n in names}
+        k = np.clip(np.searchsorted(self.states, state, side="right") - 1, 0, len(self.states) - 2)
+        t = np.clip((state - self.states[k]) / (self.states[k + 1] - self.states[k]), 0.0, 1.0)
+        return {n: (1 - t) * self.added[n][k, rows, lanes] + t * self.added[n][k + 1, rows, lanes] for n in names}
+
+
+_RESPONSES = ("run_up", "run_off", "tilt")
 
 
 @dataclass

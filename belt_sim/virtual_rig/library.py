@@ -19,7 +19,9 @@ CATALOGUE = _faults_in(reference.MODULES)
 UNMODELLED: dict[str, type[Unmodelled]] = _faults_in(unmodelled.MODULES)  # type: ignore[assignment]
 #: the unmodelled faults on which a fitter may have been developed, and those that were made for blind tests only
 DEVELOPMENT = tuple(name for name, cls in UNMODELLED.items() if not cls.blind)
-BLIND = tuple(name for name, cls in UNMODELLED.items() if cls.blind)
+#: those that change a span itself, and are drawn by themselves
+SPAN = tuple(name for name, cls in UNMODELLED.items() if cls.place.startswith("span_"))
+BLIND = tuple(name for name, cls in UNMODELLED.items() if cls.blind and name not in SPAN)
 #: What ``hidden=random`` draws from, in this order.
 RANDOM_LIBRARY = tuple(sorted((c for c in CATALOGUE.values() if c.draw_order), key=lambda c: c.draw_order))
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from belt_sim.rig import Belt, Rig
-from belt_sim.virtual_rig.span import Span, curvature_along, solve_span
+from belt_sim.virtual_rig.span import Sections, Span, curvature_along, solve_span, solve_varied_span
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +18,7 @@ class Line:
     sag-roll coupling, 0 for a flat strip (Th2), 1 for the strip; friction: mu on both pulleys, inf = sticking;
     cover: extra rotation per metre and moment [1/(N m2)]; compliance [rad/(N m)] of the tail pulley's yaw;
     cant [rad] of the tail pulley; layer: share of the bending
-    layer with which the belt leaves its pulleys.
+    layer with which the belt leaves its pulleys; start: travel [m] that the belt had behind it at travel 0.
     """
 
     run: np.ndarray
@@ -48,6 +48,7 @@ class Line:
     cant: np.ndarray
     layer: np.ndarray
     residual: np.ndarray
+    start: np.ndarray
 
     @property
     def bending(self) -> np.ndarray:
@@ -102,6 +103,13 @@ class Line:
         yields = line.end_compliance(to_tail) if np.any(self.layer) else None
         return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling, yields)
 
+    def varied_span(self, sections: Sections, *, to_tail: bool) -> Span:
+        """The response of the span that runs to the tail (or to the head) pulley, its properties changed by factors."""
+        coupling = self.sag_roll * self.sag_curvature
+        yields = self.end_compliance(to_tail) if np.any(self.layer) else None
+        whole = self.span_length, self.bending, self.force, self.torsion, coupling
+        return solve_varied_span(*whole, sections, yields)
+
     def end_compliance(self, to_tail: bool) -> tuple[np.ndarray, np.ndarray]:
         """How run-off and run-up give way to the span: (slope, tilt) per (couple about z, couple about x), symmetric.
 
@@ -127,7 +135,7 @@ class Line:
             "point_2": self.span_length + self.wrap_tail,
             "point_3": 2 * self.span_length + self.wrap_tail,
         }
-        return along[place] - self.direction * s
+        return along[place] - self.direction * (s + self.start)
 
     @cached_property
     def runup_sensitivity(self) -> np.ndarray:
@@ -167,6 +175,7 @@ def line_from(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
         "cant": 0.0,
         "layer": 0.0,
         "residual": 0.0,
+        "start": 0.0,
     }
     fields = constants | faultless | settings
     return Line(**{name: np.broadcast_to(np.asarray(v), (count,)) for name, v in fields.items()})

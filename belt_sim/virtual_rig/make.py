@@ -66,7 +66,7 @@ def measure_campaign(plan: Plan, noise: Noise, base: str, what: Hidden, seed: in
     readings, dirt = _readings(plan, noise, base, errors, what, streams[3])
     campaign = build_campaign(plan, noise, readings, title, "belt-sim virtual-rig engine=line")
     salt = streams[4].bytes(_SALT_BYTES).hex()
-    return campaign, describe_truth(seed, base, what, noise, errors, dirt, salt, name)
+    return campaign, describe_truth(seed, base, what, noise, errors, dirt, salt, name, unstated_settings(plan))
 
 
 def _readings(plan: Plan, noise: Noise, base: str, errors: Errors, what: Hidden, rng):
@@ -94,7 +94,7 @@ def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, r
             sheet.name: np.round(readings[j, :, k] / step) * step
             for j, (sheet, step) in enumerate(zip(sheets, steps, strict=True))
         }
-        stated = {n: v for n, v in vars(setting).items() if n != "repeat_of"}
+        stated = {n: v for n, v in vars(setting).items() if n not in ("repeat_of", "start")}
         runs.append(Run(name=_name(k), repeat_of=repeat, travel=plan.travel, signals=signals, **stated))
     return Campaign(
         title=title,
@@ -107,8 +107,17 @@ def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, r
     )
 
 
-def describe_truth(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt: str, plan: str = "") -> Truth:
-    """What is sealed beside a campaign."""
+def unstated_settings(plan: Plan) -> dict[str, list[float]]:
+    """What a plan keeps from its file: where on the belt every run starts [m], and zeros set at the record's start."""
+    start = {"start": [run.start for run in plan.runs]} if any(run.start for run in plan.runs) else {}
+    return start | ({"zero_at_start": [1.0]} if plan.zero_at_start else {})
+
+
+def describe_truth(
+    seed, base, what: Hidden, noise: Noise, errors: Errors, dirt, salt: str, plan: str = "", unstated=()
+) -> Truth:
+    """What is sealed beside a campaign; unstated: further settings that its file does not state."""
+    unstated = dict(unstated)
     told = ("scale", "heavy_tails") + (() if noise.true_length is None else ("true_length", "smooth"))
     unknown = next((f for f in what.faults if isinstance(f, Unmodelled)), Unmodelled())
     effects = [
@@ -127,6 +136,7 @@ def describe_truth(seed, base, what: Hidden, noise: Noise, errors: Errors, dirt,
         settings={
             "tension_rel": np.asarray(errors.tension_rel).tolist(),
             "yaw": np.asarray(errors.yaw).tolist(),
+            **unstated,
         },
         dirty=dirt,
         salt=salt,

@@ -39,7 +39,7 @@ def true_line(plan: Plan, base: str, errors: Errors) -> Line:
     belt = Belt(**{name: data[name] for name in BELT_DATA})
     columns = {
         name: np.array([getattr(run, name) for run in plan.runs], dtype=float)
-        for name in ("yaw_head", "yaw_at", "speed", "direction")
+        for name in ("yaw_head", "yaw_at", "speed", "direction", "start")
     }
     tension = np.array([run.tension for run in plan.runs]) * (1 + errors.tension_rel)
     yaw = np.array([run.yaw for run in plan.runs]) + errors.yaw
@@ -50,7 +50,7 @@ def true_line(plan: Plan, base: str, errors: Errors) -> Line:
 def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     """Readings without noise [m or rad], shape (signals, n, batch), at the travel that the recorder shows.
 
-    A lateral sensor reads zero where the yaw is applied; a tilt is against the horizontal.
+    A lateral sensor reads zero where the yaw is applied, or where the record begins; a tilt is against the horizontal.
     """
     shown = plan.travel[:, None]
     for fault in faults:
@@ -60,7 +60,7 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
         travelled = fault.true_travel(travelled, line)
     reach = max(float(travelled.max()), plan.spacing)
     history = march(line, faults, reach)
-    begun = np.broadcast_to(line.yaw_at, (1, len(line.stress)))
+    begun = np.broadcast_to(0.0 if plan.zero_at_start else line.yaw_at, (1, len(line.stress)))
     readings = []
     for place in plan.signals.values():
         value = _seen(history, faults, place, travelled)
@@ -124,8 +124,10 @@ def _tilt(history: DelayHistory, s: np.ndarray, to_tail: bool) -> np.ndarray:
         off, up, turn_off, turn_up = head_off, here[:2], beta_head, beta
     else:
         off, up, turn_off, turn_up = tail_off, here[2:], -beta, -beta_head
-    row = history.spans[0 if to_tail else 1].tilt
     off, up = np.stack([off[0], off[1] + turn_off]), np.stack([up[0], up[1] + turn_up])
+    row = history.spans[0 if to_tail else 1].tilt
+    if tables := history.changed_spans[0 if to_tail else 1]:
+        row = row[:, None] + sum(table.added_at(s, (off, up), ("tilt",))["tilt"] for table in tables)
     tilt = row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
     for applied in history.applied_loads:
         acts = applied.acts(s, line, off, up, history.interpolate(applied.kept, s))[0] * (s > 0)

@@ -28,7 +28,10 @@ TEST_YAWS = (-0.042 * DEGREE, 0.042 * DEGREE)
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """What a run is set to [SI], as in ``campaign.Run``; repeat_of: index of the first such run."""
+    """What a run is set to [SI], as in ``campaign.Run``; repeat_of: index of the first such run.
+
+    start: travel that the belt had behind it when the record began, which no file states.
+    """
 
     tension: float
     yaw: float
@@ -38,6 +41,7 @@ class Setting:
     yaw_at: float = 0.0
     repeat_of: int | None = None
     use: str = "fit"
+    start: float = 0.0
 
 
 def setting_from(run: Run) -> Setting:
@@ -48,7 +52,10 @@ def setting_from(run: Run) -> Setting:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """The runs, each recorded over ``length`` at every ``spacing`` [m]; signals: name -> place."""
+    """The runs, each recorded over ``length`` at every ``spacing`` [m]; signals: name -> place.
+
+    zero_at_start: a lateral sensor is set to zero where the record begins, and not where the yaw is applied.
+    """
 
     runs: tuple[Setting, ...] = field(default_factory=lambda: grid(TEST_TENSIONS, TEST_YAWS))
     length: float = 60.0
@@ -56,9 +63,20 @@ class Plan:
     signals: dict[str, str] = field(default_factory=lambda: {"y1": "point_1", "y4": "point_4"})
     machine: Machine = TEST_RIG
     belt: BeltSheet = TEST_BELT
+    zero_at_start: bool = False
 
     def __hash__(self) -> int:
-        return hash((self.runs, self.length, self.spacing, tuple(self.signals.items()), self.machine, self.belt))
+        return hash(
+            (
+                self.runs,
+                self.length,
+                self.spacing,
+                tuple(self.signals.items()),
+                self.machine,
+                self.belt,
+                self.zero_at_start,
+            )
+        )
 
     @property
     def travel(self) -> np.ndarray:

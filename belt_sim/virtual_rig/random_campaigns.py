@@ -13,11 +13,14 @@ from belt_sim.si import MM, N_PER_MM2
 from belt_sim.virtual_rig.blinding import Truth
 from belt_sim.virtual_rig.effect_size import detectability_of
 from belt_sim.virtual_rig.hidden import MIX, OUTSIDE, REACHED, random_hidden
+from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT
 from belt_sim.virtual_rig.make import check_seed, measure_campaign, random_streams
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan, Setting
 
 #: How often each kind of machine is drawn.
 KINDS = {"test_rig": 0.4, "short_rig": 0.2, "between": 0.2, "wide_belt": 0.2}
+#: Machines of the plans for fresh judging (fresh_campaigns.py), which this draw does not know.
+FRESH_KINDS = ("stiff_short", "wide_thick")
 #: How many plans there are in all: plan number n is always the same, so that shapes of data come again.
 POOL = 48
 _TENSIONS = {  # [N/mm2]
@@ -25,12 +28,16 @@ _TENSIONS = {  # [N/mm2]
     "short_rig": (10, 15, 20, 40, 60),
     "between": (10, 15, 20, 30, 40),
     "wide_belt": (10, 15, 20, 30, 50),
+    "stiff_short": (8, 11, 15, 20, 30, 45, 60),
+    "wide_thick": (8, 12, 20, 30, 50),
 }
 _LENGTHS = {  # [m]
     "test_rig": (30.0, 60.0, 60.0, 100.0),
     "short_rig": (10.0, 20.0, 40.0),
     "between": (20.0, 40.0, 60.0),
     "wide_belt": (40.0, 60.0, 100.0),
+    "stiff_short": (20.0, 30.0, 60.0),
+    "wide_thick": (40.0, 60.0, 100.0),
 }
 _READINGS = (120, 240, 400)  # a run
 _SLACK = (0.35, 0.8)  # share of the yaw at which an edge of the slackest belt goes slack
@@ -60,20 +67,7 @@ def plan_by_number(number: int) -> tuple[str, Plan, Noise]:
         raise InputError("plan", number, "", f"give a number from 0 to {POOL - 1}")
     shares = np.cumsum(list(KINDS.values()))
     kind = list(KINDS)[int(np.searchsorted(shares, ((number * 29) % POOL + 0.5) / POOL))]
-    rng = np.random.default_rng([2026, number])
-    machine, belt = _machine(kind, rng)
-    length = float(rng.choice(_LENGTHS[kind]))
-    signals = _SIGNALS[int(rng.integers(len(_SIGNALS)))]
-    runs = _runs(kind, machine, belt, rng)
-    plan = Plan(
-        runs=runs,
-        length=length,
-        spacing=max(length / float(rng.choice(_READINGS)), 0.1),
-        signals={_name(place): place for place in signals},
-        machine=machine,
-        belt=belt,
-    )
-    return kind, plan, _stated_noise(runs, rng)
+    return kind, *random_plan(kind, np.random.default_rng([2026, number]))
 
 
 def true_noise(plan: Plan, stated: Noise, rng: np.random.Generator) -> Noise:
@@ -89,6 +83,23 @@ def true_noise(plan: Plan, stated: Noise, rng: np.random.Generator) -> Noise:
     )
 
 
+def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
+    """A plan and stated noise for a machine of one kind."""
+    machine, belt = _machine(kind, rng)
+    length = float(rng.choice(_LENGTHS[kind]))
+    signals = _SIGNALS[int(rng.integers(len(_SIGNALS)))]
+    runs = _runs(kind, machine, belt, rng)
+    plan = Plan(
+        runs=runs,
+        length=length,
+        spacing=max(length / float(rng.choice(_READINGS)), 0.1),
+        signals={_name(place): place for place in signals},
+        machine=machine,
+        belt=belt,
+    )
+    return plan, _stated_noise(runs, rng)
+
+
 def _name(place: str) -> str:
     return f"y{place[-1]}" if place.startswith("point_") else "phi_upper"
 
@@ -100,6 +111,13 @@ def _machine(kind: str, rng) -> tuple[Machine, BeltSheet]:
         "short_rig": lambda: (2.0, float(rng.choice((0.1, 0.2))), 3e-4, 0.17),
         "between": lambda: (round(rng.uniform(3.0, 9.0), 2), float(rng.choice((0.15, 0.2, 0.3))), 4e-4, 0.2),
         "wide_belt": lambda: (round(rng.uniform(8.0, 14.0), 2), 1.5, float(rng.choice((8e-4, 1e-3))), 0.5),
+        "stiff_short": lambda: (round(rng.uniform(3.0, 6.4), 2), 0.4, 8e-4, 0.25),
+        "wide_thick": lambda: (
+            round(rng.uniform(6.0, 12.0), 2),
+            float(rng.choice((1.0, 1.5, 2.0))),
+            float(rng.choice((1.2e-3, 1.6e-3, 2e-3))),
+            0.75,
+        ),
     }[kind]()
     machine = Machine(
         centre_distance=Quantity(value=distance, u=max(5e-4 * distance, 1e-3)),
@@ -175,6 +193,7 @@ def random_campaign(
 
     blind: True for unmodelled faults of the blind list only, False for those of the development list, None for both.
     """
+    unmodelled = {None: BLIND + DEVELOPMENT, True: BLIND, False: DEVELOPMENT}[blind]
     streams = random_streams(check_seed(seed))
     which = np.random.default_rng([seed, 1])
     kind = kind or str(which.choice(list(MIX), p=list(MIX.values())))
@@ -184,7 +203,7 @@ def random_campaign(
         name, chosen, stated = plan_by_number(number)
         noise = true_noise(chosen, stated, streams[1])
         get_detectability = partial(detectability_of, chosen, noise, base)
-        what = random_hidden(chosen, get_detectability, base, streams[0], kind=kind, blind=blind)
+        what = random_hidden(chosen, get_detectability, base, streams[0], kind=kind, unmodelled=unmodelled)
         if kind != "outside" or (what.distance or 0.0) >= REACHED * OUTSIDE[0]:
             break  # a plan that measures little tells no unmodelled fault from the library
     return measure_campaign(chosen, noise, base, what, seed, streams, TITLE, f"{name} {number}")

@@ -26,6 +26,19 @@ class Span:
     nodes: np.ndarray
 
 
+@dataclass(frozen=True, kw_only=True)
+class Sections:
+    """Factors on EI, T, Z and F of a span, each (batch,) or (batch, 2**DOUBLINGS) from run-off to run-up, and a spring
+    against the roll at mid-span [N m/rad], (batch,).
+    """
+
+    bending: np.ndarray | float = 1.0
+    torsion: np.ndarray | float = 1.0
+    sag: np.ndarray | float = 1.0
+    tension: np.ndarray | float = 1.0
+    roll_spring: np.ndarray | float = 0.0
+
+
 def hermite(t: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Cubic Hermite functions of t = x/h and their first and second derivatives in x, shape (..., 4)."""
     t, h = np.broadcast_arrays(t, h)
@@ -65,12 +78,38 @@ def solve_span(length, bending, force, torsion, sag_curvature, yields=None) -> S
     stiffness = element(length / 2**DOUBLINGS, bending, force, torsion, sag_curvature)
     middles = []
     for _ in range(DOUBLINGS):
-        stiffness, middle = _double(stiffness)
+        stiffness, middle = _glue(stiffness, stiffness)
         middles.append(middle)
     ends = _held(stiffness) if yields is None else _yielding(stiffness, yields)
     moments = stiffness[:, [5, 1]] @ ends / bending[:, None, None]
     nodes = _recover(ends, middles)
     return Span(run_up=moments[:, 0].T, run_off=-moments[:, 1].T, tilt=nodes[:, nodes.shape[1] // 2, 2].T, nodes=nodes)
+
+
+def solve_varied_span(length, bending, force, torsion, sag_curvature, sections: Sections, yields=None) -> Span:
+    """The same for a span whose properties change along it; its fields are not worked out (``nodes`` is empty)."""
+    shape = (len(length), 2**DOUBLINGS)
+
+    def along(value, factor=1.0) -> np.ndarray:
+        factor = np.asarray(factor, dtype=float)
+        return np.broadcast_to(value[:, None] * (factor[:, None] if factor.ndim == 1 else factor), shape)
+
+    rigid = along(bending, sections.bending)
+    pieces = element(
+        along(length / shape[1]),
+        rigid,
+        along(force, sections.tension),
+        along(torsion, sections.torsion),
+        along(sag_curvature, sections.sag),
+    )
+    while pieces.shape[1] > 2:
+        pieces = _glue(pieces[:, ::2], pieces[:, 1::2])[0]
+    left, right = pieces[:, 0].copy(), pieces[:, 1]
+    left[:, 6, 6] += sections.roll_spring
+    stiffness, middle = _glue(left, right)
+    ends = _held(stiffness) if yields is None else _yielding(stiffness, yields)
+    run_up, run_off = ((stiffness[:, row] @ ends)[:, 0] / rigid[:, place, None] for row, place in (([5], -1), ([1], 0)))
+    return Span(run_up=run_up.T, run_off=-run_off.T, tilt=(middle @ ends)[:, 2].T, nodes=np.empty((shape[0], 0, 4, 4)))
 
 
 def _held(stiffness: np.ndarray) -> np.ndarray:
@@ -103,15 +142,13 @@ def curvature_along(nodes: np.ndarray, length, sag_curvature) -> np.ndarray:
     return bent + sag_curvature[:, None, None] * np.einsum("bd,bndk->bnk", value, roll)
 
 
-def _double(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Glue two equal pieces and eliminate the node between them: stiffness of the pair, middle from ends."""
-    a, b = stiffness[:, :4, :4], stiffness[:, :4, 4:]
-    c, d = stiffness[:, 4:, :4], stiffness[:, 4:, 4:]
-    pair = np.zeros_like(stiffness)
-    pair[:, :4, :4], pair[:, 4:, 4:] = a, d
-    to_middle = np.concatenate([c, b], axis=2)
-    middle = -np.linalg.solve(d + a, to_middle)
-    from_middle = np.concatenate([b, c], axis=1)
+def _glue(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Glue two pieces and eliminate the node between them: stiffness of the pair, middle from ends."""
+    pair = np.zeros_like(left)
+    pair[..., :4, :4], pair[..., 4:, 4:] = left[..., :4, :4], right[..., 4:, 4:]
+    to_middle = np.concatenate([left[..., 4:, :4], right[..., :4, 4:]], axis=-1)
+    middle = -np.linalg.solve(left[..., 4:, 4:] + right[..., :4, :4], to_middle)
+    from_middle = np.concatenate([left[..., :4, 4:], right[..., 4:, :4]], axis=-2)
     return pair + from_middle @ middle, middle
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from belt_sim.virtual_rig.fault import Fault, overrides
 from belt_sim.virtual_rig.grip import slip_turn
-from belt_sim.virtual_rig.history import AppliedLoad, DelayHistory, dot
+from belt_sim.virtual_rig.history import AppliedLoad, DelayHistory, SpanTable, dot
 from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.span import Span
 
@@ -50,6 +50,9 @@ def march(line: Line, faults: Sequence[Fault], reach: float) -> DelayHistory:
             for f in faults
             for load in f.loads(line)
         ],
+        changed_spans=tuple(
+            [SpanTable(f, line, to_tail) for f in faults if overrides(f, "sections")] for to_tail in (True, False)
+        ),
     )
     equation = _DelayEquation(past, faults)
     y = sum((f.initial_state(np.zeros(batch), line) for f in past.initial), np.zeros((4, batch)))
@@ -121,8 +124,8 @@ class _DelayEquation:
 
     def curvatures(self, s, k, y, past, node=None):
         """Curvature where the belt runs up, shape (2, batch), and the true yaws of the tail and head pulley."""
-        to_tail, to_head = self._responses(s)
         beta, beta_head = self._yaws(s, k)
+        to_tail, to_head = self._responses(s, _ends(y, past, beta, beta_head))
         if self.yields:
             off = self._pushed(s, _ends(y, past, beta, beta_head), None)[1][1]
             beta = self._yielding(beta, beta_head, y, past, to_tail, to_head, off)
@@ -151,7 +154,8 @@ class _DelayEquation:
         if not changed.any():
             return y
         kappa = self.curvatures(self.nodes[k], k, y, self.here)[0]
-        stiff = np.stack([span.run_up[3] for span in self._responses(self.nodes[k])])
+        ends = _ends(y, self.here, *self._yaws(self.nodes[k], k))
+        stiff = np.stack([span.run_up[3] for span in self._responses(self.nodes[k], ends)])
         turn, aside = (np.where(changed, x, 0.0) for x in slip_turn(kappa, stiff, line, self.sticks))
         return y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])
 
@@ -185,8 +189,20 @@ class _DelayEquation:
         give = self.line.compliance * self.line.bending
         return (beta - give * still) / (1 + give * (to_tail.run_up[3] - to_head.run_off[1]))
 
-    def _responses(self, s: float) -> tuple[Span, Span]:
-        """Of the span that runs to the tail and the one that runs to the head pulley."""
+    def _responses(self, s: float, ends) -> tuple[Span, Span]:
+        """Of the spans that run to the tail and to the head pulley, given (y, theta) at their ends."""
+        spans = self._at_tension(s)
+        if not any(self.history.changed_spans):
+            return spans
+        changed = []
+        for span, tables, at in zip(spans, self.history.changed_spans, ends, strict=True):
+            for table in tables:
+                span = replace(span, **{n: getattr(span, n) + x for n, x in table.added_at(s, at).items()})
+            changed.append(span)
+        return changed[0], changed[1]
+
+    def _at_tension(self, s: float) -> tuple[Span, Span]:
+        """The responses as the tension at travel s makes them."""
         if not self.of["tension"]:
             return self.history.spans
         change, width = sum(f.tension(s, self.line) for f in self.of["tension"]), self.most - self.least

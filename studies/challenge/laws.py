@@ -16,6 +16,9 @@ _PLACES = {
     "sideways shift": "wrap",
     "twist over": "wrap",
     "bend of": "span",
+    "bending stiffness": "span_bending",
+    "torsional stiffness": "span_torsion",
+    "tension of one span": "span_tension",
     "tension of": "tension",
     "travel that": "travel",
     "readings of all": "sensor_all",
@@ -75,6 +78,8 @@ def generator_place(text: str) -> str:
     for begin, name in _PLACES.items():
         if text.startswith(begin):
             return name.format(where)
+    if text in ("span_bending", "span_torsion", "span_tension"):
+        return text
     kind, _, which = text.partition("_")
     if kind == "sensor":
         return "sensor_all" if which == "all" else "sensor"

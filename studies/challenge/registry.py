@@ -3,12 +3,20 @@
 import importlib
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig import Truth, random_campaign, random_nothing_campaign, random_unmodelled_campaign
+from belt_sim.virtual_rig.fresh_campaigns import (
+    FRESH_PLANS,
+    fresh_campaign,
+    random_flatness_campaign,
+    random_mistake_campaign,
+    random_span_campaign,
+)
 from belt_sim.virtual_rig.space_campaign import random_space_campaign
 
 Draw = Callable[[int], tuple[Campaign, Truth]]
@@ -17,9 +25,15 @@ SOURCES: dict[str, Draw] = {
     "strangers": random_unmodelled_campaign,
     "nothing": random_nothing_campaign,
     "space": random_space_campaign,
+    "span": random_span_campaign,
+    "flatness": random_flatness_campaign,
+    "sheet_mistakes": random_mistake_campaign,
+    **{name: partial(fresh_campaign, name=name) for name in FRESH_PLANS},
 }
 #: Processor seconds that a campaign takes, coarsely: to draw it, and to answer it.
 SECONDS = {"mix": (1.0, 25.0), "nothing": (1.0, 25.0), "strangers": (3.0, 60.0), "space": (30.0, 20.0)}
+SECONDS |= {"span": (15.0, 60.0), "flatness": (1.0, 25.0), "sheet_mistakes": (1.0, 25.0)}
+SECONDS |= dict.fromkeys(FRESH_PLANS, (2.0, 25.0))
 
 
 def cost(name: str, count: int, workers: int) -> str:

@@ -32,7 +32,7 @@ class HeldBack(StrEnum):
 class ScoredCase:
     """One campaign, scored.
 
-    kind: nothing, library, two, outside, below_noise, dirty (or not_drawn: the generator failed); d: sizes of what is
+    kind: of the truth, or not_drawn where the generator failed; d: sizes of what is
     hidden; distance: of what is outside the library, after the best known effects; unknown: its place, variable and
     form; named: effect -> probability; aliases: effect -> sets of effects that the answer says it cannot be told from;
     outcome: see ``outcome_of``; covered: for each true parameter of a rightly named effect, whether it
@@ -179,7 +179,7 @@ def outcome_of(f: ScoredCase) -> str:
     name stands beside the true ones. lookalike: the generator itself cannot tell the name from the truth, but the
     answer does not say so. crash; otherwise wrong.
     """
-    if f.verdict in ("crash", STOPS) and f.kind != "dirty":
+    if f.verdict in ("crash", STOPS) and f.kind not in ("dirty", "mistake"):
         return "crash" if f.verdict == "crash" else "wrong"
     if f.kind in ("nothing", "below_noise") and f.verdict == "adequate":
         return "right"
@@ -187,7 +187,7 @@ def outcome_of(f: ScoredCase) -> str:
         return "wrong"
     if f.kind == "outside":
         return "right" if _flagged(f) else "missed" if f.verdict == "adequate" else "wrong"
-    if f.kind == "dirty":
+    if f.kind in ("dirty", "mistake"):
         return "crash" if f.verdict == "crash" else "right" if f.caught else "wrong"
     return _naming(f)
 

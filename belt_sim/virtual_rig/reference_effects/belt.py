@@ -81,6 +81,7 @@ class Weld(Fault):
         """How far the kink lies behind the run-off of the span to the tail, and of that to the head, not wrapped."""
         behind_point_3 = 2 * line.span_length + line.wrap_tail - self.at
         place = np.where(line.direction > 0, self.at, behind_point_3) + s
+        place = place + line.start
         return place, place - line.span_length - line.wrap_tail
 
     def _last(self, place, line):

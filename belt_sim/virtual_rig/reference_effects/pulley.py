@@ -123,12 +123,12 @@ class Wobble(Fault):
     phase: float = 0.0
 
     def turn(self, s, line, y, kappa):
-        slope = self.beta_1 * np.cos(s / line.tail_radius + self.phase - np.pi / 2)
+        slope = self.beta_1 * np.cos((s + line.start) / line.tail_radius + self.phase - np.pi / 2)
         return slope / line.tail_radius * TAIL
 
     def initial_state(self, s, line):
         """What has the slope -y'' = turn and no more: y' = -alpha."""
-        at = s / line.tail_radius + self.phase
+        at = (s + line.start) / line.tail_radius + self.phase
         none = 0.0 * at
         return np.stack([-self.beta_1 * line.tail_radius * np.sin(at), self.beta_1 * np.cos(at), none, none])
 

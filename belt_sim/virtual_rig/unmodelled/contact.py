@@ -67,7 +67,7 @@ class GreasyStretch(Unmodelled):
 
     def slide(self, s, line, alpha):
         """at, stretch: shares of the belt's length, from what runs up to the tail pulley at travel 0, backwards."""
-        run = np.stack([s / line.belt_length, (s - line.span_length - line.wrap_tail) / line.belt_length])
+        run = (np.stack([s + 0.0 * line.start, s - line.span_length - line.wrap_tail]) + line.start) / line.belt_length
         off = np.mod(run - self.at + 0.5, 1.0) - 0.5
         return 1 - self.share * np.where(np.abs(off) < self.stretch / 2, np.cos(np.pi * off / self.stretch) ** 2, 0.0)
 

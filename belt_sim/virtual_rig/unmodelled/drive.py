@@ -71,7 +71,7 @@ class TensionBeat(Unmodelled):
     phase: float = 0.0
 
     def tension(self, s, line):
-        return self.share * np.cos(2 * np.pi * s / line.belt_length + self.phase)
+        return self.share * np.cos(2 * np.pi * (s + line.start) / line.belt_length + self.phase)
 
     @property
     def swing(self):

@@ -84,7 +84,7 @@ class BaldPatch(Unmodelled):
     narrow: float = 3.0
 
     def turn(self, s, line, y, kappa):
-        return self.kappa * np.exp(self.narrow * (np.cos(s / line.tail_radius - self.phase) - 1)) * TAIL
+        return self.kappa * np.exp(self.narrow * (np.cos((s + line.start) / line.tail_radius - self.phase) - 1)) * TAIL
 
     @classmethod
     def random_shape(cls, plan, rng):

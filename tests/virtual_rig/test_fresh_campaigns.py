@@ -1,0 +1,121 @@
+"""Campaigns for fresh judging: their plans, starts anywhere on the belt, mistakes in the sheet."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from virtual_bench import ARC, SPAN, YAW, plan_of
+
+from belt_sim.errors import InputError
+from belt_sim.virtual_rig.fresh_campaigns import (
+    FRESH_MIX,
+    FRESH_PLANS,
+    FRESH_POOL,
+    MISTAKES,
+    fresh_campaign,
+    fresh_plan,
+    random_flatness_campaign,
+    random_mistake_campaign,
+    start_anywhere,
+)
+from belt_sim.virtual_rig.library import fault_class
+from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.plan import Setting
+
+BOTH_WAYS = next(  # a plan with yaw to both sides and more than two sensors
+    plan
+    for plan, _ in (fresh_plan("stiff_short", k) for k in range(FRESH_POOL))
+    if any(run.yaw < 0 for run in plan.runs) and len(plan.signals) > 2
+)
+BELT = 2 * (SPAN + ARC)
+
+
+def readings(fault, start: float, length: float = 30.0) -> np.ndarray:
+    plan = plan_of(Setting(tension=20e6, yaw=YAW, start=start), length=length, spacing=0.5)
+    return observe(plan, true_line(plan, "strip", Errors()), [fault])
+
+
+def test_the_plans_are_what_they_are_called():
+    assert sum(FRESH_MIX.values()) == pytest.approx(1.0)
+    plans = {name: [fresh_plan(name, k) for k in range(FRESH_POOL)] for name in FRESH_PLANS}
+    for plan, _ in plans["stiff_short"]:
+        assert 3.0 <= plan.machine.centre_distance.value <= 6.4
+        assert (plan.belt.width.value, plan.belt.thickness.value) == (0.4, 8e-4)
+        assert all(8e6 <= run.tension <= 60e6 for run in plan.runs)
+    assert all(plan.belt.thickness.value >= 1.2e-3 for plan, _ in plans["wide_thick"])
+    for plan, noise in plans["drift_before"]:
+        assert all(0.19 * plan.length <= run.yaw_at <= 0.51 * plan.length for run in plan.runs)
+        assert plan.zero_at_start == (noise.zero > 1e-3)
+    for name, all_of_them in plans.items():
+        for plan, _ in all_of_them:
+            slack = plan.machine.centre_distance.value / 2 / plan.belt.width.value / plan.belt.youngs_modulus.value
+            assert all(abs(run.yaw) < run.tension * slack for run in plan.runs), name
+    with pytest.raises(InputError):
+        fresh_plan("stiff", 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "period"),
+    [
+        ("edge_profile", {"cos2": 1e-3}, BELT),
+        ("weld", {"angle": 1e-3}, BELT),
+        ("wobble", {"beta_1": 1e-3}, 2 * ARC),
+        ("soft_joint", {"share": 0.5}, BELT),
+        ("tension_beat", {"share": 0.1}, BELT),
+    ],
+)
+def test_a_start_elsewhere_shows_elsewhere_and_one_revolution_on_the_same(name, parameters, period):
+    fault = fault_class(name)(**parameters)
+    here, there, again = (readings(fault, start) for start in (0.0, 0.37 * period, period))
+    np.testing.assert_allclose(again, here, atol=1e-9)
+    assert np.abs(there - here).max() > 1e-6
+
+
+def test_the_weld_passes_earlier_by_the_start():
+    late, early = fault_class("weld")(angle=1e-3, at=3.0), fault_class("weld")(angle=1e-3, at=8.0)
+    np.testing.assert_allclose(readings(late, 5.0), readings(early, 0.0), atol=1e-12)
+
+
+def test_every_run_starts_at_its_own_place_and_no_file_says_where():
+    plan = start_anywhere(fresh_plan("anywhere", 0)[0], np.random.default_rng(0))
+    assert len({run.start for run in plan.runs}) == len(plan.runs)
+    campaign, truth = fresh_campaign(2, "anywhere", kind="nothing")
+    assert len(truth.settings["start"]) == len(campaign.runs)
+    assert not any(hasattr(run, "start") for run in campaign.runs)
+
+
+def test_zeros_at_the_start_of_the_record():
+    plan = plan_of(Setting(tension=20e6, yaw=YAW, yaw_at=10.0), length=20.0, spacing=1.0)
+    taper = fault_class("taper")(kappa_t=1e-4)
+    line = true_line(plan, "strip", Errors())
+    at_yaw, at_start = observe(plan, line, [taper]), observe(replace(plan, zero_at_start=True), line, [taper])
+    assert np.abs(at_start[:, 0]).max() < 1e-12
+    assert np.abs(at_yaw[0, 0]).max() > 1e-5
+    np.testing.assert_allclose(at_start - at_yaw, np.broadcast_to(-at_yaw[:, :1], at_yaw.shape), atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(len(MISTAKES)))
+def test_a_mistake_is_in_the_sheet_and_nowhere_else(seed):
+    campaign, truth = random_mistake_campaign(seed)
+    assert truth.kind == "mistake"
+    assert truth.dirty["kind"] == list(MISTAKES)[seed]
+    assert truth.dirty["d"] > 3.0
+    assert truth.effects == []
+    assert truth.dirty["run"] in (None, *(run.name for run in campaign.runs))
+
+
+def test_what_each_mistake_changes():
+    plan, rng = BOTH_WAYS, np.random.default_rng(1)
+    for name, mistake in MISTAKES.items():
+        true, stated, run = mistake(plan, rng)
+        changed = {n for n in vars(plan) if getattr(true, n) != getattr(stated, n)}
+        expected = {"diameter_for_radius": {"machine"}, "wrong_width": {"belt"}, "exchanged_points": {"signals"}}
+        assert changed == expected.get(name, {"runs"})
+        differ = [k for k, (a, b) in enumerate(zip(true.runs, stated.runs, strict=True)) if a != b]
+        assert differ == ([] if run is None else [run])
+
+
+def test_hidden_flatness_is_of_either_sign_and_shows():
+    truths = [random_flatness_campaign(seed)[1] for seed in range(4)]
+    assert all(truth.effects[0]["id"] == "flatness" for truth in truths)
+    assert all(truth.effects[0]["d"] > 1.0 for truth in truths)
