@@ -1,6 +1,11 @@
-"""docs/how_often_right.md and its pictures, written from the stored scores: targets, tables, ablations, failures."""
+"""How often the diagnosis is right, written from the stored scores: a page for readers, and the full record.
+
+The page (docs/how_often_right.md) counts the newest answers alone, its conclusion first. The record
+(docs/data/how_often_right_record.md) has every campaign: targets, tables, ablations, failures.
+"""
 
 import json
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -44,7 +49,60 @@ _FAR = 8.0  # distance from which a law is expected to be found
 _OF_AN_ANSWER = ("verdict", "named", "aliases", "outcome", "covered", "removed")
 _OF_THE_DIAGNOSIS = ("advice", "promised", "discovered", "place", "law", "why", "held_back", "p")
 
-_INTRO = """# How often the diagnosis is right
+RECORD = Path("data") / "how_often_right_record.md"
+_PAGE = """# How often the diagnosis is right
+
+<!-- Written by `python -m studies.challenge count=0 publish=docs` (`make how_often_right`); do not edit. -->
+
+{conclusion}
+
+## How this was measured
+
+The virtual rig makes a campaign and hides an effect in it ([how to](simulate.md#a-campaign-with-a-hidden-effect)). Its
+physics is separate code: it shares only the file format with the diagnosis. The rig seals the truth with a SHA-256 hash
+before anyone answers. The diagnosis sees the campaign alone. Then the truth is opened.
+
+- Every answered campaign counts, and a crash counts as wrong.
+- The size d of a hidden effect is its distance from "nothing hidden" in units of noise, after the nuisance
+  parameters have explained what they can. An effect of d = 3 is barely visible; d = 12 is plain to see.
+- The *distance* of an unknown effect is what the best three effects of the catalogue leave over of it, in the same units.
+- Intervals are Wilson's, for 95 %.
+- An alias counts as right if the answer itself says that the two cannot be told apart.
+
+These campaigns test the diagnosis against our own picture of a belt machine. **No campaign comes from a real machine.**
+Noise, plausible sizes and kinds of faults on the virtual rig are our assumptions ([how far to believe each effect](how_far.md)).
+
+## Targets
+
+{targets}
+
+## By size of the hidden effect
+
+{sizes}
+
+## What a probability is worth
+
+Names by the probability that the answer gave them, over all versions (the newest alone has too few).
+
+{reliability}
+
+![Probability said against share truly hidden](images/challenge_reliability.png)
+
+{space}
+
+## The record
+
+{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has the commands, the ablations, plain statistical
+methods on the same campaigns, and every failure with its reason. `make how_often_right` writes this page and the record
+from `studies/challenge/stored`. `python -m studies.challenge count=40 first_seed=1000` answers new campaigns.
+"""
+_PAGE_SPACE = """## Measured on the 3D belt
+
+In {campaigns} further campaigns the measurement comes from a belt in three dimensions. Pulley shapes, friction and
+gravity are parts of the scene, and no span law is in it. The machine is short (2 m), with five runs of 8 m and two sensors.
+
+{targets}"""
+_INTRO = """# How often the diagnosis is right: the record
 
 Written by `python -m studies.challenge count=0 publish=docs` from the files in `studies/challenge/stored`; do not edit.
 
@@ -118,17 +176,19 @@ class Stored:
 
 
 def publish(results: Sequence[Mapping[str, Any]], top: Path, stored: Path, drawn: Sequence[int] = ()) -> Path:
-    """Write ``stored``/NAME.json from results, and ``top``/how_often_right.md with pictures from all such files.
+    """Write ``stored``/NAME.json from results; write the page, the record and their pictures into ``top``.
 
     NAME is the source, its first seed and who answered: new results take the place of those of the same campaigns, and
     stand beside others, which are deleted by hand. drawn: seeds of all campaigns that were sealed, so that those
-    without an answer are listed. Returns the document's path.
+    without an answer are listed. Returns the record's path.
     """
     if results:
         first = min([r["seed"] for r in results] + list(drawn))
         name = f"{results[0]['source']}_{first}_{results[0]['ablation']}".replace(":", "_")
         write_text(stored / f"{name}.json", stored_text(results, drawn))
-    return write_report(top, read_stored(stored))
+    every = read_stored(stored)
+    write_page(top, every)
+    return write_record(top, every)
 
 
 def stored_text(results: Sequence[Mapping[str, Any]], drawn: Iterable[int] = ()) -> str:
@@ -175,8 +235,73 @@ def _stored(content: dict[str, Any]) -> Stored:
 # ---- the document
 
 
-def write_report(top: Path, stored: Sequence[Stored]) -> Path:
-    """Write how_often_right.md and its pictures into a folder of documents."""
+def write_page(top: Path, stored: Sequence[Stored]) -> Path:
+    """Write the page for readers into a folder of documents: the newest answers alone, the conclusion first."""
+    own = _own(newest([p for p in stored if p.about["source"] != SPACE]))
+    space = _own(newest([p for p in stored if p.about["source"] == SPACE]))
+    in_space = _PAGE_SPACE.format(campaigns=len(space), targets=_short_targets(space)) if space else ""
+    text = _PAGE.format(
+        conclusion=conclusion(own),
+        targets=_short_targets(own),
+        sizes=by_size(own).partition("\n\n")[2],
+        reliability=_reliability(_own([p for p in stored if p.about["source"] != SPACE])),
+        space=in_space,
+    )
+    return write_text(top / "how_often_right.md", re.sub("\n{3,}", "\n\n", text))
+
+
+def newest(stored: Sequence[Stored]) -> list[Stored]:
+    """Answers of the whole diagnosis by the code that answered the campaigns with the highest seeds."""
+    answered = [p for p in stored if p.about["ablation"] == OWN]
+    if not answered:
+        return []
+    mixed = [p for p in answered if p.about["source"] == "mix"] or answered
+    code = max(mixed, key=lambda p: p.about["seeds"][0]).code
+    return [p for p in answered if p.code == code]
+
+
+def conclusion(cases: Sequence[ScoredCase]) -> str:
+    """The answer in a few sentences, each with its count."""
+    nothing, large, two = of_kind(cases, "nothing"), _large(cases), of_kind(cases, "two")
+    small = [f for f in of_kind(cases, "library") if size_class(f.size) == SIZES[0]]
+    said = [
+        ("**Nothing is wrong**: it says so in {} campaigns.", [f.right for f in nothing]),
+        (
+            "**An effect is plain to see** (d of 6 and more): it names the truth, or lists it among the explanations that "
+            "it cannot tell apart, in {} campaigns.",
+            [set(f.hidden) <= f.answer_set for f in large],
+        ),
+        ("**It is sure and wrong** in {} of these.", [confidently_wrong(f) for f in large]),
+        ("**An effect is barely visible** (d = 3): it names it in {} campaigns, else it stays silent.", [f.right for f in small]),
+        ("**Two effects act at once**: it names exactly these two in {} campaigns.", [f.right for f in two]),
+        (
+            "**The catalogue lacks the effect** (distance of 8 and more): it says that something unknown acts in {} "
+            "campaigns.",
+            [f.right for f in _outside(cases)],
+        ),
+    ]
+    return "\n".join(f"- {words.format(with_interval(flags))}" for words, flags in said if flags)
+
+
+def _short_targets(cases: Sequence[ScoredCase]) -> str:
+    """The table of targets without notes."""
+    reached = {True: "yes", False: "**no**", None: ""}
+    rows = [t for t in targets(cases) if t.found.trials]
+    lines = [(*target_cells(t)[:4], reached[t.met]) for t in rows]
+    return table(("figure", "target", "found", "95 % interval", "reached"), lines)
+
+
+def _reliability(cases: Sequence[ScoredCase]) -> str:
+    """Of names said with a probability in a bin: how many were hidden."""
+    bins = [(b.name, f"{b.said:.2f}", with_interval_of(b.true), count_text(b.alike)) for b in reliability(cases)]
+    if not bins:
+        return "No name was said."
+    head = ("probability said", "mean", "truly hidden", "hidden, or confusable as the answer says")
+    return table(head, bins)
+
+
+def write_record(top: Path, stored: Sequence[Stored]) -> Path:
+    """Write the record of all stored campaigns, and its pictures, into a folder of documents."""
     line = [p for p in stored if p.about["source"] != SPACE]
     own = _own(line)
     sources, codes = ([(name(p), p) for p in line] for name in (lambda p: p.about["source"], lambda p: p.code))
@@ -185,7 +310,7 @@ def write_report(top: Path, stored: Sequence[Stored]) -> Path:
     parts += [_side_by_side("## The same by commit of the code", codes), by_size(own), by_pair(own)]
     parts += [by_effect(own), by_plan(own), _pictures(top, own), outside_library(own), compared(line), failures(own)]
     parts += [_space([p for p in stored if p.about["source"] == SPACE])]
-    return write_text(top / "how_often_right.md", "\n".join(p for p in parts if p))
+    return write_text(top / RECORD, "\n".join(p for p in parts if p))
 
 
 def _own(stored: Sequence[Stored]) -> list[ScoredCase]:
@@ -246,7 +371,11 @@ def count_text(share: Share | None) -> str:
 
 def with_interval(flags: Sequence[bool]) -> str:
     """A count with the 95 % interval of its share; nothing without trials."""
-    share = share_of(list(flags))
+    return with_interval_of(share_of(list(flags)))
+
+
+def with_interval_of(share: Share) -> str:
+    """A share as a count with its 95 % interval; nothing without trials."""
     low, high = share.interval
     return f"{count_text(share)} ({100 * low:.0f} - {100 * high:.0f} %)" if share.trials else ""
 
@@ -489,9 +618,9 @@ def _by_chance(cases: Sequence[ScoredCase]) -> str:
 def _pictures(top: Path, cases: Sequence[ScoredCase]) -> str:
     parts = []
     if _draw_confusion(top / "images" / PICTURES["confusion"], cases):
-        parts.append(f"![What was answered against what was hidden](images/{PICTURES['confusion']})\n")
+        parts.append(f"![What was answered against what was hidden](../images/{PICTURES['confusion']})\n")
     if _draw_reliability(top / "images" / PICTURES["reliability"], cases):
-        parts.append(f"![Probability said against share truly hidden](images/{PICTURES['reliability']})\n")
+        parts.append(f"![Probability said against share truly hidden](../images/{PICTURES['reliability']})\n")
     parts += [_by_probability(cases), _by_chance(cases)]
     return "## What is taken for what, and what probabilities are worth\n\n" + "\n".join(x for x in parts if x)
 
