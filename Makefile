@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup demo test test-long test-cluster docs paper bench lint clean
+.PHONY: setup demo test test-long test-cluster docs how_often_right paper bench lint clean
 
 setup: $(STAMP)
 
@@ -23,10 +23,14 @@ test-long: setup
 	$(BIN)/python -m pytest -m long -o faulthandler_timeout=0
 
 docs: setup
+	$(BIN)/python -m studies.site.words
 	$(BIN)/python -m sphinx -W --keep-going -n -E -q -b html -d outputs/docs/.doctrees docs outputs/docs
 
+how_often_right: setup
+	$(BIN)/python -m studies.challenge count=0 publish=docs
+
 paper: setup
-	$(BIN)/python -m studies.paper document=docs/paper.md
+	$(BIN)/python -m studies.paper document=docs/data/paper.md
 
 test-cluster: setup  # as root on Debian: installs Slurm, starts it on this machine and stops it again
 	tests/cluster/slurm.sh start

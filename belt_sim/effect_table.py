@@ -1,4 +1,4 @@
-"""The model x effect table, computed: ``python -m belt_sim.effect_table`` prints it as the README has it."""
+"""The model x effect table, computed for the site: which model can represent which effect."""
 
 from belt_sim.diagnosis.readings.effect_hints import ONLY_WHEN_NAMED
 from belt_sim.effects.base import Effect
@@ -6,7 +6,6 @@ from belt_sim.effects.library import library
 from belt_sim.model import Model, SteadyModel
 from belt_sim.registry import ANALYTIC, model_named
 
-BEGIN, END = "<!-- model x effect table -->", "<!-- end -->"
 CAN, HAS, CANNOT = "yes", "built in", "-"
 #: columns by heading; grid and membrane represent the same effects
 COLUMNS = {name: name for name in ANALYTIC} | {"mujoco_rope": "mujoco_rope", "mujoco_grid, mujoco_flex": "mujoco_flex"}
@@ -27,7 +26,3 @@ def table() -> str:
     named = ", ".join(name for name in library() if name in ONLY_WHEN_NAMED)
     lines = ["| " + " | ".join(row) + " |" for row in rows]
     return "\n".join([*lines, "", f"`diagnose` tries these only when they are named: {named}."]) + "\n"
-
-
-if __name__ == "__main__":
-    print(f"{BEGIN}\n{table()}{END}")

@@ -16,7 +16,9 @@ extensions = [
     "studies.site.mathml",
     "studies.site.offline",
     "studies.site.effect_pages",
+    "studies.site.notebooks",
 ]
+exclude_patterns = ["data", "maps"]
 smartquotes = False
 html_math_renderer = "mathml"
 html_theme = "furo"

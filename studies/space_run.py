@@ -1,7 +1,7 @@
 """One 3D run and what it cost: python -m studies.space_run name=r40 tension=40 travel=70 model.friction=0.15 ...
 
 Leaves OUT/NAME.csv (the curves, as of belt-sim simulate) and OUT/NAME.json: configuration, resolved options, late
-rates, sags, cost. The tables of docs/three_dimensions.md are made of these files. ``shapes=[0,10]`` leaves the belt in
+rates, sags, cost. The tables of studies/notes are made of these files. ``shapes=[0,10]`` leaves the belt in
 space at those travels as well (NAME_shapes.csv). Says every tenth of the way how far it is; asked to stop (SIGTERM,
 Ctrl-C, ``limit``) it leaves what it has.
 """

@@ -14,7 +14,7 @@ class Flatness(Effect):
 
     amplitude > 0: long edges, which are pressed; amplitude < 0: a long middle. The stress at rest works on the twist
     like tension does, T = b^3 h (sigma - 0.8 amplitude)/12 + G b h^3/3 (the integral of s y^2 over the section).
-    Narrow edges under pressure do not buckle, so EI stays as it is (docs/shell.md compares both with a shell).
+    Narrow edges under pressure do not buckle, so EI stays as it is (studies/notes/shell.md compares both with a shell).
     From amplitude = 1.25 sigma on the spans twist by themselves and no linear law holds: the share of the tension in T
     is then taken as 0.
     """

@@ -29,7 +29,7 @@ class Slip(Effect):
 
     id = "slip"
     law = "run-up"
-    reference = "Coulomb friction of a wrap; zones solved in tests/agreement/test_slip.py, 3D belt: three_dimensions.md"
+    reference = "Coulomb friction of a wrap; zones solved in tests/agreement/test_slip.py, 3D belt with friction"
     parity = "odd"
     parameters = {
         "inverse_friction": Parameter(unit="1", meaning="1/mu of belt on pulley", plausible=(1.0, 20.0), scale=6.0)

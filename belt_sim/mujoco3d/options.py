@@ -21,7 +21,7 @@ AS_THE_CASE = "case"
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Numerical settings of a run; the defaults are those of the error budget in docs/three_dimensions.md.
+    """Numerical settings of a run; the defaults are those of the error budget in studies/notes/three_dimensions.md.
 
     dx [m]: distance of stations along the belt; across: nodes over the width (2 carry the exact EI and tension
     torsion); dt [s]; belt_speed [m/s] of the run, None = as fast as is accurate (options.py), "case" = that of

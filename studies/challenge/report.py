@@ -58,19 +58,23 @@ _PAGE = """# How often the diagnosis is right
 
 ## How this was measured
 
-The virtual rig makes a campaign and hides an effect in it ([how to](simulate.md#a-campaign-with-a-hidden-effect)). Its
-physics is separate code: it shares only the file format with the diagnosis. The rig seals the truth with a SHA-256 hash
+The virtual rig makes a campaign and hides an effect in it ([how
+to](simulate.md#a-campaign-with-a-hidden-effect)). Its
+physics is separate code: it shares only the file format with the diagnosis. The rig seals the truth with a
+SHA-256 hash
 before anyone answers. The diagnosis sees the campaign alone. Then the truth is opened.
 
 - Every answered campaign counts, and a crash counts as wrong.
 - The size d of a hidden effect is its distance from "nothing hidden" in units of noise, after the nuisance
   parameters have explained what they can. An effect of d = 3 is barely visible; d = 12 is plain to see.
-- The *distance* of an unknown effect is what the best three effects of the catalogue leave over of it, in the same units.
+- The *distance* of an unknown effect is what the best three effects of the catalogue leave over of it, in
+  the same units.
 - Intervals are Wilson's, for 95 %.
 - An alias counts as right if the answer itself says that the two cannot be told apart.
 
-These campaigns test the diagnosis against our own picture of a belt machine. **No campaign comes from a real machine.**
-Noise, plausible sizes and kinds of faults on the virtual rig are our assumptions ([how far to believe each effect](how_far.md)).
+These campaigns test the diagnosis against our picture of a machine. **No campaign comes from a real machine.**
+Noise, plausible sizes and kinds of faults on the virtual rig are our assumptions ([how far to believe each
+effect](how_far.md)).
 
 ## Targets
 
@@ -92,16 +96,19 @@ Names by the probability that the answer gave them, over all versions (the newes
 
 ## The record
 
-{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has the commands, the ablations, plain statistical
-methods on the same campaigns, and every failure with its reason. `make how_often_right` writes this page and the record
+{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has the commands, the ablations,
+plain statistical
+methods on the same campaigns, and every failure with its reason. `make how_often_right` writes this page and
+the record
 from `studies/challenge/stored`. `python -m studies.challenge count=40 first_seed=1000` answers new campaigns.
 """
 _PAGE_SPACE = """## Measured on the 3D belt
 
 In {campaigns} further campaigns the measurement comes from a belt in three dimensions. Pulley shapes, friction and
-gravity are parts of the scene, and no span law is in it. The machine is short (2 m), with five runs of 8 m and two sensors.
+gravity are parts of the scene, and no span law is in it. The machine is short (2 m), with five runs of 8 m
+and two sensors.
 
-{targets}"""
+{conclusion}"""
 _INTRO = """# How often the diagnosis is right: the record
 
 Written by `python -m studies.challenge count=0 publish=docs` from the files in `studies/challenge/stored`; do not edit.
@@ -239,11 +246,11 @@ def write_page(top: Path, stored: Sequence[Stored]) -> Path:
     """Write the page for readers into a folder of documents: the newest answers alone, the conclusion first."""
     own = _own(newest([p for p in stored if p.about["source"] != SPACE]))
     space = _own(newest([p for p in stored if p.about["source"] == SPACE]))
-    in_space = _PAGE_SPACE.format(campaigns=len(space), targets=_short_targets(space)) if space else ""
+    in_space = _PAGE_SPACE.format(campaigns=len(space), conclusion=conclusion(space)) if space else ""
     text = _PAGE.format(
         conclusion=conclusion(own),
         targets=_short_targets(own),
-        sizes=by_size(own).partition("\n\n")[2],
+        sizes=by_size(own, short=True).partition("\n\n")[2],
         reliability=_reliability(_own([p for p in stored if p.about["source"] != SPACE])),
         space=in_space,
     )
@@ -267,16 +274,19 @@ def conclusion(cases: Sequence[ScoredCase]) -> str:
     said = [
         ("**Nothing is wrong**: it says so in {} campaigns.", [f.right for f in nothing]),
         (
-            "**An effect is plain to see** (d of 6 and more): it names the truth, or lists it among the explanations that "
-            "it cannot tell apart, in {} campaigns.",
+            "**An effect is plain to see** (d of 6 and more): it names the truth, or lists it among the "
+            "explanations that it cannot tell apart, in {} campaigns.",
             [set(f.hidden) <= f.answer_set for f in large],
         ),
         ("**It is sure and wrong** in {} of these.", [confidently_wrong(f) for f in large]),
-        ("**An effect is barely visible** (d = 3): it names it in {} campaigns, else it stays silent.", [f.right for f in small]),
+        (
+            "**An effect is barely visible** (d = 3): it names it in {} campaigns, else it stays silent.",
+            [f.right for f in small],
+        ),
         ("**Two effects act at once**: it names exactly these two in {} campaigns.", [f.right for f in two]),
         (
-            "**The catalogue lacks the effect** (distance of 8 and more): it says that something unknown acts in {} "
-            "campaigns.",
+            "**The catalogue lacks the effect** (distance of 8 and more): it says that something unknown acts "
+            "in {} campaigns.",
             [f.right for f in _outside(cases)],
         ),
     ]
@@ -464,10 +474,10 @@ def by_effect(cases: Sequence[ScoredCase]) -> str:
     return "## One hidden effect, named rightly\n\n" + table(head, lines) if lines else ""
 
 
-def by_size(cases: Sequence[ScoredCase]) -> str:
-    """What is said of one effect, and of two, by the size of the smaller."""
-    names = ["exactly named", "or in the confusable set", "confidently wrong", "overlooked", "95 % interval holds"]
-    names += ["90 % of the error removed"]
+def by_size(cases: Sequence[ScoredCase], *, short: bool = False) -> str:
+    """What is said of one effect, and of two, by the size of the smaller; short: names alone."""
+    names = ["exactly named", "or in the confusable set", "confidently wrong", "overlooked"]
+    names += [] if short else ["95 % interval holds", "90 % of the error removed"]
     lines = []
     for kind, words in (("library", "one effect"), ("two", "two effects")):
         for size in SIZES:

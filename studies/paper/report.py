@@ -1,4 +1,4 @@
-"""The paper beside its computation: a page that needs no network, and the document docs/paper.md."""
+"""The paper beside its computation: a page that needs no network, and the document docs/data/paper.md."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -169,7 +169,7 @@ def _shown(plate: Plate) -> dict[str, Any]:
     }
 
 
-IMAGES, SHOWN = "images", (12, 13, 14)  # pictures that stand in the document, in a folder beside it
+IMAGES, SHOWN = "../images", (12, 13, 14)  # pictures that stand in the document, in a folder beside it
 
 INTRODUCTION = """# The paper, figure by figure
 

@@ -76,7 +76,7 @@ def front(case: Case, roll: Roll, belt: Strip, turned: float, shape: dict[int, n
 def curvature(case: Case, arc: Any, y: Any, alpha: Any, *, lifts: bool = True) -> Any:
     """kappa [1/m] of the free part where it comes to lie at ``arc``: beam under tension, with shear at first order.
 
-    ``lifts``: the bending layer lets the free part begin at alpha + (l^3/8R^2) M/T (docs/lift_off.md).
+    ``lifts``: the bending layer lets the free part begin at alpha + (l^3/8R^2) M/T (studies/notes/lift_off.md).
     """
     belt, yaw = case.belt, float(case.settings.yaw.last())
     free = case.rig.span_length * (1 + case.settings.tension / belt.youngs_modulus) - arc

@@ -62,7 +62,7 @@ class Models(Effects):
     """``{models}`` in a Markdown page: which model can represent which effect."""
 
     def texts(self) -> Iterator[tuple[str, str]]:
-        """The table of the README."""
+        """The table of models and effects."""
         yield "model x effect table", table()
 
 

@@ -137,7 +137,7 @@ def test_a_belt_drifts_faster_for_good_by_sliding_where_it_leaves():
     assert 1.002 < leaves / sticks < 1.02
 
 
-#: friction: what it adds to y_1 and to y_3 [um] of the 3D belt with stations of 12.5 mm (docs/three_dimensions.md)
+#: friction: what it adds to y_1 and to y_3 [um] of the 3D belt with stations of 12.5 mm (studies/notes)
 AT = (0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0)
 IN_SPACE = {
     0.15: ((-1.3, -2.0, -3.1, -3.5, -1.8, -0.4, -3.9, -8.8), (0.4, 0.5, 0.4, 0.7, -3.1, -6.7, -5.1, -1.6)),

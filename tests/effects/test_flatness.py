@@ -41,7 +41,7 @@ def test_stress_at_rest_works_on_the_twist_as_tension_does(tension, amplitude):
 )
 @pytest.mark.parametrize(("tension", "residual"), SHELL)
 def test_a_span_is_as_stiff_as_the_shell_with_residual_stress(tension, residual):
-    """Figures of ``python -m studies.shell.span residual=[5,10] ends=[hinged]`` (docs/shell.md)."""
+    """Figures of ``python -m studies.shell.span residual=[5,10] ends=[hinged]`` (studies/notes/shell.md)."""
     from studies.shell.span import by_law
 
     found = by_law(paper_case(tension), "hinged", residual * 1e6)

@@ -138,7 +138,7 @@ def test_opposite_camber_is_the_mirror_image():
 @pytest.mark.evidence(
     "camber",
     route="3d",
-    what="drift of a short rig at 10 N/mm2, {SHORT_AND_WIDE}; small cambers within 1 % (three_dimensions.md)",
+    what="drift of a short rig at 10 N/mm2, {SHORT_AND_WIDE}; small cambers within 1 %",
 )
 @pytest.mark.long
 def test_uniform_camber_drifts_by_the_sag():

@@ -117,7 +117,7 @@ def test_slip_turns_the_run_up_once_towards_the_span(tension):
 
 
 def test_slip_where_the_belt_leaves_makes_it_drift_faster_for_good():
-    """By 1 to 2 %, as the 3D belt of docs/three_dimensions.md (40 N/mm2, 0.15: -0.157 for -0.155 mm/m)."""
+    """By 1 to 2 %, as the 3D belt of studies/notes (40 N/mm2, 0.15: -0.157 for -0.155 mm/m)."""
     assert 1.005 < drift(Slip(inverse_friction=1 / 0.15)) / drift() < 1.02
 
 
@@ -137,7 +137,7 @@ def test_slip_takes_a_wrap_at_most():
 )
 @pytest.mark.parametrize(("tension", "friction", "stuck", "slips"), SLIPPING_IN_SPACE)
 def test_slip_is_what_the_belt_in_space_does(tension, friction, stuck, slips):
-    """docs/three_dimensions.md, 1 m after the step: what friction adds to y_1, to half a micrometre times ten."""
+    """studies/notes, 1 m after the step: what friction adds to y_1, to half a micrometre times ten."""
     more, plain = (
         measured(*f, base="strip", tension=tension * 1e6, length=1.0)[1][0, -1]
         for f in ([Slip(inverse_friction=1 / friction)], [])

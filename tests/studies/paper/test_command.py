@@ -1,4 +1,4 @@
-"""python -m studies.paper, and docs/paper.md against what it computes."""
+"""python -m studies.paper, and docs/data/paper.md against what it computes."""
 
 import html
 import json
@@ -12,7 +12,7 @@ from studies.paper.__main__ import paper
 from studies.paper.report import answer, criteria, verdicts
 from studies.paper.statements import judge_models
 
-DOCUMENT = ROOT / "docs" / "paper.md"
+DOCUMENT = ROOT / "docs" / "data" / "paper.md"
 LAST_DIGIT = 0.02  # relative, beside the 0.02 below: another processor may round a written number the other way
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 

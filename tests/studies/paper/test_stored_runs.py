@@ -8,7 +8,12 @@ from belt_sim.errors import InputError
 from studies.paper.models import case_at, moving
 from studies.paper.stored import names, stored
 
-BESIDE_THE_LAW = {"flex_7": 0.02, "flex_10": 0.02, "flex_20": 0.02, "flex_40": 0.02}  # docs/three_dimensions.md: 1.1 %
+BESIDE_THE_LAW = {
+    "flex_7": 0.02,
+    "flex_10": 0.02,
+    "flex_20": 0.02,
+    "flex_40": 0.02,
+}  # studies/notes/three_dimensions.md: 1.1 %
 
 
 @pytest.mark.parametrize("name", names())

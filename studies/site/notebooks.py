@@ -1,0 +1,65 @@
+"""Executed notebooks as sections of a page: the directive ``notebook`` (a Sphinx extension)."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from docutils.parsers.rst import Directive
+from docutils.statemachine import StringList
+from sphinx.application import Sphinx
+from sphinx.util.nodes import nested_parse_with_titles
+
+
+def cells(path: Path) -> list[dict[str, Any]]:
+    """The cells of a notebook file."""
+    return json.loads(path.read_text(encoding="utf-8"))["cells"]
+
+
+def source(cell: dict[str, Any]) -> str:
+    """The text of a cell."""
+    return "".join(cell["source"])
+
+
+def markdown(path: Path) -> str:
+    """A notebook as Markdown: its headings one level deeper, code and printed text in fences, pictures inside."""
+    parts = []
+    for cell in cells(path):
+        if cell["cell_type"] == "markdown":
+            parts.append(source(cell).replace("# ", "## ", 1) if source(cell).startswith("# ") else source(cell))
+        else:
+            parts.append(f"```python\n{source(cell)}\n```")
+            parts += [shown for output in cell["outputs"] if (shown := _output(output))]
+    return "\n\n".join(parts) + "\n"
+
+
+def _output(output: dict[str, Any]) -> str:
+    """What a cell has given, as a picture where it is one, else as text."""
+    data = output.get("data", {})
+    if "image/png" in data:
+        png = "".join(data["image/png"]).replace("\n", "")
+        return f'```{{raw}} html\n<img alt="picture of the cell above" src="data:image/png;base64,{png}">\n```'
+    text = "".join(data.get("text/plain", output.get("text", ""))).rstrip()
+    return f"```text\n{text}\n```" if text else ""
+
+
+class Notebook(Directive):
+    """``{notebook} FILE`` in a Markdown page: FILE, seen from the page, with the results that it holds."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """The nodes of the notebook."""
+        settings = self.state.document.settings
+        path = Path(settings.env.srcdir) / self.arguments[0]
+        settings.env.note_dependency(str(path))
+        here = nodes.section()
+        here.document = self.state.document
+        nested_parse_with_titles(self.state, StringList(markdown(path).splitlines(), source=path.name), here)
+        return here.children
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Called by Sphinx."""
+    app.add_directive("notebook", Notebook)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,17 @@
+"""User pages are short and hold no laboratory history."""
+
+from studies.site.words import count, faults, history
+
+
+def test_the_pages_keep_their_limits():
+    assert not faults()
+
+
+def test_history_is_found_in_prose_and_seeds_are_allowed_in_commands():
+    assert history("until commit b302763 it was slow") == ["a commit hash: b302763", "a commit: until commit"]
+    assert history("campaign 9930052 and other seeds") == ["a seed: 9930052", "a seed: seeds"]
+    assert not history("`belt-sim virtual-rig seed=3`, 10.1115/1.4004975, 1234567.8 N, a decade, faded")
+
+
+def test_words_are_counted_as_wc_counts_them():
+    assert count("| a | b |\ntwo words\n") == 7
