@@ -1,6 +1,6 @@
 """engine=mjx: the 3D belt on MuJoCo MJX, many cases at once in time.
 
-For control loops of one's own: ``prepare``, ``command``, ``step``, ``stacked`` (examples/steer_on_mjx.py).
+For control loops of one's own: ``prepare``, ``command``, ``step``, ``stacked`` (examples/batch_on_mjx.ipynb).
 """
 
 import io
