@@ -1,0 +1,500 @@
+"""Thousands of wrong inputs, and how each ends: python -m studies.misuse cases=1000 seed=0 [limit=60] [kinds=[...]].
+
+Prints a table: tried, ran, refused in words, traceback, hang, silent (accepted although it had to be refused, or a
+result that is not finite). Every case that ends in one of the last three is printed with its seed, so that
+``one=[KIND,SEED]`` repeats it.
+"""
+
+import contextlib
+import io
+import json
+import math
+import random
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from belt_sim.cli import run
+from belt_sim.paths import CAMPAIGNS, ROOT
+
+LIMIT = 60.0  # [s] without an answer that count as a hang
+LOGGERS = ROOT / "models" / "loggers"
+OUTCOMES = ("ran", "refused", "traceback", "hang", "silent")
+#: What people and programs write where a number belongs.
+WORDS = (
+    *("", "null", "~", "nan", "inf", "-inf", "1e400", "1_0", "0x10", "1,5", "ten", "true", "[]", "{}", "[1, 2]"),
+    *("-1", "0", "1e-300", "1e300", "999999999999", "-0.0", "٣", "'5'", "5 mm", "\u2028", "\x1b[31m", "a" * 300),
+)
+FACTORS = (-1.0, 0.0, 1e-6, 1e-3, 0.1, 0.3048, 0.5, 2.0, 3.28, 10.0, 25.4, 1e3, 1e6)
+
+
+@dataclass(frozen=True)
+class Case:
+    """typed: the command; refused: whether only a refusal is right; words: what was done."""
+
+    typed: list[str]
+    words: str
+    refused: bool = False
+
+
+# ---- mutations of text; each takes a random source, so that hypothesis or a seed may drive it
+
+
+def mutate_cell(text: str, rng: random.Random) -> tuple[str, str]:
+    """A table with one cell replaced by a word or a multiple of its number."""
+    lines = text.splitlines()
+    row = rng.randrange(len(lines))
+    cells = lines[row].split(",")
+    column = rng.randrange(len(cells))
+    before = cells[column]
+    cells[column] = _changed(before, rng)
+    lines[row] = ",".join(cells)
+    return "\n".join([*lines, ""]), f"row {row} cell {column}: {before} -> {cells[column][:30]!r}"
+
+
+def mutate_column(text: str, rng: random.Random) -> tuple[str, str]:
+    """A table with one column of numbers multiplied, made constant, blanked, exchanged or removed."""
+    rows = [line.split(",") for line in text.splitlines()]
+    column, kind = rng.randrange(len(rows[0])), rng.choice(("factor", "same", "blank", "exchange", "remove", "spike"))
+    name, factor, other = rows[0][column], rng.choice(FACTORS), rng.randrange(len(rows[0]))
+    spiky = set(rng.sample(range(1, len(rows)), min(4, len(rows) - 1)))
+    for k, row in enumerate(rows[1:], 1):
+        if kind == "factor":
+            row[column] = _times(row[column], factor)
+        elif kind == "same":
+            row[column] = rows[1][column]
+        elif kind == "blank":
+            row[column] = ""
+        elif kind == "exchange":
+            row[column], row[other] = row[other], row[column]
+        elif kind == "spike" and k in spiky:
+            row[column] = "-9999"
+    if kind == "remove":
+        rows = [row[:column] + row[column + 1 :] for row in rows]
+    return "\n".join([*(",".join(row) for row in rows), ""]), f"column {name}: {kind} {factor:g}"
+
+
+def mutate_rows(text: str, rng: random.Random) -> tuple[str, str]:
+    """A table with rows removed, repeated, shuffled, or cut off in the middle."""
+    lines, kind = text.splitlines(), rng.choice(("remove", "repeat", "shuffle", "cut", "only"))
+    head, rows = lines[0], lines[1:]
+    if kind == "remove":
+        start = rng.randrange(len(rows))
+        rows = rows[:start] + rows[start + rng.randrange(1, len(rows) + 1) :]
+    elif kind == "repeat":
+        k = rng.randrange(len(rows))
+        rows = [*rows[: k + 1], *rows[k:]]
+    elif kind == "shuffle":
+        rng.shuffle(rows)
+    elif kind == "only":
+        rows = rows[: rng.randrange(1, 4)]
+    text = "\n".join([head, *rows, ""])
+    return (text[: rng.randrange(len(text))] if kind == "cut" else text), f"rows: {kind}"
+
+
+def mutate_bytes(text: str, rng: random.Random) -> tuple[str, str]:
+    """A text with a piece replaced by random characters."""
+    at, length = rng.randrange(len(text)), rng.randrange(20)
+    piece = "".join(rng.choice("\x00\x1b\ufeff\u2028{}[]:,#&*!|>%'\"\n\t -.e0123456789abcé") for _ in range(rng.randrange(1, 12)))
+    return text[:at] + piece + text[at + length :], f"text at {at}: {piece!r}"
+
+
+def mutate_tree(tree: object, rng: random.Random) -> tuple[object, str]:
+    """Plain data with one node replaced, removed, renamed, nested or multiplied."""
+    places: list[tuple] = []
+
+    def walk(node: object, path: tuple) -> None:
+        places.append(path)
+        for key, inner in node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ():
+            walk(inner, (*path, key))
+
+    tree = json.loads(json.dumps(tree))
+    walk(tree, ())
+    path = rng.choice(places[1:] or places)
+    if not path:
+        return rng.choice(([], None, 1, "text")), "the whole"
+    node = tree
+    for key in path[:-1]:
+        node = node[key]  # type: ignore[index]
+    key, before = path[-1], node[path[-1]]  # type: ignore[index]
+    kind = rng.choice(("value", "value", "value", "remove", "rename", "nest", "deep"))
+    if kind == "remove" or (kind == "rename" and isinstance(node, list)):
+        del node[key]  # type: ignore[attr-defined]
+    elif kind == "rename":
+        node[f"{key}x"] = node.pop(key)  # type: ignore[index, attr-defined]
+    elif kind == "nest":
+        node[key] = rng.choice(([before], {"value": before}, [], {}, [None]))  # type: ignore[index]
+    elif kind == "deep":
+        for _ in range(200):
+            before = [before]
+        node[key] = before  # type: ignore[index]
+    else:
+        word = _changed(f"{before}" if isinstance(before, int | float) else "x", rng)
+        number = _number(word)
+        node[key] = rng.choice((None, True, word, word if number is None else number, -1, 0, 1e300))  # type: ignore[index]
+    shown = node[key] if kind == "value" else ""  # type: ignore[index]
+    return tree, f"{'.'.join(map(str, path))}: {kind} {str(shown)[:30]!r}"
+
+
+def _changed(before: str, rng: random.Random) -> str:
+    return rng.choice(WORDS) if rng.random() < 0.5 else _times(before, rng.choice(FACTORS))
+
+
+def _times(cell: str, factor: float) -> str:
+    number = _number(cell)
+    return cell if number is None else repr(number * factor)
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+TABLE = (mutate_cell, mutate_cell, mutate_column, mutate_column, mutate_rows, mutate_bytes)
+
+
+def mutate_campaign(folder: Path, rng: random.Random) -> str:
+    """Damage one file of a campaign folder (its sheet in structure or in text); returns what was done."""
+    file = rng.choice(sorted(p for p in folder.iterdir() if p.suffix in (".csv", ".yaml")))
+    text = file.read_text(encoding="utf-8")
+    if file.suffix == ".yaml" and rng.random() < 0.8:
+        tree, words = mutate_tree(yaml.safe_load(text), rng)
+        text = yaml.safe_dump(tree, sort_keys=False)
+    else:
+        text, words = rng.choice((mutate_bytes, mutate_rows) if file.suffix == ".yaml" else TABLE)(text, rng)
+    file.write_bytes(text.encode("utf-8", "surrogatepass"))
+    return f"{file.name} {words}"
+
+
+# ---- kinds of cases: each fills a folder and names the command
+
+
+def of_campaign(folder: Path, rng: random.Random) -> Case:
+    """A damaged campaign, compared with a model."""
+    words = _damaged(folder, rng, rng.choice((1, 1, 1, 2, 3)))
+    model = rng.choice(("strip", "strip", "beam_th2", "rope", "ritzinger"))
+    return Case(["compare", f"campaign={folder / 'c'}", f"model={model}", "pictures=false"], words)
+
+
+def of_check(folder: Path, rng: random.Random) -> Case:
+    words = _damaged(folder, rng, 1)
+    if rng.random() < 0.3:
+        (folder / "c" / "signals.csv").unlink(missing_ok=True)
+        words += "; a plan"
+    effects = rng.choice(("[taper,yaw_offset]", "[sensor_delay]", "[camber,cant,nonsense]"))
+    typed = ["check", f"campaign={folder / 'c'}", f"effects={effects}", "pictures=false", "advise=false"]
+    return Case(typed, f"{words}; {effects}")
+
+
+def of_diagnosis(folder: Path, rng: random.Random) -> Case:
+    """A damaged or contradictory campaign, diagnosed with two candidates."""
+    words = _damaged(folder, rng, 1, mutate_column if rng.random() < 0.6 else None)
+    typed = ["diagnose", f"campaign={folder / 'c'}", "effects=[taper,tension_bias]", "bootstraps=100"]
+    return Case([*typed, "pictures=false"], words)
+
+
+def of_logger(folder: Path, rng: random.Random) -> Case:
+    """Damaged files of a logger, imported with a right mapping."""
+    names = [f"lauf_0{k}.csv" for k in rng.sample(range(1, 9), 2)]
+    words = []
+    for name in names:
+        shutil.copy(LOGGERS / name, folder / name)
+    file = folder / names[0]
+    text = file.read_text(encoding="latin-1").replace(",", "\x01").replace(";", ",")
+    text, said = rng.choice(TABLE)(text, rng)
+    words.append(f"{file.name} {said}")
+    file.write_bytes(text.replace(",", ";").replace("\x01", ",").encode("utf-8", "surrogatepass"))
+    mapping = folder / "mapping.yaml"
+    shutil.copy(LOGGERS / "my_rig.yaml", mapping)
+    files = [str(folder / n) for n in names]
+    return Case(["import", *files, f"mapping={mapping}", f"out={folder / 'out'}", "pictures=false"], "; ".join(words))
+
+
+def of_mapping(folder: Path, rng: random.Random) -> Case:
+    """Right files of a logger with a damaged mapping."""
+    tree = yaml.safe_load((LOGGERS / "my_rig.yaml").read_text(encoding="utf-8"))
+    columns = ("Zeit [s]", "v Band [m/min]", "Schwenkwinkel [°]", "Bandzug [kN]", "Kante Umlenktrommel [mm]")
+    entry = {"role": "signal", "at": "point_1", "unit": "mm", "sign": 1, "factor": 1.0, "white": "0.01 mm", "zero": "0.1"}
+    tree.setdefault("columns", {}).setdefault(rng.choice(columns), entry)
+    tree.setdefault("all_runs", {"yaw_at": "5 m", "speed": "0.5 m/s"})
+    tree.setdefault("format", {"separator": ";", "decimal": ",", "missing": [-9999]})
+    tree, words = mutate_tree(tree, rng)
+    mapping = folder / "mapping.yaml"
+    mapping.write_text(yaml.safe_dump(tree, sort_keys=False), encoding="utf-8")
+    files = [str(LOGGERS / f"lauf_0{k}.csv") for k in (1, 2)]
+    return Case(["import", *files, f"mapping={mapping}", f"out={folder / 'out'}", "pictures=false"], words)
+
+
+EFFECTS = [{"id": "taper", "kappa_t": 2e-5}, {"id": "yaw_offset", "tail": 1e-4}, "sag_roll", {"id": "cant", "d": 1.0}]
+
+
+def of_effects(folder: Path, rng: random.Random) -> Case:
+    """A damaged effects.yaml."""
+    tree, words = mutate_tree(EFFECTS, rng)
+    file = folder / "effects.yaml"
+    text = yaml.safe_dump(tree, sort_keys=False)
+    if rng.random() < 0.3:
+        text, more = mutate_bytes(text, rng)
+        words += f"; {more}"
+    file.write_text(text, encoding="utf-8", errors="replace")
+    return Case(["simulate", f"effects={file}", "travel=2", "pictures=false"], words)
+
+
+def of_json(folder: Path, rng: random.Random) -> Case:
+    """A damaged JSON in a folder that is read: a run, a diagnosis, a map, a sealed truth."""
+    kind = rng.choice(("diagnosis", "diagnosis", "map", "run"))
+    shutil.copytree(_made(kind), folder / kind)
+    files = sorted((folder / kind).rglob("*.json"))
+    file = rng.choice(files)
+    text = file.read_text(encoding="utf-8")
+    if rng.random() < 0.75:
+        tree, words = mutate_tree(json.loads(text), rng)
+        text = json.dumps(tree)
+    else:
+        text, words = mutate_bytes(text, rng)
+    file.write_bytes(text.encode("utf-8", "surrogatepass"))
+    typed = {
+        "diagnosis": ["report", f"diagnosis={folder / kind}"],
+        "map": ["map", "tension=[7,10]", "travel=2", "pictures=false", f"out={folder / kind}"],
+        "run": ["simulate", "-m", "tension=10,20", "travel=2", "pictures=false", f"hydra.sweep.dir={folder / kind}"],
+    }
+    return Case(typed[kind], f"{file.relative_to(folder)}: {words}")
+
+
+_KEPT: dict[str, Path] = {}
+
+
+def _made(kind: str) -> Path:
+    """A right folder of a kind, made once."""
+    if kind not in _KEPT:
+        folder = Path(tempfile.mkdtemp(prefix="belt_misuse_")) / kind
+        typed = {
+            "diagnosis": [
+                *("diagnose", "campaign=slack_belt", "effects=[taper]", "bootstraps=100"),
+                *("pictures=false", f"hydra.run.dir={folder}"),
+            ],
+            "map": ["map", "tension=[7,10]", "travel=2", "pictures=false", f"out={folder}"],
+            "run": ["simulate", "-m", "tension=10,20", "travel=2", "pictures=false", f"hydra.sweep.dir={folder}"],
+        }
+        outcome, said = finish(Case(typed[kind], "undamaged"), 300.0)
+        if outcome != "ran":
+            raise RuntimeError(f"{kind} could not be made: {said}")
+        _KEPT[kind] = folder
+    return _KEPT[kind]
+
+
+NUMBERS = {
+    "simulate": ("tension", "yaw", "yaw_head", "travel", "direction", "speed"),
+    "new": ("yaw", "speed", "tensions"),
+    "map": ("tension", "travel", "part", "cases", "seed", "speed"),
+    "virtual-rig": ("seed", "plan", "hidden", "base"),
+    "export": ("tension", "order", "fmu", "speed"),
+}
+MACHINE = (
+    *("rig.centre_distance", "rig.pulley_radius", "rig.gravity", "belt.width", "belt.thickness"),
+    *("belt.youngs_modulus", "belt.density", "belt.poisson_ratio"),
+)
+USUAL = {"travel": "2", "tension": "10", "centre_distance": "11.28", "pulley_radius": "0.17", "gravity": "9.81"} | {
+    "width": "0.2", "thickness": "0.0003", "youngs_modulus": "2.1e11", "density": "7850", "poisson_ratio": "0.3"
+}  # fmt: skip
+
+
+def of_words(folder: Path, rng: random.Random) -> Case:
+    """A command with one or two settings that are wrong or out of scale."""
+    command = rng.choice(("simulate", "simulate", "new", "map", "virtual-rig", "export"))
+    typed = [command]
+    for key in rng.sample((*NUMBERS[command], *MACHINE), rng.choice((1, 1, 2))):
+        typed.append(f"{key}={_changed(USUAL.get(key.split('.')[-1], '1'), rng)}")
+    given = {t.split("=")[0] for t in typed}
+    if command == "simulate":
+        typed += [f"model={rng.choice(('strip', 'rope', 'beam_th1', 'beam_th2', 'ritzinger'))}", "pictures=false"]
+    if command in ("simulate", "map") and "travel" not in given:
+        typed.append("travel=2")
+    if command == "map":
+        typed += ["pictures=false", *(["tension=[7,10]"] if "tension" not in given else [])]
+    if command in ("new", "virtual-rig", "map"):
+        typed.append(f"out={folder / 'out'}")
+    return Case(typed, " ".join(typed))
+
+
+def of_refusals(folder: Path, rng: random.Random) -> Case:
+    """A campaign with a slip that only a refusal is right for."""
+    _copied(folder)
+    sheet, runs = folder / "c" / "campaign.yaml", folder / "c" / "runs.csv"
+    slips: list[tuple[Path, str, str]] = [
+        (sheet, "unit: GPa", "unit: mm"),
+        (sheet, "width:", "widht:"),
+        (sheet, "value: 200.0", "value: -200.0"),
+        (sheet, "value: 11.28", "value: 11280"),
+        (sheet, "value: 0.17,", "value: 170,"),
+        (sheet, "at: point_1", "at: point_5"),
+        (sheet, "value: 210.0", "value: nan"),
+        (sheet, "value: 0.3, u: 0.003", "value: 300, u: 3"),
+        (sheet, "white: 0.01", "white: 0"),
+        (sheet, "schema: belt-campaign/1", "schema: belt-campaign/2"),
+        (runs, "yaw_deg", "yaw_mrad"),
+        (runs, "7.0,-0.042", ",-0.042"),
+        (runs, "7.0,-0.042", "7.0,-4.2"),
+        (runs, "r02", "r01"),
+        (runs, "tension_N_per_mm2", "tension"),
+        (runs, ",1,0.0,,fit", ",2,0.0,,fit"),
+        (runs, ",fit", ",maybe"),
+        (runs, "r01,7.0", "r01,7;0"),
+        (folder / "c" / "signals.csv", "r01,0.5", "r01,-0.5"),
+        (folder / "c" / "signals.csv", "r01,0.5", "r01,x"),
+        (folder / "c" / "signals.csv", "travel_m", "travel_mm"),
+        (folder / "c" / "signals.csv", "r01,0.5", "r77,0.5"),
+    ]
+    file, old, new = rng.choice(slips)
+    text = file.read_text(encoding="utf-8")
+    assert old in text, old
+    file.write_text(text.replace(old, new, 1), encoding="utf-8")
+    return Case(["compare", f"campaign={folder / 'c'}", "pictures=false"], f"{old} -> {new}", refused=True)
+
+
+def _copied(folder: Path) -> Path:
+    campaign = folder / "c"
+    campaign.mkdir()
+    for path in (CAMPAIGNS / "slack_belt").glob("*.*"):
+        if path.suffix in (".csv", ".yaml"):
+            shutil.copy(path, campaign / path.name)
+    return campaign
+
+
+def _damaged(folder: Path, rng: random.Random, times: int, column: Callable | None = None) -> str:
+    campaign = _copied(folder)
+    if column is not None:
+        file = campaign / rng.choice(("runs.csv", "signals.csv"))
+        text, words = column(file.read_text(encoding="utf-8"), rng)
+        file.write_text(text, encoding="utf-8")
+        return f"{file.name} {words}"
+    return "; ".join(mutate_campaign(campaign, rng) for _ in range(times))
+
+
+#: kind -> what makes its cases, and its share
+KINDS: dict[str, tuple[Callable[[Path, random.Random], Case], int]] = {
+    "campaign": (of_campaign, 26),
+    "slip": (of_refusals, 6),
+    "check": (of_check, 8),
+    "diagnosis": (of_diagnosis, 4),
+    "logger": (of_logger, 14),
+    "mapping": (of_mapping, 14),
+    "effects": (of_effects, 8),
+    "json": (of_json, 10),
+    "words": (of_words, 10),
+}
+
+
+# ---- running
+
+
+class NoAnswer(BaseException):
+    """The time is up."""
+
+
+def finish(case: Case, limit: float) -> tuple[str, str]:
+    """How a case ends: outcome, and what was said."""
+
+    def stop(*_: object) -> None:
+        raise NoAnswer
+
+    out, err = io.StringIO(), io.StringIO()
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, limit)
+    argv, sys.argv = sys.argv, ["belt-sim"]
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            status = run(case.typed)
+    except NoAnswer:
+        return "hang", f"no answer in {limit:g} s"
+    except (Exception, SystemExit):
+        return "traceback", traceback.format_exc()
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+        sys.argv = argv
+    said = err.getvalue().strip()
+    if "Traceback" in said or "Traceback" in out.getvalue():
+        return "traceback", said or out.getvalue()
+    if status != 0:
+        return ("refused", said) if "belt-sim: " in said else ("silent", f"status {status} without a word: {said}")
+    if case.refused:
+        return "silent", "was accepted"
+    return "ran", out.getvalue()
+
+
+def in_folder(kind: str, seed: int, limit: float) -> tuple[str, str, Case]:
+    """Make and run one case in a folder of its own."""
+    rng = random.Random(f"{kind} {seed}")
+    with tempfile.TemporaryDirectory(prefix="belt_misuse_") as place:
+        folder = Path(place)
+        case = KINDS[kind][0](folder, rng)
+        if not any("hydra" in word for word in case.typed) and case.typed[0] != "map":
+            case.typed.append(f"hydra.run.dir={folder / 'run'}")
+        outcome, said = finish(case, limit)
+        if outcome == "ran" and (wrong := _not_finite(folder)):
+            outcome, said = "silent", wrong
+    return outcome, said, case
+
+
+def _not_finite(folder: Path) -> str:
+    """A result file with a number that is not finite."""
+    for file in folder.rglob("summary.json"):
+        with contextlib.suppress(ValueError):
+            if "NaN" in (text := file.read_text(encoding="utf-8")) or "Infinity" in text:
+                return f"{file.name} holds NaN"
+    for file in folder.rglob("curves.csv"):
+        if any(not math.isfinite(x) for x in _last_row(file)):
+            return f"{file.name} ends in nan"
+    return ""
+
+
+def _last_row(file: Path) -> list[float]:
+    cells = file.read_text(encoding="utf-8").strip().splitlines()[-1].split(",")
+    return [x for c in cells if (x := _number(c)) is not None]
+
+
+def misuse(cases: int = 1000, seed: int = 0, limit: float = LIMIT, kinds: tuple[str, ...] = tuple(KINDS)) -> Counter:
+    """Run the cases and print the table; returns (kind, outcome) -> number."""
+    shares = [KINDS[k][1] for k in kinds]
+    chosen = random.Random(seed).choices(kinds, shares, k=cases)
+    found: Counter = Counter()
+    began = time.monotonic()
+    for k, kind in enumerate(chosen):
+        outcome, said, case = in_folder(kind, seed * 1_000_000 + k, limit)
+        found[kind, outcome] += 1
+        if outcome in ("traceback", "hang", "silent"):
+            print(f"{outcome}: one=[{kind},{seed * 1_000_000 + k}] {case.words}\n    {said.strip()[-1500:]}", flush=True)
+        if k % 100 == 99:
+            print(f"# {k + 1} cases, {time.monotonic() - began:.0f} s", flush=True)
+    print(f"\n| {'what':10s} | tried | {' | '.join(f'{o:>9s}' for o in OUTCOMES)} |")
+    for kind in (*kinds, "all"):
+        row = [sum(n for (k, o), n in found.items() if kind in (k, "all") and o == outcome) for outcome in OUTCOMES]
+        print(f"| {kind:10s} | {sum(row):5d} | {' | '.join(f'{n:9d}' for n in row)} |")
+    return found
+
+
+def main(arguments: list[str]) -> None:
+    given = {key: yaml.safe_load(value) for key, value in (a.split("=", 1) for a in arguments)}
+    if "one" in given:
+        kind, seed = given["one"]
+        outcome, said, case = in_folder(str(kind), int(seed), float(given.get("limit", LIMIT)))
+        print(outcome, " ".join(case.typed), case.words, said, sep="\n")
+        return
+    kinds = tuple(given.get("kinds", KINDS))
+    misuse(int(given.get("cases", 1000)), int(given.get("seed", 0)), float(given.get("limit", LIMIT)), kinds)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
