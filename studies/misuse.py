@@ -21,9 +21,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import yaml
 
+from belt_sim.campaign import read_campaign, suspicions, write_campaign
 from belt_sim.cli import run
+from belt_sim.errors import BeltError
 from belt_sim.paths import CAMPAIGNS, ROOT
 
 LIMIT = 60.0  # [s] without an answer that count as a hang
@@ -104,7 +107,9 @@ def mutate_rows(text: str, rng: random.Random) -> tuple[str, str]:
 def mutate_bytes(text: str, rng: random.Random) -> tuple[str, str]:
     """A text with a piece replaced by random characters."""
     at, length = rng.randrange(len(text)), rng.randrange(20)
-    piece = "".join(rng.choice("\x00\x1b\ufeff\u2028{}[]:,#&*!|>%'\"\n\t -.e0123456789abcé") for _ in range(rng.randrange(1, 12)))
+    piece = "".join(
+        rng.choice("\x00\x1b\ufeff\u2028{}[]:,#&*!|>%'\"\n\t -.e0123456789abcé") for _ in range(rng.randrange(1, 12))
+    )
     return text[:at] + piece + text[at + length :], f"text at {at}: {piece!r}"
 
 
@@ -167,12 +172,16 @@ TABLE = (mutate_cell, mutate_cell, mutate_column, mutate_column, mutate_rows, mu
 def mutate_campaign(folder: Path, rng: random.Random) -> str:
     """Damage one file of a campaign folder (its sheet in structure or in text); returns what was done."""
     file = rng.choice(sorted(p for p in folder.iterdir() if p.suffix in (".csv", ".yaml")))
-    text = file.read_text(encoding="utf-8")
-    if file.suffix == ".yaml" and rng.random() < 0.8:
-        tree, words = mutate_tree(yaml.safe_load(text), rng)
+    text = file.read_text(encoding="utf-8", errors="replace")
+    tree = None
+    with contextlib.suppress(yaml.YAMLError):
+        tree = yaml.safe_load(text) if file.suffix == ".yaml" and rng.random() < 0.8 else None
+    if isinstance(tree, dict) and tree:
+        tree, words = mutate_tree(tree, rng)
         text = yaml.safe_dump(tree, sort_keys=False)
-    else:
-        text, words = rng.choice((mutate_bytes, mutate_rows) if file.suffix == ".yaml" else TABLE)(text, rng)
+    else:  # of a table that an earlier change has broken, only the text
+        sound = file.suffix == ".csv" and len(text.splitlines()) > 3
+        text, words = rng.choice(TABLE if sound else (mutate_bytes,))(text or " ", rng)
     file.write_bytes(text.encode("utf-8", "surrogatepass"))
     return f"{file.name} {words}"
 
@@ -185,6 +194,11 @@ def of_campaign(folder: Path, rng: random.Random) -> Case:
     words = _damaged(folder, rng, rng.choice((1, 1, 1, 2, 3)))
     model = rng.choice(("strip", "strip", "beam_th2", "rope", "ritzinger"))
     return Case(["compare", f"campaign={folder / 'c'}", f"model={model}", "pictures=false"], words)
+
+
+def of_reading(folder: Path, rng: random.Random) -> Case:
+    """A damaged campaign, read, looked at, written and read again."""
+    return Case(["read", str(folder / "c")], _damaged(folder, rng, rng.choice((1, 1, 1, 2, 3))))
 
 
 def of_check(folder: Path, rng: random.Random) -> Case:
@@ -225,7 +239,15 @@ def of_mapping(folder: Path, rng: random.Random) -> Case:
     """Right files of a logger with a damaged mapping."""
     tree = yaml.safe_load((LOGGERS / "my_rig.yaml").read_text(encoding="utf-8"))
     columns = ("Zeit [s]", "v Band [m/min]", "Schwenkwinkel [°]", "Bandzug [kN]", "Kante Umlenktrommel [mm]")
-    entry = {"role": "signal", "at": "point_1", "unit": "mm", "sign": 1, "factor": 1.0, "white": "0.01 mm", "zero": "0.1"}
+    entry = {
+        "role": "signal",
+        "at": "point_1",
+        "unit": "mm",
+        "sign": 1,
+        "factor": 1.0,
+        "white": "0.01 mm",
+        "zero": "0.1",
+    }
     tree.setdefault("columns", {}).setdefault(rng.choice(columns), entry)
     tree.setdefault("all_runs", {"yaw_at": "5 m", "speed": "0.5 m/s"})
     tree.setdefault("format", {"separator": ";", "decimal": ",", "missing": [-9999]})
@@ -384,15 +406,16 @@ def _damaged(folder: Path, rng: random.Random, times: int, column: Callable | No
 
 #: kind -> what makes its cases, and its share
 KINDS: dict[str, tuple[Callable[[Path, random.Random], Case], int]] = {
-    "campaign": (of_campaign, 26),
+    "reading": (of_reading, 50),
+    "campaign": (of_campaign, 4),
     "slip": (of_refusals, 6),
-    "check": (of_check, 8),
-    "diagnosis": (of_diagnosis, 4),
-    "logger": (of_logger, 14),
+    "check": (of_check, 1),
+    "diagnosis": (of_diagnosis, 1),
+    "logger": (of_logger, 12),
     "mapping": (of_mapping, 14),
-    "effects": (of_effects, 8),
-    "json": (of_json, 10),
-    "words": (of_words, 10),
+    "effects": (of_effects, 4),
+    "json": (of_json, 4),
+    "words": (of_words, 4),
 }
 
 
@@ -415,7 +438,7 @@ def finish(case: Case, limit: float) -> tuple[str, str]:
     argv, sys.argv = sys.argv, ["belt-sim"]
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            status = run(case.typed)
+            status = _read_again(Path(case.typed[1])) if case.typed[0] == "read" else run(case.typed)
     except NoAnswer:
         return "hang", f"no answer in {limit:g} s"
     except (Exception, SystemExit):
@@ -434,13 +457,28 @@ def finish(case: Case, limit: float) -> tuple[str, str]:
     return "ran", out.getvalue()
 
 
+def _read_again(folder: Path) -> int:
+    """0 if a campaign can be read, looked at, written and read again with the same numbers; 1 if it is refused."""
+    try:
+        campaign = read_campaign(folder)
+    except BeltError as error:
+        print(f"belt-sim: {error}", file=sys.stderr)
+        return 1
+    again = write_campaign(campaign, folder.with_name("again"))
+    assert repr(again) == repr(campaign)
+    assert [s.sentence for s in suspicions(again)] == [s.sentence for s in suspicions(campaign)]
+    for one, other in zip(campaign.runs, again.runs, strict=True):
+        assert all(np.allclose(y, other.signals[n], rtol=1e-12, equal_nan=True) for n, y in one.signals.items())
+    return 0
+
+
 def in_folder(kind: str, seed: int, limit: float) -> tuple[str, str, Case]:
     """Make and run one case in a folder of its own."""
     rng = random.Random(f"{kind} {seed}")
     with tempfile.TemporaryDirectory(prefix="belt_misuse_") as place:
         folder = Path(place)
         case = KINDS[kind][0](folder, rng)
-        if not any("hydra" in word for word in case.typed) and case.typed[0] != "map":
+        if not any("hydra" in word for word in case.typed) and case.typed[0] not in ("map", "read"):
             case.typed.append(f"hydra.run.dir={folder / 'run'}")
         outcome, said = finish(case, limit)
         if outcome == "ran" and (wrong := _not_finite(folder)):
@@ -475,7 +513,9 @@ def misuse(cases: int = 1000, seed: int = 0, limit: float = LIMIT, kinds: tuple[
         outcome, said, case = in_folder(kind, seed * 1_000_000 + k, limit)
         found[kind, outcome] += 1
         if outcome in ("traceback", "hang", "silent"):
-            print(f"{outcome}: one=[{kind},{seed * 1_000_000 + k}] {case.words}\n    {said.strip()[-1500:]}", flush=True)
+            print(
+                f"{outcome}: one=[{kind},{seed * 1_000_000 + k}] {case.words}\n    {said.strip()[-1500:]}", flush=True
+            )
         if k % 100 == 99:
             print(f"# {k + 1} cases, {time.monotonic() - began:.0f} s", flush=True)
     print(f"\n| {'what':10s} | tried | {' | '.join(f'{o:>9s}' for o in OUTCOMES)} |")

@@ -193,7 +193,7 @@ def check(
     else:
         read, missing = read_begun(campaign)
     chosen = fitted_model(model)
-    found = doubts(read, planned=planned)
+    found = doubts(read, chosen, planned=planned)
     common: dict[str, Any] = {"campaign": label(read), "base_model": chosen.name, "planned": planned}
     common |= {"runs": tuple(r.name for r in read.runs), "missing": tuple(r.name for r in missing)}
     common |= {"provenance": provenance(config) | {"data_sha256": read.sha256}}

@@ -1,17 +1,20 @@
 """What a campaign's runs leave open whatever they measure: no second tension, no opposite yaw, no repeat ..."""
 
+from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.quality.kinematics import span_of
+from belt_sim.foresight.sheet_evidence import sheet_suspicions
 from belt_sim.results.check import Doubt
 
 SPANS = 3.0  # a record shorter than so many spans shows the start of the movement only
 
 
-def doubts(campaign: Campaign, *, planned: bool) -> tuple[Doubt, ...]:
-    """Slips in the data first, then what the plan lacks."""
+def doubts(campaign: Campaign, model: Composition, *, planned: bool) -> tuple[Doubt, ...]:
+    """Slips in the data and in the sheet first, then what the plan lacks."""
     found = []
     if not planned:
-        for s in suspicions(campaign):
+        slips = suspicions(campaign)
+        for s in (*slips, *sheet_suspicions(campaign, model, slips)):
             where = " ".join(part for part in (s.run, s.signal) if part)
             sentence = f"{where}: {s.sentence}" if where else s.sentence
             found.append(Doubt(kind=s.kind, sentence=sentence, stops=s.severity == "stop"))

@@ -4,7 +4,7 @@ They find sensors that clip, stick or drop out, slipped units, exchanged columns
 repetition, and by kinematics that all belts share.
 """
 
-from belt_sim.campaign.quality.cross_run import check_signs, check_starts, check_travel
+from belt_sim.campaign.quality.cross_run import check_copies, check_signs, check_starts, check_travel
 from belt_sim.campaign.quality.guide import check_guide
 from belt_sim.campaign.quality.kinematics import check_leads, check_places, check_wraps
 from belt_sim.campaign.quality.record import Record, Suspicion, check_gaps, check_noise, check_record, records_of
@@ -23,6 +23,7 @@ def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     broken = {(s.run, s.signals) for s in found}
     sound = [r for r in all_records if (r.run.name, (r.sheet.name,)) not in broken]
     found += check_gaps(campaign)
+    found += check_copies(all_records)
     found += check_travel(campaign)
     found += check_noise(sound)
     slips = [s for s in found if s.kind == "unit_slip"]

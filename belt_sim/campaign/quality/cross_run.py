@@ -78,6 +78,21 @@ def _cosines(records: list[Record]) -> tuple[np.ndarray, np.ndarray]:
     return unit @ unit.T, size
 
 
+def check_copies(records: list[Record]) -> list[Suspicion]:
+    """Return runs that hold the readings of another run: no two runs of a machine scatter alike."""
+    found, seen = [], dict[tuple[str, bytes], str]()
+    for record in records:
+        if len(np.unique(record.readings)) < 2 * FEWEST:
+            continue
+        first = seen.setdefault((record.sheet.name, record.readings.tobytes()), record.run.name)
+        if first != record.run.name:
+            sentence = f"has the very readings of run {first}: one of the two was copied; leave it out"
+            found.append(
+                Suspicion(run=record.run.name, signals=(record.sheet.name,), kind="same_place", sentence=sentence)
+            )
+    return found
+
+
 def check_travel(campaign: Campaign) -> list[Suspicion]:
     """Return runs whose travel has another magnitude than the other runs, or than speed times time."""
     recorded = [run for run in campaign.runs if len(run.travel) > 2]

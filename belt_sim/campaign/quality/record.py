@@ -10,7 +10,7 @@ import numpy as np
 from belt_sim.campaign.types import Campaign, Run, SignalSheet
 
 SuspicionKind = Literal[
-    "unit_slip", "clipped", "swapped", "wrong_sign", "dropout", "shifted", "zero", "same_place", "guided"
+    "unit_slip", "clipped", "swapped", "wrong_sign", "dropout", "shifted", "zero", "same_place", "guided", "sheet"
 ]
 Severity = Literal["stop", "look"]
 

@@ -1,0 +1,182 @@
+"""Which mistake in the sheet explains what a model leaves unexplained: tried before any law or fault is searched for.
+
+The campaign as each mistake would have it is predicted by the model with a yaw offset of either pulley and a taper
+free, so that a usual fault of the machine hides no mistake. chi2 is that of the noise as repeats show it, else as
+stated. Every mistake is screened with the nuisances of the stated campaign; those that help are laid out anew.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from belt_sim.analytic.composition import Composition
+from belt_sim.analytic.model import MODELS
+from belt_sim.campaign import Campaign, Suspicion
+from belt_sim.campaign.quality.record import Severity
+from belt_sim.campaign.sheet_doubts import SheetMistake, sheet_mistakes
+from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.effects.library import library
+from belt_sim.foresight.layout import laid_out
+
+#: Faults that are free in every layout.
+USUAL = ("yaw_offset_tail", "yaw_offset_head", "taper")
+#: chi2 a reading below which too little is unexplained to ask; stated noise is seldom better known.
+UNEXPLAINED = 1.2
+#: Share of the unexplained chi2 that a mistake must remove to be believed, and to be mentioned.
+BELIEVED, MENTIONED = 0.9, 0.5
+#: chi2 by which the best mistake must beat every other one to be believed.
+DECISIVE = 100.0
+#: Mistakes that make a belt stiffer or softer alike; by less than this factor a machine can be off by itself.
+STIFFNESS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
+#: Mistakes that change a belt's movement as another base model does, and those models.
+LIKE_A_MODEL, HOUSE = (*STIFFNESS, "radius", "centre_distance", "travel_unit"), ("beam_th1", "beam_th2", "strip")
+#: chi2 by which a run must gain to count among those in which a mistake was made.
+OF_RUN = 50.0
+#: Steps of the refinement of a mistake's size, and how far it reaches, as a logarithm.
+REFINED, REACH = 12, 0.9
+#: Kinds of mistakes that are laid out anew after the screening.
+FINALISTS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class SheetEvidence:
+    """mistake; share: of the unexplained chi2 that it removes; left: chi2 a reading that it leaves; certain: whether it
+    removes so much, and more than any other kind of mistake, that nothing else should be searched for."""
+
+    mistake: SheetMistake
+    share: float
+    left: float
+    certain: bool
+
+    @property
+    def suspicion(self) -> Suspicion:
+        """The mistake as one of the data's."""
+        run = self.mistake.runs[0] if len(self.mistake.runs) == 1 else None
+        sentence = f"{self.mistake.sentence}; that explains {self.share:.0%} of what the model leaves"
+        severity: Severity = "stop" if self.certain else "look"
+        return Suspicion(run=run, signals=self.mistake.signals, kind="sheet", sentence=sentence, severity=severity)
+
+
+def sheet_evidence(
+    campaign: Campaign, model: Composition, tell: Callable[[str], None] = lambda text: None
+) -> tuple[SheetEvidence, ...]:
+    """Return the mistakes that explain what ``model`` leaves, the best first; () if it leaves little."""
+    curved = replace(campaign, runs=tuple(r for r in campaign.runs if len(r.travel)), steady=())
+    if not curved.runs or not any(s.kind == "lateral" for s in campaign.signals):
+        return ()
+    stated = _Layout(curved, model)
+    total = stated.total()
+    excess = total - stated.count
+    if not np.isfinite(excess) or excess < (UNEXPLAINED - 1.0) * stated.count:
+        return ()
+    tell("asking whether the sheet is right")
+    best: dict[str, tuple[float, SheetMistake]] = {}
+    for mistake in sheet_mistakes(curved):
+        chi2, found = _screen(mistake, curved, stated)
+        if chi2 < best.get(found.kind, (np.inf, found))[0]:
+            best[found.kind] = chi2, found
+    screened = sorted((_refine(chi2, m, stated) for chi2, m in best.values()), key=lambda f: f[0])
+    exact = [(_Layout(m.campaign, model).total(m), m) for _, m in screened[:FINALISTS]]
+    ranked = sorted([*((c, m) for c, m in exact if np.isfinite(c)), *screened[FINALISTS:]], key=lambda f: f[0])
+    shares = [((total - chi2) / excess, chi2 / stated.count, m) for chi2, m in ranked]
+    clear = _is_clear(ranked) and shares[0][0] > BELIEVED and not _model_explains(stated, ranked[0], excess)
+    return tuple(
+        SheetEvidence(mistake=m, share=min(share, 1.0), left=left, certain=k == 0 and clear)
+        for k, (share, left, m) in enumerate(shares)
+        if share > MENTIONED
+    )
+
+
+def _is_clear(ranked: Sequence[tuple[float, SheetMistake]]) -> bool:
+    """Whether the best mistake beats all others but those that do the same, and is more than a fault of the machine."""
+    if not ranked:
+        return False
+    (chi2, best), *rest = ranked
+    stiffness = best.kind in STIFFNESS
+    factor = best.size**2 if best.kind == "width" else best.size
+    others = [c for c, m in rest if not (stiffness and m.kind in STIFFNESS)]
+    return min(others, default=np.inf) - chi2 > DECISIVE and not (stiffness and 1.0 / OFF < factor < OFF)
+
+
+def _model_explains(stated: "_Layout", best: tuple[float, SheetMistake], excess: float) -> bool:
+    """Whether another base model does half of what the best mistake does, where a model could."""
+    chi2, mistake = best
+    if mistake.kind not in LIKE_A_MODEL:
+        return False
+    others = [MODELS[name] for name in HOUSE if name != stated.model.name]
+    left = (float(np.sum(stated.of(stated.bench.campaign, other))) for other in others)
+    return any(value - chi2 < MENTIONED * excess for value in left)
+
+
+class _Layout:
+    """A campaign laid out for a model. chi2: what is left of every run (R,) when the usual faults are fitted."""
+
+    def __init__(self, campaign: Campaign, model: Composition) -> None:
+        self.model = model
+        classes = [cls for name, cls in library().items() if name in USUAL and model.refusal(cls) is None]
+        self.bench, fit = laid_out(campaign, model, classes, planned=False)
+        self.count = int(np.isfinite(self.bench.samples.y).sum())
+        sound = np.isfinite(fit.columns).all(axis=1)
+        self._basis = np.linalg.qr(fit.columns[sound].T)[0]
+        self.chi2 = self._left(self.bench.samples.y - fit.values)
+
+    def total(self, mistake: SheetMistake | None = None) -> float:
+        """chi2 of all runs; of a mistake in the unit of readings with their scale allowed for."""
+        return float(np.sum(self.chi2)) - (2.0 * mistake.log_jacobian * self.count if mistake else 0.0)
+
+    def _left(self, rest: np.ndarray) -> np.ndarray:
+        if not np.isfinite(rest[np.isfinite(self.bench.samples.y)]).all():
+            return np.full(len(rest), np.inf)
+        white = self.bench.metric.whiten(rest)
+        white = white - self._basis @ (self._basis.T @ white)
+        return np.sum(white.reshape(len(rest), -1) ** 2, axis=1)
+
+    def of(self, campaign: Campaign, model: Composition | None = None) -> np.ndarray:
+        """chi2 of every run where readings, settings or the model are others, by the nuisances of this layout."""
+        if any(r.yaw_at >= r.travel[-1] for r in campaign.runs):
+            return np.full(len(campaign.runs), np.inf)
+        samples = samples_of(campaign)
+        if samples.y.shape != self.bench.samples.y.shape:
+            return np.full(len(campaign.runs), np.inf)
+        forward = Forward(samples, model or self.model, ())
+        return self._left(samples.y - forward.values(forward.null()[None])[0])
+
+
+def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:
+    """chi2 with the mistake in all runs, or in those alone in which it helps."""
+    by_run = stated.of(mistake.campaign) - 2.0 * mistake.log_jacobian * stated.count / len(stated.chi2)
+    helped = [r.name for r, a, b in zip(campaign.runs, stated.chi2, by_run, strict=True) if a - b > OF_RUN]
+    if mistake.by_run and 0 < len(helped) < len(campaign.runs):
+        some = mistake.of_runs(helped)
+        return min(
+            (float(np.sum(by_run)), mistake), (float(np.sum(stated.of(some.campaign))), some), key=lambda f: f[0]
+        )
+    return float(np.sum(by_run)), mistake
+
+
+def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float, SheetMistake]:
+    """The mistake of the size that fits best, where its size is free."""
+    if not mistake.continuous or chi2 > float(np.sum(stated.chi2)):
+        return chi2, mistake
+
+    def misfit(logarithm: float) -> float:
+        return min(float(np.sum(stated.of(mistake.of_size(float(np.exp(logarithm))).campaign))), 1e300)
+
+    at = float(np.log(mistake.size))
+    best = minimize_scalar(misfit, bounds=(at - REACH, at + REACH), method="bounded", options={"maxiter": REFINED})
+    return (float(best.fun), mistake.of_size(float(np.exp(best.x)))) if best.fun < chi2 else (chi2, mistake)
+
+
+def sheet_suspicions(
+    campaign: Campaign,
+    model: Composition,
+    known: Sequence[Suspicion] = (),
+    tell: Callable[[str], None] = lambda text: None,
+) -> tuple[Suspicion, ...]:
+    """Return the mistakes as suspicions; nothing is asked where ``known`` ones stop the diagnosis already."""
+    if any(s.severity == "stop" for s in known):
+        return ()
+    return tuple(e.suspicion for e in sheet_evidence(campaign, model, tell))
