@@ -1,4 +1,4 @@
-"""Known mistakes in a campaign's sheet, each as a hypothesis with the campaign as it would be if the mistake was made."""
+"""Known mistakes in a campaign's sheet, each as a hypothesis with the campaign as it would be without it."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -10,8 +10,19 @@ import numpy as np
 from belt_sim.campaign.types import PLACES, Campaign, Machine, Quantity, Run
 
 MistakeKind = Literal[
-    *("yaw_place", "yaw_sign", "yaw_unit", "direction", "radius", "width", "thickness", "modulus", "tension"),
-    *("centre_distance", "travel_unit", "points", "reading_unit"),
+    "yaw_place",
+    "yaw_sign",
+    "yaw_unit",
+    "direction",
+    "radius",
+    "width",
+    "thickness",
+    "modulus",
+    "tension",
+    "centre_distance",
+    "travel_unit",
+    "points",
+    "reading_unit",
 ]
 #: How much later than stated a yaw may have come, as a share of a span; sizes between these are refined.
 DELAYS = (0.03, 0.07, 0.15, 0.3, 0.6, 1.0)

@@ -27,6 +27,8 @@ USUAL = ("yaw_offset_tail", "yaw_offset_head", "taper")
 UNEXPLAINED = 1.2
 #: Share of the unexplained chi2 that a mistake must remove to be believed, and to be mentioned.
 BELIEVED, MENTIONED = 0.9, 0.5
+#: chi2 a reading that may be left then, unless nearly all is removed: a fault may stand beside the mistake.
+LEFT, NEARLY_ALL = 2.0, 0.98
 #: chi2 by which the best mistake must beat every other one to be believed.
 DECISIVE = 100.0
 #: Mistakes that make a belt stiffer or softer alike; by less than this factor a machine can be off by itself.
@@ -82,7 +84,8 @@ def sheet_evidence(
     exact = [(_Layout(m.campaign, model).total(m), m) for _, m in screened[:FINALISTS]]
     ranked = sorted([*((c, m) for c, m in exact if np.isfinite(c)), *screened[FINALISTS:]], key=lambda f: f[0])
     shares = [((total - chi2) / excess, chi2 / stated.count, m) for chi2, m in ranked]
-    clear = _is_clear(ranked) and shares[0][0] > BELIEVED and not _model_explains(stated, ranked[0], excess)
+    clear = _is_clear(ranked) and (shares[0][0] > NEARLY_ALL or (shares[0][0] > BELIEVED and shares[0][1] < LEFT))
+    clear = clear and not _model_explains(stated, ranked[0], excess)
     return tuple(
         SheetEvidence(mistake=m, share=min(share, 1.0), left=left, certain=k == 0 and clear)
         for k, (share, left, m) in enumerate(shares)
@@ -112,7 +115,10 @@ def _model_explains(stated: "_Layout", best: tuple[float, SheetMistake], excess:
 
 
 class _Layout:
-    """A campaign laid out for a model. chi2: what is left of every run (R,) when the usual faults are fitted."""
+    """A campaign laid out for a model.
+
+    chi2: what is left of every run (R,) when the usual faults are fitted; alone: without any fault.
+    """
 
     def __init__(self, campaign: Campaign, model: Composition) -> None:
         self.model = model
@@ -122,19 +128,20 @@ class _Layout:
         sound = np.isfinite(fit.columns).all(axis=1)
         self._basis = np.linalg.qr(fit.columns[sound].T)[0]
         self.chi2 = self._left(self.bench.samples.y - fit.values)
+        self.alone = self._left(self.bench.samples.y - fit.values, faults=False)
 
     def total(self, mistake: SheetMistake | None = None) -> float:
         """chi2 of all runs; of a mistake in the unit of readings with their scale allowed for."""
         return float(np.sum(self.chi2)) - (2.0 * mistake.log_jacobian * self.count if mistake else 0.0)
 
-    def _left(self, rest: np.ndarray) -> np.ndarray:
+    def _left(self, rest: np.ndarray, *, faults: bool = True) -> np.ndarray:
         if not np.isfinite(rest[np.isfinite(self.bench.samples.y)]).all():
             return np.full(len(rest), np.inf)
         white = self.bench.metric.whiten(rest)
-        white = white - self._basis @ (self._basis.T @ white)
+        white = white - self._basis @ (self._basis.T @ white) if faults else white
         return np.sum(white.reshape(len(rest), -1) ** 2, axis=1)
 
-    def of(self, campaign: Campaign, model: Composition | None = None) -> np.ndarray:
+    def of(self, campaign: Campaign, model: Composition | None = None, *, faults: bool = True) -> np.ndarray:
         """chi2 of every run where readings, settings or the model are others, by the nuisances of this layout."""
         if any(r.yaw_at >= r.travel[-1] for r in campaign.runs):
             return np.full(len(campaign.runs), np.inf)
@@ -142,19 +149,21 @@ class _Layout:
         if samples.y.shape != self.bench.samples.y.shape:
             return np.full(len(campaign.runs), np.inf)
         forward = Forward(samples, model or self.model, ())
-        return self._left(samples.y - forward.values(forward.null()[None])[0])
+        return self._left(samples.y - forward.values(forward.null()[None])[0], faults=faults)
 
 
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:
     """chi2 with the mistake in all runs, or in those alone in which it helps."""
-    by_run = stated.of(mistake.campaign) - 2.0 * mistake.log_jacobian * stated.count / len(stated.chi2)
-    helped = [r.name for r, a, b in zip(campaign.runs, stated.chi2, by_run, strict=True) if a - b > OF_RUN]
-    if mistake.by_run and 0 < len(helped) < len(campaign.runs):
-        some = mistake.of_runs(helped)
-        return min(
-            (float(np.sum(by_run)), mistake), (float(np.sum(stated.of(some.campaign))), some), key=lambda f: f[0]
-        )
-    return float(np.sum(by_run)), mistake
+    chi2 = float(np.sum(stated.of(mistake.campaign))) - 2.0 * mistake.log_jacobian * stated.count
+    if not mistake.by_run:
+        return chi2, mistake
+    # which runs it helps is asked without faults: one that is free would take the mistake of some runs to all
+    alone = stated.of(mistake.campaign, faults=False)
+    helped = [r.name for r, a, b in zip(campaign.runs, stated.alone, alone, strict=True) if a - b > OF_RUN]
+    if not 0 < len(helped) < len(campaign.runs):
+        return chi2, mistake
+    some = mistake.of_runs(helped)
+    return min((chi2, mistake), (float(np.sum(stated.of(some.campaign))), some), key=lambda f: f[0])
 
 
 def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float, SheetMistake]:
