@@ -136,8 +136,10 @@ def belt_from(asked: Any) -> Belt:
 
 
 def schedule_from(spec: Any, name: str) -> Schedule:
-    """Yaw against travel from a number (a step at travel 0), a list of {at, over, yaw} in metres and degrees, or as it
-    is."""
+    """Yaw against travel from an angle (a step at travel 0), a list of {at, over, yaw} in metres and angles, or as is.
+
+    An angle is given in degrees, or as the adjustment {dx, d} of the pulley's axis in metres.
+    """
     if isinstance(spec, Schedule):
         return spec
     if not isinstance(spec, Sequence) or isinstance(spec, str):
@@ -174,6 +176,15 @@ def _within(name: str, value: float, key: str) -> float:
 
 
 def _angle(name: str, value: Any) -> float:
+    """Yaw [rad] from degrees, or from {dx, d} in metres by equation (1) of the paper: tan(yaw) = 2 dx / d, where the
+    ends of the axis, d apart, are moved by dx in opposite directions."""
+    if isinstance(value, Mapping):
+        if set(value) != {"dx", "d"}:
+            raise InputError(name, dict(value), "", "give either degrees or {dx: metres, d: metres}, equation (1)")
+        dx, d = (_number(f"{name}.{key}", value[key], "m") for key in ("dx", "d"))
+        if d <= 0.0:
+            raise InputError(f"{name}.d", f"{d:g}", "m", "give the distance of the axis' ends, above 0")
+        value = math.atan2(2.0 * dx, d) / si.DEGREE
     degrees = _number(name, value, "degrees")
     if abs(degrees) > MAX_YAW:
         raise InputError(name, f"{degrees:g}", "degrees", f"give the yaw in degrees, at most {MAX_YAW:g} either way")

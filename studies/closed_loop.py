@@ -14,12 +14,12 @@ import numpy as np
 import belt_sim as bs
 from belt_sim.config import case_asked
 from belt_sim.files import write_with
-from belt_sim.mujoco3d.engine import Engine, Run
+from belt_sim.mujoco3d.engine import Engine, SpaceRun
 from belt_sim.mujoco3d.machine import Drive
-from belt_sim.mujoco3d.options import Options, fitted
+from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.recording import Recorder, reading
 from belt_sim.mujoco3d.stages import Stage
-from belt_sim.mujoco3d.state import State
+from belt_sim.mujoco3d.state import RunState
 from belt_sim.si import DEGREE, MM
 from belt_sim.watch.progress import ProgressObserver
 from studies.application import application
@@ -62,7 +62,7 @@ class Steered:
     def frame(self) -> float:
         return self.stage.frame
 
-    def drives(self, state: State) -> Iterator[Drive]:
+    def drives(self, state: RunState) -> Iterator[Drive]:
         """What the machine is told, and the controller's angle of the tail pulley with it."""
         for drive in self.stage.drives(state):
             angle = 0.0
@@ -75,7 +75,7 @@ class Steered:
 def in_space(config: dict[str, Any]) -> dict[str, np.ndarray]:
     """travel [m], y1 [mm], y3 [mm] and the controller's yaw [deg] of the loop closed on the 3D belt."""
     case = case_asked(tension=config["tension"], yaw=config["askew"], travel=config["travel"])
-    run = Run.begin(case, "flex", fitted(Options(), case, "flex"))
+    run = SpaceRun.begin(case, "flex", fit_options(Options(), case, "flex"))
     recorder = Recorder(run.scene, (ProgressObserver("closed loop"),))
     told: list[tuple[float, float]] = []
     controller = Lead(config["gain"], config["lead"], config["lag"])

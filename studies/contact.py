@@ -27,8 +27,8 @@ from belt_sim.jax_setup import prepare
 from belt_sim.laws.span import torsional_stiffness
 from belt_sim.mujoco3d.calibration import matching_width
 from belt_sim.mujoco3d.mesh import Membrane
-from belt_sim.mujoco3d.mujoco_4 import compiled
-from belt_sim.mujoco3d.options import Options, fitted
+from belt_sim.mujoco3d.mujoco_4 import compile_model
+from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.rolling_contact import ContactLaw, build_contact
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, INK, RED
@@ -135,11 +135,11 @@ def model_of(contact: Contact) -> mujoco.MjModel:
     """The scene with this contact."""
     case = case_of(contact)
     asked = Options(dx=contact.dx * MM, dt=contact.dt * 1e-3, belt_speed=contact.speed, friction=contact.friction)
-    options = fitted(asked, case, "flex")
+    options = fit_options(asked, case, "flex")
     spec, _ = build_contact(
         case, Membrane(), options, SceneParts.undisturbed(case, contact.friction), contact_law(contact)
     )
-    model = compiled(spec)
+    model = compile_model(spec)
     model.opt.impratio = contact.impratio
     return model
 

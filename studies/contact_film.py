@@ -17,7 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 from belt_sim.config import case_asked
 from belt_sim.files import write_with
 from belt_sim.mujoco3d.machine import HEAD_YAW, TAIL_YAW
-from belt_sim.mujoco3d.mujoco_4 import compiled, expected_warnings
+from belt_sim.mujoco3d.mujoco_4 import compile_model, silence_expected_warnings
 from belt_sim.paths import MODELS
 from belt_sim.si import MM
 
@@ -75,8 +75,8 @@ def lit(spec: mujoco.MjSpec) -> mujoco.MjModel:
     spec.flexes[0].rgba = [0.62, 0.68, 0.75, 1.0]
     for name in ("head", "tail"):
         spec.geom(f"{name}-shell").rgba = [0.3, 0.36, 0.44, 1.0]
-    with expected_warnings():
-        return compiled(spec)
+    with silence_expected_warnings():
+        return compile_model(spec)
 
 
 def view() -> tuple[mujoco.MjvCamera, mujoco.MjvOption]:

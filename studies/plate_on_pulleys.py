@@ -23,7 +23,7 @@ from scipy.sparse.linalg import splu
 from belt_sim.case import Case
 from belt_sim.jax_setup import compiled, prepare
 from belt_sim.mujoco3d.calibration import matching_width, zigzag
-from belt_sim.mujoco3d.mesh import lines
+from belt_sim.mujoco3d.mesh import node_lines
 from belt_sim.paper import paper_case
 from belt_sim.si import MM, N_PER_MM2
 
@@ -49,7 +49,7 @@ class Plate:
     def of(case: Case, chord: float, across: int) -> "Plate":
         """Stations ``chord`` [m] apart with so many nodes."""
         belt, n = case.belt, round((SPAN + 2 * WRAPPED) / chord) + 1
-        y, share = lines(matching_width(float(belt.width), chord, across, float(belt.poisson_ratio)), across)
+        y, share = node_lines(matching_width(float(belt.width), chord, across, float(belt.poisson_ratio)), across)
         flat = np.zeros((n, across, 3))
         flat[..., 0], flat[..., 1] = (np.arange(n) * chord - WRAPPED)[:, None], y
         return Plate(case, flat, share, chord)

@@ -16,7 +16,7 @@ from belt_sim.effects.load import load_effects
 from belt_sim.errors import RunFailed
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.options import accurate, string_speed
+from belt_sim.mujoco3d.options import accurate_speed, string_speed
 from belt_sim.paper import ROPE_EXAMPLE, YAW, paper_case
 from belt_sim.quasi_static.run import simulate_batch
 from belt_sim.scene_parts import SceneParts
@@ -68,7 +68,7 @@ def quasi_static_effects(asked: dict[str, Any]) -> None:
     )
     options = Options(
         dx=float(asked["dx"]), dt=1e-3, run_in=0.3, settle=0.3, acceleration=2.0, steps=int(asked["steps"]),
-        belt_speed=accurate(string_speed(case)) / float(asked["slower"]),
+        belt_speed=accurate_speed(string_speed(case)) / float(asked["slower"]),
     )  # fmt: skip
     parts = scenes(case, names, SpaceModel(options=options))
     batch = simulate_batch([case] * len(parts), travel=travel, options=options, parts=parts)

@@ -38,11 +38,11 @@ def simulate(
     """Run ``case`` (in SI), or the case that ``settings`` describe, for ``travel`` [m].
 
     settings: as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
-    [degrees, or a list of {at, over, yaw}], speed [m/s], direction. model: a name, {name: ..., further settings} or a
-    Model; engine: of a 3D model, "native" (None), "mjx" or "quasi_static"; effects: ids, mappings, .py files or
-    objects. scene_path: where a 3D model writes its scene (MJCF); computed: what a batch has found for the case as
-    driven (``belt_sim.api.simulate``), so that no engine runs. A 3D model's setting ``scene`` is an MjSpec that
-    ``bs.scene`` made, edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
+    [degrees, {dx, d} in metres, or a list of {at, over, yaw}], speed [m/s], direction. model: a name, {name: ...,
+    further settings} or a Model; engine: of a 3D model, "native" (None), "mjx" or "quasi_static"; effects: ids,
+    mappings, .py files or objects. scene_path: where a 3D model writes its scene (MJCF); computed: what a batch has
+    found for the case as driven (``belt_sim.api.simulate``), so that no engine runs. A 3D model's setting ``scene`` is
+    an MjSpec that ``bs.scene`` made, edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
     """
     if case is not None and settings:
         name, value = next(iter(settings.items()))
@@ -70,10 +70,8 @@ def _in_space(
     computed: Any,
 ) -> Simulation:
     """A run in three dimensions, with its numerical settings; its steady rate is its late rate once it has settled."""
-    if computed is None:
-        curves = model.run(common["case"], effects, travel=common["travel"], observers=observers, scene_path=scene)
-    else:
-        curves = model.indicated(computed, common["case"], effects, common["travel"])
+    run = {"travel": common["travel"], "observers": observers, "scene_path": scene, "computed": computed}
+    curves = model.run(common["case"], effects, **run)
     scene = scene if scene and scene.is_file() else None
     details = {"options": asdict(model.options), "engine": model.engine, "contact": model.contact}
     details |= {"scene": scene.name} if scene else {}
@@ -126,9 +124,9 @@ def _prepared(config: Mapping[str, Any]) -> Any:
         if model.control or model.contact != CONTACTS[0] or config["watch"]:
             return None
         case, effects = case_from(config), effects_of(config["effects"])
-        driven, far = model.driven(case, effects, float(config["travel"]))
+        driven, far = model.engine_task(case, effects, float(config["travel"]))
         parts = model.parts(driven, effects)
-        prepared = batch_engine(model.engine).prepared
+        prepared = batch_engine(model.engine).prepare_case
         return prepared(driven, belt=model.belt, travel=far, options=model.options, parts=parts)
     except BeltError:
         return None
@@ -154,11 +152,11 @@ def scene(case: Case | None = None, *, model: Any = "mujoco_flex", **settings: A
 
 def scene_text(case: Case, model: Any) -> str:
     """The same as MJCF, commented."""
-    from belt_sim.mujoco3d.mujoco_4 import compiled, mjcf
+    from belt_sim.mujoco3d.mujoco_4 import compile_model, mjcf
     from belt_sim.mujoco3d.rolling_contact import STORY
 
     spec = scene(case, model=model)
-    compiled(spec)
+    compile_model(spec)
     return mjcf(spec, STORY)
 
 

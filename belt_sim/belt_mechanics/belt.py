@@ -9,21 +9,21 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.belt_mechanics.elastic import Ties, Twist, membrane_law, stretched
-from belt_sim.belt_mechanics.loads import Guides, Loads
+from belt_sim.belt_mechanics.elastic import Ties, TwistStiffness, membrane_law, stretch_energy
+from belt_sim.belt_mechanics.loads import GuideArrays, LoadArrays
 from belt_sim.case import Case
 from belt_sim.mujoco3d.calibration import calibrate
-from belt_sim.mujoco3d.friction import Tangent
+from belt_sim.mujoco3d.friction import WrapStiffness
 from belt_sim.mujoco3d.loads import Torsion
-from belt_sim.mujoco3d.loop import Loop, sinking
-from belt_sim.mujoco3d.machine import Scene
+from belt_sim.mujoco3d.loop import LaidLoop, sinking_chords
+from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
 
-class Acting(NamedTuple):
+class ActiveFeatures(NamedTuple):
     """In some case of a batch: slips, it may slide on its pulleys; guides, number of rollers; gives_way, a pulley does
     so to the belt's moment; layered, it leaves its pulleys along a bending layer; cambered, it is curved by nature;
     pushes, number of places at which its spans are pushed; leans, its weight or a couple all along pulls it aside;
@@ -39,9 +39,9 @@ class Acting(NamedTuple):
     canted: bool = False
 
 
-def acting_in(parts: Sequence[SceneParts]) -> Acting:
+def active_features(parts: Sequence[SceneParts]) -> ActiveFeatures:
     """What acts in any of these scenes."""
-    return Acting(
+    return ActiveFeatures(
         slips=any(math.isfinite(p.friction) for p in parts),
         guides=max(len(p.edge_guides) for p in parts),
         gives_way=any(s.yaw_compliance for p in parts for s in (p.head, p.tail)),
@@ -53,7 +53,7 @@ def acting_in(parts: Sequence[SceneParts]) -> Acting:
     )
 
 
-class Fibres(NamedTuple):
+class LayerFibres(NamedTuple):
     """plate [N m], thickness [m], modulus [Pa], own [1]: as in mujoco3d.wrap.Layer; own 0 = like a thread."""
 
     plate: Array
@@ -62,16 +62,16 @@ class Fibres(NamedTuple):
     own: Array
 
     @staticmethod
-    def of(case: Case, strength: float) -> "Fibres":
+    def of(case: Case, strength: float) -> "LayerFibres":
         """Of a belt; strength [1] multiplies l^2 and l^3."""
         belt = case.belt
         tense = float(case.tension_force) * float(belt.width) ** 2 / 12.0
         still = float(belt.shear_modulus) * float(belt.width) * float(belt.thickness) ** 3 / 3.0
         own = strength * tense / (tense + still)
-        return Fibres(*map(np.array, (belt.plate_stiffness, belt.thickness, belt.youngs_modulus, own)))
+        return LayerFibres(*map(np.array, (belt.plate_stiffness, belt.thickness, belt.youngs_modulus, own)))
 
 
-class Grip(NamedTuple):
+class SlidingStiffness(NamedTuple):
     """Blocks [N/m] of stations of even and odd number, each (2, 2 m, 2 m): own, of the next station when this one
     moves after; relief_first, relief_last: what the span beyond an outermost station takes off its own block."""
 
@@ -81,7 +81,7 @@ class Grip(NamedTuple):
     relief_last: Array
 
 
-def grip_of(ties: Ties, bonds: bool, mesh: Mesh, loop: Loop) -> Grip:
+def read_sliding_stiffness(ties: Ties, bonds: bool, mesh: Mesh, loop: LaidLoop) -> SlidingStiffness:
     """Read off in the middle of the upper span, laid and under tension; spans give way as they do at rest."""
     upper = np.flatnonzero(loop.z > 0.0)
     middle = int(upper[np.argmin(np.abs(loop.x[upper] - loop.x.mean()))])
@@ -97,19 +97,19 @@ def grip_of(ties: Ties, bonds: bool, mesh: Mesh, loop: Loop) -> Grip:
     for k in (1, 2):
         before, behind = cell[..., k - 1], cell[..., k]
         block[numbers[k] % 2] = before[up], before[there] + behind[here], behind[down]
-    tangent = Tangent(block=block, inertia=np.zeros(2 * mesh.across), free=free)
+    tangent = WrapStiffness(block=block, inertia=np.zeros(2 * mesh.across), free=free)
     relief = [[tangent._relief((parity + side) % 2, side) for parity in (0, 1)] for side in (-1, 1)]
-    return Grip(block[:, 1], block[:, 2], np.array(relief[0]), np.array(relief[1]))
+    return SlidingStiffness(block[:, 1], block[:, 2], np.array(relief[0]), np.array(relief[1]))
 
 
 @partial(jax.jit, static_argnums=1)
 def _curvature(ties: Ties, bonds: bool, places: Array, numbers: Array) -> Array:
-    curvature = stretched(ties, bonds, places, numbers, jnp.array(0.0), taut=places).curvature
+    curvature = stretch_energy(ties, bonds, places, numbers, jnp.array(0.0), taut=places).curvature
     assert curvature is not None
     return curvature
 
 
-def wrapped(grip: Grip, first: Array, count: Array, longest: int) -> tuple[Array, Array]:
+def wrap_chain(grip: SlidingStiffness, first: Array, count: Array, longest: int) -> tuple[Array, Array]:
     """The chain of ``count`` stations from number ``first`` on, (2 m, 2 m, longest) twice: diagonal, on the next."""
     at = jnp.arange(longest)
     parity = (first + at) % 2
@@ -123,7 +123,7 @@ def wrapped(grip: Grip, first: Array, count: Array, longest: int) -> tuple[Array
 _SPARE = 4  # stations by which a wrap may be longer than half a turn
 
 
-class Surfaces(NamedTuple):
+class SurfaceArrays(NamedTuple):
     """Both pulleys, every field of shape (2,): head, tail. radius [m]; extra [m]: how much wider the stations' circle
     is; sinking: chords along which a station sinks; the others as in belt_sim.scene_parts.PulleySurface."""
 
@@ -139,7 +139,7 @@ class Surfaces(NamedTuple):
     yaw_compliance: Array
 
 
-class Belt(NamedTuple):
+class BeltArrays(NamedTuple):
     """The numbers of one case.
 
     chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
@@ -150,8 +150,8 @@ class Belt(NamedTuple):
     """
 
     ties: Ties
-    twist: Twist
-    surfaces: Surfaces
+    twist: TwistStiffness
+    surfaces: SurfaceArrays
     chord: Array
     mass: Array
     stiffness: Array
@@ -159,20 +159,20 @@ class Belt(NamedTuple):
     gravity: Array
     load: Array
     length: Array
-    pace: Array
+    run_speed: Array
     level: Array
     friction: Array
     area: Array
     width: Array
     bending: Array
     holding: Array
-    grip: Grip | None = None
-    guides: Guides | None = None
-    fibres: Fibres | None = None
-    loads: Loads | None = None
+    sliding_stiffness: SlidingStiffness | None = None
+    guides: GuideArrays | None = None
+    fibres: LayerFibres | None = None
+    loads: LoadArrays | None = None
 
 
-class Shape(NamedTuple):
+class BatchShape(NamedTuple):
     """What the cases of a batch share: stations, lines, kind of ties, direction of travel, stations that may be off
     the circle at an end of a wrap, stations that a pulley holds at most (0 if no belt of the batch slips), whether the
     spans resist no bending, whether an axis is not level."""
@@ -187,27 +187,29 @@ class Shape(NamedTuple):
     canted: bool = False
 
 
-def belt_of(scene: Scene, kind: str, acting: Acting) -> tuple[Shape, Belt]:
+def belt_arrays(scene: SceneLayout, kind: str, features: ActiveFeatures) -> tuple[BatchShape, BeltArrays]:
     """The arrays of a scene of ``kind`` "flex", "grid" or "rope"; options: fitted to its case."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
     torsion = Torsion.of(case.belt, mesh) if mesh.across > 1 else None
     surfaces = _surfaces(scene)
-    shape = Shape(
+    shape = BatchShape(
         stations=mesh.stations,
         lines=mesh.across,
         bonds=kind != "flex",
         sign=int(np.sign(float(case.settings.direction))),
         zone=int(surfaces.sinking.max()) + 2,
-        held=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if acting.slips else 0,
+        held=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if features.slips else 0,
         limp=is_limp(kind, options),
-        canted=acting.canted,
+        canted=features.canted,
     )
     ties = _ties(case, mesh, options, kind, scene)
-    if acting.cambered:
+    if features.cambered:
         ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
-    belt = Belt(
+    belt = BeltArrays(
         ties=ties,
-        twist=Twist(torsion.tense, torsion.own, torsion.still, torsion.stretched) if torsion else Twist(0, 0, 0, 0),
+        twist=TwistStiffness(torsion.tense, torsion.own, torsion.still, torsion.cubic)
+        if torsion
+        else TwistStiffness(0, 0, 0, 0),
         surfaces=surfaces,
         chord=mesh.chord,
         mass=mesh.mass,
@@ -216,31 +218,31 @@ def belt_of(scene: Scene, kind: str, acting: Acting) -> tuple[Shape, Belt]:
         gravity=parts.gravity,
         load=2.0 * float(case.tension_force),
         length=float(options.tensioning == "length"),
-        pace=options.pace,
+        run_speed=options.run_speed,
         level=scene.loop.radius_head,
         friction=parts.friction,
         area=float(case.belt.area),
         width=float(case.belt.width),
         bending=float(case.belt.bending_stiffness),
         holding=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
-        grip=grip_of(ties, shape.bonds, mesh, scene.loop) if acting.slips else None,
-        guides=Guides.of(parts.edge_guides, acting.guides) if acting.guides else None,
-        fibres=Fibres.of(case, parts.lift_off) if acting.layered else None,
-        loads=Loads.of(parts, acting.pushes) if acting.pushes or acting.leans else None,
+        sliding_stiffness=read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop) if features.slips else None,
+        guides=GuideArrays.of(parts.edge_guides, features.guides) if features.guides else None,
+        fibres=LayerFibres.of(case, parts.lift_off) if features.layered else None,
+        loads=LoadArrays.of(parts, features.pushes) if features.pushes or features.leans else None,
     )
     return shape, jax.tree.map(lambda v: np.asarray(v, float), belt)
 
 
-def _surfaces(scene: Scene) -> Surfaces:
+def _surfaces(scene: SceneLayout) -> SurfaceArrays:
     both = (scene.parts.head, scene.parts.tail)
     chord = scene.mesh.chord
-    same: dict[str, Any] = {f: np.array([getattr(s, f) for s in both], float) for f in Surfaces._fields[3:]}
+    same: dict[str, Any] = {f: np.array([getattr(s, f) for s in both], float) for f in SurfaceArrays._fields[3:]}
     radius = np.array([s.radius for s in both], float)
     wider = np.array([scene.loop.radius_head, scene.loop.radius_tail]) - radius
-    return Surfaces(radius, wider, np.array([float(sinking(chord, r)) for r in radius]), **same)
+    return SurfaceArrays(radius, wider, np.array([float(sinking_chords(chord, r)) for r in radius]), **same)
 
 
-def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: Scene) -> Ties:
+def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: SceneLayout) -> Ties:
     """Six edges a quadrilateral, in the order of elastic.EDGES; a bond is counted once. A rope has its links alone."""
     strips, chord = mesh.across - 1, mesh.chord
     if kind == "rope":
@@ -251,7 +253,7 @@ def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: Scene) -> 
     straight = np.stack([w, np.full(strips, chord), diagonal, diagonal, w, np.full(strips, chord)], axis=1)[..., None]
     natural = np.zeros_like(straight)
     if scene.parts.camber is not None:
-        natural = _cambered(mesh, w) - straight
+        natural = _curved_lengths(mesh, w) - straight
     law, spring = np.zeros((strips, 2, 6, 6)), np.zeros((strips, 6))
     for j in range(strips):
         if kind == "flex":
@@ -267,7 +269,7 @@ def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: Scene) -> 
     return Ties(law, spring, straight, natural)
 
 
-def _cambered(mesh: Mesh, w: np.ndarray) -> np.ndarray:
+def _curved_lengths(mesh: Mesh, w: np.ndarray) -> np.ndarray:
     """Stress-free lengths of the edges of a belt that is curved by nature, shape (m - 1, 6, n)."""
     along = mesh.lengths.T
     across = np.broadcast_to(w[:, None], along[1:].shape)

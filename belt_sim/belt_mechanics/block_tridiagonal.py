@@ -26,7 +26,7 @@ class Level(NamedTuple):
     after: Array
 
 
-def product(one: Array, other: Array) -> Array:
+def block_product(one: Array, other: Array) -> Array:
     """Products of blocks (a, b, ...) and (b, c, ...), shape (a, c, ...)."""
     found = one[:, 0, None] * other[None, 0]
     for k in range(1, one.shape[1]):  # written out, it is faster than a sum over an axis
@@ -34,23 +34,23 @@ def product(one: Array, other: Array) -> Array:
     return found
 
 
-def inverse(block: Array) -> Array:
+def block_inverse(block: Array) -> Array:
     """Inverses of symmetric positive definite blocks (b, b, ...): halved down to 3 x 3."""
     size = block.shape[0]
     if size <= 3:
-        return _written_out(block)
+        return _small_inverse(block)
     half = size // 2
     one, across, other = block[:half, :half], block[:half, half:], block[half:, half:]
-    alone = inverse(one)
-    carried = product(alone, across)
-    last = inverse(other - product(_turned(across), carried))
-    beside = -product(carried, last)
-    first = alone - product(beside, _turned(carried))
-    above, below = jnp.concatenate([first, beside], axis=1), jnp.concatenate([_turned(beside), last], axis=1)
+    alone = block_inverse(one)
+    carried = block_product(alone, across)
+    last = block_inverse(other - block_product(_transpose(across), carried))
+    beside = -block_product(carried, last)
+    first = alone - block_product(beside, _transpose(carried))
+    above, below = jnp.concatenate([first, beside], axis=1), jnp.concatenate([_transpose(beside), last], axis=1)
     return jnp.concatenate([above, below])
 
 
-def swept(block: Array) -> Array:
+def sweep_inverse(block: Array) -> Array:
     """Inverses of positive definite blocks (b, b, k, lanes), by sweeping one row after another.
 
     Five times slower than ``inverse``, and as exact where entries of a block differ by many powers of ten.
@@ -64,7 +64,7 @@ def swept(block: Array) -> Array:
     return -block
 
 
-def _written_out(block: Array) -> Array:
+def _small_inverse(block: Array) -> Array:
     """Of blocks of at most 3 x 3, by their factors L D L^T: cofactors would lose what is soft beside a stiff link."""
     if block.shape[0] == 1:
         return 1.0 / block
@@ -89,16 +89,16 @@ def _written_out(block: Array) -> Array:
     return jnp.stack([jnp.stack(row) for row in rows])
 
 
-def _turned(blocks: Array) -> Array:
+def _transpose(blocks: Array) -> Array:
     return jnp.swapaxes(blocks, 0, 1)
 
 
-def _length(rows: int) -> int:
+def _lane_length(rows: int) -> int:
     """Rows a lane of a chain of so many: a power of 2 that leaves some _LANES lanes."""
     return 2 ** max(round(math.log2(rows / _LANES)), 0) if rows > _LANES else rows
 
 
-def _folded(chain: Array, length: int, filling: Array) -> Array:
+def _fold(chain: Array, length: int, filling: Array) -> Array:
     """A chain (b, c, n) in lanes (b, c, length, lanes), one behind the other, filled up at its end."""
     rows = chain.shape[-1]
     lanes = math.ceil(rows / length)
@@ -122,12 +122,12 @@ def _after(even: Array) -> Array:
     return jnp.concatenate([even[..., 1:, :], across], axis=-2)
 
 
-def factorised(diagonal: Array, beside: Array, inverse: Callable[[Array], Array] = inverse) -> list[Level]:
+def factorise(diagonal: Array, beside: Array, inverse: Callable[[Array], Array] = block_inverse) -> list[Level]:
     """Of a chain with blocks diagonal (b, b, n) and ``beside`` (b, b, n): of row i on unknown i + 1; its last is 0."""
     size, rows = diagonal.shape[0], diagonal.shape[-1]
-    length = _length(rows)
+    length = _lane_length(rows)
     alone = jnp.eye(size)[:, :, None, None]
-    diagonal, beside = _folded(diagonal, length, alone), _folded(beside, length, jnp.zeros_like(alone))
+    diagonal, beside = _fold(diagonal, length, alone), _fold(beside, length, jnp.zeros_like(alone))
     levels: list[Level] = []
     while diagonal.shape[-2:] != (1, 1):
         if diagonal.shape[-2] == 1:  # one row a lane is left: from here on one lane of them all
@@ -136,33 +136,35 @@ def factorised(diagonal: Array, beside: Array, inverse: Callable[[Array], Array]
             diagonal = jnp.concatenate([diagonal, jnp.broadcast_to(alone, (size, size, 1, 1))], axis=-2)
             beside = jnp.concatenate([beside, jnp.zeros_like(alone)], axis=-2)
         inner, right, left = inverse(diagonal[..., 0::2, :]), beside[..., 0::2, :], _before(beside[..., 1::2, :])
-        after, before = product(inner, right), product(inner, _turned(left))
+        after, before = block_product(inner, right), block_product(inner, _transpose(left))
         levels.append(Level(inner, before, after))
-        diagonal = diagonal[..., 1::2, :] - product(_turned(right), after) - _after(product(left, before))
-        beside = -_after(product(left, after))
+        diagonal = (
+            diagonal[..., 1::2, :] - block_product(_transpose(right), after) - _after(block_product(left, before))
+        )
+        beside = -_after(block_product(left, after))
     inner = inverse(diagonal)
     return [*levels, Level(inner, jnp.zeros_like(inner), jnp.zeros_like(inner))]
 
 
-def solved(levels: list[Level], wanted: Array) -> Array:
+def solve_chain(levels: list[Level], wanted: Array) -> Array:
     """Unknowns (b, c, n) for right-hand sides (b, c, n)."""
     rows, kept = wanted.shape[-1], []
-    wanted = _folded(wanted, _length(rows), jnp.zeros((*wanted.shape[:2], 1, 1)))
+    wanted = _fold(wanted, _lane_length(rows), jnp.zeros((*wanted.shape[:2], 1, 1)))
     for level in levels[:-1]:
         if wanted.shape[-2] == 1:
             wanted = jnp.swapaxes(wanted, -1, -2)
         if wanted.shape[-2] % 2:
             wanted = jnp.concatenate([wanted, jnp.zeros_like(wanted[..., :1, :])], axis=-2)
         outer = wanted[..., 0::2, :]
-        kept.append(product(level.inverse, outer))
-        back, on = product(_turned(level.before), outer), product(_turned(level.after), outer)
+        kept.append(block_product(level.inverse, outer))
+        back, on = block_product(_transpose(level.before), outer), block_product(_transpose(level.after), outer)
         wanted = wanted[..., 1::2, :] - on - _after(back)
-    found = product(levels[-1].inverse, wanted)
+    found = block_product(levels[-1].inverse, wanted)
     for level, alone in zip(reversed(levels[:-1]), reversed(kept), strict=True):
         count, lanes = alone.shape[-2:]
         if found.shape[-1] != lanes:
             found = jnp.swapaxes(found, -1, -2)[..., :lanes]
         found = found[..., :count, :]
-        outer = alone - product(level.before, _before(found)) - product(level.after, found)
+        outer = alone - block_product(level.before, _before(found)) - block_product(level.after, found)
         found = jnp.stack([outer, found], axis=-2).reshape(*outer.shape[:-2], 2 * count, lanes)
     return jnp.swapaxes(found, -1, -2).reshape(*found.shape[:2], -1)[..., :rows]

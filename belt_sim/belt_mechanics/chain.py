@@ -6,13 +6,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.belt_mechanics.belt import Belt, Shape
-from belt_sim.belt_mechanics.elastic import stretched, twisted
-from belt_sim.belt_mechanics.wrap import FIRST, HEAD, LAST, TAIL, Pose, Wrap, displaced
+from belt_sim.belt_mechanics.belt import BatchShape, BeltArrays
+from belt_sim.belt_mechanics.elastic import stretch_energy, twist_energy
+from belt_sim.belt_mechanics.wrap import FIRST, HEAD, LAST, TAIL, PoseArrays, WrapArrays, layer_displacements
 from belt_sim.pytree import Numbers as Array
 
 
-class Places(NamedTuple):
+class ChainLayout(NamedTuple):
     """Of the chain: numbers of its stations (n,), which of them are free and which lie on the tail pulley (n,), and
     the places of the outermost stations held, by pulley and end (2, 2)."""
 
@@ -32,22 +32,22 @@ class Places(NamedTuple):
         return self.ends[TAIL, LAST]
 
 
-def chain(shape: Shape, wraps: Wrap) -> Places:
+def cut_chain(shape: BatchShape, wraps: WrapArrays) -> ChainLayout:
     """The loop cut in the middle of the head's wrap."""
     start = (wraps.first[HEAD] + wraps.last[HEAD]) // 2
-    return parted(shape, wraps, (start + jnp.arange(shape.stations)) % shape.stations)
+    return divide_chain(shape, wraps, (start + jnp.arange(shape.stations)) % shape.stations)
 
 
-def parted(shape: Shape, wraps: Wrap, stations: Array) -> Places:
+def divide_chain(shape: BatchShape, wraps: WrapArrays, stations: Array) -> ChainLayout:
     """The chain of these stations, which begins within the head's wrap, as the wraps part it."""
     at = jnp.arange(shape.stations)
     ends = jnp.stack([wraps.first - stations[0], wraps.last - stations[0]], axis=1) % shape.stations
     (before_head, after_head), (entry, leaves) = ends
     free = ((at > after_head) & (at < entry)) | ((at > leaves) & (at < before_head))
-    return Places(stations, free, (at >= entry) & (at <= leaves), ends)
+    return ChainLayout(stations, free, (at >= entry) & (at <= leaves), ends)
 
 
-def torsion(belt: Belt, behind: Array, places: Places, tension: Array) -> Array:
+def couple_stiffness(belt: BeltArrays, behind: Array, places: ChainLayout, tension: Array) -> Array:
     """Stiffness of the couples of each cell [N/m], (n,); behind [m], (2, 2): how far the outermost stations lie behind
     the tangent points, by pulley and end."""
     whole = tension * belt.twist.tense + belt.twist.still
@@ -60,7 +60,9 @@ def torsion(belt: Belt, behind: Array, places: Places, tension: Array) -> Array:
     return stiffness
 
 
-def anchored(belt: Belt, wraps: Wrap, pose: Pose, layer: Array | None, places: Places) -> Array:
+def anchor_positions(
+    belt: BeltArrays, wraps: WrapArrays, pose: PoseArrays, layer: Array | None, places: ChainLayout
+) -> Array:
     """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
 
     The same as wrap.placed, reckoned once a station and not for both pulleys: sines are what a step is slow at.
@@ -76,47 +78,49 @@ def anchored(belt: Belt, wraps: Wrap, pose: Pose, layer: Array | None, places: P
     found = jnp.stack(turned_back, axis=1) + of(pose.centre[..., None])
     if layer is None:
         return found
-    moved = jax.vmap(lambda *one: displaced(belt, *one))(wraps, belt.surfaces, pose, layer)
+    moved = jax.vmap(lambda *one: layer_displacements(belt, *one))(wraps, belt.surfaces, pose, layer)
     return found + of(moved[..., places.stations])
 
 
-def forces(shape: Shape, belt: Belt, nodes: Array, places: Places, twist: Array, share: Array) -> tuple[Array, Array]:
+def chain_forces(
+    shape: BatchShape, belt: BeltArrays, nodes: Array, places: ChainLayout, twist: Array, share: Array
+) -> tuple[Array, Array]:
     """Elastic forces on all nodes of the chain [N], (3 m, n), and those of the spans' stretch on the outermost stations
     held, by pulley and end (2, 2, 3 m).
 
     nodes [m], (m, 3, n); twist [N/m], (n,): of ``torsion``.
     """
     size = 3 * shape.lines
-    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share).slope
+    cell = stretch_energy(belt.ties, shape.bonds, nodes, places.stations, share).slope
     both = cell
     if shape.lines > 1:
-        both = cell + twisted(nodes, twist, belt.twist.stretched, curved=False).slope
+        both = cell + twist_energy(nodes, twist, belt.twist.cubic, curved=False).slope
     on_nodes = -both[:size] - jnp.roll(both[size:], 1, axis=-1)
     first, last = cell[size:, places.ends[:, FIRST] - 1], cell[:size, places.ends[:, LAST]]
     return on_nodes, -jnp.stack([first, last]).transpose(2, 0, 1)
 
 
-def weight(shape: Shape, belt: Belt) -> Array:
+def station_weight(shape: BatchShape, belt: BeltArrays) -> Array:
     """Of the nodes of a station [N], (3 m, 1)."""
     return jnp.zeros((shape.lines, 3)).at[:, 2].set(-belt.mass * belt.gravity).reshape(3 * shape.lines, 1)
 
 
-def stiffness(
-    shape: Shape, belt: Belt, nodes: Array, taut: Array, places: Places, twist: Array, share: Array
+def chain_stiffness(
+    shape: BatchShape, belt: BeltArrays, nodes: Array, taut: Array, places: ChainLayout, twist: Array, share: Array
 ) -> tuple[Array, Array]:
     """Curvature of the cells' energy at ``nodes`` [N/m], (6 m, 6 m, n): of stretch alone, and with the torsion.
 
     taut [m], like nodes: places whose tension stiffens the belt across its direction.
     """
-    cell = stretched(belt.ties, shape.bonds, nodes, places.stations, share, taut=taut).curvature
+    cell = stretch_energy(belt.ties, shape.bonds, nodes, places.stations, share, taut=taut).curvature
     assert cell is not None
     if shape.lines == 1:
         return cell, cell
-    couple = twisted(nodes, twist, belt.twist.stretched, curved=True).curvature
+    couple = twist_energy(nodes, twist, belt.twist.cubic, curved=True).curvature
     return cell, cell + couple
 
 
-def spans_blocks(shape: Shape, cell: Array, places: Places, more: Array | None = None) -> tuple[Array, Array]:
+def spans_blocks(shape: BatchShape, cell: Array, places: ChainLayout, more: Array | None = None) -> tuple[Array, Array]:
     """Blocks of the chain (3 m, 3 m, n): its diagonal and those on the next station, held stations as unit blocks.
 
     cell (6 m, 6 m, n): stiffness of the cells [N/m]; more [N/m], (3 m, n): what is added on the diagonal.
@@ -129,9 +133,9 @@ def spans_blocks(shape: Shape, cell: Array, places: Places, more: Array | None =
     return diagonal, jnp.where(free & jnp.roll(free, -1), cell[:size, size:], 0.0)
 
 
-def pull_on_nodes(shape: Shape, belt: Belt, nodes: Array, share: Array) -> Array:
+def pull_on_nodes(shape: BatchShape, belt: BeltArrays, nodes: Array, share: Array) -> Array:
     """Forces of belt and weight [N] on nodes at ``nodes`` [m], both (m, 3, n) by stations' numbers."""
     size = 3 * shape.lines
-    cell = stretched(belt.ties, shape.bonds, nodes, jnp.arange(shape.stations), share).slope
+    cell = stretch_energy(belt.ties, shape.bonds, nodes, jnp.arange(shape.stations), share).slope
     pull = -(cell[:size] + jnp.roll(cell[size:], 1, axis=-1)).reshape(nodes.shape)
     return pull.at[:, 2].add(-belt.mass[:, None] * belt.gravity)

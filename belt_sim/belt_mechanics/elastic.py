@@ -34,7 +34,7 @@ class Ties(NamedTuple):
     natural: Array
 
 
-class Cell(NamedTuple):
+class CellEnergy(NamedTuple):
     """Of cells of m lines: slope (6 m, n) [N] and curvature (6 m, 6 m, n) [N/m] of the energy, by the places of
     station i, then of station i + 1, each node by node x, y, z."""
 
@@ -42,18 +42,18 @@ class Cell(NamedTuple):
     curvature: Array | None
 
 
-def stretched(
+def stretch_energy(
     ties: Ties, bonds: bool, places: Array, stations: Array, share: Array, *, taut: Array | None = None
-) -> Cell:
+) -> CellEnergy:
     """Of membrane or bonds. places [m], shape (m, 3, n); stations, shape (n,): their numbers; share: of the camber;
     taut [m], like places, if the curvature is wanted: places in equilibrium, whose tension stiffens the belt across.
     """
     lines, _, n = places.shape
     if lines == 1:
-        return _chained(ties, places, taut)
+        return _link_energy(ties, places, taut)
     slope, curvature = jnp.zeros((6 * lines, n)), jnp.zeros((6 * lines, 6 * lines, n)) if taut is not None else None
     for j in range(lines - 1):
-        apart = _apart(places, j)
+        apart = _edge_vectors(places, j)
         free = ties.length[j] + share * ties.natural[j]
         free = free if free.shape[-1] == 1 else free[:, stations]
         odd = (stations + j) % 2 == 1
@@ -63,24 +63,24 @@ def stretched(
         rows = np.concatenate([3 * v + np.arange(3) for v in (j, j + 1, lines + j, lines + j + 1)])
         slope = slope.at[rows].add((by_square[:, None] * by_corner).sum(axis=0))
         if curvature is not None and taut is not None:
-            tension = _law(ties, j, bonds, (_apart(taut, j) ** 2).sum(axis=1), free, odd)[0]
+            tension = _law(ties, j, bonds, (_edge_vectors(taut, j) ** 2).sum(axis=1), free, odd)[0]
             bent = _curvature(tension, law, by_corner)
             curvature = curvature.at[rows[:, None], rows].add(bent) if lines > 2 else bent
-    return Cell(slope, curvature)
+    return CellEnergy(slope, curvature)
 
 
-def _chained(ties: Ties, places: Array, taut: Array | None) -> Cell:
+def _link_energy(ties: Ties, places: Array, taut: Array | None) -> CellEnergy:
     """Of the links of a rope."""
     apart = jnp.roll(places[0], -1, axis=-1) - places[0]
     stiffness, free, square = ties.spring[0, 0], ties.length[0, 0, 0], (apart * apart).sum(axis=0)
     pull = stiffness * (1.0 - free / jnp.sqrt(square)) * apart
     slope = jnp.concatenate([-pull, pull])
     if taut is None:
-        return Cell(slope, None)
+        return CellEnergy(slope, None)
     length = jnp.sqrt(((jnp.roll(taut[0], -1, axis=-1) - taut[0]) ** 2).sum(axis=0))
     along = stiffness * free / (square * jnp.sqrt(square)) * apart[:, None] * apart
     bent = along + stiffness * (1.0 - free / length) * np.eye(3)[..., None]
-    return Cell(slope, jnp.concatenate([jnp.concatenate([bent, -bent], 1), jnp.concatenate([-bent, bent], 1)]))
+    return CellEnergy(slope, jnp.concatenate([jnp.concatenate([bent, -bent], 1), jnp.concatenate([-bent, bent], 1)]))
 
 
 def strains(ties: Ties, nodes: Array, k: Array, share: Array) -> Array:
@@ -95,7 +95,7 @@ def strains(ties: Ties, nodes: Array, k: Array, share: Array) -> Array:
     return (jnp.sqrt((links * links).sum(axis=1)) / free - 1.0).mean(axis=1)
 
 
-def _apart(places: Array, j: int) -> Array:
+def _edge_vectors(places: Array, j: int) -> Array:
     """The six edges of the quadrilaterals between lines j and j + 1 [m], shape (6, 3, n)."""
     after = jnp.roll(places, -1, axis=-1)
     corners = (places[j], places[j + 1], after[j], after[j + 1])
@@ -124,28 +124,28 @@ def _curvature(by_square: Array, law: Array, by_corner: Array) -> Array:
     return material + spread.reshape(12, 12, -1)
 
 
-class Twist(NamedTuple):
-    """Torsion that lines lack, as loads.torsion.Torsion. tense, own [1/m], still [N/m], stretched [N/m3]."""
+class TwistStiffness(NamedTuple):
+    """Torsion that lines lack, as loads.torsion.Torsion. tense, own [1/m], still [N/m], cubic [N/m3]."""
 
     tense: Array
     own: Array
     still: Array
-    stretched: Array
+    cubic: Array
 
 
-def twisted(places: Array, stiffness: Array, stretched: Array, *, curved: bool) -> Cell:
-    """Couples on the sections: energy stiffness d^2 / 2 + stretched d^4 / 4, d by how much more the first line rises
-    above the last at station i + 1 than at i [m]. stiffness [N/m], shape (n,); stretched [N/m3]."""
+def twist_energy(places: Array, stiffness: Array, cubic: Array, *, curved: bool) -> CellEnergy:
+    """Couples on the sections: energy stiffness d^2 / 2 + cubic d^4 / 4, d by how much more the first line rises
+    above the last at station i + 1 than at i [m]. stiffness [N/m], shape (n,); cubic [N/m3]."""
     lines = places.shape[0]
     roll = places[0, 2] - places[-1, 2]
     more = jnp.roll(roll, -1) - roll
     by_height = np.zeros(6 * lines)
     by_height[[2, 3 * lines - 1, 3 * lines + 2, 6 * lines - 1]] = -1.0, 1.0, 1.0, -1.0
-    slope = by_height[:, None] * (stiffness * more + stretched * more**3)
+    slope = by_height[:, None] * (stiffness * more + cubic * more**3)
     if not curved:
-        return Cell(slope, None)
+        return CellEnergy(slope, None)
     square = np.outer(by_height, by_height)[..., None]
-    return Cell(slope, square * (stiffness + 3.0 * stretched * more**2))
+    return CellEnergy(slope, square * (stiffness + 3.0 * cubic * more**2))
 
 
 def membrane_law(chord: float, width: float, thickness: float, modulus: float, poisson_ratio: float) -> np.ndarray:

@@ -10,7 +10,7 @@ from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import EdgeGuide, SceneParts
 
 
-class Guides(NamedTuple):
+class GuideArrays(NamedTuple):
     """Rollers, every field of shape (g,): height, +1 beside the upper span, -1 beside the lower; the others as in
     belt_sim.scene_parts.EdgeGuide. One that pushes nothing has the stiffness 0."""
 
@@ -21,20 +21,20 @@ class Guides(NamedTuple):
     stiffness: Array
 
     @staticmethod
-    def of(guides: Sequence[EdgeGuide], count: int) -> "Guides":
+    def of(guides: Sequence[EdgeGuide], count: int) -> "GuideArrays":
         """So many, of which these are the first."""
         rows = [(1.0 if g.span == "upper" else -1.0, g.x, g.gap, g.side, g.stiffness) for g in guides]
-        return Guides(*np.array(rows + [(1.0, 0.0, 0.0, 1.0, 0.0)] * (count - len(rows))).T)
+        return GuideArrays(*np.array(rows + [(1.0, 0.0, 0.0, 1.0, 0.0)] * (count - len(rows))).T)
 
 
-class Press(NamedTuple):
+class GuideForce(NamedTuple):
     """On the nodes of a chain: force [N] and stiffness [N/m] along y, both (m, n)."""
 
     force: Array
     stiffness: Array
 
 
-def pressed(guides: Guides, chord: Array, shares: Array, nodes: Array, free: Array) -> Press:
+def guide_forces(guides: GuideArrays, chord: Array, shares: Array, nodes: Array, free: Array) -> GuideForce:
     """What the rollers do to free stations within one chord of them.
 
     shares (m,): of the lines; nodes [m], (m, 3, n); free (n,): which stations are.
@@ -45,10 +45,10 @@ def pressed(guides: Guides, chord: Array, shares: Array, nodes: Array, free: Arr
     beyond = guides.side[:, None] * y - guides.gap[:, None]
     stiff = guides.stiffness[:, None] * near * (beyond > 0.0)
     push = -(stiff * guides.side[:, None] * beyond).sum(axis=0)
-    return Press(shares[:, None] * push, shares[:, None] * stiff.sum(axis=0))
+    return GuideForce(shares[:, None] * push, shares[:, None] * stiff.sum(axis=0))
 
 
-class Loads(NamedTuple):
+class LoadArrays(NamedTuple):
     """At places of the spans, every field of shape (p,): height, +1 on the upper span, -1 on the lower; x [m], along,
     across [N], couple [N m] as in belt_sim.scene_parts.Push, 0 of one that does nothing. All along: lean [m/s2], pull
     of the weight towards +y; roll [N], couple per metre about +x on what is above the axes."""
@@ -62,15 +62,15 @@ class Loads(NamedTuple):
     roll: Array
 
     @staticmethod
-    def of(parts: SceneParts, count: int) -> "Loads":
+    def of(parts: SceneParts, count: int) -> "LoadArrays":
         """Of a scene, with so many pushes, of which its own are the first."""
         rows = [(1.0 if p.span == "upper" else -1.0, p.x, p.along, p.across, p.couple) for p in parts.pushes]
         rows += [(1.0, 0.0, 0.0, 0.0, 0.0)] * (count - len(rows))
         height, x, along, across, couple = np.array(rows).reshape(count, 5).T
-        return Loads(height, x, along, across, couple, np.array(parts.lean * parts.gravity), np.array(parts.roll))
+        return LoadArrays(height, x, along, across, couple, np.array(parts.lean * parts.gravity), np.array(parts.roll))
 
 
-def forces_on(loads: Loads, chord: Array, stiffness: Array, line_y: Array, mass: Array, nodes: Array) -> Array:
+def load_forces(loads: LoadArrays, chord: Array, stiffness: Array, line_y: Array, mass: Array, nodes: Array) -> Array:
     """Forces [N], (m, 3, n), on ``nodes`` [m], (m, 3, n), a loop in the order of the belt.
 
     stiffness [N], line_y [m], mass [kg], shape (m,): of the lines, which take a push as they are stiff, a couple as

@@ -9,21 +9,21 @@ from contextlib import redirect_stdout
 with redirect_stdout(io.StringIO()):  # it prints that Warp is not installed, which is not needed
     import mujoco.mjx  # noqa: F401
 
-from belt_sim.mjx.model import READING, Command, Data, Model, Prepared, command, prepare
-from belt_sim.mjx.mujoco_mjx import stacked
+from belt_sim.mjx.model import READING, Command, MjxData, MjxModel, PreparedCase, command, prepare
+from belt_sim.mjx.mujoco_mjx import stack_cases
 from belt_sim.mjx.run import simulate, simulate_batch
 from belt_sim.mjx.step import step
 
 __all__ = [
     "READING",
     "Command",
-    "Data",
-    "Model",
-    "Prepared",
+    "MjxData",
+    "MjxModel",
+    "PreparedCase",
     "command",
     "prepare",
     "simulate",
     "simulate_batch",
-    "stacked",
+    "stack_cases",
     "step",
 ]

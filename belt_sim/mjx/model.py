@@ -9,12 +9,12 @@ import mujoco
 import numpy as np
 from mujoco import mjx
 
-from belt_sim.belt_mechanics.belt import Acting, Belt, Shape, acting_in, belt_of
-from belt_sim.belt_mechanics.pulleys import laid
-from belt_sim.belt_mechanics.wrap import Pose, Wrap
+from belt_sim.belt_mechanics.belt import ActiveFeatures, BatchShape, BeltArrays, active_features, belt_arrays
+from belt_sim.belt_mechanics.pulleys import lay_belt
+from belt_sim.belt_mechanics.wrap import PoseArrays, WrapArrays
 from belt_sim.case import Case
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx.mujoco_mjx import plain_model, put
+from belt_sim.mjx.mujoco_mjx import plain_model, to_mjx
 from belt_sim.mujoco3d.constants import TAIL_DAMPING_RATIO
 from belt_sim.mujoco3d.machine import (
     HEAD_SPIN,
@@ -22,14 +22,14 @@ from belt_sim.mujoco3d.machine import (
     TAIL_SLIDE,
     TAIL_SPIN,
     Drive,
-    Scene,
-    build,
+    SceneLayout,
+    build_scene,
     lay_out,
     station_mass,
 )
 from belt_sim.mujoco3d.mesh import BeltModel, Grid, Membrane
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.stages import stages
+from belt_sim.mujoco3d.stages import run_stages
 from belt_sim.pytree import Numbers as Array
 from belt_sim.pytree import pytree
 from belt_sim.scene_parts import SceneParts
@@ -50,15 +50,15 @@ class Tail(NamedTuple):
 
 @pytree
 @dataclass(frozen=True)
-class Model:
+class MjxModel:
     """What stands still in a run; a pytree. mjx: MJX's model; belt: what its nodes are tied by; settle [s]: time over
     which a wobble sets in."""
 
     mjx: mjx.Model
-    belt: Belt
+    belt: BeltArrays
     tail: Tail
     settle: Array
-    shape: Shape = field(metadata={"static": True})
+    shape: BatchShape = field(metadata={"static": True})
 
     @property
     def dt(self) -> Array:
@@ -66,18 +66,18 @@ class Model:
         return self.mjx.opt.timestep
 
 
-class Data(NamedTuple):
+class MjxData(NamedTuple):
     """What moves. mjx: MJX's data, which MuJoCo's renderer and viewer take through mjx.get_data; wraps, pose: of head
     and tail; on_tail (2,): force along x [N] and moment about its axis [N m] that the belt does to the tail pulley;
     travel [m]: of the belt; turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in
     belt_mechanics/layer.py, None without one; reading (20,): of the instruments, READING says what of."""
 
     mjx: mjx.Data
-    wraps: Wrap
-    pose: Pose
+    wraps: WrapArrays
+    pose: PoseArrays
     on_tail: Array
     travel: Array
-    turned: Array | None
+    compliance_yaw: Array | None
     layer: Array | None
     reading: Array
 
@@ -111,7 +111,7 @@ class Command(NamedTuple):
     drag: Array
 
 
-def command(model: Model, data: Data, speed: Array, yaw: Array, drag: Array | float = 1.0) -> Command:
+def command(model: MjxModel, data: MjxData, speed: Array, yaw: Array, drag: Array | float = 1.0) -> Command:
     """The command of a controller: belt speed [m/s] and yaw [rad], (2,): head, tail; drag [1/s]: across the travel."""
     before = data.reading[READING["speed"]]
     travel, one = data.travel + model.dt * speed, jnp.ones(())
@@ -119,13 +119,13 @@ def command(model: Model, data: Data, speed: Array, yaw: Array, drag: Array | fl
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedCase:
     """A case ready to be stepped: its scene, the model, and the belt laid round the pulleys at rest."""
 
     case: Case
-    scene: Scene
-    model: Model
-    data: Data
+    scene: SceneLayout
+    model: MjxModel
+    data: MjxData
     spec: mujoco.MjModel
 
 
@@ -136,32 +136,36 @@ def prepare(
     belt: str = "flex",
     options: Options | None = None,
     parts: Sequence[SceneParts] | None = None,
-    acting: Acting | None = None,
+    features: ActiveFeatures | None = None,
     edit: Callable[[mujoco.MjSpec], None] | None = None,
-) -> list[Prepared]:
+) -> list[PreparedCase]:
     """Cases of one mesh, ready to be stepped: one MJCF is compiled and handed to MJX, with each case's own numbers.
 
     belt: "flex" or "grid"; options: fitted to a case, or to be fitted; parts: the scenes as effects change them;
-    acting: in the batch, None = in these cases; edit: adds actuators and sensors to the scene before it is compiled.
+    features: in the batch, None = in these cases; edit: adds actuators and sensors to the scene before it is compiled.
     """
-    from belt_sim.mujoco3d.options import fitted
+    from belt_sim.mujoco3d.options import fit_options
 
     options = options or Options()
     several = parts or [SceneParts.undisturbed(case, options.friction) for case in cases]
-    acting = acting or acting_in(several)
-    own = [fitted(options, case, "flex") for case in cases]  # the step is implicit in bonds across their direction, too
-    spec, _ = build(cases[0], BELTS[belt](), own[0], replace(several[0], edge_guides=()))
+    features = features or active_features(several)
+    own = [
+        fit_options(options, case, "flex") for case in cases
+    ]  # the step is implicit in bonds across their direction, too
+    spec, _ = build_scene(cases[0], BELTS[belt](), own[0], replace(several[0], edge_guides=()))
     if edit is not None:
         edit(spec)
     compiled = plain_model(spec, own[0].dt)
-    shared = put(compiled, compiled.qpos0)
+    shared = to_mjx(compiled, compiled.qpos0)
     scenes = [lay_out(c, BELTS[belt](), o, p) for c, o, p in zip(cases, own, several, strict=True)]
-    return [_prepared(scene, belt, acting, compiled, *shared) for scene in scenes]
+    return [_prepared(scene, belt, features, compiled, *shared) for scene in scenes]
 
 
-def _prepared(scene: Scene, belt: str, acting: Acting, compiled: mujoco.MjModel, m: mjx.Model, d: mjx.Data) -> Prepared:
-    shape, arrays = belt_of(scene, belt, acting)
-    nodes, wraps, pose = laid(scene)
+def _prepared(
+    scene: SceneLayout, belt: str, features: ActiveFeatures, compiled: mujoco.MjModel, m: mjx.Model, d: mjx.Data
+) -> PreparedCase:
+    shape, arrays = belt_arrays(scene, belt, features)
+    nodes, wraps, pose = lay_belt(scene)
     case, mesh = scene.case, scene.mesh
     m = with_numbers_of(m, scene, compiled)
     qpos = np.array(d.qpos)
@@ -174,21 +178,21 @@ def _prepared(scene: Scene, belt: str, acting: Acting, compiled: mujoco.MjModel,
     drag = 2.0 * TAIL_DAMPING_RATIO * (stretch * mass) ** 0.5
     inertia = float(np.asarray(m.dof_armature)[TAIL_SPIN] + compiled.body_inertia[tail[-1], 1])
     numbers = mass, inertia, drag, drag * scene.parts.tail.radius**2, float(case.rig.centre_distance)
-    model = Model(m, arrays, Tail(*map(np.array, numbers)), np.array(max(scene.options.settle, 1e-9)), shape)
-    data = Data(
+    model = MjxModel(m, arrays, Tail(*map(np.array, numbers)), np.array(max(scene.options.settle, 1e-9)), shape)
+    data = MjxData(
         mjx=d.replace(qpos=jnp.asarray(qpos)),
         wraps=wraps,
         pose=pose,
         on_tail=np.array([-2.0 * float(case.tension_force), 0.0]),
         travel=np.array(-scene.early),
-        turned=np.zeros(2) if acting.gives_way else None,
-        layer=np.zeros((2, 2, shape.lines, 2)) if acting.layered else None,
+        compliance_yaw=np.zeros(2) if features.gives_way else None,
+        layer=np.zeros((2, 2, shape.lines, 2)) if features.layered else None,
         reading=np.zeros(20),
     )
-    return Prepared(case, scene, model, data, compiled)
+    return PreparedCase(case, scene, model, data, compiled)
 
 
-def with_numbers_of(m: mjx.Model, scene: Scene, compiled: mujoco.MjModel) -> mjx.Model:
+def with_numbers_of(m: mjx.Model, scene: SceneLayout, compiled: mujoco.MjModel) -> mjx.Model:
     """MJX's model with the masses, places, gravity and step of another scene of the same mesh."""
     mesh, case = scene.mesh, scene.case
     body_pos, body_mass, armature = np.array(m.body_pos), np.array(m.body_mass), np.array(m.dof_armature)
@@ -212,7 +216,7 @@ def with_numbers_of(m: mjx.Model, scene: Scene, compiled: mujoco.MjModel) -> mjx
     )
 
 
-def nodes_of(shape: Shape, flat: Array) -> Array:
+def nodes_of(shape: BatchShape, flat: Array) -> Array:
     """Values by node (m, 3, n) of values by coordinate, those of the pulleys left out."""
     flat = flat[STATION_JOINTS:] if flat.shape[0] == STATION_JOINTS + 3 * shape.lines * shape.stations else flat
     return jnp.moveaxis(flat.reshape(shape.stations, shape.lines, 3), 0, -1)
@@ -233,23 +237,23 @@ class _Clock:
 
 
 @dataclass(frozen=True)
-class Plan:
+class CommandPlan:
     """Commands of all steps, leading axis (steps,); begin: the first step whose end has travel 0 or more."""
 
     commands: Command
     begin: int
 
 
-def plan_of(scene: Scene, travel: float) -> Plan:
+def plan_run(scene: SceneLayout, travel: float) -> CommandPlan:
     """Of a run over ``travel`` [m]."""
     rows = [(d.travel, d.speed, d.acceleration, d.yaw, d.share, d.drag) for d in _drives(scene, travel)]
     commands = Command(*(np.array([row[k] for row in rows], float) for k in range(6)))
-    return Plan(commands, int(np.argmax(commands.travel >= 0.0)))
+    return CommandPlan(commands, int(np.argmax(commands.travel >= 0.0)))
 
 
-def _drives(scene: Scene, travel: float) -> Iterator[Drive]:
+def _drives(scene: SceneLayout, travel: float) -> Iterator[Drive]:
     clock, dt = _Clock(-scene.early), scene.options.dt
-    for stage in stages(scene, 0.0, travel):
+    for stage in run_stages(scene, 0.0, travel):
         for drive in stage.drives(clock):  # type: ignore[arg-type]
             clock.time, clock.travel, clock.speed = clock.time + dt, drive.travel, drive.speed
             yield drive

@@ -15,7 +15,7 @@ import numpy as np
 from mujoco import mjx
 from mujoco.mjx._src import scan
 
-from belt_sim.mujoco3d.mujoco_4 import compiled
+from belt_sim.mujoco3d.mujoco_4 import compile_model
 from belt_sim.pytree import Numbers as Array
 
 T = TypeVar("T")
@@ -33,14 +33,14 @@ def plain_model(spec: mujoco.MjSpec, dt: float) -> mujoco.MjModel:
             spec.delete(element)
     for geom in spec.geoms:
         geom.size = np.round(geom.size, 4)
-    model = compiled(spec)
+    model = compile_model(spec)
     model.opt.timestep = dt
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
     return model
 
 
-def put(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[mjx.Model, mjx.Data]:
+def to_mjx(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[mjx.Model, mjx.Data]:
     """The model and its data at rest at ``qpos``, on JAX."""
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
@@ -48,14 +48,14 @@ def put(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[mjx.Model, mjx.Data]:
     return mjx.put_model(model, impl="jax"), mjx.put_data(model, data, impl="jax")
 
 
-def multibody(m: mjx.Model, d: mjx.Data) -> mjx.Data:
+def compute_multibody(m: mjx.Model, d: mjx.Data) -> mjx.Data:
     """The data with what MJX computes of its position and velocity: xpos, inertia, qfrc_passive, qfrc_bias."""
     for stage in (mjx.kinematics, mjx.com_pos, mjx.crb, mjx.com_vel, mjx.passive, mjx.rne):
         d = stage(m, d)
     return d
 
 
-def actuated(m: mjx.Model, d: mjx.Data) -> mjx.Data:
+def apply_actuators(m: mjx.Model, d: mjx.Data) -> mjx.Data:
     """The data with qfrc_actuator of its controls; unchanged where the scene has no actuator."""
     if not m.nu:
         return d
@@ -64,7 +64,7 @@ def actuated(m: mjx.Model, d: mjx.Data) -> mjx.Data:
     return mjx.fwd_actuation(m, d)
 
 
-def sensed(m: mjx.Model, d: mjx.Data) -> mjx.Data:
+def read_sensors(m: mjx.Model, d: mjx.Data) -> mjx.Data:
     """The data with sensordata of its positions and velocities; unchanged where the scene has no sensor."""
     if not m.nsensor:
         return d
@@ -77,12 +77,12 @@ def node_masses(m: mjx.Model, d: mjx.Data) -> Array:
     return mjx.mul_m(m, d, jnp.ones(m.nv))
 
 
-def advanced(m: mjx.Model, d: mjx.Data, qacc: Array) -> mjx.Data:
+def advance(m: mjx.Model, d: mjx.Data, qacc: Array) -> mjx.Data:
     """The data a step later under given accelerations: qvel + h qacc, then qpos + h qvel, time + h."""
     return mjx.euler(m, d.replace(qacc=qacc))
 
 
-def stacked(trees: Sequence[T]) -> tuple[T, Any]:
+def stack_cases(trees: Sequence[T]) -> tuple[T, Any]:
     """Cases of one structure as one: leaves that differ stacked on a first axis, and the in_axes for jax.vmap.
 
     MJX keeps some fields as part of the structure, so cases must come from one compiled scene.

@@ -7,25 +7,32 @@ from dataclasses import dataclass, replace
 import jax
 import numpy as np
 
-from belt_sim.belt_mechanics.belt import Acting, acting_in
+from belt_sim.belt_mechanics.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
+from belt_sim.belt_mechanics.belt import ActiveFeatures, active_features
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.errors import CannotRepresent, InputError, RunFailed
+from belt_sim.errors import CannotRepresent, RunFailed
 from belt_sim.frame import Observer
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx.model import READING, Command, Data, Model, Plan, Prepared, nodes_of, plan_of, prepare
-from belt_sim.mjx.mujoco_mjx import stacked
+from belt_sim.mjx.model import (
+    READING,
+    Command,
+    CommandPlan,
+    MjxData,
+    MjxModel,
+    PreparedCase,
+    nodes_of,
+    plan_run,
+    prepare,
+)
+from belt_sim.mjx.mujoco_mjx import stack_cases
 from belt_sim.mjx.step import step
-from belt_sim.mujoco3d.constants import RUNAWAY
 from belt_sim.mujoco3d.options import Options, is_limp
-from belt_sim.mujoco3d.recording import frame_of
+from belt_sim.mujoco3d.recording import curves_of, frame_of
 from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
 SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 2 m/s
-_BYTES = 900  # of a case, a station and a pair of lines: 740 measured, 0.72 GB for 256 cases of the full rig
-_SMALL_GPU = 4e9  # bytes, where it does not say
-_MOST = 256  # cases of a chunk on one GPU
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
@@ -41,53 +48,8 @@ def refuse(belt: str, options: Options, parts: SceneParts) -> None:
         raise CannotRepresent(f"{why}: engine=mjx cannot do this; use engine=native")
 
 
-def simulate(
-    case: Case,
-    *,
-    belt: str = "flex",
-    travel: float,
-    options: Options | None = None,
-    parts: SceneParts | None = None,
-    observers: Sequence[Observer] = (),
-) -> Curves:
-    """Curves of ``case`` over ``travel`` [m]. y = 0 at travel 0. Raises RunFailed when it diverges."""
-    several = None if parts is None else [parts]
-    found = simulate_batch([case], belt=belt, travel=travel, options=options, parts=several, observers=observers)[0]
-    if isinstance(found, RunFailed):
-        raise found
-    return found
-
-
-def simulate_batch(
-    cases: Sequence[Case],
-    *,
-    belt: str = "flex",
-    travel: float,
-    options: Options | None = None,
-    parts: Sequence[SceneParts] | None = None,
-    chunk: int | None = None,
-    observers: Sequence[Observer] = (),
-) -> list[Curves | RunFailed]:
-    """Curves of every case, in order, run over ``travel`` [m] in chunks of at most ``chunk`` at once (None: that fit).
-
-    Cases may differ in everything but the mesh: tension [Pa], yaw schedules [rad], effects (parts), material. A case
-    that fails is a RunFailed, with the curves so far in its ``curves``, and stops no other; observers watch the first.
-    Raises InputError for cases whose meshes have unlike numbers of stations.
-    """
-    options = options or Options()
-    parts = parts or [SceneParts.undisturbed(case, options.friction) for case in cases]
-    acting = acting_in(parts)
-    ready = [
-        prepared(c, belt=belt, travel=travel, options=options, parts=p, acting=acting)
-        for c, p in zip(cases, parts, strict=True)
-    ]
-    if len({r.kind for r in ready}) > 1:
-        raise InputError("cases", len(cases), "cases", "give cases of one mesh and direction to a batch")
-    return [found for some in in_batches(ready, chunk, observers) for found in some]
-
-
 @dataclass(frozen=True)
-class Wanted:
+class TimeCase:
     """A case that is to be run: what it takes to prepare it with others of its mesh."""
 
     case: Case
@@ -95,73 +57,68 @@ class Wanted:
     travel: float
     options: Options
     parts: SceneParts
-    acting: Acting
+    features: ActiveFeatures
+    stations: int
     kind: Hashable
 
 
-def prepared(
+def prepare_case(
     case: Case,
     *,
     belt: str = "flex",
     travel: float,
     options: Options | None = None,
     parts: SceneParts | None = None,
-    acting: Acting | None = None,
-) -> Wanted:
-    """A case to be run over ``travel`` [m]; acting: in its batch, None = in this case.
+    features: ActiveFeatures | None = None,
+) -> TimeCase:
+    """A case to be run over ``travel`` [m]; features: in its batch, None = in this case.
 
     Raises CannotRepresent for what this engine cannot do.
     """
-    from belt_sim.mujoco3d.loop import laid_loop
+    from belt_sim.mujoco3d.loop import lay_loop
 
     options = options or Options()
     parts = parts or SceneParts.undisturbed(case, options.friction)
     refuse(belt, options, parts)
-    acting = acting or acting_in([parts])
-    stations = len(laid_loop(replace(case, rig=replace(case.rig, gravity=parts.gravity)), options.dx).x)
+    features = features or active_features([parts])
+    stations = len(lay_loop(replace(case, rig=replace(case.rig, gravity=parts.gravity)), options.dx).x)
     direction = math.copysign(1.0, float(case.settings.direction))
-    kind = belt, stations, direction, replace(options, belt_speed=None), acting, travel
-    return Wanted(case, belt, travel, options, parts, acting, kind)
+    kind = belt, stations, direction, replace(options, belt_speed=None), features, travel
+    return TimeCase(case, belt, travel, options, parts, features, stations, kind)
 
 
 def in_batches(
-    wanted: Sequence[Wanted], chunk: int | None, observers: Sequence[Observer] = ()
+    wanted: Sequence[TimeCase], chunk: int | None, observers: Sequence[Observer] = ()
 ) -> Iterator[list[Curves | RunFailed]]:
-    """Curves of cases of one kind, chunk by chunk; see ``simulate_batch``."""
-    size = min(chunk or that_fit(wanted[0]), len(wanted))
+    """Curves of cases of one kind, chunk by chunk; see BatchEngine."""
+    size = min(chunk or cases_per_chunk(wanted[0].stations, wanted[0].options.across), len(wanted))
     for begin in range(0, len(wanted), size):
         some = wanted[begin : begin + size]
         one = some[0]
         ready = prepare(
-            [w.case for w in some], belt=one.belt, options=one.options, parts=[w.parts for w in some], acting=one.acting
+            [w.case for w in some],
+            belt=one.belt,
+            options=one.options,
+            parts=[w.parts for w in some],
+            features=one.features,
         )
-        yield run(ready, [plan_of(r.scene, one.travel) for r in ready], one.travel, observers)
-
-
-def that_fit(wanted: Wanted) -> int:
-    """Cases at once: on a GPU what half of its memory holds, at most _MOST; on a CPU one, as more gain nothing."""
-    device = jax.devices()[0]
-    if device.platform == "cpu":
-        return 1
-    memory = (device.memory_stats() or {}).get("bytes_limit", _SMALL_GPU)
-    stations = wanted.kind[1]  # type: ignore[index]
-    return max(min(int(0.5 * memory / (_BYTES * stations * wanted.options.across**2)), _MOST), 1)
+        yield run(ready, [plan_run(r.scene, one.travel) for r in ready], one.travel, observers)
 
 
 @in_float64
 def run(
-    ready: Sequence[Prepared], plans: Sequence[Plan], travel: float, observers: Sequence[Observer] = ()
+    ready: Sequence[PreparedCase], plans: Sequence[CommandPlan], travel: float, observers: Sequence[Observer] = ()
 ) -> list[Curves | RunFailed]:
     """Curves of cases of one mesh by their plans; observers watch the first."""
-    models, axes = stacked([r.model for r in ready])
-    data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[moving(r.data) for r in ready])
+    models, axes = stack_cases([r.model for r in ready])
+    data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[carried_state(r.data) for r in ready])
     still = ready[0].data.mjx
     steps = SEGMENT * math.ceil(max(len(p.commands.travel) for p in plans) / SEGMENT)
-    commands = Command(*(np.stack(v) for v in zip(*(_padded(p.commands, steps) for p in plans), strict=True)))
-    records = [Record(r, p) for r, p in zip(ready, plans, strict=True)]
+    commands = Command(*(np.stack(v) for v in zip(*(_pad_commands(p.commands, steps) for p in plans), strict=True)))
+    records = [CurveRecord(r, p) for r, p in zip(ready, plans, strict=True)]
     models, still, data = jax.device_put((models, still, data))
-    march = batch_march(axes)
-    watched = Watched(ready[0], tuple(observers), travel)
+    march = compile_batch(axes)
+    watched = ObserverFeed(ready[0], tuple(observers), travel)
     try:
         for begin in range(0, steps, SEGMENT):
             here = Command(*(c[:, begin : begin + SEGMENT] for c in commands))
@@ -177,12 +134,12 @@ def run(
     return [record.found() for record in records]
 
 
-def moving(data: Data) -> Data:
+def carried_state(data: MjxData) -> MjxData:
     """Without what MJX computes anew every step: the carry of a loop of steps is small."""
     return data._replace(mjx=(data.mjx.qpos, data.mjx.qvel, data.mjx.time))
 
 
-def _padded(commands: Command, steps: int) -> Command:
+def _pad_commands(commands: Command, steps: int) -> Command:
     """Commands of ``steps`` steps, the last of which stand still."""
     more = steps - len(commands.travel)
     last = Command(*(np.repeat(c[-1:], more, 0) for c in commands))
@@ -193,34 +150,34 @@ def _padded(commands: Command, steps: int) -> Command:
 _FUNCTIONS: dict[Hashable, object] = {}
 
 
-def batch_march(axes: object):
+def compile_batch(axes: object):
     """``march`` for a batch whose models differ by ``axes``; made once, so that JAX compiles it once."""
     leaves, structure = jax.tree.flatten(axes, is_leaf=lambda v: v is None)
     key = tuple(leaves), structure
     if key not in _FUNCTIONS:
-        _FUNCTIONS[key] = jax.jit(jax.vmap(march, in_axes=(axes, None, 0, 0)), donate_argnums=2)
+        _FUNCTIONS[key] = jax.jit(jax.vmap(run_steps, in_axes=(axes, None, 0, 0)), donate_argnums=2)
     return _FUNCTIONS[key]
 
 
-def march(model: Model, still: object, data: Data, commands: Command) -> tuple[Data, Array]:
+def run_steps(model: MjxModel, still: object, data: MjxData, commands: Command) -> tuple[MjxData, Array]:
     """The data of one case after several steps, and its readings (steps, 20); its mjx is (qpos, qvel, time).
 
     still: MJX's data of any instant, for what a step computes anew.
     """
 
-    def one(data: Data, command: Command) -> tuple[Data, Array]:
+    def one(data: MjxData, command: Command) -> tuple[MjxData, Array]:
         qpos, qvel, time = data.mjx
         whole = data._replace(mjx=still.replace(qpos=qpos, qvel=qvel, time=time))  # type: ignore[attr-defined]
         after = step(model, whole, command)
-        return moving(after), after.reading
+        return carried_state(after), after.reading
 
     return jax.lax.scan(one, data, commands)
 
 
-class Record:
+class CurveRecord:
     """Readings of one case as rows of curves: means over options.sample of travel."""
 
-    def __init__(self, ready: Prepared, plan: Plan) -> None:
+    def __init__(self, ready: PreparedCase, plan: CommandPlan) -> None:
         self.width, self.begin, self.steps = float(ready.case.belt.width), plan.begin, len(plan.commands.travel)
         sample, travel, speed = ready.scene.options.sample, plan.commands.travel, plan.commands.speed
         row = np.ceil(travel / sample - 1e-9).astype(int)
@@ -237,7 +194,7 @@ class Record:
             return
         numbers = begin + np.arange(len(rows))
         due = numbers < self.steps
-        good = np.isfinite(rows).all(axis=1) & (np.abs(rows[:, :4]).max(axis=1) < RUNAWAY * self.width)
+        good = is_on_pulleys(rows, self.width)
         if not good[due].all():
             self.failed = True
             due &= np.cumsum(~good) == 0
@@ -258,38 +215,21 @@ class Record:
         """So far."""
         full = int(np.argmin(self.counts > 0)) if not (self.counts > 0).all() else len(self.counts)
         t = (self.sums[:full] / self.counts[:full, None]).T
-        fields = {name: t[READING[name]] for name in ("y", "angle", "moment", "edge_stress", "tilt")}
-        fields["y"] = fields["y"] - fields["y"][:, :1]
-        return Curves(
-            travel=t[READING["travel"]],
-            sag=t[READING["sag"]].mean(axis=1) if full else np.zeros(2),
-            extra={
-                "tension": t[READING["tension"]],
-                "tail_x": t[READING["tail_x"]],
-                "belt_speed": t[READING["speed"]],
-            },
-            **fields,
-        )
+        return curves_of(t, t[READING["travel"]], {"tail_x": t[READING["tail_x"]], "belt_speed": t[READING["speed"]]})
 
     def found(self) -> Curves | RunFailed:
         """The curves, or a failure that has those so far."""
-        curves = self.curves()
         if not self.failed:
-            return curves
-        where = f"{curves.travel[-1] if len(curves.travel) else 0.0:.2f} m"
-        failure = RunFailed(
-            f"the belt ran off its pulleys or its motion grew without bound after {where}: turn the yaw back earlier, "
-            "shorten travel, or halve options.dt"
-        )
-        failure.curves = curves
-        return failure
+            return self.curves()
+        why = "the belt ran off its pulleys or its motion grew without bound {where}: turn the yaw back earlier, "
+        return failure_with(self.curves(), why + "shorten travel, or halve options.dt")
 
 
 @dataclass
-class Watched:
+class ObserverFeed:
     """Hands frames of one case to its observers, one for every segment of steps."""
 
-    ready: Prepared
+    ready: PreparedCase
     observers: tuple[Observer, ...]
     travel: float
 
@@ -297,7 +237,7 @@ class Watched:
         for observer in self.observers:
             observer.start(self.ready.case, self.travel)
 
-    def look(self, record: Record, data: Data, read: np.ndarray, yaw: np.ndarray, steps: int) -> None:
+    def look(self, record: CurveRecord, data: MjxData, read: np.ndarray, yaw: np.ndarray, steps: int) -> None:
         """After the step that has read ``read`` (20,)."""
         travel = float(read[READING["travel"]])
         if not self.observers or travel < 0.0 or record.failed or not record.counts[0] or steps > record.steps:
@@ -312,7 +252,11 @@ class Watched:
         for observer in self.observers:
             observer.frame(frame)
 
-    def finish(self, record: Record) -> None:
+    def finish(self, record: CurveRecord) -> None:
         """The run has ended."""
         for observer in self.observers:
             observer.finish(record.curves())
+
+
+ENGINE = BatchEngine(prepare_case, in_batches)
+simulate, simulate_batch = ENGINE.simulate, ENGINE.simulate_batch

@@ -16,35 +16,35 @@ import jax
 import jax.numpy as jnp
 from mujoco import mjx
 
-from belt_sim.belt_mechanics.block_tridiagonal import factorised, solved
+from belt_sim.belt_mechanics.block_tridiagonal import factorise, solve_chain
 from belt_sim.belt_mechanics.chain import (
-    Places,
-    anchored,
-    chain,
-    forces,
+    ChainLayout,
+    anchor_positions,
+    chain_forces,
+    chain_stiffness,
+    couple_stiffness,
+    cut_chain,
     pull_on_nodes,
     spans_blocks,
-    stiffness,
-    torsion,
 )
-from belt_sim.belt_mechanics.loads import forces_on, pressed
-from belt_sim.belt_mechanics.pulleys import behind, moments, moves_of, pose_of, reading
+from belt_sim.belt_mechanics.loads import guide_forces, load_forces
+from belt_sim.belt_mechanics.pulleys import depth_at_ends, pose_of, reading, tail_derivatives, yaw_moments
 from belt_sim.belt_mechanics.wrap import (
     FIRST,
     HEAD,
     LAST,
     TAIL,
-    Pose,
-    Wrap,
-    caught,
-    followed,
-    laid_anew,
-    met,
-    released,
-    sunk,
+    PoseArrays,
+    WrapArrays,
+    land_stations,
+    relax_layer,
+    release_station,
+    roll_anchors,
+    sink_ends,
+    update_tangents,
 )
-from belt_sim.mjx.model import Command, Data, Model, flat_of, nodes_of
-from belt_sim.mjx.mujoco_mjx import actuated, advanced, multibody, node_masses, sensed
+from belt_sim.mjx.model import Command, MjxData, MjxModel, flat_of, nodes_of
+from belt_sim.mjx.mujoco_mjx import advance, apply_actuators, compute_multibody, node_masses, read_sensors
 from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.pytree import Numbers as Array
@@ -53,23 +53,23 @@ _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model
 _ENDS = (FIRST, LAST)
 
 
-def step(model: Model, data: Data, command: Command) -> Data:
+def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     """The data after a step. For jax.jit, jax.vmap (``stacked`` gives the axes), jax.lax.scan and jax.grad."""
     m, belt, shape, h = model.mjx, model.belt, model.shape, model.dt
-    d = actuated(m, data.mjx)
+    d = apply_actuators(m, data.mjx)
     q, v = d.qpos, d.qvel
-    turned = None if data.turned is None else _given_way(model, data, nodes_of(shape, q) + rest_of(model))
-    applied, joints = _pulleys_moved(model, data, command, d.qfrc_actuator, turned)
+    turned = None if data.compliance_yaw is None else _compliance_yaw(model, data, nodes_of(shape, q) + rest_of(model))
+    applied, joints = _move_pulleys(model, data, command, d.qfrc_actuator, turned)
     pose = _pose(model, data, command, joints, turned)
     moved = jnp.abs(pose.spin[HEAD] - data.pose.spin[HEAD]) * belt.surfaces.radius[HEAD]
     shaped = jnp.where(data.travel >= 0.0, 1.0, 0.0)
-    wraps = _sunk(model, data, command, pose, moved, shaped)
-    places = chain(shape, wraps)
+    wraps = _sink_wraps(model, data, command, pose, moved, shaped)
+    places = cut_chain(shape, wraps)
     # where the belt is, and where it would go by itself
     rest, rates = rest_of(model), nodes_of(shape, v)
     before = rest + nodes_of(shape, q)
     back = (jnp.arange(shape.stations) - places.stations[0]) % shape.stations  # from the chain to stations' numbers
-    anchors, free = anchored(belt, wraps, pose, data.layer, places)[..., back], places.free[back]
+    anchors, free = anchor_positions(belt, wraps, pose, data.layer, places)[..., back], places.free[back]
     predicted = jnp.where(free, before + h * rates, anchors)
     drag = jnp.stack([command.drag[0], command.drag[1], command.drag[1]])[None, :, None]
     damping = belt.mass[:, None, None] * jnp.broadcast_to(drag, before.shape)
@@ -79,7 +79,7 @@ def step(model: Model, data: Data, command: Command) -> Data:
         jnt_stiffness=flat_of(nothing, jnp.broadcast_to(jnp.where(free, 0.0, _HOLD), before.shape)),
         dof_damping=flat_of(nothing, damping),
     )
-    there = multibody(
+    there = compute_multibody(
         m,
         d.replace(
             qpos=flat_of(joints, predicted - rest),
@@ -89,37 +89,39 @@ def step(model: Model, data: Data, command: Command) -> Data:
     )
     after = _implicit(model, data, command, there, wraps, pose, places, (before, rates), damping)[..., back]
     goal = flat_of((joints - q[:STATION_JOINTS]) / h, (after - before) / h)
-    d = sensed(m, advanced(m, there.replace(qpos=q, qvel=v), (goal - v) / h))
+    d = read_sensors(m, advance(m, there.replace(qpos=q, qvel=v), (goal - v) / h))
     on_tail = _on_tail(model, data, command, after[..., places.stations], wraps, pose, places)
-    wraps = jax.vmap(lambda w, p: met(shape, w, p, after, h / SPAN_TIME))(wraps, pose)
-    wraps = caught(shape, belt, wraps, (data.pose, before), (pose, after), data.layer, moved, shaped)
+    wraps = jax.vmap(lambda w, p: update_tangents(shape, w, p, after, h / SPAN_TIME))(wraps, pose)
+    wraps = land_stations(shape, belt, wraps, (data.pose, before), (pose, after), data.layer, moved, shaped)
     for end in _ENDS:
-        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(wraps, belt.surfaces, pose)
+        wraps = jax.vmap(lambda w, s, p, end=end: release_station(shape, w, s, p, end, belt.chord))(
+            wraps, belt.surfaces, pose
+        )
     layer = data.layer
     if layer is not None:
-        layer = followed(belt, layer, wraps, pose, after, command.share, jnp.minimum(h / LAYER_TIME, 1.0))
+        layer = relax_layer(belt, layer, wraps, pose, after, command.share, jnp.minimum(h / LAYER_TIME, 1.0))
     tail_x = pose.centre[TAIL, 0]
     read = reading(shape, belt, after, wraps, tail_x, command.share)
     read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])
-    return Data(d, wraps, pose, on_tail, command.travel, turned, layer, read)
+    return MjxData(d, wraps, pose, on_tail, command.travel, turned, layer, read)
 
 
-def rest_of(model: Model) -> Array:
+def rest_of(model: MjxModel) -> Array:
     """Stress-free places of the nodes [m], (m, 3, n)."""
     shape = model.shape
     return nodes_of(shape, model.mjx.body_pos[model.mjx.nbody - shape.stations * shape.lines :].reshape(-1))
 
 
-def _given_way(model: Model, data: Data, nodes: Array) -> Array:
+def _compliance_yaw(model: MjxModel, data: MjxData, nodes: Array) -> Array:
     """Yaw by compliance [rad], (2,), which follows the belt's moment on a pulley."""
     shape, belt = model.shape, model.belt
     pull = pull_on_nodes(shape, belt, nodes, jnp.where(data.travel >= 0.0, 1.0, 0.0))
-    wanted = belt.surfaces.yaw_compliance * moments(shape, data.wraps, data.pose, nodes, pull)
-    return data.turned + (wanted - data.turned) * jnp.minimum(model.dt / COMPLIANCE_TIME, 1.0)
+    wanted = belt.surfaces.yaw_compliance * yaw_moments(shape, data.wraps, data.pose, nodes, pull)
+    return data.compliance_yaw + (wanted - data.compliance_yaw) * jnp.minimum(model.dt / COMPLIANCE_TIME, 1.0)
 
 
-def _pulleys_moved(
-    model: Model, data: Data, command: Command, actuators: Array, turned: Array | None
+def _move_pulleys(
+    model: MjxModel, data: MjxData, command: Command, actuators: Array, turned: Array | None
 ) -> tuple[Array, Array]:
     """Forces on all coordinates [N, N m], and the pulleys' joints after the step (5,); see machine.py."""
     belt, tail, h, sign = model.belt, model.tail, model.dt, model.shape.sign
@@ -139,7 +141,7 @@ def _pulleys_moved(
     return applied, joints.at[HEAD_YAW].set(yaw[HEAD]).at[TAIL_YAW].set(yaw[TAIL])
 
 
-def _pose(model: Model, data: Data, command: Command, joints: Array, turned: Array | None) -> Pose:
+def _pose(model: MjxModel, data: MjxData, command: Command, joints: Array, turned: Array | None) -> PoseArrays:
     """Where the pulleys are after the step. A wobble sets in while the belt comes to rest."""
     begun = jnp.minimum(data.mjx.time / (0.5 * model.settle), 1.0)
     tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
@@ -147,28 +149,30 @@ def _pose(model: Model, data: Data, command: Command, joints: Array, turned: Arr
     return pose_of(model.shape, model.belt, command.travel, command.yaw, command.share, tail, turned, askew)
 
 
-def _sunk(model: Model, data: Data, command: Command, pose: Pose, moved: Array, shaped: Array) -> Wrap:
+def _sink_wraps(
+    model: MjxModel, data: MjxData, command: Command, pose: PoseArrays, moved: Array, shaped: Array
+) -> WrapArrays:
     """The stations on the pulleys on their paths for where the pulleys will be."""
     shape, belt, wraps = model.shape, model.belt, data.wraps
     if shape.canted:
         stands = (command.speed == 0.0) & (command.travel >= 0.0)
         rolled = jnp.where(stands, pose.axes[:, 2, 1] - data.pose.axes[:, 2, 1], 0.0)
-        wraps = jax.vmap(laid_anew)(belt.surfaces, wraps, pose, rolled)
+        wraps = jax.vmap(roll_anchors)(belt.surfaces, wraps, pose, rolled)
     for end in _ENDS:
-        wraps = jax.vmap(lambda w, s, p, end=end: sunk(shape, w, s, p, end, belt.chord, moved, shaped))(
+        wraps = jax.vmap(lambda w, s, p, end=end: sink_ends(shape, w, s, p, end, belt.chord, moved, shaped))(
             wraps, belt.surfaces, pose
         )
     return wraps
 
 
 def _implicit(
-    model: Model,
-    data: Data,
+    model: MjxModel,
+    data: MjxData,
     command: Command,
     there: mjx.Data,
-    wraps: Wrap,
-    pose: Pose,
-    places: Places,
+    wraps: WrapArrays,
+    pose: PoseArrays,
+    places: ChainLayout,
     was: tuple[Array, Array],
     damping: Array,
 ) -> Array:
@@ -188,33 +192,39 @@ def _implicit(
     mass = on_chain(nodes_of(shape, node_masses(m, d)))
     others = on_chain(nodes_of(shape, d.qfrc_passive - d.qfrc_bias + d.qfrc_actuator))
     twist = _twist(model, data, wraps, pose, places)
-    pull, _ = forces(shape, belt, nodes, places, twist, command.share)
+    pull, _ = chain_forces(shape, belt, nodes, places, twist, command.share)
     more = (mass / h**2 + on_chain(damping) / h).reshape(size, -1)
     lacking = pull + (others - mass * (nodes - before - h * rates) / h**2).reshape(size, -1)
     if belt.guides is not None:
-        press = pressed(belt.guides, belt.chord, belt.stiffness / belt.stiffness.sum(), nodes, places.free)
+        press = guide_forces(belt.guides, belt.chord, belt.stiffness / belt.stiffness.sum(), nodes, places.free)
         lacking, more = lacking.at[1::3].add(press.force), more.at[1::3].add(press.stiffness)
     if belt.loads is not None:
-        pushes = forces_on(belt.loads, belt.chord, belt.stiffness, belt.line_y, belt.mass, before)
+        pushes = load_forces(belt.loads, belt.chord, belt.stiffness, belt.line_y, belt.mass, before)
         lacking = lacking + command.share * pushes.reshape(lacking.shape)
-    _, cell = stiffness(shape, belt, nodes, before, places, twist, command.share)
-    levels = factorised(*spans_blocks(shape, cell, places, more))
-    change = solved(levels, jnp.where(places.free, lacking, 0.0)[:, None])[:, 0]
+    _, cell = chain_stiffness(shape, belt, nodes, before, places, twist, command.share)
+    levels = factorise(*spans_blocks(shape, cell, places, more))
+    change = solve_chain(levels, jnp.where(places.free, lacking, 0.0)[:, None])[:, 0]
     return nodes + change.reshape(nodes.shape)
 
 
-def _twist(model: Model, data: Data, wraps: Wrap, pose: Pose, places: Places) -> Array:
+def _twist(model: MjxModel, data: MjxData, wraps: WrapArrays, pose: PoseArrays, places: ChainLayout) -> Array:
     tension = jnp.maximum(-0.5 * data.on_tail[0], 0.0)
-    return torsion(model.belt, behind(model.shape, wraps, model.belt, pose), places, tension)
+    return couple_stiffness(model.belt, depth_at_ends(model.shape, wraps, model.belt, pose), places, tension)
 
 
 def _on_tail(
-    model: Model, data: Data, command: Command, nodes: Array, wraps: Wrap, pose: Pose, places: Places
+    model: MjxModel,
+    data: MjxData,
+    command: Command,
+    nodes: Array,
+    wraps: WrapArrays,
+    pose: PoseArrays,
+    places: ChainLayout,
 ) -> Array:
     """Force along x [N] and moment about its axis [N m] by belt and weight on the tail pulley; nodes: the chain."""
     shape, belt = model.shape, model.belt
     twist = _twist(model, data, wraps, pose, places)
-    _, at_ends = forces(shape, belt, nodes, places, twist, command.share)
-    pulled = jnp.einsum("eip,ei->p", moves_of(shape, wraps, pose), at_ends[TAIL])
+    _, at_ends = chain_forces(shape, belt, nodes, places, twist, command.share)
+    pulled = jnp.einsum("eip,ei->p", tail_derivatives(shape, wraps, pose), at_ends[TAIL])
     arms = jnp.where(places.on_tail, nodes[:, 0] - pose.centre[TAIL, 0], 0.0).sum(axis=1)
     return pulled.at[1].add(belt.gravity * (belt.mass @ arms))

@@ -13,19 +13,34 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.files import write_text
 from belt_sim.frame import Observer, SceneObserver
-from belt_sim.mujoco3d.friction import Tangent
-from belt_sim.mujoco3d.loads import Guides, Load, Pushes, Spread, Torsion, loads_on_pulleys, pull_on_nodes
-from belt_sim.mujoco3d.machine import Drive, Pulleys, Scene, build
-from belt_sim.mujoco3d.mesh import BeltModel, Chain, Grid, Membrane, drag
-from belt_sim.mujoco3d.mujoco_4 import Solver, Springs, compiled, mjcf
-from belt_sim.mujoco3d.options import BELTS, CONTACTS, Options, fitted, for_contact, is_limp
+from belt_sim.mujoco3d.friction import WrapStiffness
+from belt_sim.mujoco3d.loads import (
+    DistributedLoads,
+    EdgeGuideSprings,
+    NodeLoad,
+    PushLoads,
+    Torsion,
+    loads_on_pulleys,
+    pull_on_nodes,
+)
+from belt_sim.mujoco3d.machine import Drive, Pulleys, SceneLayout, build_scene
+from belt_sim.mujoco3d.mesh import BeltModel, Chain, Grid, Membrane, drag_coefficients
+from belt_sim.mujoco3d.mujoco_4 import Solver, Springs, compile_model, mjcf
+from belt_sim.mujoco3d.options import BELTS, CONTACTS, Options, contact_options, fit_options, is_limp
 from belt_sim.mujoco3d.recording import Recorder
 from belt_sim.mujoco3d.rolling_contact import Edited, build_contact, run_contact
-from belt_sim.mujoco3d.rope import Sway, lead_off, lead_on, run_off
-from belt_sim.mujoco3d.stages import Stage, stages
-from belt_sim.mujoco3d.state import State
-from belt_sim.mujoco3d.stress_free import Camber
-from belt_sim.mujoco3d.wrap import Layer, displaced, follow, laid_wraps, settle, shape_pulleys
+from belt_sim.mujoco3d.rope import SwayDrag, hold_run_up_ends, place_run_off_stations, run_off
+from belt_sim.mujoco3d.stages import Stage, run_stages
+from belt_sim.mujoco3d.state import RunState
+from belt_sim.mujoco3d.stress_free import RestLengths
+from belt_sim.mujoco3d.wrap import (
+    BendingLayer,
+    held_displacements,
+    lay_wraps,
+    move_anchors,
+    shape_pulleys,
+    update_contact,
+)
 from belt_sim.scene_parts import SceneParts
 
 
@@ -34,54 +49,54 @@ class Engine:
     """What acts on a state. tangent: None for a belt that only sticks; camber: None for a straight one;
     limp: it has no bending stiffness in its spans; layer: None for a belt that leaves its pulleys like a thread."""
 
-    scene: Scene
+    scene: SceneLayout
     solver: Solver
     pulleys: Pulleys
-    loads: tuple[Load, ...]
-    guides: Guides
-    tangent: Tangent | None
-    camber: Camber | None
+    loads: tuple[NodeLoad, ...]
+    guides: EdgeGuideSprings
+    tangent: WrapStiffness | None
+    camber: RestLengths | None
     limp: bool
-    layer: Layer | None
+    layer: BendingLayer | None
 
     @staticmethod
-    def of(scene: Scene, solver: Solver, limp: bool) -> "Engine":
+    def of(scene: SceneLayout, solver: Solver, limp: bool) -> "Engine":
         """For a compiled scene."""
         mesh, options = scene.mesh, scene.options
         pulleys = Pulleys.of(scene, solver)
-        loads: list[Load] = []
+        loads: list[NodeLoad] = []
         if mesh.across > 1:
             loads.append(Torsion.of(scene.case.belt, mesh))
         parts = scene.parts
         if parts.pushes:
-            loads.append(Pushes(parts.pushes, mesh))
+            loads.append(PushLoads(parts.pushes, mesh))
         if parts.lean or parts.roll:
-            loads.append(Spread(parts.lean * parts.gravity, parts.roll, mesh))
+            loads.append(DistributedLoads(parts.lean * parts.gravity, parts.roll, mesh))
         if limp:
-            loads.append(Sway(mesh, int(pulleys.sign), options.damping * mesh.mass, options.dt))
+            loads.append(SwayDrag(mesh, int(pulleys.sign), options.damping * mesh.mass, options.dt))
         slides = math.isfinite(parts.friction) or options.tensioning == "koller"
         return Engine(
             scene=scene,
             solver=solver,
             pulleys=pulleys,
             loads=tuple(loads),
-            guides=Guides(parts.edge_guides, mesh),
-            tangent=Tangent.of(mesh, scene.loop, solver, options.dt) if slides else None,
-            camber=Camber.of(mesh, solver) if parts.camber is not None else None,
+            guides=EdgeGuideSprings(parts.edge_guides, mesh),
+            tangent=WrapStiffness.of(mesh, scene.loop, solver, options.dt) if slides else None,
+            camber=RestLengths.of(mesh, solver) if parts.camber is not None else None,
             limp=limp,
-            layer=Layer.of(scene.case, mesh, parts.lift_off, options.dt) if parts.lift_off else None,
+            layer=BendingLayer.of(scene.case, mesh, parts.lift_off, options.dt) if parts.lift_off else None,
         )
 
-    def lay(self) -> State:
+    def lay(self) -> RunState:
         """The belt laid round the pulleys, at rest."""
         scene, poses = self.scene, self.pulleys.laid()
         mesh = scene.mesh
         slides = mesh.laid - mesh.rest
         radii = scene.parts.head.radius, scene.parts.tail.radius
-        wraps = laid_wraps(mesh, scene.loop, slides, poses, radii)
+        wraps = lay_wraps(mesh, scene.loop, slides, poses, radii)
         pull = pull_on_nodes(mesh, self.solver, slides, scene.parts.gravity)
         joints = self.pulleys.joints(poses)
-        return State(
+        return RunState(
             joints=joints,
             joint_rates=np.zeros_like(joints),
             slides=slides,
@@ -89,29 +104,24 @@ class Engine:
             poses=poses,
             wraps=wraps,
             loads=loads_on_pulleys(mesh, slides, pull, wraps, poses),
-            yaw=np.zeros(2),
-            given_way=np.zeros(2),
-            slip=np.zeros(2),
-            led=[run_off(wrap, int(self.pulleys.sign)) for wrap in wraps],
+            run_off_stations=[run_off(wrap, int(self.pulleys.sign)) for wrap in wraps],
             kink_slope=np.zeros((2, mesh.across)),
-            met=[run_off(wrap, -int(self.pulleys.sign)) for wrap in wraps],
-            turned=np.zeros(2),
-            aside=np.zeros(2),
+            run_up_stations=[run_off(wrap, -int(self.pulleys.sign)) for wrap in wraps],
             travel=-scene.early,
         )
 
-    def step(self, state: State, drive: Drive) -> None:
+    def step(self, state: RunState, drive: Drive) -> None:
         """One step of the state, whose travel, speed, time and yaw are those of its end already (``command``)."""
         scene, solver = self.scene, self.solver
         joint_forces = self.pulleys.advance(state, drive, scene.options.dt)
-        follow(state, scene.mesh.chord)
+        move_anchors(state, scene.mesh.chord)
         springs = self._springs(state)
         forces = np.zeros_like(state.slides)
         for load in self.loads:
             forces += load.forces(state, springs)
         if self.camber is not None:
             solver.set_rest_lengths(self.camber.lengths(state.share))
-        solver.damp(drag(scene.mesh, *drive.drag))
+        solver.damp(drag_coefficients(scene.mesh, *drive.drag))
         solver.step(state, springs, forces, joint_forces)
         if solver.diverged:
             raise RunFailed(f"the belt's acceleration grew without bound at {state.time:.3f} s: halve options.dt")
@@ -120,26 +130,26 @@ class Engine:
             state.slides[wrap.stations] = springs.rest[wrap.stations]
         pull = pull_on_nodes(scene.mesh, solver, state.slides, scene.parts.gravity)
         state.loads = loads_on_pulleys(scene.mesh, state.slides, pull, state.wraps, state.poses)
-        settle(scene.mesh, state, pull, scene.options.dt, drive.friction, self.tangent)
+        update_contact(scene.mesh, state, pull, scene.options.dt, drive.friction, self.tangent)
         if self.layer is not None:
             self.layer.follow(state)
 
-    def _springs(self, state: State) -> Springs:
+    def _springs(self, state: RunState) -> Springs:
         """All that holds nodes in the coming step: anchors on the pulleys, and guides beside the spans."""
         mesh, springs = self.scene.mesh, Springs.none(state.slides.shape)
         for wrap, pose in zip(state.wraps, state.poses, strict=True):
             springs.rest[wrap.stations] = wrap.place(pose) - mesh.rest[wrap.stations]
             if self.layer is not None:
-                springs.rest[wrap.stations] += displaced(wrap, pose, mesh)
+                springs.rest[wrap.stations] += held_displacements(wrap, pose, mesh)
             springs.stiffness[wrap.stations] = self.scene.options.hold_stiffness
         if self.limp:
-            lead_on(mesh, state, springs, int(self.pulleys.sign))
-            lead_off(mesh, state, springs, int(self.pulleys.sign))
+            hold_run_up_ends(mesh, state, springs, int(self.pulleys.sign))
+            place_run_off_stations(mesh, state, springs, int(self.pulleys.sign))
         self.guides.press(state, springs)
         return springs
 
 
-def command(state: State, drive: Drive, dt: float) -> None:
+def apply_command(state: RunState, drive: Drive, dt: float) -> None:
     """What the machine is told counts from the beginning of the step."""
     state.time += dt
     state.travel, state.speed, state.yaw, state.share = drive.travel, drive.speed, drive.yaw, drive.share
@@ -176,11 +186,11 @@ def simulate(
     held = contact == CONTACTS[0]
     if held and math.isfinite(parts.friction) and is_limp(belt, options):
         raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
-    options = fitted(options if held else for_contact(options), case, belt)
+    options = fit_options(options if held else contact_options(options), case, belt)
 
     def run(case: Case, path: Path | None = None, observers: Sequence[Observer] = ()) -> Curves:
         if held:
-            return Run.begin(case, belt, options, parts, path).go(travel, observers)
+            return SpaceRun.begin(case, belt, options, parts, path).go(travel, observers)
         return run_contact(case, BELT_MODELS[belt](), travel, options, parts, path, observers, edited)
 
     curves = run(case, scene_path, observers)
@@ -195,33 +205,35 @@ def simulate(
 
 def contact_scene(case: Case, belt: str, options: Options) -> mujoco.MjSpec:
     """The specification of a case's scene that MuJoCo's contacts carry."""
-    options = fitted(for_contact(options), case, belt)
+    options = fit_options(contact_options(options), case, belt)
     return build_contact(case, BELT_MODELS[belt](), options, SceneParts.undisturbed(case, options.friction))[0]
 
 
 @dataclass
-class Run:
+class SpaceRun:
     """One run under way."""
 
-    scene: Scene
+    scene: SceneLayout
     engine: Engine
-    state: State
+    state: RunState
 
     @staticmethod
     def begin(
         case: Case, belt: str, options: Options, parts: SceneParts | None = None, scene_path: Path | None = None
-    ) -> "Run":
+    ) -> "SpaceRun":
         """Build the scene (and write its MJCF) with the belt laid round the pulleys; options: fitted to the case."""
-        spec, scene = build(case, BELT_MODELS[belt](), options, parts or SceneParts.undisturbed(case, options.friction))
-        model = compiled(spec)
+        spec, scene = build_scene(
+            case, BELT_MODELS[belt](), options, parts or SceneParts.undisturbed(case, options.friction)
+        )
+        model = compile_model(spec)
         if scene_path is not None:
             write_text(scene_path, mjcf(spec))
         engine = Engine.of(scene, Solver(model, scene.mesh.rest.shape), is_limp(belt, options))
-        return Run(scene, engine, engine.lay())
+        return SpaceRun(scene, engine, engine.lay())
 
     def stages(self, travel: float) -> list[Stage]:
         """What it consists of, in order."""
-        return stages(self.scene, self.engine.pulleys.load, travel)
+        return run_stages(self.scene, self.engine.pulleys.load, travel)
 
     def go(self, travel: float, observers: Iterable[Observer] = ()) -> Curves:
         """All stages up to ``travel`` [m]."""
@@ -245,7 +257,7 @@ class Run:
         """All steps of a stage."""
         scene, state = self.scene, self.state
         for drive in stage.drives(state):
-            command(state, drive, scene.options.dt)
+            apply_command(state, drive, scene.options.dt)
             if stage.recorded and recorder.start is None and state.travel >= 0.0:
                 recorder.begin(state)
                 shape_pulleys(state, scene.parts)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.loop import LaidLoop
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Solver
 from belt_sim.mujoco3d.state import Wrap
@@ -21,7 +21,7 @@ _AROUND = (-1, 0, 1)
 
 
 @dataclass
-class Tangent:
+class WrapStiffness:
     """Stiffness of a strip of stations [N/m], each with 2 m degrees of freedom: node by node along the axis, the turn.
 
     block, shape (2, 3, 2 m, 2 m): for a station of even or odd number, what holds the station before it, itself and
@@ -35,7 +35,7 @@ class Tangent:
     known: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
     @staticmethod
-    def of(mesh: Mesh, loop: Loop, solver: Solver, dt: float) -> "Tangent":
+    def of(mesh: Mesh, loop: LaidLoop, solver: Solver, dt: float) -> "WrapStiffness":
         """Read off in the middle of the upper span, laid and under tension."""
         slides = mesh.laid - mesh.rest
         upper = np.flatnonzero(loop.z > 0.0)
@@ -55,7 +55,7 @@ class Tangent:
         inertia = np.repeat(mesh.mass, 2) / dt**2
         tail_x = loop.x.max() - loop.radius_tail
         inside = np.abs(loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x
-        return Tangent(block=block, inertia=inertia, free=int(np.count_nonzero(inside)))
+        return WrapStiffness(block=block, inertia=inertia, free=int(np.count_nonzero(inside)))
 
     def wrap(self, first: int, count: int) -> np.ndarray:
         """Stiffness of stations first..first + count - 1 between two free spans, shape (2 m count, 2 m count)."""
@@ -173,7 +173,7 @@ def _newton(force, limit, stiffness, slip) -> tuple[np.ndarray, float]:
     return slip + share * change, share
 
 
-def let_slip(wrap: Wrap, holding: np.ndarray, friction: float, tangent: Tangent) -> float:
+def slide_anchors(wrap: Wrap, holding: np.ndarray, friction: float, tangent: WrapStiffness) -> float:
     """Move the anchors of nodes whose tangential force exceeds friction [1] x pressure; mean lateral slip [m].
 
     A return mapping on the holding forces of a wrap, as one system, without inertia. holding [N], shape (held, m, 3):

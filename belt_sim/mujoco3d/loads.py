@@ -7,16 +7,16 @@ import numpy as np
 
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Solver, Springs
-from belt_sim.mujoco3d.state import TAIL, Pose, State, Wrap
+from belt_sim.mujoco3d.state import TAIL, Pose, RunState, Wrap
 from belt_sim.mujoco3d.wrap import FIRST, LAST, depth
 from belt_sim.rig import Belt
 from belt_sim.scene_parts import EdgeGuide, Push
 
 
-class Load(Protocol):
+class NodeLoad(Protocol):
     """Something that acts on the nodes during a step."""
 
-    def forces(self, state: State, springs: Springs) -> np.ndarray:
+    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
         """[N], shape (n, m, 3); springs: those that hold the nodes during the step."""
 
 
@@ -49,7 +49,7 @@ class Torsion:
     the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. A twist also stretches the edges, by (y phi')^2 / 2. Of
     the strip that is a couple E h b^5 phi'^3 / 360, of lines EA phi'^3 (sum(w_j y_j^4) - sum(w_j y_j^2)^2) / 2, nothing
     for two. tense [1/m], own [1/m], still [N/m]: b^2 / 12, sum(w_j y_j^2) and G b h^3 / 3, all over chord b'^2, b' the
-    outer lines' distance; stretched [N/m3]: what the lines lack of the couple, as a force on them over the cube of what
+    outer lines' distance; cubic [N/m3]: what the lines lack of the couple, as a force on them over the cube of what
     a link of the one rises more than the other; lean [m], shape (n,): height of the first line above the last in the
     stress-free places.
 
@@ -62,7 +62,7 @@ class Torsion:
     tense: float
     own: float
     still: float
-    stretched: float
+    cubic: float
     lean: np.ndarray
 
     @staticmethod
@@ -79,11 +79,11 @@ class Torsion:
             tense=per * width**2 / 12.0,
             own=per * float(share @ mesh.line_y**2),
             still=per * float(belt.shear_modulus) * width * thickness**3 / 3.0,
-            stretched=0.5 * stiffness * lacking / (apart * (mesh.chord * apart) ** 3),
+            cubic=0.5 * stiffness * lacking / (apart * (mesh.chord * apart) ** 3),
             lean=mesh.rest[:, 0, 2] - mesh.rest[:, -1, 2],
         )
 
-    def forces(self, state: State, springs: Springs) -> np.ndarray:
+    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
         """The couples as vertical forces on the outer nodes; landed sections do not roll."""
         tension = max(-0.5 * float(state.loads[TAIL, 0]), 0.0)
         whole = tension * self.tense + self.still
@@ -93,7 +93,7 @@ class Torsion:
         bent[:-1] += roll[1:]
         bent[0] += roll[-1]
         bent[-1] += roll[0]
-        twisted = self.stretched * (np.roll(roll, -1) - roll) ** 3
+        twisted = self.cubic * (np.roll(roll, -1) - roll) ** 3
         couple = (whole - tension * self.own) * bent + twisted - np.roll(twisted, 1)
         for wrap in state.wraps:
             couple[wrap.stations] = 0.0
@@ -117,7 +117,7 @@ class Torsion:
 
 
 @dataclass(frozen=True)
-class Guides:
+class EdgeGuideSprings:
     """Springs on the lateral slides of free nodes near a roller, in the solver's metric like those of landed ones.
 
     A roller takes hold of the stations within one chord of it, by a share that falls linearly with the distance, so
@@ -127,7 +127,7 @@ class Guides:
     guides: tuple[EdgeGuide, ...]
     mesh: Mesh
 
-    def press(self, state: State, springs: Springs) -> None:
+    def press(self, state: RunState, springs: Springs) -> None:
         """A free node y beyond its place gets a spring that pushes the edge back to the roller's face."""
         if not self.guides:
             return
@@ -150,13 +150,13 @@ class Guides:
 
 
 @dataclass(frozen=True)
-class Pushes:
+class PushLoads:
     """Stations within one chord of a place take its load, by a share that falls linearly with the distance."""
 
     pushes: tuple[Push, ...]
     mesh: Mesh
 
-    def forces(self, state: State, springs: Springs) -> np.ndarray:
+    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
         """Forces over the lines as the belt's stiffness is, couples as forces along the belt that grow with y."""
         mesh, forces = self.mesh, np.zeros_like(state.slides)
         middle = (mesh.rest + state.slides).mean(axis=1)
@@ -174,7 +174,7 @@ class Pushes:
 
 
 @dataclass(frozen=True)
-class Spread:
+class DistributedLoads:
     """across [m/s2]: pull of the weight towards +y, on all nodes, of which the pulleys hold those that lie on them;
     roll [N]: couple per metre about +x on what is above the axes."""
 
@@ -182,7 +182,7 @@ class Spread:
     roll: float
     mesh: Mesh
 
-    def forces(self, state: State, springs: Springs) -> np.ndarray:
+    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
         """The couple as vertical forces on the outer lines."""
         mesh, forces = self.mesh, np.zeros_like(state.slides)
         forces[..., 1] = state.share * self.across * mesh.mass

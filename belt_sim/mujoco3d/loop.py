@@ -68,7 +68,7 @@ def _sinhc(u) -> np.ndarray:
 _SINKING = 4  # chords, at most
 
 
-def sinking(chord: float, radius: float) -> int:
+def sinking_chords(chord: float, radius: float) -> int:
     """Chords along which a station sinks; with two more at either end of half a wrap some stay on the circle."""
     return min(max(int(0.5 * math.pi * radius / chord) - 3, 1), _SINKING)
 
@@ -78,30 +78,30 @@ def lift(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
 
     Straight up to half a chord, then a cubic to 0 with the slope of either side.
     """
-    along = sinking(chord, radius)
+    along = sinking_chords(chord, radius)
     straight = radius / np.cos(np.minimum(depth, 0.5 * chord) / radius) - radius
-    t = _sunk(depth, chord, radius)
+    t = _sunk_share(depth, chord, radius)
     left = (1.0 - t) * (1.0 - t)
     return straight * left * (1.0 + 2.0 * t) + (0.5 * chord**2 / radius * along) * t * left
 
 
-def fading(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
+def fade(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
     """From 1 on the straight part of the path to 0 on the circle, with level ends."""
-    t = _sunk(depth, chord, radius)
+    t = _sunk_share(depth, chord, radius)
     return (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t)
 
 
-def _sunk(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
+def _sunk_share(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
     """Share of the way from the straight part of the path to the circle."""
-    return np.minimum(np.maximum((depth / chord - 0.5) / sinking(chord, radius), 0.0), 1.0)
+    return np.minimum(np.maximum((depth / chord - 0.5) / sinking_chords(chord, radius), 0.0), 1.0)
 
 
-def apart(chord, across, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
+def chord_angle(chord, across, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
     """Angle [rad] between places ``chord`` [m] from another, at radii r1, r2 and ``across`` [m] along the axis."""
-    return apart_flat(chord**2 - across**2, r1, r2)
+    return chord_angle_flat(chord**2 - across**2, r1, r2)
 
 
-def apart_flat(flat: np.ndarray, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
+def chord_angle_flat(flat: np.ndarray, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
     """The same for chords whose square, without what goes along the axis, is ``flat`` [m2]."""
     return 2.0 * np.arcsin(np.sqrt((flat - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
 
@@ -112,7 +112,7 @@ _TURN_SWEEPS = 12  # so is the place of the tail pulley's first station
 
 
 @dataclass(frozen=True)
-class Loop:
+class LaidLoop:
     """Stations in the order in which the upper span runs from head to tail, where they will run (path.py).
 
     x, z [m], shape (n,); on_head, on_tail: which of them lie on the pulleys, shape (n,); chord [m] between
@@ -131,7 +131,7 @@ class Loop:
 
 
 @dataclass(frozen=True)
-class Hanging:
+class HangingBelt:
     """The smooth belt on the pulleys: its spans, and the arcs on head and tail [m]."""
 
     upper: Catenary
@@ -140,14 +140,14 @@ class Hanging:
     tail: float
 
     @staticmethod
-    def of(case: Case) -> "Hanging":
+    def of(case: Case) -> "HangingBelt":
         """At the case's tension and gravity, on the pulleys themselves."""
         a, curvature = float(case.rig.centre_distance), float(case.sag_curvature)
         head, tail = float(case.rig.head_radius), float(case.rig.tail_radius)
         upper, lower = Catenary.touching(a, head, tail, curvature), Catenary.touching(a, -head, -tail, curvature)
         on_head = math.pi + lower.slopes[0] - upper.slopes[0]
         on_tail = math.pi - lower.slopes[1] + upper.slopes[1]
-        return Hanging(upper, lower, head * on_head, tail * on_tail)
+        return HangingBelt(upper, lower, head * on_head, tail * on_tail)
 
     @property
     def length(self) -> float:
@@ -157,7 +157,7 @@ class Hanging:
 
 def free_length(case: Case) -> float:
     """Stress-free length [m] of the belt that hangs on the case's pulleys at its tension."""
-    return Hanging.of(case).length / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
+    return HangingBelt.of(case).length / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
 
 
 def station_radius(radius: float, chord: float) -> float:
@@ -166,7 +166,7 @@ def station_radius(radius: float, chord: float) -> float:
     return 0.5 * chord / math.sin(half)
 
 
-def laid_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> Loop:
+def lay_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> LaidLoop:
     """The loop at the case's tension and gravity with stations about dx [m] apart, or with so many stations.
 
     path(depth, chord, radius): height [m] above the circle at which stations come and go, as path.lift.
@@ -178,16 +178,16 @@ def laid_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> Loop:
     if dx > longest:
         raise InputError("options.dx", dx, "m", f"a pulley carries too few stations: give at most {longest:.3f}")
     n = stations or 2 * round(float(rig.belt_length) / dx / 2.0)
-    hanging = Hanging.of(case)
+    hanging = HangingBelt.of(case)
     chord = hanging.length / n
     links = _links(hanging, chord, n)
     for _ in range(_CHORD_SWEEPS):
-        loop, lower = _lay(case, hanging, chord, links, path)
+        loop, lower = _lay_stations(case, hanging, chord, links, path)
         chord += (lower - links[3] * chord) / n
     return loop
 
 
-def _links(hanging: Hanging, chord: float, n: int) -> tuple[int, int, int, int]:
+def _links(hanging: HangingBelt, chord: float, n: int) -> tuple[int, int, int, int]:
     """Links on the head, in the upper span, on the tail and in the lower span.
 
     One station lies where the upper span touches the head. A station that is less than half a chord away from a
@@ -199,7 +199,9 @@ def _links(hanging: Hanging, chord: float, n: int) -> tuple[int, int, int, int]:
     return head, upper, tail, n - head - upper - tail
 
 
-def _lay(case: Case, hanging: Hanging, chord: float, links: tuple[int, int, int, int], path) -> tuple[Loop, float]:
+def _lay_stations(
+    case: Case, hanging: HangingBelt, chord: float, links: tuple[int, int, int, int], path
+) -> tuple[LaidLoop, float]:
     """Stations with this chord [m] everywhere but in the lower span, and the length of the lower span [m]."""
     rig, (on_head, upper, on_tail, lower) = case.rig, links
     a, curvature = float(rig.centre_distance), float(case.sag_curvature)
@@ -207,26 +209,28 @@ def _lay(case: Case, hanging: Hanging, chord: float, links: tuple[int, int, int,
     last = -hanging.upper.slopes[0]
     turn = last + chord / float(rig.head_radius) * np.arange(-on_head, 1)
     meets = (last - hanging.head / float(rig.head_radius), last)
-    behind = _wrapped(float(rig.head_radius), turn, 0.0, chord, meets, path)
+    behind = _wrap_stations(float(rig.head_radius), turn, 0.0, chord, meets, path)
     meets = (-hanging.upper.slopes[1], -hanging.upper.slopes[1] + hanging.tail / float(rig.tail_radius))
     turn = meets[0] + chord / float(rig.tail_radius) * np.arange(on_tail + 1)
     bow = 1.0 + (curvature * chord) ** 2 / 24.0  # length of a link's arc over its chord
     for _ in range(_TURN_SWEEPS):
-        ahead = _wrapped(float(rig.tail_radius), turn, a, chord, meets, path)
+        ahead = _wrap_stations(float(rig.tail_radius), turn, a, chord, meets, path)
         over = Catenary.through(behind[-1], ahead[0], curvature)
         turn += (upper * chord * bow - over.length) / tail
     under = Catenary.through(behind[0], ahead[-1], curvature)
     parts = (behind[-1:], over.divide(upper), ahead, under.divide(lower)[::-1], behind[:-1])
     where = np.repeat([0, 1, 2, 1, 0], [len(p) for p in parts])
     x, z = np.concatenate(parts).T
-    loop = Loop(
+    loop = LaidLoop(
         x=x, z=z, on_head=where == 0, on_tail=where == 2, chord=chord, radius_head=head, radius_tail=tail,
         centre_distance=a,
     )  # fmt: skip
     return loop, under.length / bow
 
 
-def _wrapped(radius: float, turn: np.ndarray, x: float, chord: float, meets: tuple[float, float], path) -> np.ndarray:
+def _wrap_stations(
+    radius: float, turn: np.ndarray, x: float, chord: float, meets: tuple[float, float], path
+) -> np.ndarray:
     """Stations on a pulley, shape (k, 2) [m]; turn [rad]: their angles if they all lay on one circle.
 
     meets [rad]: where the belt comes and goes; the middle station keeps its angle.
@@ -235,6 +239,6 @@ def _wrapped(radius: float, turn: np.ndarray, x: float, chord: float, meets: tup
     angle = turn.copy()
     for _ in range(_PATH_SWEEPS):
         r = circle + sum(path(radius * depth, chord, radius) for depth in (angle - meets[0], meets[1] - angle))
-        steps = np.concatenate([[0.0], np.cumsum(apart(chord, 0.0, r[1:], r[:-1]))])
+        steps = np.concatenate([[0.0], np.cumsum(chord_angle(chord, 0.0, r[1:], r[:-1]))])
         angle = turn[middle] + steps - steps[middle]
     return np.stack([x + r * np.sin(angle), r * np.cos(angle)], axis=1)

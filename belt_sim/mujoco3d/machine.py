@@ -13,13 +13,13 @@ import numpy as np
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
-from belt_sim.mujoco3d.loop import Loop, laid_loop, lift
+from belt_sim.mujoco3d.loop import LaidLoop, lay_loop, lift
 from belt_sim.mujoco3d.mesh import BeltModel, Mesh
-from belt_sim.mujoco3d.mujoco_4 import Solver, make_factorised, set_solver
+from belt_sim.mujoco3d.mujoco_4 import Solver, add_dummy_equality, set_solver
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.state import TAIL, Pose, State
-from belt_sim.mujoco3d.stress_free import curved
-from belt_sim.mujoco3d.tensioning import Apart
+from belt_sim.mujoco3d.state import TAIL, Pose, RunState
+from belt_sim.mujoco3d.stress_free import with_curvature
+from belt_sim.mujoco3d.tensioning import KollerPlan
 from belt_sim.paths import MODELS
 from belt_sim.scene_parts import EdgeGuide, PulleySurface, SceneParts
 
@@ -59,7 +59,7 @@ class YawPlan:
     @staticmethod
     def of(settings: Settings) -> "YawPlan":
         """As it is set."""
-        return YawPlan(_entries(settings.yaw_head), _entries(settings.yaw))
+        return YawPlan(_schedule_entries(settings.yaw_head), _schedule_entries(settings.yaw))
 
     def stops(self, until: float) -> set[float]:
         """Travels [m] of the steps within the run."""
@@ -67,7 +67,7 @@ class YawPlan:
 
     def angles(self, travel: float, done: float) -> np.ndarray:
         """Yaw [rad] of both at ``travel`` [m] when the steps up to travel ``done`` [m] have been made, shape (2,)."""
-        return np.array([_angle(entries, travel, done) for entries in (self.head, self.tail)])
+        return np.array([_yaw_angle(entries, travel, done) for entries in (self.head, self.tail)])
 
     def turning(self, travel: float, done: float, share: float) -> np.ndarray:
         """Yaw [rad] of both when ``share`` (0..1) of the step at ``travel`` [m] has been made, shape (2,)."""
@@ -75,12 +75,12 @@ class YawPlan:
         return before + share * (self.angles(travel, travel) - before)
 
 
-def _entries(schedule: Schedule) -> _Entries:
+def _schedule_entries(schedule: Schedule) -> _Entries:
     columns = (np.asarray(v, float).tolist() for v in (schedule.at, schedule.over, schedule.change))
     return tuple(zip(*columns, strict=True))
 
 
-def _angle(entries: _Entries, travel: float, done: float) -> float:
+def _yaw_angle(entries: _Entries, travel: float, done: float) -> float:
     total = 0.0
     for at, over, change in entries:
         if over <= 0.0:
@@ -90,7 +90,7 @@ def _angle(entries: _Entries, travel: float, done: float) -> float:
     return total
 
 
-def smooth(u: float) -> float:
+def smoothstep(u: float) -> float:
     """From 0 at u = 0 to 1 at 1 and beyond, 3 u^2 - 2 u^3."""
     u = min(u, 1.0)
     return u * u * (3.0 - 2.0 * u)
@@ -106,7 +106,7 @@ _ROLLER = (0.02, 0.03)  # [m], radius and half height of an edge guide, only see
 
 
 @dataclass(frozen=True)
-class Scene:
+class SceneLayout:
     """What stands still in a run. case: with the gravity of its parts; early [m]: travel before travel 0; apart: how
     the pulleys move apart at its beginning."""
 
@@ -114,24 +114,24 @@ class Scene:
     options: Options
     parts: SceneParts
     mesh: Mesh
-    loop: Loop
+    loop: LaidLoop
     early: float
-    apart: Apart | None = None
+    koller: KollerPlan | None = None
 
 
-def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *, path=lift) -> Scene:
+def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *, path=lift) -> SceneLayout:
     """The scene: the belt's nodes laid round the pulleys, which they come onto along ``path`` (loop.py)."""
     case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
-    loop, laid = laid_loop(case, options.dx, path=path), case
-    apart = Apart.of(case, loop) if options.tensioning == "koller" else None
+    loop, laid = lay_loop(case, options.dx, path=path), case
+    apart = KollerPlan.of(case, loop) if options.tensioning == "koller" else None
     if apart is not None:
-        laid, loop = apart.slack, laid_loop(apart.slack, options.dx, len(loop.x), path=path)
+        laid, loop = apart.slack, lay_loop(apart.slack, options.dx, len(loop.x), path=path)
     early = options.run_in + (apart.travel if apart else 0.0)
-    mesh = _cambered(belt.mesh(laid, loop, options), loop, parts, laid, early)
-    return Scene(case, options, parts, mesh, loop, early, apart)
+    mesh = _add_camber(belt.mesh(laid, loop, options), loop, parts, laid, early)
+    return SceneLayout(case, options, parts, mesh, loop, early, apart)
 
 
-def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, Scene]:
+def build_scene(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, SceneLayout]:
     """The scene, and its specification, not yet compiled."""
     scene = lay_out(case, belt, options, parts)
     case, mesh, loop = scene.case, scene.mesh, scene.loop
@@ -143,7 +143,7 @@ def build(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> t
     add_cameras(spec, float(case.rig.centre_distance))
     add_station(spec, "head", 0.0, parts.head, loop.radius_head, case, options)
     add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
-    make_factorised(spec, "head-yaw")
+    add_dummy_equality(spec, "head-yaw")
     for k, guide in enumerate(parts.edge_guides):
         _draw_guide(spec, f"guide-{k}", guide, case)
     belt.tie(spec, mesh, case, options)
@@ -160,7 +160,7 @@ def add_cameras(spec: mujoco.MjSpec, length: float) -> None:
     spec.worldbody.add_camera(name="above", pos=[length / 2, 0, far], xyaxes=[1, 0, 0, 0, 1, 0])
 
 
-def _cambered(mesh: Mesh, loop: Loop, parts: SceneParts, case: Case, early: float) -> Mesh:
+def _add_camber(mesh: Mesh, loop: LaidLoop, parts: SceneParts, case: Case, early: float) -> Mesh:
     """The mesh with the natural curvature that the belt has where each link lies at travel 0."""
     if parts.camber is None:
         return mesh
@@ -168,7 +168,7 @@ def _cambered(mesh: Mesh, loop: Loop, parts: SceneParts, case: Case, early: floa
         raise CannotRepresent("camber: a rope of particles has no width that could be curved; use belt=flex or grid")
     shift = float(np.sign(float(case.settings.direction))) * early
     middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
-    return curved(mesh, parts.camber(middle % (loop.chord * mesh.stations)))
+    return with_curvature(mesh, parts.camber(middle % (loop.chord * mesh.stations)))
 
 
 def _draw_guide(spec: mujoco.MjSpec, name: str, guide: EdgeGuide, case: Case) -> None:
@@ -220,7 +220,7 @@ class Pulleys:
     slide_drag [N s/m], spin_drag [N m s]: of the tail pulley; fixed: its slide is (tensioning by length).
     """
 
-    scene: Scene
+    scene: SceneLayout
     sign: float
     load: float
     slide_mass: float
@@ -230,7 +230,7 @@ class Pulleys:
     fixed: bool
 
     @staticmethod
-    def of(scene: Scene, solver: Solver) -> "Pulleys":
+    def of(scene: SceneLayout, solver: Solver) -> "Pulleys":
         """With the inertia that the compiled pulleys have."""
         model, case = solver.model, scene.case
         tail_bodies = [model.body(f"tail-{name}").id for name in ("carriage", "fork", "pulley")]
@@ -265,7 +265,7 @@ class Pulleys:
         joints[HEAD_SPIN], joints[TAIL_SPIN] = (pose.spin for pose in poses)
         return joints
 
-    def advance(self, state: State, drive: Drive, dt: float) -> np.ndarray:
+    def advance(self, state: RunState, drive: Drive, dt: float) -> np.ndarray:
         """Move the poses to where they will be at the end of the step, and say which forces bring the joints there.
 
         Returns forces [N or N m] on the joints, shape (5,); where a joint is commanded its rate is set instead.
@@ -288,12 +288,12 @@ class Pulleys:
         self._turn(state, dt)
         return forces
 
-    def _turn(self, state: State, dt: float) -> None:
+    def _turn(self, state: RunState, dt: float) -> None:
         surfaces = (self.scene.parts.head, self.scene.parts.tail)
         compliance = np.array([surface.yaw_compliance for surface in surfaces])
-        state.given_way += (compliance * state.loads[:, 2] - state.given_way) * min(dt / COMPLIANCE_TIME, 1.0)
-        turned = state.yaw + state.given_way
-        askew = smooth(state.time / max(0.5 * self.scene.options.settle, dt))
+        state.compliance_yaw += (compliance * state.loads[:, 2] - state.compliance_yaw) * min(dt / COMPLIANCE_TIME, 1.0)
+        turned = state.yaw + state.compliance_yaw
+        askew = smoothstep(state.time / max(0.5 * self.scene.options.settle, dt))
         for wrap, pose, surface, yaw in zip(state.wraps, state.poses, surfaces, turned, strict=True):
             level, pose.axes = pose.axes[2, 1], surface.axes(float(yaw), state.share, pose.spin, askew)
             if state.speed == 0.0 and state.travel >= 0.0:
@@ -301,7 +301,7 @@ class Pulleys:
         state.joints[[HEAD_YAW, TAIL_YAW]] = turned
         state.joint_rates[[HEAD_YAW, TAIL_YAW]] = 0.0
 
-    def read(self, state: State) -> None:
+    def read(self, state: RunState) -> None:
         """After a step: the tail pulley is where it was brought."""
         tail = state.poses[TAIL]
         tail.centre[0] = float(self.scene.case.rig.centre_distance) + state.joints[TAIL_SLIDE]

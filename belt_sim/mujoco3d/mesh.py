@@ -14,7 +14,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d.calibration import calibrate, matching_width, zigzag
-from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.loop import LaidLoop
 from belt_sim.mujoco3d.mujoco_4 import STRETCH_ONLY
 from belt_sim.mujoco3d.options import Options
 
@@ -66,14 +66,14 @@ class Mesh:
 class BeltModel(Protocol):
     """Builds one kind of belt."""
 
-    def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
+    def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         """Where the nodes are."""
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         """Add what holds the nodes together."""
 
 
-def lines(width: float, across: int) -> tuple[np.ndarray, np.ndarray]:
+def node_lines(width: float, across: int) -> tuple[np.ndarray, np.ndarray]:
     """Lateral positions [m] of the node lines, from +width/2 to -width/2, and each line's share of the section."""
     if across == 1:
         return np.zeros(1), np.ones(1)
@@ -82,14 +82,14 @@ def lines(width: float, across: int) -> tuple[np.ndarray, np.ndarray]:
     return width * (0.5 - np.arange(across) / (across - 1)), share
 
 
-def rest_chord(case: Case, loop: Loop) -> float:
+def rest_chord(case: Case, loop: LaidLoop) -> float:
     """Stress-free distance of neighbouring stations [m]."""
     return loop.chord / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
 
 
-def lay(case: Case, loop: Loop, width: float, across: int) -> Mesh:
+def lay_mesh(case: Case, loop: LaidLoop, width: float, across: int) -> Mesh:
     """Nodes of a belt of model width ``width`` [m]; the stress-free loop is the laid one shrunk by the strain."""
-    y, share = lines(width, across)
+    y, share = node_lines(width, across)
     strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
     laid = np.empty((len(loop.x), across, 3))
     laid[:, :, 0], laid[:, :, 2] = loop.x[:, None], loop.z[:, None]
@@ -106,7 +106,7 @@ def node_name(i: int, j: int) -> str:
     return f"node-{i}-{j}"
 
 
-def drag(mesh: Mesh, along: float, across: float) -> np.ndarray:
+def drag_coefficients(mesh: Mesh, along: float, across: float) -> np.ndarray:
     """Damping of the nodes' slides [N s/m], flat, for drags [1/s] per unit of mass along x and across (y, z)."""
     return (mesh.mass[:, None] * np.array([along, across, across]) * np.ones((mesh.stations, 1, 1))).ravel()
 
@@ -127,17 +127,17 @@ def add_nodes(spec: mujoco.MjSpec, mesh: Mesh, *, sites: bool) -> None:
 class Chain:
     """One line of particles; every link is a spatial tendon of stiffness EA / length."""
 
-    def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
-        return lay(case, loop, float(case.belt.width), 1)
+    def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
+        return lay_mesh(case, loop, float(case.belt.width), 1)
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=True)
         n = mesh.stations
         for i in range(mesh.links):
-            bond(spec, mesh, (i, 0), ((i + 1) % n, 0), float(mesh.line_stiffness[0]) / mesh.chord)
+            add_bond(spec, mesh, (i, 0), ((i + 1) % n, 0), float(mesh.line_stiffness[0]) / mesh.chord)
 
 
-def bond(spec: mujoco.MjSpec, mesh: Mesh, one: tuple[int, int], other: tuple[int, int], stiffness: float) -> None:
+def add_bond(spec: mujoco.MjSpec, mesh: Mesh, one: tuple[int, int], other: tuple[int, int], stiffness: float) -> None:
     """Tie two nodes by a spring [N/m] that is slack at their stress-free distance."""
     tendon = spec.add_tendon(name=f"bond-{one[0]}-{one[1]}-{other[0]}-{other[1]}")
     tendon.wrap_site(node_name(*one))
@@ -151,14 +151,14 @@ def bond(spec: mujoco.MjSpec, mesh: Mesh, one: tuple[int, int], other: tuple[int
 class Grid:
     """Every bond is a spatial tendon, a spring along the line between two nodes."""
 
-    def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
+    def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         m = options.across
         if m < 2:
             raise InputError("options.across", m, "nodes", "a grid needs 2 or more")
         chord = rest_chord(case, loop)
         lattice = calibrate(case.belt, chord, m, options.bonds)
-        mesh = lay(case, loop, lattice.width, m)
-        y, share = lines(lattice.width, m)
+        mesh = lay_mesh(case, loop, lattice.width, m)
+        y, share = node_lines(lattice.width, m)
         strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
         laid = mesh.laid.copy()
         laid[:, :, 1] = y * (1.0 - lattice.poisson_ratio * strain)
@@ -174,25 +174,25 @@ class Grid:
             on, last = (i + 1) % n, i >= mesh.links
             for j in range(m):
                 if not last:
-                    bond(spec, mesh, (i, j), (on, j), float(mesh.line_stiffness[j]) / mesh.chord)
+                    add_bond(spec, mesh, (i, j), (on, j), float(mesh.line_stiffness[j]) / mesh.chord)
                 if j + 1 == m:
                     continue
                 if lattice.transverse:
-                    bond(spec, mesh, (i, j), (i, j + 1), lattice.transverse / w)
+                    add_bond(spec, mesh, (i, j), (i, j + 1), lattice.transverse / w)
                 if lattice.diagonal and not last:
-                    bond(spec, mesh, (i, j), (on, j + 1), diagonal)
-                    bond(spec, mesh, (i, j + 1), (on, j), diagonal)
+                    add_bond(spec, mesh, (i, j), (on, j + 1), diagonal)
+                    add_bond(spec, mesh, (i, j + 1), (on, j), diagonal)
 
 
 class Membrane:
     """Flex triangles between the stations, diagonals alternating so that the mesh has no preferred side."""
 
-    def mesh(self, case: Case, loop: Loop, options: Options) -> Mesh:
+    def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         if options.across < 2:
             raise InputError("options.across", options.across, "nodes", "a membrane needs 2 or more")
         belt = case.belt
         width = matching_width(float(belt.width), rest_chord(case, loop), options.across, float(belt.poisson_ratio))
-        return lay(case, loop, width, options.across)
+        return lay_mesh(case, loop, width, options.across)
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=False)

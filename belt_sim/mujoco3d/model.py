@@ -107,8 +107,8 @@ class SpaceModel:
             parts = effect.scene(parts, case)
         return parts
 
-    def driven(self, case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
-        """What the engine is asked for: the case as driven, and its travel [m]; raises CannotRepresent."""
+    def engine_task(self, case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
+        """The case as driven, and the travel [m] that the engine has to run; raises CannotRepresent."""
         self.admit(effects)
         return asked_of_engine(case, effects, travel)
 
@@ -120,69 +120,62 @@ class SpaceModel:
         travel: float,
         observers: Sequence[Observer] = (),
         scene_path: Path | None = None,
+        computed: Curves | Exception | None = None,
     ) -> Curves:
-        """Curves over ``travel`` [m] as indicated; scene_path: where to write the MJCF."""
+        """Curves over ``travel`` [m] as the instruments show them; raises RunFailed.
+
+        scene_path: where to write the MJCF; computed: what a batch found for ``engine_task``, so that no engine runs.
+        """
         self.admit(effects)
-        if self.engine in BATCH_ENGINES:
-            return self._run_on_jax(case, effects, travel, observers)
-        from belt_sim.mujoco3d.engine import simulate  # MuJoCo takes a while to load
 
         def engine(driven: Case, far: float) -> Curves:
-            return simulate(
-                driven,
-                belt=self.belt,
-                travel=far,
-                options=self.options,
-                parts=self.parts(driven, effects),
-                scene_path=scene_path,
-                observers=observers,
-                control=self.control,
-                contact=self.contact,
-                edited=self.scene,
-            )
-
-        return as_indicated(engine, case, effects, travel)
-
-    def indicated(self, computed: Curves | Exception, case: Case, effects: Sequence[Effect], travel: float) -> Curves:
-        """Curves that a batch has found for the case as driven, as instruments show them; raises its RunFailed."""
-
-        def engine(driven: Case, far: float) -> Curves:
-            if isinstance(computed, Exception):
-                raise computed
-            return computed
-
-        self.admit(effects)
-        return as_indicated(engine, case, effects, travel)
-
-    def _run_on_jax(
-        self, case: Case, effects: Sequence[Effect], travel: float, observers: Sequence[Observer]
-    ) -> Curves:
-        for what, asked in (
-            ("watch", self.engine == "quasi_static" and bool(observers)),
-            ("model.control", self.control),
-            ("model.contact", self.contact != CONTACTS[0]),
-        ):
-            if asked:
-                raise CannotRepresent(f"{what}: engine={self.engine} cannot do this; use engine=native")
-
-        def engine(driven: Case, far: float) -> Curves:
-            found = self._simulated(driven, far, self.parts(driven, effects), observers)
-            if isinstance(found, RunFailed):
+            found = computed
+            if found is None:
+                parts = self.parts(driven, effects)
+                if self.engine not in BATCH_ENGINES:
+                    return self._in_time(driven, far, parts, observers, scene_path)
+                found = self._on_jax(driven, far, parts, observers)
+            if isinstance(found, Exception):
                 raise found
             return found
 
         return as_indicated(engine, case, effects, travel)
 
-    def _simulated(
+    def _in_time(
+        self, case: Case, travel: float, parts: SceneParts, observers: Sequence[Observer], scene_path: Path | None
+    ) -> Curves:
+        from belt_sim.mujoco3d.engine import simulate  # MuJoCo takes a while to load
+
+        return simulate(
+            case,
+            belt=self.belt,
+            travel=travel,
+            options=self.options,
+            parts=parts,
+            scene_path=scene_path,
+            observers=observers,
+            control=self.control,
+            contact=self.contact,
+            edited=self.scene,
+        )
+
+    def _on_jax(
         self, case: Case, travel: float, parts: SceneParts, observers: Sequence[Observer]
     ) -> Curves | RunFailed:
+        for name, wanted in (
+            ("watch", self.engine == "quasi_static" and bool(observers)),
+            ("model.control", self.control),
+            ("model.contact", self.contact != CONTACTS[0]),
+        ):
+            if wanted:
+                raise CannotRepresent(f"{name}: engine={self.engine} cannot do this; use engine=native")
         watched = {"observers": observers} if observers else {}
         run = batch_engine(self.engine).simulate_batch
         return run([case], belt=self.belt, travel=travel, options=self.options, parts=[parts], **watched)[0]
 
 
 def batch_engine(name: str) -> ModuleType:
-    """The module of an engine on JAX: prepared, in_batches, simulate_batch, refuse, with the same arguments in each."""
+    """The module of an engine on JAX, with prepare_case, in_batches, simulate_batch and refuse."""
     return import_module(f"belt_sim.{name}.run")  # JAX and MJX take a while to load
 
 

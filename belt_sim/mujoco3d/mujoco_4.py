@@ -69,12 +69,12 @@ def set_contact_solver(spec: mujoco.MjSpec, dt: float, gravity: float) -> None:
     spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
 
 
-def make_factorised(spec: mujoco.MjSpec, first_joint: str) -> None:
+def add_dummy_equality(spec: mujoco.MjSpec, first_joint: str) -> None:
     """Add the dummy equality on the model's first joint, which is to stay where it is put (see Solver.step)."""
     spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=first_joint)
 
 
-def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
     """The model; it does not start anew by itself when an acceleration grows without bound."""
     with _flex_tied_to_nothing():
         model = spec.compile()
@@ -90,7 +90,7 @@ def _flex_tied_to_nothing() -> Iterator[None]:
 
 
 @contextmanager
-def expected_warnings() -> Iterator[None]:
+def silence_expected_warnings() -> Iterator[None]:
     """Within it MuJoCo keeps to itself what it says of the preliminary solve, and passes on everything else."""
     before, others = mujoco.get_mju_user_warning(), []
     mujoco.set_mju_user_warning(lambda text: None if _PRELIMINARY.search(text) else others.append(text))
@@ -125,7 +125,7 @@ class Solver:
         model.qpos_spring[base:], model.jnt_stiffness[base:] = springs.rest.ravel(), springs.stiffness.ravel()
         data.qfrc_applied[:base], data.qfrc_applied[base:] = joint_forces, forces.ravel()
         model.eq_data[0, 0] = motion.joints[0]
-        with expected_warnings():
+        with silence_expected_warnings():
             mujoco.mj_step(model, data)
         motion.joints[:], motion.slides[:] = data.qpos[:base], data.qpos[base:].reshape(self.shape)
         motion.joint_rates[:], motion.slide_rates[:] = data.qvel[:base], data.qvel[base:].reshape(self.shape)
@@ -177,7 +177,7 @@ class Solver:
 
 
 #: at the top of the MJCF of a belt whose landed nodes are held
-HELD = """ A belt laid round its pulleys: load the key frame "laid" and look, camera "side" or "above".
+HELD_COMMENT = """ A belt laid round its pulleys: load the key frame "laid" and look, camera "side" or "above".
      What holds the belt on the pulleys - springs whose anchors turn with them - is set step by step by belt_sim and
      does not stand in this file: stepped by MuJoCo alone the belt falls off. belt-sim scene writes one that runs. """
 #: what the parts of a scene are
@@ -190,7 +190,7 @@ _PARTS = {
 }
 
 
-def mjcf(spec: mujoco.MjSpec, comment: str = HELD) -> str:
+def mjcf(spec: mujoco.MjSpec, comment: str = HELD_COMMENT) -> str:
     """A compiled specification as MJCF that loads as the model that was run, to the last digit.
 
     MuJoCo writes six digits: at 10 m from the origin that is 5 um, a strain of 2e-4 between stations 25 mm apart, as
@@ -201,18 +201,18 @@ def mjcf(spec: mujoco.MjSpec, comment: str = HELD) -> str:
     bodies = {b.name: b for b in spec.bodies}
     for element in tree.iter("body"):
         body, inertial = bodies[element.get("name", "")], element.find("inertial")
-        element.set("pos", _full(body.pos))
+        element.set("pos", _full_digits(body.pos))
         if inertial is not None:
-            inertial.set("mass", _full([body.mass]))
+            inertial.set("mass", _full_digits([body.mass]))
     tendons = {t.name: t for t in spec.tendons}
     for element in tree.iter("spatial"):
         bond = tendons[element.get("name", "")]
-        element.set("springlength", _full(bond.springlength[:1]))
-        element.set("stiffness", _full(bond.stiffness[:1]))
+        element.set("springlength", _full_digits(bond.springlength[:1]))
+        element.set("stiffness", _full_digits(bond.stiffness[:1]))
     for element, flex in zip(tree.iter("elasticity"), spec.flexes, strict=True):
-        element.set("thickness", _full([flex.thickness]))
+        element.set("thickness", _full_digits([flex.thickness]))
     for element, key in zip(tree.iter("key"), spec.keys, strict=True):
-        element.set("qpos", _full(key.qpos))
+        element.set("qpos", _full_digits(key.qpos))
         if element.get("qvel"):
             element.set("qvel", " ".join(f"{v:.6g}" for v in key.qvel))
     tree.insert(0, ET.Comment(comment))
@@ -224,5 +224,5 @@ def mjcf(spec: mujoco.MjSpec, comment: str = HELD) -> str:
     return ET.tostring(tree, encoding="unicode")
 
 
-def _full(numbers: Iterable[float]) -> str:
+def _full_digits(numbers: Iterable[float]) -> str:
     return " ".join(repr(float(v)) for v in numbers)

@@ -78,11 +78,11 @@ class Options:
             if key not in known:
                 raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}")
             if value is not None:
-                given[key] = _converted(f"model.{key}", value, known[key])
+                given[key] = _convert(f"model.{key}", value, known[key])
         return Options(**given)
 
     @property
-    def pace(self) -> float:
+    def run_speed(self) -> float:
         """Belt speed [m/s] of options that were fitted to a case (options.py)."""
         assert isinstance(self.belt_speed, float)
         return self.belt_speed
@@ -96,7 +96,7 @@ def is_limp(belt: str, options: Options) -> bool:
 _MAY_BE_ZERO = ("friction", "run_in", "settle", "damping")
 
 
-def _converted(name: str, value: Any, default: Any) -> Any:
+def _convert(name: str, value: Any, default: Any) -> Any:
     if isinstance(default, tuple):
         if not isinstance(value, (list, tuple)):
             raise InputError(name, value, "", "give a list")
@@ -118,12 +118,12 @@ def string_speed(case: Case) -> float:
     return math.sqrt(float(case.settings.tension) / float(case.belt.density))
 
 
-def accurate(waves: float) -> float:
+def accurate_speed(waves: float) -> float:
     """The fastest belt speed [m/s] at which inertia does not matter, for a string speed ``waves`` [m/s]."""
     return min(_FASTEST, waves / SLOWNESS)
 
 
-def accelerated(
+def accelerate(
     travel: float, speed: float, until: float, top: float, acceleration: float, dt: float
 ) -> tuple[float, float]:
     """Travel [m] and speed [m/s] after a step [s] of a belt that is to stand still at ``until`` [m], inf = never.
@@ -142,7 +142,7 @@ _CONTACT_SPEED = 0.5  # [m/s]: slower than a held belt, because its landings are
 _LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a limp span
 
 
-def fitted(options: Options, case: Case, belt: str) -> Options:
+def fit_options(options: Options, case: Case, belt: str) -> Options:
     """Options for this case, with a belt speed in m/s.
 
     Springs (tendons) lend MuJoCo's metric no stiffness across their direction, so that their step stays below
@@ -161,7 +161,7 @@ def fitted(options: Options, case: Case, belt: str) -> Options:
     return replace(options, belt_speed=pace, dt=dt, damping=damping)
 
 
-def for_contact(options: Options) -> Options:
+def contact_options(options: Options) -> Options:
     """Options of a belt that contacts carry: without a speed of its own it runs at _CONTACT_SPEED."""
     return options if options.belt_speed is not None else replace(options, belt_speed=_CONTACT_SPEED)
 
@@ -170,7 +170,7 @@ def _belt_speed(options: Options, case: Case) -> float:
     """Belt speed [m/s]; raises InputError for one at which landings shake the belt too much."""
     waves = string_speed(case)
     if options.belt_speed is None:
-        return accurate(waves)
+        return accurate_speed(waves)
     as_the_case = options.belt_speed == AS_THE_CASE
     name = "settings.speed" if as_the_case else "options.belt_speed"
     pace = float(case.settings.speed if as_the_case else options.belt_speed)
@@ -178,6 +178,6 @@ def _belt_speed(options: Options, case: Case) -> float:
         raise InputError(
             name, f"{pace:.3g}", "m/s",
             f"give at most {waves / _SHAKEN:.2f}, above which landings shake a belt of this tension, or leave "
-            f"options.belt_speed out for {accurate(waves):.2f} m/s",
+            f"options.belt_speed out for {accurate_speed(waves):.2f} m/s",
         )  # fmt: skip
     return pace

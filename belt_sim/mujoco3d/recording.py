@@ -11,9 +11,9 @@ from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.frame import Frame, Observer
 from belt_sim.mujoco3d.constants import AXIS_STATIONS, RUNAWAY, RUNUP_LINKS
-from belt_sim.mujoco3d.machine import Scene
+from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.mesh import Mesh
-from belt_sim.mujoco3d.state import HEAD, TAIL, State
+from belt_sim.mujoco3d.state import HEAD, TAIL, RunState
 
 #: rows of a reading
 POINTS, ANGLES, MOMENTS, EDGES, TILTS, SAGS, TENSION = (
@@ -28,7 +28,7 @@ POINTS, ANGLES, MOMENTS, EDGES, TILTS, SAGS, TENSION = (
 READING_SIZE = 17
 
 
-def reading(scene: Scene, state: State) -> np.ndarray:
+def reading(scene: SceneLayout, state: RunState) -> np.ndarray:
     """y of points 1-4 [m], their angles [rad], entry moments [N m] and slack-edge stress [Pa] at the run-ups of the
     upper and lower span, tilts [rad], sags [m], tension [N] at the upper run-up; shape (17,)."""
     case, mesh, slides = scene.case, scene.mesh, state.slides
@@ -54,13 +54,13 @@ def reading(scene: Scene, state: State) -> np.ndarray:
     return out
 
 
-def _around(mesh: Mesh, slides: np.ndarray, first: int, count: int) -> np.ndarray:
+def _nodes_from(mesh: Mesh, slides: np.ndarray, first: int, count: int) -> np.ndarray:
     return mesh.at(slides, np.arange(first, first + count) % mesh.stations)
 
 
 def _at_axis(mesh: Mesh, slides: np.ndarray, station: int, x: float) -> tuple[float, float]:
     """y and dy/ds of the centre line (s along station numbers) where the belt passes the pulley's axis."""
-    centre = _around(mesh, slides, station - AXIS_STATIONS, 2 * AXIS_STATIONS + 1).mean(axis=1)
+    centre = _nodes_from(mesh, slides, station - AXIS_STATIONS, 2 * AXIS_STATIONS + 1).mean(axis=1)
     ahead = centre[:, 0] - x
     crossing = np.flatnonzero(ahead[1:-2] * ahead[2:-1] <= 0.0)
     i = 1 + (int(crossing[0]) if len(crossing) else AXIS_STATIONS - 1)
@@ -75,7 +75,7 @@ def _section_forces(mesh: Mesh, slides: np.ndarray, first: int, bending_stiffnes
 
     kappa = y'', kappa_c the natural curvature.
     """
-    nodes = _around(mesh, slides, first, RUNUP_LINKS + 1)
+    nodes = _nodes_from(mesh, slides, first, RUNUP_LINKS + 1)
     free = mesh.lengths[np.arange(first, first + RUNUP_LINKS) % mesh.stations]
     strain = (np.linalg.norm(np.diff(nodes, axis=0), axis=2) / free - 1.0).mean(axis=0)
     tension = float(mesh.line_stiffness @ strain)
@@ -98,7 +98,7 @@ def _tilt(nodes: np.ndarray) -> float:
     return float(np.arctan2(across[2], across[1]))
 
 
-def edges(scene: Scene, slides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def belt_edges(scene: SceneLayout, slides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The real belt's edges at +b/2 and -b/2 [m], closed loops, shape (n + 1, 3), drawn out from the model's lines.
 
     slides [m], shape (n, m, 3): of the nodes.
@@ -125,7 +125,7 @@ _READINGS_PER_SAMPLE = 5  # a landing shakes the belt once per station; the curv
 class Recorder:
     """Reads the belt every few steps; a row of the curves is the mean reading over options.sample of travel."""
 
-    scene: Scene
+    scene: SceneLayout
     observers: tuple[Observer, ...]
     rows: list[np.ndarray] = field(default_factory=list)
     window: list[np.ndarray] = field(default_factory=list)
@@ -135,14 +135,14 @@ class Recorder:
     next_row: float = 0.0
     next_frame: float = -math.inf
 
-    def begin(self, state: State) -> None:
+    def begin(self, state: RunState) -> None:
         """Travel 0 has been reached: y counts from here."""
         self.start = self._read(state, 0.0)
         self.rows.append(self._row(self.start, 0.0))
         self.next_row = self.scene.options.sample
         self._frame(state, self.start, self.scene.options.frame)
 
-    def watch(self, state: State, every: float) -> None:
+    def watch(self, state: RunState, every: float) -> None:
         """Called after every step of a stage before the run-in: a frame after every so many metres of travel."""
         if self.observers and state.travel >= self.next_frame:
             self._frame(state, self._read(state, state.travel), every)
@@ -151,7 +151,7 @@ class Recorder:
         """Whether ``step`` will read the belt at this travel [m]."""
         return self.start is not None and travel >= self.next_reading
 
-    def step(self, state: State) -> None:
+    def step(self, state: RunState) -> None:
         """Called after every step of the run-in and the run."""
         self.steps += 1
         if not self.due(state.travel):
@@ -168,7 +168,7 @@ class Recorder:
         if state.travel >= self.next_frame:
             self._frame(state, read, options.frame)
 
-    def _read(self, state: State, travel: float) -> np.ndarray:
+    def _read(self, state: RunState, travel: float) -> np.ndarray:
         read, case = reading(self.scene, state), self.scene.case
         if not np.all(np.isfinite(read)):
             raise RunFailed(f"positions are not finite at travel {travel:.2f} m: halve options.dt")
@@ -188,7 +188,7 @@ class Recorder:
         row[-1] = travel
         return row
 
-    def _frame(self, state: State, read: np.ndarray, every: float) -> None:
+    def _frame(self, state: RunState, read: np.ndarray, every: float) -> None:
         self.next_frame = state.travel + every
         if not self.observers:
             return
@@ -201,20 +201,25 @@ class Recorder:
     def curves(self) -> Curves:
         """Curves of what has been run so far."""
         table = np.array(self.rows).T if self.rows else np.empty((READING_SIZE + len(EXTRA) + 1, 0))
-        return Curves(
-            travel=table[-1],
-            y=table[POINTS],
-            angle=table[ANGLES],
-            moment=table[MOMENTS],
-            edge_stress=table[EDGES],
-            tilt=table[TILTS],
-            sag=table[SAGS].mean(axis=1) if self.rows else np.zeros(2),
-            extra={"tension": table[TENSION], **dict(zip(EXTRA, table[READING_SIZE:-1], strict=True))},
-        )
+        return curves_of(table, table[-1], dict(zip(EXTRA, table[READING_SIZE:-1], strict=True)))
+
+
+def curves_of(readings: np.ndarray, travel: np.ndarray, extra: Mapping[str, np.ndarray]) -> Curves:
+    """Curves from columns of readings (17 or more, k) at travels [m], (k,); y counts from the first."""
+    return Curves(
+        travel=travel,
+        y=readings[POINTS] - readings[POINTS, :1],
+        angle=readings[ANGLES],
+        moment=readings[MOMENTS],
+        edge_stress=readings[EDGES],
+        tilt=readings[TILTS],
+        sag=readings[SAGS].mean(axis=1) if len(travel) else np.zeros(2),
+        extra={"tension": readings[TENSION], **extra},
+    )
 
 
 def frame_of(
-    scene: Scene,
+    scene: SceneLayout,
     read: np.ndarray,
     slides: np.ndarray,
     travel: float,
@@ -227,7 +232,7 @@ def frame_of(
 
     yaw [rad], shape (2,): head, tail; extra: more scalars, by name.
     """
-    left, right = edges(scene, slides)
+    left, right = belt_edges(scene, slides)
     r_head, r_tail = scene.loop.radius_head, scene.loop.radius_tail
     places = ((tail_x, r_tail), (tail_x, -r_tail), (0.0, -r_head), (0.0, r_head))
     points = np.array([[px, y, pz] for (px, pz), y in zip(places, read[POINTS], strict=True)])

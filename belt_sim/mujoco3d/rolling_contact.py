@@ -23,17 +23,17 @@ from belt_sim.mujoco3d.machine import (
     HEAD_SPIN,
     STATION_JOINTS,
     TAIL_SLIDE,
-    Scene,
+    SceneLayout,
     YawPlan,
     add_cameras,
     add_station,
     lay_out,
 )
 from belt_sim.mujoco3d.mesh import BeltModel, Mesh, node_name
-from belt_sim.mujoco3d.mujoco_4 import compiled, expected_warnings, mjcf, set_contact_solver
+from belt_sim.mujoco3d.mujoco_4 import compile_model, mjcf, set_contact_solver, silence_expected_warnings
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.recording import Recorder
-from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, State, Wrap
+from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, RunState, Wrap
 from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.si import DEGREE, N_PER_MM2
 
@@ -50,7 +50,6 @@ _TOUCH = 5e-6  # [m] by which the nodes sink in when the mass that counts in con
 _FASTEST, _TIGHTEST, _MOST_YAW = 2.0, 200.0, 0.5  # ranges of the sliders: m/s, N/mm2, degrees
 _SPEED_GAIN, _DRIVE_FORCE = 2e4, 200.0  # [N s/m] and [N] at the rim: the drive accelerates the machine at 1-2 m/s2
 _YAW_STIFFNESS = 1e9  # [N m/rad]: a moment of 100 N m turns the pulley by 1e-7 rad
-_SLIDE_DAMPING = 1.0  # of critical
 _FLAG = (4e-4, 4e-3)  # [m], half thickness along y and half height of an edge flag
 _FLAGS_OVERLAP = 1.04  # length of an edge flag over a chord: the corners on a pulley would let a ray through
 _RAY_FROM = 0.3  # [m] from the middle of the machine
@@ -102,7 +101,7 @@ class ContactLaw:
 
 def build_contact(
     case: Case, belt: BeltModel, options: Options, parts: SceneParts, contact: ContactLaw | None = None
-) -> tuple[mujoco.MjSpec, Scene]:
+) -> tuple[mujoco.MjSpec, SceneLayout]:
     """The scene and its specification, not yet compiled; options: fitted to the case; contact: None = the stiffest.
 
     Raises CannotRepresent for parts that are no plain cylinders.
@@ -155,7 +154,7 @@ def _add_defaults(spec: mujoco.MjSpec, contact: ContactLaw, chord: float) -> Non
     flag.geom.mass, flag.geom.rgba, flag.geom.group = 0.0, _COLOURS["flag"], 4
 
 
-def _make_solid(spec: mujoco.MjSpec, scene: Scene, contact: ContactLaw) -> None:
+def _make_solid(spec: mujoco.MjSpec, scene: SceneLayout, contact: ContactLaw) -> None:
     """Let the pulleys collide; they are so much wider as the nodes sink in, which then run on the circle wanted."""
     circles = {"head": scene.loop.radius_head, "tail": scene.loop.radius_tail}
 
@@ -166,7 +165,7 @@ def _make_solid(spec: mujoco.MjSpec, scene: Scene, contact: ContactLaw) -> None:
             shell.size = [radius - NODE_RADIUS + by[name], shell.size[1], 0.0]
 
     widen(dict.fromkeys(circles, _TOUCH))
-    mass, force = _mass_in_contact(compiled(spec)), float(scene.case.tension_force) / scene.mesh.across
+    mass, force = _mass_in_contact(compile_model(spec)), float(scene.case.tension_force) / scene.mesh.across
     widen({name: contact.depth(force * scene.loop.chord / radius, mass) for name, radius in circles.items()})
 
 
@@ -178,7 +177,7 @@ def _mass_in_contact(model: mujoco.MjModel) -> float:
     """
     data, h = mujoco.MjData(model), model.opt.timestep
     mujoco.mj_resetDataKeyframe(model, data, model.key("laid").id)
-    with expected_warnings():
+    with silence_expected_warnings():
         mujoco.mj_forward(model, data)
     rows = data.contact.efc_address[: data.ncon]
     k, b, d, _ = data.efc_KBIP[rows].T
@@ -251,14 +250,14 @@ def _add_sensors(spec: mujoco.MjSpec, case: Case, head: float, tail: float) -> N
         )
 
 
-def _add_keys(spec: mujoco.MjSpec, scene: Scene) -> None:
+def _add_keys(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """``laid``: at rest, the sliders at the speed and the tension of the case; ``running``: at its speed, about to be
     yawed as the case's schedule ends."""
     mesh, case, settings = scene.mesh, scene.case, scene.case.settings
     joints = np.zeros(STATION_JOINTS)
     joints[TAIL_SLIDE] = scene.loop.centre_distance - float(case.rig.centre_distance)
     qpos = np.concatenate([joints, (mesh.laid - mesh.rest).ravel()])
-    pace = scene.options.pace * float(np.sign(float(settings.direction)))
+    pace = scene.options.run_speed * float(np.sign(float(settings.direction)))
     way = np.roll(mesh.laid, -1, axis=0) - np.roll(mesh.laid, 1, axis=0)
     way /= np.linalg.norm(way, axis=2, keepdims=True)
     spins = np.array([0.0, pace / float(case.rig.head_radius), 0.0, 0.0, pace / float(case.rig.tail_radius)])
@@ -289,14 +288,14 @@ def run_contact(
     """
     spec, scene = build_contact(case, belt, options, parts)
     if edited is not None:
-        spec = specification(edited)
-    model = compiled(spec)
+        spec = load_specification(edited)
+    model = compile_model(spec)
     if scene_path is not None:
         write_text(scene_path, mjcf(spec, STORY))
     return ContactRun(scene, model).go(travel, observers)
 
 
-def specification(edited: Edited) -> mujoco.MjSpec:
+def load_specification(edited: Edited) -> mujoco.MjSpec:
     """A scene that has been edited; raises InputError for a file that is no MJCF."""
     if isinstance(edited, mujoco.MjSpec):
         return edited
@@ -310,7 +309,7 @@ def specification(edited: Edited) -> mujoco.MjSpec:
 class ContactRun:
     """A scene under way in plain MuJoCo; ``state`` is what the readings of a 3D run are taken from."""
 
-    def __init__(self, scene: Scene, model: mujoco.MjModel) -> None:
+    def __init__(self, scene: SceneLayout, model: mujoco.MjModel) -> None:
         """Raises InputError for a model that does not have the case's joints, nodes and actuators."""
         self.scene, self.model, self.data = scene, model, mujoco.MjData(model)
         n, m = scene.mesh.stations, scene.mesh.across
@@ -322,22 +321,20 @@ class ContactRun:
         self.sliders = {name: model.actuator(name).id for name in ACTUATORS}
         self.sign = float(np.sign(float(scene.case.settings.direction)))
         self.radius = float(scene.case.rig.head_radius)
-        self.plan = _while_running(scene.case.settings, scene.options.pace, scene.options.yaw_time)
+        self.plan = _spread_yaw_steps(scene.case.settings, scene.options.run_speed, scene.options.yaw_time)
         self.state = self._laid()
 
-    def _laid(self) -> State:
+    def _laid(self) -> RunState:
         """The belt laid round the pulleys, at its speed, ``scene.early`` before travel 0."""
         mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key("running").id)
         mesh, parts, qpos, qvel = self.scene.mesh, self.scene.parts, self.data.qpos, self.data.qvel
         n, m = mesh.stations, mesh.across
         wraps = Wrap.empty(parts.head, 0.0, n, m), Wrap.empty(parts.tail, 0.0, n, m)
         poses = Pose(np.zeros(3), np.eye(3), 0.0), Pose(np.zeros(3), np.eye(3), 0.0)
-        return State(
+        return RunState(
             joints=qpos[:STATION_JOINTS], joint_rates=qvel[:STATION_JOINTS],
             slides=qpos[STATION_JOINTS:].reshape(n, m, 3), slide_rates=qvel[STATION_JOINTS:].reshape(n, m, 3),
-            poses=poses, wraps=wraps, loads=np.zeros((2, 3)), yaw=np.zeros(2), given_way=np.zeros(2), slip=np.zeros(2),
-            led=[], kink_slope=np.zeros((2, m)), met=[], turned=np.zeros(2), aside=np.zeros(2),
-            travel=-self.scene.early,
+            poses=poses, wraps=wraps, travel=-self.scene.early,
         )  # fmt: skip
 
     def go(self, travel: float, observers: Sequence[Observer] = ()) -> Curves:
@@ -375,7 +372,7 @@ class ContactRun:
         if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):
             raise RunFailed(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
 
-    def place(self) -> State:
+    def place(self) -> RunState:
         """The state with what is read seldom: where the pulleys are, and which stations lie on them."""
         state, mesh = self.state, self.scene.mesh
         tail_x = float(self.scene.case.rig.centre_distance) + float(self.data.qpos[TAIL_SLIDE])
@@ -383,7 +380,7 @@ class ContactRun:
         x = (mesh.rest + state.slides).mean(axis=1)[:, 0]
         for wrap, on in ((state.wraps[HEAD], x <= 0.0), (state.wraps[TAIL], x >= tail_x)):
             at = np.flatnonzero(on)
-            wrap.first, wrap.last = _ends(at, mesh.stations)
+            wrap.first, wrap.last = _wrap_ends(at, mesh.stations)
             wrap.renumber()
         if state.wraps[TAIL].first < state.wraps[HEAD].last:  # the upper span runs from head to tail
             state.wraps[TAIL].first += mesh.stations
@@ -398,14 +395,14 @@ def _without_slip(curves: Curves) -> Curves:
     )
 
 
-def _ends(stations: np.ndarray, n: int) -> tuple[int, int]:
+def _wrap_ends(stations: np.ndarray, n: int) -> tuple[int, int]:
     """First and last of consecutive station numbers, modulo n: first in 0..n-1, last above it."""
     gap = int(np.argmax(np.diff(stations, append=stations[0] + n)))
     first = int(stations[(gap + 1) % len(stations)])
     return first, first + len(stations) - 1
 
 
-def _while_running(settings: Settings, pace: float, yaw_time: float) -> YawPlan:
+def _spread_yaw_steps(settings: Settings, pace: float, yaw_time: float) -> YawPlan:
     """Yaw steps spread over ``yaw_time`` [s] of running at ``pace`` [m/s]: friction of contacts creeps at rest."""
 
     def spread(schedule: Schedule) -> Schedule:

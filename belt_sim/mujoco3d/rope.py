@@ -24,7 +24,7 @@ import numpy as np
 from belt_sim.mujoco3d.constants import FURTHEST_KINK, KINK_STATIONS
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Springs
-from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, State, Wrap, cylinder_coordinates
+from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, RunState, Wrap, cylinder_coordinates
 from belt_sim.mujoco3d.wrap import FIRST, LAST, depth
 
 
@@ -33,7 +33,7 @@ def run_off(wrap: Wrap, sign: int) -> int:
     return wrap.last if sign > 0 else wrap.first
 
 
-def lead_off(mesh: Mesh, state: State, springs: Springs, sign: int) -> None:
+def place_run_off_stations(mesh: Mesh, state: RunState, springs: Springs, sign: int) -> None:
     """Before a step: put the last stations on the lines through the tangent points.
 
     A station that has just become the last is moved there at once: the line then does not notice the change.
@@ -44,38 +44,40 @@ def lead_off(mesh: Mesh, state: State, springs: Springs, sign: int) -> None:
         k, landed, free = last % n, (last - sign) % n, (last + sign) % n
         r, y, angle = cylinder_coordinates(mesh.at(springs.rest, [k, landed]), pose)
         state.kink_slope[which] = slope = (y[1] - y[0]) / mesh.chord
-        beyond = _beyond(mesh, mesh.at(state.slides, (last + sign * KINK_STATIONS) % n), pose, sign, r[0], angle[0])
+        beyond = _beyond_tangent(
+            mesh, mesh.at(state.slides, (last + sign * KINK_STATIONS) % n), pose, sign, r[0], angle[0]
+        )
         tangent = y[0] + slope * beyond
         y_free = cylinder_coordinates(mesh.at(state.slides, free), pose)[1]
         move = tangent + (y_free - tangent) * beyond / (beyond + mesh.chord) - y[0]
         aside = move[:, None] * pose.axes[:, 1]
         springs.rest[k] += aside
-        if last != state.led[which]:
+        if last != state.run_off_stations[which]:
             state.slides[k] += aside
-            state.led[which] = last
+            state.run_off_stations[which] = last
 
 
-def lead_on(mesh: Mesh, state: State, springs: Springs, sign: int) -> None:
+def hold_run_up_ends(mesh: Mesh, state: RunState, springs: Springs, sign: int) -> None:
     """Before a step: keep the spans' ends at the tangent points while the pulleys at their run-ups are yawed."""
     end = FIRST if sign > 0 else LAST
     for which, (wrap, pose) in enumerate(zip(state.wraps, state.poses, strict=True)):
         outer, yaw = run_off(wrap, -sign), math.atan2(-pose.axes[0, 1], pose.axes[1, 1])
-        if outer != state.met[which]:
-            state.met[which], state.aside[which] = outer, 0.0
+        if outer != state.run_up_stations[which]:
+            state.run_up_stations[which], state.run_up_offset[which] = outer, 0.0
         k = outer % mesh.stations
         inside = float(depth(wrap, pose, wrap.angle[k].mean(), end))
         ahead = -end * inside * math.cos(wrap.tangent[(end + 1) // 2])  # along x
-        taken = (yaw - state.turned[which]) * ahead
-        state.turned[which] = yaw
+        taken = (yaw - state.run_up_yaw[which]) * ahead
+        state.run_up_yaw[which] = yaw
         if inside < 0.0:
             wrap.y[k] -= taken
             springs.rest[k] -= taken * pose.axes[:, 1]
         else:
-            state.aside[which] += taken
-        springs.rest[k] -= state.aside[which] * pose.axes[:, 1]
+            state.run_up_offset[which] += taken
+        springs.rest[k] -= state.run_up_offset[which] * pose.axes[:, 1]
 
 
-def _beyond(mesh: Mesh, far: np.ndarray, pose: Pose, sign: int, r: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def _beyond_tangent(mesh: Mesh, far: np.ndarray, pose: Pose, sign: int, r: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """How far the last nodes held, at radius r and material angle, are beyond the tangent point [m], shape (m,).
 
     far [m], shape (m, 3): nodes further along the span, to which it runs straight.
@@ -87,7 +89,7 @@ def _beyond(mesh: Mesh, far: np.ndarray, pose: Pose, sign: int, r: np.ndarray, a
 
 
 @dataclass(frozen=True)
-class Sway:
+class SwayDrag:
     """What is added to the drag of the nodes' slides, so that it acts against waves only.
 
     sign: +1 or -1, travel along station numbers; drag [N s/m], shape (m,): sideways damping of a node; dt [s].
@@ -98,7 +100,7 @@ class Sway:
     drag: np.ndarray
     dt: float
 
-    def forces(self, state: State, springs: Springs) -> np.ndarray:
+    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
         """Drag times the sideways speed of a straight span, which is linear between its ends.
 
         At the tangent point (theta its direction) that is v (theta + slope), at the run-up it is the pulley's.
@@ -107,7 +109,7 @@ class Sway:
         if state.speed == 0.0:
             return forces
         for begins, ends in ((HEAD, TAIL), (TAIL, HEAD)):
-            wrap, first = state.wraps[ends], state.led[begins]
+            wrap, first = state.wraps[ends], state.run_off_stations[begins]
             landed = wrap.first if self.sign > 0 else wrap.last
             links = self.sign * (landed - first) % mesh.stations
             k = (first + self.sign * np.arange(1, links + 1)) % mesh.stations

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from belt_sim.mujoco3d.constants import REST_DRAG
-from belt_sim.mujoco3d.machine import Drive, Scene, YawPlan, smooth
-from belt_sim.mujoco3d.options import Options, accelerated
-from belt_sim.mujoco3d.state import TAIL, State
-from belt_sim.mujoco3d.tensioning import FRICTION, Apart
+from belt_sim.mujoco3d.machine import Drive, SceneLayout, YawPlan, smoothstep
+from belt_sim.mujoco3d.options import Options, accelerate
+from belt_sim.mujoco3d.state import TAIL, RunState
+from belt_sim.mujoco3d.tensioning import FRICTION, KollerPlan
 
 _FRAMES = 40  # while the pulleys move apart
 _NEVER = math.inf
@@ -27,34 +27,34 @@ class Stage(Protocol):
     @property
     def frame(self) -> float: ...
 
-    def drives(self, state: State) -> Iterator[Drive]:
+    def drives(self, state: RunState) -> Iterator[Drive]:
         """One for each of its steps; ``state`` is that after the steps before."""
 
 
-def stages(scene: Scene, load: float, travel: float) -> list[Stage]:
+def run_stages(scene: SceneLayout, load: float, travel: float) -> list[Stage]:
     """What a run over ``travel`` [m] consists of; load [N]: force that the tail pulley is to carry."""
     options, parts = scene.options, scene.parts
     plan, end = YawPlan.of(scene.case.settings), travel + 0.5 * options.sample
-    order, done = _tensioned(scene, load), -math.inf
+    order, done = _tensioning_stages(scene, load), -math.inf
     for stop in sorted(plan.stops(travel) | ({0.0} if parts.sets_in else set())):
-        order.append(March(options, parts.friction, plan, done, until=stop))
-        order.append(YawStop(options, parts.friction, plan, done, at=stop))
+        order.append(RunStage(options, parts.friction, plan, done, until=stop))
+        order.append(YawStage(options, parts.friction, plan, done, at=stop))
         done = stop
-    return [*order, March(options, parts.friction, plan, done, until=_NEVER, end=end)]
+    return [*order, RunStage(options, parts.friction, plan, done, until=_NEVER, end=end)]
 
 
-def _tensioned(scene: Scene, load: float) -> list[Stage]:
+def _tensioning_stages(scene: SceneLayout, load: float) -> list[Stage]:
     """The belt laid at its tension rests; the one laid slack gets it by Koller's procedure."""
     options, friction = scene.options, scene.parts.friction
-    if scene.apart is None:
-        return [Rest(options, friction)]
+    if scene.koller is None:
+        return [RestStage(options, friction)]
     friction = min(friction, FRICTION)
-    fixed, moved = Rest(options, friction, slide_speed=0.0), MoveApart(options, friction, scene.apart, load)
-    return [fixed, moved, Rest(options, friction, forgets=True)]
+    fixed, moved = RestStage(options, friction, slide_speed=0.0), KollerStage(options, friction, scene.koller, load)
+    return [fixed, moved, RestStage(options, friction, forgets=True)]
 
 
 @dataclass
-class Rest:
+class RestStage:
     """The spans hang to rest and the tail pulley finds its place; in the first half the belt sticks.
 
     slide_speed [m/s]: of the tail pulley, None = it follows the forces; forgets: it counts as never having slipped.
@@ -67,7 +67,7 @@ class Rest:
     recorded = False
     frame = _NEVER
 
-    def drives(self, state: State) -> Iterator[Drive]:
+    def drives(self, state: RunState) -> Iterator[Drive]:
         steps = math.ceil(self.options.settle / self.options.dt)
         for k in range(steps):
             yield Drive(
@@ -83,7 +83,7 @@ class Rest:
 
 
 @dataclass
-class MoveApart:
+class KollerStage:
     """Koller's procedure: the slack belt is driven slowly while the tail pulley moves out, until its load is there.
 
     Meanwhile the belt slides on the pulleys: if it stuck, the stretch of its wraps would stay what it was when the
@@ -92,21 +92,21 @@ class MoveApart:
 
     options: Options
     friction: float
-    apart: Apart
+    koller: KollerPlan
     load: float
     recorded = False
 
     @property
     def frame(self) -> float:
-        return self.apart.travel / _FRAMES
+        return self.koller.travel / _FRAMES
 
-    def drives(self, state: State) -> Iterator[Drive]:
-        options, apart = self.options, self.apart
-        until, top = -options.run_in, min(apart.speed, options.pace)
+    def drives(self, state: RunState) -> Iterator[Drive]:
+        options, apart = self.options, self.koller
+        until, top = -options.run_in, min(apart.speed, options.run_speed)
         start, led = until - apart.travel, True
         while state.travel < until:
             place = apart.at(state.travel - start)
-            travel, speed = accelerated(state.travel, state.speed, until, top, options.acceleration, options.dt)
+            travel, speed = accelerate(state.travel, state.speed, until, top, options.acceleration, options.dt)
             led = led and -state.loads[TAIL, 0] < self.load and travel < until
             slide, lead = (apart.at(travel - start) - place) / options.dt
             yield Drive(
@@ -121,7 +121,7 @@ class MoveApart:
 
 
 @dataclass
-class March:
+class RunStage:
     """The belt runs until it stands still at a stop, or for good to ``end`` [m].
 
     done [m]: travel up to which the yaw steps have been made; until [m]: the stop ahead.
@@ -136,11 +136,11 @@ class March:
     recorded = True
     frame = _NEVER
 
-    def drives(self, state: State) -> Iterator[Drive]:
+    def drives(self, state: RunState) -> Iterator[Drive]:
         options, arrived = self.options, False
         while not arrived and state.travel < self.end:
-            travel, speed = accelerated(
-                state.travel, state.speed, self.until, options.pace, options.acceleration, options.dt
+            travel, speed = accelerate(
+                state.travel, state.speed, self.until, options.run_speed, options.acceleration, options.dt
             )
             arrived = travel == self.until
             yield Drive(
@@ -155,7 +155,7 @@ class March:
 
 
 @dataclass
-class YawStop:
+class YawStage:
     """The belt stands still for a yaw step, and a while after it; at travel 0 yaw offsets, cants and camber come in."""
 
     options: Options
@@ -166,10 +166,10 @@ class YawStop:
     recorded = True
     frame = _NEVER
 
-    def drives(self, state: State) -> Iterator[Drive]:
+    def drives(self, state: RunState) -> Iterator[Drive]:
         options, since = self.options, state.time
         while (passed := state.time + options.dt - since) < options.yaw_time + 0.5 * options.settle:
-            share = smooth(passed / options.yaw_time)
+            share = smoothstep(passed / options.yaw_time)
             yield Drive(
                 travel=self.at,
                 yaw=self.plan.turning(self.at, self.done, share),

@@ -45,10 +45,10 @@ class Wrap:
     r: np.ndarray
     y: np.ndarray
     angle: np.ndarray
-    lifted: np.ndarray
+    landing_lift: np.ndarray
     tangent: np.ndarray
     slip_increment: np.ndarray
-    followed: float
+    anchored_spin: float
     layer: np.ndarray
     stations: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
@@ -116,7 +116,7 @@ def cylinder_coordinates(points: np.ndarray, pose: Pose) -> tuple[np.ndarray, np
 
 
 @dataclass
-class State(Motion):
+class RunState(Motion):
     """The belt and the machine at one instant; of arrays of two the first is the head pulley's.
 
     joints, joint_rates: of the pulleys, in the order of scene.HEAD_YAW ..., as MuJoCo integrates them;
@@ -134,17 +134,17 @@ class State(Motion):
 
     poses: tuple[Pose, Pose]
     wraps: tuple[Wrap, Wrap]
-    loads: np.ndarray
-    yaw: np.ndarray
-    given_way: np.ndarray
-    slip: np.ndarray
-    led: list[int]
-    kink_slope: np.ndarray
-    met: list[int]
-    turned: np.ndarray
-    aside: np.ndarray
     travel: float
+    loads: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
+    yaw: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    compliance_yaw: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    slip: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    run_off_stations: list[int] = field(default_factory=list)
+    kink_slope: np.ndarray = field(default_factory=lambda: np.zeros((2, 1)))
+    run_up_stations: list[int] = field(default_factory=list)
+    run_up_yaw: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    run_up_offset: np.ndarray = field(default_factory=lambda: np.zeros(2))
     share: float = 0.0
-    waits: int = -1
+    waiting_pulley: int = -1
     speed: float = 0.0
     time: float = 0.0

@@ -21,7 +21,7 @@ _STATIONS_A_TURN = 7  # of the coil that the search begins with; with 40 a weld 
 
 
 @dataclass(frozen=True)
-class Cells:
+class CellDistances:
     """Distances that a stress-free belt keeps: first, second (k,) numbers of nodes, length (k,) [m]."""
 
     first: np.ndarray
@@ -34,7 +34,7 @@ def link_lengths(mesh: Mesh, curvature: np.ndarray) -> np.ndarray:
     return mesh.chord * (1.0 - curvature[:, None] * mesh.line_y)
 
 
-def cells(mesh: Mesh, curvature: np.ndarray) -> Cells:
+def cell_distances(mesh: Mesh, curvature: np.ndarray) -> CellDistances:
     """All distances between neighbouring nodes: along, across and diagonally; curvature [1/m], shape (links,)."""
     node = np.arange(mesh.stations * mesh.across).reshape(mesh.stations, mesh.across)
     here, there = node[: mesh.links], np.roll(node, -1, axis=0)[: mesh.links]
@@ -48,10 +48,10 @@ def cells(mesh: Mesh, curvature: np.ndarray) -> Cells:
         (here[:, 1:], there[:, :-1], diagonal),
     )
     first, second, length = (np.concatenate([p[k].ravel() for p in pairs]) for k in range(3))
-    return Cells(first=first, second=second, length=length)
+    return CellDistances(first=first, second=second, length=length)
 
 
-def curved(mesh: Mesh, curvature: np.ndarray) -> Mesh:
+def with_curvature(mesh: Mesh, curvature: np.ndarray) -> Mesh:
     """The mesh with natural in-plane curvatures [1/m], shape (links,): only its stress-free places change.
 
     Raises RunFailed when no such places are found, which takes a camber beyond that of any belt.
@@ -59,7 +59,7 @@ def curved(mesh: Mesh, curvature: np.ndarray) -> Mesh:
     from scipy.sparse import bmat, coo_matrix, identity  # slow to import, and only cambered belts need it
     from scipy.sparse.linalg import spsolve
 
-    want, places = cells(mesh, curvature), _coil(mesh).reshape(-1, 3)
+    want, places = cell_distances(mesh, curvature), _coil(mesh).reshape(-1, 3)
     row = np.arange(len(want.length))[:, None]
     rows = np.broadcast_to(row, (len(row), 6)).ravel()
     columns = np.concatenate([3 * want.second[:, None] + np.arange(3), 3 * want.first[:, None] + np.arange(3)], axis=1)
@@ -92,19 +92,19 @@ def _coil(mesh: Mesh) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Camber:
+class RestLengths:
     """straight, natural [m], shape (k,): the belt's rest lengths without and with camber."""
 
     straight: np.ndarray
     natural: np.ndarray
 
     @staticmethod
-    def of(mesh: Mesh, solver: Solver) -> "Camber":
+    def of(mesh: Mesh, solver: Solver) -> "RestLengths":
         """Of a model that was compiled with its camber."""
         stations, line = np.divmod(solver.tied_nodes(), mesh.across)
         along = mesh.chord * (stations[:, 0] != stations[:, 1])
         straight = np.hypot(along, np.diff(mesh.line_y[line], axis=1)[:, 0])
-        return Camber(straight, solver.rest_lengths)
+        return RestLengths(straight, solver.rest_lengths)
 
     def lengths(self, share: float) -> np.ndarray:
         """Rest lengths [m] when ``share`` (0..1) of the camber acts, shape (k,)."""

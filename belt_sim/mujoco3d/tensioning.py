@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.loop import Hanging, Loop, free_length, laid_loop
+from belt_sim.mujoco3d.loop import HangingBelt, LaidLoop, free_length, lay_loop
 from belt_sim.mujoco3d.options import SLOWNESS, string_speed
 
 FRICTION = 0.1  # at most, meanwhile: the stretch of a wrap then falls behind by at most 1 - exp(-pi FRICTION / 2)
@@ -22,7 +22,7 @@ _SWEEPS = 10  # Newton on the centre distance; each gains digits by the slope of
 
 
 @dataclass(frozen=True)
-class Apart:
+class KollerPlan:
     """The plan of Koller's procedure. slack: the case as it is laid; speed [m/s] and travel [m] of the drive;
     places, upper [m], shape (k,): centre distance, and free length of belt between the tops of the pulleys, on the
     way on which sag falls and tension rises evenly."""
@@ -34,26 +34,26 @@ class Apart:
     upper: np.ndarray
 
     @staticmethod
-    def of(case: Case, tight: Loop) -> "Apart":
+    def of(case: Case, tight: LaidLoop) -> "KollerPlan":
         """For a case with its gravity, and the stations of its belt laid at the wanted tension."""
         belt, length = case.belt, free_length(case)
         wanted = float(case.settings.tension)
         weight = float(belt.density) * float(case.rig.gravity)
         slackest = weight * float(case.rig.centre_distance) / (2.0 * _SLOPE)
         slackest = min(max(slackest, _SLACKEST * wanted), _TIGHTEST * wanted)
-        cases = [_fitting(case, length, t) for t in np.geomspace(slackest, wanted, _TABLE)]
+        cases = [_fit_distance(case, length, t) for t in np.geomspace(slackest, wanted, _TABLE)]
         tension = np.array([float(c.settings.tension) for c in cases])
         distance = np.array([float(c.rig.centre_distance) for c in cases])
-        share = 0.5 * _rise(tension) + 0.5 * _rise(1.0 / tension)
+        share = 0.5 * _normalise(tension) + 0.5 * _normalise(1.0 / tension)
         even = np.linspace(0.0, 1.0, _TABLE)
-        slack = _slack(cases[0], case, tight)
+        slack = _slack_case(cases[0], case, tight)
         early = float(slack.rig.centre_distance) - distance[0]
-        return Apart(
+        return KollerPlan(
             slack=slack,
             speed=string_speed(cases[0]) / SLOWNESS,
             travel=_SWINGS / SLOWNESS * distance[-1],
             places=np.interp(even, share, distance) + early * (1.0 - even),
-            upper=np.interp(even, share, [_upper(c) for c in cases]),
+            upper=np.interp(even, share, [_upper_length(c) for c in cases]),
         )
 
     def at(self, travel: float) -> np.ndarray:
@@ -64,12 +64,12 @@ class Apart:
         return np.array([np.interp(u, even, self.places), self.upper[0] - np.interp(u, even, self.upper)])
 
 
-def _rise(values: np.ndarray) -> np.ndarray:
+def _normalise(values: np.ndarray) -> np.ndarray:
     """From 0 at the first to 1 at the last."""
     return (values - values[0]) / (values[-1] - values[0])
 
 
-def _fitting(case: Case, length: float, tension: float) -> Case:
+def _fit_distance(case: Case, length: float, tension: float) -> Case:
     """The case at this tension [Pa] and the centre distance at which a belt of this stress-free length [m] has it."""
     settings = replace(case.settings, tension=tension)
     distance = float(case.rig.centre_distance)
@@ -79,7 +79,7 @@ def _fitting(case: Case, length: float, tension: float) -> Case:
     return fitting
 
 
-def _slack(slack: Case, case: Case, tight: Loop) -> Case:
+def _slack_case(slack: Case, case: Case, tight: LaidLoop) -> Case:
     """The slack case at the centre distance at which its polygon of stations is as long, stress-free, as the tight one.
 
     The length of a polygon differs from the smooth belt's by how the stations come to lie on the pulleys.
@@ -87,14 +87,14 @@ def _slack(slack: Case, case: Case, tight: Loop) -> Case:
     strain, less = (float(c.settings.tension / c.belt.youngs_modulus) for c in (case, slack))
     n, wanted = len(tight.x), tight.chord / (1.0 + strain) * (1.0 + less)
     for _ in range(_SWEEPS):
-        missing = n * (wanted - laid_loop(slack, tight.chord, n).chord)
+        missing = n * (wanted - lay_loop(slack, tight.chord, n).chord)
         distance = float(slack.rig.centre_distance) + 0.5 * missing
         slack = replace(slack, rig=replace(slack.rig, centre_distance=distance))
     return slack
 
 
-def _upper(case: Case) -> float:
+def _upper_length(case: Case) -> float:
     """Stress-free length [m] of belt between the tops of the pulleys, along the upper span."""
-    at_head, at_tail = (span := Hanging.of(case).upper).slopes
+    at_head, at_tail = (span := HangingBelt.of(case).upper).slopes
     loaded = span.length - float(case.rig.head_radius) * at_head + float(case.rig.tail_radius) * at_tail
     return loaded / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))

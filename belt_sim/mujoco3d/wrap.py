@@ -38,10 +38,10 @@ from belt_sim.mujoco3d.constants import (
     SPAN_STATIONS,
     SPAN_TIME,
 )
-from belt_sim.mujoco3d.friction import Tangent, let_slip
-from belt_sim.mujoco3d.loop import Loop, apart, apart_flat, fading, lift, sinking
+from belt_sim.mujoco3d.friction import WrapStiffness, slide_anchors
+from belt_sim.mujoco3d.loop import LaidLoop, chord_angle, chord_angle_flat, fade, lift, sinking_chords
 from belt_sim.mujoco3d.mesh import Mesh
-from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, State, Wrap, cylinder_coordinates
+from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, RunState, Wrap, cylinder_coordinates
 from belt_sim.scene_parts import PulleySurface, SceneParts
 
 FIRST, LAST = -1, 1
@@ -54,61 +54,61 @@ def depth(wrap: Wrap, pose: Pose, angle: np.ndarray, end: int) -> np.ndarray:
     return -end * (ahead - _TURN * np.rint(ahead / _TURN)) * wrap.surface.radius
 
 
-def sink(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
+def sink_ends(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
     """Put the outermost stations at ``end`` on their path for the pulley's present place.
 
     chord [m] at rest; moved [m]: how far the pulley has turned since the last time.
     """
     outer = wrap.first if end == FIRST else wrap.last
-    zone = sinking(chord, wrap.surface.radius) + 2  # stations that may be off the circle; the next one never is
-    k = (outer - end * np.arange(zone + 1)) % len(wrap.lifted)
+    zone = sinking_chords(chord, wrap.surface.radius) + 2  # stations that may be off the circle; the next one never is
+    k = (outer - end * np.arange(zone + 1)) % len(wrap.landing_lift)
     off, r, angle = k[:-1], wrap.r[k], wrap.angle[k]
     flat = (r[1:] - r[:-1]) ** 2 + 4.0 * r[1:] * r[:-1] * np.sin(0.5 * (angle[1:] - angle[:-1])) ** 2
-    wrap.lifted[off] *= math.exp(-moved / (FORGETTING * chord))
+    wrap.landing_lift[off] *= math.exp(-moved / (FORGETTING * chord))
     inside = depth(wrap, pose, 0.5 * (angle[:-1, 0] + angle[:-1, -1]), end)
-    high = lift(inside, chord, wrap.surface.radius) + wrap.lifted[off]
+    high = lift(inside, chord, wrap.surface.radius) + wrap.landing_lift[off]
     r[:-1] = wrap.radius_at(wrap.y[off]) + high[:, None]
-    turned = apart_flat(flat, r[:-1], r[1:])
+    turned = chord_angle_flat(flat, r[:-1], r[1:])
     wrap.r[off] = r[:-1]
     wrap.angle[off] = angle[-1] + end * turned[::-1].cumsum(axis=0)[::-1]
 
 
-def catches(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, chord: float) -> bool:
+def is_caught(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, chord: float) -> bool:
     """Whether a free station with nodes at [m], shape (m, 3), has come close enough to be held."""
     _, _, angle = cylinder_coordinates(nodes, pose)
     return float(depth(wrap, pose, 0.5 * (angle[0] + angle[-1]), end)) > -CATCH_DISTANCE * chord
 
 
-def lets_go(wrap: Wrap, pose: Pose, end: int, chord: float) -> bool:
+def is_released(wrap: Wrap, pose: Pose, end: int, chord: float) -> bool:
     """Whether the outermost station at ``end`` has come far enough to be free."""
-    outer = (wrap.first if end == FIRST else wrap.last) % len(wrap.lifted)
+    outer = (wrap.first if end == FIRST else wrap.last) % len(wrap.landing_lift)
     return (
         float(depth(wrap, pose, 0.5 * (wrap.angle[outer, 0] + wrap.angle[outer, -1]), end))
         < -(CATCH_DISTANCE + HYSTERESIS) * chord
     )
 
 
-def land(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, beside: np.ndarray, chord: float) -> int:
+def land_station(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, beside: np.ndarray, chord: float) -> int:
     """Anchor the station next to ``end`` at its mean height and at its distance from the one landed before.
 
     nodes, beside: positions of the nodes of both [m], shape (m, 3). Returns the station's number.
     """
     outer = wrap.first if end == FIRST else wrap.last
-    station, neighbour = ((outer + i * end) % len(wrap.lifted) for i in (1, 0))
+    station, neighbour = ((outer + i * end) % len(wrap.landing_lift) for i in (1, 0))
     r, y, angle = cylinder_coordinates(nodes, pose)
     circle = wrap.radius_at(y)
     high = float(np.mean(r - circle))
-    wrap.lifted[station] = high - lift(depth(wrap, pose, angle.mean(), end), chord, wrap.surface.radius)
+    wrap.landing_lift[station] = high - lift(depth(wrap, pose, angle.mean(), end), chord, wrap.surface.radius)
     wrap.y[station], wrap.r[station] = y, circle + high
     length = np.linalg.norm(nodes - beside, axis=1)
-    turned = apart(length, y - wrap.y[neighbour], wrap.r[station], wrap.r[neighbour])
+    turned = chord_angle(length, y - wrap.y[neighbour], wrap.r[station], wrap.r[neighbour])
     wrap.angle[station] = wrap.angle[neighbour] + end * turned
     wrap.first, wrap.last = (wrap.first - 1, wrap.last) if end == FIRST else (wrap.first, wrap.last + 1)
     wrap.renumber()
     return int(station)
 
 
-def anchor(wrap: Wrap, pose: Pose, station: int, nodes: np.ndarray) -> None:
+def anchor_station(wrap: Wrap, pose: Pose, station: int, nodes: np.ndarray) -> None:
     """Anchor a station where its nodes are, at their mean height (used before the run)."""
     r, y, angle = cylinder_coordinates(nodes, pose)
     circle = wrap.radius_at(y)
@@ -122,7 +122,7 @@ def tangent_angle(pose: Pose, along: np.ndarray) -> float:
 
 
 @dataclass(frozen=True)
-class Layer:
+class BendingLayer:
     """The layer of one belt.
 
     plate [N m]: D of a fibre, per width; thickness [m]; modulus [Pa]; own [1]: share of the torsional stiffness that
@@ -137,12 +137,12 @@ class Layer:
     dt: float
 
     @staticmethod
-    def of(case: Case, mesh: Mesh, strength: float, dt: float) -> "Layer":
+    def of(case: Case, mesh: Mesh, strength: float, dt: float) -> "BendingLayer":
         """Of a belt of two or more lines; strength [1] multiplies l^2 and l^3."""
         belt = case.belt
         tense = float(case.tension_force) * float(belt.width) ** 2 / 12.0
         still = float(belt.shear_modulus) * float(belt.width) * float(belt.thickness) ** 3 / 3.0
-        return Layer(
+        return BendingLayer(
             mesh=mesh,
             plate=float(belt.plate_stiffness),
             thickness=float(belt.thickness),
@@ -151,7 +151,7 @@ class Layer:
             dt=dt,
         )
 
-    def follow(self, state: State) -> None:
+    def follow(self, state: RunState) -> None:
         """After a step: move the displacements of both pulleys' ends on to what the fibres beside them say."""
         for wrap, pose in zip(state.wraps, state.poses, strict=True):
             for i, end in enumerate((FIRST, LAST)):
@@ -176,19 +176,19 @@ class Layer:
         return self.own * (both - both.mean(axis=0))
 
 
-def displaced(wrap: Wrap, pose: Pose, mesh: Mesh) -> np.ndarray:
+def held_displacements(wrap: Wrap, pose: Pose, mesh: Mesh) -> np.ndarray:
     """By how much the layer displaces the held nodes [m], shape (held, m, 3)."""
     moved = np.zeros((len(wrap.stations), mesh.across, 3))
-    zone = min(sinking(mesh.chord, wrap.surface.radius) + 2, len(moved))
+    zone = min(sinking_chords(mesh.chord, wrap.surface.radius) + 2, len(moved))
     for end in (FIRST, LAST):
         k = np.arange(zone) if end == FIRST else len(moved) - 1 - np.arange(zone)
-        moved[k] += displacement(
+        moved[k] += station_displacement(
             wrap, pose, end, depth(wrap, pose, wrap.angle[wrap.stations[k]].mean(axis=1), end), mesh
         )
     return moved
 
 
-def displacement(wrap: Wrap, pose: Pose, end: int, inside: np.ndarray, mesh: Mesh) -> np.ndarray:
+def station_displacement(wrap: Wrap, pose: Pose, end: int, inside: np.ndarray, mesh: Mesh) -> np.ndarray:
     """By how much the layer at ``end`` displaces stations ``inside`` [m] behind the tangent point, shape (k,), there.
 
     [m], shape (k, m, 3). Sections that are drawn in unequally turn, and with them the line that they stand on; wholly
@@ -201,7 +201,7 @@ def displacement(wrap: Wrap, pose: Pose, end: int, inside: np.ndarray, mesh: Mes
     local[..., 0] = out * np.sin(at) - end * drawn * np.cos(at)
     local[..., 1] = -turned * inside[:, None]
     local[..., 2] = out * np.cos(at) + end * drawn * np.sin(at)
-    return (fading(inside, mesh.chord, wrap.surface.radius)[:, None, None] * local) @ pose.axes.T
+    return (fade(inside, mesh.chord, wrap.surface.radius)[:, None, None] * local) @ pose.axes.T
 
 
 def thread_places(wrap: Wrap, pose: Pose, end: int, mesh: Mesh, slides: np.ndarray) -> np.ndarray:
@@ -211,15 +211,15 @@ def thread_places(wrap: Wrap, pose: Pose, end: int, mesh: Mesh, slides: np.ndarr
     if not wrap.layer.any():
         return nodes
     angle = cylinder_coordinates(nodes, pose)[2].mean(axis=1)
-    return nodes - displacement(wrap, pose, end, depth(wrap, pose, angle, end), mesh)
+    return nodes - station_displacement(wrap, pose, end, depth(wrap, pose, angle, end), mesh)
 
 
 _NEITHER = -1
 _FEWEST = 3  # links on a pulley
 
 
-def laid_wraps(
-    mesh: Mesh, loop: Loop, slides: np.ndarray, poses: tuple[Pose, Pose], radii: tuple[float, float]
+def lay_wraps(
+    mesh: Mesh, loop: LaidLoop, slides: np.ndarray, poses: tuple[Pose, Pose], radii: tuple[float, float]
 ) -> tuple[Wrap, Wrap]:
     """The stations that were laid on the pulleys, of radii [m], anchored there; they are plain cylinders so far."""
     wraps = []
@@ -234,30 +234,32 @@ def laid_wraps(
         wrap.last = int(on[jump[0]]) if len(jump) else int(on[-1])
         wrap.renumber()
         for k in wrap.stations:
-            anchor(wrap, pose, k, mesh.at(slides, k))
-        _meet(mesh, slides, wrap, pose, 1.0)
+            anchor_station(wrap, pose, k, mesh.at(slides, k))
+        _update_tangents(mesh, slides, wrap, pose, 1.0)
         for end in (FIRST, LAST):
             _change_end(mesh, slides, wrap, pose, end)
         wraps.append(wrap)
     return wraps[HEAD], wraps[TAIL]
 
 
-def shape_pulleys(state: State, parts: SceneParts) -> None:
+def shape_pulleys(state: RunState, parts: SceneParts) -> None:
     """From now on stations land on the pulleys as they are."""
     for wrap, surface in zip(state.wraps, (parts.head, parts.tail), strict=True):
         wrap.surface = surface
 
 
-def follow(state: State, chord: float) -> None:
+def move_anchors(state: RunState, chord: float) -> None:
     """Before a step: the anchors run along the path that the pulleys, where they will be at its end, give them."""
     for wrap, pose in zip(state.wraps, state.poses, strict=True):
-        moved = abs(pose.spin - wrap.followed) * wrap.surface.radius
-        wrap.followed = pose.spin
+        moved = abs(pose.spin - wrap.anchored_spin) * wrap.surface.radius
+        wrap.anchored_spin = pose.spin
         for end in (FIRST, LAST):
-            sink(wrap, pose, end, chord, moved)
+            sink_ends(wrap, pose, end, chord, moved)
 
 
-def settle(mesh: Mesh, state: State, pull: np.ndarray, dt: float, friction: float, tangent: Tangent | None) -> None:
+def update_contact(
+    mesh: Mesh, state: RunState, pull: np.ndarray, dt: float, friction: float, tangent: WrapStiffness | None
+) -> None:
     """After a step, with held nodes on their anchors: let them slip, land and go.
 
     pull [N], shape (n, m, 3): of belt and weight on the nodes; dt [s]; friction [1], inf = sticking; tangent: None for
@@ -269,18 +271,18 @@ def settle(mesh: Mesh, state: State, pull: np.ndarray, dt: float, friction: floa
         tangent = None
     if tangent is not None:
         sliding = all(wrap.sliding.mean() > 0.5 for wrap in state.wraps)
-        state.waits = _NEITHER if not sliding else TAIL if state.waits == HEAD else HEAD
+        state.waiting_pulley = _NEITHER if not sliding else TAIL if state.waiting_pulley == HEAD else HEAD
     for which, (wrap, pose) in enumerate(zip(state.wraps, state.poses, strict=True)):
-        if tangent is not None and state.waits != which:
+        if tangent is not None and state.waiting_pulley != which:
             holding = -wrap.components(pose, pull[wrap.stations])
             holding[..., 0] -= mesh.mass * state.speed**2 / wrap.surface.radius
-            state.slip[which] += let_slip(wrap, holding, friction, tangent)
-        _meet(mesh, state.slides, wrap, pose, dt / SPAN_TIME)
+            state.slip[which] += slide_anchors(wrap, holding, friction, tangent)
+        _update_tangents(mesh, state.slides, wrap, pose, dt / SPAN_TIME)
         for end in (FIRST, LAST):
             _change_end(mesh, state.slides, wrap, pose, end)
 
 
-def _meet(mesh: Mesh, slides: np.ndarray, wrap: Wrap, pose: Pose, share: float) -> None:
+def _update_tangents(mesh: Mesh, slides: np.ndarray, wrap: Wrap, pose: Pose, share: float) -> None:
     """Move the places where the belt meets a pulley by ``share`` of the way to where the spans' directions say."""
     n = mesh.stations
     for i, (inner, outer) in enumerate(
@@ -295,9 +297,9 @@ def _change_end(mesh: Mesh, slides: np.ndarray, wrap: Wrap, pose: Pose, end: int
     """Land a station or let one go."""
     outer = wrap.first if end == FIRST else wrap.last
     nodes, beside = thread_places(wrap, pose, end, mesh, slides)
-    if catches(wrap, pose, end, nodes, mesh.chord):
-        land(wrap, pose, end, nodes, beside, mesh.chord)
-    elif lets_go(wrap, pose, end, mesh.chord):
+    if is_caught(wrap, pose, end, nodes, mesh.chord):
+        land_station(wrap, pose, end, nodes, beside, mesh.chord)
+    elif is_released(wrap, pose, end, mesh.chord):
         wrap.slip_increment[outer % mesh.stations] = 0.0
         if wrap.last - wrap.first < _FEWEST:
             raise RunFailed("the belt leaves a pulley: tension too low for its weight; raise settings.tension")

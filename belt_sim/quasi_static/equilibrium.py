@@ -9,27 +9,27 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from belt_sim.belt_mechanics.belt import Belt, Shape
-from belt_sim.belt_mechanics.block_tridiagonal import Level, factorised, solved
+from belt_sim.belt_mechanics.belt import BatchShape, BeltArrays
+from belt_sim.belt_mechanics.block_tridiagonal import Level, factorise, solve_chain
 from belt_sim.belt_mechanics.chain import (
-    Places,
-    anchored,
-    forces,
+    ChainLayout,
+    anchor_positions,
+    chain_forces,
+    chain_stiffness,
+    couple_stiffness,
     pull_on_nodes,
     spans_blocks,
-    stiffness,
-    torsion,
-    weight,
+    station_weight,
 )
-from belt_sim.belt_mechanics.loads import Press, forces_on, pressed
-from belt_sim.belt_mechanics.pulleys import behind, moments, moves_of, pose_of
-from belt_sim.belt_mechanics.wrap import TAIL, Pose, Wrap
+from belt_sim.belt_mechanics.loads import GuideForce, guide_forces, load_forces
+from belt_sim.belt_mechanics.pulleys import depth_at_ends, pose_of, tail_derivatives, yaw_moments
+from belt_sim.belt_mechanics.wrap import TAIL, PoseArrays, WrapArrays
 from belt_sim.mujoco3d.constants import COMPLIANCE_TIME
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.plan import Command, State
+from belt_sim.quasi_static.plan import TravelCommand, TravelState
 
 
-class Stiffness(NamedTuple):
+class FactorisedStiffness(NamedTuple):
     """A factorised equilibrium.
 
     levels: of the chain; entry, exit (6 m, 6 m): stiffness of the cells at the tail's ends; pulls (3 m, 2, n): forces
@@ -43,42 +43,44 @@ class Stiffness(NamedTuple):
     moves: Array
 
 
-def factorise(
-    shape: Shape,
-    belt: Belt,
+def factorise_equilibrium(
+    shape: BatchShape,
+    belt: BeltArrays,
     nodes: Array,
     taut: Array,
-    places: Places,
+    places: ChainLayout,
     twist: Array,
     share: Array,
     moves: Array,
-    press: Press | None,
-) -> Stiffness:
+    press: GuideForce | None,
+) -> FactorisedStiffness:
     """Of the chain at ``nodes`` [m], (m, 3, n), whose ``taut`` places are those of its last equilibrium.
 
     moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin; press: of guides.
     """
     size = 3 * shape.lines
-    cell, whole = stiffness(shape, belt, nodes, taut, places, twist, share)
+    cell, whole = chain_stiffness(shape, belt, nodes, taut, places, twist, share)
     entry, leave = cell[:, :, places.entry - 1], cell[:, :, places.exit]
     more = None
     if press is not None:
         more = jnp.zeros((shape.lines, 3, shape.stations)).at[:, 1].set(press.stiffness).reshape(size, -1)
-    levels = factorised(*spans_blocks(shape, whole, places, more))
+    levels = factorise(*spans_blocks(shape, whole, places, more))
     pulls = jnp.zeros((size, 2, shape.stations))
     pulls = pulls.at[:, :, places.entry - 1].add(-entry[:size, size:] @ moves[0])
     pulls = pulls.at[:, :, places.exit + 1].add(-leave[size:, :size] @ moves[1])
-    return Stiffness(levels, entry, leave, pulls, moves)
+    return FactorisedStiffness(levels, entry, leave, pulls, moves)
 
 
-def corrected(belt: Belt, stiffness: Stiffness, on_nodes: Array, places: Places, lacking: Array) -> tuple[Array, Array]:
+def newton_step(
+    belt: BeltArrays, stiffness: FactorisedStiffness, on_nodes: Array, places: ChainLayout, lacking: Array
+) -> tuple[Array, Array]:
     """Moves of the free nodes (3 m, n) [m] and of the tail pulley (2,) [m, rad] towards equilibrium.
 
     lacking (2,): force [N] and moment [N m] on the tail pulley, which are to become 0.
     """
     size, moves = on_nodes.shape[0], stiffness.moves
     wanted = jnp.where(places.free, on_nodes, 0.0)[:, None]
-    found = solved(stiffness.levels, jnp.concatenate([wanted, stiffness.pulls], axis=1))
+    found = solve_chain(stiffness.levels, jnp.concatenate([wanted, stiffness.pulls], axis=1))
     entry = stiffness.entry[size:, :size] @ found[..., places.entry - 1]
     leave = stiffness.exit[:size, size:] @ found[..., places.exit + 1]
     felt = -jnp.stack([entry, leave])  # by the tail's outermost stations: alone, with its slide, with its spin
@@ -91,14 +93,14 @@ def corrected(belt: Belt, stiffness: Stiffness, on_nodes: Array, places: Places,
     return found[:, 0] + jnp.einsum("ipn,p->in", found[:, 1:], tail), tail
 
 
-def given_way(belt: Belt, before: Array, turned: Array, moment: Array, moved: Array) -> Array:
+def compliance_step(belt: BeltArrays, before: Array, turned: Array, moment: Array, moved: Array) -> Array:
     """Yaw by compliance [rad], (2,), after a step of ``moved`` [m] which began with ``before``.
 
     moment [N m]: on pulleys that have given way by ``turned`` so far. Implicit: with what both spans take from it when
     a pulley turns, taken rather too large.
     """
     compliance = belt.surfaces.yaw_compliance
-    slowly = jnp.where(moved > 0.0, belt.pace * COMPLIANCE_TIME / jnp.where(moved > 0.0, moved, 1.0), 0.0)
+    slowly = jnp.where(moved > 0.0, belt.run_speed * COMPLIANCE_TIME / jnp.where(moved > 0.0, moved, 1.0), 0.0)
     lacking = compliance * moment - turned - slowly * (turned - before)
     return turned + lacking / (1.0 + slowly + compliance * belt.holding)
 
@@ -109,7 +111,7 @@ ITERATIONS = 2
 _YIELDING = 2  # more of them, in which pulleys that give way come to rest with the belt
 
 
-class Found(NamedTuple):
+class Equilibrium(NamedTuple):
     """nodes [m], (m, 3, n), of the chain; tail (2,): x [m] and spin [rad] of the tail pulley; tension [N]: mean of the
     spans; correction [m]: by how much the last iteration moved a node at most; turned [rad], (2,): yaw by which the
     pulleys give way, or None."""
@@ -118,73 +120,75 @@ class Found(NamedTuple):
     tail: Array
     tension: Array
     correction: Array
-    turned: Array | None
+    compliance_yaw: Array | None
 
 
-def balanced(
-    shape: Shape,
-    belt: Belt,
-    wraps: Wrap,
+def find_equilibrium(
+    shape: BatchShape,
+    belt: BeltArrays,
+    wraps: WrapArrays,
     nodes: Array,
     tail: Array,
-    places: Places,
-    state: State,
-    command: Command,
+    places: ChainLayout,
+    state: TravelState,
+    command: TravelCommand,
     aside: Array | float,
-) -> Found:
+) -> Equilibrium:
     """From where the step has led the chain, ``nodes`` [m], (m, 3, n), and the tail pulley.
 
     aside [m]: by how much held stations stand aside of their anchors.
     """
     taut, moved = state.nodes[..., places.stations], command.travel - state.travel
 
-    def iteration(found: Found, more: Array) -> tuple[Found, None]:
-        turned, pose = found.turned, pose_of(shape, belt, *command, found.tail, found.turned)
-        nodes, tail, tension, correction = _once(
+    def iteration(found: Equilibrium, more: Array) -> tuple[Equilibrium, None]:
+        turned, pose = found.compliance_yaw, pose_of(shape, belt, *command, found.tail, found.compliance_yaw)
+        nodes, tail, tension, correction = _newton_iteration(
             shape, belt, wraps, found.nodes, taut, found.tail, pose, places, state, command
         )
         if turned is not None:
             there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
-            moment = moments(shape, wraps, pose, there, pull_on_nodes(shape, belt, there, command.share))
-            turned = jnp.where(more, given_way(belt, state.turned, turned, moment, moved), turned)
-        anchors = anchored(belt, wraps, pose_of(shape, belt, *command, tail, turned), state.layer, places) + aside
-        return Found(jnp.where(places.free, nodes, anchors), tail, tension, correction, turned), None
+            moment = yaw_moments(shape, wraps, pose, there, pull_on_nodes(shape, belt, there, command.share))
+            turned = jnp.where(more, compliance_step(belt, state.compliance_yaw, turned, moment, moved), turned)
+        anchors = (
+            anchor_positions(belt, wraps, pose_of(shape, belt, *command, tail, turned), state.layer, places) + aside
+        )
+        return Equilibrium(jnp.where(places.free, nodes, anchors), tail, tension, correction, turned), None
 
-    begin = Found(nodes, tail, state.tension, state.correction, state.turned)
-    count = ITERATIONS if state.turned is None else ITERATIONS + _YIELDING
+    begin = Equilibrium(nodes, tail, state.tension, state.correction, state.compliance_yaw)
+    count = ITERATIONS if state.compliance_yaw is None else ITERATIONS + _YIELDING
     return jax.lax.scan(iteration, begin, jnp.arange(count) < count - 1)[0]
 
 
-def _once(
-    shape: Shape,
-    belt: Belt,
-    wraps: Wrap,
+def _newton_iteration(
+    shape: BatchShape,
+    belt: BeltArrays,
+    wraps: WrapArrays,
     nodes: Array,
     taut: Array,
     tail: Array,
-    pose: Pose,
-    places: Places,
-    state: State,
-    command: Command,
+    pose: PoseArrays,
+    places: ChainLayout,
+    state: TravelState,
+    command: TravelCommand,
 ) -> tuple[Array, Array, Array, Array]:
     """One Newton iteration: the free nodes, slide and spin of the tail pulley, tension of the spans, and how far a node
     moved at most. ``taut`` [m]: the chain in its last equilibrium."""
-    twist = torsion(belt, behind(shape, wraps, belt, pose), places, state.tension)
+    twist = couple_stiffness(belt, depth_at_ends(shape, wraps, belt, pose), places, state.tension)
     press = None
     if belt.guides is not None:
         shares = belt.stiffness / belt.stiffness.sum()
-        press = pressed(belt.guides, belt.chord, shares, nodes, places.free)
-    moves = moves_of(shape, wraps, pose)
-    stiffness = factorise(shape, belt, nodes, taut, places, twist, command.share, moves, press)
-    on_nodes, at_ends = forces(shape, belt, nodes, places, twist, command.share)
-    on_nodes = on_nodes + weight(shape, belt)
+        press = guide_forces(belt.guides, belt.chord, shares, nodes, places.free)
+    moves = tail_derivatives(shape, wraps, pose)
+    stiffness = factorise_equilibrium(shape, belt, nodes, taut, places, twist, command.share, moves, press)
+    on_nodes, at_ends = chain_forces(shape, belt, nodes, places, twist, command.share)
+    on_nodes = on_nodes + station_weight(shape, belt)
     if press is not None:
         on_nodes = on_nodes.at[1::3].add(press.force)
     if belt.loads is not None:
-        more = forces_on(belt.loads, belt.chord, belt.stiffness, belt.line_y, belt.mass, nodes)
+        more = load_forces(belt.loads, belt.chord, belt.stiffness, belt.line_y, belt.mass, nodes)
         on_nodes = on_nodes + command.share * more.reshape(on_nodes.shape)
     on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL])
     arms = jnp.where(places.on_tail, nodes[:, 0] - tail[0], 0.0).sum(axis=1)
     lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
-    change, tail_change = corrected(belt, stiffness, on_nodes, places, lacking)
+    change, tail_change = newton_step(belt, stiffness, on_nodes, places, lacking)
     return nodes + change.reshape(nodes.shape), tail + tail_change, -0.5 * on_tail[0], jnp.abs(change).max()

@@ -14,9 +14,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.belt_mechanics.belt import Belt, Shape, Surfaces, wrapped
-from belt_sim.belt_mechanics.block_tridiagonal import factorised, solved, swept
-from belt_sim.belt_mechanics.wrap import Pose, Wrap, radius_at
+from belt_sim.belt_mechanics.belt import BatchShape, BeltArrays, SurfaceArrays, wrap_chain
+from belt_sim.belt_mechanics.block_tridiagonal import factorise, solve_chain, sweep_inverse
+from belt_sim.belt_mechanics.wrap import PoseArrays, WrapArrays, radius_at
 from belt_sim.pytree import Numbers as Array
 
 _ITERATIONS = 20
@@ -98,7 +98,7 @@ def _newton(z: Array, scale: Array, force: Array, limit: Array, chain: tuple[Arr
     diagonal = jnp.where((jnp.eye(size, dtype=bool))[..., None] & ~free[:, None], 1.0, diagonal)
     beside = jnp.where(free[:, None] & jnp.roll(free, -1, axis=-1)[None], chain[1], 0.0).at[..., -1].set(0.0)
     wanted = jnp.where(free, -(force + bounded[:, None] * along).reshape(size, count), 0.0)
-    slip = solved(factorised(diagonal, beside, swept), wanted[:, None])[:, 0].reshape(force.shape)
+    slip = solve_chain(factorise(diagonal, beside, sweep_inverse), wanted[:, None])[:, 0].reshape(force.shape)
     back = ((slip * along).sum(axis=1) < 0.0) & (bounded > 0.0)
     return slip, jnp.where(back[:, None], 0.0, slip)
 
@@ -108,7 +108,7 @@ COLUMNS = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "friction_r
 TOLERANCE = 0.01  # of the largest limit: what friction may contradict Coulomb's law by in any step
 
 
-class Slip(NamedTuple):
+class SlipState(NamedTuple):
     """Of both pulleys. increment [m], (2, m, 2, n): of the last step, along the axis, along the turn; total [m], (2,):
     mean lateral slip so far; sliding (2,): share of held nodes that slid; residual (2,): force that contradicts
     Coulomb's law in the last step, in the largest limit."""
@@ -119,33 +119,46 @@ class Slip(NamedTuple):
     residual: Array
 
     @staticmethod
-    def none(shape: Shape) -> "Slip":
+    def none(shape: BatchShape) -> "SlipState":
         """A belt that has not slid yet."""
-        return Slip(np.zeros((2, shape.lines, 2, shape.stations)), np.zeros(2), np.zeros(2), np.zeros(2))
+        return SlipState(np.zeros((2, shape.lines, 2, shape.stations)), np.zeros(2), np.zeros(2), np.zeros(2))
 
     def columns(self) -> Array:
         """Shape (5,), as COLUMNS."""
         return jnp.concatenate([self.total, self.sliding, self.residual.max(keepdims=True)])
 
 
-def worst_so_far(table: np.ndarray, recorded: np.ndarray) -> np.ndarray:
+def worst_residual(table: np.ndarray, recorded: np.ndarray) -> np.ndarray:
     """The largest residual since travel 0 at every recorded row of a table (rows, 20 or 25), yaw steps included."""
     begun = table[int(np.argmax(recorded)) : len(recorded), 24:]
     found = np.maximum.accumulate(begun.max(axis=1, initial=0.0))
     return found[recorded[int(np.argmax(recorded)) :]]
 
 
-def slipped(
-    shape: Shape, belt: Belt, wraps: Wrap, pose: Pose, pull: Array, slip: Slip, shaped: Array
-) -> tuple[Wrap, Slip]:
+def slide_wraps(
+    shape: BatchShape,
+    belt: BeltArrays,
+    wraps: WrapArrays,
+    pose: PoseArrays,
+    pull: Array,
+    slip: SlipState,
+    shaped: Array,
+) -> tuple[WrapArrays, SlipState]:
     """Both wraps with their anchors moved; pull [N], (m, 3, n); shaped: 1 where the pulleys are what they are."""
-    return jax.vmap(lambda *one: _let_slip(shape, belt, pull, shaped, *one))(wraps, belt.surfaces, pose, slip)
+    return jax.vmap(lambda *one: _slide_wrap(shape, belt, pull, shaped, *one))(wraps, belt.surfaces, pose, slip)
 
 
-def _let_slip(
-    shape: Shape, belt: Belt, pull: Array, shaped: Array, wrap: Wrap, surface: Surfaces, pose: Pose, slip: Slip
-) -> tuple[Wrap, Slip]:
-    assert belt.grip is not None
+def _slide_wrap(
+    shape: BatchShape,
+    belt: BeltArrays,
+    pull: Array,
+    shaped: Array,
+    wrap: WrapArrays,
+    surface: SurfaceArrays,
+    pose: PoseArrays,
+    slip: SlipState,
+) -> tuple[WrapArrays, SlipState]:
+    assert belt.sliding_stiffness is not None
     count = (wrap.last - wrap.first) % shape.stations + 1
     at = jnp.arange(shape.held)
     k = (wrap.first + at) % shape.stations
@@ -156,7 +169,7 @@ def _let_slip(
     outwards = local[:, 0] * sin + local[:, 2] * cos
     holding = -jnp.stack([local[:, 1], local[:, 0] * cos - local[:, 2] * sin], axis=1)
     limit = jnp.where(held & jnp.isfinite(belt.friction), belt.friction * jnp.maximum(-outwards, 0.0), jnp.inf)
-    chain = wrapped(belt.grip, wrap.first, count, shape.held)
+    chain = wrap_chain(belt.sliding_stiffness, wrap.first, count, shape.held)
     way, residual = slip_increments(jnp.where(held, holding, 0.0), limit, chain, slip.increment[:, :, k])
     residual = jnp.where(count > shape.held, jnp.inf, residual)
     y, angle, r = wrap.y[:, k], wrap.angle[:, k], wrap.r[:, k]
@@ -166,7 +179,7 @@ def _let_slip(
         y=wrap.y.at[:, k].set(there[0]), angle=wrap.angle.at[:, k].set(there[1]), r=wrap.r.at[:, k].add(wider)
     )
     lines = shape.lines
-    return moved, Slip(
+    return moved, SlipState(
         increment=jnp.zeros_like(slip.increment).at[:, :, k].set(way),
         total=slip.total + way[:, 0].sum() / (lines * count),
         sliding=(way != 0.0).any(axis=1).sum() / (lines * count),

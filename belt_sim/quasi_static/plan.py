@@ -6,33 +6,33 @@ from typing import NamedTuple
 
 import numpy as np
 
-from belt_sim.belt_mechanics.wrap import Pose, Wrap
+from belt_sim.belt_mechanics.wrap import PoseArrays, WrapArrays
 from belt_sim.case import Settings
-from belt_sim.mujoco3d.machine import YawPlan, smooth
+from belt_sim.mujoco3d.machine import YawPlan, smoothstep
 from belt_sim.mujoco3d.options import Options
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.friction import Slip
-from belt_sim.quasi_static.rope import Kinks
+from belt_sim.quasi_static.friction import SlipState
+from belt_sim.quasi_static.rope import RopeKinks
 
 
-class State(NamedTuple):
+class TravelState(NamedTuple):
     """nodes [m], (m, 3, n); wraps, pose: of head and tail; tension [N]: mean of the spans; travel [m]; correction [m]:
     by how much the step's last Newton iteration moved a node at most; slip: None if it sticks; kinks: of a limp belt;
     turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in layer.py, or None."""
 
     nodes: Array
-    wraps: Wrap
-    pose: Pose
+    wraps: WrapArrays
+    pose: PoseArrays
     tension: Array
     travel: Array
     correction: Array
-    slip: Slip | None = None
-    kinks: Kinks | None = None
-    turned: Array | None = None
+    slip: SlipState | None = None
+    kinks: RopeKinks | None = None
+    compliance_yaw: Array | None = None
     layer: Array | None = None
 
 
-class Command(NamedTuple):
+class TravelCommand(NamedTuple):
     """What the machine is told for a step: travel [m] at its end; yaw [rad], (2,): head, tail; share: of yaw offsets,
     cants, camber and loads that acts."""
 
@@ -47,22 +47,22 @@ _LONGEST = 0.7  # chords in a step: no more than one station lands in it at eith
 
 
 @dataclass(frozen=True)
-class Plan:
+class TravelPlan:
     """Rows of k steps. commands: arrays of shape (rows, k, ...); recorded: rows that stand in the curves, with one at
     rest at travel 0 before the yaw, shape (rows,)."""
 
-    commands: Command
+    commands: TravelCommand
     recorded: np.ndarray
 
-    def padded(self, rows: int) -> "Plan":
+    def padded(self, rows: int) -> "TravelPlan":
         """With rows of standing still behind it."""
         more = rows - len(self.recorded)
-        commands = Command(*(np.concatenate([c, np.repeat(c[-1:, -1:], more, 0).repeat(c.shape[1], 1)])
+        commands = TravelCommand(*(np.concatenate([c, np.repeat(c[-1:, -1:], more, 0).repeat(c.shape[1], 1)])
                              for c in self.commands))  # fmt: skip
-        return Plan(commands, np.concatenate([self.recorded, np.zeros(more, bool)]))
+        return TravelPlan(commands, np.concatenate([self.recorded, np.zeros(more, bool)]))
 
 
-def plan_of(settings: Settings, options: Options, travel: float, changes: bool) -> Plan:
+def plan_run(settings: Settings, options: Options, travel: float, changes: bool) -> TravelPlan:
     """Of a run over ``travel`` [m]; changes: something besides the yaw sets in at 0."""
     yaw, steps = YawPlan.of(settings), max(options.steps, math.ceil(options.sample / (_LONGEST * options.dx)))
     rows: list[tuple[bool, list[tuple[float, np.ndarray, float]]]] = []
@@ -77,7 +77,7 @@ def plan_of(settings: Settings, options: Options, travel: float, changes: bool) 
         for row in range(_TURNING + 2):
             told = []
             for k in range(steps):
-                part = smooth((row * steps + k + 1) / (_TURNING * steps))
+                part = smoothstep((row * steps + k + 1) / (_TURNING * steps))
                 share = 1.0 if done >= 0.0 else part if at >= 0.0 else 0.0
                 told.append((at, yaw.turning(at, done, part), share))
             rows.append((False, told))
@@ -95,4 +95,4 @@ def plan_of(settings: Settings, options: Options, travel: float, changes: bool) 
     march(here, travel + 0.5 * options.sample, done)  # a row stands for its middle
     recorded = np.array([r for r, _ in rows])
     parts = [np.array([[t[k] for t in told] for _, told in rows]) for k in range(3)]
-    return Plan(Command(*parts), recorded)
+    return TravelPlan(TravelCommand(*parts), recorded)

@@ -10,52 +10,56 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.belt_mechanics.belt import Shape, Surfaces
-from belt_sim.belt_mechanics.chain import Places
-from belt_sim.belt_mechanics.wrap import FIRST, LAST, OUTWARDS, Pose, Wrap, cylinder_coordinates, depth
+from belt_sim.belt_mechanics.belt import BatchShape, SurfaceArrays
+from belt_sim.belt_mechanics.chain import ChainLayout
+from belt_sim.belt_mechanics.wrap import FIRST, LAST, OUTWARDS, PoseArrays, WrapArrays, cylinder_coordinates, depth
 from belt_sim.mujoco3d.constants import FURTHEST_KINK, KINK_STATIONS
 from belt_sim.pytree import Numbers as Array
 
 
-class Kinks(NamedTuple):
+class RopeKinks(NamedTuple):
     """At the run-ups of head and tail, every field of shape (2,): met: number of the station that met the pulley last;
     turned [rad]: yaw; aside [m]: how far the pulley would have taken the span's line since that station landed."""
 
-    met: Array
-    turned: Array
-    aside: Array
+    station: Array
+    compliance_yaw: Array
+    offset: Array
 
     @staticmethod
-    def none(wraps: Wrap, sign: int) -> "Kinks":
+    def none(wraps: WrapArrays, sign: int) -> "RopeKinks":
         """Of a belt laid on pulleys that are square to it."""
-        return Kinks(wraps.first if sign > 0 else wraps.last, np.zeros(2), np.zeros(2))
+        return RopeKinks(wraps.first if sign > 0 else wraps.last, np.zeros(2), np.zeros(2))
 
 
-def led_on(shape: Shape, wraps: Wrap, surfaces: Surfaces, poses: Pose, kinks: Kinks) -> tuple[Wrap, Kinks]:
+def hold_run_up_ends(
+    shape: BatchShape, wraps: WrapArrays, surfaces: SurfaceArrays, poses: PoseArrays, kinks: RopeKinks
+) -> tuple[WrapArrays, RopeKinks]:
     """Before a step: the spans' ends stay at the tangent points while the pulleys at their run-ups are yawed."""
     end = FIRST if shape.sign > 0 else LAST
 
-    def one(wrap: Wrap, surface: Surfaces, pose: Pose, kinks: Kinks) -> tuple[Wrap, Kinks]:
+    def one(
+        wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, kinks: RopeKinks
+    ) -> tuple[WrapArrays, RopeKinks]:
         outer, yaw = (wrap.first, wrap.last)[end], jnp.arctan2(-pose.axes[0, 1], pose.axes[1, 1])
         k = outer % shape.stations
         inside = depth(wrap, surface, pose, 0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]), end)
         ahead = -OUTWARDS[end] * inside * jnp.cos(wrap.tangent[end])  # along x
-        taken = (yaw - kinks.turned) * ahead
-        aside = jnp.where(outer == kinks.met, kinks.aside, 0.0) + jnp.where(inside < 0.0, 0.0, taken)
+        taken = (yaw - kinks.compliance_yaw) * ahead
+        aside = jnp.where(outer == kinks.station, kinks.offset, 0.0) + jnp.where(inside < 0.0, 0.0, taken)
         wrap = wrap._replace(y=wrap.y.at[:, k].add(jnp.where(inside < 0.0, -taken, 0.0)))
-        return wrap, Kinks(outer, yaw, aside)
+        return wrap, RopeKinks(outer, yaw, aside)
 
     return jax.vmap(one)(wraps, surfaces, poses, kinks)
 
 
-def aside_of(
-    shape: Shape,
-    wraps: Wrap,
-    poses: Pose,
-    places: Places,
+def end_offsets(
+    shape: BatchShape,
+    wraps: WrapArrays,
+    poses: PoseArrays,
+    places: ChainLayout,
     taut: Array,
     moved: Array,
-    kinks: Kinks | None,
+    kinks: RopeKinks | None,
     chord: Array,
 ) -> Array | float:
     """By how much held stations of the chain stand aside of their anchors [m], shape (m, 3, n); 0.0 without kinks.
@@ -73,17 +77,17 @@ def aside_of(
         k, landed = ((wrap.first, wrap.last)[off] - i * sign for i in (0, 1))
         r, y, angle = (v[:, k % shape.stations] for v in (wrap.r, wrap.y, wrap.angle))
         slope = (wrap.y[:, landed % shape.stations] - y) / chord  # backwards
-        beyond = _beyond(taut[..., last + sign * KINK_STATIONS], pose, sign, r, angle, chord)
+        beyond = _beyond_tangent(taut[..., last + sign * KINK_STATIONS], pose, sign, r, angle, chord)
         tangent = y + slope * beyond
         free, next_free = (taut[..., last + i * sign] for i in (1, 2))
         y_free = cylinder_coordinates(free + moved * (next_free - free), pose)[1]
         move = tangent + (y_free - tangent) * beyond / (beyond + chord) - y
         found = found.at[..., last].add(move[:, None] * pose.axes[:, 1])
-        found = found.at[..., first].add(-kink.aside * pose.axes[:, 1])
+        found = found.at[..., first].add(-kink.offset * pose.axes[:, 1])
     return found
 
 
-def _beyond(far: Array, pose: Pose, sign: int, r: Array, angle: Array, chord: Array) -> Array:
+def _beyond_tangent(far: Array, pose: PoseArrays, sign: int, r: Array, angle: Array, chord: Array) -> Array:
     """How far the last nodes held, at radius r and material angle, are beyond the tangent point [m], shape (m,).
 
     far [m], shape (m, 3): nodes further along the span, to which it runs straight.

@@ -7,19 +7,31 @@ length of travel, not of time. What a run filters over time is filtered over the
 import jax
 import jax.numpy as jnp
 
-from belt_sim.belt_mechanics.belt import Belt, Shape
-from belt_sim.belt_mechanics.chain import Places, anchored, chain, parted, pull_on_nodes
+from belt_sim.belt_mechanics.belt import BatchShape, BeltArrays
+from belt_sim.belt_mechanics.chain import ChainLayout, anchor_positions, cut_chain, divide_chain, pull_on_nodes
 from belt_sim.belt_mechanics.pulleys import pose_of
-from belt_sim.belt_mechanics.wrap import FIRST, LAST, TAIL, Pose, Wrap, caught, followed, laid_anew, met, released, sunk
+from belt_sim.belt_mechanics.wrap import (
+    FIRST,
+    LAST,
+    TAIL,
+    PoseArrays,
+    WrapArrays,
+    land_stations,
+    relax_layer,
+    release_station,
+    roll_anchors,
+    sink_ends,
+    update_tangents,
+)
 from belt_sim.mujoco3d.constants import LAYER_TIME, SPAN_TIME
 from belt_sim.pytree import Numbers as Array
-from belt_sim.quasi_static.equilibrium import balanced
-from belt_sim.quasi_static.friction import slipped
-from belt_sim.quasi_static.plan import Command, State
-from belt_sim.quasi_static.rope import aside_of, led_on
+from belt_sim.quasi_static.equilibrium import find_equilibrium
+from belt_sim.quasi_static.friction import slide_wraps
+from belt_sim.quasi_static.plan import TravelCommand, TravelState
+from belt_sim.quasi_static.rope import end_offsets, hold_run_up_ends
 
 
-def predict(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Places, chords: Array) -> Array:
+def predict(shape: BatchShape, line_y: Array, nodes: Array, held: Array, places: ChainLayout, chords: Array) -> Array:
     """The chain led on by so many chords: free stations go along their links, held ones where the pulleys take them.
 
     What a span's ends are taken further than along their links is shared out along the span, linearly, and unless it
@@ -50,57 +62,65 @@ def predict(shape: Shape, line_y: Array, nodes: Array, held: Array, places: Plac
     return found
 
 
-def step(shape: Shape, belt: Belt, state: State, command: Command) -> State:
+def step(shape: BatchShape, belt: BeltArrays, state: TravelState, command: TravelCommand) -> TravelState:
     """The state after a step."""
     moved = command.travel - state.travel
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
     spin = state.pose.spin[TAIL] + shape.sign * moved / belt.surfaces.radius[TAIL]
     tail = jnp.stack([state.pose.centre[TAIL, 0], spin])
-    pose, wraps, kinks = pose_of(shape, belt, *command, tail, state.turned), state.wraps, state.kinks
+    pose, wraps, kinks = pose_of(shape, belt, *command, tail, state.compliance_yaw), state.wraps, state.kinks
     if shape.canted:
         stands = (moved == 0.0) & (state.travel >= 0.0)
         rolled = jnp.where(stands, pose.axes[:, 2, 1] - state.pose.axes[:, 2, 1], 0.0)
-        wraps = jax.vmap(laid_anew)(belt.surfaces, wraps, pose, rolled)
+        wraps = jax.vmap(roll_anchors)(belt.surfaces, wraps, pose, rolled)
     if kinks is not None:
-        wraps, kinks = led_on(shape, wraps, belt.surfaces, pose, kinks)
+        wraps, kinks = hold_run_up_ends(shape, wraps, belt.surfaces, pose, kinks)
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: sunk(shape, w, s, p, end, belt.chord, moved, shaped))(
+        wraps = jax.vmap(lambda w, s, p, end=end: sink_ends(shape, w, s, p, end, belt.chord, moved, shaped))(
             wraps, belt.surfaces, pose
         )
-    places = chain(shape, wraps)
+    places = cut_chain(shape, wraps)
     taut = state.nodes[..., places.stations]
-    anchors = anchored(belt, wraps, pose, state.layer, places)
+    anchors = anchor_positions(belt, wraps, pose, state.layer, places)
     nodes = predict(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: released(shape, w, s, p, end, belt.chord))(wraps, belt.surfaces, pose)
-    places = parted(shape, wraps, places.stations)
+        wraps = jax.vmap(lambda w, s, p, end=end: release_station(shape, w, s, p, end, belt.chord))(
+            wraps, belt.surfaces, pose
+        )
+    places = divide_chain(shape, wraps, places.stations)
     if state.layer is not None:
-        anchors = anchored(belt, wraps, pose, state.layer, places)
-    aside = aside_of(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
+        anchors = anchor_positions(belt, wraps, pose, state.layer, places)
+    aside = end_offsets(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
     nodes = jnp.where(places.free, nodes, anchors + aside)
-    found = balanced(shape, belt, wraps, nodes, tail, places, state, command, aside)
+    found = find_equilibrium(shape, belt, wraps, nodes, tail, places, state, command, aside)
     nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found.nodes)
-    pose, slip = pose_of(shape, belt, *command, found.tail, found.turned), state.slip
+    pose, slip = pose_of(shape, belt, *command, found.tail, found.compliance_yaw), state.slip
     if slip is not None:
         pull = pull_on_nodes(shape, belt, nodes, command.share)
-        wraps, slip = slipped(shape, belt, wraps, pose, pull, slip, shaped)
-    wraps, layer = _landed(shape, belt, wraps, pose, nodes, state, command)
-    after = found.tension, command.travel, found.correction, slip, kinks, found.turned, layer
-    return State(nodes, wraps, pose, *after)
+        wraps, slip = slide_wraps(shape, belt, wraps, pose, pull, slip, shaped)
+    wraps, layer = _land_step(shape, belt, wraps, pose, nodes, state, command)
+    after = found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw, layer
+    return TravelState(nodes, wraps, pose, *after)
 
 
-def _landed(
-    shape: Shape, belt: Belt, wraps: Wrap, pose: Pose, nodes: Array, state: State, command: Command
-) -> tuple[Wrap, Array | None]:
+def _land_step(
+    shape: BatchShape,
+    belt: BeltArrays,
+    wraps: WrapArrays,
+    pose: PoseArrays,
+    nodes: Array,
+    state: TravelState,
+    command: TravelCommand,
+) -> tuple[WrapArrays, Array | None]:
     """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
     moved, layer = command.travel - state.travel, state.layer
 
     def over(time: float) -> Array:
-        return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.pace * time), 1.0), 1.0)
+        return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.run_speed * time), 1.0), 1.0)
 
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
-    wraps = jax.vmap(lambda w, p: met(shape, w, p, nodes, over(SPAN_TIME)))(wraps, pose)
-    wraps = caught(shape, belt, wraps, (state.pose, state.nodes), (pose, nodes), layer, moved, shaped)
+    wraps = jax.vmap(lambda w, p: update_tangents(shape, w, p, nodes, over(SPAN_TIME)))(wraps, pose)
+    wraps = land_stations(shape, belt, wraps, (state.pose, state.nodes), (pose, nodes), layer, moved, shaped)
     if layer is None:
         return wraps, None
-    return wraps, followed(belt, layer, wraps, pose, nodes, command.share, over(LAYER_TIME))
+    return wraps, relax_layer(belt, layer, wraps, pose, nodes, command.share, over(LAYER_TIME))

@@ -15,7 +15,7 @@ from belt_sim.cores import cores
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.options import accurate
+from belt_sim.mujoco3d.options import accurate_speed
 from belt_sim.rig import GRAVITY, Belt, Rig
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import N_PER_MM2
@@ -63,7 +63,7 @@ def space_plan() -> Plan:
 def at_scene_speed(run: Setting) -> Setting:
     """The run at the speed at which the belt really runs in the scene."""
     string_speed = math.sqrt(run.tension / NARROW_BELT.density.value)
-    return Setting(**{**vars(run), "speed": round(accurate(string_speed), 2)})
+    return Setting(**{**vars(run), "speed": round(accurate_speed(string_speed), 2)})
 
 
 #: Engine -> a share of every reading, and what wanders beside it [m]: how far a campaign with nothing hidden is off the

@@ -14,10 +14,10 @@ from mujoco import mjx
 from belt_sim.config import case_asked
 from belt_sim.jax_setup import in_float64, prepare
 from belt_sim.mjx import mujoco_mjx  # remembers bodies of coordinates: without it tracing takes minutes
-from belt_sim.mujoco3d.machine import build
+from belt_sim.mujoco3d.machine import build_scene
 from belt_sim.mujoco3d.mesh import BeltModel, Chain, Grid
-from belt_sim.mujoco3d.mujoco_4 import compiled
-from belt_sim.mujoco3d.options import Options, fitted
+from belt_sim.mujoco3d.mujoco_4 import compile_model
+from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.scene_parts import SceneParts
 
 BELTS: dict[str, type[BeltModel]] = {"rope": Chain, "grid": Grid}
@@ -30,11 +30,11 @@ def main(kind: str) -> None:
     """Compile the short rig's belt as it is, without the dummy equality, and step it."""
     assert mujoco_mjx.SLOW
     case = case_asked(rig="rope_example", tension=40.0, yaw=-0.042, travel=2.0)
-    options = fitted(Options(), case, kind)
-    spec, scene = build(case, BELTS[kind](), options, SceneParts.undisturbed(case, np.inf))
+    options = fit_options(Options(), case, kind)
+    spec, scene = build_scene(case, BELTS[kind](), options, SceneParts.undisturbed(case, np.inf))
     for element in list(spec.equalities):
         spec.delete(element)
-    model = compiled(spec)
+    model = compile_model(spec)
     model.opt.timestep, model.opt.integrator = DT, mujoco.mjtIntegrator.mjINT_EULER
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)

@@ -22,7 +22,7 @@ from belt_sim.jax_setup import in_float64, prepare
 from belt_sim.mujoco3d.options import Options
 from belt_sim.pictures import style
 from belt_sim.pictures.colours import BLUE, RED
-from belt_sim.quasi_static.run import marched, prepared
+from belt_sim.quasi_static.run import prepare_case, run_batch
 from belt_sim.rig import Belt, Rig
 
 RIG = Rig(centre_distance=11.28, head_radius=0.17, tail_radius=0.17, gravity=9.81)
@@ -48,10 +48,10 @@ def step_time(cases: int, dx: float) -> dict[str, Any]:
     """A row of the table: cases, stations, milliseconds and bytes a step of all ``cases`` together, the best of some
     runs, and the bytes a second that the memory brings at the same time."""
     options = Options(dx=dx, run_in=TRAVEL)
-    ready = [prepared(case_at(t), travel=TRAVEL, options=options) for t in np.geomspace(10, 60, cases)]
+    ready = [prepare_case(case_at(t), travel=TRAVEL, options=options) for t in np.geomspace(10, 60, cases)]
     arrays = jax.tree.map(lambda *v: np.stack(v), *[(r.belt, r.state, r.plan.commands) for r in ready])
     arrays = jax.device_put(arrays)
-    march = marched.lower(ready[0].shape, *arrays).compile()
+    march = run_batch.lower(ready[0].shape, *arrays).compile()
     steps = ready[0].plan.commands.travel.size
     taken = min(_seconds(march, *arrays) for _ in range(REPEATS)) / steps
     moved = float((march.cost_analysis() or {}).get("bytes accessed", np.nan))  # the loop's body is counted once

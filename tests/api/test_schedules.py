@@ -96,3 +96,20 @@ def test_entries_that_overlap_are_refused(listed, early):
     if end > early:
         with pytest.raises(InputError, match="follow one another"):
             schedule_from([*listed, {"at": end - early, "yaw": 0.0}], "yaw")
+
+
+def test_the_adjustment_of_the_axis_is_a_yaw_by_equation_1():
+    """tan(yaw) = 2 dx / d, here of 45 urad and with the sign of dx, alone and in a list."""
+    adjusted = {"dx": -18e-6, "d": 0.8}
+    assert float(schedule_from(adjusted, "yaw").last()) == pytest.approx(np.arctan(-45e-6), rel=ROUNDING)
+    listed = schedule_from([{"at": 0, "yaw": 0.01}, {"at": 5, "over": 2, "yaw": adjusted}], "yaw")
+    assert float(listed.last()) == pytest.approx(np.arctan(-45e-6), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"dx": 1e-4}, {"dx": 1e-4, "d": 0.0}, {"dx": 1e-4, "d": 0.8, "yaw": 0.01}, {"dx": 0.1, "d": 0.8}]
+)
+def test_an_adjustment_that_is_none_is_refused_by_its_name(wrong):
+    """Half of it, an axis without length, an angle as well, 14 degrees."""
+    with pytest.raises(InputError, match=r"^yaw"):
+        schedule_from(wrong, "yaw")

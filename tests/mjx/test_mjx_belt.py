@@ -19,8 +19,8 @@ from belt_sim.effects.taper import Taper
 from belt_sim.effects.yaw_compliance import YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx import READING, command, prepare, simulate_batch, stacked, step
-from belt_sim.mjx.model import Command, plan_of
+from belt_sim.mjx import READING, command, prepare, simulate_batch, stack_cases, step
+from belt_sim.mjx.model import Command, plan_run
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.machine import TAIL_SLIDE
 from belt_sim.mujoco3d.model import SpaceModel
@@ -111,7 +111,7 @@ def test_a_plucked_span_swings_like_a_string():
     qpos = np.array(ready.data.mjx.qpos)
     qpos[-pluck.size * 3 :].reshape(*pluck.shape, 3)[..., 2] += pluck
     data = ready.data._replace(mjx=ready.data.mjx.replace(qpos=jnp.array(qpos)))
-    told = plan_of(ready.scene, 0.1).commands
+    told = plan_run(ready.scene, 0.1).commands
     still = Command(*(jnp.asarray(c[0]) for c in told))._replace(drag=jnp.zeros(2))
 
     sags = []
@@ -148,7 +148,7 @@ def test_the_belt_starts_and_stops_as_commanded():
 def test_the_gradient_through_time_is_that_of_differences():
     """y of point 1 by the yaw after 0.06 m, forwards and backwards; landings stay where they are."""
     ready = prepare([paper_case(60.0, rig=ROPE_EXAMPLE)], options=replace(COARSE, run_in=0.1, yaw_time=0.05))[0]
-    told = Command(*(jnp.asarray(c) for c in plan_of(ready.scene, 0.03).commands))
+    told = Command(*(jnp.asarray(c) for c in plan_run(ready.scene, 0.03).commands))
 
     def last(scale):
         def one(data, now):
@@ -187,7 +187,7 @@ def test_users_add_actuators_and_sensors_to_the_scene():
 
 def test_cases_share_what_is_alike():
     ready = prepare([paper_case(t, rig=ROPE_EXAMPLE) for t in (40.0, 60.0)], options=COARSE)
-    model, axes = stacked([r.model for r in ready])
+    model, axes = stack_cases([r.model for r in ready])
     assert axes.belt.load == 0
     assert axes.belt.area is None
     assert np.shape(model.belt.load) == (2,)

@@ -12,10 +12,10 @@ from paper_cases import paper_case
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx import mujoco_mjx
 from belt_sim.mjx.model import prepare
-from belt_sim.mjx.mujoco_mjx import advanced, multibody, node_masses, plain_model, put
-from belt_sim.mujoco3d.machine import STATION_JOINTS, build
+from belt_sim.mjx.mujoco_mjx import advance, compute_multibody, node_masses, plain_model, to_mjx
+from belt_sim.mujoco3d.machine import STATION_JOINTS, build_scene
 from belt_sim.mujoco3d.mesh import Membrane
-from belt_sim.mujoco3d.options import Options, fitted
+from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.scene_parts import SceneParts
 
@@ -25,7 +25,7 @@ ROUNDING = 1e-12  # relative, of float64
 
 def scene(tension=40.0):
     case = paper_case(tension, rig=ROPE_EXAMPLE)
-    return build(case, Membrane(), fitted(COARSE, case, "flex"), SceneParts.undisturbed(case, np.inf))
+    return build_scene(case, Membrane(), fit_options(COARSE, case, "flex"), SceneParts.undisturbed(case, np.inf))
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +45,8 @@ def moving(compiled):
 
     @in_float64
     def there():
-        m, d = put(compiled, data.qpos)
-        return m, jax.jit(multibody)(m, d.replace(qvel=jnp.array(data.qvel)))
+        m, d = to_mjx(compiled, data.qpos)
+        return m, jax.jit(compute_multibody)(m, d.replace(qvel=jnp.array(data.qvel)))
 
     return data, *there()
 
@@ -77,7 +77,7 @@ def test_the_mass_matrix_times_ones_is_the_masses_of_the_nodes(compiled, moving)
 def test_an_advance_is_euler_with_the_accelerations_that_are_given(moving):
     _, m, d = moving
     qacc = jnp.arange(m.nv, dtype=float)
-    after = advanced(m, d, qacc)
+    after = advance(m, d, qacc)
     np.testing.assert_allclose(after.qvel, d.qvel + COARSE.dt * qacc, rtol=ROUNDING)
     np.testing.assert_allclose(after.qpos, d.qpos + COARSE.dt * after.qvel, rtol=ROUNDING)
     assert float(after.time - d.time) == pytest.approx(COARSE.dt)
@@ -88,7 +88,7 @@ def test_joint_springs_of_the_model_may_change_from_step_to_step(moving):
     _, m, d = moving
     stiff = jnp.zeros(m.njnt).at[-1].set(100.0)
     held = m.replace(jnt_stiffness=stiff, qpos_spring=d.qpos.at[-1].add(0.5))
-    force = jax.jit(multibody)(held, d).qfrc_passive - d.qfrc_passive
+    force = jax.jit(compute_multibody)(held, d).qfrc_passive - d.qfrc_passive
     assert float(force[-1]) == pytest.approx(50.0)
     assert np.abs(force[:-1]).max() == 0.0
 
@@ -120,6 +120,6 @@ def test_mjx_still_asks_for_all_coordinates_once_a_body(compiled, monkeypatch):
         return np.asarray(compiled.jnt_bodyid)
 
     monkeypatch.setattr(scan, mujoco_mjx.SLOW, counted)
-    m, d = put(compiled, compiled.qpos0)
+    m, d = to_mjx(compiled, compiled.qpos0)
     jax.make_jaxpr(mjx.kinematics)(m, d)
     assert len(asked) >= compiled.nbody

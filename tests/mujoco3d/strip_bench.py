@@ -9,11 +9,11 @@ from paper_cases import paper_case
 
 from belt_sim.case import Case
 from belt_sim.mujoco3d.loads import Torsion
-from belt_sim.mujoco3d.loop import Loop
+from belt_sim.mujoco3d.loop import LaidLoop
 from belt_sim.mujoco3d.mesh import Mesh
-from belt_sim.mujoco3d.mujoco_4 import Motion, Solver, Springs, compiled, make_factorised, set_solver
+from belt_sim.mujoco3d.mujoco_4 import Motion, Solver, Springs, add_dummy_equality, compile_model, set_solver
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.stress_free import curved
+from belt_sim.mujoco3d.stress_free import with_curvature
 from belt_sim.paper import ROPE_EXAMPLE
 
 DX = 0.025  # [m]
@@ -54,19 +54,19 @@ def strip(
     camber [1/m]: natural curvature in its plane."""
     case, n = paper_case(tension, 0.0, ROPE_EXAMPLE), round(length / dx) + 1
     nowhere = np.zeros(n, bool)
-    loop = Loop(
+    loop = LaidLoop(
         x=np.arange(n) * dx, z=np.zeros(n), on_head=nowhere, on_tail=nowhere, chord=dx, radius_head=0.17,
         radius_tail=0.17, centre_distance=2.0,
     )  # fmt: skip
     settings = Options(dx=dx, across=across, dt=dt, **options)
-    mesh = curved(replace(belt.mesh(case, loop, settings), closed=False), np.full(n - 1, camber))
+    mesh = with_curvature(replace(belt.mesh(case, loop, settings), closed=False), np.full(n - 1, camber))
     spec = mujoco.MjSpec()
     set_solver(spec, dt, 0.0)
     post = spec.worldbody.add_body(name="post", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True)
     post.add_joint(name="post", type=mujoco.mjtJoint.mjJNT_HINGE)
-    make_factorised(spec, "post")
+    add_dummy_equality(spec, "post")
     belt.tie(spec, mesh, case, settings)
-    solver, shape = Solver(compiled(spec), mesh.rest.shape), mesh.rest.shape
+    solver, shape = Solver(compile_model(spec), mesh.rest.shape), mesh.rest.shape
     solver.damp(np.full(shape, drag))
     slides = mesh.laid - mesh.rest
     springs = Springs(slides.copy(), np.zeros(shape))

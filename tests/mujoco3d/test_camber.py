@@ -13,12 +13,12 @@ from belt_sim.effects.camber import Camber
 from belt_sim.effects.weld import Weld
 from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.machine import build
+from belt_sim.mujoco3d.machine import build_scene
 from belt_sim.mujoco3d.mesh import Grid, Membrane
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.mujoco_4 import Solver, compiled, mjcf
-from belt_sim.mujoco3d.stress_free import Camber as RestLengths
-from belt_sim.mujoco3d.stress_free import cells
+from belt_sim.mujoco3d.mujoco_4 import Solver, compile_model, mjcf
+from belt_sim.mujoco3d.stress_free import RestLengths as RestLengths
+from belt_sim.mujoco3d.stress_free import cell_distances
 from belt_sim.paper import ROPE_EXAMPLE
 
 AT_REST = 1e-5  # of the deflection: what 15 s leave of its motion
@@ -48,11 +48,11 @@ def test_a_free_strip_takes_its_natural_shape(belt, kappa):
 @pytest.mark.parametrize("effect", [Camber(kappa_c=KAPPA), WELD])
 def test_the_stress_free_loop_has_the_lengths_of_a_curved_belt(belt, across, effect):
     options = Options(dx=0.04, run_in=0.0, across=across)
-    _, scene = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [effect]))
+    _, scene = build_scene(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [effect]))
     mesh = scene.mesh
     s = scene.loop.chord * (np.arange(mesh.stations) + 0.5)
     curvature = scene.parts.camber(s)
-    want, nodes = cells(mesh, curvature), mesh.rest.reshape(-1, 3)
+    want, nodes = cell_distances(mesh, curvature), mesh.rest.reshape(-1, 3)
     found = np.linalg.norm(nodes[want.first] - nodes[want.second], axis=1)
     np.testing.assert_allclose(found, want.length, atol=LENGTHS * mesh.chord)
     turned = (mesh.lengths[:, -1] - mesh.lengths[:, 0]) / (mesh.line_y[0] - mesh.line_y[-1])
@@ -74,8 +74,8 @@ def quietly_loaded(text):
 @pytest.mark.parametrize("effects", [[], [WELD]], ids=["straight", "weld"])
 def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
     options = Options(dx=0.04)
-    spec, _ = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, effects))
-    ran = compiled(spec)
+    spec, _ = build_scene(CASE, belt(), options, SpaceModel(options=options).parts(CASE, effects))
+    ran = compile_model(spec)
     loaded = quietly_loaded(mjcf(spec))
     for name in ("body_pos", "body_mass", "key_qpos", "flexedge_length0", "flex_stiffness", "tendon_lengthspring",
                  "tendon_stiffness", "body_inertia", "jnt_axis", "opt"):  # fmt: skip
@@ -89,11 +89,11 @@ def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
 @pytest.mark.parametrize("belt", [Membrane, Grid])
 def test_camber_acts_by_its_share(belt):
     options = Options(dx=0.04, run_in=0.0)
-    cambered_spec, cambered = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [WELD]))
-    straight_spec, straight = build(CASE, belt(), options, SpaceModel(options=options).parts(CASE, []))
-    solver = Solver(compiled(cambered_spec), cambered.mesh.rest.shape)
+    cambered_spec, cambered = build_scene(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [WELD]))
+    straight_spec, straight = build_scene(CASE, belt(), options, SpaceModel(options=options).parts(CASE, []))
+    solver = Solver(compile_model(cambered_spec), cambered.mesh.rest.shape)
     natural, lengths = solver.rest_lengths, RestLengths.of(cambered.mesh, solver)
-    plain = Solver(compiled(straight_spec), straight.mesh.rest.shape).rest_lengths
+    plain = Solver(compile_model(straight_spec), straight.mesh.rest.shape).rest_lengths
     np.testing.assert_allclose(lengths.lengths(0.0), plain, atol=LENGTHS * straight.mesh.chord)
     np.testing.assert_array_equal(lengths.lengths(1.0), natural)
     solver.set_rest_lengths(lengths.lengths(0.25))

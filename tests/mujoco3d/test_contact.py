@@ -8,9 +8,9 @@ import pytest
 from belt_sim.mujoco3d import wrap as contact
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Springs
-from belt_sim.mujoco3d.rope import lead_off
+from belt_sim.mujoco3d.rope import place_run_off_stations
 from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, Wrap
-from belt_sim.mujoco3d.wrap import anchor
+from belt_sim.mujoco3d.wrap import anchor_station
 from belt_sim.scene_parts import PulleySurface
 
 R, CHORD, N = 0.17, 0.01, 120
@@ -44,7 +44,7 @@ def laid(extra=0.0):
     wrap.first, wrap.last = int(held[0]), int(held[-1])
     wrap.renumber()
     for k in held:
-        anchor(wrap, pose, k, places[k])
+        anchor_station(wrap, pose, k, places[k])
     wrap.angle[held[-1]] = wrap.angle[held[-2]] + CHORD / R  # this one may stand in the straight part
     wrap.tangent[:] = 0.0, np.pi
     return mesh_of(places), wrap, pose
@@ -52,7 +52,7 @@ def laid(extra=0.0):
 
 def running(mesh, wrap, pose):
     return SimpleNamespace(
-        wraps=(wrap,), poses=(pose,), slides=np.zeros_like(mesh.rest), slip=np.zeros(2), waits=-1, speed=0.0
+        wraps=(wrap,), poses=(pose,), slides=np.zeros_like(mesh.rest), slip=np.zeros(2), waiting_pulley=-1, speed=0.0
     )
 
 
@@ -65,7 +65,7 @@ def test_stations_land_where_the_belt_comes_in_and_go_where_it_leaves(sign):
         places, s = stations(travel)
         state.slides[:] = places - mesh.rest
         pose.spin = travel / R
-        contact.settle(mesh, state, np.zeros_like(mesh.rest), STEP, np.inf, None)
+        contact.update_contact(mesh, state, np.zeros_like(mesh.rest), STEP, np.inf, None)
         first.append(s[wrap.first] / CHORD)
         last.append((s[wrap.last] - ARC) / CHORD)
     for places in (first, last):  # in chords from where the belt meets the pulley
@@ -79,7 +79,7 @@ def test_the_places_where_a_belt_meets_a_pulley_are_found_from_its_spans():
     wrap.tangent[:] = 0.02, np.pi + 0.02
     errors = []
     for _ in range(200):
-        contact._meet(mesh, state.slides, wrap, pose, 0.05)
+        contact._update_tangents(mesh, state.slides, wrap, pose, 0.05)
         errors.append(np.abs(wrap.tangent - [0.0, np.pi]))
     assert np.all(np.diff(errors, axis=0) <= 1e-12)
     np.testing.assert_allclose(errors[-1], 0.0, atol=1e-5)
@@ -100,16 +100,22 @@ def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
         asked.append(wrap.name)
         return 1.0 if wrap.name == "head" else 10.0
 
-    for name, fake in (("let_slip", slipped), ("_meet", lambda *a: None), ("_change_end", lambda *a: None)):
+    for name, fake in (
+        ("slide_anchors", slipped),
+        ("_update_tangents", lambda *a: None),
+        ("_change_end", lambda *a: None),
+    ):
         monkeypatch.setattr(contact, name, fake)
     head, tail = (Sliding(name=n, stations=np.arange(4), surface=SimpleNamespace(radius=R)) for n in ("head", "tail"))
-    state = SimpleNamespace(wraps=(head, tail), poses=(None, None), slides=None, slip=np.zeros(2), waits=-1, speed=0.5)
+    state = SimpleNamespace(
+        wraps=(head, tail), poses=(None, None), slides=None, slip=np.zeros(2), waiting_pulley=-1, speed=0.5
+    )
     mesh, pull = mesh_of(np.zeros((4, 2, 3))), np.zeros((4, 2, 3))
 
     def step(head_slides, tail_slides):
         asked.clear()
         head.sliding, tail.sliding = (np.full((4, 2), x) for x in (head_slides, tail_slides))
-        contact.settle(mesh, state, pull, STEP, 0.2, "some")
+        contact.update_contact(mesh, state, pull, STEP, 0.2, "some")
         return set(asked)
 
     assert step(True, False) == step(False, True) == step(False, False) == {"head", "tail"}
@@ -120,14 +126,14 @@ def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
     assert set.union(*turns) == {"head", "tail"}
     assert all(len(t) == 1 for t in turns)
     names = {"head": HEAD, "tail": TAIL}
-    assert names[next(iter(turns[-1]))] != state.waits
+    assert names[next(iter(turns[-1]))] != state.waiting_pulley
     assert state.slip.tolist() == [5.0, 50.0]
 
 
 def test_a_belt_presses_less_the_faster_it_runs(monkeypatch):
     """T/R less rho v^2/R of a metre: at v^2 = T / (mass per length) nothing presses any more."""
     seen = []
-    monkeypatch.setattr(contact, "let_slip", lambda wrap, holding, *a: seen.append(holding.copy()) or 0.0)
+    monkeypatch.setattr(contact, "slide_anchors", lambda wrap, holding, *a: seen.append(holding.copy()) or 0.0)
     mesh, wrap, pose = laid()
     tension = 2000.0  # [N] of a line of nodes
     state = running(mesh, wrap, pose)
@@ -136,7 +142,7 @@ def test_a_belt_presses_less_the_faster_it_runs(monkeypatch):
     pull = np.zeros_like(mesh.rest)
     pull[wrap.stations] = inwards
     for state.speed in (0.0, np.sqrt(tension / (mesh.mass[0] / CHORD))):
-        contact.settle(mesh, state, pull, STEP, 0.2, "some")
+        contact.update_contact(mesh, state, pull, STEP, 0.2, "some")
     np.testing.assert_allclose(seen[0][..., 0], tension * CHORD / R, rtol=1e-12)
     np.testing.assert_allclose(seen[1][..., 0], 0.0, atol=1e-9)
     assert np.abs(seen[0][..., 1:]).max() < 1e-9
@@ -161,8 +167,10 @@ def test_a_limp_belt_leaves_on_the_line_from_the_tangent_point(sign, part):
     wrap.renumber()
     slides = places - rest
     springs = Springs(slides.copy(), np.zeros_like(slides))
-    state = SimpleNamespace(wraps=(wrap,), poses=(pose,), slides=slides.copy(), led=[k - sign], kink_slope=[None])
-    lead_off(mesh, state, springs, sign)
+    state = SimpleNamespace(
+        wraps=(wrap,), poses=(pose,), slides=slides.copy(), run_off_stations=[k - sign], kink_slope=[None]
+    )
+    place_run_off_stations(mesh, state, springs, sign)
     moved = (springs.rest - slides) @ axes
     assert not moved[np.arange(N) != k].any()
     np.testing.assert_allclose(state.kink_slope[0], -on, rtol=1e-6)  # counted against the travel
@@ -170,7 +178,7 @@ def test_a_limp_belt_leaves_on_the_line_from_the_tangent_point(sign, part):
     np.testing.assert_allclose(moved[k, :, 1], line - lean[k], atol=NEAR * abs(off - on) * CHORD)
     np.testing.assert_allclose(moved[k][:, [0, 2]], 0.0, atol=1e-15)
     np.testing.assert_array_equal(state.slides, springs.rest)  # it has just become the last one
-    assert state.led == [k]
+    assert state.run_off_stations == [k]
     before = state.slides.copy()
-    lead_off(mesh, state, springs, sign)
+    place_run_off_stations(mesh, state, springs, sign)
     np.testing.assert_array_equal(state.slides, before)  # it is the last one still

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.engine import Run
+from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.friction import slip_increments
-from belt_sim.mujoco3d.options import fitted
+from belt_sim.mujoco3d.options import fit_options
 
 LEFT_OVER = 2e-3  # of the largest limit; the solver stops at 1e-3
 ALIKE = 0.01  # of y: half the step; 0.5 ms against 1 ms differ by 0.5 %
@@ -16,8 +16,8 @@ HARDLY = 0.1  # [N], of links that carry 1800 N: the width is laid 0.03 um off
 
 @pytest.fixture(scope="module")
 def begun(short_rig):
-    options = fitted(Options(friction=0.3), short_rig, "flex")
-    return Run.begin(short_rig, "flex", options)
+    options = fit_options(Options(friction=0.3), short_rig, "flex")
+    return SpaceRun.begin(short_rig, "flex", options)
 
 
 @pytest.mark.parametrize("nodes", [1, 2, 7, 40])

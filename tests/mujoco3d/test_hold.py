@@ -7,9 +7,9 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.engine import Run, command
-from belt_sim.mujoco3d.loop import laid_loop
-from belt_sim.mujoco3d.options import Options, fitted
+from belt_sim.mujoco3d.engine import SpaceRun, apply_command
+from belt_sim.mujoco3d.loop import lay_loop
+from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 
 CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle
@@ -18,7 +18,7 @@ PARABOLA = 1e-3  # slope^2 / 12, and the circle of the stations 0.15 mm outside 
 
 def test_laid_belt_has_equal_chords_and_hangs():
     case = paper_case(10, 0.0, TEST_RIG)
-    loop = laid_loop(case, 0.025)
+    loop = lay_loop(case, 0.025)
     chords = np.hypot(np.roll(loop.x, -1) - loop.x, np.roll(loop.z, -1) - loop.z)
     assert chords == pytest.approx(loop.chord, abs=CHORDS_EQUAL)
     slope = 0.5 * case.sag_curvature * 11.28  # at the ends of the span, which begins behind the tops of the pulleys
@@ -30,12 +30,12 @@ def test_laid_belt_has_equal_chords_and_hangs():
 
 def test_belt_stands_still_for_a_yaw_step():
     case = paper_case(60, 1e-3, ROPE_EXAMPLE)
-    options = fitted(Options(belt_speed=1.0, run_in=0.3), case, "flex")
-    run = Run.begin(case, "flex", options)
+    options = fit_options(Options(belt_speed=1.0, run_in=0.3), case, "flex")
+    run = SpaceRun.begin(case, "flex", options)
     seen, state = [], SimpleNamespace(travel=-0.3, speed=0.0, time=0.0)
     for stage in run.stages(0.5)[1:]:
         for drive in stage.drives(state):
-            command(state, drive, options.dt)
+            apply_command(state, drive, options.dt)
             seen.append((state.travel, state.speed, state.yaw[1]))
     travel, speed, yaw = np.array(seen).T
     turning = (yaw > 0.0) & (yaw < 1e-3)
@@ -50,4 +50,4 @@ def test_belt_stands_still_for_a_yaw_step():
 
 def test_too_long_a_step_is_refused_in_one_line():
     with pytest.raises(InputError, match=r"options\.dt = 0\.002 s: give at most"):
-        fitted(Options(dt=2e-3, belt_speed=2.0), paper_case(40, 0.0, TEST_RIG), "flex")
+        fit_options(Options(dt=2e-3, belt_speed=2.0), paper_case(40, 0.0, TEST_RIG), "flex")

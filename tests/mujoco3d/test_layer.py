@@ -11,7 +11,7 @@ from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.state import Pose, Wrap
-from belt_sim.mujoco3d.wrap import FIRST, LAST, Layer, depth, displacement, thread_places
+from belt_sim.mujoco3d.wrap import FIRST, LAST, BendingLayer, depth, station_displacement, thread_places
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.scene_parts import PulleySurface
 
@@ -54,13 +54,13 @@ def of_the_law(case):
 def test_a_bent_belt_tilts_and_turns_at_the_tangent_point(tension, end, across):
     case = paper_case(tension)
     mesh, slides, wrap, pose = beside_a_pulley(case, end, across, kappa=KAPPA)
-    out, drawn = Layer.of(case, mesh, 1.0, 1e-3).displacements(slides, wrap, pose, end).T
+    out, drawn = BendingLayer.of(case, mesh, 1.0, 1e-3).displacements(slides, wrap, pose, end).T
     lift, lean, torsion = of_the_law(case)
     moment, y = float(case.belt.bending_stiffness) * KAPPA, mesh.line_y
     assert np.polyfit(y, out, 1)[0] == pytest.approx(lift * moment / torsion, rel=FIBRES)
     assert np.polyfit(y, drawn, 1)[0] == pytest.approx(lean * moment / torsion, rel=FIBRES)
     wrap.layer[(end + 1) // 2] = np.stack([out, drawn], axis=1)
-    moved = displacement(wrap, pose, end, np.zeros(1), mesh)[0]
+    moved = station_displacement(wrap, pose, end, np.zeros(1), mesh)[0]
     side = -end
     assert np.polyfit(y, moved[:, 2], 1)[0] == pytest.approx(side * lift * moment / torsion, rel=FIBRES)
     assert moved[:, 0] == pytest.approx(drawn)  # into the tail pulley, at x > 0 of upper and lower span
@@ -71,7 +71,7 @@ def test_a_bent_belt_tilts_and_turns_at_the_tangent_point(tension, end, across):
 def test_a_twisted_belt_is_drawn_in_less_where_it_comes_steeper(end):
     case = paper_case(10)
     mesh, slides, wrap, pose = beside_a_pulley(case, end, 2, twist=TWIST)
-    out, drawn = Layer.of(case, mesh, 1.0, 1e-3).displacements(slides, wrap, pose, end).T
+    out, drawn = BendingLayer.of(case, mesh, 1.0, 1e-3).displacements(slides, wrap, pose, end).T
     lift, _, torsion = of_the_law(case)
     own = float(case.tension_force) * float(case.belt.width) ** 2 / 12.0 / torsion
     steeper = TWIST if end == FIRST else -TWIST  # the lower span's outside is below
@@ -89,10 +89,10 @@ def test_a_landing_station_is_put_back_by_what_the_layer_displaces_it(end):
     wrap.layer[(end + 1) // 2] = [[2e-5, 1e-6], [-2e-5, -1e-6]]
     inside = np.array([-CHORD, 0.0])
     thread = thread_places(wrap, pose, end, mesh, slides)
-    moved = displacement(wrap, pose, end, inside, mesh)
+    moved = station_displacement(wrap, pose, end, inside, mesh)
     assert thread + moved == pytest.approx((mesh.rest + slides)[[HELD + end, HELD]], abs=2e-9)
     assert moved[0, :, 1] == pytest.approx(1e-6 / mesh.line_y[0] * CHORD * np.ones(2))
-    assert displacement(wrap, pose, end, np.array([6 * CHORD]), mesh) == pytest.approx(0.0)
+    assert station_displacement(wrap, pose, end, np.array([6 * CHORD]), mesh) == pytest.approx(0.0)
     assert depth(wrap, pose, np.array([wrap.tangent[(end + 1) // 2]]), end) == pytest.approx(0.0)
 
 

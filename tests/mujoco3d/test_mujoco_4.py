@@ -10,7 +10,7 @@ from strip_bench import strip
 
 from belt_sim.mujoco3d import mujoco_4
 from belt_sim.mujoco3d.mesh import Grid, Membrane
-from belt_sim.mujoco3d.mujoco_4 import expected_warnings, mjcf
+from belt_sim.mujoco3d.mujoco_4 import mjcf, silence_expected_warnings
 
 STIFF = 1e13  # [N/m], as of landed nodes
 AT_ITS_PLACE = 1e-9  # [m], of a node that stiff springs hold; iterating leaves micrometres
@@ -97,7 +97,7 @@ def test_the_preliminary_solve_is_warned_of_in_the_expected_words_only(monkeypat
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         held().settle(2)
-    monkeypatch.setattr(mujoco_4, "expected_warnings", nullcontext)
+    monkeypatch.setattr(mujoco_4, "silence_expected_warnings", nullcontext)
     mujoco.set_mju_user_warning(told.append)
     try:
         held().settle(2)
@@ -128,7 +128,7 @@ def test_the_handler_of_warnings_is_as_it_was_whatever_happens():
         bench.motion.slide_rates[5] = 1e12
         bench.settle(1)
         assert mujoco.get_mju_user_warning() is ours
-        with pytest.raises(RuntimeError), expected_warnings():
+        with pytest.raises(RuntimeError), silence_expected_warnings():
             raise RuntimeError
         assert mujoco.get_mju_user_warning() is ours
     finally:

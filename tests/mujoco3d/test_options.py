@@ -9,7 +9,7 @@ from paper_cases import paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import BELTS, Options, simulate
-from belt_sim.mujoco3d.options import SLOWNESS, fitted, string_speed
+from belt_sim.mujoco3d.options import SLOWNESS, fit_options, string_speed
 from belt_sim.paths import CONF
 from belt_sim.registry import model_named
 
@@ -33,22 +33,22 @@ def at_speed(speed, tension=60.0):
 
 def test_the_belt_runs_as_fast_as_is_accurate_unless_told_otherwise():
     case = at_speed(0.3)
-    assert fitted(Options(), case, "flex").pace == pytest.approx(min(2.0, string_speed(case) / SLOWNESS))
-    assert fitted(Options(belt_speed=0.7), case, "flex").pace == 0.7
-    assert fitted(Options(belt_speed="case"), case, "flex").pace == 0.3
+    assert fit_options(Options(), case, "flex").run_speed == pytest.approx(min(2.0, string_speed(case) / SLOWNESS))
+    assert fit_options(Options(belt_speed=0.7), case, "flex").run_speed == 0.7
+    assert fit_options(Options(belt_speed="case"), case, "flex").run_speed == 0.3
     assert model_named("mujoco_flex", {"belt_speed": "case"}).options.belt_speed == "case"
 
 
 @pytest.mark.parametrize(("speed", "name"), [(3.0, "options.belt_speed"), ("case", "settings.speed")])
 def test_a_speed_that_shakes_the_belt_is_refused_with_a_remedy(speed, name):
     with pytest.raises(InputError, match=rf"{name} = 3 m/s: .* leave options.belt_speed out for 0\.85 m/s"):
-        fitted(Options(belt_speed=speed), at_speed(3.0, tension=7.0), "flex")
+        fit_options(Options(belt_speed=speed), at_speed(3.0, tension=7.0), "flex")
 
 
 @pytest.mark.parametrize("speed", ["fast", 0.0, -1.0, -1, float("nan")])
 def test_what_is_no_speed_is_refused(speed):
     with pytest.raises(InputError, match=r"options\.belt_speed"):
-        fitted(Options(belt_speed=speed), at_speed(1.0), "flex")
+        fit_options(Options(belt_speed=speed), at_speed(1.0), "flex")
 
 
 def test_the_pace_that_was_run_is_told():

@@ -45,8 +45,9 @@ def still():
     poses = tuple(Pose(np.array([x, 0.0, 0.0]), np.eye(3), 0.0) for x in (0.0, APART))
     joints, rates = np.zeros((2, STATION_JOINTS))
     return SimpleNamespace(
-        poses=poses, joints=joints, joint_rates=rates, loads=np.zeros((2, 3)), yaw=np.zeros(2), given_way=np.zeros(2),
-        share=1.0, time=1.0, speed=0.0, travel=0.0, wraps=(bare(PARTS.head), bare(PARTS.tail)),
+        poses=poses, joints=joints, joint_rates=rates, loads=np.zeros((2, 3)), yaw=np.zeros(2),
+        compliance_yaw=np.zeros(2), share=1.0, time=1.0, speed=0.0, travel=0.0,
+        wraps=(bare(PARTS.head), bare(PARTS.tail)),
     )  # fmt: skip
 
 
@@ -136,7 +137,7 @@ def test_a_pulley_gives_way_in_the_sense_of_the_moment_on_itself(which):
     go(pulleys, state, steady(500))
     given = np.zeros(2)
     given[which] = 2.0 * COMPLIANCE[which]
-    np.testing.assert_allclose(state.given_way, given, atol=1e-9)
+    np.testing.assert_allclose(state.compliance_yaw, given, atol=1e-9)
     np.testing.assert_allclose(state.joints[[HEAD_YAW, TAIL_YAW]], state.yaw + given, atol=1e-9)
     for pose, turned in zip(state.poses, state.yaw + given, strict=True):
         np.testing.assert_allclose(pose.axes @ [0.0, 1.0, 0.0], [-np.sin(turned), np.cos(turned), 0.0], atol=1e-9)

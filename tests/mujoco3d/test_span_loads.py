@@ -9,9 +9,9 @@ from paper_cases import paper_case
 from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.library import library
 from belt_sim.effects.upper_span_loads import IdlerSkew, SideDrag
-from belt_sim.mujoco3d.engine import Run
+from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.options import Options, fitted
+from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.wrap import HEAD, TAIL
 from belt_sim.paper import ROPE_EXAMPLE
 
@@ -82,7 +82,7 @@ def test_nodes_take_what_the_effects_say(direction):
     case, place = narrow(60, direction), 0.3
     effects = (IdlerSkew(force=7.0, place=place), SideDrag(moment=2.0, place=place))
     parts = SpaceModel().parts(case, effects)
-    run = Run.begin(case, "flex", fitted(Options(dx=0.04), case, "flex"), parts)
+    run = SpaceRun.begin(case, "flex", fit_options(Options(dx=0.04), case, "flex"), parts)
     state, mesh = run.state, run.scene.mesh
     state.share = 1.0
     forces = sum(load.forces(state, None) for load in run.engine.loads if type(load).__name__ == "Pushes")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.engine import Run, command
-from belt_sim.mujoco3d.options import BONDS, fitted
+from belt_sim.mujoco3d.engine import SpaceRun, apply_command
+from belt_sim.mujoco3d.options import BONDS, fit_options
 from belt_sim.scene_parts import EdgeGuide, SceneParts
 
 AS_WELL = 1e-12  # [m]: MuJoCo's warm start is not part of the state
@@ -18,8 +18,8 @@ QUICK = Options(dx=0.04, dt=2e-3, run_in=0.2, settle=0.02, acceleration=3.0)
 
 
 def begun(case, belt, options, **parts):
-    options = fitted(options, case, belt)
-    return Run.begin(case, belt, options, replace(SceneParts.undisturbed(case, options.friction), **parts))
+    options = fit_options(options, case, belt)
+    return SpaceRun.begin(case, belt, options, replace(SceneParts.undisturbed(case, options.friction), **parts))
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ def test_a_run_goes_on_from_its_state_alone(short_rig, belt, changed):
         if k == STEPS:
             other.state = deepcopy(one.state)
         for run in (one, other)[: 1 + (k >= STEPS)]:
-            command(run.state, drive, run.scene.options.dt)
+            apply_command(run.state, drive, run.scene.options.dt)
             run.engine.step(run.state, drive)
     np.testing.assert_allclose(other.state.slides, one.state.slides, rtol=0.0, atol=AS_WELL)
     np.testing.assert_allclose(other.state.slip, one.state.slip, rtol=0.0, atol=AS_WELL)

@@ -9,12 +9,12 @@ from paper_cases import YAW, paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.engine import Run
-from belt_sim.mujoco3d.loop import Catenary, Hanging, free_length, laid_loop, lift
-from belt_sim.mujoco3d.options import fitted
+from belt_sim.mujoco3d.engine import SpaceRun
+from belt_sim.mujoco3d.loop import Catenary, HangingBelt, free_length, lay_loop, lift
+from belt_sim.mujoco3d.options import fit_options
 from belt_sim.mujoco3d.recording import Recorder
 from belt_sim.mujoco3d.state import TAIL
-from belt_sim.mujoco3d.tensioning import Apart
+from belt_sim.mujoco3d.tensioning import KollerPlan
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 from belt_sim.registry import model_named
 from studies.tensionings import Before
@@ -52,15 +52,15 @@ def test_a_polygon_of_stations_is_as_long_as_the_smooth_belt_and_its_four_ways_o
     longer = 4.0 * float(np.mean(way) * depth[-1] - depth[-1])
     for centre_distance in (2.0, 2.008, 2.016):
         case = paper_case(7, 0.0, replace(ROPE_EXAMPLE, centre_distance=centre_distance))
-        loop = laid_loop(case, 0.025)
-        assert loop.chord * len(loop.x) == pytest.approx(Hanging.of(case).length + longer, abs=PHASE)
+        loop = lay_loop(case, 0.025)
+        assert loop.chord * len(loop.x) == pytest.approx(HangingBelt.of(case).length + longer, abs=PHASE)
 
 
 @pytest.mark.parametrize(("belt", "tension", "near"), [("rope", 1.0, SLACK_AT_REST), ("flex", 7.0, AT_REST)])
 def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
     case = paper_case(tension, 0.0, ROPE_EXAMPLE)
-    options = fitted(Options(tensioning="length", settle=2.0 if tension < 7.0 else 1.0), case, belt)
-    run = Run.begin(case, belt, options)
+    options = fit_options(Options(tensioning="length", settle=2.0 if tension < 7.0 else 1.0), case, belt)
+    run = SpaceRun.begin(case, belt, options)
     run.through(run.stages(1.0)[0], Recorder(run.scene, ()))
     assert run.state.poses[TAIL].centre[0] == pytest.approx(2.0, abs=ROUNDING)
     assert -run.state.loads[TAIL, 0] == pytest.approx(2.0 * case.tension_force, rel=near)
@@ -74,9 +74,9 @@ def test_a_longer_belt_is_slacker():
 
 def test_the_plan_ends_where_the_same_belt_has_the_wanted_tension():
     case = paper_case(7, 0.0, TEST_RIG)
-    tight = laid_loop(case, 0.025)
-    plan = Apart.of(case, tight)
-    slack = laid_loop(plan.slack, 0.025, len(tight.x))
+    tight = lay_loop(case, 0.025)
+    plan = KollerPlan.of(case, tight)
+    slack = lay_loop(plan.slack, 0.025, len(tight.x))
     strains = [1.0 + float(c.settings.tension / c.belt.youngs_modulus) for c in (case, plan.slack)]
     assert slack.chord / strains[1] == pytest.approx(tight.chord / strains[0], abs=ROUNDING / len(tight.x))
     assert plan.at(plan.travel)[0] == pytest.approx(11.28, abs=ROUNDING)
@@ -110,7 +110,7 @@ def test_the_pulleys_move_apart_until_the_tension_is_there(both):
 
 def test_the_tail_pulley_is_let_go_when_its_load_is_there_and_not_before():
     case = paper_case(60, 0.0, ROPE_EXAMPLE)
-    run = Run.begin(case, "flex", fitted(Options(**COARSE, tensioning="koller"), case, "flex"))
+    run = SpaceRun.begin(case, "flex", fit_options(Options(**COARSE, tensioning="koller"), case, "flex"))
     stage, load = run.stages(1.0)[1], 2.0 * case.tension_force
     for carried, led in ((0.0, True), (0.99, True), (1.01, False)):
         run.state.loads[TAIL, 0] = -carried * load

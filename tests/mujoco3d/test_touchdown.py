@@ -5,7 +5,7 @@ import pytest
 
 from belt_sim.mujoco3d.loop import lift
 from belt_sim.mujoco3d.state import Pose, Wrap
-from belt_sim.mujoco3d.wrap import FIRST, LAST, catches, land, lets_go, sink
+from belt_sim.mujoco3d.wrap import FIRST, LAST, is_caught, is_released, land_station, sink_ends
 from belt_sim.scene_parts import PulleySurface
 
 R, CHORD = 0.17, 0.025  # [m]
@@ -37,7 +37,7 @@ def test_landing_keeps_chord_and_mean_height(surface):
     beside = wrap.place(pose)[0]
     nodes = beside + np.array([-0.0242, 1e-5, -0.0062]) + [[0.0, 0.0, 2e-6], [0.0, 0.0, -2e-6]]
     length = np.linalg.norm(nodes - beside, axis=1)
-    assert land(wrap, pose, FIRST, nodes, beside, CHORD) == 0
+    assert land_station(wrap, pose, FIRST, nodes, beside, CHORD) == 0
     placed = wrap.place(pose)
     assert wrap.first == 0
     assert np.linalg.norm(placed[0] - placed[1], axis=1) == pytest.approx(length, abs=ROUNDING)
@@ -66,17 +66,17 @@ def test_turning_pulley_keeps_lengths_and_lets_the_span_end_on_one_line(end):
     start = tangent - end * 0.5 * CHORD / R - wrap.angle[station, 0]
     pose.spin = start
     for _ in range(8):  # from the circle onto the path
-        sink(wrap, pose, end, CHORD, 0.0)
+        sink_ends(wrap, pose, end, CHORD, 0.0)
     for step in np.linspace(0.0, 1.0, 41):
         pose.spin = start + end * step * CHORD / R
-        sink(wrap, pose, end, CHORD, 0.0)
+        sink_ends(wrap, pose, end, CHORD, 0.0)
         r, angle = wrap.r[station, 0], wrap.angle[station, 0] + pose.spin
         heights.append(r * np.cos(angle - tangent))
         assert chords(wrap, pose) == pytest.approx(lengths, abs=ROUNDING)
     assert np.ptp(heights) < STRAIGHT
-    assert lets_go(wrap, pose, end, CHORD) is False
+    assert is_released(wrap, pose, end, CHORD) is False
     pose.spin += end * 0.05 * CHORD / R
-    assert lets_go(wrap, pose, end, CHORD) is True
+    assert is_released(wrap, pose, end, CHORD) is True
 
 
 def test_a_station_is_caught_half_a_chord_before_the_tangent():
@@ -85,5 +85,5 @@ def test_a_station_is_caught_half_a_chord_before_the_tangent():
         np.array([[R * np.sin(a), y, R * np.cos(a)] for y in (0.058, -0.058)])
         for a in (wrap.tangent[0] - 0.6 * CHORD / R, wrap.tangent[0] - 0.4 * CHORD / R)
     )
-    assert not catches(wrap, pose, FIRST, far, CHORD)
-    assert catches(wrap, pose, FIRST, near, CHORD)
+    assert not is_caught(wrap, pose, FIRST, far, CHORD)
+    assert is_caught(wrap, pose, FIRST, near, CHORD)

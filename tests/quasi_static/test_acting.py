@@ -10,21 +10,21 @@ from paper_cases import paper_case
 
 from belt_sim.belt_mechanics import loads
 from belt_sim.belt_mechanics import wrap as layer
-from belt_sim.belt_mechanics.belt import wrapped
+from belt_sim.belt_mechanics.belt import wrap_chain
 from belt_sim.effects.load import load_effects
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.engine import Run
+from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.friction import slip_increments
-from belt_sim.mujoco3d.loads import Guides, Pushes, Spread
+from belt_sim.mujoco3d.loads import DistributedLoads, EdgeGuideSprings, PushLoads
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.mujoco_4 import Springs
-from belt_sim.mujoco3d.options import fitted
-from belt_sim.mujoco3d.wrap import Layer, displacement
+from belt_sim.mujoco3d.options import fit_options
+from belt_sim.mujoco3d.wrap import BendingLayer, station_displacement
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.quasi_static import friction as coulomb
-from belt_sim.quasi_static.equilibrium import given_way
-from belt_sim.quasi_static.run import prepared, simulate_batch
+from belt_sim.quasi_static.equilibrium import compliance_step
+from belt_sim.quasi_static.run import prepare_case, simulate_batch
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
 
@@ -59,8 +59,8 @@ def scene_of(*effects, friction=np.inf):
 def both():
     """The same laid belt in both engines, with everything that may act."""
     options, parts = scene_of(*ACTING, friction=FRICTION)
-    run = Run.begin(CASE, "flex", fitted(options, CASE, "flex"), parts)
-    return run, prepared(CASE, travel=0.5, options=options, parts=parts)
+    run = SpaceRun.begin(CASE, "flex", fit_options(options, CASE, "flex"), parts)
+    return run, prepare_case(CASE, travel=0.5, options=options, parts=parts)
 
 
 @in_float64
@@ -70,7 +70,9 @@ def test_a_wrap_is_as_stiff_as_in_the_run_in_time(both):
     tangent.known.clear()
     for first, count in ((4, 15), (7, 14)):
         still = replace(tangent, inertia=np.zeros_like(tangent.inertia), known={}).wrap(first, count)
-        own, beside = (np.asarray(v) for v in wrapped(ready.belt.grip, jnp.array(first), jnp.array(count), 18))
+        own, beside = (
+            np.asarray(v) for v in wrap_chain(ready.belt.sliding_stiffness, jnp.array(first), jnp.array(count), 18)
+        )
         size = own.shape[0]
         chain = np.zeros((count, size, count, size))
         for k in range(count):
@@ -86,7 +88,7 @@ def test_a_wrap_is_as_stiff_as_in_the_run_in_time(both):
 def test_slip_is_that_of_the_convex_problem(both):
     """Ends that are bent and pulled, limits that fall to nothing there, from nothing and from another case's slip."""
     count, rng = 15, np.random.default_rng(3)
-    chain = wrapped(both[1].belt.grip, jnp.array(4), jnp.array(count), count)
+    chain = wrap_chain(both[1].belt.sliding_stiffness, jnp.array(4), jnp.array(count), count)
     whole = replace(both[0].engine.tangent, inertia=np.zeros(4), known={}).wrap(4, count)
     solve, guess = jax.jit(coulomb.slip_increments), np.zeros((2, 2, count))
     for pull in (1.0, 5.0, 20.0, 60.0):
@@ -115,13 +117,13 @@ def test_guides_press_as_in_the_run_in_time(both):
     mesh, state = run.scene.mesh, run.state
     slides = state.slides + np.array([0.0, 3e-4, 0.0])
     springs = Springs.none(slides.shape)
-    Guides(run.scene.parts.edge_guides, mesh).press(replace(state, slides=slides), springs)
+    EdgeGuideSprings(run.scene.parts.edge_guides, mesh).press(replace(state, slides=slides), springs)
     free = np.ones(mesh.stations, bool)
     for wrap in state.wraps:
         free[wrap.stations] = False
     shares = ready.belt.stiffness / ready.belt.stiffness.sum()
     nodes = np.moveaxis(mesh.rest + slides, 0, -1)
-    press = loads.pressed(ready.belt.guides, ready.belt.chord, shares, nodes, free)
+    press = loads.guide_forces(ready.belt.guides, ready.belt.chord, shares, nodes, free)
     stiffness = springs.stiffness[..., 1]
     assert np.count_nonzero(stiffness) > 2
     assert np.asarray(press.stiffness) == pytest.approx(stiffness.T, rel=SAME)
@@ -137,12 +139,12 @@ def test_spans_are_loaded_as_in_the_run_in_time(both):
     slides = state.slides + 1e-4 * np.random.default_rng(5).normal(size=state.slides.shape)
     nodes = jnp.asarray(np.moveaxis(mesh.rest + slides, 0, -1))
     for some in (parts, scene_of(LOADS[0])[1]):
-        native = Pushes(some.pushes, mesh), Spread(some.lean * some.gravity, some.roll, mesh)
+        native = PushLoads(some.pushes, mesh), DistributedLoads(some.lean * some.gravity, some.roll, mesh)
         wanted = sum(
             load.forces(replace(state, slides=slides, share=1.0), Springs.none(slides.shape)) for load in native
         )
-        found = loads.forces_on(
-            loads.Loads.of(some, 4), mesh.chord, mesh.line_stiffness, mesh.line_y, mesh.mass, nodes
+        found = loads.load_forces(
+            loads.LoadArrays.of(some, 4), mesh.chord, mesh.line_stiffness, mesh.line_y, mesh.mass, nodes
         )  # fmt: skip
         assert np.asarray(found) == pytest.approx(np.moveaxis(wanted, 0, -1), abs=SAME * np.abs(wanted).max())
 
@@ -164,21 +166,21 @@ def test_the_layer_is_that_of_the_run_in_time(both):
     mesh, rng = run.scene.mesh, np.random.default_rng(1)
     slides = run.state.slides + 2e-6 * rng.normal(size=run.state.slides.shape)
     nodes = jnp.asarray(np.moveaxis(mesh.rest + slides, 0, -1))
-    law = Layer.of(run.scene.case, mesh, 1.0, 1e-3)
+    law = BendingLayer.of(run.scene.case, mesh, 1.0, 1e-3)
     for which, (wrap, pose) in enumerate(zip(run.state.wraps, run.state.poses, strict=True)):
         arrays, surface = (
             jax.tree.map(lambda v, w=which: jnp.asarray(v[w]), t) for t in (ready.state.wraps, ready.belt.surfaces)
         )
-        at = layer.Pose(jnp.asarray(pose.centre), jnp.asarray(pose.axes), jnp.asarray(pose.spin))
+        at = layer.PoseArrays(jnp.asarray(pose.centre), jnp.asarray(pose.axes), jnp.asarray(pose.spin))
         for index, end in enumerate((-1, 1)):
             wanted = law.displacements(slides, wrap, pose, end)
-            found = layer.displacements(ready.belt, jnp.array(1.0), nodes, arrays, surface.radius, at, index)
+            found = layer.line_displacements(ready.belt, jnp.array(1.0), nodes, arrays, surface.radius, at, index)
             assert np.asarray(found) == pytest.approx(wanted, rel=1e-5, abs=1e-7 * np.abs(wanted).max())
             wrap.layer[index] = wanted
             inside = np.array([-mesh.chord, 0.0, 2.5 * mesh.chord])
-            moved = displacement(wrap, pose, end, inside, mesh)
+            moved = station_displacement(wrap, pose, end, inside, mesh)
             both_ends = jnp.stack([jnp.asarray(wanted), jnp.asarray(wanted)])
-            seen = layer.displacement(ready.belt, arrays, surface, at, both_ends, jnp.asarray(inside), index)
+            seen = layer.station_displacement(ready.belt, arrays, surface, at, both_ends, jnp.asarray(inside), index)
             assert np.moveaxis(np.asarray(seen), -1, 0) == pytest.approx(moved, abs=SAME * np.abs(moved).max())
             wrap.layer[index] = 0.0
 
@@ -188,7 +190,7 @@ def test_a_giving_pulley_comes_to_rest_where_the_moment_holds_it(both):
     belt = both[1].belt
     compliance, stiffness, turned = belt.surfaces.yaw_compliance, 0.7 * float(belt.holding), np.zeros(2)
     for moved in [0.0] * 12 + [0.006] * 60:
-        turned = np.asarray(given_way(belt, turned, turned, 100.0 - stiffness * turned, np.array(moved)))
+        turned = np.asarray(compliance_step(belt, turned, turned, 100.0 - stiffness * turned, np.array(moved)))
         if moved == 0.0:
             standing = turned
     rest = 100.0 * compliance / (1.0 + compliance * stiffness)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.belt_mechanics.belt import Acting, belt_of
-from belt_sim.belt_mechanics.block_tridiagonal import factorised, inverse, solved
-from belt_sim.belt_mechanics.elastic import stretched
+from belt_sim.belt_mechanics.belt import ActiveFeatures, belt_arrays
+from belt_sim.belt_mechanics.block_tridiagonal import block_inverse, factorise, solve_chain
+from belt_sim.belt_mechanics.elastic import stretch_energy
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.engine import Run
-from belt_sim.mujoco3d.options import fitted
+from belt_sim.mujoco3d.engine import SpaceRun
+from belt_sim.mujoco3d.options import fit_options
 from belt_sim.paper import ROPE_EXAMPLE
 
 COARSE = {"dx": 0.04, "run_in": 0.2}
@@ -33,7 +33,7 @@ def test_a_chain_of_blocks_is_solved(rows):
         if i + 1 < rows:
             whole[i, :, i + 1], whole[i + 1, :, i] = beside[..., i], beside[..., i].T
     dense = np.linalg.solve(whole.reshape(3 * rows, -1), np.moveaxis(wanted, -1, 0).reshape(3 * rows, 2))
-    found = solved(factorised(jnp.array(diagonal), jnp.array(beside)), jnp.array(wanted))
+    found = solve_chain(factorise(jnp.array(diagonal), jnp.array(beside)), jnp.array(wanted))
     np.testing.assert_allclose(np.moveaxis(found, -1, 0).reshape(3 * rows, 2), dense, rtol=0, atol=1e-13)
 
 
@@ -44,7 +44,7 @@ def test_blocks_are_inverted(size):
     random = np.random.default_rng(size)
     roots, along = random.normal(size=(2, 5, size, size))
     blocks = roots @ roots.swapaxes(1, 2) + np.eye(size) + 1e4 * along[:, :, :1] * along[:, None, :, 0]
-    found = np.moveaxis(np.asarray(inverse(jnp.array(np.moveaxis(blocks, 0, -1)))), -1, 0)
+    found = np.moveaxis(np.asarray(block_inverse(jnp.array(np.moveaxis(blocks, 0, -1)))), -1, 0)
     np.testing.assert_allclose(found, np.linalg.inv(blocks), rtol=0, atol=1e-9)
 
 
@@ -52,14 +52,14 @@ def test_blocks_are_inverted(size):
 @in_float64
 def test_forces_are_those_of_the_compiled_scene(kind, across):
     case = paper_case(20.0, rig=ROPE_EXAMPLE)
-    run = Run.begin(case, kind, fitted(Options(across=across, **COARSE), case, kind))
-    shape, belt = belt_of(run.scene, kind, Acting())
+    run = SpaceRun.begin(case, kind, fit_options(Options(across=across, **COARSE), case, kind))
+    shape, belt = belt_arrays(run.scene, kind, ActiveFeatures())
     mesh = run.scene.mesh
     slides = mesh.laid - mesh.rest + 1e-5 * np.random.default_rng(2).normal(size=mesh.rest.shape)
     expected = run.engine.solver.elastic_forces(slides)
     places = jnp.moveaxis(jnp.array(mesh.rest + slides), 0, -1)
     ties = jax.tree.map(jnp.asarray, belt.ties)
-    slope = np.asarray(stretched(ties, shape.bonds, places, jnp.arange(shape.stations), jnp.array(1.0)).slope)
+    slope = np.asarray(stretch_energy(ties, shape.bonds, places, jnp.arange(shape.stations), jnp.array(1.0)).slope)
     size = 3 * shape.lines
     found = -(slope[:size] + np.roll(slope[size:], 1, axis=-1)).T.reshape(expected.shape)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())

@@ -15,7 +15,7 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
-from belt_sim.quasi_static.run import march, prepared, simulate_batch
+from belt_sim.quasi_static.run import prepare_case, run_case, simulate_batch
 
 COARSE = Options(dx=0.04, dt=2e-3, run_in=0.3, settle=0.2, acceleration=3.0, steps=2)
 TRAVEL = 1.5
@@ -68,12 +68,12 @@ def test_the_full_rig_is_beside_mujoco(tension, friction):
 @in_float64
 def test_the_derivative_by_the_yaw_is_that_of_differences():
     """Forwards through all steps of a sticking belt; landings take place where they did."""
-    ready = prepared(paper_case(60.0, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE)
+    ready = prepare_case(paper_case(60.0, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE)
     commands = jax.tree.map(jnp.asarray, ready.plan.commands)
 
     def last(scale):
         yawed = commands._replace(yaw=commands.yaw * scale)
-        return march(ready.shape, ready.belt, ready.state, yawed)[-1, 0]
+        return run_case(ready.shape, ready.belt, ready.state, yawed)[-1, 0]
 
     _, slope = jax.jvp(last, (jnp.array(1.0),), (jnp.array(1.0),))
     above, below = (last(jnp.array(1.0 + d)) for d in (0.01, -0.01))
@@ -84,13 +84,13 @@ def test_the_derivative_by_the_yaw_is_that_of_differences():
 @in_float64
 def test_the_derivative_by_a_taper_is_that_of_differences():
     """Of the tail pulley, about one that is slightly conical already."""
-    ready = prepared(paper_case(60.0, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE)
+    ready = prepare_case(paper_case(60.0, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE)
     belt, state, commands = jax.tree.map(jnp.asarray, (ready.belt, ready.state, ready.plan.commands))
 
     @jax.jit
     def last(taper):
         conical = belt._replace(surfaces=belt.surfaces._replace(taper=jnp.stack([jnp.array(0.0), taper])))
-        return march(ready.shape, conical, state, commands)[-1, 0]
+        return run_case(ready.shape, conical, state, commands)[-1, 0]
 
     _, slope = jax.jvp(last, (jnp.array(2e-4),), (jnp.array(1.0),))
     above, below = (last(jnp.array(2e-4 + d)) for d in (2e-5, -2e-5))
@@ -101,7 +101,7 @@ def test_the_derivative_by_a_taper_is_that_of_differences():
 @in_float64
 def test_the_derivative_by_the_tension_is_that_of_differences():
     """With the belt's length and masses, which follow the tension that it is laid at."""
-    at = [prepared(paper_case(t, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE) for t in (59.4, 60.0, 60.6)]
+    at = [prepare_case(paper_case(t, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE) for t in (59.4, 60.0, 60.6)]
     below, middle, above = ((r.belt, r.state) for r in at)
 
     def last(change):
@@ -111,8 +111,8 @@ def test_the_derivative_by_the_tension_is_that_of_differences():
             return here + change * 0.5 * (high - low)
 
         belt, state = jax.tree.map(moved, below, middle, above)
-        return march(at[0].shape, belt, state, jax.tree.map(jnp.asarray, at[1].plan.commands))[-1, 0]
+        return run_case(at[0].shape, belt, state, jax.tree.map(jnp.asarray, at[1].plan.commands))[-1, 0]
 
     _, slope = jax.jvp(last, (jnp.array(0.0),), (jnp.array(1.0),))
-    whole = [march(r.shape, *jax.tree.map(jnp.asarray, (r.belt, r.state, r.plan.commands)))[-1, 0] for r in at]
+    whole = [run_case(r.shape, *jax.tree.map(jnp.asarray, (r.belt, r.state, r.plan.commands)))[-1, 0] for r in at]
     assert float(slope) == pytest.approx(float(whole[2] - whole[0]) / 2.0, rel=2e-2)

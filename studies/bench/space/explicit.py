@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from belt_sim.mujoco3d.engine import Run
+from belt_sim.mujoco3d.engine import SpaceRun
 from studies.bench.space.task import Task
 
 STEPS = 3000  # of a trial: beyond the limit by 1 % the fastest mode grows by a quarter a step
@@ -32,19 +32,19 @@ def explicit_figures(task: Task) -> dict[str, Any]:
         middle = (low * high) ** 0.5
         low, high = (middle, high) if stable(model, free, middle) else (low, middle)
     each = min(_timed(model, low) for _ in range(REPEATS))
-    per_metre = 1.0 / (low * options.pace)
+    per_metre = 1.0 / (low * options.run_speed)
     return {
         "dt_s": low,
         "stable_at_dt": stable(model, free, low),
         f"stable_at_{BEYOND:g}_dt": stable(model, free, BEYOND * low),
-        "belt_speed_m_per_s": options.pace,
+        "belt_speed_m_per_s": options.run_speed,
         "ms_per_step": 1e3 * each,
         "steps_per_m": per_metre,
         "cpu_s_per_m": each * per_metre,
     }
 
 
-def explicit_model(run: Run) -> tuple[mujoco.MjModel, np.ndarray]:
+def explicit_model(run: SpaceRun) -> tuple[mujoco.MjModel, np.ndarray]:
     """The run's model with Euler steps and its landed nodes put in place; which coordinates are free."""
     solver = run.engine.solver
     model, landed = solver.model, np.zeros(solver.shape, bool)

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import eigsh
 
 from belt_sim.case import Case
 from belt_sim.mujoco3d.calibration import calibrate
-from belt_sim.mujoco3d.loop import laid_loop
+from belt_sim.mujoco3d.loop import lay_loop
 from belt_sim.mujoco3d.mesh import Grid, Mesh
 from belt_sim.mujoco3d.options import Options
 
@@ -44,7 +44,7 @@ class Particles:
     def of(case: Case, across: int) -> "Particles":
         """The belt of a case with ``across`` particles over its width, 25 mm apart."""
         options = Options(across=across)
-        loop = laid_loop(case, options.dx)
+        loop = lay_loop(case, options.dx)
         mesh = Grid().mesh(case, loop, options)
         lattice = calibrate(case.belt, mesh.chord, across, options.bonds)
         w = lattice.width / (across - 1)

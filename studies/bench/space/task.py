@@ -9,8 +9,8 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.engine import Run
-from belt_sim.mujoco3d.options import fitted
+from belt_sim.mujoco3d.engine import SpaceRun
+from belt_sim.mujoco3d.options import fit_options
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, paper_case
 from belt_sim.rig import Rig
 from belt_sim.si import N_PER_MM2
@@ -29,11 +29,11 @@ class Task:
         """The paper's belt after a yaw step at travel 0."""
         return paper_case(self.tension * N_PER_MM2, rig=self.rig)
 
-    def laid(self, dt: float = Options().dt) -> tuple[Run, Options]:
+    def laid(self, dt: float = Options().dt) -> tuple[SpaceRun, Options]:
         """The membrane laid on its pulleys, ready to go, and its resolved options; dt [s]."""
         case = self.case()
-        options = fitted(Options(dt=dt), case, "flex")
-        return Run.begin(case, "flex", options), options
+        options = fit_options(Options(dt=dt), case, "flex")
+        return SpaceRun.begin(case, "flex", options), options
 
 
 SHORT = Task(rig=ROPE_EXAMPLE, tension=60.0, travel=25.0, limit=30.0)
