@@ -28,6 +28,7 @@ COMMANDS = {
     "report": "write the report of a diagnosis again",
     "app": "a local web page: sliders, own measurements, diagnoses",
     "demo": "a diagnosis of a campaign that ships, into outputs/demo",
+    "completion": 'completion in bash and zsh: eval "$(belt-sim completion)"',
 }
 
 
@@ -71,6 +72,11 @@ def run(arguments: list[str]) -> int:
         from belt_sim.demo import demo
 
         return demo(run) if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
+    if command == "completion":
+        from belt_sim.commands.completion import script
+
+        print(script(COMMANDS), end="")
+        return 0
     if any(a in HELP for a in arguments):
         print(help_text(command))
         return 0
