@@ -10,6 +10,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.config import MAX_TENSION, MAX_YAW, belt_from, rig_from
 from belt_sim.errors import InputError
 from belt_sim.files import write_text
+from belt_sim.foresight.harm import harm_warnings
 from belt_sim.importing import Logged, Proposal, mapping_text, read, understand, write
 from belt_sim.importing.mapping import mapping_of
 from belt_sim.importing.new_campaign import plan_for, template, tensions_for, travel_for, yaw_for
@@ -22,12 +23,18 @@ def new_campaign(folder: Path, config: Mapping[str, Any]) -> Campaign:
     rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
     asked = config["tensions"]
     tensions = tensions_for(rig, belt) if asked is None else sorted(_numbers("tensions", asked, "N/mm2", MAX_TENSION))
-    yaw = yaw_for(rig, belt) if config["yaw"] is None else _numbers("yaw", [config["yaw"]], "degrees", MAX_YAW / 2.0)[0]
+    yaw = (
+        yaw_for(rig, belt, tensions)
+        if config["yaw"] is None
+        else _numbers("yaw", [config["yaw"]], "degrees", MAX_YAW / 2.0)[0]
+    )
     travel = travel_for(rig)
     planned = plan_for(tensions, yaw, _numbers("speed", [config["speed"]], "m/s", 25.0)[0])
     places = config["signals"] if isinstance(config["signals"], list) else [config["signals"]]
     campaign = template(folder, rig, belt, planned, [str(p) for p in places], travel, str(config["title"]))
     tell_plan(planned, folder, travel)
+    for warning in harm_warnings(campaign):
+        print(f"warning   {warning}")
     return campaign
 
 

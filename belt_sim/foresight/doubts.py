@@ -3,6 +3,7 @@
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.quality.kinematics import span_of
+from belt_sim.foresight.harm import harm_warnings
 from belt_sim.foresight.sheet_evidence import sheet_suspicions
 from belt_sim.results.check import Doubt
 
@@ -18,6 +19,7 @@ def doubts(campaign: Campaign, model: Composition, *, planned: bool) -> tuple[Do
             where = " ".join(part for part in (s.run, s.signal) if part)
             sentence = f"{where}: {s.sentence}" if where else s.sentence
             found.append(Doubt(kind=s.kind, sentence=sentence, stops=s.severity == "stop"))
+    found += [Doubt(kind="harm", sentence=s) for s in harm_warnings(campaign)]
     return (*found, *(Doubt(kind="plan", sentence=s) for s in _lacking(campaign)), *_sheet(campaign))
 
 

@@ -1,6 +1,7 @@
 """An empty campaign for a machine: the runs that a diagnosis needs, a commented sheet, empty tables."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from belt_sim.campaign.read import read_plan
 from belt_sim.campaign.types import PLACES, BeltSheet
 from belt_sim.campaign.write import put_folder, runs_text
 from belt_sim.errors import InputError
+from belt_sim.foresight.harm import harm_warnings, safe_yaw
 from belt_sim.importing.sheets import BELT, MACHINE
 from belt_sim.importing.write import sheet_text
 from belt_sim.rig import Belt, Rig
@@ -28,7 +30,7 @@ at rest in its track to begin with. If time is short, take them from the top, bu
 yaws the belt drifts by about {drift}; stop before an edge touches anything. What is not measured: take its row out of
 runs.csv.
 
-| run | N/mm2 | yaw deg | m/s | direction | good for |
+{warnings}| run | N/mm2 | yaw deg | m/s | direction | good for |
 | --- | --- | --- | --- | --- | --- |
 {rows}
 
@@ -58,9 +60,17 @@ def travel_for(rig: Rig) -> float:
     return 5.0 * math.ceil(SPANS * rig.span_length / 5.0)
 
 
-def yaw_for(rig: Rig, belt: Belt) -> float:
-    """A yaw [deg] that moves the belt by a tenth of its width over a record."""
-    return float(f"{DRIFT * belt.width / (DRIFT_PER_YAW * travel_for(rig)) / DEGREE:.2g}")
+def yaw_for(rig: Rig, belt: Belt, tensions: list[float]) -> float:
+    """A yaw [deg] that moves the belt by a tenth of its width over a record; less where twice as much would harm it."""
+    wanted = DRIFT * belt.width / (DRIFT_PER_YAW * travel_for(rig)) / DEGREE
+    harmless = safe_yaw(rig, belt, [t * N_PER_MM2 for t in tensions]) / DEGREE / 2.0
+    return float(f"{wanted:.2g}") if wanted < harmless else _rounded_down(harmless)
+
+
+def _rounded_down(x: float) -> float:
+    """A number cut to two digits."""
+    step = 10.0 ** (math.floor(math.log10(x)) - 1)
+    return float(f"{math.floor(x / step) * step:.2g}")
 
 
 def plan_for(tensions: list[float], yaw: float, speed: float) -> list[Planned]:
@@ -99,15 +109,17 @@ def plan_for(tensions: list[float], yaw: float, speed: float) -> list[Planned]:
     return found
 
 
-def plan_text(planned: list[Planned], travel: float, belt: Belt) -> str:
-    """The plan as a text beside the campaign."""
+def plan_text(planned: list[Planned], travel: float, belt: Belt, warnings: Sequence[str] = ()) -> str:
+    """The plan as a text beside the campaign; warnings: of runs that could harm the belt."""
     rows = [
         f"| {p.run.name} | {p.run.tension / N_PER_MM2:g} | {p.run.yaw / DEGREE:+.3g} | {p.run.speed:g} |"
         f" {p.run.direction:+.0f} | {p.good_for} |"
         for p in planned
     ]
-    drift = f"{DRIFT * belt.width / MM:.0f} mm"
-    return _PLAN.format(travel=f"{travel:g}", drift=drift, rows="\n".join(rows))
+    most = max(abs(p.run.yaw) for p in planned if p.run.yaw) / 2.0
+    drift = f"{DRIFT_PER_YAW * most * travel / MM:.2g} mm"
+    told = "".join(f"**Warning**: {w}.\n\n" for w in warnings)
+    return _PLAN.format(travel=f"{travel:g}", drift=drift, rows="\n".join(rows), warnings=told)
 
 
 #: Sensors as they usually are, to be replaced: white, zero, wander [m] or [rad] and its length [m], gain.
@@ -137,7 +149,7 @@ def template(
         "campaign.yaml": sheet_text(campaign, _remarks(campaign)),
         "runs.csv": runs_text(campaign.runs),
         "signals.csv": ",".join(["run", "travel_m", *(s.name for s in signals)]) + "\n",
-        "plan.md": plan_text(planned, travel, belt),
+        "plan.md": plan_text(planned, travel, belt, harm_warnings(campaign)),
     }
     return put_folder(texts, folder, overwrite=False, check=lambda f: read_plan(f, travel=travel, step=travel / 120.0))
 

@@ -11,6 +11,7 @@ from belt_sim.api.inference import check
 from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.campaign.read import is_plan, read_plan
 from belt_sim.errors import BeltError
+from belt_sim.foresight.harm import harm_warnings
 from belt_sim.results.check import check_json
 
 SETTINGS = {
@@ -60,6 +61,24 @@ def test_tensions_follow_the_sag_of_the_belt(tmp_path, capsys):
     tensions = sorted({r.tension / 1e6 for r in read_plan(tmp_path / "a", travel=60.0, step=0.5).runs})
     assert tensions == pytest.approx([7.6, 16.0, 35.0])  # Lambda = (rho g L)^2 E / 12 sigma^3 = 30, 3, 0.3
     assert "r14" in capsys.readouterr().out
+
+
+WIDE = {
+    "rig": {"centre_distance": 6.4, "pulley_radius": 0.25, "head_radius": None, "tail_radius": None, "gravity": 9.81},
+    "belt": {"width": 0.4, "thickness": 0.8e-3, "youngs_modulus": 210e9, "density": 7850.0, "poisson_ratio": 0.3},
+}
+
+
+def test_a_plan_by_itself_takes_no_edge_slack_and_a_stated_yaw_that_does_is_warned_of(tmp_path, capsys):
+    new_campaign(tmp_path / "a", SETTINGS | WIDE | {"tensions": None, "yaw": None})
+    plan = read_plan(tmp_path / "a", travel=60.0, step=0.5)
+    assert not any(kind in " ".join(harm_warnings(plan)) for kind in ("edge", "laws"))
+    assert max(abs(r.yaw) for r in plan.runs) > 1e-4  # and still moves the belt by millimetres
+    new_campaign(tmp_path / "b", SETTINGS | WIDE | {"tensions": [5, 11], "yaw": 0.13})
+    assert "off one edge" in capsys.readouterr().out
+    assert "**Warning**" in (tmp_path / "b" / "plan.md").read_text()
+    harm = [d for d in check(tmp_path / "b", effects=["taper"], advise=False).doubts if d.kind == "harm"]
+    assert any("too large for the models' laws" in d.sentence for d in harm)
 
 
 def test_a_plan_is_no_campaign_yet_and_the_loader_says_so(plan):
