@@ -1,7 +1,12 @@
-"""What a faultless line does not have: hooks of a fault, sizes of its parameters, random draws of them."""
+"""What a faultless line does not have: hooks of a fault, its parameters, and courses that several follow."""
 
-from dataclasses import dataclass
-from typing import ClassVar, Protocol
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from functools import cache
+from itertools import product
+from typing import Any, ClassVar, Protocol, dataclass_transform
 
 import numpy as np
 
@@ -20,13 +25,31 @@ HEAD = np.array([[0.0], [1.0]])  # on the head pulley only
 class Size:
     """SI unit of a parameter, a typical size, and the largest one that a real machine would have.
 
-    place: the sensor that it belongs to; it is drawn only where the plan has one there.
+    positive: negative sizes have no meaning; place: the sensor that it belongs to; it is drawn only where the plan has
+    one there.
     """
 
     unit: str
     typical: float
     limit: float
+    positive: bool = False
     place: str = ""
+
+
+def size(unit: str, typical: float, limit: float, *, positive: bool = False, place: str = "") -> Any:
+    """A parameter of a fault that is 0 where nothing is wrong."""
+    return field(
+        default=0.0, metadata={"size": Size(unit=unit, typical=typical, limit=limit, positive=positive, place=place)}
+    )
+
+
+def shape(default: float, draw: Callable, grid: Callable = lambda plan: ()) -> Any:
+    """A parameter that shapes a fault (a phase, a seed, a wavelength).
+
+    draw: (plan, rng) -> its value on some machine and in a record such as the plan's; grid: plan -> values between
+    which, along with its sizes, the fault is nearly linear.
+    """
+    return field(default=default, metadata={"draw": draw, "grid": grid})
 
 
 class Past(Protocol):
@@ -45,8 +68,8 @@ class Fault:
     """A departure from the faultless line; parameters are SI numbers or arrays (batch,), and 0 is no fault.
 
     A fault stands in ``reference_effects`` (the twin of an effect, and named as it is) or in ``unmodelled``. It
-    overrides the hooks that it needs; the others change nothing. ``sizes`` names its parameters, the leading ones
-    first; further fields (a phase, a seed, a wavelength) have no size of their own, and come from ``random_shape``.
+    overrides the hooks that it needs; the others change nothing. ``@fault`` names it, and makes a dataclass of it whose
+    fields are declared by ``size``, the leading ones first, and ``shape``.
     """
 
     id: ClassVar[str] = ""
@@ -154,17 +177,30 @@ class Fault:
 
     @classmethod
     def random_shape(cls, plan: Plan, rng: np.random.Generator) -> dict[str, float]:
-        """The fields without a size, drawn as they may be on a machine and in a record such as the plan's."""
-        return {}
+        """The parameters without a size, drawn."""
+        drawn = {f.name: f.metadata["draw"](plan, rng) for f in fields(cls) if "draw" in f.metadata}
+        return {name: int(x) if isinstance(x, np.integer) else float(x) for name, x in drawn.items()}
 
     @classmethod
-    def shapes(cls, plan: Plan) -> tuple[dict[str, float], ...]:
-        """Some such fields between which, along with its sizes, the fault is nearly linear."""
-        return ({},)
+    def shapes(cls, plan: Plan) -> list[dict[str, float]]:
+        """Every combination of the values in the grids of such parameters."""
+        grids = {f.name: f.metadata["grid"](plan) for f in fields(cls) if "grid" in f.metadata}
+        grids = {name: values for name, values in grids.items() if len(values)}
+        return [dict(zip(grids, values, strict=True)) for values in product(*grids.values())]
 
     def parameters(self) -> dict[str, float]:
         """Parameter name -> value [SI]."""
         return dict(vars(self))
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(size, shape))
+def fault(cls: type) -> type:
+    """Decorate a class as a fault: a frozen dataclass, its id from its name, ``YawOffsetTailFault`` -> yaw_offset_tail."""
+    cls = dataclass(frozen=True, kw_only=True)(cls)
+    cls.id = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__.removesuffix("Fault")).lower()
+    cls.positive = any(f.metadata["size"].positive for f in fields(cls) if "size" in f.metadata)
+    cls.sizes = {f.name: f.metadata["size"] for f in fields(cls) if "size" in f.metadata}
+    return cls
 
 
 def overrides(fault: Fault | type[Fault], hook: str) -> bool:
@@ -219,11 +255,85 @@ class Unmodelled(Fault):
     """A fault that no catalogue lists, and what the generator calls it: one of PLACES, VARIABLES and FORMS; also: other
     pairs (variable, form) that are as right.
 
-    blind: made for blind tests, after the development set.
+    blind: made for blind tests, after the development set that a fitter may have seen.
     """
 
     place: ClassVar[str] = ""
     variable: ClassVar[str] = ""
     form: ClassVar[str] = ""
     also: ClassVar[tuple[tuple[str, str], ...]] = ()
-    blind: ClassVar[bool] = False
+    blind: ClassVar[bool] = True
+
+
+# Numbers of a plan from which shapes are drawn.
+
+
+def any_phase(plan: Plan, rng: np.random.Generator) -> float:
+    return rng.uniform(0, 2 * np.pi)
+
+
+def any_seed(plan: Plan, rng: np.random.Generator) -> int:
+    return rng.integers(2**31)
+
+
+def belt_length(plan: Plan) -> float:
+    """Length of the endless belt [m]."""
+    machine = plan.machine
+    return 2 * machine.centre_distance.value + np.pi * (machine.head_radius.value + machine.tail_radius.value)
+
+
+def any_place_on_belt(plan: Plan, rng: np.random.Generator) -> float:
+    return rng.uniform(0.0, belt_length(plan))
+
+
+def duration(plan: Plan) -> float:
+    """Time of the first run [s]."""
+    return plan.length / plan.runs[0].speed
+
+
+def largest_yaw(plan: Plan) -> float:
+    return max(abs(run.yaw) for run in plan.runs)
+
+
+def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+    return float(np.exp(rng.uniform(math.log(low), math.log(high))))
+
+
+# Courses in travel and time: steps, random walks, a machine that warms up.
+
+_RUNS, _KNOTS = 256, 400  # a random course is drawn for this many runs and steps
+
+
+def smooth_step(s, at, over):
+    """0 up to travel ``at``, 1 from ``at + over`` on."""
+    t = np.clip((s - at) / over, 0.0, 1.0)
+    return t * t * (3 - 2 * t)
+
+
+def random_course(seed: int, run, step: float):
+    """A normal number for every run [shape of run] that changes with every whole ``step``."""
+    return _drawn_once(seed)[run, min(int(step), _KNOTS - 1)]
+
+
+@cache
+def _drawn_once(seed: int) -> np.ndarray:
+    return np.random.default_rng(seed).standard_normal((_RUNS, _KNOTS))
+
+
+SLOWEST = 1e5  # [s], as good as linear in a record
+
+
+def warm_up(s, line, time_constant: float):
+    """tau (1 - exp(-t/tau)) [s] at travel s, t the time since travel 0."""
+    return time_constant * -np.expm1(-s / line.speed / time_constant)
+
+
+def time_constant() -> Any:
+    """Of warming up: between a tenth of the record and thrice it, or, one time in three, a linear drift."""
+
+    def draw(plan: Plan, rng: np.random.Generator) -> float:
+        lasts = duration(plan)
+        drawn = math.exp(rng.uniform(math.log(0.1 * lasts), math.log(3 * lasts)))
+        return SLOWEST if rng.random() < 1 / 3 else min(max(drawn, 30.0), SLOWEST)
+
+    return shape(SLOWEST, draw, lambda plan: (SLOWEST, max(30.0, 0.3 * plan.length / plan.runs[0].speed)))

@@ -4,8 +4,7 @@ from collections.abc import Iterable
 from types import ModuleType
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import reference_effects as reference
-from belt_sim.virtual_rig import unmodelled
+from belt_sim.virtual_rig import reference_belt, reference_machine, unmodelled_machine, unmodelled_spans
 from belt_sim.virtual_rig.fault import Fault, Unmodelled
 
 
@@ -15,8 +14,8 @@ def _faults_in(modules: Iterable[ModuleType]) -> dict[str, type[Fault]]:
     return {c.id: c for c in sorted(classes, key=lambda c: c.id)}
 
 
-CATALOGUE = _faults_in(reference.MODULES)
-UNMODELLED: dict[str, type[Unmodelled]] = _faults_in(unmodelled.MODULES)  # type: ignore[assignment]
+CATALOGUE = _faults_in([reference_belt, reference_machine])
+UNMODELLED: dict[str, type[Unmodelled]] = _faults_in([unmodelled_machine, unmodelled_spans])  # type: ignore[assignment]
 #: the unmodelled faults on which a fitter may have been developed, and those that were made for blind tests only
 DEVELOPMENT = tuple(name for name, cls in UNMODELLED.items() if not cls.blind)
 #: those that change a span itself, and are drawn by themselves

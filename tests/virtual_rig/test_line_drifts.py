@@ -6,11 +6,19 @@ from scipy.integrate import cumulative_trapezoid
 from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
 
 from belt_sim.virtual_rig.hidden import random_fault
-from belt_sim.virtual_rig.reference_effects.belt import DECAY, FIRST, HARMONICS
-from belt_sim.virtual_rig.reference_effects.contact import TractionLoss
-from belt_sim.virtual_rig.reference_effects.pulley import BuildUp, Crown, PulleyDeflection, Taper, TaperDrift
-from belt_sim.virtual_rig.reference_effects.sensor import SensorDelay
-from belt_sim.virtual_rig.reference_effects.yaw import UnequalTension, YawDrift, YawOffsetTail
+from belt_sim.virtual_rig.reference_belt import DECAY, FIRST, HARMONICS
+from belt_sim.virtual_rig.reference_machine import (
+    BuildUpFault,
+    CrownFault,
+    PulleyDeflectionFault,
+    SensorDelayFault,
+    TaperDriftFault,
+    TaperFault,
+    TractionLossFault,
+    UnequalTensionFault,
+    YawDriftFault,
+    YawOffsetTailFault,
+)
 
 FORCE = 40e6 * 0.2 * 3e-4  # [N]
 LINEAR = 1e5  # [s]
@@ -25,35 +33,37 @@ def ramp_of(step) -> np.ndarray:
 @pytest.mark.evidence("build_up", route="definition", what="the integral of a taper that grows")
 def test_a_growing_cause_is_the_integral_of_a_constant_one():
     run = {"yaw": 0.0, "spacing": 1.0}
-    np.testing.assert_allclose(measured(BuildUp(rate=2e-6), **run)[1], 2e-6 * ramp_of(Taper(kappa_t=1.0)), atol=2e-8)
-    slow = measured(TaperDrift(rate=1e-6, time_constant=1e9), **run)[1]
-    np.testing.assert_allclose(slow, 2e-6 * ramp_of(Taper(kappa_t=1.0)), atol=2e-8)  # 0.5 m/s
-    turning = measured(YawDrift(rate=1e-6, time_constant=1e9), **run)[1]
-    np.testing.assert_allclose(turning, 2e-6 * ramp_of(YawOffsetTail(beta_0=1.0)), atol=2e-8)
+    np.testing.assert_allclose(
+        measured(BuildUpFault(rate=2e-6), **run)[1], 2e-6 * ramp_of(TaperFault(kappa_t=1.0)), atol=2e-8
+    )
+    slow = measured(TaperDriftFault(rate=1e-6, time_constant=1e9), **run)[1]
+    np.testing.assert_allclose(slow, 2e-6 * ramp_of(TaperFault(kappa_t=1.0)), atol=2e-8)  # 0.5 m/s
+    turning = measured(YawDriftFault(rate=1e-6, time_constant=1e9), **run)[1]
+    np.testing.assert_allclose(turning, 2e-6 * ramp_of(YawOffsetTailFault(beta_0=1.0)), atol=2e-8)
 
 
 def test_a_warm_machine_stands_still():
     run = {"yaw": 0.0, "length": 400.0, "spacing": 1.0}
     for drift, steady in (
-        (YawDrift(rate=1e-5, time_constant=20.0), YawOffsetTail(beta_0=2e-4)),
-        (TaperDrift(rate=1e-6, time_constant=20.0), Taper(kappa_t=2e-5)),
+        (YawDriftFault(rate=1e-5, time_constant=20.0), YawOffsetTailFault(beta_0=2e-4)),
+        (TaperDriftFault(rate=1e-6, time_constant=20.0), TaperFault(kappa_t=2e-5)),
     ):
         found, wanted = (late_rate(*measured(fault, **run), 100.0) for fault in (drift, steady))
         assert found == pytest.approx(wanted, rel=2e-3)
 
 
-@pytest.mark.parametrize("fault", [YawDrift(rate=1e-6), TaperDrift(rate=1e-6)])
+@pytest.mark.parametrize("fault", [YawDriftFault(rate=1e-6), TaperDriftFault(rate=1e-6)])
 def test_warmth_comes_with_time_and_dirt_with_travel(fault):
     slow, fast = (measured(fault, yaw=0.0, speed=v)[1] for v in (0.5, 1.0))
     np.testing.assert_allclose(fast, slow / 2, atol=1e-6 * np.abs(slow).max() + 1e-8, rtol=2e-3)
-    dirt = [measured(BuildUp(rate=1e-6), yaw=0.0, speed=v)[1] for v in (0.5, 1.0)]
+    dirt = [measured(BuildUpFault(rate=1e-6), yaw=0.0, speed=v)[1] for v in (0.5, 1.0)]
     np.testing.assert_array_equal(*dirt)
 
 
 def test_bent_shells_are_hollow_crowns_on_both_pulleys():
     """The head's share: the machine turned about the vertical has it at its tail, runs backwards, and y is -y."""
-    hollow = Crown(c=-1e-8 * FORCE)
-    bent = measured(PulleyDeflection(compliance=1e-8))[1][0] - measured()[1][0]
+    hollow = CrownFault(c=-1e-8 * FORCE)
+    bent = measured(PulleyDeflectionFault(compliance=1e-8))[1][0] - measured()[1][0]
     at_tail = measured(hollow)[1][0] - measured()[1][0]
     turned = {"yaw": 0.0, "yaw_head": YAW, "direction": -1.0}
     at_head = measured(**turned)[1][3] - measured(hollow, **turned)[1][3]
@@ -63,7 +73,7 @@ def test_bent_shells_are_hollow_crowns_on_both_pulleys():
 
 
 def test_without_yaw_a_symmetric_machine_keeps_the_belt():
-    assert np.all(measured(PulleyDeflection(compliance=1e-4), yaw=0.0)[1] == 0.0)
+    assert np.all(measured(PulleyDeflectionFault(compliance=1e-4), yaw=0.0)[1] == 0.0)
 
 
 def test_lost_traction_slows_the_drift_by_what_the_spans_need_more():
@@ -72,22 +82,22 @@ def test_lost_traction_slows_the_drift_by_what_the_spans_need_more():
     w1 = (kl * np.cosh(kl) - np.sinh(kl)) / (kl * (np.cosh(kl) - 1))
     follows = 1 - 0.4 * (1.5 - 0.5)
     w = YAW * SPAN * (2 * w1 - 1) / (2 * (SPAN / follows + ARC))
-    s, y = measured(TractionLoss(loss=0.4, onset=0.5), speed=1.5, length=500.0, spacing=1.0)
+    s, y = measured(TractionLossFault(loss=0.4, onset=0.5), speed=1.5, length=500.0, spacing=1.0)
     assert late_rate(s, y, 100.0) == pytest.approx(1e3 * w, rel=2e-3)
-    slow = measured(TractionLoss(loss=0.4, onset=0.5), speed=0.4)[1]
+    slow = measured(TractionLossFault(loss=0.4, onset=0.5), speed=0.4)[1]
     np.testing.assert_array_equal(slow, measured(speed=0.4)[1])
 
 
 @pytest.mark.parametrize("tension", [10e6, 40e6])
 def test_unequal_tension_is_a_yaw_in_proportion_to_the_force(tension):
-    pulled = measured(UnequalTension(yaw_per_force=1e-7), tension=tension)[1]
-    turned = measured(YawOffsetTail(beta_0=1e-7 * tension * 0.2 * 3e-4), tension=tension)[1]
+    pulled = measured(UnequalTensionFault(yaw_per_force=1e-7), tension=tension)[1]
+    turned = measured(YawOffsetTailFault(beta_0=1e-7 * tension * 0.2 * 3e-4), tension=tension)[1]
     np.testing.assert_allclose(pulled, turned, atol=1e-12)
 
 
 def test_a_late_reading_shows_the_past_at_every_point():
     _, clean = measured()
-    _, y = measured(SensorDelay(delay=2.0))  # 1 m at 0.5 m/s: four readings
+    _, y = measured(SensorDelayFault(delay=2.0))  # 1 m at 0.5 m/s: four readings
     np.testing.assert_allclose(y[:, 4:], clean[:, :-4], atol=1e-15)
     assert np.all(y[:, :4] == 0.0)
 

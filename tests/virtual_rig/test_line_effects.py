@@ -5,12 +5,25 @@ import pytest
 from virtual_bench import ARC, RADIUS, SPAN, YAW, late_rate, measured
 
 from belt_sim.si import MM, MM_PER_M, N_PER_MM2
-from belt_sim.virtual_rig.reference_effects.belt import EdgeProfile, SagRoll, Weld
-from belt_sim.virtual_rig.reference_effects.contact import Slip, SoftCover
-from belt_sim.virtual_rig.reference_effects.drive import SpeedTension, TensionBias
-from belt_sim.virtual_rig.reference_effects.pulley import Cant, Crown, Taper, Wobble
-from belt_sim.virtual_rig.reference_effects.sensor import EncoderScale, SensorDrift, SensorGain, SensorOffset
-from belt_sim.virtual_rig.reference_effects.yaw import YawBacklash, YawCompliance, YawOffsetHead, YawOffsetTail
+from belt_sim.virtual_rig.reference_belt import EdgeProfileFault, SagRollFault, WeldFault
+from belt_sim.virtual_rig.reference_machine import (
+    CantFault,
+    CrownFault,
+    EncoderScaleFault,
+    SensorDriftFault,
+    SensorGainFault,
+    SensorOffsetFault,
+    SlipFault,
+    SoftCoverFault,
+    SpeedTensionFault,
+    TaperFault,
+    TensionBiasFault,
+    WobbleFault,
+    YawBacklashFault,
+    YawComplianceFault,
+    YawOffsetHeadFault,
+    YawOffsetTailFault,
+)
 
 LONG = {"length": 350.0, "spacing": 1.0}  # the transient has died out
 SETTLED = 2e-3  # relative: what is left of the transient after that
@@ -33,13 +46,13 @@ def drift(*faults, **run) -> float:
 
 
 def test_sag_roll_is_the_strip():
-    _, hidden = measured(SagRoll(strength=1.0), tension=10 * N_PER_MM2)
+    _, hidden = measured(SagRollFault(strength=1.0), tension=10 * N_PER_MM2)
     _, strip = measured(base="strip", tension=10 * N_PER_MM2)
     assert np.all(hidden == strip)
 
 
 def test_yaw_offset_of_the_tail_adds_to_the_yaw():
-    _, off = measured(YawOffsetTail(beta_0=0.3 * YAW))
+    _, off = measured(YawOffsetTailFault(beta_0=0.3 * YAW))
     _, turned = measured(yaw=1.3 * YAW)
     np.testing.assert_allclose(off, turned, atol=1e-12)
 
@@ -48,7 +61,7 @@ def test_yaw_offset_of_the_tail_adds_to_the_yaw():
 def test_a_head_offset_drifts_against_a_tail_offset_but_leans_alike():
     """Section 4 with both yaws: w ~ beta_tail - beta_head, y_1 - y_4 = L (w0 theta_4 + w1 theta_1)."""
     w1 = (KL * np.cosh(KL) - np.sinh(KL)) / (KL * (np.cosh(KL) - 1))
-    for fault, tail, head in ((YawOffsetTail, YAW, 0.0), (YawOffsetHead, 0.0, YAW)):
+    for fault, tail, head in ((YawOffsetTailFault, YAW, 0.0), (YawOffsetHeadFault, 0.0, YAW)):
         s, y = measured(fault(beta_0=YAW), yaw=0.0, **LONG)
         w = (tail - head) * SPAN * (2 * w1 - 1) / (2 * (SPAN + ARC))
         assert late_rate(s, y, 100.0) == pytest.approx(w / MM_PER_M, rel=SETTLED)
@@ -58,7 +71,7 @@ def test_a_head_offset_drifts_against_a_tail_offset_but_leans_alike():
 
 def test_cant_has_an_odd_part_from_the_wrap_and_an_even_part_from_the_sag():
     gamma = 1e-3
-    forward, backward = (drift(Cant(gamma=gamma), yaw=0.0, direction=d) for d in (1.0, -1.0))
+    forward, backward = (drift(CantFault(gamma=gamma), yaw=0.0, direction=d) for d in (1.0, -1.0))
     wrap = RADIUS * gamma / (SPAN + ARC) / MM_PER_M
     psi = 7850 * 9.80665 / 40e6 * SPAN / 2
     sag = -gamma * np.sin(psi) * TH2_RATE / YAW
@@ -69,18 +82,18 @@ def test_cant_has_an_odd_part_from_the_wrap_and_an_even_part_from_the_sag():
 def test_taper_drives_to_the_larger_radius_without_any_yaw():
     kappa = 2e-5
     expected = kappa * G * SPAN**2 / (2 * (SPAN + ARC)) / MM_PER_M
-    assert drift(Taper(kappa_t=kappa), yaw=0.0) == pytest.approx(expected, rel=SETTLED)
-    assert drift(Taper(kappa_t=kappa)) - drift() == pytest.approx(expected, rel=2 * SETTLED)
+    assert drift(TaperFault(kappa_t=kappa), yaw=0.0) == pytest.approx(expected, rel=SETTLED)
+    assert drift(TaperFault(kappa_t=kappa)) - drift() == pytest.approx(expected, rel=2 * SETTLED)
 
 
 def test_crown_centres():
-    free, crowned = drift(), drift(Crown(c=2e-2))
+    free, crowned = drift(), drift(CrownFault(c=2e-2))
     assert abs(crowned) < 0.05 * free
-    assert abs(drift(Crown(c=-1e-4), length=100.0)) > abs(drift(length=100.0))
+    assert abs(drift(CrownFault(c=-1e-4), length=100.0)) > abs(drift(length=100.0))
 
 
 def test_wobble_has_the_period_of_the_pulley():
-    _, y = measured(Wobble(beta_1=2e-3), yaw=0.0, length=64 * ARC, spacing=ARC / 16)
+    _, y = measured(WobbleFault(beta_1=2e-3), yaw=0.0, length=64 * ARC, spacing=ARC / 16)
     wave = np.abs(np.fft.rfft(np.diff(y[0, :1025])))
     assert np.argmax(wave[4:]) + 4 == 32  # 64 half turns
 
@@ -88,7 +101,7 @@ def test_wobble_has_the_period_of_the_pulley():
 def test_soft_cover_starts_faster_at_every_tension():
     for tension in (7, 40):
         _, hard = measured(tension=tension * N_PER_MM2, length=3.0)
-        _, soft = measured(SoftCover(c=5e-6), tension=tension * N_PER_MM2, length=3.0)
+        _, soft = measured(SoftCoverFault(c=5e-6), tension=tension * N_PER_MM2, length=3.0)
         assert np.all(soft[0, 2:] > hard[0, 2:])
 
 
@@ -110,7 +123,7 @@ def test_slip_turns_the_run_up_once_towards_the_span(tension):
     left = np.roots([before / abs(YAW) * per_square, 1.0, -before]).max()
     turned, zone = np.sign(YAW) * per_square * left**2, 2 * 42000 * per_square * left
     assert zone < 0.1 * 0.2
-    s, slipping = measured(Slip(inverse_friction=1 / friction), tension=tension, length=0.02, spacing=0.01)
+    s, slipping = measured(SlipFault(inverse_friction=1 / friction), tension=tension, length=0.02, spacing=0.01)
     moved = (slipping - measured(tension=tension, length=0.02, spacing=0.01)[1])[0]
     assert moved[2] - moved[0] == pytest.approx(turned * s[2], rel=0.04)
     assert moved[0] == pytest.approx(turned * zone / 3, rel=0.04)
@@ -118,12 +131,12 @@ def test_slip_turns_the_run_up_once_towards_the_span(tension):
 
 def test_slip_where_the_belt_leaves_makes_it_drift_faster_for_good():
     """By 1 to 2 %, as the 3D belt of studies/notes (40 N/mm2, 0.15: -0.157 for -0.155 mm/m)."""
-    assert 1.005 < drift(Slip(inverse_friction=1 / 0.15)) / drift() < 1.02
+    assert 1.005 < drift(SlipFault(inverse_friction=1 / 0.15)) / drift() < 1.02
 
 
 def test_slip_takes_a_wrap_at_most():
     run = {"tension": 7e6, "length": 0.02, "spacing": 0.01}
-    s, slipping = measured(Slip(inverse_friction=20.0), yaw=30 * YAW, **run)
+    s, slipping = measured(SlipFault(inverse_friction=20.0), yaw=30 * YAW, **run)
     stiff = entry_moment(7e6) / YAW  # of the entry against turning [N m/rad]; what is left is M_0 - stiff * turned
     turned = 30 * entry_moment(7e6) * ARC / (2 * 42000) / (1 + stiff * ARC / (2 * 42000))
     moved = (slipping - measured(yaw=30 * YAW, **run)[1])[0]
@@ -140,26 +153,26 @@ def test_slip_is_what_the_belt_in_space_does(tension, friction, stuck, slips):
     """studies/notes, 1 m after the step: what friction adds to y_1, to half a micrometre times ten."""
     more, plain = (
         measured(*f, base="strip", tension=tension * 1e6, length=1.0)[1][0, -1]
-        for f in ([Slip(inverse_friction=1 / friction)], [])
+        for f in ([SlipFault(inverse_friction=1 / friction)], [])
     )
     assert more - plain == pytest.approx((slips - stuck) * MM, abs=3e-6, rel=0.3)
 
 
 def test_slip_comes_with_every_change_of_yaw_and_with_none_else():
     run = {"tension": 7e6, "yaw_at": 5.0, "length": 10.0}
-    s, late = measured(Slip(inverse_friction=1 / 0.15), **run)
-    _, early = measured(Slip(inverse_friction=1 / 0.15), tension=7e6, length=5.0)
+    s, late = measured(SlipFault(inverse_friction=1 / 0.15), **run)
+    _, early = measured(SlipFault(inverse_friction=1 / 0.15), tension=7e6, length=5.0)
     late = late[:, s >= 5.0]
     np.testing.assert_allclose(late[:, 1:], early[:, 1:], atol=2e-9)
     np.testing.assert_allclose(late[::2], early[::2], atol=2e-9)  # what leaves has gone aside already
-    idle = measured(Slip(inverse_friction=1 / 0.15), yaw=0.0, tension=7e6, yaw_at=100.0)[1]
+    idle = measured(SlipFault(inverse_friction=1 / 0.15), yaw=0.0, tension=7e6, yaw_at=100.0)[1]
     assert np.all(idle == 0.0)
 
 
 def test_slip_is_square_in_a_small_yaw():
     run, small = {"tension": 20e6, "length": 5.0}, 1e-3 * YAW
     half, one = (
-        measured(Slip(inverse_friction=1 / 0.15), yaw=y, **run)[1] - measured(yaw=y, **run)[1]
+        measured(SlipFault(inverse_friction=1 / 0.15), yaw=y, **run)[1] - measured(yaw=y, **run)[1]
         for y in (small / 2, small)
     )
     np.testing.assert_allclose(one, 4 * half, rtol=2e-3, atol=2e-15)  # the way aside is cubic
@@ -167,7 +180,7 @@ def test_slip_is_square_in_a_small_yaw():
 
 def test_yaw_compliance_slows_the_start_and_gives_way_less_later():
     _, stiff = measured()
-    _, soft = measured(YawCompliance(c_m=5e-6))
+    _, soft = measured(YawComplianceFault(c_m=5e-6))
     share = soft[0] / np.where(stiff[0] > 0, stiff[0], 1.0)
     assert 0.3 < share[4] < share[12] < 1.0
     assert share[-1] > share[12]
@@ -175,26 +188,26 @@ def test_yaw_compliance_slows_the_start_and_gives_way_less_later():
 
 def test_backlash_takes_half_the_play_from_a_step_of_either_sign():
     for sign in (-1, 1):
-        _, loose = measured(YawBacklash(half=1e-4), yaw=sign * YAW)
+        _, loose = measured(YawBacklashFault(half=1e-4), yaw=sign * YAW)
         _, less = measured(yaw=sign * (YAW - 1e-4))
         np.testing.assert_allclose(loose, less, atol=1e-12)
 
 
 def test_tension_bias_is_another_tension():
-    _, biased = measured(TensionBias(gain=0.1, bias=1e6), tension=10e6)
+    _, biased = measured(TensionBiasFault(gain=0.1, bias=1e6), tension=10e6)
     _, true = measured(tension=12e6)
     np.testing.assert_allclose(biased, true, atol=1e-12)
 
 
 def test_centrifugal_tension():
-    _, fast = measured(SpeedTension(share=1.0), tension=10e6, speed=10.0)
+    _, fast = measured(SpeedTensionFault(share=1.0), tension=10e6, speed=10.0)
     _, slack = measured(tension=10e6 - 7850 * 100.0, speed=10.0)
     np.testing.assert_allclose(fast, slack, atol=1e-12)
 
 
 @pytest.mark.evidence("encoder_scale", route="code", what="readings stretched")
 def test_encoder_scale_stretches_rates_and_periods():
-    s, y = measured(EncoderScale(e=0.25), length=50.0)
+    s, y = measured(EncoderScaleFault(e=0.25), length=50.0)
     t, true = measured(length=40.0, spacing=0.2)
     np.testing.assert_allclose(y, true, atol=3e-9)
     assert np.allclose(s, 1.25 * t)
@@ -202,20 +215,20 @@ def test_encoder_scale_stretches_rates_and_periods():
 
 def test_sensor_gain_and_offset_touch_their_own_sensor():
     _, clean = measured()
-    _, seen = measured(SensorGain(g1=0.1), SensorOffset(c4=1e-3))
+    _, seen = measured(SensorGainFault(g1=0.1), SensorOffsetFault(c4=1e-3))
     np.testing.assert_allclose(seen[0], 1.1 * clean[0])
     np.testing.assert_allclose(seen[3], clean[3] + 1e-3)
     assert np.all(seen[1:3] == clean[1:3])
 
 
 def test_sensor_drift_runs_with_time_not_with_travel():
-    slow, fast = (measured(SensorDrift(d1=1e-6), yaw=0.0, speed=v)[1][0, -1] for v in (0.5, 1.0))
+    slow, fast = (measured(SensorDriftFault(d1=1e-6), yaw=0.0, speed=v)[1][0, -1] for v in (0.5, 1.0))
     assert slow == pytest.approx(60.0 / 0.5 * 1e-6)
     assert fast == pytest.approx(slow / 2)
 
 
 def test_edge_profile_returns_every_belt_length_and_ignores_the_yaw():
-    profile = EdgeProfile(cos1=2e-4, sin3=1e-4)
+    profile = EdgeProfileFault(cos1=2e-4, sin3=1e-4)
     _, still = measured(profile, yaw=0.0, length=2 * BELT, spacing=BELT / 100)
     np.testing.assert_allclose(still[:, :100], still[:, 100:200], atol=1e-12)
     assert np.all(still[:, 0] == 0.0)
@@ -226,14 +239,16 @@ def test_edge_profile_returns_every_belt_length_and_ignores_the_yaw():
 def test_edge_profile_passes_the_points_in_turn():
     """What point 4 sees, point 1 sees one span later, as the belt runs from 4 to 1; reversed, earlier."""
     for direction in (1.0, -1.0):
-        _, y = measured(EdgeProfile(cos1=2e-4, sin2=1e-4), yaw=0.0, direction=direction, length=40.0, spacing=SPAN / 40)
+        _, y = measured(
+            EdgeProfileFault(cos1=2e-4, sin2=1e-4), yaw=0.0, direction=direction, length=40.0, spacing=SPAN / 40
+        )
         first, then = (y[3], y[0]) if direction > 0 else (y[0], y[3])
         shift = then[40:] - first[:-40]
         np.testing.assert_allclose(shift, shift[0], atol=1e-12)
 
 
 def test_a_weld_comes_round_once_a_belt_length_and_leaves_no_drift():
-    _, y = measured(Weld(angle=1e-3), yaw=0.0, length=16 * BELT, spacing=BELT / 40)
+    _, y = measured(WeldFault(angle=1e-3), yaw=0.0, length=16 * BELT, spacing=BELT / 40)
     last, before = y[:, -41:-1], y[:, -81:-41]
     size = np.ptp(last[0])
     assert size > 1e-4

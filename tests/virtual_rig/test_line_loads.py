@@ -8,7 +8,13 @@ from virtual_bench import SPAN, YAW, measured, plan_of
 from belt_sim.virtual_rig.load import couple_at, force_at, uniform_force, uniform_roll_couple
 from belt_sim.virtual_rig.observe import Errors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, Setting
-from belt_sim.virtual_rig.reference_effects.span import EdgeGuide, IdlerSkew, MachineTilt, OffCentreLoad, SideDrag
+from belt_sim.virtual_rig.reference_belt import (
+    EdgeGuideFault,
+    IdlerSkewFault,
+    MachineTiltFault,
+    OffCentreLoadFault,
+    SideDragFault,
+)
 
 EXACT = 1e-5  # relative: 64 cubic elements a span
 TILTED = 1e-4
@@ -83,7 +89,7 @@ def test_a_couple_is_two_forces_ahead_and_behind():
 def test_a_leaning_machine_bends_both_run_ups_as_clamped_beams():
     """At low sag and tension: kappa = q a L^2/(12 EI), so both run-ups go as + kappa s^2/2, with the bow."""
     kl2 = 12 * 1e5 / 210e9 / 0.04 * SPAN**2
-    s, y = measured(MachineTilt(angle=1e-2), yaw=0.0, tension=1e5, length=0.2, spacing=0.05)
+    s, y = measured(MachineTiltFault(angle=1e-2), yaw=0.0, tension=1e5, length=0.2, spacing=0.05)
     expected = 1e-2 * WEIGHT * SPAN**2 / (12 * BENDING) * s**2 / 2
     np.testing.assert_allclose(y[[0, 2]], np.stack([expected, expected]), rtol=0.02 + kl2, atol=1e-12)
 
@@ -96,24 +102,24 @@ def tilt_of(*faults, base="strip", **setting) -> float:
 
 def test_a_slack_belt_rolls_with_the_gravity_of_a_leaning_machine():
     """The surface stands square to gravity, which points towards +y and down: the side y > 0 comes up by the angle."""
-    assert tilt_of(MachineTilt(angle=1e-2), tension=2e5) == pytest.approx(1e-2, rel=0.05)
+    assert tilt_of(MachineTiltFault(angle=1e-2), tension=2e5) == pytest.approx(1e-2, rel=0.05)
 
 
 def test_the_loaded_side_of_a_flat_belt_goes_down_by_its_torsion():
     line = line_from("beam_th2", 4e6)
     sunk = -0.01 * SPAN**2 / (8 * line.torsion.item())
-    assert tilt_of(OffCentreLoad(moment=0.01), base="beam_th2") == pytest.approx(sunk, rel=1e-3)
-    assert np.all(measured(OffCentreLoad(moment=0.01), yaw=0.0)[1] == 0.0)
-    assert -1.0 < tilt_of(OffCentreLoad(moment=0.01)) / sunk < 1.0  # a hanging belt holds against it
+    assert tilt_of(OffCentreLoadFault(moment=0.01), base="beam_th2") == pytest.approx(sunk, rel=1e-3)
+    assert np.all(measured(OffCentreLoadFault(moment=0.01), yaw=0.0)[1] == 0.0)
+    assert -1.0 < tilt_of(OffCentreLoadFault(moment=0.01)) / sunk < 1.0  # a hanging belt holds against it
 
 
 @pytest.mark.parametrize(
     ("fault", "sign"),
     [
-        (MachineTilt(angle=1e-2), 1.0),
-        (IdlerSkew(force=1.0, place=0.5), -1.0),
-        (SideDrag(moment=1.0, place=0.5), 1.0),
-        (OffCentreLoad(moment=0.01), 1.0),
+        (MachineTiltFault(angle=1e-2), 1.0),
+        (IdlerSkewFault(force=1.0, place=0.5), -1.0),
+        (SideDragFault(moment=1.0, place=0.5), 1.0),
+        (OffCentreLoadFault(moment=0.01), 1.0),
     ],
 )
 def test_reversed_travel_is_the_machine_turned_about_the_vertical(fault, sign):
@@ -134,9 +140,9 @@ def test_without_tension_a_span_is_a_clamped_beam(share):
 
 def test_a_hard_guide_near_the_tail_stops_point_1_at_its_gap_and_a_far_one_nothing():
     free = measured(tension=40e6)[1]
-    stopped = measured(EdgeGuide(stiffness=1e7, gap=5e-4, at=0.3), tension=40e6)[1]
-    mirrored = measured(EdgeGuide(stiffness=1e7, gap=5e-4, at=0.3), tension=40e6, yaw=-YAW)[1]
+    stopped = measured(EdgeGuideFault(stiffness=1e7, gap=5e-4, at=0.3), tension=40e6)[1]
+    mirrored = measured(EdgeGuideFault(stiffness=1e7, gap=5e-4, at=0.3), tension=40e6, yaw=-YAW)[1]
     assert 5e-4 < stopped[0].max() < 8e-4 < free[0].max() / 5
     np.testing.assert_array_equal(mirrored, -stopped)
-    far = measured(EdgeGuide(stiffness=1e7, stiffness_lower=1e7, gap=1.0), tension=40e6)[1]
+    far = measured(EdgeGuideFault(stiffness=1e7, stiffness_lower=1e7, gap=1.0), tension=40e6)[1]
     np.testing.assert_array_equal(far, free)

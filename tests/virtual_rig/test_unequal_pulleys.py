@@ -9,7 +9,7 @@ from virtual_bench import YAW, plan_of
 from belt_sim.campaign import Quantity
 from belt_sim.virtual_rig.observe import Errors, position, true_line
 from belt_sim.virtual_rig.plan import TEST_RIG, Setting
-from belt_sim.virtual_rig.reference_effects.belt import EdgeProfile, Weld
+from belt_sim.virtual_rig.reference_belt import EdgeProfileFault, WeldFault
 from belt_sim.virtual_rig.travel import march
 
 MACHINE = replace(TEST_RIG, head_radius=Quantity(value=0.12), tail_radius=Quantity(value=0.30))
@@ -53,7 +53,7 @@ def test_steady_travel_keeps_the_slope_of_the_whole_belt():
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_the_edge_passes_the_points_in_turn(direction):
-    line, profile = line_from(direction), EdgeProfile(cos1=2e-4, sin2=1e-4)
+    line, profile = line_from(direction), EdgeProfileFault(cos1=2e-4, sin2=1e-4)
     s = np.linspace(0.0, 50.0, 101)[:, None]
     for first, then, way in ways(line):
         shift = profile.edge(then, s + way, line) - profile.edge(first, s, line)
@@ -66,7 +66,7 @@ def test_a_weld_bends_the_run_ups_as_it_passes_them(direction):
     """From the middle of the tail-bound span over the tail pulley, and a wrap and a span on over the head pulley."""
     line = line_from(direction, yaw=0.0)
     above = line.span_length.item() / 2
-    weld = Weld(angle=1e-3, at=above if direction > 0 else 3 * above + line.wrap_tail.item())
+    weld = WeldFault(angle=1e-3, at=above if direction > 0 else 3 * above + line.wrap_tail.item())
     history, s = march(line, [weld], 25.0), np.linspace(0.0, 25.0, 2501)[:, None]
     tail, head = ("point_1", "point_3") if direction > 0 else ("point_2", "point_4")
     for place, passes in ((tail, line.span_length / 2), (head, 1.5 * line.span_length + line.wrap_tail)):

@@ -1,22 +1,22 @@
-"""The belt itself: natural curvature, weld, edge, sag."""
+"""Twins of the library's effects on the belt and its spans: natural curvature, weld, edge, sag, flatness, loads."""
 
-from dataclasses import dataclass, make_dataclass, replace
+from dataclasses import make_dataclass, replace
 
 import numpy as np
 
 from belt_sim.rig import GRAVITY
-from belt_sim.virtual_rig.fault import Fault, Size
-from belt_sim.virtual_rig.load import tilt_sensitivity
+from belt_sim.virtual_rig.fault import Fault, any_place_on_belt, belt_length, fault, largest_yaw, shape, size
+from belt_sim.virtual_rig.load import couple_at, force_at, tilt_sensitivity, uniform_force, uniform_roll_couple
+
+# The belt itself: natural curvature, weld, edge, sag.
 
 
-@dataclass(frozen=True, kw_only=True)
-class Camber(Fault):
+@fault
+class CamberFault(Fault):
     """The belt is curved in its plane by nature; by Betti a run-up feels what its span's shape does not take up."""
 
-    id = "camber"
-    sizes = {"kappa_c": Size(unit="1/m", typical=2e-5, limit=1e-3)}
     draw_order = 27
-    kappa_c: float = 0.0
+    kappa_c: float = size("1/m", 2e-5, 1e-3)
 
     def turn(self, s, line, y, kappa):
         left = 1 - line.runup_sensitivity.mean(axis=1) * line.span_length
@@ -32,26 +32,22 @@ class Camber(Fault):
         return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts
 
 
-@dataclass(frozen=True, kw_only=True)
-class Flatness(Fault):
+@fault
+class FlatnessFault(Fault):
     """Residual stress of the strip, amplitude (1 - 12 y^2/b^2) across its width; positive: long edges."""
 
-    id = "flatness"
-    sizes = {"amplitude": Size(unit="Pa", typical=4e6, limit=2e7)}
-    amplitude: float = 0.0
+    amplitude: float = size("Pa", 4e6, 2e7)
 
     def set(self, line):
         return replace(line, residual=line.residual + self.amplitude)
 
 
 _POINTS = (np.arange(16) + 0.5) / 16 - 0.5  # quadrature over the bend
-
-
 _SHAPE = 1 + np.cos(2 * np.pi * _POINTS)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Weld(Fault):
+@fault
+class WeldFault(Fault):
     """A weld: a kink of the belt over a raised cosine; at travel 0 it lies ``at`` along the belt from point 4 over 1,
     2, 3.
 
@@ -59,12 +55,10 @@ class Weld(Fault):
     itself counts while it runs up, so that one passage, once a belt length, turns the belt by -angle in all.
     """
 
-    id = "weld"
-    sizes = {"angle": Size(unit="rad", typical=2e-4, limit=2e-3)}
     draw_order = 28
     LENGTH = 0.6  # [m], wide against a step of the march
-    angle: float = 0.0
-    at: float = 5.64
+    angle: float = size("rad", 2e-4, 2e-3)
+    at: float = shape(5.64, any_place_on_belt, lambda plan: [share * belt_length(plan) for share in np.arange(8) / 8])
 
     def turn(self, s, line, y, kappa):
         return self.angle * np.stack([self._at_runup(place, line) for place in self._places(s, line)])
@@ -118,38 +112,22 @@ class Weld(Fault):
 
         return parts.with_camber(camber) if self.angle else parts
 
-    @classmethod
-    def random_shape(cls, plan, rng):
-        return {"at": float(rng.uniform(0.0, cls._around(plan)))}
-
-    @staticmethod
-    def _around(plan):
-        """The belt's length."""
-        machine = plan.machine
-        return 2 * machine.centre_distance.value + np.pi * (machine.head_radius.value + machine.tail_radius.value)
-
-    @classmethod
-    def shapes(cls, plan):
-        return tuple({"at": share * cls._around(plan)} for share in np.arange(8) / 8)
-
 
 HARMONICS, DECAY = 40, 1.27
-
-
 FIRST = 4e-4  # [m]: of the cosine and of the sine, together 0.57 mm
-
-
 STEEPEST = 1e-2  # [m]: amplitude times harmonic, that is 3 mm/m of slope on a belt of 20 m
 
 
-_FIELDS = [(f"{kind}{k}", float, 0.0) for k in range(1, HARMONICS + 1) for kind in ("cos", "sin")]
-
-
+_FIELDS = [
+    (f"{kind}{k}", float, size("m", FIRST / k**DECAY, STEEPEST / k))
+    for k in range(1, HARMONICS + 1)
+    for kind in ("cos", "sin")
+]
 _Harmonics = make_dataclass("_Harmonics", _FIELDS, bases=(Fault,), frozen=True, kw_only=True)
 
 
-@dataclass(frozen=True, kw_only=True)
-class EdgeProfile(_Harmonics):  # type: ignore[misc,valid-type]
+@fault
+class EdgeProfileFault(_Harmonics):  # type: ignore[misc,valid-type]
     """The belt's edge is not straight: y + e(m) - e(m when the yaw was applied), m the part of the belt.
 
     e = sum over k of (cosk cos + sink sin)(2 pi k m / belt length), m counted backwards from what was at point 4 at
@@ -157,11 +135,6 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc,valid-type]
     spectrum of a measured edge: amplitudes that fall like k^-1.27 about 0.57 mm for the first.
     """
 
-    id = "edge_profile"
-    sizes = {
-        name: Size(unit="m", typical=FIRST / int(name[3:]) ** DECAY, limit=STEEPEST / int(name[3:]))
-        for name, *_ in _FIELDS
-    }
     draw_order = 14
     mixed = True
 
@@ -174,8 +147,8 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc,valid-type]
         return getattr(self, f"cos{k}"), getattr(self, f"sin{k}")
 
 
-@dataclass(frozen=True, kw_only=True)
-class SagRoll(Fault):
+@fault
+class SagRollFault(Fault):
     """The sagging belt tilts instead of bending in its plane: 1 makes a flat strip the strip.
 
     The base has none of it (beam_th2) or all (strip), and the fault adds ``strength`` to that share. In the scene,
@@ -183,15 +156,141 @@ class SagRoll(Fault):
     fault.
     """
 
-    id = "sag_roll"
-    sizes = {"strength": Size(unit="1", typical=1.0, limit=1.5)}
     draw_order = 15
     fixed = True
     part_of = ("strip",)
-    strength: float = 0.0
+    strength: float = size("1", 1.0, 1.5)
 
     def set(self, line):
         return replace(line, sag_roll=line.sag_roll + self.strength)
 
     def scene(self, parts, case):
         return replace(parts, gravity=parts.gravity + self.strength * GRAVITY)
+
+
+# Loads beside the pulleys: idlers, scrapers, guides, weight.
+
+
+def _place_on_span():
+    """A place as a share of the span's length."""
+    return shape(0.5, lambda plan, rng: rng.uniform(0.1, 0.9), lambda plan: (0.15, 0.4, 0.6, 0.85))
+
+
+@fault
+class IdlerSkewFault(Fault):
+    """A skewed idler pushes the upper span towards +y, and to the other side when the belt runs backwards."""
+
+    draw_order = 23
+    force: float = size("N", 0.2, 50.0)
+    place: float = _place_on_span()
+
+    def loads(self, line):
+        return (force_at(line, True, self.place),)
+
+    def push(self, s, line, load, free, kept):
+        return self.force * line.direction, kept
+
+    def scene(self, parts, case):
+        force = self.force * float(case.settings.direction)
+        return parts.with_push(span="upper", x=self.place * float(case.rig.centre_distance), across=force)
+
+
+@fault
+class SideDragFault(Fault):
+    """A scraper drags on one edge of the upper span: a couple about the vertical, positive for the edge y > 0."""
+
+    draw_order = 24
+    moment: float = size("N m", 0.5, 50.0)
+    place: float = _place_on_span()
+
+    def loads(self, line):
+        """The drag -D t on the edge at b/2 turns y' upwards along the travel t, whichever way the belt runs."""
+        return (couple_at(line, True, self.place),)
+
+    def push(self, s, line, load, free, kept):
+        return self.moment + 0 * free, kept
+
+    def scene(self, parts, case):
+        """The drag itself, against the travel at one edge: on the middle of the belt, and the couple to the edge."""
+        half, travel = 0.5 * float(case.belt.width), float(case.settings.direction)
+        drag = abs(self.moment) / half
+        x = self.place * float(case.rig.centre_distance)
+        return parts.with_push(span="upper", x=x, along=-drag * travel, couple=self.moment * travel)
+
+
+def _excursion(plan) -> float:
+    """How far the belt may come in the record [m]: a sixth of what a rope would make of its largest yaw."""
+    return largest_yaw(plan) * plan.length / 6 + 1e-4
+
+
+@fault
+class EdgeGuideFault(Fault):
+    """Rollers on both sides of a span, ``at`` from the tail pulley: elastic stops for a belt ``gap`` off the middle."""
+
+    draw_order = 29
+    stiffness: float = size("N/m", 1e5, 1e7, positive=True)
+    stiffness_lower: float = size("N/m", 1e5, 1e7, positive=True)
+    gap: float = shape(
+        5e-4,
+        lambda plan, rng: rng.uniform(0.1, 0.6) * _excursion(plan),
+        lambda plan: [share * _excursion(plan) for share in (0.2, 0.5)],
+    )
+    at: float = shape(
+        1.0,
+        lambda plan, rng: rng.uniform(0.15, 0.85) * plan.machine.centre_distance.value,
+        lambda plan: [share * plan.machine.centre_distance.value for share in (0.3, 0.7)],
+    )
+
+    def loads(self, line):
+        share = 1 - self.at / line.span_length
+        return force_at(line, True, share), force_at(line, False, share)
+
+    def push(self, s, line, load, free, kept):
+        """The roller and the span give way together: k (|y| - gap) back towards the middle."""
+        k = np.broadcast_to(self.stiffness if load.upper else self.stiffness_lower, free.shape)
+        beyond = np.maximum(np.abs(free) - self.gap, 0.0)
+        return -np.sign(free) * k * beyond / (1 + k * load.give), kept
+
+    def scene(self, parts, case):
+        """As lines beside the spans; equal pulleys are taken for the place along the machine."""
+        x = float(case.rig.centre_distance) - self.at
+        for span, stiffness in (("upper", self.stiffness), ("lower", self.stiffness_lower)):
+            for side in (1.0, -1.0) if stiffness else ():
+                parts = parts.with_guide(span=span, x=x, gap=self.gap, side=side, stiffness=stiffness)
+        return parts
+
+
+@fault
+class MachineTiltFault(Fault):
+    """The machine leans about its long axis: a share of the belt's weight, q angle, pulls both spans towards +y."""
+
+    draw_order = 22
+    angle: float = size("rad", 2e-3, 0.05)
+
+    def loads(self, line):
+        return uniform_force(line, True), uniform_force(line, False)
+
+    def push(self, s, line, load, free, kept):
+        weight = line.density * line.gravity * line.width * line.thickness
+        return self.angle * weight, kept
+
+    def scene(self, parts, case):
+        return replace(parts, lean=parts.lean + self.angle)
+
+
+@fault
+class OffCentreLoadFault(Fault):
+    """A load beside the middle of the upper span rolls it, its side y > 0 down; a belt that cannot roll stays."""
+
+    draw_order = 25
+    idle_on = ("beam_th2",)
+    moment: float = size("N", 2e-3, 1.0)
+
+    def loads(self, line):
+        return (uniform_roll_couple(line, True),)
+
+    def push(self, s, line, load, free, kept):
+        return -self.moment + 0 * free, kept
+
+    def scene(self, parts, case):
+        return replace(parts, roll=parts.roll - self.moment)

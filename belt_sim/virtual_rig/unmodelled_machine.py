@@ -1,0 +1,476 @@
+"""Faults that no catalogue lists, of the machine: yaw, pulleys, how they hold the belt, tension, sensors."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from belt_sim.virtual_rig.fault import (
+    HEAD,
+    TAIL,
+    Unmodelled,
+    any_phase,
+    any_seed,
+    duration,
+    fault,
+    largest_yaw,
+    random_course,
+    shape,
+    size,
+    smooth_step,
+)
+
+# Yaw of the pulleys.
+
+
+@fault
+class ProgressiveYaw(Unmodelled):
+    """The steering's lever turns the pulley more than in proportion: share yaw |yaw|/1 mrad is added."""
+
+    place, variable, form = "yaw_tail", "yaw", "power"
+    also = (("yaw", "linear"),)
+    share: float = size("1", 0.3, 5.0)
+
+    def yaw(self, s, line):
+        return self.share * line.yaw * np.abs(line.yaw) / 1e-3 * (s >= line.yaw_at)
+
+
+@fault
+class SpeedBow(Unmodelled):
+    """The frame bows under the drive: the tail pulley turns by c v^2."""
+
+    place, variable, form = "yaw_tail", "speed", "power"
+    also = (("speed", "linear"),)
+    c: float = size("rad s2/m2", 2e-4, 2e-2)
+
+    def yaw(self, s, line):
+        return self.c * line.speed**2
+
+
+@fault
+class FrameTwist(Unmodelled):
+    """The frame twists under the belt's pull more than in proportion: the head pulley turns by c (sigma/10 N/mm2)^2."""
+
+    place, variable, form = "yaw_head", "tension", "power"
+    also = (("tension", "linear"),)
+    c: float = size("rad", 2e-5, 2e-3)
+
+    def yaw_head(self, s, line):
+        return self.c * (line.stress / 1e7) ** 2
+
+
+@fault
+class YawCreep(Unmodelled):
+    """The steering relaxes after its step: share (1 - exp(-t/time)) of the yaw is added in time."""
+
+    blind = False
+    place, variable, form = "yaw_tail", "time_since_step", "exponential"
+    also = (("time_since_step", "saturating"), ("travel", "exponential"))
+    share: float = size("1", 0.2, 3.0)
+    time: float = shape(25.0, lambda plan, rng: rng.uniform(0.1, 0.5) * plan.length / plan.runs[0].speed)
+
+    def yaw(self, s, line):
+        t = np.maximum(s - line.yaw_at, 0.0) / line.speed
+        return self.share * line.yaw * (1 - np.exp(-t / self.time))
+
+
+@fault
+class RingingYaw(Unmodelled):
+    """The steering swings about its new position after the step, by a share of it that dies out in time."""
+
+    place, variable, form = "yaw_tail", "time_since_step", "exponential"
+    also = (("time_since_step", "periodic"), ("wave", "periodic"), ("travel", "exponential"))
+    share: float = size("1", 0.3, 3.0)
+    time: float = shape(30.0, lambda plan, rng: rng.uniform(0.1, 0.6) * duration(plan))
+    period: float = shape(20.0, lambda plan, rng: rng.uniform(0.1, 0.4) * duration(plan))
+
+    def yaw(self, s, line):
+        t = np.maximum(s - line.yaw_at, 0.0) / line.speed
+        return self.share * line.yaw * np.exp(-t / self.time) * np.sin(2 * np.pi * t / self.period)
+
+
+@fault
+class StrangeWave(Unmodelled):
+    """The tail pulley's yaw swings with a wavelength that belongs to no part of the machine."""
+
+    blind = False
+    place, variable, form = "yaw_tail", "wave", "periodic"
+    amplitude: float = size("rad", 1e-4, 5e-3)
+    wavelength: float = shape(7.3, lambda plan, rng: rng.uniform(3.0, 9.0))
+    phase: float = shape(0.0, any_phase)
+
+    def yaw(self, s, line):
+        return self.amplitude * np.sin(2 * np.pi * s / self.wavelength + self.phase)
+
+
+@fault
+class BeatingHead(Unmodelled):
+    """Two gears of nearly the same pitch turn the head pulley to and fro: its swing comes and goes."""
+
+    place, variable, form = "yaw_head", "wave", "periodic"
+    also = (("travel", "periodic"),)
+    amplitude: float = size("rad", 1e-4, 5e-3)
+    wavelength: float = shape(4.0, lambda plan, rng: rng.uniform(2.5, 7.0))
+    ratio: float = shape(1.15, lambda plan, rng: rng.uniform(1.08, 1.3))
+    phase: float = shape(0.0, any_phase)
+
+    def yaw_head(self, s, line):
+        way = 2 * np.pi * s / self.wavelength
+        return self.amplitude * (np.sin(way + self.phase) + np.sin(way / self.ratio))
+
+
+@fault
+class ThermostatHead(Unmodelled):
+    """A fan cools the head pulley's bearing in turns: its yaw swings to and fro in straight strokes, in time."""
+
+    place, variable, form = "yaw_head", "wave", "periodic"
+    also = (("time_since_step", "periodic"), ("travel", "periodic"))
+    amplitude: float = size("rad", 1e-4, 5e-3)
+    period: float = shape(40.0, lambda plan, rng: rng.uniform(0.1, 0.5) * duration(plan))
+    phase: float = shape(0.0, any_phase)
+
+    def yaw_head(self, s, line):
+        return self.amplitude * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * s / line.speed / self.period + self.phase))
+
+
+# Run-up: what turns the belt where it lands.
+
+
+@fault
+class QuadraticContact(Unmodelled):
+    """The tail pulley turns the belt by c y^2 per metre."""
+
+    blind = False
+    place, variable, form = "runup_tail", "y", "power"
+    c: float = size("1/m3", 0.05, 50.0)
+
+    def turn(self, s, line, y, kappa):
+        return self.c * y**2 * TAIL
+
+
+@fault
+class SoftShoulder(Unmodelled):
+    """The head pulley has shoulders: off the middle it turns the belt back by kappa at most, kappa tanh(y/y0)."""
+
+    place, variable, form = "runup_head", "y", "saturating"
+    also = (("y", "power"), ("y", "threshold"))
+    kappa: float = size("1/m", 3e-5, 2e-3)
+    width: float = shape(1e-3, lambda plan, rng: 10 ** rng.uniform(-3.7, -2.5))
+
+    def turn(self, s, line, y, kappa):
+        return -self.kappa * np.tanh(y / self.width) * HEAD
+
+
+@fault
+class DeadZone(Unmodelled):
+    """Curvature below kappa_d does not turn the belt on the pulley."""
+
+    blind = False
+    place, variable, form = "runup_both", "curvature", "threshold"
+    also = (("curvature", "saturating"),)
+    kappa_d: float = size("1/m", 1e-5, 5e-4, positive=True)
+
+    def turn(self, s, line, y, kappa):
+        return -np.clip(kappa, -self.kappa_d, self.kappa_d)
+
+
+@fault
+class SquareMoment(Unmodelled):
+    """The cover gives way more than in proportion: both pulleys turn the belt by c kappa |kappa| more."""
+
+    place, variable, form = "runup_both", "curvature", "power"
+    c: float = size("m", 800.0, 2e5)
+
+    def turn(self, s, line, y, kappa):
+        return kappa * np.maximum(self.c * np.abs(kappa), -0.95)
+
+
+@fault
+class BaldPatch(Unmodelled):
+    """The tail pulley's lagging is gone on one side of a patch: a taper that acts while the patch takes the belt up."""
+
+    place, variable, form = "runup_tail", "pulley_phase", "periodic"
+    also = (("wave", "periodic"), ("travel", "periodic"))
+    kappa: float = size("1/m", 1e-4, 1e-2)
+    phase: float = shape(0.0, any_phase)
+    narrow: float = shape(3.0, lambda plan, rng: rng.uniform(1.5, 5.0))
+
+    def turn(self, s, line, y, kappa):
+        return self.kappa * np.exp(self.narrow * (np.cos((s + line.start) / line.tail_radius - self.phase) - 1)) * TAIL
+
+
+_FULL = 1e-4  # [rad]
+
+
+@fault
+class LaggingSet(Unmodelled):
+    """The tail pulley's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile.
+
+    Fully from a yaw of ``_FULL`` on; a pulley that is set to no yaw, and errs by a microradian, sets nothing.
+    """
+
+    place, variable, form = "runup_tail", "time_since_step", "exponential"
+    also = (("travel", "exponential"), ("time_since_step", "saturating"))
+    kappa: float = size("1/m", 1e-4, 5e-3)
+    time: float = shape(20.0, lambda plan, rng: rng.uniform(0.08, 0.5) * plan.length / plan.runs[0].speed)
+
+    def turn(self, s, line, y, kappa):
+        t = (s - line.yaw_at) / line.speed
+        left = np.where(t >= 0, np.exp(-np.maximum(t, 0.0) / self.time), 0.0)
+        return self.kappa * np.clip(line.yaw / _FULL, -1.0, 1.0) * left * TAIL
+
+
+@fault
+class Rut(Unmodelled):
+    """The belt wears a rut into the tail pulley: it is turned as it lay there one revolution of the belt ago."""
+
+    place, variable, form = "runup_tail", "y", "linear"
+    also = (("belt_phase", "linear"), ("belt_phase", "periodic"))
+    c: float = size("1/m2", 1e-2, 1.0)
+
+    def recall(self, s, past):
+        return self.c * past.at(s - past.line.belt_length, 0, 1) * TAIL
+
+
+@fault
+class WalkingAngle(Unmodelled):
+    """The contact angle on the tail pulley takes a random walk of its own in every run."""
+
+    blind = False
+    place, variable, form = "runup_tail", "travel", "random"
+    size: float = size("rad/m^0.5", 5e-6, 1e-3, positive=True)
+    seed: int = shape(0, any_seed)
+
+    def turn(self, s, line, y, kappa):
+        return self.size * random_course(self.seed, line.run, s) * TAIL
+
+
+# Run-up and wrap: how the belt follows its contact angle, and slides.
+
+
+@fault
+class AdhesionLoss(Unmodelled):
+    """From travel ``after`` on, the belt climbs faster or slower sideways than it should by ``share``."""
+
+    blind = False
+    place, variable, form = "runup_both", "travel", "threshold"
+    also = (("travel", "saturating"), ("time_since_step", "threshold"))
+    share: float = size("1", 0.15, 2.0)
+    after: float = shape(20.0, lambda plan, rng: rng.uniform(0.15, 0.5) * plan.length)
+
+    def slide(self, s, line, alpha):
+        return 1 + self.share * smooth_step(s, self.after, 4.0)
+
+
+@fault
+class MidStick(Unmodelled):
+    """In mid run the belt runs straight for a while, sideways held by ``share``."""
+
+    blind = False
+    place, variable, form = "runup_both", "travel", "threshold"
+    also = (("time_since_step", "threshold"),)
+    share: float = size("1", 0.5, 1.0, positive=True)
+    begin: float = shape(25.0, lambda plan, rng: rng.uniform(0.15, 0.6) * plan.length)
+    length: float = shape(6.0, lambda plan, rng: rng.uniform(0.1, 0.25) * plan.length)
+
+    def slide(self, s, line, alpha):
+        return 1 - self.share * smooth_step(s, self.begin, 1) * (1 - smooth_step(s, self.begin + self.length, 1))
+
+
+@fault
+class GreasyStretch(Unmodelled):
+    """A stretch of the belt is greasy: while it runs up on a pulley, the belt follows its contact angle less."""
+
+    place, variable, form = "runup_both", "belt_phase", "periodic"
+    also = (("belt_phase", "threshold"), ("wave", "periodic"))
+    share: float = size("1", 0.3, 1.0, positive=True)
+    at: float = shape(0.3, lambda plan, rng: rng.uniform(0.0, 1.0))
+    stretch: float = shape(0.3, lambda plan, rng: rng.uniform(0.15, 0.5))
+
+    def slide(self, s, line, alpha):
+        """at, stretch: shares of the belt's length, from what runs up to the tail pulley at travel 0, backwards."""
+        run = (np.stack([s + 0.0 * line.start, s - line.span_length - line.wrap_tail]) + line.start) / line.belt_length
+        off = np.mod(run - self.at + 0.5, 1.0) - 0.5
+        return 1 - self.share * np.where(np.abs(off) < self.stretch / 2, np.cos(np.pi * off / self.stretch) ** 2, 0.0)
+
+
+@fault
+class FollowPower(Unmodelled):
+    """On the tail pulley the belt climbs by a power of its contact angle, |alpha|^(1 + p), alike at 0.1 mrad."""
+
+    place, variable, form = "runup_tail", "contact_angle", "power"
+    p: float = size("1", 0.2, 1.5)
+    REFERENCE, SMALLEST = 1e-4, 1e-5  # [rad]
+
+    def slide(self, s, line, alpha):
+        size = np.sqrt(alpha[:1] ** 2 + self.SMALLEST**2) / self.REFERENCE
+        return np.concatenate([size**self.p, np.ones_like(size)])
+
+
+@fault
+class GripLimit(Unmodelled):
+    """The belt follows its contact angle less and less, the larger it is: alpha becomes a tanh(alpha/a)."""
+
+    place, variable, form = "runup_both", "contact_angle", "saturating"
+    also = (("contact_angle", "power"),)
+    inverse_angle: float = size("1/rad", 2e3, 2e5, positive=True)
+
+    def slide(self, s, line, alpha):
+        x = np.abs(alpha * self.inverse_angle)
+        return np.where(x > 1e-6, np.tanh(x) / np.maximum(x, 1e-6), 1.0)
+
+
+@fault
+class WrapCreep(Unmodelled):
+    """Wrapped round both pulleys, the belt goes on sideways by a share of what its contact angle asks for."""
+
+    place, variable, form = "wrap", "contact_angle", "linear"
+    share: float = size("1", 0.3, 5.0)
+
+    def creep(self, s, line, alpha):
+        return -self.share * np.stack([line.wrap_tail * alpha[0], line.wrap_head * alpha[1]])
+
+
+@fault
+class WrapSlide(Unmodelled):
+    """On the tail pulley a belt that lies too much askew slides on: by ``length`` times the angle beyond a limit."""
+
+    place, variable, form = "wrap", "contact_angle", "threshold"
+    also = (("contact_angle", "linear"),)
+    length: float = size("m", 0.5, 5.0, positive=True)
+    limit: float = shape(1e-4, lambda plan, rng: rng.uniform(0.1, 0.4) * largest_yaw(plan))
+
+    def creep(self, s, line, alpha):
+        beyond = np.sign(alpha[:1]) * np.maximum(np.abs(alpha[:1]) - self.limit, 0.0)
+        return np.concatenate([-self.length * beyond, np.zeros_like(beyond)])
+
+
+# Tension.
+
+
+@fault
+class TensionDecay(Unmodelled):
+    """The belt loses ``share`` of its tension over ``length`` metres of travel."""
+
+    blind = False
+    place, variable, form = "tension", "travel", "exponential"
+    also = (("travel", "saturating"), ("time_since_step", "exponential"))
+    share: float = size("1", 0.15, 0.6, positive=True)
+    length: float = shape(20.0, lambda plan, rng: rng.uniform(0.15, 0.6) * plan.length)
+
+    def tension(self, s, line):
+        return -self.share * (1 - np.exp(-s / self.length))
+
+    @property
+    def swing(self):
+        return -self.share, 0.0
+
+
+@fault
+class RatchetSlip(Unmodelled):
+    """The take-up slips a tooth at travel ``at``: the belt loses a share of its tension at once."""
+
+    place, variable, form = "tension", "travel", "threshold"
+    also = (("travel", "constant"), ("time_since_step", "threshold"))
+    share: float = size("1", 0.15, 0.6, positive=True)
+    at: float = shape(15.0, lambda plan, rng: rng.uniform(0.15, 0.6) * plan.length)
+
+    def tension(self, s, line):
+        return -self.share * smooth_step(s, self.at, 1.0)
+
+    @property
+    def swing(self):
+        return -self.share, 0.0
+
+
+@fault
+class TensionBeat(Unmodelled):
+    """The tension swings by a share once a revolution of the belt, as a stiff splice goes round."""
+
+    place, variable, form = "tension", "belt_phase", "periodic"
+    also = (("wave", "periodic"), ("travel", "periodic"))
+    share: float = size("1", 0.1, 0.6, positive=True)
+    phase: float = shape(0.0, any_phase)
+
+    def tension(self, s, line):
+        return self.share * np.cos(2 * np.pi * (s + line.start) / line.belt_length + self.phase)
+
+    @property
+    def swing(self):
+        return -self.share, self.share
+
+
+# Sensors and recorder.
+
+
+@fault
+class SensorCubic(Unmodelled):
+    """The sensor at point 1 shows y + c y^3."""
+
+    blind = False
+    place, variable, form = "sensor_y1", "y", "power"
+    c: float = size("1/m2", 1000.0, 1e5)
+
+    def read(self, value, place, s, line):
+        return value + self.c * value**3 if place == "point_1" else value
+
+
+@fault
+class ShortRange(Unmodelled):
+    """The sensors' optics flatten towards the ends of their range: tanh(c y)/c instead of y."""
+
+    place, variable, form = "sensor_all", "y", "saturating"
+    also = (("y", "power"),)
+    c: float = size("1/m", 40.0, 2e3, positive=True)
+
+    def read(self, value, place, s, line):
+        if not place.startswith("point_"):
+            return value
+        x = self.c * value
+        return value * np.where(np.abs(x) > 1e-6, np.tanh(x) / np.where(np.abs(x) > 1e-6, x, 1.0), 1.0)
+
+
+@fault
+class StickyGauge(Unmodelled):
+    """The feeler at point 1 sticks: it follows the belt only once it is ``half`` behind."""
+
+    place, variable, form = "sensor_y1", "y", "threshold"
+    also = (("y", "constant"), ("y", "saturating"))
+    half: float = size("m", 1e-4, 1e-2, positive=True)
+
+    def read(self, value, place, s, line):
+        if place != "point_1":
+            return value
+        shown = np.empty_like(value)
+        last = value[0]
+        for k, true in enumerate(value):
+            last = shown[k] = np.clip(last, true - self.half, true + self.half)
+        return shown
+
+
+@fault
+class WarmingStand(Unmodelled):
+    """The sensors' stand moves with the square root of time, as heat does."""
+
+    blind = False
+    place, variable, form = "sensor_all", "time_since_step", "power"
+    also = (("travel", "power"), ("time_since_step", "saturating"))
+    c: float = size("m/s^0.5", 3e-5, 2e-3)
+
+    def read(self, value, place, s, line):
+        return value + self.c * np.sqrt(np.maximum(s - line.yaw_at, 0) / line.speed)
+
+
+@fault
+class WearingWheel(Unmodelled):
+    """The measuring wheel wears down while it runs: the recorder shows s + c s^2."""
+
+    place, variable, form = "travel", "travel", "power"
+    also = (("travel", "linear"),)
+    c: float = size("1/m", 5e-4, 2e-3)
+
+    def set(self, line):
+        return replace(line, yaw_at=self.true_travel(line.yaw_at, line))
+
+    def true_travel(self, shown, line):
+        root = np.sqrt(np.maximum(1 + 4 * self.c * shown, 0.05))
+        return 2 * shown / (1 + root)
