@@ -12,9 +12,17 @@ from rich.console import Console
 from rich.table import Table
 
 from belt_sim.virtual_rig.effect_size import detectability_of
-from belt_sim.virtual_rig.observe import Errors, observe, true_line
-from belt_sim.virtual_rig.space import OPTIONS, SENSORS, SceneRun, measure, read, true_cases, with_simulator_error
-from belt_sim.virtual_rig.space_campaign import small_space_plan
+from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.space import (
+    OPTIONS,
+    SENSORS,
+    SceneRun,
+    measure,
+    read,
+    small_space_plan,
+    true_cases,
+    with_simulator_error,
+)
 
 
 def differences(space: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -28,9 +36,9 @@ def differences(space: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.nda
 
 def main() -> None:
     plan, engine = small_space_plan(), os.environ.get("ENGINE", "quasi_static")
-    cases = true_cases(plan, "strip", Errors())
+    cases = true_cases(plan, "strip", TrueErrors())
     space = read(plan, measure([SceneRun(c, (), OPTIONS, plan.length, engine) for c in cases], 1))
-    line = observe(plan, true_line(plan, "strip", Errors()), ())
+    line = observe(plan, true_line(plan, "strip", TrueErrors()), ())
     off, left = differences(space, line)
     rms = np.sqrt((left**2).mean(axis=1))
     table = Table("", "rms", "worst")

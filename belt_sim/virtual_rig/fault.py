@@ -13,7 +13,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.scene_parts import SceneParts
 from belt_sim.virtual_rig.line import Line
-from belt_sim.virtual_rig.load import Load
+from belt_sim.virtual_rig.load import UnitLoad
 from belt_sim.virtual_rig.plan import Plan
 from belt_sim.virtual_rig.span import Sections
 
@@ -67,7 +67,7 @@ class Past(Protocol):
 class Fault:
     """A departure from the faultless line; parameters are SI numbers or arrays (batch,), and 0 is no fault.
 
-    A fault stands in ``reference_effects`` (the twin of an effect, and named as it is) or in ``unmodelled``. It
+    A fault is the twin of an effect, of the same id (reference_*.py), or unmodelled (unmodelled_*.py). It
     overrides the hooks that it needs; the others change nothing. ``@fault`` names it, and makes a dataclass of it whose
     fields are declared by ``size``, the leading ones first, and ``shape``.
     """
@@ -144,11 +144,11 @@ class Fault:
         """
         return 0.0 * line.stress
 
-    def loads(self, line: Line) -> tuple[Load, ...]:
+    def loads(self, line: Line) -> tuple[UnitLoad, ...]:
         """Unit loads on the spans."""
         return ()
 
-    def push(self, s: float, line: Line, load: Load, free, kept):
+    def push(self, s: float, line: Line, load: UnitLoad, free, kept):
         """How much of a load acts, and what the load remembers, each (batch,).
 
         free: y at its place if nothing acted there; kept: what it remembered at the last node, 0 at travel 0.
@@ -195,7 +195,7 @@ class Fault:
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(size, shape))
 def fault(cls: type) -> type:
-    """Decorate a class as a fault: a frozen dataclass, its id from its name, ``YawOffsetTailFault`` -> yaw_offset_tail."""
+    """Make a class a fault: a frozen dataclass with an id from its name, ``YawOffsetTailFault`` -> yaw_offset_tail."""
     cls = dataclass(frozen=True, kw_only=True)(cls)
     cls.id = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__.removesuffix("Fault")).lower()
     cls.positive = any(f.metadata["size"].positive for f in fields(cls) if "size" in f.metadata)

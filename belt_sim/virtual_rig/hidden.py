@@ -6,11 +6,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig.corruptions import CORRUPTIONS, NEEDS_TWO
-from belt_sim.virtual_rig.distance_to_library import LibraryDistance, LibrarySignatures, visible_sizes
-from belt_sim.virtual_rig.effect_size import Detectability, largest_scale, scale_fault, scale_to_size
+from belt_sim.virtual_rig.effect_size import (
+    Detectability,
+    LibraryDistance,
+    LibrarySignatures,
+    largest_scale,
+    scale_fault,
+    scale_to_size,
+    visible_sizes,
+)
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT, RANDOM_LIBRARY, UNMODELLED, fault_class, fault_from_spec
+from belt_sim.virtual_rig.mistakes import CORRUPTIONS, NEEDS_TWO
 from belt_sim.virtual_rig.plan import Noise, Plan
 
 #: What is hidden -> how often.

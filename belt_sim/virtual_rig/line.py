@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from belt_sim.rig import Belt, Rig
-from belt_sim.virtual_rig.span import Sections, Span, curvature_along, solve_span, solve_varied_span
+from belt_sim.virtual_rig.span import Sections, SpanResponse, curvature_along, solve_span, solve_varied_span
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,14 +96,14 @@ class Line:
         """Part of the cant that acts as yaw: -gamma sin(psi), the belt landing psi = Z L/2 before the top."""
         return -self.cant * np.sin(self.sag_curvature * self.span_length / 2)
 
-    def span(self, tension_share: float | np.ndarray = 1.0, *, to_tail: bool = True) -> Span:
+    def span(self, tension_share: float | np.ndarray = 1.0, *, to_tail: bool = True) -> SpanResponse:
         """The response at a share of the tension of the free span that runs to the tail (or to the head) pulley."""
         line = replace(self, stress=self.stress * tension_share)
         coupling = line.sag_roll * line.sag_curvature
         yields = line.end_compliance(to_tail) if np.any(self.layer) else None
         return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling, yields)
 
-    def varied_span(self, sections: Sections, *, to_tail: bool) -> Span:
+    def varied_span(self, sections: Sections, *, to_tail: bool) -> SpanResponse:
         """The response of the span that runs to the tail (or to the head) pulley, its properties changed by factors."""
         coupling = self.sag_roll * self.sag_curvature
         yields = self.end_compliance(to_tail) if np.any(self.layer) else None

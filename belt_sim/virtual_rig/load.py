@@ -12,7 +12,7 @@ _FREE = 3
 
 
 @dataclass(frozen=True)
-class Load:
+class UnitLoad:
     """A unit load on one span, shape (batch,) each: what it adds at fixed ends.
 
     upper: on the span above (whichever way the belt runs); run_up, run_off: curvature there [1/m]; tilt: roll at
@@ -28,24 +28,24 @@ class Load:
     give: np.ndarray
 
 
-def force_at(line: Line, upper: bool, share) -> Load:
+def force_at(line: Line, upper: bool, share) -> UnitLoad:
     """1 N towards +y at a share of the span's length, counted from the head to the tail pulley."""
     return _at_place(line, upper, share, slope=False)
 
 
-def couple_at(line: Line, upper: bool, share) -> Load:
+def couple_at(line: Line, upper: bool, share) -> UnitLoad:
     """1 N m about the vertical, turning y' upwards along the travel, at a share of the way from head to tail."""
     return _at_place(line, upper, share, slope=True)
 
 
-def uniform_force(line: Line, upper: bool) -> Load:
+def uniform_force(line: Line, upper: bool) -> UnitLoad:
     """1 N/m towards +y all along."""
     h = line.span_length / 2**DOUBLINGS
     pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
     return _spread_load(line, upper, [0, 1], pair)
 
 
-def uniform_roll_couple(line: Line, upper: bool) -> Load:
+def uniform_roll_couple(line: Line, upper: bool) -> UnitLoad:
     """1 N m per m about the long axis all along, lifting the side y > 0."""
     h = line.span_length / 2**DOUBLINGS
     pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
@@ -63,17 +63,17 @@ def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
     return curvature_along(nodes, line.span_length, line.sag_roll * line.sag_curvature)[..., 0]
 
 
-def _spread_load(line: Line, upper: bool, fields: list[int], pair: np.ndarray) -> Load:
+def _spread_load(line: Line, upper: bool, fields: list[int], pair: np.ndarray) -> UnitLoad:
     """The same load on every element: ``pair``, shape (batch, 4), goes to these fields of its two nodes."""
     loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
     loads[:, :-1, fields] += pair[:, None, :2]
     loads[:, 1:, fields] += pair[:, None, 2:]
     nodes, run_up, run_off = _solve(line, upper, loads)
     nothing = np.zeros_like(run_up)
-    return Load(upper, run_up, run_off, nodes[:, nodes.shape[1] // 2, 2], np.zeros((4, len(nothing))), nothing)
+    return UnitLoad(upper, run_up, run_off, nodes[:, nodes.shape[1] // 2, 2], np.zeros((4, len(nothing))), nothing)
 
 
-def _at_place(line: Line, upper: bool, share, *, slope: bool) -> Load:
+def _at_place(line: Line, upper: bool, share, *, slope: bool) -> UnitLoad:
     count = 2**DOUBLINGS
     share = np.broadcast_to(np.asarray(share, dtype=float), line.stress.shape)
     along = np.where((line.direction > 0) == upper, share, 1 - share) * count
@@ -92,7 +92,7 @@ def _at_place(line: Line, upper: bool, share, *, slope: bool) -> Load:
 
     nodes, run_up, run_off = _solve(line, upper, loads)
     free = _on_span(line, upper, line.span().nodes, line.span(to_tail=False).nodes)
-    return Load(upper, run_up, run_off, nodes[:, count // 2, 2], there(free).T, there(nodes))
+    return UnitLoad(upper, run_up, run_off, nodes[:, count // 2, 2], there(free).T, there(nodes))
 
 
 def _on_span(line: Line, upper: bool, to_tail: np.ndarray, to_head: np.ndarray) -> np.ndarray:

@@ -1,16 +1,17 @@
-"""From a plan and its faults to readings without noise."""
+"""From a plan and its faults to readings, without noise and with it."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from belt_sim.campaign import SignalSheet
 from belt_sim.rig import Belt, Rig
 from belt_sim.virtual_rig.fault import Fault
-from belt_sim.virtual_rig.history import DelayHistory
 from belt_sim.virtual_rig.line import Line, line_from
-from belt_sim.virtual_rig.plan import Plan
-from belt_sim.virtual_rig.travel import march
+from belt_sim.virtual_rig.plan import Noise, Plan
+from belt_sim.virtual_rig.travel import DelayHistory, march
 
 RIG_DATA = ("centre_distance", "head_radius", "tail_radius")
 BELT_DATA = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
@@ -18,7 +19,7 @@ _BEFORE = 1e-6  # [m] before the yaw is applied
 
 
 @dataclass(frozen=True, kw_only=True)
-class Errors:
+class TrueErrors:
     """True minus stated: machine data (name -> SI), and the settings of the runs, shape (runs,)."""
 
     machine: Mapping[str, float] = field(default_factory=dict)
@@ -32,7 +33,7 @@ def stated_data(plan: Plan) -> dict:
     return rig | {name: getattr(plan.belt, name) for name in BELT_DATA}
 
 
-def true_line(plan: Plan, base: str, errors: Errors) -> Line:
+def true_line(plan: Plan, base: str, errors: TrueErrors) -> Line:
     """The runs of a plan as lines of base law ``beam_th2`` or ``strip``, without faults."""
     data = {name: q.value + errors.machine.get(name, 0.0) for name, q in stated_data(plan).items()}
     rig = Rig(**{name: data[name] for name in RIG_DATA})
@@ -133,3 +134,55 @@ def _tilt(history: DelayHistory, s: np.ndarray, to_tail: bool) -> np.ndarray:
         acts = applied.acts(s, line, off, up, history.interpolate(applied.kept, s))[0] * (s > 0)
         tilt = tilt + np.where(applied.to_tail == to_tail, applied.load.tilt * acts, 0.0)
     return tilt
+
+
+# Random errors: settings, machine data, and what the sensors add.
+
+
+_TAIL_FREEDOM = 3  # degrees of freedom of the heavy-tailed noise; its variance is nu/(nu - 2)
+
+
+def draw_errors(plan: Plan, noise: Noise, rng: np.random.Generator) -> TrueErrors:
+    """One machine, and one setting of each run, drawn from their stated uncertainties."""
+    machine = {name: float(q.u * rng.standard_normal()) for name, q in stated_data(plan).items()}
+    runs = len(plan.runs)
+    return TrueErrors(
+        machine=machine,
+        tension_rel=noise.tension_rel * rng.standard_normal(runs),
+        yaw=noise.yaw_u * rng.standard_normal(runs),
+    )
+
+
+def add_noise(values: np.ndarray, travel: np.ndarray, sheet: SignalSheet, noise: Noise, rng) -> np.ndarray:
+    """Readings of one signal with gain, zero, wander and white noise; values shape (n, runs), travel (n,)."""
+    runs = values.shape[1]
+    gain = 1 + sheet.gain * rng.standard_normal(runs)
+    zero = sheet.zero * rng.standard_normal(runs)
+    length = sheet.wander_length if noise.true_length is None else noise.true_length
+    course = smooth_wander if noise.smooth else wander
+    drift = noise.scale * sheet.wander_sd * course(travel, length, runs, rng)
+    return values * gain + zero + drift + noise.scale * sheet.white * _white(values.shape, noise, rng)
+
+
+def wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarray:
+    """Ornstein-Uhlenbeck process of unit variance, correlation exp(-distance/length), shape (n, runs)."""
+    draws = rng.standard_normal((len(travel), runs))
+    path = np.empty_like(draws)
+    path[0] = draws[0]
+    for k in range(1, len(travel)):
+        keep = math.exp(-(travel[k] - travel[k - 1]) / length)
+        path[k] = keep * path[k - 1] + math.sqrt(1 - keep**2) * draws[k]
+    return path
+
+
+def smooth_wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarray:
+    """A process of unit variance with a slope: correlation (1 + r) exp(-r), r = sqrt(3) distance/length."""
+    apart = math.sqrt(3) * np.abs(travel[:, None] - travel) / length
+    root = np.linalg.cholesky((1 + apart) * np.exp(-apart) + 1e-9 * np.eye(len(travel)))
+    return root @ rng.standard_normal((len(travel), runs))
+
+
+def _white(shape, noise: Noise, rng) -> np.ndarray:
+    if noise.heavy_tails:
+        return rng.standard_t(_TAIL_FREEDOM, shape) / math.sqrt(_TAIL_FREEDOM / (_TAIL_FREEDOM - 2))
+    return rng.standard_normal(shape)

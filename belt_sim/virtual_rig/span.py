@@ -12,7 +12,7 @@ _FREE = [3, 7]  # the slope of the tilt stays free
 
 
 @dataclass(frozen=True)
-class Span:
+class SpanResponse:
     """What a batch of spans answers to unit boundary values (y_o, theta_o, y_u, theta_u).
 
     run_up, run_off [1/m2, 1/m, ...], shape (4, batch): in-plane curvature kappa at x = L and x = 0;
@@ -69,7 +69,7 @@ def element(h, bending, force, torsion, sag_curvature) -> np.ndarray:
     return stiffness
 
 
-def solve_span(length, bending, force, torsion, sag_curvature, yields=None) -> Span:
+def solve_span(length, bending, force, torsion, sag_curvature, yields=None) -> SpanResponse:
     """Condense a batch of spans onto their ends; all arguments shape (batch,), SI.
 
     yields: how the slope and the tilt at the run-off and at the run-up give way to the couples there, a pair of
@@ -83,10 +83,12 @@ def solve_span(length, bending, force, torsion, sag_curvature, yields=None) -> S
     ends = _held(stiffness) if yields is None else _yielding(stiffness, yields)
     moments = stiffness[:, [5, 1]] @ ends / bending[:, None, None]
     nodes = _recover(ends, middles)
-    return Span(run_up=moments[:, 0].T, run_off=-moments[:, 1].T, tilt=nodes[:, nodes.shape[1] // 2, 2].T, nodes=nodes)
+    return SpanResponse(
+        run_up=moments[:, 0].T, run_off=-moments[:, 1].T, tilt=nodes[:, nodes.shape[1] // 2, 2].T, nodes=nodes
+    )
 
 
-def solve_varied_span(length, bending, force, torsion, sag_curvature, sections: Sections, yields=None) -> Span:
+def solve_varied_span(length, bending, force, torsion, sag_curvature, sections: Sections, yields=None) -> SpanResponse:
     """The same for a span whose properties change along it; its fields are not worked out (``nodes`` is empty)."""
     shape = (len(length), 2**DOUBLINGS)
 
@@ -109,7 +111,9 @@ def solve_varied_span(length, bending, force, torsion, sag_curvature, sections: 
     stiffness, middle = _glue(left, right)
     ends = _held(stiffness) if yields is None else _yielding(stiffness, yields)
     run_up, run_off = ((stiffness[:, row] @ ends)[:, 0] / rigid[:, place, None] for row, place in (([5], -1), ([1], 0)))
-    return Span(run_up=run_up.T, run_off=-run_off.T, tilt=(middle @ ends)[:, 2].T, nodes=np.empty((shape[0], 0, 4, 4)))
+    return SpanResponse(
+        run_up=run_up.T, run_off=-run_off.T, tilt=(middle @ ends)[:, 2].T, nodes=np.empty((shape[0], 0, 4, 4))
+    )
 
 
 def _held(stiffness: np.ndarray) -> np.ndarray:

@@ -6,20 +6,207 @@ of the tail and of the head pulley: dy/ds = -alpha, dalpha/ds = -kappa. On the t
 run-up and -yaw at the run-off, on the head -yaw and +yaw, whichever way the belt runs.
 
 Friction lets a run-up go once, at each change of the commanded yaw, as far as the entry moment that is then left
-wants (grip.py); and it lets a run-off go all the time, as far as the moment there differs from that of landing.
+wants (``slip_turn``); and it lets a run-off go all the time, as far as the moment there differs from that of landing.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 
 from belt_sim.virtual_rig.fault import Fault, overrides
-from belt_sim.virtual_rig.grip import slip_turn
-from belt_sim.virtual_rig.history import AppliedLoad, DelayHistory, SpanTable, dot
 from belt_sim.virtual_rig.line import Line
-from belt_sim.virtual_rig.span import Span
+from belt_sim.virtual_rig.load import UnitLoad
+from belt_sim.virtual_rig.span import Sections, SpanResponse
+
+
+@dataclass(frozen=True)
+class DelayHistory:
+    """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head.
+
+    tail_yaw, head_yaw: (n, batch) as they really are; bent: curvature at the run-ups, (n, 2, batch); gone: how far
+    friction has let the belt go where it leaves, (y, alpha) of the tail, then of the head pulley, (n, 4, batch); spans:
+    the one that runs to the tail and the one that runs to the head pulley; faults: by which the belt creeps on the
+    wraps; initial: with which it did not begin straight; applied_loads: the loads on the spans.
+    """
+
+    line: Line
+    nodes: np.ndarray
+    state: np.ndarray
+    slope: np.ndarray
+    tail_yaw: np.ndarray
+    head_yaw: np.ndarray
+    bent: np.ndarray
+    gone: np.ndarray
+    spans: tuple[SpanResponse, SpanResponse]
+    faults: tuple[Fault, ...] = ()
+    initial: tuple[Fault, ...] = ()
+    applied_loads: list["AppliedLoad"] = field(default_factory=list)
+    changed_spans: tuple[list["SpanTable"], list["SpanTable"]] = ((), ())
+
+    def at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
+        """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
+        k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
+        rows = np.arange(first, last).reshape(-1, *(1,) * s.ndim)
+        lanes = np.arange(s.shape[-1])
+        h = self.nodes[k + 1] - self.nodes[k]
+        ends = [a[j, rows, lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
+        since = _blend((s - self.nodes[k]) / h, h, *ends)
+        return np.where(s < 0, sum((f.initial_state(s, self.line)[first:last] for f in self.initial), 0.0), since)
+
+    def interpolate(self, rows: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """What was kept at the nodes, shape (nodes, batch), linear between them at travel s (n, batch); 0 up to 0."""
+        lanes = range(s.shape[1])
+        values = [np.interp(s[:, b], self.nodes, rows[:, b], left=0.0) for b in lanes]
+        return np.where(s > 0, np.stack(values, axis=1), 0.0)
+
+    def wrap_exit(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """``wrap_exit_without_slip`` once friction has let the belt go there, for travels (n, batch) that the march has
+        been to.
+        """
+        tail, head = self.wrap_exit_without_slip(s)
+        if not self.gone.any():
+            return tail, head
+        gone = np.stack([self.interpolate(self.gone[:, k], s) for k in range(4)])
+        return tail + gone[:2], head + gone[2:]
+
+    def landing_curvature(self, s) -> np.ndarray:
+        """Curvature [1/m] with which what leaves the tail and the head pulley at travel s has landed, (2, batch)."""
+        line = self.line
+        back = (np.broadcast_to(s - wrap, line.stress.shape)[None] for wrap in (line.wrap_tail, line.wrap_head))
+        return np.stack([self.interpolate(self.bent[:, k], there)[0] for k, there in enumerate(back)])
+
+    def wrap_exit_without_slip(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch)."""
+        tail = self.at(s - self.line.wrap_tail, 0, 2)
+        head = self.at(s - self.line.wrap_head, 2, 4)
+        tail[0] += self.line.wrap_shift(s)
+        for fault in self.faults:
+            slid = fault.creep(s, self.line, np.stack([tail[1], head[1]]))
+            tail[0] += slid[0]
+            head[0] += slid[1]
+        return tail, head
+
+
+class SpanTable:
+    """What a fault adds to the response of one of the two spans, against the fault's ``span_state``."""
+
+    def __init__(self, fault: Fault, line: Line, to_tail: bool) -> None:
+        upper = (line.direction > 0) == to_tail
+        nominal = line.varied_span(Sections(), to_tail=to_tail)
+        found = [line.varied_span(fault.sections(x, line, upper), to_tail=to_tail) for x in fault.span_states]
+        self.fault, self.line, self.to_tail, self.states = fault, line, to_tail, np.array(fault.span_states)
+        self.added = {n: np.stack([getattr(f, n) - getattr(nominal, n) for f in found]) for n in _RESPONSES}
+
+    def added_at(self, s, ends, names: Sequence[str] = ("run_up", "run_off")) -> dict[str, np.ndarray]:
+        """Name of a row of ``SpanResponse`` -> what is added to it at travel s (..., batch), shape (4, ..., batch)."""
+        rows = np.arange(4).reshape(-1, *(1,) * max(np.ndim(s), 1))
+        state = self.fault.span_state(s, self.line, self.to_tail, ends)
+        state = np.broadcast_to(state, np.broadcast_shapes(np.shape(s), self.line.stress.shape))
+        lanes = np.arange(state.shape[-1])
+        if len(self.states) == 1:
+            return {n: self.added[n][np.zeros(state.shape, int), rows, lanes] for n in names}
+        k = np.clip(np.searchsorted(self.states, state, side="right") - 1, 0, len(self.states) - 2)
+        t = np.clip((state - self.states[k]) / (self.states[k + 1] - self.states[k]), 0.0, 1.0)
+        return {n: (1 - t) * self.added[n][k, rows, lanes] + t * self.added[n][k + 1, rows, lanes] for n in names}
+
+
+_RESPONSES = ("run_up", "run_off", "tilt")
+
+
+@dataclass
+class AppliedLoad:
+    """A load of a fault: on the span that runs to the tail (lane by lane)?, what it remembers, now and (n, batch)."""
+
+    fault: Fault
+    load: UnitLoad
+    to_tail: np.ndarray
+    now: np.ndarray
+    kept: np.ndarray
+
+    def acts(self, s, line: Line, off, up, kept):
+        """How much of the load acts at travel s, and what it remembers then; off, up: (y, theta) at its span's ends."""
+        return self.fault.push(s, line, self.load, dot(self.load.row, off, up), kept)
+
+
+def dot(row, off, up):
+    return row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
+
+
+def _blend(t, h, left, left_slope, right, right_slope):
+    """Cubic Hermite interpolation at the share t of an interval h, from values and slopes at its ends."""
+    up = t * t * (3 - 2 * t)
+    return left + up * (right - left) + h * t * (1 - t) * ((1 - t) * left_slope - t * right_slope)
+
+
+# Friction: how far the end of a wrapped belt turns where friction alone holds its moment; equilibrium, integrated once.
+#
+# Along a zone that slides, friction has the size mu F/(R b) per area and lies against the way of each point across the
+# width, (eta theta', theta). It gives a couple m and a side force f per metre, M' = m + S, S' = -f, theta' = M/EI, from
+# nothing where the belt still sticks (M = theta = 0) to where nothing pushes it aside any more (S = 0). In widths, and
+# with mu F/R = EI = 1, one number is left: S at the beginning.
+
+
+_BEGINNINGS = np.geomspace(1e-3, 30.0, 60)  # of S
+_STEPS = 400  # in a width
+_AGAIN = 12  # times that the zone of what is left is worked out
+_FAINT = 1e-30  # of a curvature [1/m], instead of none
+
+
+def slip_turn(kappa, stiff, line: Line, held) -> tuple[np.ndarray, np.ndarray]:
+    """Angle [rad] by which a step of curvature ``kappa`` [1/m] turns the belt on the tail and on the head pulley, and
+    how far [m] its end goes aside; shape (2, batch).
+
+    stiff: curvature that a radian takes away [1/m]; held: where nothing slides.
+    """
+    radius, wrap = np.stack([line.tail_radius, line.head_radius]), np.stack([line.wrap_tail, line.wrap_head])
+    with np.errstate(divide="ignore"):
+        couple = 4 * radius * line.bending / (line.friction * line.force * line.width)
+    zone = 0.0 * kappa
+    for _ in range(_AGAIN):
+        left = kappa / (1 + stiff * zone / 2)
+        longest = couple * np.abs(left)
+        share, aside = (np.interp(longest / line.width, *rows) for rows in _zones())
+        zone = np.where(held, 0.0, np.minimum(longest * share, wrap))
+    return left * zone / 2, aside * left * zone**2 / 2
+
+
+@cache
+def _zones():
+    """(length were there no side force, in widths; share of it that slides) and (the same; way aside over turn times
+    zone), as rows to interpolate."""
+    side = _BEGINNINGS.copy()
+    moment, angle, aside = np.zeros((3, len(side)))
+    found = np.zeros((3, len(side)))
+    step = 1.0 / _STEPS
+    while (open_ := side > 0).any():
+        before = moment, angle, aside
+        first = _slopes(moment, angle, side)
+        middle = _slopes(*(x + step / 2 * dx for x, dx in zip((moment, angle, side), first, strict=True)))
+        moment, angle, side_after = (x + step * dx for x, dx in zip((moment, angle, side), middle, strict=True))
+        aside = aside + step * (before[1] + angle) / 2
+        ends = open_ & (side_after <= 0)
+        part = np.where(ends, side / np.where(ends, side - side_after, 1.0), 0.0)
+        at_end = [a + part * (b - a) for a, b in zip(before, (moment, angle, aside), strict=True)]
+        found = np.where(ends, at_end, found)
+        side = np.where(open_, side_after, side)
+    moment, angle, aside = found
+    longest, zone = 4 * moment, 2 * angle / moment
+    return (longest, zone / longest), (longest, aside / (angle * zone))
+
+
+def _slopes(moment, angle, side):
+    """Per width: of M, theta and S."""
+    far = np.abs(angle) / np.maximum(np.abs(moment), _FAINT)  # theta/theta'
+    reach = np.sqrt(0.25 + far**2)
+    lean = far * np.arcsinh(0.5 / np.maximum(far, _FAINT))
+    return 0.5 * reach - far * lean + side, moment, -2 * lean
+
+
+# The march.
+
 
 #: Steps in one wrapped arc: 1 nm of the 10 mm that the test rig moves in 60 m.
 STEPS_A_WRAP = 4
@@ -189,7 +376,7 @@ class _DelayEquation:
         give = self.line.compliance * self.line.bending
         return (beta - give * still) / (1 + give * (to_tail.run_up[3] - to_head.run_off[1]))
 
-    def _responses(self, s: float, ends) -> tuple[Span, Span]:
+    def _responses(self, s: float, ends) -> tuple[SpanResponse, SpanResponse]:
         """Of the spans that run to the tail and to the head pulley, given (y, theta) at their ends."""
         spans = self._at_tension(s)
         if not any(self.history.changed_spans):
@@ -201,7 +388,7 @@ class _DelayEquation:
             changed.append(span)
         return changed[0], changed[1]
 
-    def _at_tension(self, s: float) -> tuple[Span, Span]:
+    def _at_tension(self, s: float) -> tuple[SpanResponse, SpanResponse]:
         """The responses as the tension at travel s makes them."""
         if not self.of["tension"]:
             return self.history.spans

@@ -11,7 +11,7 @@ import numpy as np
 from belt_sim.campaign import Campaign, Run, SignalSheet, read_campaign, write_campaign
 from belt_sim.results.found import RESOLVED, RunSettings
 from belt_sim.virtual_rig import Truth
-from belt_sim.virtual_rig.follow_up import add_follow_up_run
+from belt_sim.virtual_rig.make import add_follow_up_run
 from studies.challenge.registry import answerer
 from studies.challenge.score import score_case
 

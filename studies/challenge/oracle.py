@@ -18,7 +18,7 @@ from belt_sim.diagnosis.fits.heldout import conditions
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.virtual_rig import Truth
-from belt_sim.virtual_rig.follow_up import noise_free
+from belt_sim.virtual_rig.make import noise_free
 from studies.challenge.score import error_of
 
 LINE = "engine=line"  # campaigns of a 3D scene have no line that would predict them

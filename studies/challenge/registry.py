@@ -17,7 +17,7 @@ from belt_sim.virtual_rig.fresh_campaigns import (
     random_mistake_campaign,
     random_span_campaign,
 )
-from belt_sim.virtual_rig.space_campaign import random_space_campaign
+from belt_sim.virtual_rig.space import random_space_campaign
 
 Draw = Callable[[int], tuple[Campaign, Truth]]
 SOURCES: dict[str, Draw] = {

@@ -13,7 +13,7 @@ from belt_sim.campaign import read_campaign
 from belt_sim.paths import CAMPAIGNS
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.library import fault_from_spec
-from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.space import OWN_ERROR, SENSORS, space_plan, with_simulator_error
 from studies.samples import SPACE_SAMPLES
 
@@ -31,7 +31,7 @@ def folder(name: str) -> Path:
 def errors_in_sigmas(name: str, *, with_faults: bool = True) -> np.ndarray:
     """Readings minus the 1D line with the true settings, machine and faults, over their stated error."""
     campaign, truth, plan = read_campaign(folder(name)), reveal(folder(name)), space_plan()
-    errors = Errors(
+    errors = TrueErrors(
         machine=truth.machine,
         tension_rel=np.array(truth.settings["tension_rel"]),
         yaw=np.array(truth.settings["yaw"]),

@@ -9,7 +9,7 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.virtual_rig.fault import overrides
 from belt_sim.virtual_rig.library import CATALOGUE, RANDOM_LIBRARY, UNMODELLED
 from belt_sim.virtual_rig.make import BASES
-from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, Setting
 from belt_sim.virtual_rig.space import true_cases
 
@@ -24,7 +24,7 @@ PLAN = Plan(**{**vars(PLAN), "signals": PLAN.signals | {"phi": "upper_mid_span"}
 
 def readings(*faults) -> np.ndarray:
     """On a flat belt and on one that tilts, shape (bases, signals, n, runs)."""
-    return np.stack([observe(PLAN, true_line(PLAN, base, Errors()), faults) for base in BASES])
+    return np.stack([observe(PLAN, true_line(PLAN, base, TrueErrors()), faults) for base in BASES])
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def typical(cls, **more):
 
 def disturbed_parts() -> list[SceneParts]:
     """Scenes with and without weight, and one in which everything is off already."""
-    cases = [true_cases(PLAN, base, Errors())[0] for base in BASES]
+    cases = [true_cases(PLAN, base, TrueErrors())[0] for base in BASES]
     off = SceneParts.undisturbed(cases[0]).with_camber(np.cos)
     shaped = {"taper": 1e-4, "crown": 0.1, "cant": 1e-3, "yaw_offset": 1e-4, "yaw_compliance": 1e-6}
     for pulley in ("head", "tail"):
@@ -84,7 +84,7 @@ def test_places_in_the_lot_are_taken_once():
 @pytest.mark.parametrize("name", FAULTS)
 def test_at_null_nothing_changes_bit_for_bit(name, clean):
     np.testing.assert_array_equal(readings(FAULTS[name]()), clean)
-    case = true_cases(PLAN, "strip", Errors())[0]
+    case = true_cases(PLAN, "strip", TrueErrors())[0]
     for parts in disturbed_parts():
         assert FAULTS[name]().scene(parts, case) == parts
 
@@ -99,7 +99,7 @@ def test_at_its_typical_size_it_shows(name, clean):
 @pytest.mark.parametrize("name", SCENE)
 def test_the_scene_is_changed_too_and_twice_is_more(name):
     """Faults add up, as on the line; of two frictions the smaller holds the belt, and a pulley has one wobble."""
-    case = true_cases(PLAN, "strip", Errors())[0]
+    case = true_cases(PLAN, "strip", TrueErrors())[0]
     plain = SceneParts.undisturbed(case)
     once = typical(SCENE[name]).scene(plain, case)
     twice = typical(SCENE[name]).scene(once, case)

@@ -19,7 +19,7 @@ from belt_sim.virtual_rig.fresh_campaigns import (
     start_anywhere,
 )
 from belt_sim.virtual_rig.library import fault_class
-from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Setting
 
 BOTH_WAYS = next(  # a plan with yaw to both sides and more than two sensors
@@ -32,7 +32,7 @@ BELT = 2 * (SPAN + ARC)
 
 def readings(fault, start: float, length: float = 30.0) -> np.ndarray:
     plan = plan_of(Setting(tension=20e6, yaw=YAW, start=start), length=length, spacing=0.5)
-    return observe(plan, true_line(plan, "strip", Errors()), [fault])
+    return observe(plan, true_line(plan, "strip", TrueErrors()), [fault])
 
 
 def test_the_plans_are_what_they_are_called():
@@ -87,7 +87,7 @@ def test_every_run_starts_at_its_own_place_and_no_file_says_where():
 def test_zeros_at_the_start_of_the_record():
     plan = plan_of(Setting(tension=20e6, yaw=YAW, yaw_at=10.0), length=20.0, spacing=1.0)
     taper = fault_class("taper")(kappa_t=1e-4)
-    line = true_line(plan, "strip", Errors())
+    line = true_line(plan, "strip", TrueErrors())
     at_yaw, at_start = observe(plan, line, [taper]), observe(replace(plan, zero_at_start=True), line, [taper])
     assert np.abs(at_start[:, 0]).max() < 1e-12
     assert np.abs(at_yaw[0, 0]).max() > 1e-5

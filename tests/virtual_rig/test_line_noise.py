@@ -6,8 +6,7 @@ import pytest
 from belt_sim.virtual_rig import Noise, Plan, Setting, make_campaign
 from belt_sim.virtual_rig.effect_size import detectability_of, scale_to_size
 from belt_sim.virtual_rig.library import fault_from_spec
-from belt_sim.virtual_rig.noise import draw_errors
-from belt_sim.virtual_rig.observe import Errors, stated_data, true_line
+from belt_sim.virtual_rig.observe import TrueErrors, draw_errors, stated_data, true_line
 
 RUNS = 200
 STILL = Plan(runs=tuple(Setting(tension=20e6, yaw=0.0) for _ in range(RUNS)), length=30.0, spacing=0.5)
@@ -89,7 +88,7 @@ def test_machine_and_settings_miss_by_what_is_stated():
         assert np.std([e.machine[name] for e in drawn]) == pytest.approx(quantity.u, rel=SPREAD)
     assert np.std(drawn[0].tension_rel) == pytest.approx(Noise().tension_rel, rel=SPREAD)
     assert np.std(drawn[0].yaw) == pytest.approx(Noise().yaw_u, rel=SPREAD)
-    off = true_line(STILL, "strip", Errors(machine={"width": 1e-3}, tension_rel=0.1, yaw=2e-5))
+    off = true_line(STILL, "strip", TrueErrors(machine={"width": 1e-3}, tension_rel=0.1, yaw=2e-5))
     np.testing.assert_allclose([off.width[0], off.stress[0], off.yaw[0]], [0.201, 22e6, 2e-5], rtol=1e-12)
 
 

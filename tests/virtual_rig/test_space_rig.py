@@ -14,12 +14,13 @@ from belt_sim.virtual_rig import reveal, write_blind
 from belt_sim.virtual_rig.fault import overrides
 from belt_sim.virtual_rig.library import fault_from_spec
 from belt_sim.virtual_rig.make import check_base
-from belt_sim.virtual_rig.observe import Errors
+from belt_sim.virtual_rig.observe import TrueErrors
 from belt_sim.virtual_rig.plan import Setting
 from belt_sim.virtual_rig.space import (
     NARROW_BELT,
     OWN_ERROR,
     SENSORS,
+    SETTINGS,
     TENSIONS,
     YAW,
     SceneRun,
@@ -29,9 +30,9 @@ from belt_sim.virtual_rig.space import (
     read,
     run_scene,
     space_plan,
+    space_setting,
     true_cases,
 )
-from belt_sim.virtual_rig.space_campaign import SETTINGS, space_setting
 
 COARSE = Options(dx=0.04, run_in=0.0, settle=0.2)
 TINY = replace(space_plan(), runs=(Setting(tension=40e6, yaw=YAW, speed=1.0),), length=0.5, spacing=0.1)
@@ -45,7 +46,7 @@ def edited(name: str, direction: float = 1.0, **parameters):
     """Scene parts after one fault."""
     plan = replace(TINY, runs=(replace(TINY.runs[0], direction=direction),))
     fault = fault_from_spec({"id": name, **parameters})
-    case = true_cases(plan, "beam_th2", Errors())[0]
+    case = true_cases(plan, "beam_th2", TrueErrors())[0]
     return fault.scene(SceneParts.undisturbed(case), case)
 
 
@@ -85,8 +86,8 @@ def test_slip_is_friction():
 
 
 def test_sag_roll_is_gravity():
-    assert true_cases(TINY, "beam_th2", Errors())[0].rig.gravity == 0.0
-    assert true_cases(TINY, "strip", Errors())[0].rig.gravity == GRAVITY
+    assert true_cases(TINY, "beam_th2", TrueErrors())[0].rig.gravity == 0.0
+    assert true_cases(TINY, "strip", TrueErrors())[0].rig.gravity == GRAVITY
     assert edited("sag_roll", strength=1.0).gravity == GRAVITY
 
 
@@ -99,7 +100,7 @@ def test_yaw_offsets_turn_their_own_pulley():
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_a_weld_is_a_bend_of_the_belt_at_its_place_whichever_way_it_runs(direction):
     parts = edited("weld", direction=direction, angle=1e-3, at=1.2)
-    s = np.linspace(0.0, float(true_cases(TINY, "strip", Errors())[0].rig.belt_length), 20001)
+    s = np.linspace(0.0, float(true_cases(TINY, "strip", TrueErrors())[0].rig.belt_length), 20001)
     camber = parts.camber(s)
     assert np.trapezoid(camber, s) == pytest.approx(1e-3, rel=1e-6)
     assert s[np.argmax(camber)] == pytest.approx(1.2, abs=1e-3)
@@ -151,7 +152,7 @@ def test_a_tiny_campaign_is_written_and_its_truth_opens(tmp_path):
 @pytest.mark.long
 def test_opposite_yaw_is_the_mirror_image():
     plan = replace(TINY, runs=(TINY.runs[0], replace(TINY.runs[0], yaw=-YAW)))
-    left, right = (run_scene(SceneRun(c, (), FINE, 0.5)) for c in true_cases(plan, "strip", Errors()))
+    left, right = (run_scene(SceneRun(c, (), FINE, 0.5)) for c in true_cases(plan, "strip", TrueErrors()))
     assert left.y[0, -1] > 5 * MIRRORED  # towards where the pulley points
     np.testing.assert_allclose(left.y, -right.y, atol=MIRRORED)
 
@@ -159,7 +160,7 @@ def test_opposite_yaw_is_the_mirror_image():
 @pytest.mark.long
 def test_processes_measure_what_one_measures_and_in_order():
     plan = replace(TINY, runs=(TINY.runs[0], replace(TINY.runs[0], yaw=-YAW), replace(TINY.runs[0], yaw=2 * YAW)))
-    runs = [SceneRun(c, (), COARSE, 0.2) for c in true_cases(plan, "strip", Errors())]
+    runs = [SceneRun(c, (), COARSE, 0.2) for c in true_cases(plan, "strip", TrueErrors())]
     for alone, together in zip(measure(runs, workers=1), measure(runs, workers=2), strict=True):
         np.testing.assert_array_equal(alone.y, together.y)
 
@@ -168,7 +169,8 @@ def test_processes_measure_what_one_measures_and_in_order():
 def test_a_run_that_fails_ends_the_campaign():
     """A belt of 2 kPa cannot carry its weight."""
     good, bad = (
-        true_cases(replace(TINY, runs=(replace(TINY.runs[0], tension=t),)), "strip", Errors())[0] for t in (40e6, 2e3)
+        true_cases(replace(TINY, runs=(replace(TINY.runs[0], tension=t),)), "strip", TrueErrors())[0]
+        for t in (40e6, 2e3)
     )
     with pytest.raises(BeltError) as caught:
         measure([SceneRun(c, (), COARSE, 0.2) for c in (bad, good, good)], workers=2)
@@ -195,14 +197,14 @@ def test_settings_by_lot_meet_every_fault_once_and_come_again():
     ],
 )
 def test_the_quick_engine_measures_what_it_can(name, options, engine):
-    case = true_cases(TINY, "strip", Errors())[0]
+    case = true_cases(TINY, "strip", TrueErrors())[0]
     assert engine_for(case, (fault_from_spec(name),), options) == engine
 
 
 @pytest.mark.long
 def test_both_engines_measure_alike():
     """Points 1 and 4 after half a metre, within what the file states of the engines' own errors and sensors."""
-    case = true_cases(TINY, "strip", Errors())[0]
+    case = true_cases(TINY, "strip", TrueErrors())[0]
     taper = (fault_from_spec({"id": "taper", "kappa_t": 1e-4}),)
     native, quasi_static = (
         read(TINY, [run_scene(SceneRun(case, taper, FINE, 0.5, e))]) for e in ("native", "quasi_static")

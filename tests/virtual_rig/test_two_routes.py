@@ -12,7 +12,7 @@ from belt_sim.effects.library import library
 from belt_sim.effects.pipeline import indicate
 from belt_sim.paper import paper_case
 from belt_sim.virtual_rig.library import fault_from_spec
-from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Setting
 
 AGREE = 1.5e-6  # [m]: the fitter's step of 50 mm under a wobble of 1 mrad; 0.1 um otherwise
@@ -75,7 +75,7 @@ def routes(name, here, there, base, tension, direction):
     setting = Setting(tension=tension, yaw=YAW, direction=direction)
     plan = plan_of(setting, length=TRAVEL, spacing=0.1)
     plan = replace(plan, signals=plan.signals | TILTS)
-    truth = observe(plan, true_line(plan, base, Errors()), [fault_from_spec({"id": name, **here})])[:, :, 0]
+    truth = observe(plan, true_line(plan, base, TrueErrors()), [fault_from_spec({"id": name, **here})])[:, :, 0]
     case = paper_case(tension, YAW, direction=direction)
     cls = library()[name]
     null = {n: p.null for n, p in cls.parameters.items()}

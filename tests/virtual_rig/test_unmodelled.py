@@ -5,7 +5,7 @@ import pytest
 from virtual_bench import SPAN, YAW, late_rate, measured, plan_of
 
 from belt_sim.virtual_rig.library import fault_class
-from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import TEST_BELT, Setting
 
 
@@ -71,7 +71,9 @@ def test_chance_is_another_in_every_run_and_the_same_for_a_seed(name):
     size = next(iter(cls.sizes))
     plan = plan_of(Setting(tension=40e6, yaw=0.0), Setting(tension=40e6, yaw=0.0), length=20.0, spacing=1.0)
     y, again, other, double = (
-        observe(plan, true_line(plan, "beam_th2", Errors()), [cls(**{size: k * cls.sizes[size].typical, "seed": seed})])
+        observe(
+            plan, true_line(plan, "beam_th2", TrueErrors()), [cls(**{size: k * cls.sizes[size].typical, "seed": seed})]
+        )
         for k, seed in ((1, 5), (1, 5), (1, 6), (2, 5))
     )
     assert np.all(y == again)

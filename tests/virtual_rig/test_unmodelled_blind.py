@@ -8,7 +8,7 @@ from virtual_bench import late_rate as rate
 from belt_sim.virtual_rig.fault import FORMS, PLACES, VARIABLES
 from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT, UNMODELLED, fault_class
 from belt_sim.virtual_rig.library import SPAN as SPAN_FAULTS
-from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Setting
 
 BELT = 2 * (SPAN + ARC)
@@ -53,7 +53,7 @@ def test_what_swings_comes_again(name, parameters, hook, period):
 
 
 def line_from(**setting):
-    return true_line(plan_of(Setting(**{"tension": 40e6, "yaw": YAW} | setting)), "beam_th2", Errors())
+    return true_line(plan_of(Setting(**{"tension": 40e6, "yaw": YAW} | setting)), "beam_th2", TrueErrors())
 
 
 def test_the_fan_strokes_straight_to_and_fro():
@@ -162,7 +162,7 @@ def test_creep_moves_the_belt_on_the_wraps(tail, head):
     y = dict(
         zip(
             plan.signals.values(),
-            observe(plan, true_line(plan, "beam_th2", Errors()), [faulty("wrap_creep", share=0.5)]),
+            observe(plan, true_line(plan, "beam_th2", TrueErrors()), [faulty("wrap_creep", share=0.5)]),
             strict=True,
         )
     )

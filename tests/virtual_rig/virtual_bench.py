@@ -3,7 +3,7 @@
 import numpy as np
 
 from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2
-from belt_sim.virtual_rig.observe import Errors, observe, true_line
+from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, Setting
 
 YAW = 0.042 * DEGREE
@@ -21,7 +21,7 @@ def measured(*faults, base="beam_th2", length=60.0, spacing=0.25, **setting) -> 
     """Travel (n,) [m] and noise-free readings of points 1-4, shape (4, n) [m], of one run."""
     setting = {"tension": 40 * N_PER_MM2, "yaw": YAW} | setting
     plan = plan_of(Setting(**setting), length=length, spacing=spacing)
-    return plan.travel, observe(plan, true_line(plan, base, Errors()), faults)[:, :, 0]
+    return plan.travel, observe(plan, true_line(plan, base, TrueErrors()), faults)[:, :, 0]
 
 
 def late_rate(travel: np.ndarray, y: np.ndarray, over: float) -> float:

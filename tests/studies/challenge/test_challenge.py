@@ -134,7 +134,7 @@ def test_killed_outright_it_goes_on_where_it_was(tmp_path):
 
 
 def test_a_further_run_is_of_the_same_line(tmp_path):
-    from belt_sim.virtual_rig.follow_up import add_follow_up_run
+    from belt_sim.virtual_rig.make import add_follow_up_run
     from studies.challenge.follow_up import advised_run
 
     campaign, truth = draw(1)
