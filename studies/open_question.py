@@ -22,7 +22,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.effects.camber import Camber
 from belt_sim.effects.cant import Cant
 from belt_sim.effects.lift_off import LiftOff
-from belt_sim.effects.yaw_compliance import YawCompliance
+from belt_sim.effects.yaw import YawCompliance
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.laws.span import softening
 from belt_sim.si import MM_PER_M, N_PER_MM2

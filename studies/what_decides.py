@@ -19,7 +19,7 @@ from belt_sim.diagnosis.answer.nextrun import Outlook
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.effects.camber import Camber
-from belt_sim.effects.tension_bias import TensionBias
+from belt_sim.effects.tension import TensionBias
 from belt_sim.files import write_json
 from belt_sim.provenance import provenance
 from belt_sim.si import DEGREE, N_PER_MM2

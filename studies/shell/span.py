@@ -18,8 +18,8 @@ from rich.table import Table
 from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case
 from belt_sim.config import case_from
-from belt_sim.effects.flatness import Flatness
 from belt_sim.effects.lift_off import LiftOff
+from belt_sim.effects.span_stiffness import Flatness
 from belt_sim.jax_setup import compiled
 from belt_sim.laws.span import strip
 from belt_sim.si import DEGREE, N_PER_MM2

@@ -11,9 +11,9 @@ from belt_sim.analytic.steady import steady_rate, taper_gain
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.pipeline import indicate
-from belt_sim.effects.pulley_deflection import PulleyDeflection
+from belt_sim.effects.pulley_shape import PulleyDeflection
 from belt_sim.effects.sensors import EncoderScale
-from belt_sim.effects.unequal_tension import UnequalTension
+from belt_sim.effects.yaw import UnequalTension
 from belt_sim.laws.runup import sag_angle
 from belt_sim.laws.span import beam_second_order, response
 from belt_sim.scene_parts import SceneParts

@@ -12,8 +12,7 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.steady import sievers_coefficients
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
-from belt_sim.effects.machine_tilt import MachineTilt
-from belt_sim.effects.upper_span_loads import IdlerSkew, OffCentreLoad, SideDrag
+from belt_sim.effects.span_loads import IdlerSkew, MachineTilt, OffCentreLoad, SideDrag
 from belt_sim.errors import CannotRepresent
 from belt_sim.laws.influence import couple_at, force_at, span_fields, spread_force, spread_roll
 from belt_sim.laws.span import beam_first_order, beam_second_order, response, softening, strip

@@ -14,7 +14,7 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.base import HOOKS, LAWS, Effect
 from belt_sim.effects.library import library
 from belt_sim.effects.pipeline import indicate
-from belt_sim.effects.sag_roll import SagRoll
+from belt_sim.effects.span_stiffness import SagRoll
 from belt_sim.laws import span as span_law
 from belt_sim.laws.influence import Bend, BoundaryValues
 from belt_sim.laws.runup import Contact, RunUp, State, Yaw

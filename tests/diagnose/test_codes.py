@@ -6,8 +6,7 @@ from small_campaign import MODEL, campaign
 from belt_sim.diagnosis.readings.compositions import LIGHT
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
-from belt_sim.effects.crown import Crown
-from belt_sim.effects.taper import Taper
+from belt_sim.effects.pulley_shape import Crown, Taper
 from belt_sim.effects.weld import Weld
 
 

@@ -6,7 +6,7 @@ from paper_cases import paper_case
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.curves import late_rates
-from belt_sim.effects.flatness import Flatness
+from belt_sim.effects.span_stiffness import Flatness
 from belt_sim.laws.span import strip
 
 FIBRES = 4001

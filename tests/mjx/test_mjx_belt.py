@@ -14,9 +14,9 @@ from belt_sim.case import Schedule
 from belt_sim.effects.camber import Camber
 from belt_sim.effects.cant import Cant
 from belt_sim.effects.lift_off import LiftOff
-from belt_sim.effects.machine_tilt import MachineTilt
-from belt_sim.effects.taper import Taper
-from belt_sim.effects.yaw_compliance import YawCompliance
+from belt_sim.effects.pulley_shape import Taper
+from belt_sim.effects.span_loads import MachineTilt
+from belt_sim.effects.yaw import YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx import READING, command, prepare, simulate_batch, stack_cases, step

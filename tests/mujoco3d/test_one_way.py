@@ -8,13 +8,12 @@ from scipy.interpolate import CubicSpline
 
 from belt_sim.effects.camber import Camber
 from belt_sim.effects.cant import Cant
-from belt_sim.effects.crown import Crown
 from belt_sim.effects.edge_guide import EdgeGuide
+from belt_sim.effects.pulley_shape import Crown, Taper
 from belt_sim.effects.sensors import EncoderScale, SensorGain
-from belt_sim.effects.taper import Taper
-from belt_sim.effects.tension_bias import TensionBias
+from belt_sim.effects.tension import TensionBias
 from belt_sim.effects.weld import Weld
-from belt_sim.effects.yaw_offset import YawOffsetTail
+from belt_sim.effects.yaw import YawOffsetTail
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.model import SpaceModel
 

@@ -8,7 +8,7 @@ from paper_cases import paper_case
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.library import library
-from belt_sim.effects.upper_span_loads import IdlerSkew, SideDrag
+from belt_sim.effects.span_loads import IdlerSkew, SideDrag
 from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import Options, fit_options

@@ -1,10 +1,29 @@
-"""Traction lost above a speed: a film of air or liquid between belt and pulley."""
+"""Contact of belt and pulleys: a soft cover, a film of air or water."""
 
 from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class SoftCover(Effect):
+    """The edge under more tension sinks deeper and runs on a smaller radius: extra turn c M per metre of travel."""
+
+    id = "soft_cover"
+    title = "Soft cover, rolling-radius compliance: the belt turns under its own entry moment"
+    law = "run-up"
+    reference = "physics sheet, section 7"
+    parity = "odd"
+    parameters = {
+        "c": Parameter(unit="1/(N m2)", meaning="turn per metre and unit of moment", plausible=(0.0, 2e-4), scale=5e-6)
+    }
+    c: float = 0.0
+
+    def runup(self, runup, state, case):
+        return replace(runup, turn=runup.turn + self.c * state.moment)
 
 
 @effect
@@ -16,6 +35,7 @@ class TractionLoss(Effect):
     """
 
     id = "traction_loss"
+    title = "Traction lost above a speed: a film of air or liquid between belt and pulley"
     law = "run-up"
     reference = "Knox and Sweeney 1971 (Ind. Eng. Chem. Process Des. Dev. 10(2) 201), air films; here linear"
     parity = "odd"

@@ -1,0 +1,108 @@
+"""Shape of the pulleys: taper, crown, deflection, build-up of dirt."""
+
+from dataclasses import dataclass, replace
+
+import jax.numpy as jnp
+
+from belt_sim.effects.base import Effect, Parameter, effect
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Taper(Effect):
+    """kappa_t = (dR/dy)/R turns the landing belt: dtheta_u/ds = -(kappa_u + kappa_t), towards the larger radius."""
+
+    id = "taper"
+    title = "Taper: a pulley that is a cone"
+    law = "run-up"
+    reference = "physics sheet, section 7"
+    parity = "even"
+    parameters = {
+        "kappa_t": Parameter(unit="1/m", meaning="taper of the tail pulley", plausible=(-1e-3, 1e-3), scale=2e-5),
+        "kappa_t_head": Parameter(unit="1/m", meaning="taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5),
+    }
+    kappa_t: float = 0.0
+    kappa_t_head: float = 0.0
+
+    def runup(self, runup, state, case):
+        return replace(runup, turn=runup.turn + jnp.stack([self.kappa_t, self.kappa_t_head]))
+
+    def scene(self, parts, case):
+        return parts.with_pulley("tail", taper=self.kappa_t).with_pulley("head", taper=self.kappa_t_head)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Crown(Effect):
+    """R(y) = R (1 - c y^2/2): a taper kappa_t = -c y that centres the belt."""
+
+    id = "crown"
+    title = "Crown: pulleys that are thicker in the middle"
+    law = "run-up"
+    reference = "physics sheet, section 7"
+    parity = "odd"
+    parameters = {
+        "c": Parameter(unit="1/m2", meaning="crown of the tail pulley", plausible=(-0.5, 0.5), scale=5e-3),
+        "c_head": Parameter(unit="1/m2", meaning="crown of the head pulley", plausible=(-0.5, 0.5), scale=5e-3),
+    }
+    c: float = 0.0
+    c_head: float = 0.0
+
+    def runup(self, runup, state, case):
+        return replace(runup, turn=runup.turn - jnp.stack([self.c, self.c_head]) * state.y)
+
+    def scene(self, parts, case):
+        tail, head = parts.tail.crown + self.c, parts.head.crown + self.c_head
+        return parts.with_pulley("tail", crown=tail).with_pulley("head", crown=head)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class PulleyDeflection(Effect):
+    """Both pulleys bend away from the pull in the middle, an anti-crown in proportion to it: kappa_t = compliance F y.
+
+    Where a crown holds the belt in the middle (kappa_t = -c y), this drives it out, the more the tighter it is.
+    """
+
+    id = "pulley_deflection"
+    title = "Pulley deflection: shells and axles that bend under the belt's pull"
+    law = "run-up"
+    reference = "physics sheet, section 7 (crown); beam between two bearings under an even load"
+    parity = "odd"
+    parameters = {
+        "compliance": Parameter(
+            unit="1/(N m2)", meaning="anti-crown per unit of belt force", plausible=(0.0, 3e-4), scale=5e-6
+        )
+    }
+    compliance: float = 0.0
+
+    def runup(self, runup, state, case):
+        return replace(runup, turn=runup.turn + self.compliance * case.tension_force * state.y)
+
+    def scene(self, parts, case):
+        hollow = self.compliance * float(case.tension_force)
+        for pulley in ("tail", "head"):
+            parts = parts.with_pulley(pulley, crown=getattr(parts, pulley).crown - hollow)
+        return parts
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class BuildUp(Effect):
+    """The tail pulley's taper grows with the belt that has passed: kappa_t = rate s, whatever the speed."""
+
+    id = "build_up"
+    title = "Build-up: dirt that grows on one side of a pulley as the belt brings it"
+    law = "run-up"
+    reference = "physics sheet, section 7 (taper); makers' guides: carry-back on return pulleys"
+    parity = "even"
+    parameters = {
+        "rate": Parameter(
+            unit="1/m2", meaning="growth of the tail's taper per metre of travel", plausible=(-1e-5, 1e-5), scale=4e-7
+        )
+    }
+    rate: float = 0.0
+
+    def runup(self, runup, state, case):
+        taper = self.rate * state.travel
+        return replace(runup, turn=runup.turn + jnp.stack([taper, 0.0 * taper]))

@@ -1,0 +1,81 @@
+"""Properties of the spans: sag-roll coupling, shear, flatness of the strip."""
+
+from dataclasses import dataclass, replace
+
+import jax.numpy as jnp
+
+from belt_sim.effects.base import Effect, Parameter, effect
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class SagRoll(Effect):
+    """Adds kappa = y'' + phi Z to a beam of second order; strength multiplies Z = q/F (1 = the full strip law)."""
+
+    id = "sag_roll"
+    title = "Sag-roll coupling: a hanging belt relieves its in-plane bending by tilting"
+    law = "span"
+    reference = "physics sheet, section 3 (strip); edge ropes of Ritzinger 1997 and Ernst 1965 describe the same sag"
+    parity = "odd"
+    parameters = {
+        "strength": Parameter(
+            unit="1", meaning="share of the sag curvature q/F that couples", plausible=(0.5, 1.5), scale=1.0
+        )
+    }
+    strength: float = 1.0
+
+    def span(self, span, case):
+        return replace(span, sag_curvature=span.sag_curvature + self.strength * case.sag_curvature)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Shear(Effect):
+    """K^2 = (F/EI) / (1 + n F/(G A)); n = (12 + 11 nu)/(10 + 10 nu) for a rectangle (paper eq. 8)."""
+
+    id = "shear"
+    title = "Shear flexibility of short, wide spans"
+    law = "span"
+    reference = "paper eq. 8; Cowper 1966 for n"
+    parity = "odd"
+    parameters = {
+        "coefficient": Parameter(
+            unit="1", meaning="shear coefficient n of the cross-section", plausible=(1.0, 1.3), scale=1.177
+        )
+    }
+    coefficient: float = 1.177
+
+    def span(self, span, case):
+        stiffness = case.belt.shear_modulus * case.belt.area
+        return replace(span, force=span.force / (1.0 + self.coefficient * span.force / stiffness))
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Flatness(Effect):
+    """The strip has the residual stress amplitude (1 - 12 y^2/b^2) across its width: a parabola without resultant.
+
+    amplitude > 0: long edges, which are pressed; amplitude < 0: a long middle. The stress at rest works on the twist
+    like tension does, T = b^3 h (sigma - 0.8 amplitude)/12 + G b h^3/3 (the integral of s y^2 over the section).
+    Narrow edges under pressure do not buckle, so EI stays as it is (studies/notes/shell.md compares both with a shell).
+    From amplitude = 1.25 sigma on the spans twist by themselves and no linear law holds: the share of the tension in T
+    is then taken as 0.
+    """
+
+    id = "flatness"
+    title = "Flatness: residual stress of the rolled strip changes how easily a span twists"
+    law = "span"
+    reference = "residual stress of rolled strip: Fischer et al. 2000 (Int. J. Mech. Sci. 42); T by virtual work"
+    parity = "odd"
+    needs = frozenset({"sag"})
+    parameters = {
+        "amplitude": Parameter(
+            unit="Pa", meaning="residual stress in the middle of the width", plausible=(-2e7, 2e7), scale=3e6
+        )
+    }
+    amplitude: float = 0.0
+
+    def span(self, span, case):
+        belt = case.belt
+        change = -jnp.minimum(0.8 * self.amplitude, case.settings.tension)
+        return replace(span, torsion=span.torsion + belt.width**3 * belt.thickness / 12.0 * change)

@@ -1,0 +1,43 @@
+"""Tension: load-cell errors and centrifugal tension."""
+
+from dataclasses import dataclass, replace
+
+from belt_sim.effects.base import Effect, Parameter, effect
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class TensionBias(Effect):
+    """sigma_true = sigma (1 + gain) + bias."""
+
+    id = "tension_bias"
+    title = "Load-cell gain or bias: the tension is not what the display says"
+    law = "drive"
+    reference = "physics sheet, section 7"
+    parity = "odd"
+    parameters = {
+        "gain": Parameter(unit="1", meaning="gain error of the load cell", plausible=(-0.3, 0.3), scale=0.05),
+        "bias": Parameter(unit="Pa", meaning="zero error of the load cell", plausible=(-3e6, 3e6), scale=3e5),
+    }
+    gain: float = 0.0
+    bias: float = 0.0
+
+    def settings(self, settings, case):
+        return replace(settings, tension=settings.tension * (1.0 + self.gain) + self.bias)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class SpeedTension(Effect):
+    """The tension that counts in the spans is sigma - share rho v^2."""
+
+    id = "speed_tension"
+    title = "Centrifugal tension: a fast belt pulls on itself, not on the pulleys"
+    law = "drive"
+    reference = "physics sheet, sections 7 and 9"
+    parity = "odd"
+    parameters = {"share": Parameter(unit="1", meaning="share of rho v^2 that counts", plausible=(0.5, 1.5), scale=1.0)}
+    share: float = 1.0
+
+    def settings(self, settings, case):
+        return replace(settings, tension=settings.tension - self.share * case.belt.density * settings.speed**2)

@@ -1,0 +1,132 @@
+"""Yaw of the pulleys: zero errors, play, compliance, unequal tensioners."""
+
+from dataclasses import dataclass, replace
+
+import jax.numpy as jnp
+
+from belt_sim.case import Schedule
+from belt_sim.effects.base import Effect, Parameter, effect
+
+_BETA_0 = Parameter(unit="rad", meaning="yaw at command zero", plausible=(-2e-3, 2e-3), scale=1e-4)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class YawOffsetTail(Effect):
+    """The yaw of the tail pulley is beta + beta_0: the lines w(beta) of all tensions cross at -beta_0."""
+
+    id = "yaw_offset_tail"
+    title = "Zero error of the tail pulley's yaw"
+    law = "drive"
+    reference = "physics sheet, section 7"
+    parity = "even"
+    tension_exponent = 0.0
+    parameters = {"beta_0": _BETA_0}
+    beta_0: float = 0.0
+
+    def yaw(self, yaw, state, case):
+        return replace(yaw, tail=yaw.tail + self.beta_0)
+
+    def scene(self, parts, case):
+        return parts.with_pulley("tail", yaw_offset=parts.tail.yaw_offset + self.beta_0)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class YawOffsetHead(Effect):
+    """The yaw of the head pulley is beta_h + beta_0."""
+
+    id = "yaw_offset_head"
+    title = "Zero error of the head pulley's yaw"
+    law = "drive"
+    reference = "physics sheet, section 7"
+    parity = "even"
+    tension_exponent = 0.0
+    parameters = {"beta_0": _BETA_0}
+    beta_0: float = 0.0
+
+    def yaw(self, yaw, state, case):
+        return replace(yaw, head=yaw.head + self.beta_0)
+
+    def scene(self, parts, case):
+        return parts.with_pulley("head", yaw_offset=self.beta_0)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class YawBacklash(Effect):
+    """The tail pulley follows its command through a play of +-half; it starts in the middle of the play."""
+
+    id = "yaw_backlash"
+    title = "Yaw backlash: play in the steering"
+    law = "drive"
+    reference = "physics sheet, section 7; play operator of Prandtl"
+    parity = "odd"
+    parameters = {"half": Parameter(unit="rad", meaning="half of the play", plausible=(0.0, 5e-4), scale=5e-5)}
+    half: float = 0.0
+
+    def settings(self, settings, case):
+        yaw = settings.yaw
+        stands, moved = jnp.zeros(()), []
+        for wanted in jnp.cumsum(yaw.change):
+            then = jnp.clip(stands, wanted - self.half, wanted + self.half)
+            moved.append(then - stands)
+            stands = then
+        return replace(settings, yaw=Schedule(at=yaw.at, over=yaw.over, change=jnp.stack(moved)))
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class YawCompliance(Effect):
+    """The tail pulley stands at beta - C_m M, M the moment of both spans on it.
+
+    M itself grows with the yaw, by D = 2 EI dkappa/dtheta_u, both spans alike; the equation is solved for the yaw.
+    """
+
+    id = "yaw_compliance"
+    title = "Yaw compliance: the belt's bending moment turns the steered pulley back"
+    law = "drive"
+    reference = "physics sheet, section 7"
+    parity = "odd"
+    needs = frozenset({"moment"})
+    parameters = {
+        "c_m": Parameter(unit="rad/(N m)", meaning="yaw per unit of moment", plausible=(0.0, 5e-5), scale=3e-6)
+    }
+    c_m: float = 0.0
+
+    def yaw(self, yaw, state, case):
+        grows = 2.0 * state.bending * state.stiffness[0]
+        at_rest = state.moment[0] + state.moment_runoff[1] - grows * state.turned[0]
+        return replace(yaw, tail=(yaw.tail - self.c_m * at_rest) / (1.0 + self.c_m * grows))
+
+    def scene(self, parts, case):
+        return parts.with_pulley("tail", yaw_compliance=self.c_m)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class UnequalTension(Effect):
+    """The tail pulley is turned by what its tensioners give way unequally: yaw = commanded + yaw_per_force F.
+
+    At one tension it is a zero error of the yaw (yaw_offset_tail); two tensions tell them apart.
+    """
+
+    id = "unequal_tension"
+    title = "Unequal tension: tensioners left and right do not pull alike"
+    law = "drive"
+    reference = "equilibrium of an axle on two unequal springs"
+    parity = "even"
+    tension_exponent = 1.0
+    parameters = {
+        "yaw_per_force": Parameter(
+            unit="rad/N", meaning="yaw of the tail per unit of belt force", plausible=(-2e-6, 2e-6), scale=1e-7
+        )
+    }
+    yaw_per_force: float = 0.0
+
+    def yaw(self, yaw, state, case):
+        return replace(yaw, tail=yaw.tail + self.yaw_per_force * case.tension_force)
+
+    def scene(self, parts, case):
+        turned = self.yaw_per_force * float(case.tension_force)
+        return parts.with_pulley("tail", yaw_offset=parts.tail.yaw_offset + turned)
