@@ -65,8 +65,8 @@ SHA-256 hash
 before anyone answers. The diagnosis sees the campaign alone. Then the truth is opened.
 
 - Every answered campaign counts, and a crash counts as wrong.
-- The size d of a hidden effect is its distance from "nothing hidden" in units of noise, after the nuisance
-  parameters have explained what they can. An effect of d = 3 is barely visible; d = 12 is plain to see.
+- The size d of a hidden effect is its distance from "nothing hidden" in units of noise. Nuisance parameters first
+  explain what they can. An effect of d = 3 is barely visible; d = 12 is plain to see.
 - The *distance* of an unknown effect is what the best three effects of the catalogue leave over of it, in
   the same units.
 - Intervals are Wilson's, for 95 %.
