@@ -9,7 +9,7 @@ def run(run_dir: RunDir) -> None:
     from belt_sim.api.inference import check
     from belt_sim.files import write_json
     from belt_sim.reports.terminal import tell_check
-    from belt_sim.results.check import check_json
+    from belt_sim.results.json import check_json
 
     config, folder = run_dir.config, run_dir.path
     for key in ("travel", "step"):

@@ -1,12 +1,15 @@
 """A check: what is wrong with a campaign, what it can tell, and what not."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field, PlainSerializer, computed_field, model_serializer
 
 from belt_sim.results import words
 from belt_sim.results.display import Display, Table, frame
-from belt_sim.results.errors import CampaignLabel
+from belt_sim.results.errors import ShortLabel
+from belt_sim.results.fields import Free, file_field
 from belt_sim.results.found import RESOLVED
 
 SHOWN_PAIRS = 15
@@ -23,11 +26,12 @@ class Visible:
     effect: str
     parameter: str
     unit: str
-    meaning: str
+    meaning: Annotated[str, Field(exclude=True)]
     smallest: float | None
     largest_plausible: float
-    share: float
+    share: Annotated[float, Field(exclude=True)]
 
+    @computed_field(alias="seen")  # type: ignore[prop-decorator]
     @property
     def word(self) -> str:
         """How well the effect is seen."""
@@ -43,8 +47,13 @@ class Pair:
 
     effects: tuple[str, str]
     sigma: float
-    action: str
-    sigma_after: float
+    action: Annotated[str, file_field("best_further_run"), PlainSerializer(lambda s: s or None, return_type=str | None)]
+    sigma_after: Annotated[float, file_field("sigma_with_it")]
+
+    @model_serializer(mode="wrap")
+    def _to_file(self, handler: Any) -> dict[str, Any]:
+        row: dict[str, Any] = handler(self)
+        return row if self.action else row | {"sigma_with_it": None}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,16 +72,16 @@ class Check(Display):
     runs: names of those that it is judged by; missing: of those that are still to be measured where others are.
     """
 
-    campaign: CampaignLabel
+    campaign: ShortLabel
     base_model: str
     planned: bool
-    runs: tuple[str, ...]
+    runs: Annotated[tuple[str, ...], PlainSerializer(len, return_type=int)]
     missing: tuple[str, ...] = ()
     noise: str
     doubts: tuple[Doubt, ...]
     visible: tuple[Visible, ...]
-    pairs: tuple[Pair, ...]
-    provenance: Mapping[str, Any]
+    pairs: Annotated[tuple[Pair, ...], file_field("not_told_apart")]
+    provenance: Free
 
     def lines(self) -> Sequence[str]:
         """What is wrong, and what can be seen, in sentences."""
@@ -144,38 +153,3 @@ def pairs_table(pairs: Sequence[Pair]) -> Table:
     title = f"What could not be told apart at 12 sigma{more}"
     columns = ("pair", "sigma apart", "best further run", "sigma with it")
     return Table(title=title, columns=columns, rows=rows, left=("pair", "best further run"))
-
-
-def check_json(c: Check) -> dict[str, Any]:
-    """The content of check.json; numbers in SI."""
-    return {
-        "schema": "belt-check/1",
-        "campaign": {"title": c.campaign.title, "sha256": c.campaign.sha256},
-        "base_model": c.base_model,
-        "planned": c.planned,
-        "runs": len(c.runs),
-        "missing": list(c.missing),
-        "noise": c.noise,
-        "doubts": [{"kind": d.kind, "sentence": d.sentence, "stops": d.stops} for d in c.doubts],
-        "visible": [
-            {
-                "effect": v.effect,
-                "parameter": v.parameter,
-                "unit": v.unit,
-                "smallest": v.smallest,
-                "largest_plausible": v.largest_plausible,
-                "seen": v.word,
-            }
-            for v in c.visible
-        ],
-        "not_told_apart": [
-            {
-                "effects": list(p.effects),
-                "sigma": p.sigma,
-                "best_further_run": p.action or None,
-                "sigma_with_it": p.sigma_after if p.action else None,
-            }
-            for p in c.pairs
-        ],
-        "provenance": dict(c.provenance),
-    }

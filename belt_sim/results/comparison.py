@@ -1,14 +1,16 @@
 """A comparison: one model, with or without effects, against a campaign."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
-from belt_sim.effects.base import Effect
+from pydantic import Field, computed_field
+
 from belt_sim.results import words
 from belt_sim.results.display import Display, Table, frame
-from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import CampaignLabel, Errors, RunError, SteadyError, Where, error_grid
+from belt_sim.results.drawings import Drawings, Drift
+from belt_sim.results.errors import Errors, RunError, ShortLabel, SteadyError, Where, error_grid
+from belt_sim.results.fields import Free, StoredEffect, file_field, is_empty
 
 STEADY_K = 2.0  # a steady rate is off when it lies further than so many u from the stated one
 
@@ -22,15 +24,21 @@ class Comparison(Display):
     """
 
     base_model: str
-    campaign: CampaignLabel
-    effects: tuple[Effect, ...]
-    error: Errors | None
-    where: Where | None
-    per_run: tuple[RunError, ...]
+    campaign: ShortLabel
+    effects: tuple[StoredEffect, ...]
+    error: Annotated[Errors | None, file_field("error", omit_empty=True)]
+    where: Annotated[Where | None, file_field("where", omit_empty=True)]
+    per_run: Annotated[tuple[RunError, ...], file_field("per_run", omit_empty=True)]
     steady: tuple[SteadyError, ...]
-    provenance: Mapping[str, Any]
-    drawings: Drawings = field(default_factory=Drawings)
-    beyond: tuple[str, ...] = ()
+    provenance: Free
+    drawings: Annotated[Drawings, Field(exclude=True)] = field(default_factory=Drawings)
+    beyond: Annotated[tuple[str, ...], file_field("beyond_validity", omit_empty=True)] = ()
+
+    @computed_field(exclude_if=is_empty)  # type: ignore[prop-decorator]
+    @property
+    def drift(self) -> list[Drift]:
+        """Return the drifts of all fitted parameters, before and after effects were added."""
+        return [d for pair in self.drawings.drifts for d in pair if d is not None]
 
     @property
     def final_model(self) -> str:

@@ -1,8 +1,10 @@
 """A diagnosis: what the model lacks, how sure that is, and what to measure next."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, InstanceOf, PlainSerializer
 
 from belt_sim.campaign.quality.record import Suspicion
 from belt_sim.results import words
@@ -10,6 +12,7 @@ from belt_sim.results.discovery import Discovery
 from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import CampaignLabel, Errors, RunError, Where, error_grid
+from belt_sim.results.fields import Free, file_field
 from belt_sim.results.found import (
     Candidate,
     Confusable,
@@ -24,6 +27,24 @@ from belt_sim.results.found import (
 from belt_sim.results.verdict import Verdict
 
 SHOWN_ACTIONS = 3
+
+
+def _read_suspicion(row: Any) -> Suspicion:
+    """Return a suspicion; in a file the two signals of some kinds stand in one text, "y1 and y4"."""
+    signal, of_two = row["signal"], row["kind"] in ("swapped", "same_place")
+    signals = tuple(signal.split(" and ", 1) if of_two else [signal]) if signal else ()
+    return Suspicion(**{k: row[k] for k in ("run", "kind", "sentence", "severity")}, signals=signals)
+
+
+def _write_suspicion(s: Suspicion) -> dict[str, Any]:
+    return {n: getattr(s, n) for n in ("run", "signal", "kind", "sentence", "severity")}
+
+
+StoredSuspicion = Annotated[
+    InstanceOf[Suspicion],
+    BeforeValidator(_read_suspicion),
+    PlainSerializer(_write_suspicion, return_type=dict[str, Any]),
+]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -53,13 +74,13 @@ class Diagnosis(Display):
     unknown: Unknown | None
     open_set: LeftOver
     noise: NoiseLevels
-    suspicions: tuple[Suspicion, ...]
+    suspicions: tuple[StoredSuspicion, ...]
     per_run: tuple[RunError, ...]
-    provenance: Mapping[str, Any]
-    admitted: tuple[str, ...] = ()
-    drawings: Drawings = field(default_factory=Drawings)
-    beyond: tuple[str, ...] = ()
-    discovery: Discovery | None = None
+    provenance: Free
+    admitted: Annotated[tuple[str, ...], file_field("admitted", omit_empty=True)] = ()
+    drawings: Annotated[Drawings, Field(exclude=True)] = field(default_factory=Drawings)
+    beyond: Annotated[tuple[str, ...], file_field("beyond_validity", omit_empty=True)] = ()
+    discovery: Annotated[Discovery | None, Field(exclude=True)] = None
 
     @property
     def change(self) -> Errors:

@@ -2,12 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
-
-import numpy as np
 
 from belt_sim.results.display import Display
 from belt_sim.results.errors import CampaignLabel, Errors
+from belt_sim.results.fields import Array, Free
 from belt_sim.results.found import Estimate
 
 
@@ -29,9 +27,9 @@ class UnknownCourse:
 
     label: str
     tension: float
-    travel: np.ndarray
-    u: np.ndarray
-    sd: np.ndarray
+    travel: Array
+    u: Array
+    sd: Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,8 +37,8 @@ class Against:
     """The unknown against the variable of its law, as the data show it: points of one tension [Pa]; arrays (k,)."""
 
     tension: float
-    x: np.ndarray
-    u: np.ndarray
+    x: Array
+    u: Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +93,7 @@ class Discovery(Display):
     error: Errors | None = None
     limits: tuple[str, ...] = ()
     effect_file: str = ""
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Free = field(default_factory=dict)
 
     def lines(self) -> list[str]:
         """The sentence, the places, what cannot be told apart and what cannot be known."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
+from belt_sim.results.fields import Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,11 +14,11 @@ class Panel:
     """
 
     title: str
-    travel: np.ndarray
-    measured: np.ndarray
-    base: np.ndarray
-    band: np.ndarray
-    final: np.ndarray | None = None
+    travel: Array
+    measured: Array
+    base: Array
+    band: Array
+    final: Array | None = None
     unit: str = "mm"
 
 
@@ -30,9 +30,9 @@ class FailureMap:
     """
 
     title: str
-    tension: np.ndarray
-    edges: np.ndarray
-    ratio: np.ndarray
+    tension: Array
+    edges: Array
+    ratio: Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,9 +44,9 @@ class Drift:
 
     parameter: str
     unit: str
-    tension: np.ndarray
-    value: np.ndarray
-    u: np.ndarray
+    tension: Array
+    value: Array
+    u: Array
     stated: float | None = None
     u_stated: float = 0.0
 

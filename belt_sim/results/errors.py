@@ -2,10 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
+from pydantic import PlainSerializer, model_serializer, model_validator
+
+from belt_sim import si
 from belt_sim.campaign.types import Kind
 from belt_sim.results.display import dataset
+from belt_sim.results.fields import SETTING_DIGITS, file_field
+from belt_sim.results.words import KILO
 
 UNITS: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}
 
@@ -14,15 +19,15 @@ UNITS: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}
 class Change:
     """rms of the lateral signals before and after effects were added [m]."""
 
-    before: float
-    after: float
+    before: Annotated[float, file_field("before_mm", si.MM)]
+    after: Annotated[float, file_field("after_mm", si.MM)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class OwnChange(Change):
     """The same beside what each run's zero, gain and settings most likely are; floor: a perfect model's [m]."""
 
-    floor: float
+    floor: Annotated[float, file_field("noise_floor_mm", si.MM)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,12 +38,14 @@ class Errors:
     was held out, beside each run's own zero and settings.
     """
 
-    noise_floor: float
-    fit: Change | None = None
-    held_out: Change | None = None
-    by_condition: Mapping[str, Change] = field(default_factory=dict)
-    untestable: tuple[str, ...] = ()
-    own: OwnChange | None = None
+    noise_floor: Annotated[float, file_field("noise_floor_mm", si.MM)]
+    fit: Annotated[Change | None, file_field("fit", omit_empty=True)] = None
+    held_out: Annotated[Change | None, file_field("held_out", omit_empty=True)] = None
+    by_condition: Annotated[Mapping[str, Change], file_field("held_out_by_condition", omit_empty=True)] = field(
+        default_factory=dict
+    )
+    untestable: Annotated[tuple[str, ...], file_field("held_out_untestable", omit_empty=True)] = ()
+    own: Annotated[OwnChange | None, file_field("beside_settings", omit_empty=True)] = None
 
     def left_out(self) -> dict[str, Change]:
         """The changes by held-out condition, in words that say which of them test nothing."""
@@ -87,6 +94,49 @@ class RunError:
         """The unit in which people read it: mm, or mrad of a tilt."""
         return UNITS[self.kind]
 
+    @model_serializer
+    def _to_file(self) -> dict[str, Any]:
+        """Return a row of per_run: the errors and features in ``unit``, which also stands in the names of features."""
+        row = {
+            "run": self.run,
+            "signal": self.signal,
+            "tension_n_per_mm2": _setting(self.tension / si.N_PER_MM2),
+            "yaw_deg": _setting(self.yaw / si.DEGREE),
+            "use": self.use,
+            "unit": self.unit,
+            **{name: KILO * getattr(self, name) for name in ("before", "after", "floor")},
+            "worse": self.worse,
+        }
+        for name in ("measured", "modelled"):
+            f = getattr(self, name)
+            values = [f.late_rate and KILO * f.late_rate, f.first_move, f.overshoot and KILO * f.overshoot]
+            row[name] = dict(zip(_feature_names(self.unit), values, strict=True))
+        return row
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_file(cls, row: Any) -> Any:
+        """Return the fields of a row that ``_to_file`` has written."""
+        unit = row["unit"]
+        fields = {name: row[name] for name in ("run", "signal", "use", "worse")}
+        fields |= {"kind": next(kind for kind, known in UNITS.items() if known == unit)}
+        fields |= {"tension": row["tension_n_per_mm2"] * si.N_PER_MM2, "yaw": row["yaw_deg"] * si.DEGREE}
+        fields |= {name: row[name] / KILO for name in ("before", "after", "floor")}
+        for name in ("measured", "modelled"):
+            rate, first, overshoot = (row[name][key] for key in _feature_names(unit))
+            read = {"late_rate": rate and rate / KILO, "first_move": first, "overshoot": overshoot and overshoot / KILO}
+            fields[name] = read
+        return fields
+
+
+def _feature_names(unit: str) -> tuple[str, str, str]:
+    return f"late_rate_{unit}_per_m", f"travel_to_first_0.1{unit}_m", f"overshoot_{unit}"
+
+
+def _setting(value: float) -> float:
+    """Round off the last digits that a change of units leaves."""
+    return float(f"{value:.{SETTING_DIGITS}g}")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Worst:
@@ -94,7 +144,7 @@ class Worst:
 
     run: str
     signal: str
-    travel: tuple[float, float]
+    travel: Annotated[tuple[float, float], file_field("travel_m")]
     ratio: float
 
 
@@ -104,7 +154,7 @@ class Where:
 
     worst: Worst
     sentence: str
-    boundary: float | None
+    boundary: Annotated[float | None, file_field("boundary_n_per_mm2", si.N_PER_MM2)]
     boundary_sentence: str
 
 
@@ -114,10 +164,10 @@ class SteadyError:
 
     run: str
     point: int
-    tension: float
-    measured: float
-    modelled: float
-    u: float
+    tension: Annotated[float, file_field("tension_n_per_mm2", si.N_PER_MM2, digits=SETTING_DIGITS)]
+    measured: Annotated[float, file_field("measured_mm_per_m", si.MM_PER_M)]
+    modelled: Annotated[float, file_field("modelled_mm_per_m", si.MM_PER_M)]
+    u: Annotated[float, file_field("u_mm_per_m", si.MM_PER_M)]
     ratio: float
 
 
@@ -143,3 +193,10 @@ class CampaignLabel:
     title: str
     sha256: str
     source: str
+
+
+#: a label of which files hold no more than title and hash
+ShortLabel = Annotated[
+    CampaignLabel,
+    PlainSerializer(lambda label: {"title": label.title, "sha256": label.sha256}, return_type=dict[str, str]),
+]

@@ -2,11 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
-import numpy as np
+from pydantic import (
+    AfterValidator,
+    Field,
+    PlainSerializer,
+    SerializationInfo,
+    computed_field,
+    model_serializer,
+    model_validator,
+)
 
+from belt_sim import si
 from belt_sim.results import words
+from belt_sim.results.fields import Array, file_field, is_empty
 
 COVERAGE_95 = 1.96
 
@@ -23,6 +33,19 @@ class Estimate:
     unit: str
     plausible: bool
     interval: tuple[float, float] | None = None
+
+    @model_serializer
+    def _to_file(self, info: SerializationInfo) -> dict[str, Any]:
+        row: dict[str, Any] = {name: getattr(self, name) for name in ("value", "u", "unit", "plausible")}
+        return row | ({"interval_95": list(self.interval_95)} if info.by_alias else {})
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_file(cls, row: Any) -> Any:
+        """Return the fields; an interval that is 1.96 u either way is not kept."""
+        fields = {name: row[name] for name in ("value", "u", "unit", "plausible")}
+        stated, even = row.get("interval_95"), cls(**fields).interval_95
+        return fields if stated is None or tuple(stated) == even else fields | {"interval": stated}
 
     @property
     def interval_95(self) -> tuple[float, float]:
@@ -53,9 +76,14 @@ class FoundEffect:
     parameters: Mapping[str, Estimate]
     probability: float
     confusable_with: tuple[str, ...] = ()
-    rejected: bool = False
-    source_file: str | None = None
-    alone: Mapping[str, Estimate] = field(default_factory=dict)
+    rejected: Annotated[bool, Field(exclude=True)] = False
+    source_file: Annotated[str | None, file_field("source_file", omit_empty=True)] = None
+    alone: Annotated[Mapping[str, Estimate], file_field("alone", omit_empty=True)] = field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_file(cls, row: Any) -> Any:
+        return row | {"rejected": "stamp" in row}
 
     @property
     def told(self) -> tuple[str, ...]:
@@ -67,6 +95,7 @@ class FoundEffect:
             return (f"{said} (each if it were alone: the readings do not tell which)",)
         return ("that it is there is known, how large it is not",)
 
+    @computed_field(exclude_if=is_empty)  # type: ignore[prop-decorator]
     @property
     def stamp(self) -> str:
         """What has to stand beside the numbers of a rejected model."""
@@ -91,7 +120,7 @@ class Tried:
     id: str
     gain: float
     threshold: float | None
-    held_out_rms: float
+    held_out_rms: Annotated[float, file_field("held_out_rms_mm", si.MM)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,8 +146,9 @@ class Explanation:
     gain: float
     by_chance: float
     rarity: float
-    refused: str = ""
+    refused: Annotated[str, file_field("refused", omit_empty=True)] = ""
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def worth(self) -> float:
         """chi2 beyond what it has to gain."""
@@ -134,8 +164,8 @@ def best_explanation(table: Sequence[Explanation]) -> Explanation:
 class Confusable:
     """``other``, one effect or several joined by +, in the place of ``effect`` fits almost as well: sigma apart."""
 
-    effect: str
-    other: str
+    effect: Annotated[str, file_field("a")]
+    other: Annotated[str, file_field("b")]
     sigma: float
 
     def __str__(self) -> str:
@@ -185,8 +215,8 @@ class NextRun:
 class RequiredAngle:
     """The contact angle [rad] that the run-up law would need, against travel [m]; both (n,)."""
 
-    travel: np.ndarray
-    angle: np.ndarray
+    travel: Annotated[Array, file_field("travel_m")]
+    angle: Annotated[Array, PlainSerializer(lambda a: (1e6 * a).tolist()), AfterValidator(lambda a: a / 1e6)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,9 +228,9 @@ class Unknown:
     failed_tests: tuple[str, ...]
     parity: str
     tension_exponent: float | None
-    onset: float | None
-    wavelength: float | None
-    required_angle: RequiredAngle | None
+    onset: Annotated[float | None, file_field("onset_m")]
+    wavelength: Annotated[float | None, file_field("wavelength_m")]
+    required_angle: Annotated[RequiredAngle | None, file_field("required_contact_angle_urad")]
     nearest: str | None
     why: str | None
 
@@ -230,6 +260,7 @@ class NoiseLevels:
     wander_factor: float
     repeats: int
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def source(self) -> str:
         """Where the levels come from."""

@@ -36,9 +36,7 @@ def test_the_file_follows_its_schema(name):
     assert 0 <= low < high
 
 
-@pytest.mark.parametrize(
-    ("place", "key"), [((), "verdict"), (("error",), "noise_floor_mm"), (("per_run", 0), "unit"), (("where",), "worst")]
-)
+@pytest.mark.parametrize(("place", "key"), [((), "verdict"), (("error",), "noise_floor_mm"), (("where",), "worst")])
 def test_the_schema_misses_a_key_that_is_gone(place, key):
     content = inner = diagnosis_json(diagnosed("sag_roll"))
     for step in place:
@@ -68,9 +66,6 @@ def test_a_tilt_is_in_mrad():
     assert "late_rate_mrad_per_m" in row["measured"]
     content = diagnosis_json(replace(diagnosed("sag_roll"), per_run=(run,)))
     check(content)
-    content["per_run"][0]["unit"] = "mm"
-    with pytest.raises(jsonschema.ValidationError):
-        check(content)
 
 
 def same(a, b) -> bool:
