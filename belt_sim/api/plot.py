@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,6 @@ import numpy as np
 
 from belt_sim import pictures
 from belt_sim.errors import InputError
-from belt_sim.files import write_with
 from belt_sim.reports.page import write_report
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
@@ -19,43 +18,68 @@ from belt_sim.results.discovery import Discovery
 from belt_sim.results.json import read_diagnosis
 from belt_sim.results.simulation import Simulation
 
-Draw = Callable[[Path], Path]
+Draw = Callable[[Path | None], Any]
 
 
 @dataclass(frozen=True, repr=False)
 class Picture:
-    """A picture as PNG, which a notebook shows."""
+    """A picture that a notebook shows. figure: matplotlib's, of which everything can still be changed."""
 
-    png: bytes
+    figure: Any
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the picture to ``path`` (.png)."""
-        return write_with(Path(path), lambda draft: draft.write_bytes(self.png))
+    @property
+    def axes(self) -> list[Any]:
+        """The axes of the figure, for lines and words of one's own."""
+        return list(self.figure.axes)
+
+    def save(self, path: str | os.PathLike[str], dpi: float | None = None) -> Path:
+        """Write the picture to ``path`` (.png, .svg, .pdf); dpi: dots per inch of a PNG."""
+        written: Path = pictures.save(self.figure, path, dpi)
+        return written
 
     def _repr_png_(self) -> bytes:
-        return self.png
+        with tempfile.TemporaryDirectory() as scratch:
+            return self.save(Path(scratch) / "picture.png").read_bytes()
 
     def __repr__(self) -> str:
-        return f"a picture, {len(self.png) / 1024:.0f} KiB of PNG"
+        width, height = self.figure.get_size_inches()
+        return f"a picture, {width:.1f} x {height:.1f} inches; .save(path), .axes"
 
 
 def plot(
-    result: Simulation | Comparison | Diagnosis, path: str | os.PathLike[str] | None = None, *, kind: str | None = None
+    result: Simulation | Comparison | Diagnosis | Sequence[Simulation],
+    path: str | os.PathLike[str] | None = None,
+    *,
+    kind: str | None = None,
+    dpi: float | None = None,
 ) -> Picture:
-    """A picture of ``result``, written to ``path`` if one is given.
+    """A picture of ``result``, written to ``path`` (.png, .svg, .pdf) if one is given.
 
-    kind: "curves" of a simulation; "overlay" (the default), "where", "drift" or "steady" of a comparison; "overlay",
-    "headline", "where", "drift" or "ranking" of a diagnosis.
+    result: one result, or several simulations, whose curves are drawn together; kind: "curves" of a simulation;
+    "overlay" (the default), "where", "drift" or "steady" of a comparison; "overlay", "headline", "where", "drift" or
+    "ranking" of a diagnosis; dpi: dots per inch of a PNG.
     """
-    there = drawings_by_kind(result)
+    there = _of_several(result) if isinstance(result, Sequence) else drawings_by_kind(result)
     wanted = kind or next(iter(there), "")
     if wanted not in there:
         raise InputError("kind", wanted, "", f"use one of {', '.join(there) or 'none: this result has no picture'}")
-    with tempfile.TemporaryDirectory() as scratch:
-        picture = Picture(there[wanted](Path(scratch) / "picture.png").read_bytes())
+    picture = Picture(there[wanted](None))
     if path is not None:
-        picture.save(path)
+        picture.save(path, dpi)
     return picture
+
+
+def _of_several(results: Sequence[Simulation]) -> dict[str, Draw]:
+    """Curves of several simulations, each named by its title, numbered where two have the same."""
+    curves: dict[str, Any] = {}
+    for k, s in enumerate(results, start=1):
+        if not isinstance(s, Simulation) or s.curves is None:
+            raise InputError(
+                "result", repr(s), "", "several results are drawn together if each is a simulation of curves"
+            )
+        name = s.title.replace("mm2", "mm²")
+        curves[name if name not in curves else f"{name} ({k})"] = s.curves
+    return {"curves": lambda p: pictures.curves_picture(p, curves, "Points 1-4 against belt travel")} if curves else {}
 
 
 def drawings_by_kind(result: Simulation | Comparison | Diagnosis) -> dict[str, Draw]:
@@ -88,7 +112,7 @@ def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
     said = d.sentence.split(";")[0]
     there["headline"] = lambda p: pictures.overlay_picture(p, first, said, names=_names(d))
     if d.ranking:
-        there["ranking"] = lambda p: pictures.ranking_picture(p, d.ranking, title)
+        there["ranking"] = lambda p: pictures.ranking_picture(p, d.ranking, title, [e.id for e in d.effects])
     return there
 
 

@@ -10,6 +10,7 @@ from belt_sim.pictures.discovery import (
     unknown_picture,
 )
 from belt_sim.pictures.rates import Rates, rates_picture, steady_picture
+from belt_sim.pictures.style import save
 
 __all__ = [
     "Rates",
@@ -22,6 +23,7 @@ __all__ = [
     "overlay_picture",
     "ranking_picture",
     "rates_picture",
+    "save",
     "steady_picture",
     "unknown_picture",
     "where_map_picture",

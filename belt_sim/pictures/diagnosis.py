@@ -15,7 +15,9 @@ from belt_sim.results.found import Tried
 
 COLUMNS = 3
 #: [inch] around and between panels; a title stands above each
-AROUND = {"left": 0.8, "right": 0.15, "top": 0.75, "bottom": 0.95, "across": 0.85, "down": 0.42}
+AROUND = {"left": 0.8, "right": 0.15, "top": 0.75, "bottom": 1.75, "across": 0.85, "down": 1.65}
+RESIDUAL = 0.4  # height of a panel's residual (model - measured), in heights of the panel
+
 DOTS = 100  # measured samples shown in one panel
 
 
@@ -30,16 +32,13 @@ def overlay_picture(
     """Small multiples of measured against modelled; names = {"base": ..., "final": ...} for the legend."""
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
-    fig, axes = style.figure(max(4.0 * columns, 6.5), 2.6 * rows + 1.0, rows, columns, layout=None, sharex=True)
+    fig, axes = style.figure(max(4.0 * columns, 6.5), 3.5 * rows + 1.0, rows, columns, layout=None, sharex=True)
     flat = [ax for row in axes for ax in row]
     labels = {"base": "model before", "final": "model after", **(names or {})}
     for ax, panel in zip(flat, panels, strict=False):
         _panel(ax, panel, labels)
     for ax in flat[len(panels) :]:
         ax.set_visible(False)
-    for ax in flat[max(0, len(panels) - columns) : len(panels)]:
-        ax.set_xlabel("belt travel [m]")
-        ax.tick_params(labelbottom=True)
     entries = {}
     for ax in flat[: len(panels)]:
         entries.update(dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True)))
@@ -74,8 +73,17 @@ def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
     if panel.final is not None:
         ax.plot(panel.travel, panel.final, color=AFTER, label=labels["final"])
     ax.set_title(panel.title)
-    ax.set_ylabel(f"[{panel.unit}]")
+    ax.set_ylabel(f"{'tilt' if panel.unit == 'mrad' else 'position y'} [{panel.unit}]")
     ax.margins(x=0.02)
+    ax.tick_params(labelbottom=False)
+    below = ax.inset_axes((0.0, -RESIDUAL - 0.06, 1.0, RESIDUAL), sharex=ax)
+    below.fill_between(panel.travel, -panel.band, panel.band, color=FAINT, alpha=0.35, linewidth=0)
+    below.plot(panel.travel, panel.base - panel.measured, color=BEFORE, linewidth=1.2)
+    if panel.final is not None:
+        below.plot(panel.travel, panel.final - panel.measured, color=AFTER, linewidth=1.2)
+    below.set_ylabel("residual", fontsize=style.FONT - 2)
+    below.tick_params(labelsize=style.FONT - 2)
+    below.set_xlabel("belt travel [m]")
 
 
 #: |E / u_val| inside of which nothing can be said (ASME V&V 20 with k = 2), and where the colour is full.
@@ -188,20 +196,25 @@ LINEAR = 1.0
 
 
 @style.picture
-def ranking_picture(path: str | os.PathLike, ranking: Sequence[Tried], title: str) -> Path:
-    """A bar an effect: its gain in units of its bootstrap threshold; the line at 1 is chance.
+def ranking_picture(
+    path: str | os.PathLike | None, ranking: Sequence[Tried], title: str, chosen: Sequence[str] = ()
+) -> Path:
+    """A bar an effect, the longest first: its gain in units of its bootstrap threshold; the line at 1 is chance.
 
-    ranking: best first; a candidate that the readings cannot show has no threshold and no bar.
+    A candidate that the readings cannot show has no threshold and no bar; chosen: ids that are marked.
     """
-    names = [c.id for c in ranking]
-    ratio = np.array([max(c.gain, 0.0) / c.threshold if c.threshold else 0.0 for c in ranking])
+    gains = {c.id: max(c.gain, 0.0) / c.threshold if c.threshold else 0.0 for c in ranking}
+    gains = dict(sorted(gains.items(), key=lambda row: -row[1]))
+    names, ratio = [f"{n}  (chosen)" if n in chosen else n for n in gains], np.array(list(gains.values()))
     fig, [[ax]] = style.figure(8.0, 0.34 * len(names) + 1.7)
     rows = np.arange(len(names))[::-1]
     ax.barh(rows, ratio, height=0.72, color=[AFTER if r > 1.0 else FAINT for r in ratio])
     for row, r in zip(rows, ratio, strict=True):
-        ax.annotate(f"{r:.3g}", (r, row), xytext=(4, 0), textcoords="offset points", va="center")
+        ax.annotate(
+            f"{r:.0f}" if r >= 100.0 else f"{r:.3g}", (r, row), xytext=(4, 0), textcoords="offset points", va="center"
+        )
     ax.axvline(1.0, color=INK, linewidth=1.2)
-    ax.annotate("chance (5 %)", (1.0, rows[0] + 0.6), xytext=(4, 0), textcoords="offset points", va="bottom")
+    ax.annotate("chance", (1.0, rows[0] + 0.6), xytext=(4, 0), textcoords="offset points", va="bottom")
     ax.set_xscale("symlog", linthresh=LINEAR)
     top = max(2.0, 2.2 * float(ratio.max()))
     ticks = [0.0, 0.5, *[t for p in range(8) for t in (10**p, 3 * 10**p) if t < top]]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from belt_sim.errors import BeltError
+from belt_sim.errors import BeltError, InputError
 from belt_sim.files import write_with
 from belt_sim.pictures.colours import DIVERGING, FAINT, INK, PAPER
 
@@ -46,11 +46,11 @@ LOOK: Any = {
 }
 
 
-def picture(draw: Callable[..., Path]) -> Callable[..., Path]:
+def picture(draw: Callable[..., Any]) -> Callable[..., Any]:
     """Decorate a function that draws a picture: everything in it has the one look."""
 
     @functools.wraps(draw)
-    def in_style(*args, **kwargs) -> Path:
+    def in_style(*args, **kwargs) -> Any:
         import matplotlib
 
         with matplotlib.rc_context(LOOK):
@@ -101,16 +101,24 @@ def title(fig: "Figure", text: str) -> None:
     fig.suptitle(text, **where, x=0.01, ha="left", fontsize=FONT + 3, fontweight="bold", color=INK)
 
 
-def save(fig: "Figure", path: str | os.PathLike) -> Path:
-    """Write the figure as PNG in one move; BeltError when that is not possible."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+ENDINGS = (".png", ".svg", ".pdf")
 
-    path = Path(path)
+
+def save(fig: "Figure", path: str | os.PathLike | None, dpi: float | None = None) -> Any:
+    """Write the figure in one move, as its file's ending says (.png, .svg, .pdf), and return the path.
+
+    path: None returns the figure itself, laid out; dpi: dots per inch of a PNG. Raises BeltError, InputError.
+    """
     if (layout := fig.get_layout_engine()) is not None:
         layout.execute(fig)
         fig.set_layout_engine("none")
-    try:  # savefig would draw all of it once more without a mark, for the layout that is made already
-        write_with(path, FigureCanvasAgg(fig).print_png)
+    if path is None:
+        return fig
+    path = Path(path)
+    if path.suffix.lower() not in ENDINGS:
+        raise InputError("picture", path.name, "", f"give a name that ends in {', '.join(ENDINGS)}")
+    try:
+        write_with(path, lambda draft: fig.savefig(draft, dpi=dpi or DPI))
     except OSError as cause:
         raise BeltError(f"picture {path}: cannot be written ({cause.strerror}); choose another folder") from cause
     return path

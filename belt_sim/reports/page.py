@@ -11,13 +11,14 @@ import numpy as np
 from belt_sim.errors import BeltError
 from belt_sim.files import write_text
 from belt_sim.pictures.diagnosis import FULL
-from belt_sim.reports import figures
+from belt_sim.reports import figures, plant_words
 from belt_sim.results import words
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.drawings import Panel
 from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.results.found import Tried
 from belt_sim.results.json import DIAGNOSIS
+from belt_sim.results.verdict import Verdict
 
 HERE = Path(__file__).parent
 SHOWN_PLACES = 6
@@ -45,6 +46,7 @@ def render(diagnosis: Diagnosis) -> str:
     page.trim_blocks = page.lstrip_blocks = True
     page.filters.update(number=words.number, milli=words.thousandths, plain=words.plain, degrees=words.degrees)
     page.filters.update(listed=words.listed, rows=words.rows, capital=lambda text: text[:1].upper() + text[1:])
+    cards = [plant_words.card(e) for e in diagnosis.effects]
     return page.get_template("report.html.j2").render(
         d=diagnosis,
         schema=DIAGNOSIS,
@@ -56,6 +58,13 @@ def render(diagnosis: Diagnosis) -> str:
         tensions=tensions(discovered(diagnosis)),
         final=diagnosis.final_model != diagnosis.base_model,
         headline=headline(diagnosis),
+        lead=plant_words.headline(diagnosis, cards),
+        cards=cards,
+        marked=marked(diagnosis, cards),
+        advice=plant_words.advice,
+        where=where_sentence(diagnosis),
+        fails=not _nowhere(diagnosis),
+        place_note=place_note(discovered(diagnosis)),
         full=f"{FULL:g}",
         names=[panel.title for panel in diagnosis.drawings.overlays],
         maps=[one.title for one in diagnosis.drawings.maps],
@@ -99,7 +108,50 @@ def weights(found: Any) -> list[dict]:
     """Places of an unknown, best first: lengths [%] of their gains in log evidence."""
     best = found.places[:SHOWN_PLACES] if found is not None else ()
     full = max([1e-9, *(p.gain for p in best)])
-    return [{"words": p.words, "gain": p.gain, "length": round(100.0 * max(p.gain, 0.0) / full, 1)} for p in best]
+    chosen = found.law.place if best and found.law is not None else ""
+    return [
+        {"words": p.words, "gain": p.gain, "length": round(100.0 * max(p.gain, 0.0) / full, 1)}
+        | {"chosen": p.words in chosen}
+        for p in best
+    ]
+
+
+def place_note(found: Any) -> str:
+    """Why a law may stand at a place that these bars do not rank first; empty where it stands at the first."""
+    if found is None or found.law is None or not found.places:
+        return ""
+    first = found.places[0]
+    if first.words in found.law.place:
+        return ""
+    return (
+        f"A smooth unknown of any shape fits best at another place ({first.words}); the formula was sought at every "
+        "place, and predicts best where it stands. Take the place as uncertain."
+    )
+
+
+#: parts of the sketch by words that the place of an unknown is called with
+PLACE_PARTS = {"tail": "tail", "head": "head", "upper": "upper", "lower": "lower", "sensor": "sensors", "span": "upper"}
+
+
+def marked(d: Diagnosis, cards: Sequence[plant_words.Card]) -> list[str]:
+    """Parts of the sketch that are marked: where the named effects are, else where the unknown acts."""
+    parts = [part for c in cards for part in c.parts]
+    found = discovered(d)
+    if not parts and found is not None and found.law is not None:
+        parts = [part for word, part in PLACE_PARTS.items() if word in found.law.place]
+    return list(dict.fromkeys(parts))
+
+
+def _nowhere(d: Diagnosis) -> bool:
+    """Whether no single run, signal and stretch of travel is beyond the uncertainty."""
+    return d.where.sentence.startswith("Nowhere")
+
+
+def where_sentence(d: Diagnosis) -> str:
+    """Where the base model fails; a misfit that only all runs together show is said to be that."""
+    if not (_nowhere(d) and d.verdict is not Verdict.ADEQUATE):
+        return d.where.sentence
+    return f"No single stretch is beyond its uncertainty: only all runs together show the misfit. {d.where.sentence}"
 
 
 def headline(d: Diagnosis) -> str:

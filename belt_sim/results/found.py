@@ -207,6 +207,9 @@ class NextRun:
 
     def __str__(self) -> str:
         change = f"{words.fixed(self.sigma_before, 1)} -> {words.fixed(self.sigma_after, 1)} sigma"
+        if self.sigma_after < RESOLVED:
+            pair = " from ".join(self.separates)
+            return f"no single further run tells {pair}; the best would be {self.action}: {change}"
         tells = "tells" if self.sigma_after >= APART else "may tell"
         return f"next run: {self.action} {tells} {' from '.join(self.separates)}: {change}"
 

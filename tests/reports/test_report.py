@@ -104,9 +104,9 @@ def test_the_page_is_well_formed_and_brings_plotly_once(page):
 def test_the_page_is_read_from_the_top(text):
     order = [
         "<h1>",
+        'id="found"',
         'id="error"',
         'id="fails"',
-        'id="found"',
         'id="apart"',
         'id="evidence"',
         'id="ranking"',
@@ -159,7 +159,7 @@ def test_what_was_found_stands_in_sentences(page, explained):
     assert thousandths(explained.error.held_out.before) in page.text
     first = explained.per_run[0]
     assert f"Worse than before: {first.run} {first.signal}" in page.text
-    assert "Opposite yaw at 10 N/mm². It tells yaw_offset_tail from sensor_gain: 0.10 → 5.9 sigma" in page.text
+    assert "Opposite yaw at 10 N/mm². It tells yaw_offset_tail from sensor_gain (0.10 → 5.9 sigma)" in page.text
 
 
 def test_what_users_write_is_escaped(page):
