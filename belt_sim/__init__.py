@@ -5,12 +5,53 @@
 ``simulate`` a case, ``load_campaign`` and ``compare`` a model with it, ``diagnose`` what the model lacks, ``plot`` and
 ``report`` the result. Tensions are in N/mm2 and yaws in degrees where settings are given as keywords, all else in SI.
 
-Importing this package loads nothing and sets nothing; a name is loaded when it is first asked for. Call ``prepare()``
-before anything else for results that are the same to the last bit as those of the command line (see jax_setup).
+Importing this package loads nothing and sets nothing; a name is loaded when it is first used. Call ``prepare()`` before
+anything else for results that are the same to the last bit as those of the command line (see jax_setup).
 """
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # the same names for editors and type checkers
+    from belt_sim.api.campaigns import import_files as import_files
+    from belt_sim.api.inference import check as check
+    from belt_sim.api.inference import check_effect as check_effect
+    from belt_sim.api.inference import compare as compare
+    from belt_sim.api.inference import diagnose as diagnose
+    from belt_sim.api.inference import discover as discover
+    from belt_sim.api.plant import export as export
+    from belt_sim.api.plant import linearise as linearise
+    from belt_sim.api.plot import plot as plot
+    from belt_sim.api.plot import report as report
+    from belt_sim.api.simulate import scene as scene
+    from belt_sim.api.simulate import simulate as simulate
+    from belt_sim.api.simulate import traced as traced
+    from belt_sim.campaign import Campaign as Campaign
+    from belt_sim.campaign import read_campaign
+    from belt_sim.case import Case as Case
+    from belt_sim.case import Schedule as Schedule
+    from belt_sim.case import Settings as Settings
+    from belt_sim.config import make_case as make_case
+    from belt_sim.curves import Curves as Curves
+    from belt_sim.effects.base import Effect as Effect
+    from belt_sim.effects.library import library as library
+    from belt_sim.errors import BeltError as BeltError
+    from belt_sim.errors import InputError as InputError
+    from belt_sim.jax_setup import prepare as prepare
+    from belt_sim.registry import model_named as model_named
+    from belt_sim.registry import models as models
+    from belt_sim.results.check import Check as Check
+    from belt_sim.results.comparison import Comparison as Comparison
+    from belt_sim.results.diagnosis import Diagnosis as Diagnosis
+    from belt_sim.results.discovery import Discovery as Discovery
+    from belt_sim.results.json import read_diagnosis
+    from belt_sim.results.simulation import Simulation as Simulation
+    from belt_sim.results.verdict import Verdict as Verdict
+    from belt_sim.rig import Belt as Belt
+    from belt_sim.rig import Rig as Rig
+
+    load_campaign, load_diagnosis = read_campaign, read_diagnosis
+    __version__: str
 
 _HOMES = {
     "Belt": "belt_sim.rig",
@@ -30,15 +71,19 @@ _HOMES = {
     "Simulation": "belt_sim.results.simulation",
     "Verdict": "belt_sim.results.verdict",
     "check": "belt_sim.api.inference",
+    "check_effect": "belt_sim.api.inference",
     "compare": "belt_sim.api.inference",
     "diagnose": "belt_sim.api.inference",
     "discover": "belt_sim.api.inference",
     "export": "belt_sim.api.plant",
+    "import_files": "belt_sim.api.campaigns",
     "library": "belt_sim.effects.library",
     "linearise": "belt_sim.api.plant",
     "load_campaign": "belt_sim.campaign:read_campaign",
     "load_diagnosis": "belt_sim.results.json:read_diagnosis",
+    "make_case": "belt_sim.config",
     "model_named": "belt_sim.registry",
+    "models": "belt_sim.registry",
     "plot": "belt_sim.api.plot",
     "prepare": "belt_sim.jax_setup",
     "report": "belt_sim.api.plot",
@@ -46,15 +91,19 @@ _HOMES = {
     "simulate": "belt_sim.api.simulate",
     "traced": "belt_sim.api.simulate",
 }
-__all__ = list(_HOMES)
+__all__ = [*_HOMES, "__version__"]
 
 
-def __getattr__(name: str) -> Any:
-    """A name of ``__all__``, loaded when it is first asked for (PEP 562)."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home, _, there = _HOMES[name].partition(":")
-    return getattr(importlib.import_module(home), there or name)
+if not TYPE_CHECKING:  # a type checker would take any name to be there
+
+    def __getattr__(name: str) -> Any:
+        """A name of ``__all__``, loaded when it is first used (PEP 562)."""
+        if name == "__version__":
+            return importlib.import_module("importlib.metadata").version("belt-sim")
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        home, _, there = _HOMES[name].partition(":")
+        return getattr(importlib.import_module(home), there or name)
 
 
 def __dir__() -> list[str]:

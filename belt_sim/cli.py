@@ -27,6 +27,7 @@ COMMANDS = {
     "map": "very many cases of an analytic model, as one table",
     "report": "write the report of a diagnosis again",
     "app": "a local web page: sliders, own measurements, diagnoses",
+    "new-effect": "a file with a whole effect, to be changed into one of your own",
     "demo": "a diagnosis of a campaign that ships, into outputs/demo",
     "completion": 'completion in bash and zsh: eval "$(belt-sim completion)"',
 }
@@ -77,6 +78,8 @@ def run(arguments: list[str]) -> int:
 
         print(script(COMMANDS), end="")
         return 0
+    if command == "new-effect":
+        return _new_effect(arguments[1:])
     if any(a in HELP for a in arguments):
         print(help_text(command))
         return 0
@@ -91,6 +94,20 @@ def run(arguments: list[str]) -> int:
         return _complain(f"{error.filename} = {error.strerror or error}: choose a folder that can be written")
     except KeyboardInterrupt:
         return _complain("stopped; what was finished is kept", status=130)
+
+
+def _new_effect(arguments: list[str]) -> int:
+    from belt_sim.commands.new_effect import new_effect
+
+    if len(arguments) != 1 or arguments[0].startswith("-"):
+        return _complain("new-effect: give one name, as in belt-sim new-effect side_wind")
+    try:
+        path = new_effect(arguments[0])
+    except BeltError as error:
+        return _complain(str(error))
+    print(f"{path}: change its law, then belt-sim simulate 'effects=[{{id: {path}, load: 0.01}}]'")
+    print(f"to test it: python -c \"import belt_sim as bs; print(*bs.check_effect('{path}'), sep='\\n')\"")
+    return 0
 
 
 def _composed(command: str, settings: list[str]) -> int:

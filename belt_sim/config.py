@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -61,18 +61,35 @@ def _within_travel(settings: Settings, travel: float) -> None:
             raise InputError(f"{name}.at", f"{late[0]:g}", "m", remedy)
 
 
-def case_asked(**settings: Any) -> Case:
-    """A case from settings as on the command line; what is not given is as in conf/simulate.yaml.
+class CaseSettings(TypedDict, total=False):
+    """Settings of a case as on the command line: [N/mm2], [degrees, or a list of {at, over, yaw}], [m/s], [m]."""
 
-    rig and belt are names (of conf/rig, conf/belt), mappings or objects.
+    rig: str | Mapping[str, Any] | Rig
+    belt: str | Mapping[str, Any] | Belt
+    tension: float | Sequence[float]
+    yaw: float | Sequence[Mapping[str, float]] | Schedule
+    yaw_head: float | Sequence[Mapping[str, float]] | Schedule
+    speed: float
+    direction: float
+
+
+def make_case(**settings: Any) -> Case:
+    """A case from settings as on the command line (``CaseSettings``); what is not given is as in conf/simulate.yaml.
+
+    rig and belt are names (of conf/rig, conf/belt), objects, or mappings of what is other than in the standard ones.
     """
     standard = _file("simulate.yaml")
     common = {k: standard[k] for k in ("tension", "yaw", "yaw_head", "travel", "direction", "speed")}
     groups = {k: v for entry in standard["defaults"] if isinstance(entry, Mapping) for k, v in entry.items()}
     known = common | {k: groups[k] for k in ("rig", "belt")}
-    for key, value in settings.items():
+    for key, value in list(settings.items()):
         if key not in known:
             raise InputError(key, value, "", f"use one of {', '.join(known)}")
+        if key in groups and isinstance(value, Mapping):
+            standard = _file(f"{key}/{groups[key]}.yaml")
+            for name in value.keys() - standard.keys():
+                raise InputError(f"{key}.{name}", value[name], "", f"use one of {', '.join(standard)}")
+            settings[key] = {**standard, **value}
     return case_from(known | settings)
 
 

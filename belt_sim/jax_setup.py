@@ -1,10 +1,11 @@
 """JAX as this project uses it. Importing this module changes nothing; what is needed is set where it is needed.
 
 - float64: ``compiled`` functions and ``in_float64`` blocks compute in it, whatever the caller's JAX is set to.
-- the CPU, a cache of compiled code on disk, and no fused multiply-adds: ``prepare()``, which the command line calls
-  before anything else. Which sums a fused multiply-add lands on depends on what else is compiled in, so that an effect
-  of no strength would change the last bit of a result; without them it does not, for some 15 % of the speed. They are
-  a property of XLA's CPU client, which is made once a process: ``prepare()`` must come before JAX's first computation.
+- a cache of compiled code on disk: ``keep_programs()``, which ``belt_sim.api`` calls when it is loaded.
+- the CPU, and no fused multiply-adds: ``prepare()``, which the command line calls before anything else. Which sums a
+  fused multiply-add lands on depends on what else is compiled in, so that an effect of no strength would change the
+  last bit of a result; without them it does not, for some 15 % of the speed. They are a property of XLA's CPU client,
+  which is made once a process: ``prepare()`` must come before JAX's first computation.
 - loops of an analytic march as one piece of machine code each: by default XLA calls a kernel for every few operations
   of a loop's step, which for the small arrays of a march costs two thirds of the time. Results are the same bit by bit.
 - every program in one piece: by default XLA cuts a large one up to compile it on several cores, and puts the pieces
@@ -74,7 +75,16 @@ def prepare(space: bool = False) -> None:
         except RuntimeError as error:
             first = str(error).splitlines()[0]
             raise InputError("JAX_PLATFORMS", asked, "", f"JAX finds no such device ({first}); use cpu") from error
+    keep_programs(replace=True)
+
+
+def keep_programs(replace: bool = False) -> None:
+    """Keep compiled programs under BELT_SIM_CACHE or ~/.cache; where JAX has a cache already, only if ``replace``."""
+    if not replace and jax.config.values["jax_compilation_cache_dir"]:
+        return
     folder = os.environ.get("BELT_SIM_CACHE", str(Path.home() / ".cache" / "belt_sim" / "jax"))
+    if folder == "off" and not replace:
+        return
     jax.config.update("jax_enable_compilation_cache", folder != "off")
     jax.config.update("jax_compilation_cache_dir", None if folder == "off" else folder)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 from belt_sim.analytic.model import MODELS
 from belt_sim.analytic.steady import RitzingerFormula
@@ -13,6 +13,23 @@ from belt_sim.model import Model, SteadyModel
 ANALYTIC = ("rope", "beam_th1", "beam_th2", "ritzinger", "ernst_beam", "strip", "strip_lift_off")
 IN_SPACE = {"mujoco_rope": "rope", "mujoco_grid": "grid", "mujoco_flex": "flex"}
 MODEL_NAMES = (*ANALYTIC, *IN_SPACE)
+ModelName = Literal[
+    "rope",
+    "beam_th1",
+    "beam_th2",
+    "ritzinger",
+    "ernst_beam",
+    "strip",
+    "strip_lift_off",
+    "mujoco_rope",
+    "mujoco_grid",
+    "mujoco_flex",
+]
+
+
+def models() -> dict[str, str]:
+    """The title of every model by its name."""
+    return {name: model_named(name).title for name in MODEL_NAMES}
 
 
 def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model | SteadyModel:

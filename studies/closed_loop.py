@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import belt_sim as bs
-from belt_sim.config import case_asked
+from belt_sim.config import make_case
 from belt_sim.files import write_with
 from belt_sim.mujoco3d.engine import Engine, SpaceRun
 from belt_sim.mujoco3d.machine import Drive
@@ -74,7 +74,7 @@ class Steered:
 
 def in_space(config: dict[str, Any]) -> dict[str, np.ndarray]:
     """travel [m], y1 [mm], y3 [mm] and the controller's yaw [deg] of the loop closed on the 3D belt."""
-    case = case_asked(tension=config["tension"], yaw=config["askew"], travel=config["travel"])
+    case = make_case(tension=config["tension"], yaw=config["askew"], travel=config["travel"])
     run = SpaceRun.begin(case, "flex", fit_options(Options(), case, "flex"))
     recorder = Recorder(run.scene, (ProgressObserver("closed loop"),))
     told: list[tuple[float, float]] = []

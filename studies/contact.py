@@ -22,7 +22,7 @@ from mujoco import rollout
 
 import belt_sim as bs
 from belt_sim.case import Case, Schedule
-from belt_sim.config import case_asked
+from belt_sim.config import make_case
 from belt_sim.jax_setup import prepare
 from belt_sim.laws.span import torsional_stiffness
 from belt_sim.mujoco3d.calibration import matching_width
@@ -127,7 +127,7 @@ def held(contact: Contact) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], f
 
 def case_of(contact: Contact) -> Case:
     """The short rig at its tension, its pulley yawed while it runs."""
-    case = case_asked(rig="rope_example", tension=contact.tension)
+    case = make_case(rig="rope_example", tension=contact.tension)
     return replace(case, settings=replace(case.settings, yaw=Schedule.ramp(contact.yaw * DEGREE, at=0.0, over=RAMP)))
 
 

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from belt_sim.config import case_asked
+from belt_sim.config import make_case
 from belt_sim.files import write_with
 from belt_sim.mujoco3d.machine import HEAD_YAW, TAIL_YAW
 from belt_sim.mujoco3d.mujoco_4 import compile_model, silence_expected_warnings
@@ -47,7 +47,7 @@ def shot():
     model = lit(mujoco.MjSpec.from_file(str(MODELS / "scenes" / "short_rig.xml")))
     data, seen = mujoco.MjData(model), mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("running").id)
-    rig = case_asked(rig="rope_example").rig
+    rig = make_case(rig="rope_example").rig
     nodes = np.array([i for i in range(model.nbody) if model.body(i).name.startswith("node-")]).reshape(-1, 2)
     yaw, travel, frame_due = data.actuator("tail_yaw"), 0.0, 0.0
     with mujoco.Renderer(model, SIZE[1], SIZE[0]) as renderer:

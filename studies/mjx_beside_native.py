@@ -15,7 +15,7 @@ import jax
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.config import case_asked
+from belt_sim.config import make_case
 from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.files import write_text
@@ -39,7 +39,7 @@ class Asked:
     @property
     def case(self) -> Case:
         """Sticking, the tail pulley yawed by -0.042 deg."""
-        return case_asked(rig=self.rig, tension=self.tension, yaw=-0.042, travel=TRAVEL)
+        return make_case(rig=self.rig, tension=self.tension, yaw=-0.042, travel=TRAVEL)
 
     @property
     def options(self) -> Options:

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 import belt_sim as bs
-from belt_sim.config import case_asked
+from belt_sim.config import make_case
 from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.jax_setup import prepare
@@ -59,7 +59,7 @@ def main(picture: Path | None, count: int) -> None:
     from belt_sim.mjx import simulate_batch
 
     tensions = np.linspace(*TENSIONS, count)
-    cases = [case_asked(rig=RIG, tension=float(t), yaw=YAW, travel=TRAVEL) for t in tensions]
+    cases = [make_case(rig=RIG, tension=float(t), yaw=YAW, travel=TRAVEL) for t in tensions]
     begun = time.perf_counter()
     found = simulate_batch(cases, travel=TRAVEL, chunk=count)
     took = time.perf_counter() - begun

@@ -10,10 +10,20 @@ from typing import Any
 import numpy as np
 
 from belt_sim.analytic.model import AnalyticModel
-from belt_sim.api.resolve import analytic_model, candidates_of, effects_of, fitted_model, refuse, validity_warnings
+from belt_sim.api.resolve import (
+    ModelSpec,
+    analytic_model,
+    campaign_of,
+    candidates_of,
+    effects_of,
+    fitted_model,
+    refuse,
+    validity_warnings,
+)
 from belt_sim.campaign import Campaign, Run, case_of
 from belt_sim.campaign.read import is_plan, read_begun, read_plan
 from belt_sim.case import Case
+from belt_sim.cores import one_blas_thread
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.answer.nextrun import next_runs
@@ -49,9 +59,10 @@ from belt_sim.whole_number import whole
 MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
 
 
+@one_blas_thread
 def diagnose(
-    campaign: Campaign,
-    model: Any = "strip",
+    campaign: Campaign | str | Path,
+    model: ModelSpec = "strip",
     effects: Any = None,
     *,
     bootstraps: int = BOOTSTRAPS,
@@ -71,6 +82,7 @@ def diagnose(
     can be drawn, without the next runs and what was discovered beside effects; config: what asked for it, for the
     provenance. Raises InputError, CannotRepresent, RunFailed.
     """
+    campaign = campaign_of(campaign)
     whole("seed", seed, 0)
     whole("bootstraps", bootstraps, MIN_BOOTSTRAPS, MAX_BOOTSTRAPS)
     if not any(s.kind == "lateral" for s in campaign.signals):
@@ -137,9 +149,10 @@ def _admission(classes: Sequence[type[Effect]], model: AnalyticModel, campaign: 
     return tuple(line for cls in own for line in admit(cls, model, campaign))
 
 
+@one_blas_thread
 def discover(
-    campaign: Campaign,
-    model: Any = "strip",
+    campaign: Campaign | str | Path,
+    model: ModelSpec = "strip",
     effects: Any = None,
     *,
     draws: int = DRAWS,
@@ -152,6 +165,7 @@ def discover(
     effects: as for ``compare``; draws: campaigns simulated with nothing missing; tell: hears every stage; config: what
     asked for it, for the provenance. Raises InputError, CannotRepresent.
     """
+    campaign = campaign_of(campaign)
     if not any(s.kind == "lateral" for s in campaign.signals):
         raise InputError("signals", "no point", "", "a discovery needs the lateral position of one of points 1-4")
     chosen, acting = fitted_model(model), effects_of(effects)
@@ -167,9 +181,10 @@ def discover(
 PLANNED_TRAVEL, PLANNED_STEP = 60.0, 0.5  # [m] that a planned run is recorded over, and between its readings
 
 
+@one_blas_thread
 def check(
     campaign: Campaign | str | Path,
-    model: Any = "strip",
+    model: ModelSpec = "strip",
     effects: Any = None,
     *,
     travel: float = PLANNED_TRAVEL,
@@ -214,14 +229,21 @@ def check(
 STEADY_TRAVEL = 300.0  # [m]; the strip's transient at 7 N/mm2 is longer than 100 m
 
 
+@one_blas_thread
 def compare(
-    campaign: Campaign, model: Any = "strip", effects: Any = None, *, drawn: bool = True, config: Any = None
+    campaign: Campaign | str | Path,
+    model: ModelSpec = "strip",
+    effects: Any = None,
+    *,
+    drawn: bool = True,
+    config: Any = None,
 ) -> Comparison:
     """Errors of ``model`` run by run, without and with ``effects``, and where it fails.
 
     model: an analytic one, by name or object; effects: ids, mappings, .py files, objects, an effects.yaml, or the
     effects of a diagnosis; drawn: whether to prepare drawings; config: what asked for it, for the provenance.
     """
+    campaign = campaign_of(campaign)
     curves = any(len(r.travel) for r in campaign.runs)
     chosen = fitted_model(model) if curves else analytic_model(model)
     acting = effects_of(effects)
@@ -255,7 +277,7 @@ def _parameter_vector(bench: Workbench, effects: Sequence[Effect]) -> np.ndarray
 
 
 def steady_errors(
-    campaign: Campaign, model: Model | SteadyModel, effects: Sequence[Effect] = ()
+    campaign: Campaign | str | Path, model: Model | SteadyModel, effects: Sequence[Effect] = ()
 ) -> tuple[SteadyError, ...]:
     """Measured and modelled late rates of every run and point in steady.csv, against the stated uncertainty."""
     runs = {r.name: r for r in campaign.runs}
@@ -285,3 +307,16 @@ def _late_rates(case: Case, model: Model | SteadyModel, effects: Sequence[Effect
         return late_rates(model.run(case, effects, travel=STEADY_TRAVEL))
     assert isinstance(model, SteadyModel)
     return np.full(4, model.steady_rate(case))
+
+
+def check_effect(
+    effect: type[Effect] | str | Path, model: ModelSpec = "strip", campaign: Campaign | str | Path = "slack_belt"
+) -> tuple[str, ...]:
+    """What the test of an effect of one's own says, a line each: null limit, parity, exponent, look-alikes.
+
+    effect: a class or a .py file; it is tried on the machine and the runs of ``campaign``. Raises InputError naming the
+    first thing that is wrong.
+    """
+    chosen, read = fitted_model(model), campaign_of(campaign)
+    classes = candidates_of([effect if isinstance(effect, type) else str(effect)], chosen)
+    return tuple(line for cls in classes for line in admit(cls, chosen, read))

@@ -4,11 +4,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
-from belt_sim.api.resolve import effects_of, fitted_model
+from belt_sim.api.resolve import ModelSpec, effects_of, fitted_model
 from belt_sim.case import Case
-from belt_sim.config import case_asked
+from belt_sim.config import CaseSettings, make_case
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.linear.linearise import linear_belt
@@ -19,7 +19,7 @@ from belt_sim.si import N_PER_MM2
 
 
 def linearise(
-    case: Case | None = None, *, model: Any = "strip", effects: Any = None, **settings: Any
+    case: Case | None = None, *, model: ModelSpec = "strip", effects: Any = None, **settings: Unpack[CaseSettings]
 ) -> LinearBelt | PlantSchedule:
     """The linear plant of ``case`` (in SI), or of the case that ``settings`` describe as for ``simulate``.
 
@@ -32,9 +32,9 @@ def linearise(
     chosen, acting = fitted_model(model), effects_of(effects)
     tension = settings.get("tension")
     if not isinstance(tension, Sequence) or isinstance(tension, str):
-        plant: LinearBelt = linear_belt(case_asked(**settings) if case is None else case, chosen, acting)
+        plant: LinearBelt = linear_belt(make_case(**settings) if case is None else case, chosen, acting)
         return plant
-    first = case_asked(**settings | {"tension": tension[0]})
+    first = make_case(**settings | {"tension": tension[0]})
     cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
     plants: list[LinearBelt] = [linear_belt(c, chosen, acting) for c in cases]
     return PlantSchedule.of(plants)

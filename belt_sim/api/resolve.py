@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.analytic.steady import RitzingerFormula
-from belt_sim.campaign import Campaign
+from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.campaign.types import case_of
 from belt_sim.case import Case
 from belt_sim.diagnosis.readings.effect_hints import default_candidates
@@ -15,9 +16,17 @@ from belt_sim.effects.library import library
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.model import Model, SteadyModel
-from belt_sim.registry import model_named
+from belt_sim.registry import ModelName, model_named
 from belt_sim.results.found import FoundEffect
 from belt_sim.validity import Limit, exceeded, geometric
+
+#: a model by name, by name and settings, or as an object
+ModelSpec = ModelName | Mapping[str, Any] | Model | SteadyModel
+
+
+def campaign_of(spec: Campaign | str | Path) -> Campaign:
+    """A campaign by the name of one that ships, by its folder, or as it is; raises CampaignError."""
+    return spec if isinstance(spec, Campaign) else read_campaign(spec)
 
 
 def model_of(spec: Any) -> Model | SteadyModel:

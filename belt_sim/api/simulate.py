@@ -3,13 +3,13 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.analytic.model import AnalyticModel
-from belt_sim.api.resolve import effects_of, fitted_model, model_of, refuse, validity_limits
+from belt_sim.api.resolve import ModelSpec, effects_of, fitted_model, model_of, refuse, validity_limits
 from belt_sim.case import Case
-from belt_sim.config import case_asked, case_from, model_settings
+from belt_sim.config import CaseSettings, case_from, make_case, model_settings
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError, InputError, RunFailed
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 def simulate(
     case: Case | None = None,
     *,
-    model: Any = "strip",
+    model: ModelSpec = "strip",
     effects: Any = None,
     travel: float = 60.0,
     engine: str | None = None,
     observers: Sequence[Observer] = (),
     scene_path: Path | None = None,
     computed: Any = None,
-    **settings: Any,
+    **settings: Unpack[CaseSettings],
 ) -> Simulation:
     """Run ``case`` (in SI), or the case that ``settings`` describe, for ``travel`` [m].
 
@@ -47,7 +47,7 @@ def simulate(
     if case is not None and settings:
         name, value = next(iter(settings.items()))
         raise InputError(name, value, "", "give either a case or its settings")
-    case = case_asked(travel=travel, **settings) if case is None else case
+    case = make_case(travel=travel, **settings) if case is None else case
     chosen, acting = on_engine(model_of(model), engine), effects_of(effects)
     common: dict[str, Any] = {"case": case, "model": chosen.name, "effects": acting, "travel": float(travel)}
     common["beyond"] = validity_limits(case, chosen, [e.id for e in acting])
@@ -132,7 +132,7 @@ def _prepared(config: Mapping[str, Any]) -> Any:
         return None
 
 
-def scene(case: Case | None = None, *, model: Any = "mujoco_flex", **settings: Any) -> "MjSpec":
+def scene(case: Case | None = None, *, model: ModelSpec = "mujoco_flex", **settings: Unpack[CaseSettings]) -> "MjSpec":
     """The scene of ``case`` (in SI), or of the case that ``settings`` describe as for ``simulate``, not yet compiled.
 
     MuJoCo's contacts carry the belt; ``simulate(model={"name": ..., "scene": spec})`` runs it, edited or not.
@@ -140,7 +140,7 @@ def scene(case: Case | None = None, *, model: Any = "mujoco_flex", **settings: A
     if case is not None and settings:
         name, value = next(iter(settings.items()))
         raise InputError(name, value, "", "give either a case or its settings")
-    case = case_asked(**settings) if case is None else case
+    case = make_case(**settings) if case is None else case
     from belt_sim.mujoco3d.engine import contact_scene
     from belt_sim.mujoco3d.model import SpaceModel
 
@@ -160,7 +160,7 @@ def scene_text(case: Case, model: Any) -> str:
     return mjcf(spec, STORY)
 
 
-def traced(case: Case, model: Any = "strip", *, travel: float) -> Callable[..., Curves]:
+def traced(case: Case, model: ModelSpec = "strip", *, travel: float) -> Callable[..., Curves]:
     """A function (case, effects=()) -> true Curves over ``travel`` [m], pure JAX, of cases whose pulleys are like those
     of ``case``: its sums are planned by them.
 

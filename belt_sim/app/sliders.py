@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.api.simulate import simulate
-from belt_sim.config import case_asked
+from belt_sim.config import make_case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect, Parameter
 from belt_sim.effects.library import library, title_of
@@ -38,7 +38,7 @@ class Asked:
 
 def simulated(asked: Asked) -> Simulation:
     """The simulation; raises InputError, CannotRepresent, RunFailed."""
-    case = case_asked(rig=asked.rig, belt=asked.belt, tension=asked.tension, yaw=asked.yaw)
+    case = make_case(rig=asked.rig, belt=asked.belt, tension=asked.tension, yaw=asked.yaw)
     acting = [made(i, numbers) for i, numbers in asked.effects.items()]
     whole = simulate(case, model={"name": asked.model, "keep": KEEP}, effects=acting, travel=LONGEST)
     assert whole.curves is not None

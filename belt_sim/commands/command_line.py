@@ -23,7 +23,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import BeltError
-from belt_sim.paths import CONF
+from belt_sim.paths import CAMPAIGNS, CONF
 
 SWEEP = ("-m", "--multirun")
 HELP = ("-h", "--help")
@@ -144,13 +144,22 @@ def _one_line(error: BaseException, command: str, conf: Path) -> str:
         return f"{group} = {name}: use one of {', '.join(options)}" if options else f"{group}: no such key"
     key = getattr(error, "full_key", None) or getattr(error.__cause__, "full_key", None)
     if key and "Missing mandatory value" in str(error):
-        return f"{key}: is not given; write {key}=..."
+        return f"{key}: is not given; write {key}=...{_what_to_give(key, command, conf)}"
     if key:
         return f"{key}: no such key{_nearest(key, known_keys(command, conf))}"
     if isinstance(error, ValueError):  # Hydra checks the names of groups with it
         return "a group (rig, belt, model) is named by one of its files, as rig=test_rig"
     first = " ".join(str(error).splitlines()[0].split())
     return f"{first}: write key=value, lists as [a,b], and put quotes around what holds brackets"
+
+
+def _what_to_give(key: str, command: str, conf: Path) -> str:
+    """Return in brackets what stands beside a key in its file, with the campaigns that ship."""
+    meaning = dict(_settings(conf / f"{command}.yaml")).get(f"{key}=...", "").removeprefix("needed: ")
+    names = (
+        f": {', '.join(sorted(p.parent.name for p in CAMPAIGNS.glob('*/campaign.yaml')))}" if key == "campaign" else ""
+    )
+    return f" ({meaning}{names})" if meaning else ""
 
 
 def refusal(command: str, arguments: Sequence[str], conf: Path = CONF) -> str | None:
@@ -188,15 +197,34 @@ def _nearest(name: str, known: Sequence[str]) -> str:
 
 
 def help_text(command: str) -> str:
-    """Every key of a command with its value and meaning, as its file in conf has them."""
+    """Return what a command does, and every key with its value, unit and meaning, as its files in conf have them."""
     text = (CONF / f"{command}.yaml").read_text(encoding="utf-8").split("\nhydra:\n")[0]
-    shown = [line for line in text.splitlines() if "override hydra/" not in line and line.strip() != "- _self_"]
-    groups = [k for k in ("rig", "belt", "model", "experiment") if f"- {k}:" in text or k == "experiment"]
-    options = [f"  {g}: {', '.join(sorted(p.stem for p in (CONF / g).glob('*.yaml')))}" for g in groups]
-    if command != "simulate":
-        options = [line for line in options if not line.startswith("  experiment")]
-    usage = f"usage: belt-sim {command} [key=value ...] [-m key=a,b,c ...] [--cfg job]"
-    return "\n".join([usage, "", *shown, *(["", "groups:", *options] if options else [])])
+    about, _, settings = text.partition("defaults:")
+    said = [line.lstrip("# ") for line in about.splitlines()]
+    rows: list[tuple[str, str]] = []
+    for group, chosen in re.findall(r"- (\w+): (\w+)", settings):
+        rows.append((f"{group}={chosen}", f"one of {', '.join(sorted(p.stem for p in (CONF / group).glob('*.yaml')))}"))
+        rows += [(f"  {group}.{k}", c) for k, c in _settings(CONF / group / f"{chosen}.yaml")]
+    if command == "simulate":
+        rows.append(
+            ("+experiment=...", f"one of {', '.join(sorted(p.stem for p in (CONF / 'experiment').glob('*.yaml')))}")
+        )
+    rows += _settings(CONF / f"{command}.yaml")
+    wide = max(len(key) for key, _ in rows)
+    lines = [f"  {key:{wide}s}  {comment}".rstrip() for key, comment in rows]
+    usage = [
+        f"usage: belt-sim {command} [KEY=VALUE ...]",
+        f"       belt-sim {command} -m KEY=A,B,C   a sweep, a run a value",
+    ]
+    more = f"belt-sim {command} --cfg job KEY=VALUE ... shows the whole configuration and runs nothing."
+    return "\n".join([*said, *usage, "", "keys, with what they are set to:", *lines, "", more])
+
+
+def _settings(file: Path) -> list[tuple[str, str]]:
+    """Return the settings of a file of conf as (key=value, comment); ??? stands for what must be given."""
+    text = file.read_text(encoding="utf-8").split("\nhydra:\n")[0]
+    found = re.findall(r"^(\w+):[ \t]*([^#\n]*[^#\s])[ \t]*(?:#[ \t]*(.*))?$", text, re.MULTILINE)
+    return [(f"{k}={'...' if v == '???' else v}", ("needed: " if v == "???" else "") + c) for k, v, c in found]
 
 
 def import_arguments(arguments: Sequence[str]) -> list[str]:

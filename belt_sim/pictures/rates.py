@@ -70,7 +70,7 @@ def _apart(ends: list[tuple[float, str, str]], gap: float) -> list[float]:
     return heights
 
 
-def steady_picture(path: str | os.PathLike, rows: Sequence[SteadyError], name: str, title: str) -> Path:
+def steady_picture(path: str | os.PathLike | None, rows: Sequence[SteadyError], name: str, title: str) -> Path:
     """Draw measured and modelled late rates of the first measured point of a campaign; name: of the model."""
     point = min(r.point for r in rows)
     mine = sorted((r for r in rows if r.point == point), key=lambda r: r.tension)

@@ -204,7 +204,7 @@ class Card:
     """A named effect for people at the machine.
 
     fault: the clause of the headline; about: what the effect is, from its own file; parts: ids of the sketch; sizes: a
-    line a number; sure: how sure; unsure: whether the card is marked; others: what it may be instead; check: what to do.
+    line a number; sure: how sure; unsure: marked as such; others: what it may be instead; check: what to do.
     """
 
     id: str

@@ -6,7 +6,7 @@ import time
 import jax
 import numpy as np
 
-from belt_sim.config import case_asked
+from belt_sim.config import make_case
 from belt_sim.jax_setup import in_float64, prepare
 from belt_sim.mujoco3d.options import Options
 
@@ -20,7 +20,7 @@ def main(rig: str, count: int, segments: int) -> None:
     from belt_sim.mjx.run import SEGMENT, carried_state, compile_batch
 
     begun = time.perf_counter()
-    cases = [case_asked(rig=rig, tension=float(t), yaw=-0.042, travel=2.0) for t in np.linspace(20.0, 60.0, count)]
+    cases = [make_case(rig=rig, tension=float(t), yaw=-0.042, travel=2.0) for t in np.linspace(20.0, 60.0, count)]
     ready = made(cases, options=Options())
     models, axes = stack_cases([r.model for r in ready])
     data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[carried_state(r.data) for r in ready])

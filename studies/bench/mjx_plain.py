@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from mujoco import mjx
 
-from belt_sim.config import case_asked
+from belt_sim.config import make_case
 from belt_sim.jax_setup import in_float64, prepare
 from belt_sim.mjx import mujoco_mjx  # remembers bodies of coordinates: without it tracing takes minutes
 from belt_sim.mujoco3d.machine import build_scene
@@ -29,7 +29,7 @@ DT = 5e-6  # [s], near the largest stable one
 def main(kind: str) -> None:
     """Compile the short rig's belt as it is, without the dummy equality, and step it."""
     assert mujoco_mjx.SLOW
-    case = case_asked(rig="rope_example", tension=40.0, yaw=-0.042, travel=2.0)
+    case = make_case(rig="rope_example", tension=40.0, yaw=-0.042, travel=2.0)
     options = fit_options(Options(), case, kind)
     spec, scene = build_scene(case, BELTS[kind](), options, SceneParts.undisturbed(case, np.inf))
     for element in list(spec.equalities):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.config import case_asked
+from belt_sim.config import make_case
 from belt_sim.effects.load import load_effects
 
 
@@ -17,7 +17,7 @@ def _with_tension(case, tension):
 
 @pytest.mark.parametrize("model", ["strip", "beam_th2"])
 def test_the_derivative_by_tension_is_that_of_the_curves(model):
-    case, size = case_asked(tension=10, travel=5), 1e3
+    case, size = make_case(tension=10, travel=5), 1e3
     with jax.enable_x64(True):
         run = bs.traced(case, model, travel=5)
         slope = jax.grad(lambda tension: run(_with_tension(case, tension)).y[0, -1])(10e6)
@@ -27,7 +27,7 @@ def test_the_derivative_by_tension_is_that_of_the_curves(model):
 
 
 def test_the_derivative_by_an_effect_and_a_batch():
-    case = case_asked(tension=10, travel=3)
+    case = make_case(tension=10, travel=3)
     (taper,) = load_effects([{"id": "taper", "kappa_t": 1e-6}])
     with jax.enable_x64(True):
         run = bs.traced(case, travel=3)

@@ -83,9 +83,9 @@ def test_twenty_seconds_in_bare_mujoco(tmp_path):
 
 def test_the_checked_in_scene_is_what_the_command_writes():
     from belt_sim.api.simulate import scene_text
-    from belt_sim.config import case_asked
+    from belt_sim.config import make_case
 
-    written = scene_text(case_asked(**MACHINE), "mujoco_flex")
+    written = scene_text(make_case(**MACHINE), "mujoco_flex")
     assert re.sub(r"\d\.\d+", "", written) == re.sub(r"\d\.\d+", "", SHORT_RIG.read_text(encoding="utf-8"))
 
 

@@ -264,7 +264,7 @@ def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
     courses = [
         SimpleNamespace(label=f"{t} N/mm²", tension=t * 1e6, travel=s, u=1e-5 * s, sd=2e-6 + 0 * s) for t in (7, 40)
     ]
-    law = SimpleNamespace(variable="β", variable_unit="rad")
+    law = SimpleNamespace(variable="β", variable_unit="rad", place="reading of y1")
     found = SimpleNamespace(
         found=True,
         sentence="The yaw of the tail pulley lacks 0.24 β (1 − exp(−s/14.6 m)).",
@@ -286,8 +286,9 @@ def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
     page = Page(text)
     for said in (found.sentence, "yaw of the tail pulley", "κ|κ|", "one speed only", "found_effect.py"):
         assert said in page.text
+    assert "fits best at another place (yaw of the tail pulley)" in page.text  # the bars rank it first
     top = text[text.index("<h1>") : text.index("</header>")]
-    assert f"Discovered: {found.sentence.rstrip('.')}" in html.unescape(top)
+    assert f"Found beside the library: {found.sentence.rstrip('.')}" in html.unescape(top)
     assert 'href="#discovered"' in top
     assert [row["length"] for row in weights(found)] == [100.0, 25.0]
     first, second = json.loads(page.scripts[0])["law"]

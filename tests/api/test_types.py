@@ -1,0 +1,36 @@
+"""What an editor and a type checker know of ``import belt_sim as bs``."""
+
+import ast
+import subprocess
+import sys
+
+import belt_sim as bs
+from belt_sim.paths import PACKAGE, ROOT
+
+SCRIPT = """
+import belt_sim as bs
+run = bs.simulate(model="strip", tension=10, yaw=0.04, rig={"centre_distance": 8.0}, travel=5.0)
+print(run.rates[0], bs.plot(run).axes, bs.load_campaign("slack_belt").title, bs.__version__)
+bs.nonsense()
+bs.simulate(tensoin=10)
+bs.simulate(model="stripe")
+"""
+WRONG = {5: "nonsense", 6: "tensoin", 7: "stripe"}  # by line
+
+
+def test_a_type_checker_finds_names_and_settings_that_are_not_there(tmp_path):
+    script = tmp_path / "mine.py"
+    script.write_text(SCRIPT)
+    command = [sys.executable, "-m", "mypy", "--ignore-missing-imports", "--follow-imports=silent", str(script)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+    found = {int(line.split(":")[1]): line for line in done.stdout.splitlines() if "mine.py:" in line}
+    assert found.keys() == WRONG.keys(), done.stdout
+    assert all(word in found[number] for number, word in WRONG.items())
+
+
+def test_type_checkers_are_told_of_every_name():
+    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
+    (block,) = [n for n in tree.body if isinstance(n, ast.If) and isinstance(n.test, ast.Name)]
+    told = {a.asname or a.name for n in block.body if isinstance(n, ast.ImportFrom) for a in n.names}
+    told |= {t.id for n in block.body if isinstance(n, ast.Assign) for t in n.targets[0].elts}
+    assert {*bs.__all__} - {"__version__"} <= told

@@ -1,0 +1,49 @@
+"""What the command line says of itself, and the file of a new effect."""
+
+import numpy as np
+import pytest
+
+import belt_sim as bs
+from belt_sim.cli import COMMANDS, run
+from belt_sim.commands.command_line import help_text
+from belt_sim.commands.new_effect import new_effect
+
+OWN_HELP = ("demo", "new-effect")
+
+
+@pytest.mark.parametrize("command", sorted(set(COMMANDS) - {*OWN_HELP}))
+def test_help_names_every_key_and_nothing_of_hydra(command):
+    text = help_text(command)
+    assert text.startswith(f"belt-sim {command}")
+    assert not {"defaults:", "_self_", "override", "???"} & set(text.split())
+
+
+def test_help_gives_units():
+    rows = {line.split("=")[0].strip(): line for line in help_text("simulate").splitlines() if "=" in line}
+    assert rows["tension"].endswith("N/mm2")
+    assert rows["rig.centre_distance"].endswith(" m")
+
+
+def test_a_missing_campaign_is_asked_for_with_what_can_be_given(capsys):
+    assert run(["compare"]) == 1
+    said = capsys.readouterr().err
+    assert "slack_belt" in said
+    assert "folder of a campaign" in said
+
+
+def test_a_new_effect_is_whole_and_does_what_its_twin_does(tmp_path):
+    path = new_effect("side_gust", tmp_path)
+    mine = bs.simulate(tension=10, travel=2.0, effects=[{"id": str(path), "load": 0.01}])
+    wind = bs.simulate(tension=10, travel=2.0, effects=[{"id": "models/effects/wind.py", "load": 0.01}])
+    assert [e.id for e in mine.effects] == ["side_gust"]
+    np.testing.assert_array_equal(mine.curves.y, wind.curves.y)
+    for name in ("side_gust", "taper", "Bad-Name"):
+        with pytest.raises(bs.InputError):
+            new_effect(name, tmp_path)
+
+
+def test_mappings_name_only_what_differs_from_the_standard():
+    short = bs.make_case(rig={"centre_distance": 8})
+    assert (short.rig.centre_distance, short.rig.head_radius) == (8.0, bs.make_case().rig.head_radius)
+    with pytest.raises(bs.InputError, match="rig.centre_distanc = 8: use one of centre_distance"):
+        bs.make_case(rig={"centre_distanc": 8})

@@ -1,0 +1,65 @@
+"""The report speaks of the machine: faults, parts, sizes in units of the shop, and what to check."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from belt_sim.effects.library import library
+from belt_sim.reports.page import HERE
+from belt_sim.reports.plant_words import CAUSES, LIKELY, advice, card, headline, in_shop_units
+from belt_sim.results.found import RESOLVED, Estimate, FoundEffect, NextRun
+from belt_sim.results.verdict import Verdict
+
+TAPER = FoundEffect(
+    id="taper",
+    numbers={"kappa_t": 1e-6, "kappa_t_head": 2e-5},
+    parameters={n: Estimate(v, 1e-6, "1/m", True) for n, v in (("kappa_t", 1e-6), ("kappa_t_head", 2e-5))},
+    probability=0.97,
+)
+
+
+class Said:
+    """A diagnosis as far as its headline goes."""
+
+    def __init__(self, verdict):
+        self.verdict = verdict
+
+
+def test_every_effect_of_the_library_has_words_and_parts_of_the_sketch():
+    drawn = set(re.findall(r'part\("(\w+)"\)', (HERE / "sketch.svg.j2").read_text(encoding="utf-8")))
+    assert set(CAUSES) == set(library())
+    assert {part for cause in CAUSES.values() for part in cause.parts} <= drawn
+
+
+def test_the_pulley_is_the_one_whose_number_stands_out():
+    found = card(TAPER)
+    assert found.parts == ("head",)
+    assert found.fault == "the head pulley is conical"
+    assert headline(Said(Verdict.EXPLAINED), [found]) == "Most likely the head pulley is conical"
+
+
+def test_an_improbable_cause_is_marked_and_said_to_be_possible_only():
+    unsure = card(replace(TAPER, probability=LIKELY - 0.01, confusable_with=("crown + cant",)))
+    assert unsure.unsure
+    assert "(crown + cant)" in unsure.others[0]
+    assert headline(Said(Verdict.EXPLAINED), [unsure]).startswith("Perhaps")
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "said"),
+    [("rad", 1e-3, "1.00 ± 0.10 mm per m"), ("m", 2e-3, "2.00 ± 0.20 mm"), ("1", 0.5, "0.50")],
+)
+def test_sizes_are_in_units_of_the_shop(unit, value, said):
+    assert in_shop_units("yaw_offset_tail", Estimate(value, 0.1 * value, unit, True)).startswith(said)
+
+
+def test_a_run_that_resolves_nothing_is_not_said_to_tell():
+    pair = ("taper", "crown")
+    assert advice(NextRun("reverse", pair, 0.1, RESOLVED - 0.1)).startswith("No single further run")
+    assert "It tells taper from crown" in advice(NextRun("reverse", pair, 0.1, RESOLVED + 0.1))
+    assert "no single further run" in str(NextRun("reverse", pair, 0.1, 1e-6))
+
+
+def test_no_effect_and_damaged_data_have_headlines_of_their_own():
+    assert len({headline(Said(v), []) for v in (Verdict.ADEQUATE, Verdict.NONE_KNOWN, Verdict.CANNOT_SAY)}) == 3
