@@ -21,7 +21,7 @@ from belt_sim.mujoco3d.recording import Recorder, reading
 from belt_sim.mujoco3d.stages import Stage
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.si import DEGREE, MM
-from belt_sim.watch.progress import ProgressObserver
+from belt_sim.watch.observers import ProgressObserver
 from studies.application import application
 
 
@@ -92,10 +92,11 @@ def linear(config: dict[str, Any], travel: np.ndarray) -> np.ndarray:
     """y1 [mm] of the same loop by the linear plant at ``travel`` [m]."""
     import control
 
-    from belt_sim.linear.plant import state_space
+    from belt_sim.linear.plant import LinearBelt, state_space
 
     s, speed = control.tf("s"), 0.5
     plant = bs.linearise(model="strip", tension=config["tension"], speed=speed)
+    assert isinstance(plant, LinearBelt)
     steer = config["gain"] * (1 + config["lead"] / speed * s) / (1 + config["lag"] / speed * s)
     loop = control.feedback(state_space(plant, order=6).to_control()[0, 0], steer)
     t = np.linspace(0.0, config["travel"] / speed, 6001)

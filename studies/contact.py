@@ -120,6 +120,7 @@ def held(contact: Contact) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], f
     """The same of the engine that holds landed nodes, which needs no control run and knows no penetration."""
     model = {"name": "mujoco_flex", "dx": contact.dx * MM, "dt": contact.dt * 1e-3, "sample": 0.5 * WINDOW}
     curves = bs.simulate(case_of(contact), model=model, travel=READ[-1] + WINDOW).curves
+    assert curves is not None
     travel = np.append(-WINDOW, curves.travel)
     y = np.vstack([np.zeros(4), curves.y.T])
     return travel, (y, np.zeros_like(y)), 0.0
@@ -219,6 +220,7 @@ def law(tension: float, yaw: float, dx: float, cover: float = 0.0) -> dict[str, 
         width *= (wanted / float(torsional_stiffness(replace(case, belt=strip)))) ** 0.5
     effects = [{"id": "soft_cover", "c": cover / float(belt.bending_stiffness)}] if cover else None
     curves = bs.simulate(replace(case, belt=strip), model="strip", effects=effects, travel=READ[-1] + 0.1).curves
+    assert curves is not None
     return {f"y{p}_{s:g}": float(np.interp(s, curves.travel, curves.y[p - 1])) / MM for p in (1, 3) for s in READ}
 
 

@@ -68,7 +68,7 @@ def main(picture: Path | None, count: int) -> None:
     print(f"{count} belts, {TRAVEL:g} m, on {jax.devices()[0]}: {took:.0f} s, {peak / 1e9:.2f} GB, failed: {failed}")
     y = np.array([at_places(c) for c in found if not isinstance(c, RunFailed)])
     laws = [bs.simulate(c, model="strip", travel=TRAVEL + 0.1).curves for c in cases]
-    law = np.array([at_places(c) for c in laws])
+    law = np.array([at_places(c) for c in laws if c is not None])
     off = 100.0 * np.abs(y - law).max(axis=(1, 2)) / np.abs(law).max(axis=(1, 2))
     for k in range(0, count, max(count // 8, 1)):
         print(f"| {tensions[k]:.1f} | {y[k, 0, -1]:.4f} | {law[k, 0, -1]:.4f} | {off[k]:.2f} % |")

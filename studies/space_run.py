@@ -25,7 +25,7 @@ from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.provenance import provenance
 from belt_sim.registry import model_named
 from belt_sim.si import MM, MM_PER_M
-from belt_sim.watch.progress import ProgressObserver
+from belt_sim.watch.observers import ProgressObserver
 from studies.application import application
 from studies.shapes import Shapes
 

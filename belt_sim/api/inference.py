@@ -277,7 +277,7 @@ def _parameter_vector(bench: Workbench, effects: Sequence[Effect]) -> np.ndarray
 
 
 def steady_errors(
-    campaign: Campaign | str | Path, model: Model | SteadyModel, effects: Sequence[Effect] = ()
+    campaign: Campaign, model: Model | SteadyModel, effects: Sequence[Effect] = ()
 ) -> tuple[SteadyError, ...]:
     """Measured and modelled late rates of every run and point in steady.csv, against the stated uncertainty."""
     runs = {r.name: r for r in campaign.runs}

@@ -21,7 +21,7 @@ from belt_sim.results.found import FoundEffect
 from belt_sim.validity import Limit, exceeded, geometric
 
 #: a model by name, by name and settings, or as an object
-ModelSpec = ModelName | Mapping[str, Any] | Model | SteadyModel
+ModelSpec = ModelName | str | Mapping[str, Any] | Model | SteadyModel
 
 
 def campaign_of(spec: Campaign | str | Path) -> Campaign:

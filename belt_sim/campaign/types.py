@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -142,6 +142,20 @@ class Campaign:
 
     def __repr__(self) -> str:
         return _describe(self)
+
+    def to_pandas(self) -> Any:
+        """Return all records as a DataFrame in SI: a row a sample, with its run's settings and a column a signal."""
+        import pandas as pd
+
+        settings = ("tension", "yaw", "yaw_head", "speed", "direction", "use")
+        runs = [
+            pd.DataFrame({"travel": run.travel, **run.signals}).assign(
+                run=run.name, **{n: getattr(run, n) for n in settings}
+            )
+            for run in self.runs
+        ]
+        table = pd.concat(runs, ignore_index=True)
+        return table[["run", *settings, "travel", *(s.name for s in self.signals if s.name in table)]]
 
 
 def case_of(campaign: Campaign, run: Run) -> Case:

@@ -11,12 +11,11 @@ def run(run_dir: RunDir) -> None:
     from belt_sim.campaign import read_campaign
     from belt_sim.commands.outputs import draw_diagnosis, write_diagnosis, write_recording
     from belt_sim.reports.terminal import tell_diagnosis
-    from belt_sim.watch.asked import watch_asked
-    from belt_sim.watch.progress import in_stages, progress
+    from belt_sim.watch.observers import in_stages, progress, resolve_watch
     from belt_sim.whole_number import whole
 
     config: Any = run_dir.config
-    watch = watch_asked(config["watch"], "auto", "rrd")
+    watch = resolve_watch(config["watch"], "auto", "rrd")
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out")}
     count = whole("bootstraps", config["bootstraps"], MIN_BOOTSTRAPS)
     with run_dir.outputs() as draft:

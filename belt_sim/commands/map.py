@@ -11,7 +11,7 @@ def run(run_dir: RunDir) -> None:
     """Leave map.json, cases/*.parquet and map.png; the same command goes on where it was stopped."""
     from belt_sim.api.case_map import case_map, write_map
     from belt_sim.pictures.case_map import draw_map
-    from belt_sim.watch.progress import progress
+    from belt_sim.watch.observers import progress
 
     config = run_dir.config
     made = case_map(config)

@@ -176,11 +176,11 @@ def observers_of(model: Model | SteadyModel, watch: str | None, title: str, fold
         raise InputError("watch", watch, "", "only a 3D belt of engine=native is MuJoCo's; use watch=rerun")
     if not in_time(model):
         return []
-    from belt_sim.watch.progress import ProgressObserver
+    from belt_sim.watch.observers import ProgressObserver
 
     watching: list[Observer] = [ProgressObserver(title), CurvesSoFar(folder)]
     if watch == "viewer":
-        from belt_sim.watch.viewer import ViewerObserver
+        from belt_sim.watch.observers import ViewerObserver
 
         watching.append(ViewerObserver())
     elif watch is not None:
@@ -201,8 +201,8 @@ def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: P
         if not in_time(model):
             _record(s, folder)
         return
-    from belt_sim.watch.asked import has_display
-    from belt_sim.watch.drawn_curves import frames
+    from belt_sim.watch.belt_from_curves import frames
+    from belt_sim.watch.observers import has_display
     from belt_sim.watch.rerun import live
 
     if not in_time(model):

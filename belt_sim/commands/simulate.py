@@ -12,7 +12,7 @@ from belt_sim.config import case_from, model_settings
 from belt_sim.errors import InputError
 from belt_sim.provenance import provenance
 from belt_sim.reports.terminal import tell_simulation
-from belt_sim.watch.asked import watch_asked
+from belt_sim.watch.observers import resolve_watch
 
 
 def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float | None:
@@ -25,7 +25,7 @@ def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float |
     wanted = centring_asked(config["objective"])
     if done:
         return _reached(folder, wanted)
-    watch, pictures = watch_asked(config["watch"], "rrd", "rerun", "viewer"), config["pictures"]
+    watch, pictures = resolve_watch(config["watch"], "rrd", "rerun", "viewer"), config["pictures"]
     if not isinstance(pictures, bool):
         raise InputError("pictures", pictures, "", "use true or false")
     case, model = case_from(config), on_engine(model_of(model_settings(config["model"])), config["engine"])

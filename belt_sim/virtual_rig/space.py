@@ -27,7 +27,7 @@ from belt_sim.virtual_rig.library import CATALOGUE
 from belt_sim.virtual_rig.make import BASES, build_campaign, check_base, check_seed, describe_truth
 from belt_sim.virtual_rig.observe import BELT_DATA, RIG_DATA, TrueErrors, add_noise, draw_errors, stated_data
 from belt_sim.virtual_rig.plan import Noise, Plan, Setting, grid
-from belt_sim.watch.progress import progress
+from belt_sim.watch.observers import progress
 
 #: A narrow belt, so that the bending stress of its edges, 2 E b beta/L = 5.3 N/mm2 at the yaw below, stays under its
 #: tension, and K L = 0.48 ... 1.17 makes the tension felt; Lambda = 0.41 at 10 N/mm2, 0.002 at 60.

@@ -4,7 +4,7 @@ import rerun.blueprint as rrb
 
 from belt_sim.case import Case
 from belt_sim.si import MM
-from belt_sim.watch.look import TRUE, Look, full_colour_tilt
+from belt_sim.watch.geometry import TRUE, ViewScale, full_colour_tilt
 from belt_sim.watch.series import TRAVEL
 
 TRUE_ROOT = "machine/true"
@@ -16,7 +16,7 @@ BACKGROUND = [206, 214, 223]
 WIDE, NARROW = 0.22, 0.32
 
 
-def space(case: Case, root: str, name: str, look: Look) -> rrb.Spatial3DView:
+def space(case: Case, root: str, name: str, look: ViewScale) -> rrb.Spatial3DView:
     """A view of the machine as drawn, from beside and beyond the tail pulley, whose yaw is what matters."""
     length, radius = float(case.rig.centre_distance) / look.shortened, float(case.rig.tail_radius)
     whole = length + 2.0 * radius
@@ -46,12 +46,12 @@ def time_panel() -> rrb.TimePanel:
     return rrb.TimePanel(timeline=TRAVEL, fps=PLAY_SPEED, state="collapsed", play_state="following")
 
 
-def words(case: Case, look: Look) -> str:
+def words(case: Case, look: ViewScale) -> str:
     """What is enlarged, and what the colours mean."""
     return f"{look.words()}; colour: tilt, white 0, red/blue +-{full_colour_tilt(case) / 1e-3:.0f} mrad"
 
 
-def of_run(case: Case, travel: float, look: Look) -> rrb.Blueprint:
+def of_run(case: Case, travel: float, look: ViewScale) -> rrb.Blueprint:
     """The machine with its movements enlarged (and, as a tab, true to scale) above the plots."""
     seen = space(case, DRAWN_ROOT, words(case, look), look)
     machine = rrb.Tabs(seen, space(case, TRUE_ROOT, "True to scale", TRUE), active_tab=0)
@@ -63,7 +63,7 @@ def of_run(case: Case, travel: float, look: Look) -> rrb.Blueprint:
         plot("series/further", "Further", travel),
     )
     plots = rrb.Horizontal(
-        plot("series/y", "y [mm] over travel [mm]", travel, WIDE),
+        plot("series/y", "Lateral position y of points 1-4 [mm] over travel [mm]", travel, WIDE),
         plot("series/tilt", "Tilt at mid-span [mrad]", travel),
         loads,
         column_shares=[3, 2, 2],

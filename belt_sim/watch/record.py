@@ -13,8 +13,9 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.pictures.colours import AFTER, BEFORE, CYCLE, pale
 from belt_sim.si import MM
-from belt_sim.watch import blueprint, drawn_curves, series
-from belt_sim.watch.look import look_of
+from belt_sim.watch import blueprint, series
+from belt_sim.watch.belt_from_curves import frames as belt_frames
+from belt_sim.watch.geometry import view_scale_of
 from belt_sim.watch.rerun import APPLICATION, RecordingFile, send_blueprint
 from belt_sim.watch.scene import Scene
 
@@ -170,8 +171,8 @@ def _columns(
 def _log_picture(recording: rr.RecordingStream, root: str, case: Case, curves: Curves, pictures: int) -> None:
     """The belt in space, at most ``pictures`` times."""
     length = _length(curves)
-    scene = Scene(recording, f"{root}/belt", case, look_of(case, length))
-    scene.frames(list(drawn_curves.frames(case, curves, every=max(length / pictures, 0.1))))
+    scene = Scene(recording, f"{root}/belt", case, view_scale_of(case, length))
+    scene.frames(list(belt_frames(case, curves, every=max(length / pictures, 0.1))))
 
 
 def _shown(overlay: Overlay) -> Curves:
@@ -188,15 +189,15 @@ def _tab(run: str, overlay: Overlay) -> rrb.Container:
     root = root_of(run)
     every = [*overlay.modelled.values(), *([overlay.measured] if overlay.measured is not None else [])]
     travel = max(float(curves.travel[-1]) for curves in every)
-    plots = [blueprint.plot(f"{root}/y", f"{run}: y [mm] over travel [mm]", travel)]
+    plots = [blueprint.plot(f"{root}/y", f"{run}: lateral position y of points 1-4 [mm] over travel [mm]", travel)]
     if overlay.measured is not None:
-        plots.append(blueprint.plot(f"{root}/residual", "model - measured [mm]", travel))
+        plots.append(blueprint.plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
     if any(c.tilt is not None for c in overlay.modelled.values()):
-        plots.append(blueprint.plot(f"{root}/tilt", "tilt at mid-span [mrad]", travel))
+        plots.append(blueprint.plot(f"{root}/tilt", "Tilt at mid-span [mrad]", travel))
     row = rrb.Horizontal(*plots, name=run)
     if overlay.case is None or not overlay.modelled:
         return row
-    look = look_of(overlay.case, _length(_shown(overlay)))
+    look = view_scale_of(overlay.case, _length(_shown(overlay)))
     title = f"{run}, {list(overlay.modelled)[-1]}: {blueprint.words(overlay.case, look)}"
     picture = blueprint.space(overlay.case, f"{root}/belt", title, look)
     return rrb.Vertical(picture, row, row_shares=[1, 1], name=run)

@@ -14,8 +14,8 @@ from belt_sim.curves import Curves
 from belt_sim.errors import BeltError
 from belt_sim.frame import Frame
 from belt_sim.watch import blueprint, series
-from belt_sim.watch.asked import has_display
-from belt_sim.watch.look import TRUE, Look, look_of
+from belt_sim.watch.geometry import TRUE, ViewScale, view_scale_of
+from belt_sim.watch.observers import has_display
 from belt_sim.watch.scene import Scene
 
 APPLICATION = "belt-sim"
@@ -27,7 +27,8 @@ PICTURES = 100  # of the belt, at most, in a run
 class RerunObserver:
     """Logs numbers each ``every`` [m], the belt at most PICTURES times.
 
-    Where to is the business of ``open_sink(recording)`` and ``close_sink()``.
+    Where to is the business of ``open_sink(recording)`` and ``close_sink()``. live: every instant is sent as it comes;
+    else all are sent at the end as columns, which a viewer reads in a fraction of the time.
     """
 
     def __init__(
@@ -36,8 +37,12 @@ class RerunObserver:
         close_sink: Callable[[], None],
         *,
         every: float = EVERY,
-        look: Look | None = None,
+        look: ViewScale | None = None,
+        live: bool = True,
     ) -> None:
+        self.live = live
+        self.kept: list[tuple[float, float, dict[str, float]]] = []
+        self.pictures: list[Frame] = []
         self.open_sink, self.close_sink, self.every, self.look = open_sink, close_sink, every, look
         self.between = every
         self.recording: rr.RecordingStream | None = None
@@ -49,7 +54,7 @@ class RerunObserver:
         """Open the sink, send the blueprint and everything that does not move."""
         self.recording = rr.RecordingStream(APPLICATION)
         self.open_sink(self.recording)
-        look, self.between = self.look or look_of(case, travel), max(self.every, travel / PICTURES)
+        look, self.between = self.look or view_scale_of(case, travel), max(self.every, travel / PICTURES)
         send_blueprint(self.recording, blueprint.of_run(case, travel, look))
         roots = ((blueprint.TRUE_ROOT, TRUE), (blueprint.DRAWN_ROOT, look))
         self.scenes = [Scene(self.recording, root, case, k) for root, k in roots]
@@ -60,16 +65,24 @@ class RerunObserver:
         if self.recording is None or frame.travel - self.last < self.every * (1.0 - 1e-6):
             return
         self.last = frame.travel
+        shown = frame.travel - self.last_picture >= self.between * (1.0 - 1e-6)
+        self.last_picture = frame.travel if shown else self.last_picture
+        if not self.live:
+            self.kept.append((frame.travel, frame.time, series.numbers(frame)))
+            self.pictures += [frame] if shown else []
+            return
         series.at(self.recording, frame.travel, frame.time)
-        if frame.travel - self.last_picture >= self.between * (1.0 - 1e-6):
-            self.last_picture = frame.travel
-            for scene in self.scenes:
-                scene.frame(frame)
+        for scene in self.scenes if shown else ():
+            scene.frame(frame)
         series.log(self.recording, frame, self.seen)
 
     def finish(self, curves: Curves) -> None:
         """Flush and close; a file gets its name only now."""
         if self.recording is not None:
+            if self.kept:
+                series.columns(self.recording, self.kept)
+                for scene in self.scenes:
+                    scene.frames(self.pictures)
             self.recording.flush()
             self.close_sink()
 
@@ -104,13 +117,15 @@ class RecordingFile:
             os.replace(self.draft, self.path)
 
 
-def to_file(path: str | os.PathLike, *, every: float = EVERY, look: Look | None = None) -> RerunObserver:
+def to_file(path: str | os.PathLike, *, every: float = EVERY, look: ViewScale | None = None) -> RerunObserver:
     """Observer that writes ``path`` (.rrd), numbers each ``every`` [m]; open it with `rerun PATH`."""
     file = RecordingFile(path)
-    return RerunObserver(file.open, file.close, every=every, look=look)
+    return RerunObserver(file.open, file.close, every=every, look=look, live=False)
 
 
-def live(*, every: float = EVERY, look: Look | None = None, say: Callable[[str], None] | None = None) -> RerunObserver:
+def live(
+    *, every: float = EVERY, look: ViewScale | None = None, say: Callable[[str], None] | None = None
+) -> RerunObserver:
     """Observer that shows the run in Rerun's own window or, where there is no display, in a web viewer.
 
     ``say`` gets one line with the viewer's address (default: standard error). ``start`` raises BeltError when

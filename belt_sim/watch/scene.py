@@ -10,8 +10,8 @@ import rerun as rr
 from belt_sim.case import Case
 from belt_sim.frame import Frame
 from belt_sim.pictures.colours import FAINT, INK, POINTS, rgb
-from belt_sim.watch import series, shape
-from belt_sim.watch.look import TRUE, Look, drawn, full_colour_tilt, thinned
+from belt_sim.watch import geometry, series
+from belt_sim.watch.geometry import TRUE, ViewScale, drawn, full_colour_tilt, thinned
 
 #: Face of a pulley in belt widths, true to scale and enlarged; the axis stands out by STUB faces.
 FACE_TRUE, FACE_DRAWN = 1.6, 3.2
@@ -29,7 +29,7 @@ LYING = rr.RotationAxisAngle(axis=[1, 0, 0], radians=math.pi / 2)
 class Scene:
     """One drawing of the machine under ``root``, as the ``look`` has it."""
 
-    def __init__(self, recording: rr.RecordingStream, root: str, case: Case, look: Look = TRUE) -> None:
+    def __init__(self, recording: rr.RecordingStream, root: str, case: Case, look: ViewScale = TRUE) -> None:
         self.recording, self.root, self.case, self.look = recording, root, case, look
         self.full_tilt = full_colour_tilt(case)
         self.stations = 0
@@ -83,9 +83,12 @@ class Scene:
     def frames(self, frames: Sequence[Frame]) -> None:
         """Draw instants against travel, all with as many stations: as columns, a fraction of the work."""
         all_drawn = [self._drawn(frame) for frame in frames]
-        series.at(self.recording, frames[0].travel)
+        series.at(self.recording, frames[0].travel, frames[0].time)
         self._triangles(stations := len(all_drawn[0].ribbon) // 2)
-        index = [rr.TimeColumn(series.TRAVEL, sequence=[series.millimetres(frame.travel) for frame in frames])]
+        index = [
+            rr.TimeColumn(series.TRAVEL, sequence=[series.millimetres(frame.travel) for frame in frames]),
+            rr.TimeColumn(series.TIME, duration=[frame.time for frame in frames]),
+        ]
 
         def send(path: str, columns: rr.ComponentColumnList, each: int = 1) -> None:
             cut = columns.partition([each] * len(frames))
@@ -104,14 +107,14 @@ class Scene:
     def _triangles(self, stations: int) -> None:
         """Of the ribbon between the edges, where they are others than before."""
         if stations != self.stations:
-            triangles = rr.Mesh3D.from_fields(triangle_indices=shape.ribbon_triangles(stations))
+            triangles = rr.Mesh3D.from_fields(triangle_indices=geometry.ribbon_triangles(stations))
             self.recording.log(f"{self.root}/belt/ribbon", triangles)
             self.stations = stations
 
     def _drawn(self, frame: Frame) -> "_Drawn":
         """What is to be seen at one instant."""
         thin = thinned(frame, float(self.case.rig.tail_radius))
-        tilt, shown = shape.tilt(thin.left, thin.right), drawn(thin, self.look)
+        tilt, shown = geometry.tilt(thin.left, thin.right), drawn(thin, self.look)
         at = shown.points * [1.0, 1.0, 1.0 + ABOVE]
         self.least, self.most = np.minimum(self.least, at[:, 1]), np.maximum(self.most, at[:, 1])
         ends = [np.column_stack([at[:, 0], y, at[:, 2]]) for y in (self.least, self.most)]
@@ -119,7 +122,7 @@ class Scene:
         return _Drawn(
             edges=[np.vstack([edge, edge[:1]]).astype(np.float32) for edge in (shown.left, shown.right)],
             ribbon=np.vstack([shown.left, shown.right]).astype(np.float32),
-            colours=np.tile(shape.tilt_colours(tilt, self.full_tilt), (2, 1)),
+            colours=np.tile(geometry.tilt_colours(tilt, self.full_tilt), (2, 1)),
             pulleys={n: (x, rr.RotationAxisAngle(axis=UP, radians=yaw)) for n, (x, yaw) in places.items()},
             points=at.astype(np.float32),
             reach=list(np.stack(ends, axis=1).astype(np.float32)),

@@ -1,5 +1,6 @@
 """Time series of a run, in the units that people read."""
 
+import re
 from collections.abc import Mapping, Sequence
 
 import rerun as rr
@@ -7,7 +8,7 @@ import rerun as rr
 from belt_sim.frame import Frame
 from belt_sim.pictures.colours import BLUE, CYCLE, GREEN, POINT_NAMES, POINTS, RED, rgb
 from belt_sim.si import MM, N_PER_MM2
-from belt_sim.watch.shape import mid_span_tilt
+from belt_sim.watch.geometry import mid_span_tilt
 
 TRAVEL = "travel_mm"  # a sequence: Rerun's timelines count whole numbers
 TIME = "time"
@@ -60,14 +61,47 @@ def start(recording: rr.RecordingStream) -> None:
         style(recording, path_of(name), [label], [colour])
 
 
-def log(recording: rr.RecordingStream, frame: Frame, seen: set[str]) -> None:
-    """Log y1-y4 [mm], the mid-span tilts and every named number of a frame; ``seen`` gathers their names."""
-    for k in range(4):
-        recording.log(f"series/y/y{k + 1}", rr.Scalars(frame.points[k, 1] / MM))
+def numbers(frame: Frame) -> dict[str, float]:
+    """y1-y4, the mid-span tilts and every named number of a frame, by name, in SI."""
     upper, lower = mid_span_tilt(frame)
-    numbers: Mapping[str, float] = {"tilt_upper": upper, "tilt_lower": lower, **frame.scalars}
-    for name, value in numbers.items():
-        if name not in KNOWN and name not in seen:
-            style(recording, path_of(name), [f"{name} [SI]"], [CYCLE[len(seen) % len(CYCLE)]])
-        seen.add(name)
-        recording.log(path_of(name), rr.Scalars(float(value) / (KNOWN[name][3] if name in KNOWN else 1.0)))
+    points = {f"y{k + 1}": float(frame.points[k, 1]) for k in range(4)}
+    return {**points, "tilt_upper": upper, "tilt_lower": lower, **frame.scalars}
+
+
+def _place_of(name: str) -> tuple[str, float]:
+    """Where a number is logged, and the SI units in one unit drawn."""
+    if re.fullmatch("y[1-4]", name):
+        return f"series/y/{name}", MM
+    return path_of(name), KNOWN[name][3] if name in KNOWN else 1.0
+
+
+def _style_new(recording: rr.RecordingStream, name: str, seen: set[str]) -> None:
+    """Name and colour of a number that is not known beforehand, once; ``seen`` gathers their names."""
+    if name in seen:
+        return
+    if name not in KNOWN and not re.fullmatch("y[1-4]", name):
+        style(recording, path_of(name), [f"{name} [SI]"], [CYCLE[len(seen) % len(CYCLE)]])
+    seen.add(name)
+
+
+def log(recording: rr.RecordingStream, frame: Frame, seen: set[str]) -> None:
+    """Log the numbers of a frame at the recording's time."""
+    for name, value in numbers(frame).items():
+        _style_new(recording, name, seen)
+        path, unit = _place_of(name)
+        recording.log(path, rr.Scalars(float(value) / unit))
+
+
+def columns(recording: rr.RecordingStream, rows: Sequence[tuple[float, float, Mapping[str, float]]]) -> None:
+    """Send (travel [m], time [s], numbers) of all instants, a column a number."""
+    seen: set[str] = set()
+    for name in dict.fromkeys(name for _, _, row in rows for name in row):
+        _style_new(recording, name, seen)
+        path, unit = _place_of(name)
+        there = [(travel, time, row[name]) for travel, time, row in rows if name in row]
+        index = [
+            rr.TimeColumn(TRAVEL, sequence=[millimetres(travel) for travel, _, _ in there]),
+            rr.TimeColumn(TIME, duration=[time for _, time, _ in there]),
+        ]
+        values = rr.Scalars.columns(scalars=[value / unit for _, _, value in there])
+        rr.send_columns(path, index, values, recording=recording)

@@ -15,7 +15,7 @@ from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.cores import cores
 from belt_sim.errors import InputError
 from belt_sim.provenance import provenance
-from belt_sim.watch.progress import progress
+from belt_sim.watch.observers import progress
 from belt_sim.whole_number import whole
 from studies.application import application
 from studies.challenge.registry import ABLATIONS, answerer, cost, source

@@ -35,7 +35,7 @@ def test_names_stay_what_they_are_when_their_homes_are_loaded():
     """A subpackage of the same name would take the function's place as soon as it is imported."""
     for name in bs.__all__:
         getattr(bs, name)
-    assert all(callable(getattr(bs, name)) for name in bs.__all__)
+    assert all(callable(getattr(bs, name)) for name in bs.__all__ if name != "__version__")
     assert not [n for n in bs.__all__ if (ROOT / "belt_sim" / n).exists() or (ROOT / "belt_sim" / f"{n}.py").exists()]
 
 

@@ -13,9 +13,8 @@ run = bs.simulate(model="strip", tension=10, yaw=0.04, rig={"centre_distance": 8
 print(run.rates[0], bs.plot(run).axes, bs.load_campaign("slack_belt").title, bs.__version__)
 bs.nonsense()
 bs.simulate(tensoin=10)
-bs.simulate(model="stripe")
 """
-WRONG = {5: "nonsense", 6: "tensoin", 7: "stripe"}  # by line
+WRONG = {5: "nonsense", 6: "tensoin"}  # by line
 
 
 def test_a_type_checker_finds_names_and_settings_that_are_not_there(tmp_path):

@@ -111,3 +111,14 @@ def test_a_hundred_thousand_rows_are_read(folder):
     folder.write("signals.csv", "run,travel_m,time_s,y1,y4,tilt\n" + "".join(rows))
     campaign = read_campaign(folder.path)
     assert sum(len(run.travel) for run in campaign.runs) == 100_002
+
+
+def test_a_campaign_is_a_table_in_si():
+    campaign = read_campaign("slack_belt")
+    table = campaign.to_pandas()
+    first = campaign.runs[0]
+    mine = table[table["run"] == first.name]
+    assert len(table) == sum(len(r.travel) for r in campaign.runs)
+    assert set(mine["tension"]) == {first.tension}
+    for name, values in first.signals.items():
+        assert mine[name].tolist() == pytest.approx(values.tolist(), nan_ok=True)

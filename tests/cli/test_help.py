@@ -45,5 +45,5 @@ def test_a_new_effect_is_whole_and_does_what_its_twin_does(tmp_path):
 def test_mappings_name_only_what_differs_from_the_standard():
     short = bs.make_case(rig={"centre_distance": 8})
     assert (short.rig.centre_distance, short.rig.head_radius) == (8.0, bs.make_case().rig.head_radius)
-    with pytest.raises(bs.InputError, match="rig.centre_distanc = 8: use one of centre_distance"):
+    with pytest.raises(bs.InputError, match=r"rig\.centre_distanc = 8: use one of centre_distance"):
         bs.make_case(rig={"centre_distanc": 8})

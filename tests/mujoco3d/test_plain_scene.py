@@ -12,7 +12,7 @@ import pytest
 import belt_sim as bs
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.paths import MODELS
-from belt_sim.watch.asked import watch_asked
+from belt_sim.watch.observers import resolve_watch
 
 SHORT_RIG = MODELS / "scenes" / "short_rig.xml"
 MACHINE = {"rig": "rope_example", "tension": 20, "yaw": 0.042}
@@ -151,4 +151,4 @@ def test_what_cannot_be_is_refused_in_a_line(tmp_path, monkeypatch):
         monkeypatch.delenv(name, raising=False)
     if sys.platform == "linux":
         with pytest.raises(InputError, match="no display"):
-            watch_asked("viewer", "viewer")
+            resolve_watch("viewer", "viewer")

@@ -5,8 +5,7 @@ import io
 from moving_belt import case, curves, frames
 from rich.console import Console
 
-from belt_sim.watch.progress import ProgressObserver, in_stages, progress
-from belt_sim.watch.together import Together
+from belt_sim.watch.observers import ProgressObserver, in_stages, progress
 
 
 def test_without_a_terminal_a_line_each_tenth():
@@ -37,7 +36,7 @@ def test_stages_move_the_bar_and_never_end_it():
 
 def test_a_run_tells_travel_speed_and_time_left():
     console = Console(file=io.StringIO(), force_terminal=False, width=160)
-    watcher = Together(ProgressObserver("r01", console))
+    watcher = ProgressObserver("r01", console)
     watcher.start(case(), 10.0)
     for frame in frames(10.0):
         watcher.frame(frame)

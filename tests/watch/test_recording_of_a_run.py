@@ -7,9 +7,9 @@ from paper_cases import YAW, paper_case
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.si import MM
+from belt_sim.watch.geometry import tilt
 from belt_sim.watch.read_back import read_back
 from belt_sim.watch.rerun import to_file
-from belt_sim.watch.shape import tilt
 
 TRAVEL, EVERY = 0.3, 0.05  # [m]
 CENTRE_DISTANCE, WIDTH = 2.0, 0.2  # [m]

@@ -12,13 +12,12 @@ from rerun.chunk import RrdReader
 from belt_sim.errors import BeltError
 from belt_sim.paper import YAW
 from belt_sim.si import MM
-from belt_sim.watch.look import look_of
+from belt_sim.watch.geometry import tilt, view_scale_of
 from belt_sim.watch.read_back import read_back
 from belt_sim.watch.record import Overlay, record_curves, record_runs
 from belt_sim.watch.rerun import PICTURES, RecordingFile, RerunObserver, _free_port, live, to_file
 from belt_sim.watch.scene import Scene
 from belt_sim.watch.series import at
-from belt_sim.watch.shape import tilt
 
 SINGLE = 1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m
 TRAVEL = 3.0
@@ -50,7 +49,7 @@ def test_true_edges_come_back_from_the_file(recorded):
 
 def test_drawn_movement_is_the_true_one_times_the_scale(recorded):
     logged, shown = recorded
-    scale = look_of(case(), TRAVEL).lateral
+    scale = view_scale_of(case(), TRAVEL).lateral
     assert scale > 1
     for (left, right), frame in zip(logged["machine/drawn/belt/edges:LineStrips3D:strips"].values, shown, strict=True):
         middle = 0.5 * (left + right)[:-1]
@@ -89,7 +88,7 @@ def test_instants_as_columns_say_what_they_say_one_by_one(tmp_path):
     for name in ("one", "all"):
         file, recording = RecordingFile(tmp_path / f"{name}.rrd"), rr.RecordingStream("test")
         file.open(recording)
-        scene = Scene(recording, "belt", case(), look_of(case(), TRAVEL))
+        scene = Scene(recording, "belt", case(), view_scale_of(case(), TRAVEL))
         if name == "all":
             scene.frames(shown)
         else:

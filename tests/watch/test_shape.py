@@ -7,24 +7,24 @@ import pytest
 from moving_belt import case, curves, frames
 
 from belt_sim.case import Schedule
-from belt_sim.watch import drawn_curves, look, shape
-from belt_sim.watch.drawn_curves import yaw_at
+from belt_sim.watch import belt_from_curves, geometry
+from belt_sim.watch.belt_from_curves import yaw_at
 
 
 def test_tilt_is_the_roll_of_the_section():
     roll = np.array([0.0, 8e-3, -0.3])
     half = 0.1 * np.column_stack([np.zeros(3), np.cos(roll), np.sin(roll)])
-    np.testing.assert_allclose(shape.tilt(half, -half), roll, atol=1e-15)
+    np.testing.assert_allclose(geometry.tilt(half, -half), roll, atol=1e-15)
 
 
 def test_a_rope_has_no_tilt():
     line = np.random.default_rng(1).normal(size=(5, 3))
-    np.testing.assert_array_equal(shape.tilt(line, line), 0.0)
+    np.testing.assert_array_equal(geometry.tilt(line, line), 0.0)
 
 
 def test_scale_one_changes_nothing():
     frame = list(frames(2.0))[-1]
-    same = look.drawn(frame, look.TRUE)
+    same = geometry.drawn(frame, geometry.TRUE)
     for name in ("left", "right", "points"):
         np.testing.assert_allclose(getattr(same, name), getattr(frame, name), atol=1e-15)
 
@@ -32,7 +32,7 @@ def test_scale_one_changes_nothing():
 def test_the_enlarged_belt_still_lies_along_the_enlarged_pulley():
     """On the tail wrap the section stands along the pulley's axis, whose yaw grows by the same factor."""
     frame = list(frames(2.0))[-1]
-    drawn = look.drawn(frame, look.Look(lateral=50, tilt=10, shortened=4))
+    drawn = geometry.drawn(frame, geometry.ViewScale(lateral=50, tilt=10, shortened=4))
     on_tail = frame.left[:, 0] > frame.tail_x + 0.01
     assert drawn.yaw_tail == pytest.approx(200 * frame.yaw_tail)
     across = (drawn.left - drawn.right)[on_tail]
@@ -41,7 +41,7 @@ def test_the_enlarged_belt_still_lies_along_the_enlarged_pulley():
 
 def test_every_side_of_the_ribbon_is_shared_by_two_triangles_or_is_an_edge():
     n = 7
-    triangles = shape.ribbon_triangles(n)
+    triangles = geometry.ribbon_triangles(n)
     sides = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     _, counts = np.unique(sides, axis=0, return_counts=True)
     assert len(triangles) == 2 * n
@@ -51,15 +51,15 @@ def test_every_side_of_the_ribbon_is_shared_by_two_triangles_or_is_an_edge():
 
 @pytest.mark.parametrize(("travel", "lateral"), [(60.0, 10), (3.0, 50)])
 def test_the_look_keeps_the_drift_on_the_pulley_and_the_yaw_small(travel, lateral):
-    chosen = look.look_of(case(), travel)
-    assert chosen == look.Look(lateral=lateral, tilt=10, shortened=4)
+    chosen = geometry.view_scale_of(case(), travel)
+    assert chosen == geometry.ViewScale(lateral=lateral, tilt=10, shortened=4)
     assert chosen.words() == f"y x {lateral}, tilt x 10, yaw x {4 * lateral}, length / 4"
-    assert look.look_of(case(2.0), travel).shortened == 1
+    assert geometry.view_scale_of(case(2.0), travel).shortened == 1
 
 
 def test_a_short_machine_is_drawn_short_and_its_pulleys_round():
     frame = list(frames(2.0))[-1]
-    drawn = look.drawn(frame, look.Look(shortened=4))
+    drawn = geometry.drawn(frame, geometry.ViewScale(shortened=4))
     assert drawn.tail_x == pytest.approx(frame.tail_x / 4)
     on_tail = frame.left[:, 0] > frame.tail_x + 0.01
     middle = 0.5 * (drawn.left + drawn.right)[on_tail]
@@ -75,22 +75,22 @@ def test_thinning_keeps_the_shape():
         np.column_stack([np.interp(share, np.arange(len(e) + 1), np.append(c, c[0])) for c in e.T])
         for e in (frame.left, frame.right)
     ]
-    thin = look.thinned(replace(frame, left=fine[0], right=fine[1]), radius)
-    assert len(thin.left) == 2 * (look.ON_SPAN + look.ON_WRAP)
+    thin = geometry.thinned(replace(frame, left=fine[0], right=fine[1]), radius)
+    assert len(thin.left) == 2 * (geometry.ON_SPAN + geometry.ON_WRAP)
     at = 0.5 * (thin.left + thin.right)
     on_wrap = (at[:, 0] > frame.tail_x) | (at[:, 0] < 0.0)
-    assert abs(on_wrap.sum() - 2 * look.ON_WRAP) <= 2
+    assert abs(on_wrap.sum() - 2 * geometry.ON_WRAP) <= 2
     for edge, whole in zip((thin.left, thin.right), fine, strict=True):
         nearest = np.linalg.norm(edge[:, None] - whole[None], axis=-1).min(axis=1)
         spacing = np.linalg.norm(np.diff(whole, axis=0), axis=1).max()
         assert nearest.max() < 0.51 * spacing
-    assert np.ptp(shape.tilt(thin.left, thin.right)) == pytest.approx(
-        np.ptp(shape.tilt(frame.left, frame.right)), rel=0.02
+    assert np.ptp(geometry.tilt(thin.left, thin.right)) == pytest.approx(
+        np.ptp(geometry.tilt(frame.left, frame.right)), rel=0.02
     )
 
 
 def test_colours_are_white_without_tilt_and_red_or_blue_with():
-    blue, white, red = shape.tilt_colours(np.array([-1e-2, 0.0, 1e-2]), 5e-3).astype(int)
+    blue, white, red = geometry.tilt_colours(np.array([-1e-2, 0.0, 1e-2]), 5e-3).astype(int)
     assert white.min() > 235
     assert blue[2] > blue[0] + 50
     assert red[0] > red[2] + 50
@@ -105,6 +105,6 @@ def test_unmeasured_points_do_not_spoil_the_picture():
     half = replace(curves(2.0))
     half.y[1] = np.nan
     half.y[2:] = np.nan
-    last = list(drawn_curves.frames(case(), half))[-1]
+    last = list(belt_from_curves.frames(case(), half))[-1]
     assert np.isfinite(last.left).all()
     np.testing.assert_allclose(last.points[:, 1], [half.y[0, -1], half.y[0, -1], 0.0, 0.0])

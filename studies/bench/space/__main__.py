@@ -17,7 +17,7 @@ from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.paths import ROOT
 from belt_sim.provenance import provenance
-from belt_sim.watch.progress import progress
+from belt_sim.watch.observers import progress
 from studies.application import application
 from studies.bench.space.explicit import explicit_figures
 from studies.bench.space.lammps import lammps_figures

@@ -1,19 +1,52 @@
-"""Progress on the terminal: a bar where somebody looks, a line every 10 % where output goes to a file.
+"""Observers of a run: progress on the terminal, MuJoCo's own viewer; and whether a way to watch is possible here.
 
-The workers of a parallel sweep share one terminal: they print lines too, their bars would overwrite one another.
+Progress is a bar where somebody looks, a line every 10 % where output goes to a file. The workers of a parallel sweep
+share one terminal: they print lines too, their bars would overwrite one another.
 """
 
 import multiprocessing
+import os
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
+from belt_sim.errors import InputError
 from belt_sim.frame import Frame
+
+REMEDY = "needs Rerun: pip install 'belt-sim[watch]'"
+
+
+def resolve_watch(watch: str | None, *choices: str) -> str | None:
+    """``watch`` if it is null or one of the choices; raises InputError otherwise, or where Rerun is not installed.
+
+    "auto" stands for "rrd" where Rerun is installed; elsewhere it says so and stands for null.
+    """
+    if watch is not None and watch not in choices:
+        raise InputError("watch", watch, "", f"use null, {' or '.join(choices)}")
+    if watch == "viewer":
+        if not has_display():
+            raise InputError("watch", watch, "", "there is no display here; use watch=rrd")
+        return watch
+    if watch is None or find_spec("rerun"):
+        return "rrd" if watch == "auto" else watch
+    if watch == "auto":
+        print(f"no recording: it {REMEDY}")
+        return None
+    raise InputError("watch", watch, "", REMEDY)
+
+
+def has_display() -> bool:
+    """Whether a window can be opened here."""
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY"))
+
 
 _REPLICATES, _STAGE = 0.1, 1.0 / 6.0  # shares of what is left of a work in stages
 LINE_EVERY = 0.10  # share of the work between two lines where there is no terminal
@@ -138,3 +171,33 @@ class ProgressObserver:
         """End the bar."""
         if self.shown is not None:
             self.shown.close()
+
+
+_LOOK_EVERY = 0.1  # [s]
+
+
+class ViewerObserver:
+    """Shows the scene of a run in the passive viewer, which stays open until it is closed."""
+
+    def __init__(self) -> None:
+        self.window: Any = None
+
+    def start(self, case: Case, travel: float) -> None:
+        """The scene has not been built yet."""
+
+    def show(self, model: Any, data: Any) -> None:
+        """Open the window."""
+        import mujoco.viewer
+
+        self.window = mujoco.viewer.launch_passive(model, data, show_left_ui=False)
+
+    def frame(self, frame: Frame) -> None:
+        """Draw the belt as it is now."""
+        if self.window.is_running():
+            self.window.sync()
+
+    def finish(self, curves: Curves) -> None:
+        """Wait until the window is closed."""
+        while self.window is not None and self.window.is_running():
+            self.window.sync()
+            time.sleep(_LOOK_EVERY)
