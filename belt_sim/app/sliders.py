@@ -24,7 +24,7 @@ SCALES = 10.0  # how far a slider of an effect reaches, in scales of its paramet
 
 
 @dataclass(frozen=True)
-class Asked:
+class SliderSettings:
     """Tension [N/mm2], yaw [degrees], travel [m]; effects: id -> parameter -> number; rig, belt: names or numbers."""
 
     model: str
@@ -36,7 +36,7 @@ class Asked:
     belt: Any = "paper_belt"
 
 
-def simulated(asked: Asked) -> Simulation:
+def simulated(asked: SliderSettings) -> Simulation:
     """The simulation; raises InputError, CannotRepresent, RunFailed."""
     case = make_case(rig=asked.rig, belt=asked.belt, tension=asked.tension, yaw=asked.yaw)
     acting = [made(i, numbers) for i, numbers in asked.effects.items()]

@@ -271,7 +271,7 @@ def _sizes(e: FoundEffect) -> tuple[str, ...]:
     cls = library().get(e.id)
     meanings = {n: p.meaning for n, p in cls.parameters.items()} if cls is not None else {}
     if not e.parameters:
-        return e.told
+        return e.sizes
     return tuple(f"{meanings.get(n, n)}: {in_shop_units(e.id, p)}" for n, p in e.parameters.items())
 
 

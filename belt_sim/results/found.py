@@ -86,7 +86,7 @@ class FoundEffect:
         return row | {"rejected": "stamp" in row}
 
     @property
-    def told(self) -> tuple[str, ...]:
+    def sizes(self) -> tuple[str, ...]:
         """What is known of its numbers, a line each."""
         if self.parameters:
             return tuple(f"{n} = {e}" for n, e in self.parameters.items())
@@ -108,7 +108,7 @@ class FoundEffect:
     def __str__(self) -> str:
         alike = f"; confusable with {', '.join(self.confusable_with)}" if self.confusable_with else ""
         stamp = f" ({self.stamp})" if self.stamp else ""
-        return f"{self.id}: {', '.join(self.told)}; probability {words.fixed(self.probability, 2)}{alike}{stamp}"
+        return f"{self.id}: {', '.join(self.sizes)}; probability {words.fixed(self.probability, 2)}{alike}{stamp}"
 
 
 @dataclass(frozen=True, kw_only=True)

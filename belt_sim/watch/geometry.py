@@ -22,7 +22,7 @@ ON_SPAN, ON_WRAP = 56, 24
 
 
 @dataclass(frozen=True, kw_only=True)
-class Look:
+class ViewScale:
     """y is drawn ``lateral`` times as large, tilt ``tilt`` times, the centre distance divided by ``shortened``."""
 
     lateral: int = 1
@@ -40,17 +40,17 @@ class Look:
         return ", ".join(parts if self.shortened == 1 else [*parts, f"length / {self.shortened}"])
 
 
-TRUE = Look()
+TRUE = ViewScale()
 
 
-def look_of(case: Case, travel: float) -> Look:
+def view_scale_of(case: Case, travel: float) -> ViewScale:
     """A look for ``travel`` [m]: a rope's drift, yaw * travel / 2, within DRAWN_WIDTHS; angles that can be seen."""
     length, width = float(case.rig.centre_distance), float(case.belt.width)
     long = max(DRAWN_LENGTH * width, DRAWN_DIAMETERS * 2.0 * float(case.rig.tail_radius))
     shortened = next((s for s in SHORTENINGS if length / s <= long), SHORTENINGS[-1])
     yaw = max(_largest_yaw(case), 1e-9)
     lateral = min(DRAWN_WIDTHS * width / (0.5 * yaw * max(travel, 1e-3)), DRAWN_YAW / (yaw * shortened))
-    return Look(lateral=_factor(lateral), tilt=_factor(DRAWN_TILT / full_colour_tilt(case)), shortened=shortened)
+    return ViewScale(lateral=_factor(lateral), tilt=_factor(DRAWN_TILT / full_colour_tilt(case)), shortened=shortened)
 
 
 def full_colour_tilt(case: Case) -> float:
@@ -58,7 +58,7 @@ def full_colour_tilt(case: Case) -> float:
     return max(20.0 * _largest_yaw(case), 1e-3)
 
 
-def drawn(frame: Frame, look: Look) -> Frame:
+def drawn(frame: Frame, look: ViewScale) -> Frame:
     """The frame as it is drawn; width, sag and pulleys stay true.
 
     A centre line (x, y, z) becomes (x', lateral y, z), where x' shortens what lies between the axes. The half
@@ -97,7 +97,7 @@ def thinned(frame: Frame, radius: float) -> Frame:
     return replace(frame, left=thin[0], right=thin[1])
 
 
-def _moved(at: np.ndarray, tail_x: float, look: Look) -> np.ndarray:
+def _moved(at: np.ndarray, tail_x: float, look: ViewScale) -> np.ndarray:
     x = np.clip(at[:, 0], 0.0, tail_x)
     return np.column_stack([at[:, 0] - x + x / look.shortened, at[:, 1] * look.lateral, at[:, 2]])
 

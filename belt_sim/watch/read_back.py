@@ -11,15 +11,15 @@ from belt_sim.watch.series import TRAVEL
 
 
 @dataclass(frozen=True, kw_only=True)
-class Logged:
+class LoggedComponent:
     """One component of one path: travel_mm, shape (n,); values, one entry (an array or a number) a row."""
 
     travel_mm: np.ndarray
     values: list
 
 
-def read_back(path: str | os.PathLike) -> dict[str, Logged]:
-    """All that is not static in an .rrd, as {"entity/path:Archetype:component": Logged}, in order of travel.
+def read_back(path: str | os.PathLike) -> dict[str, LoggedComponent]:
+    """All that is not static in an .rrd, as {"entity/path:Archetype:component": LoggedComponent}, in order of travel.
 
     Raises BeltError when the file is no recording.
     """
@@ -34,7 +34,7 @@ def read_back(path: str | os.PathLike) -> dict[str, Logged]:
     out = {}
     for key, rows in found.items():
         rows.sort(key=lambda row: row[0])
-        out[key] = Logged(travel_mm=np.array([t for t, _ in rows]), values=[v for _, v in rows])
+        out[key] = LoggedComponent(travel_mm=np.array([t for t, _ in rows]), values=[v for _, v in rows])
     return out
 
 

@@ -7,14 +7,16 @@ pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-
 
 from belt_sim.analytic import march
 from belt_sim.api.simulate import simulate
-from belt_sim.app.sliders import Asked, choices, reach, simulated, warnings
+from belt_sim.app.sliders import SliderSettings, choices, reach, simulated, warnings
 from belt_sim.effects.library import library
 
 TAPER = {"taper": {"kappa_t": 2e-5}}
 
 
-def asked(**changes) -> Asked:
-    return Asked(**{"model": "strip", "tension": 10.0, "yaw": -0.042, "travel": 40.0, "effects": TAPER} | changes)
+def asked(**changes) -> SliderSettings:
+    return SliderSettings(
+        **{"model": "strip", "tension": 10.0, "yaw": -0.042, "travel": 40.0, "effects": TAPER} | changes
+    )
 
 
 def test_a_shorter_travel_is_the_start_of_the_longest():

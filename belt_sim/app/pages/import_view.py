@@ -25,7 +25,7 @@ EXAMPLES = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "dir
 
 
 @dataclass
-class Form:
+class AnswerForm:
     """Fields of the card: place in the mapping -> how to read it, and what it showed; sent together."""
 
     fields: dict[Place, tuple[Callable[[], Any], str]] = field(default_factory=dict)
@@ -54,7 +54,7 @@ def import_view(session: Session) -> None:
     now = session.importing
     if now is None:
         return
-    form = Form()
+    form = AnswerForm()
 
     async def again() -> None:
         await run.io_bound(session.answer, form.changed())
@@ -75,7 +75,7 @@ def import_view(session: Session) -> None:
             ui.button("This is right: take it", on_click=take).props("no-caps").set_enabled(now.ready)
 
 
-def _columns(form: Form, now: Import) -> None:
+def _columns(form: AnswerForm, now: Import) -> None:
     """A row a column: role, unit, place, sign, and why that is thought."""
     if now.proposal is None:
         return
@@ -94,7 +94,7 @@ def _columns(form: Form, now: Import) -> None:
     ui.label(POINTS).classes("soft small")
 
 
-def _questions(form: Form, now: Import) -> None:
+def _questions(form: AnswerForm, now: Import) -> None:
     """What the files cannot say, with the answers given so far."""
     with ui.element("div").classes("halves"):
         for group in GROUPS:
@@ -111,7 +111,7 @@ def _questions(form: Form, now: Import) -> None:
                     form.input(q.path, value, f"e.g. {q.example}", shown=value or q.proposed)
 
 
-def _runs(form: Form, now: Import) -> None:
+def _runs(form: AnswerForm, now: Import) -> None:
     """A row a run: how it was set."""
     if not now.runs:
         return

@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import run, ui
 
 from belt_sim.app import plots, widgets
-from belt_sim.app.sliders import LONGEST, MODELS, Asked, choices, reach, simulated, warnings, words
+from belt_sim.app.sliders import LONGEST, MODELS, SliderSettings, choices, reach, simulated, warnings, words
 from belt_sim.app.widgets import labelled_slider
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
@@ -45,7 +45,7 @@ class View:
     wanted: bool = False
     busy: bool = False
 
-    def asked(self, model: str) -> Asked:
+    def asked(self, model: str) -> SliderSettings:
         """What the sliders say, for a model; effects that it cannot have are left out."""
         there = choices(model)
         machine: dict[str, Any] = {}
@@ -56,7 +56,7 @@ class View:
         else:
             machine["rig"] = self.rig
         effects = {i: numbers for i, numbers in self.effects.items() if i in there}
-        return Asked(model, self.tension, self.yaw, self.travel, effects, **machine)
+        return SliderSettings(model, self.tension, self.yaw, self.travel, effects, **machine)
 
 
 def add() -> None:
