@@ -3,6 +3,7 @@ campaign can tell."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -54,6 +55,7 @@ from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import SteadyError
 from belt_sim.results.found import NextRun
+from belt_sim.watch.observers import stages_shown
 from belt_sim.whole_number import whole
 
 MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
@@ -69,7 +71,7 @@ def diagnose(
     seed: int = 0,
     leave_out: Sequence[str] | None = None,
     advise: bool = True,
-    progress: Callable[[int, str], None] = lambda replicates, stage: None,
+    progress: Callable[[int, str], None] | None = None,
     tell: Callable[[str], None] = lambda line: None,
     shown: Callable[[Diagnosis], None] = lambda found: None,
     config: Any = None,
@@ -78,13 +80,34 @@ def diagnose(
 
     effects: ids, .py files of your own (tested before any long work; ``tell`` hears what the test says) or Effect
     classes; leave_out: ids of the library not to be tried; advise: look for the next run to make; progress(replicates,
-    stage): told of every stage, and of bootstrap replicates as they are done; shown: is given the result as soon as it
+    stage): told of every stage, and of bootstrap replicates as they are done (None: a bar in a terminal or notebook);
+    shown: is given the result as soon as it
     can be drawn, without the next runs and what was discovered beside effects; config: what asked for it, for the
     provenance. Raises InputError, CannotRepresent, RunFailed.
     """
     campaign = campaign_of(campaign)
     whole("seed", seed, 0)
     whole("bootstraps", bootstraps, MIN_BOOTSTRAPS, MAX_BOOTSTRAPS)
+    told: dict[str, Any] = {"leave_out": leave_out, "advise": advise, "tell": tell, "shown": shown, "config": config}
+    title = f"diagnosing {campaign.title}"
+    with stages_shown(title, bootstraps) if progress is None else nullcontext(progress) as stages:
+        return _diagnose(campaign, model, effects, bootstraps=bootstraps, seed=seed, progress=stages, **told)
+
+
+def _diagnose(
+    campaign: Campaign,
+    model: ModelSpec,
+    effects: Any,
+    *,
+    bootstraps: int,
+    seed: int,
+    leave_out: Sequence[str] | None,
+    advise: bool,
+    progress: Callable[[int, str], None],
+    tell: Callable[[str], None],
+    shown: Callable[[Diagnosis], None],
+    config: Any,
+) -> Diagnosis:
     if not any(s.kind == "lateral" for s in campaign.signals):
         raise InputError(
             "signals", "no point", "", "a diagnosis needs the lateral position of at least one of points 1-4"

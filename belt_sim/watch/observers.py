@@ -124,6 +124,17 @@ def progress(total: float, title: str, console: Console | None = None) -> Iterat
         shown.close()
 
 
+@contextmanager
+def stages_shown(title: str, replicates: int) -> Iterator[Callable[[int, str], None]]:
+    """A bar for work in stages, as ``in_stages``, where somebody looks: a terminal or a notebook; else nothing."""
+    console = Console()
+    if not (console.is_terminal or console.is_jupyter):
+        yield lambda count, stage: None
+        return
+    with progress(1.0, title, console) as done:
+        yield in_stages(done, replicates)
+
+
 def in_stages(done: Callable[..., None], replicates: int) -> Callable[[int, str], None]:
     """Work out of 1 whose stages are not known beforehand: ``done`` of ``progress(1.0, ...)``, as (replicates, stage).
 
