@@ -99,7 +99,8 @@ if not TYPE_CHECKING:  # a type checker would take any name to be there
     def __getattr__(name: str) -> Any:
         """A name of ``__all__``, loaded when it is first used (PEP 562)."""
         if name == "__version__":
-            return importlib.import_module("importlib.metadata").version("belt-sim")
+            globals()[name] = importlib.import_module("importlib.metadata").version("belt-sim")
+            return globals()[name]
         if name not in _HOMES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         home, _, there = _HOMES[name].partition(":")
