@@ -5,7 +5,8 @@
 ``simulate`` a case, ``load_campaign`` and ``compare`` a model with it, ``diagnose`` what the model lacks, ``plot`` and
 ``report`` the result. Tensions are in N/mm2 and yaws in degrees where settings are given as keywords, all else in SI.
 
-Importing this package loads nothing and sets nothing; a name is loaded when it is first used. Call ``prepare()`` before
+Importing this package loads nothing and sets nothing; a name is loaded when it is first used. The first function that
+computes gives JAX a cache of compiled programs on disk, where it has none (BELT_SIM_CACHE=off: no cache). Call ``prepare()`` before
 anything else for results that are the same to the last bit as those of the command line (see jax_setup).
 """
 
@@ -104,6 +105,8 @@ if not TYPE_CHECKING:  # a type checker would take any name to be there
         if name not in _HOMES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         home, _, there = _HOMES[name].partition(":")
+        if home.startswith("belt_sim.api."):
+            importlib.import_module("belt_sim.jax_setup").keep_programs()
         return getattr(importlib.import_module(home), there or name)
 
 

@@ -1,7 +1,7 @@
 """JAX as this project uses it. Importing this module changes nothing; what is needed is set where it is needed.
 
 - float64: ``compiled`` functions and ``in_float64`` blocks compute in it, whatever the caller's JAX is set to.
-- a cache of compiled code on disk: ``keep_programs()``, which ``belt_sim.api`` calls when it is loaded.
+- a cache of compiled code on disk: ``keep_programs()``, which the first use of ``bs.simulate`` and the like calls.
 - the CPU, and no fused multiply-adds: ``prepare()``, which the command line calls before anything else. Which sums a
   fused multiply-add lands on depends on what else is compiled in, so that an effect of no strength would change the
   last bit of a result; without them it does not, for some 15 % of the speed. They are a property of XLA's CPU client,
