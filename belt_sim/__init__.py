@@ -6,8 +6,9 @@
 ``report`` the result. Tensions are in N/mm2 and yaws in degrees where settings are given as keywords, all else in SI.
 
 Importing this package loads nothing and sets nothing; a name is loaded when it is first used. The first function that
-computes gives JAX a cache of compiled programs on disk, where it has none (BELT_SIM_CACHE=off: no cache). Call ``prepare()`` before
-anything else for results that are the same to the last bit as those of the command line (see jax_setup).
+computes gives JAX a cache of compiled programs on disk, where it has none (BELT_SIM_CACHE=off: no cache). Call
+``prepare()`` before anything else for results that are the same to the last bit as those of the command line (see
+jax_setup).
 """
 
 import importlib
