@@ -8,7 +8,7 @@ from belt_sim.cli import COMMANDS, run
 from belt_sim.commands.command_line import help_text
 from belt_sim.commands.new_effect import new_effect
 
-OWN_HELP = ("demo", "new-effect")
+OWN_HELP = ("completion", "demo", "new-effect")
 
 
 @pytest.mark.parametrize("command", sorted(set(COMMANDS) - {*OWN_HELP}))

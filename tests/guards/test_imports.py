@@ -29,7 +29,7 @@ def load(name):
         if missing.name.startswith("belt_sim"):
             raise
 names = [m.name for m in pkgutil.walk_packages(belt_sim.__path__, "belt_sim.") if not m.name.endswith("__main__")]
-for other in ("mujoco", "matplotlib", "pandas", "hydra", "rerun", "scipy.stats", "omegaconf", "nicegui"):
+for other in ("mujoco", "matplotlib", "pandas", "hydra", "rerun", "scipy.stats", "omegaconf", "nicegui", "threadpoolctl"):
     importlib.import_module(other)  # what these do to the process is their own business
 before = json.dumps(outside(), default=str)
 for name in names:
