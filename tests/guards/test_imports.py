@@ -17,7 +17,7 @@ ROUNDING = 1e-9  # relative: without prepare() XLA fuses multiply-adds, which sh
 
 IMPORT_ALL = """
 import importlib, json, logging, os, pkgutil, sys, warnings
-import jax, numpy as np
+import jax, numpy as np, omegaconf
 import belt_sim
 def outside():
     return [dict(os.environ), dict(jax.config.values), list(map(str, warnings.filters)), np.geterr(),
@@ -29,7 +29,7 @@ def load(name):
         if missing.name.startswith("belt_sim"):
             raise
 names = [m.name for m in pkgutil.walk_packages(belt_sim.__path__, "belt_sim.") if not m.name.endswith("__main__")]
-for other in ("mujoco", "matplotlib", "pandas", "hydra", "rerun", "scipy.stats", "omegaconf", "nicegui", "threadpoolctl"):
+for other in ("mujoco", "matplotlib", "pandas", "hydra", "rerun", "scipy.stats", "nicegui", "threadpoolctl"):
     importlib.import_module(other)  # what these do to the process is their own business
 before = json.dumps(outside(), default=str)
 for name in names:
