@@ -81,13 +81,25 @@ def _role(name: str) -> str:
     return name
 
 
+def _sign(sign: float) -> float:
+    if abs(sign) != 1.0:
+        raise InputError("sign", sign, "", "must be 1 or -1; a factor has a key of its own, factor: 0.001")
+    return sign
+
+
+def _factor(factor: float) -> float:
+    if not 1e-12 <= abs(factor) <= 1e12:
+        raise InputError("factor", factor, "", "must be a number between 1e-12 and 1e12, or its negative")
+    return factor
+
+
 class ColumnEntry(Entry):
     role: Annotated[str, AfterValidator(_role)] | None = None
     unit: str | None = None
     at: str | None = None
     name: str | None = None
-    sign: float = 1.0
-    factor: float = 1.0
+    sign: Annotated[float, AfterValidator(_sign)] = 1.0
+    factor: Annotated[float, AfterValidator(_factor)] = 1.0
     run: Text | None = None
     against: str | None = None
     white: Text | None = None
@@ -130,6 +142,7 @@ class MappingEntry(Entry):
     settings: SettingsEntry = SettingsEntry()
     step_m: Text | None = None
     start: Literal["yaw", "as_logged"] = "yaw"
+    spikes: Literal["leave_out", "keep"] = "leave_out"
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, allow_inf_nan=False, alias_generator=lambda name: name.rstrip("_")

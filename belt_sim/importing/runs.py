@@ -13,6 +13,7 @@ import numpy as np
 from belt_sim.campaign import Run, plausible
 from belt_sim.campaign.csv_tables import REPEAT_TOLERANCE
 from belt_sim.campaign.problems import did_you_mean
+from belt_sim.campaign.quality.record import spike_mask
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import MappingEntry, RunEntry
@@ -165,12 +166,31 @@ def _assemble(
     notes = (*travel.notes, f"yaw_at is {known['yaw_at']}") if "yaw_at" in known else travel.notes
     signals = {u.name: u.si(block.rows[travel.keep]) for u in block.used if u.role == "signal"}
     signals = {n: y for n, y in signals.items() if np.isfinite(y).any()}
+    if mapping.spikes == "leave_out":
+        signals, said = _leave_out_spikes(block, travel.keep, signals)
+        notes = (*notes, *said)
     track = Track(name=block.name, travel=travel.travel, time=travel.time, signals=signals)
     file = block.table.file.name
     started = _clock_time(block, int(travel.keep[0]))
     return AssembledRun(
         key=block.name, entry=entry, track=track, settings=known, file=file, started=started, notes=notes
     )
+
+
+def _leave_out_spikes(
+    block: Block, keep: np.ndarray, signals: dict[str, np.ndarray]
+) -> tuple[dict[str, np.ndarray], list[str]]:
+    """Signals with single readings that jump away and back blanked, and a remark that names their lines."""
+    out, said = dict(signals), []
+    for name, y in signals.items():
+        mask = spike_mask(y)
+        if mask.any():
+            lines = [block.line(int(keep[k])) for k in np.flatnonzero(mask)]
+            shown = ", ".join(map(str, lines[:5])) + (" ..." if len(lines) > 5 else "")
+            what = f"{len(lines)} readings jump" if len(lines) > 1 else "a reading jumps"
+            said.append(f"{name}: {what} away and back, left out (line {shown}); spikes: keep would keep them")
+            out[name] = np.where(mask, np.nan, y)
+    return out, said
 
 
 def _clock_time(block: Block, row: int) -> str:

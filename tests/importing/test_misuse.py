@@ -173,3 +173,38 @@ def test_files_that_are_not_there(files, tmp_path, monkeypatch):
     (tmp_path / "a.csv").write_text(GOOD)
     with pytest.raises(BeltError):
         read(files)
+
+
+#: Readings [mm] that no belt takes from one row to the next, and the lines of the file at which they stand.
+SPIKES = {20: 180.0, 45: -35.0, 46: -35.0}
+
+
+def spiky(tmp_path, mapping: dict):
+    y1 = L.y1.copy()
+    for line, value in SPIKES.items():
+        y1[line - 2] = value
+    text = table(["travel [m]", "y1 [mm]", "y4 [mm]"], [L.travel, y1, L.y4])
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    return understand(read([tmp_path / "a.csv"]), MAPPING | {"runs": {"a": RUN}, "step_m": "0.05"} | mapping)
+
+
+def test_spikes_are_left_out_and_their_lines_listed(tmp_path):
+    proposal = spiky(tmp_path, {})
+    assert any("y1: 3 readings jump away and back, left out (line 20, 45, 46)" in n.text for n in proposal.notes)
+    run = proposal.complete().runs[0]
+    assert np.isnan(run.signals["y1"]).sum() == len(SPIKES)
+    assert np.isfinite(run.signals["y4"]).all()
+
+
+def test_spikes_are_kept_where_the_mapping_says_so(tmp_path):
+    proposal = spiky(tmp_path, {"spikes": "keep"})
+    assert not any("left out" in n.text for n in proposal.notes)
+    assert np.isfinite(proposal.complete().runs[0].signals["y1"]).all()
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"), [({"factor": 1e300}, "between 1e-12 and 1e12"), ({"sign": 2}, "must be 1 or -1")]
+)
+def test_a_scale_that_no_sensor_has(entry, words, tmp_path):
+    with pytest.raises(BeltError, match=words):
+        spiky(tmp_path, {"columns": {"y1 [mm]": entry}})

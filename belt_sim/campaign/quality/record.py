@@ -98,6 +98,8 @@ PILE, PILE_FACTOR = 6, 4.0
 #: A spike stands this many sigmas of scatter out of its neighbours; heavy tails (Student's t with
 #: 3 degrees of freedom) reach 200 once in a million readings.
 SPIKE, LONE_SPIKE, SPIKES = 40.0, 200.0, 3
+#: Rows that one spike lasts at most, and the share of a record that may be spikes.
+LONGEST_SPIKE, MOST_SPIKES = 4, 0.05
 #: Scatter over its stated size beyond which it is a slip (inch: 25; milli: 1000); stated noise errs by 40 %.
 NOISE_FACTOR = 6.0
 #: Root mean square of lateral readings over |yaw| times travel: linear belts give 0.05 to 0.4.
@@ -180,6 +182,27 @@ def _spikes(record: Record) -> tuple[str, SuspicionKind]:
         sentence = f"{count} readings jump by more than {SPIKE:g} times the scatter, the largest at {at:.6g} m"
         return f"{sentence}: the sensor drops out", "dropout"
     return "", "dropout"
+
+
+def spike_mask(readings: np.ndarray) -> np.ndarray:
+    """Return which readings (n,) jump out of their neighbours by SPIKE times the scatter and back within four rows.
+
+    Nothing where the scatter is not known, or where so many jump that the sensor is broken.
+    """
+    there = np.flatnonzero(np.isfinite(readings))
+    mask = np.zeros(len(readings), dtype=bool)
+    y = readings[there]
+    if len(y) < FEWEST:
+        return mask
+    steps = np.diff(np.unique(y))
+    second = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(y, 2)))) / math.sqrt(6.0)
+    scatter = max(second, float(steps.min()) if steps.size else 0.0)
+    padded = np.pad(y, LONGEST_SPIKE, mode="reflect")
+    local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * LONGEST_SPIKE + 1), axis=1)
+    out = np.abs(y - local) > SPIKE * scatter
+    if scatter > 0.0 and out.mean() < MOST_SPIKES:
+        mask[there[out]] = True
+    return mask
 
 
 def check_gaps(campaign: Campaign) -> list[Suspicion]:
