@@ -87,7 +87,8 @@ class SceneParts:
     curvature of the belt (y'' > 0) against the position s [m] along it at travel 0, counted from point 4 in the order
     of the points 4, 1, 2, 3 (None = straight); edge_guides: rollers beside the spans; lift_off: share of the bending
     layer with which the belt leaves its pulleys (0 = like a thread, 1 = like a plate); pushes: forces and couples at
-    places of the spans; lean [rad]: of the machine about its long axis, the share of the belt's weight that pulls
+    places of the spans; residual [Pa]: amplitude of the strip's residual stress, residual (1 - 12 y^2/b^2) across its
+    width; lean [rad]: of the machine about its long axis, the share of the belt's weight that pulls
     towards +y; roll [N]: couple per metre about +x on the upper span, which raises the side y > 0.
     """
 
@@ -101,6 +102,7 @@ class SceneParts:
     pushes: tuple[Push, ...] = ()
     lean: float = 0.0
     roll: float = 0.0
+    residual: float = 0.0
 
     @property
     def sets_in(self) -> bool:

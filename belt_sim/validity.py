@@ -207,9 +207,8 @@ def _thick(case: Case) -> Limit:
 
 def _bending_layer(x: _Loaded) -> Limit:
     """The layer beside the pulleys changes the moment that the lower span carries over, and y_3 with it."""
-    return Limit(
-        "bending_layer", x.layer / WRONG, "the belt's own stiffness lifts it off the pulleys: use strip_lift_off"
-    )
+    remedy = "use model=strip_lift_off, or effects=[lift_off] with a 3D belt"
+    return Limit("bending_layer", x.layer / WRONG, f"the belt's own stiffness lifts it off the pulleys: {remedy}")
 
 
 def _flat_belt(x: _Loaded) -> Limit:

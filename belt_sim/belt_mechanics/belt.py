@@ -19,6 +19,7 @@ from belt_sim.mujoco3d.loop import LaidLoop, sinking_chords
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import Options, is_limp
+from belt_sim.mujoco3d.wrap import fibre_share
 from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
@@ -54,21 +55,21 @@ def active_features(parts: Sequence[SceneParts]) -> ActiveFeatures:
 
 
 class LayerFibres(NamedTuple):
-    """plate [N m], thickness [m], modulus [Pa], own [1]: as in mujoco3d.wrap.Layer; own 0 = like a thread."""
+    """plate [N m], thickness [m], modulus [Pa], own [1]: as in mujoco3d.wrap.BendingLayer; own 0 = like a thread;
+    residual [1], shape (m,): strain of the lines by residual stress, which the layer does not count."""
 
     plate: Array
     thickness: Array
     modulus: Array
     own: Array
+    residual: Array
 
     @staticmethod
-    def of(case: Case, strength: float) -> "LayerFibres":
+    def of(case: Case, mesh: Mesh, strength: float) -> "LayerFibres":
         """Of a belt; strength [1] multiplies l^2 and l^3."""
-        belt = case.belt
-        tense = float(case.tension_force) * float(belt.width) ** 2 / 12.0
-        still = float(belt.shear_modulus) * float(belt.width) * float(belt.thickness) ** 3 / 3.0
-        own = strength * tense / (tense + still)
-        return LayerFibres(*map(np.array, (belt.plate_stiffness, belt.thickness, belt.youngs_modulus, own)))
+        belt, own = case.belt, strength * fibre_share(case, mesh.residual)
+        numbers = belt.plate_stiffness, belt.thickness, belt.youngs_modulus, own, mesh.residual_strain
+        return LayerFibres(*map(np.array, numbers))
 
 
 class SlidingStiffness(NamedTuple):
@@ -207,9 +208,7 @@ def belt_arrays(scene: SceneLayout, kind: str, features: ActiveFeatures) -> tupl
         ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
     belt = BeltArrays(
         ties=ties,
-        twist=TwistStiffness(torsion.tense, torsion.own, torsion.still, torsion.cubic)
-        if torsion
-        else TwistStiffness(0, 0, 0, 0),
+        twist=TwistStiffness(*(getattr(torsion, f, 0.0) for f in TwistStiffness._fields)),
         surfaces=surfaces,
         chord=mesh.chord,
         mass=mesh.mass,
@@ -227,7 +226,7 @@ def belt_arrays(scene: SceneLayout, kind: str, features: ActiveFeatures) -> tupl
         holding=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
         sliding_stiffness=read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop) if features.slips else None,
         guides=GuideArrays.of(parts.edge_guides, features.guides) if features.guides else None,
-        fibres=LayerFibres.of(case, parts.lift_off) if features.layered else None,
+        fibres=LayerFibres.of(case, mesh, parts.lift_off) if features.layered else None,
         loads=LoadArrays.of(parts, features.pushes) if features.pushes or features.leans else None,
     )
     return shape, jax.tree.map(lambda v: np.asarray(v, float), belt)
@@ -253,7 +252,9 @@ def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: SceneLayou
     straight = np.stack([w, np.full(strips, chord), diagonal, diagonal, w, np.full(strips, chord)], axis=1)[..., None]
     natural = np.zeros_like(straight)
     if scene.parts.camber is not None:
-        natural = _curved_lengths(mesh, w) - straight
+        natural = _edge_lengths(mesh.lengths.T, w) - straight
+    if mesh.residual:
+        straight = _edge_lengths(chord * (1.0 - mesh.residual_strain)[:, None], w)
     law, spring = np.zeros((strips, 2, 6, 6)), np.zeros((strips, 6))
     for j in range(strips):
         if kind == "flex":
@@ -269,9 +270,9 @@ def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: SceneLayou
     return Ties(law, spring, straight, natural)
 
 
-def _curved_lengths(mesh: Mesh, w: np.ndarray) -> np.ndarray:
-    """Stress-free lengths of the edges of a belt that is curved by nature, shape (m - 1, 6, n)."""
-    along = mesh.lengths.T
+def _edge_lengths(along: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Stress-free lengths [m] of the edges, shape (m - 1, 6, k), of trapezoids whose lines are ``along``, (m, k), long
+    and ``w``, (m - 1,), apart."""
     across = np.broadcast_to(w[:, None], along[1:].shape)
     diagonal = np.sqrt(w[:, None] ** 2 + along[1:] * along[:-1])
     return np.stack([across, along[1:], diagonal, diagonal, across, along[:-1]], axis=1)

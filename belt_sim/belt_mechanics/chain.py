@@ -51,7 +51,7 @@ def couple_stiffness(belt: BeltArrays, behind: Array, places: ChainLayout, tensi
     """Stiffness of the couples of each cell [N/m], (n,); behind [m], (2, 2): how far the outermost stations lie behind
     the tangent points, by pulley and end."""
     whole = tension * belt.twist.tense + belt.twist.still
-    stiffness = jnp.full(len(places.stations), whole - tension * belt.twist.own)
+    stiffness = jnp.full(len(places.stations), whole - tension * belt.twist.own - belt.twist.locked)
     behind = jnp.clip(behind, -0.5 * belt.chord, 0.5 * belt.chord)
     seems = whole * (belt.chord / (belt.chord - behind) - 1.0)
     for pulley in (HEAD, TAIL):

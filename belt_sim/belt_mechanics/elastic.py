@@ -125,12 +125,13 @@ def _curvature(by_square: Array, law: Array, by_corner: Array) -> Array:
 
 
 class TwistStiffness(NamedTuple):
-    """Torsion that lines lack, as loads.torsion.Torsion. tense, own [1/m], still [N/m], cubic [N/m3]."""
+    """Torsion that lines lack, as mujoco3d.loads.Torsion. tense, own [1/m], still, locked [N/m], cubic [N/m3]."""
 
     tense: Array
     own: Array
     still: Array
     cubic: Array
+    locked: Array
 
 
 def twist_energy(places: Array, stiffness: Array, cubic: Array, *, curved: bool) -> CellEnergy:

@@ -251,7 +251,7 @@ def line_displacements(
     assert fibres is not None
     begin = wrap.first - 1 - RUNUP_LINKS if end == FIRST else wrap.last + 1
     k = (begin + jnp.arange(RUNUP_LINKS + 1)) % n
-    strain = strains(belt.ties, nodes, k, share)
+    strain = strains(belt.ties, nodes, k, share) - fibres.residual
     stress = fibres.modulus * jnp.maximum(strain, SLACKEST_FIBRE * jnp.maximum(strain.mean(), 1e-12))
     local = (nodes[:, :, k[-1]] - nodes[:, :, k[0]]) @ pose.axes
     ahead = jnp.arctan2(-local[:, 2], local[:, 0]) - wrap.tangent[end]

@@ -79,3 +79,6 @@ class Flatness(Effect):
         belt = case.belt
         change = -jnp.minimum(0.8 * self.amplitude, case.settings.tension)
         return replace(span, torsion=span.torsion + belt.width**3 * belt.thickness / 12.0 * change)
+
+    def scene(self, parts, case):
+        return replace(parts, residual=parts.residual + self.amplitude)

@@ -24,5 +24,7 @@ FURTHEST_KINK = 0.6
 TAIL_DAMPING_RATIO = 1.0
 #: [1/s], drag of a belt at rest, about critical for the lowest sway of a span
 REST_DRAG = 15.0
+#: of a residual stress r (1 - 12 y^2/b^2), what it takes off the tension in the torsional stiffness, over r
+RESIDUAL_TORSION = 0.8
 #: belt widths: a belt that has run further sideways has left its pulleys
 RUNAWAY = 3.0

@@ -46,8 +46,8 @@ from belt_sim.scene_parts import SceneParts
 
 @dataclass(frozen=True)
 class Engine:
-    """What acts on a state. tangent: None for a belt that only sticks; camber: None for a straight one;
-    limp: it has no bending stiffness in its spans; layer: None for a belt that leaves its pulleys like a thread."""
+    """What acts on a state. tangent: None for a belt that only sticks; rest_lengths: None without camber and residual
+    stress; limp: without bending stiffness in its spans; layer: None for a belt that leaves a pulley like a thread."""
 
     scene: SceneLayout
     solver: Solver
@@ -55,7 +55,7 @@ class Engine:
     loads: tuple[NodeLoad, ...]
     guides: EdgeGuideSprings
     tangent: WrapStiffness | None
-    camber: RestLengths | None
+    rest_lengths: RestLengths | None
     limp: bool
     layer: BendingLayer | None
 
@@ -74,6 +74,10 @@ class Engine:
             loads.append(DistributedLoads(parts.lean * parts.gravity, parts.roll, mesh))
         if limp:
             loads.append(SwayDrag(mesh, int(pulleys.sign), options.damping * mesh.mass, options.dt))
+        curved = parts.camber is not None or mesh.residual
+        rest_lengths = RestLengths.of(mesh, solver) if curved else None
+        if rest_lengths is not None and mesh.residual:
+            solver.set_rest_lengths(rest_lengths.lengths(0.0))
         slides = math.isfinite(parts.friction) or options.tensioning == "koller"
         return Engine(
             scene=scene,
@@ -82,7 +86,7 @@ class Engine:
             loads=tuple(loads),
             guides=EdgeGuideSprings(parts.edge_guides, mesh),
             tangent=WrapStiffness.of(mesh, scene.loop, solver, options.dt) if slides else None,
-            camber=RestLengths.of(mesh, solver) if parts.camber is not None else None,
+            rest_lengths=rest_lengths,
             limp=limp,
             layer=BendingLayer.of(scene.case, mesh, parts.lift_off, options.dt) if parts.lift_off else None,
         )
@@ -119,8 +123,8 @@ class Engine:
         forces = np.zeros_like(state.slides)
         for load in self.loads:
             forces += load.forces(state, springs)
-        if self.camber is not None:
-            solver.set_rest_lengths(self.camber.lengths(state.share))
+        if self.rest_lengths is not None:
+            solver.set_rest_lengths(self.rest_lengths.lengths(state.share))
         solver.damp(drag_coefficients(scene.mesh, *drive.drag))
         solver.step(state, springs, forces, joint_forces)
         if solver.diverged:

@@ -5,6 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
+from belt_sim.mujoco3d.constants import RESIDUAL_TORSION
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Solver, Springs
 from belt_sim.mujoco3d.state import TAIL, Pose, RunState, Wrap
@@ -49,7 +50,8 @@ class Torsion:
     the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. A twist also stretches the edges, by (y phi')^2 / 2. Of
     the strip that is a couple E h b^5 phi'^3 / 360, of lines EA phi'^3 (sum(w_j y_j^4) - sum(w_j y_j^2)^2) / 2, nothing
     for two. tense [1/m], own [1/m], still [N/m]: b^2 / 12, sum(w_j y_j^2) and G b h^3 / 3, all over chord b'^2, b' the
-    outer lines' distance; cubic [N/m3]: what the lines lack of the couple, as a force on them over the cube of what
+    outer lines' distance; locked [N/m]: of the residual stress, what the lines have by themselves, as ``still`` has the
+    strip's; cubic [N/m3]: what the lines lack of the couple, as a force on them over the cube of what
     a link of the one rises more than the other; lean [m], shape (n,): height of the first line above the last in the
     stress-free places.
 
@@ -64,6 +66,7 @@ class Torsion:
     still: float
     cubic: float
     lean: np.ndarray
+    locked: float
 
     @staticmethod
     def of(belt: Belt, mesh: Mesh) -> "Torsion":
@@ -74,13 +77,15 @@ class Torsion:
         per = 1.0 / (mesh.chord * apart**2)
         lacking = width**4 / 180.0 - float(share @ mesh.line_y**4) + float(share @ mesh.line_y**2) ** 2
         stiffness = float(belt.youngs_modulus) * float(belt.area)
+        stress_free = RESIDUAL_TORSION * stiffness * mesh.residual * width**2 / 12.0
         return Torsion(
             mesh=mesh,
             tense=per * width**2 / 12.0,
             own=per * float(share @ mesh.line_y**2),
-            still=per * float(belt.shear_modulus) * width * thickness**3 / 3.0,
+            still=per * (float(belt.shear_modulus) * width * thickness**3 / 3.0 - stress_free),
             cubic=0.5 * stiffness * lacking / (apart * (mesh.chord * apart) ** 3),
             lean=mesh.rest[:, 0, 2] - mesh.rest[:, -1, 2],
+            locked=per * stiffness * float((share * mesh.line_y**2) @ mesh.residual_strain),
         )
 
     def forces(self, state: RunState, springs: Springs) -> np.ndarray:
@@ -94,7 +99,7 @@ class Torsion:
         bent[0] += roll[-1]
         bent[-1] += roll[0]
         twisted = self.cubic * (np.roll(roll, -1) - roll) ** 3
-        couple = (whole - tension * self.own) * bent + twisted - np.roll(twisted, 1)
+        couple = (whole - tension * self.own - self.locked) * bent + twisted - np.roll(twisted, 1)
         for wrap in state.wraps:
             couple[wrap.stations] = 0.0
         for wrap, pose in zip(state.wraps, state.poses, strict=True):

@@ -12,9 +12,9 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.errors import CannotRepresent
-from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
+from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, RESIDUAL_TORSION, TAIL_DAMPING_RATIO
 from belt_sim.mujoco3d.loop import LaidLoop, lay_loop, lift
-from belt_sim.mujoco3d.mesh import BeltModel, Mesh
+from belt_sim.mujoco3d.mesh import BeltModel, Membrane, Mesh
 from belt_sim.mujoco3d.mujoco_4 import Solver, add_dummy_equality, set_solver
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.state import TAIL, Pose, RunState
@@ -22,6 +22,7 @@ from belt_sim.mujoco3d.stress_free import with_curvature
 from belt_sim.mujoco3d.tensioning import KollerPlan
 from belt_sim.paths import MODELS
 from belt_sim.scene_parts import EdgeGuide, PulleySurface, SceneParts
+from belt_sim.si import N_PER_MM2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,6 +129,9 @@ def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *,
         laid, loop = apart.slack, lay_loop(apart.slack, options.dx, len(loop.x), path=path)
     early = options.run_in + (apart.travel if apart else 0.0)
     mesh = _add_camber(belt.mesh(laid, loop, options), loop, parts, laid, early)
+    if parts.residual:
+        mesh = replace(mesh, residual=parts.residual / float(case.belt.youngs_modulus))
+        _refuse_slack_lines(mesh, case, options, isinstance(belt, Membrane))
     return SceneLayout(case, options, parts, mesh, loop, early, apart)
 
 
@@ -169,6 +173,24 @@ def _add_camber(mesh: Mesh, loop: LaidLoop, parts: SceneParts, case: Case, early
     shift = float(np.sign(float(case.settings.direction))) * early
     middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
     return with_curvature(mesh, parts.camber(middle % (loop.chord * mesh.stations)))
+
+
+def _refuse_slack_lines(mesh: Mesh, case: Case, options: Options, membrane: bool) -> None:
+    """Raise CannotRepresent for a residual stress that presses a line of nodes, or takes all of the belt's torsion.
+
+    Strips of a membrane between three or more lines hold each other's width and shear, and twist 9-15 % too easily.
+    Steel edges carry pressure over some mm (studies/notes/shell.md); a line of nodes without plate stiffness folds.
+    """
+    tension, modulus = float(case.settings.tension), float(case.belt.youngs_modulus)
+    what = f"effects = flatness: a residual stress of {mesh.residual * modulus / N_PER_MM2:.3g} N/mm2"
+    if membrane and mesh.across > 2:
+        raise CannotRepresent(f"{what} needs model.across = 2 in a membrane; use that, or model=mujoco_grid")
+    if options.tensioning == "koller":
+        raise CannotRepresent(f"{what} folds the slack belt of model.tensioning = koller; use force or length")
+    if RESIDUAL_TORSION * mesh.residual * modulus >= tension:
+        raise CannotRepresent(f"{what} is too much for {tension / N_PER_MM2:g} N/mm2: the spans twist by themselves")
+    if tension + modulus * mesh.residual_strain.min() <= 0.0:
+        raise CannotRepresent(f"{what} makes a line of {mesh.across} slack, which folds: give a smaller model.across")
 
 
 def _draw_guide(spec: mujoco.MjSpec, name: str, guide: EdgeGuide, case: Case) -> None:

@@ -28,7 +28,7 @@ class Mesh:
     rest [m], shape (n, m, 3): stress-free places (body positions), of which only the distances count; laid [m], same
     shape: places under tension; line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,);
     mass [kg], shape (m,), a node; chord [m]: rest distance of neighbouring stations of the straight belt; closed: an
-    endless belt.
+    endless belt; residual [1]: amplitude of the residual stress over E.
     """
 
     rest: np.ndarray
@@ -38,6 +38,7 @@ class Mesh:
     mass: np.ndarray
     chord: float
     closed: bool = True
+    residual: float = 0.0
 
     @property
     def stations(self) -> int:
@@ -57,6 +58,15 @@ class Mesh:
     @property
     def across(self) -> int:
         return self.rest.shape[1]
+
+    @property
+    def residual_strain(self) -> np.ndarray:
+        """Residual stress of the lines over E, shape (m,): mean of residual (1 - 12 y^2/b^2) over what a line carries.
+
+        It has no resultant; of two lines it is 0.
+        """
+        ends = np.clip((np.arange(self.across + 1) - 0.5) / max(self.across - 1, 1), 0.0, 1.0) - 0.5
+        return self.residual * (1.0 - 4.0 * np.diff(ends**3) / np.diff(ends))
 
     def at(self, slides: np.ndarray, stations) -> np.ndarray:
         """Positions [m] of the nodes of stations when all have slid by ``slides`` [m], shape (n, m, 3)."""

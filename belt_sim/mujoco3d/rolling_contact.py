@@ -130,7 +130,7 @@ def build_contact(
 
 def _refuse_shapes(parts: SceneParts) -> None:
     cylinders = all(p == PulleySurface(radius=p.radius) for p in (parts.head, parts.tail))
-    if not cylinders or parts.edge_guides or parts.sets_in:
+    if not cylinders or parts.edge_guides or parts.sets_in or parts.residual:
         raise CannotRepresent(
             "model.contact = mujoco: it has plain cylinders and a straight belt; use model.contact=held with effects "
             "that have a shape"

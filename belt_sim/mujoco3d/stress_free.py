@@ -93,7 +93,7 @@ def _coil(mesh: Mesh) -> np.ndarray:
 
 @dataclass(frozen=True)
 class RestLengths:
-    """straight, natural [m], shape (k,): the belt's rest lengths without and with camber."""
+    """straight, natural [m], shape (k,): the belt's rest lengths without and with camber, residual stress in both."""
 
     straight: np.ndarray
     natural: np.ndarray
@@ -103,8 +103,13 @@ class RestLengths:
         """Of a model that was compiled with its camber."""
         stations, line = np.divmod(solver.tied_nodes(), mesh.across)
         along = mesh.chord * (stations[:, 0] != stations[:, 1])
-        straight = np.hypot(along, np.diff(mesh.line_y[line], axis=1)[:, 0])
-        return RestLengths(straight, solver.rest_lengths)
+        across = np.diff(mesh.line_y[line], axis=1)[:, 0]
+        straight, curved = np.hypot(along, across), solver.rest_lengths
+        if not mesh.residual:
+            return RestLengths(straight, curved)
+        stretch = 1.0 - mesh.residual_strain[line]
+        stressed = np.hypot(along * np.sqrt(stretch.prod(axis=1)), across)
+        return RestLengths(stressed, curved + (stressed - straight))
 
     def lengths(self, share: float) -> np.ndarray:
         """Rest lengths [m] when ``share`` (0..1) of the camber acts, shape (k,)."""

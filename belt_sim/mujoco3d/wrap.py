@@ -33,6 +33,7 @@ from belt_sim.mujoco3d.constants import (
     FORGETTING,
     HYSTERESIS,
     LAYER_TIME,
+    RESIDUAL_TORSION,
     RUNUP_LINKS,
     SLACKEST_FIBRE,
     SPAN_STATIONS,
@@ -121,6 +122,15 @@ def tangent_angle(pose: Pose, along: np.ndarray) -> float:
     return float(np.arctan2(-local[2], local[0]))
 
 
+def fibre_share(case: Case, residual: float) -> float:
+    """Share [1] of the torsional stiffness that is the fibres' tension; residual [1]: as of a Mesh."""
+    belt, force = case.belt, float(case.tension_force)
+    tense = force * float(belt.width) ** 2 / 12.0
+    still = float(belt.shear_modulus) * float(belt.width) * float(belt.thickness) ** 3 / 3.0
+    locked = RESIDUAL_TORSION * residual * float(belt.youngs_modulus) * float(belt.area) * float(belt.width) ** 2 / 12.0
+    return tense / (tense + still - locked)
+
+
 @dataclass(frozen=True)
 class BendingLayer:
     """The layer of one belt.
@@ -140,14 +150,12 @@ class BendingLayer:
     def of(case: Case, mesh: Mesh, strength: float, dt: float) -> "BendingLayer":
         """Of a belt of two or more lines; strength [1] multiplies l^2 and l^3."""
         belt = case.belt
-        tense = float(case.tension_force) * float(belt.width) ** 2 / 12.0
-        still = float(belt.shear_modulus) * float(belt.width) * float(belt.thickness) ** 3 / 3.0
         return BendingLayer(
             mesh=mesh,
             plate=float(belt.plate_stiffness),
             thickness=float(belt.thickness),
             modulus=float(belt.youngs_modulus),
-            own=strength * tense / (tense + still),
+            own=strength * fibre_share(case, mesh.residual),
             dt=dt,
         )
 
