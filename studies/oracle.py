@@ -1,9 +1,9 @@
 """What nobody could do better: python -m studies.oracle first_seed=9930000 count=133 prints a Markdown table.
 
 Blind campaigns of the challenge, answered by an oracle that knows how many effects are hidden, and takes of all sets of
-that size the likeliest, with the diagnosis's own readings, noise, refits and thresholds. What is hidden is always among
-its sets, whether or not a search would have met it. Where another set explains the readings better than what is hidden,
-no method can tell but by luck; where a smaller one explains as much, nothing shows that there was one effect more.
+that size the likeliest, by the diagnosis's own table of evidence. What is hidden is always among its sets, whether or
+not a search would have met it. Where another set explains the readings better than what is hidden, no method can tell
+but by luck; where a smaller one explains as much, nothing shows that there was one effect more.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,22 +14,18 @@ import numpy as np
 
 from belt_sim.api.resolve import candidates_of, fitted_model
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.answer.confusable import HELD
-from belt_sim.diagnosis.choice.chance import chance_of
-from belt_sim.diagnosis.choice.decide import Ids, one_more
-from belt_sim.diagnosis.choice.refits import Refits
-from belt_sim.diagnosis.choice.select import FAMILY_LEVEL
-from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.decision.decide import explanations
+from belt_sim.diagnosis.decision.policy import POLICY
+from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
+from belt_sim.diagnosis.evidence import search_sets
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.left_over.null import null_gains
 from studies.application import application
 from studies.challenge.registry import source
 from studies.challenge.report import table, with_interval
 from studies.challenge.targets import SIZES, size_class
 
-BESIDE = 4  # best single effects beside which every other is tried
-LINEAR = 12  # pairs that promise most in the linear range, refitted
-LAST = 16  # sets that are compared about the likeliest
+PAIRS = 12  # that promise most in the linear range, fitted
+SIMULATED = 100  # campaigns with nothing missing
 KINDS = {"library": 1, "two": 2}
 
 
@@ -37,7 +33,7 @@ KINDS = {"library": 1, "two": 2}
 class Bound:
     """One campaign: kind; size of the smallest hidden effect; first: what is hidden is the likeliest set of its size;
     held: it is among those that hold 95 % of the probability, which are ``told`` in number; pays: it explains more than
-    the best set of one effect fewer, by what chance gives that effect and by the odds of one fault more.
+    the best set of one effect fewer, and pays what that effect's numbers cost and the odds of one fault more.
     """
 
     seed: int
@@ -57,70 +53,36 @@ def oracle(config: dict[str, Any]) -> None:
         sizes = [e["d"] for e in truth.effects if e.get("d") is not None]
         if truth.kind not in KINDS or not sizes or size_class(min(sizes)) is None:
             continue
-        evidence = laid_out(campaign, truth.base, int(config["bootstraps"]), seed)
-        hidden = tuple(e["id"] for e in truth.effects)
-        if set(hidden) <= set(evidence.names):
+        hidden = frozenset(e["id"] for e in truth.effects)
+        evidence = gathered(campaign, truth.base, hidden, seed)
+        if evidence is not None:
             found.append(bound(evidence, hidden, seed, truth.kind, min(sizes)))
             print(found[-1], flush=True)
     print("\n" + table(HEAD, lines(found)))
 
 
-def laid_out(campaign: Campaign, base: str, bootstraps: int, seed: int) -> Refits:
-    """A campaign as the diagnosis lays it out, with what chance reaches, before anything is chosen."""
+def gathered(campaign: Campaign, base: str, hidden: Ids, seed: int) -> EvidenceTable | None:
+    """The table of the diagnosis's search, of what is hidden, and of more pairs; None where that is no candidate."""
     model = fitted_model(base)
     bench = workbench(campaign, model, candidates_of(None, model))
-    fit = bench.fit([bench.start((), bench.forward.null())])[0]
-    names = [c.id for c in bench.forward.classes]
-    near = around(bench, fit, names)
-    shapes = {n: near.shapes(bench, n) for n in names}
-    null = null_gains(bench, shapes, fit.slopes, fit.values, count=bootstraps, seed=seed)
-    chance = chance_of(bench, bench.samples.y - fit.values, seed + 1)
-    return Refits(bench, null, null.critical(names, FAMILY_LEVEL), chance, near, fits={frozenset(): fit})
+    if not hidden <= {c.id for c in bench.forward.classes}:
+        return None
+    nothing = bench.fit([bench.start((), bench.forward.null())])[0]
+    search = search_sets(bench, nothing, POLICY, (SIMULATED, seed), lambda text: None)
+    search.fits.fit_all([tuple(sorted(hidden)), *(search.fits.best_pairs(PAIRS) if len(hidden) > 1 else [])])
+    return search.table()
 
 
-def bound(evidence: Refits, hidden: Ids, seed: int, kind: str, size: float) -> Bound:
+def bound(evidence: EvidenceTable, hidden: Ids, seed: int, kind: str, size: float) -> Bound:
     """What the oracle knows of one campaign."""
-    fewer, wanted = (_likeliest(evidence, k) for k in (len(hidden) - 1, len(hidden)))
-    key = frozenset(hidden)
-    about = evidence.moved(tuple(wanted[0] if wanted else hidden))
-    sets = list(dict.fromkeys([key, *wanted[:LAST]]))
-    worth = {s: _worth(about, s) for s in sets if s == key or about.plausible(tuple(s))}
-    units = {s: max(1.0, *(about.null.inflation(i) for i in s)) for s in worth}
-    best = max(worth.values())
-    weights = {s: float(np.exp((worth[s] - best) / (2.0 * units[s]))) for s in worth}
-    ranked = sorted(weights, key=lambda s: -weights[s])
-    before = np.cumsum([0.0, *(weights[s] for s in ranked)])[:-1]
-    held = [s for s, sum_before in zip(ranked, before, strict=True) if sum_before < HELD * sum(weights.values())]
-    smaller = max((_worth(about, s) for s in fewer[:LAST] if about.plausible(tuple(s))), default=0.0)
-    pays = worth[key] - smaller > one_more(hidden) - one_more(hidden[1:])
-    return Bound(seed, kind, size, ranked[0] == key, key in held, len(held), pays)
-
-
-def _worth(evidence: Refits, ids: frozenset) -> float:
-    """What a set explains above what chance would give it."""
-    return evidence.gains([tuple(sorted(ids))])[0] - sum(map(evidence.threshold, ids))
-
-
-def _likeliest(evidence: Refits, size: int) -> list[frozenset]:
-    """Sets of a size that a machine could have, likeliest first: every effect, those beside the best, the best pairs by
-    their columns.
-    """
-    if not size:
-        return []
-    worth: dict[frozenset, float] = {}
-    singles = sorted(evidence.trials(()), key=lambda t: -t.score)
-    if size == 1:
-        return [frozenset([t.id]) for t in singles if t.plausible]
-    for first in singles[:BESIDE]:
-        for t in evidence.trials((first.id,)):
-            if t.plausible:
-                worth[frozenset((first.id, t.id))] = first.score + t.score
-    by_columns = evidence.pairs_in_place(singles[0].id, np.inf)  # those with the best effect are there already
-    new = [ids for ids in by_columns if frozenset(ids) not in worth][:LINEAR]
-    for ids, gain in zip(new, evidence.gains(new), strict=True):
-        if evidence.plausible(ids):
-            worth[frozenset(ids)] = gain - sum(map(evidence.threshold, ids))
-    return sorted(worth, key=lambda s: -worth[s])
+    every = [e for e in explanations(evidence, POLICY) if not e.refused or frozenset(e.effects) == hidden]
+    own = next(e for e in every if frozenset(e.effects) == hidden)
+    wanted = sorted((e for e in every if len(e.effects) == len(hidden)), key=lambda e: -e.log_posterior)
+    weights = np.exp([e.log_posterior - wanted[0].log_posterior for e in wanted])
+    before = np.cumsum([0.0, *weights])[:-1]
+    held = [e for e, sum_before in zip(wanted, before, strict=True) if sum_before < POLICY.credible * weights.sum()]
+    smaller = max((e.log_posterior for e in every if len(e.effects) < len(hidden)), default=0.0)
+    return Bound(seed, kind, size, wanted[0] is own, own in held, len(held), own.log_posterior > smaller)
 
 
 HEAD = ("hidden", "likeliest of its size", "among 95 %", "sets in these", "pays for its last", "pays, and among 95 %")

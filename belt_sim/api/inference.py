@@ -2,7 +2,6 @@
 campaign can tell."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -28,23 +27,26 @@ from belt_sim.cores import one_blas_thread
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.answer.nextrun import next_runs
-from belt_sim.diagnosis.describe import describe, label
+from belt_sim.diagnosis.decision.decide import probability_of_unknown
+from belt_sim.diagnosis.decision.policy import POLICY
+from belt_sim.diagnosis.describe import describe, label, rivals
 from belt_sim.diagnosis.drawings import drawings, drawings_of, overlays
 from belt_sim.diagnosis.errors.run_errors import overall_errors, run_errors
 from belt_sim.diagnosis.errors.where import where
 from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.diagnosis.left_over.unknown import Unknown
 from belt_sim.discovery.describe import describe as describe_discovery
+from belt_sim.discovery.discover import Discovered
 from belt_sim.discovery.discover import discover as search
-from belt_sim.discovery.gate import DRAWS
-from belt_sim.discovery.look import Looking, Seen
+from belt_sim.discovery.look import LawSearch, beyond
+from belt_sim.discovery.survey import survey_of
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError
 from belt_sim.foresight.doubts import doubts
 from belt_sim.foresight.layout import laid_out
 from belt_sim.foresight.pairs import pairs
+from belt_sim.foresight.sheet_evidence import sheet_evidence
 from belt_sim.foresight.sizes import visible
 from belt_sim.model import Model, SteadyModel
 from belt_sim.provenance import provenance
@@ -79,10 +81,10 @@ def diagnose(
     """Which of the candidates ``effects`` (None: the library) the analytic ``model`` lacks.
 
     effects: ids, .py files of your own (tested before any long work; ``tell`` hears what the test says) or Effect
-    classes; leave_out: ids of the library not to be tried; advise: look for the next run to make; progress(replicates,
-    stage): told of every stage, and of bootstrap replicates as they are done (None: a bar in a terminal or notebook);
-    shown: is given the result as soon as it
-    can be drawn, without the next runs and what was discovered beside effects; config: what asked for it, for the
+    classes; leave_out: ids of the library not to be tried; advise: look for the next run to make; bootstraps: campaigns
+    simulated with nothing missing, which tell how much chance gains; progress(replicates, stage): told of every stage,
+    and of these campaigns (None: a bar in a terminal or notebook); shown: is given the result without the next runs;
+    config: what asked for it, for the
     provenance. Raises InputError, CannotRepresent, RunFailed.
     """
     campaign = campaign_of(campaign)
@@ -120,50 +122,47 @@ def _diagnose(
     admitted = _admission(classes, chosen, campaign)
     for line in admitted:
         tell(line)
+
+    def tell_stage(stage: str) -> None:
+        progress(0, stage)
+
+    doubtful = tuple(e.suspicion for e in sheet_evidence(campaign, chosen, tell_stage) if e.certain)
     findings = examine(
-        campaign,
-        chosen,
-        classes,
-        bootstraps=bootstraps,
-        seed=seed,
-        look=Looking(seed=seed, tell=lambda stage: progress(0, stage)),
-        tell=lambda stage: progress(0, stage),
-        tick=lambda replicates: progress(replicates, ""),
-    )
-    with ThreadPoolExecutor(3) as beside:
-        discovery = beside.submit(_discovery, findings.judgement.unknown, config)
-        advice = beside.submit(_advice, findings, lambda stage: progress(0, stage)) if advise else None
-        drawings = beside.submit(drawings_of, findings)
-        found = describe(findings, seed=seed, config=config)
-        found = replace(found, admitted=admitted, drawings=drawings.result())
-        if not found.effects:  # what is drawn is the law
-            found = replace(found, discovery=discovery.result(), drawings=_with_law(found.drawings, findings))
-        shown(found)
-        beyond = validity_warnings(campaign, chosen, [e.id for e in found.effects])
-    runs = tuple(advice.result()) if advice is not None else ()
-    return replace(found, beyond=beyond, discovery=discovery.result(), next_runs=runs)
+        campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful,
+        laws=LawSearch(tell_stage), tell=tell_stage,
+    )  # fmt: skip
+    progress(bootstraps, "")
+    found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=_drawings(findings))
+    found = replace(found, discovery=_discovery(findings, config))
+    shown(found)
+    beyond_limits = validity_warnings(campaign, chosen, [e.id for e in found.effects])
+    runs = tuple(_advice(findings, tell_stage)) if advise else ()
+    return replace(found, beyond=beyond_limits, next_runs=runs)
 
 
 def _advice(findings: Findings, tell: Callable[[str], None]) -> list[NextRun]:
     """The next runs to make, where there is something to be told apart."""
-    if not findings.rivals:
+    alike = rivals(findings)
+    if not alike:
         return []
     tell("looking for the run that would tell them apart")
-    return next_runs(findings.found.bench, findings.found.chosen, findings.rivals)
+    return next_runs(findings.fitted_bench, findings.named, alike)
 
 
-def _discovery(seen: Unknown | None, config: Any) -> Discovery | None:
-    """What the search for laws has seen, where there was one."""
-    return describe_discovery(seen.discovered, config=config) if isinstance(seen, Seen) else None
+def _discovery(findings: Findings, config: Any) -> Discovery | None:
+    """What the search for laws has found, where it was made."""
+    if findings.law is None:
+        return None
+    return findings.law.described(findings.decision.probability_of_unknown, config)
 
 
-def _with_law(drawings: Drawings, findings: Findings) -> Drawings:
-    """The same with curves of the law that was discovered, where one was."""
-    seen = findings.judgement.unknown
-    law = seen.discovered.refit if isinstance(seen, Seen) else None
+def _drawings(findings: Findings) -> Drawings:
+    """What a report draws: where no effect was named and a law was found, the curves of that."""
+    drawn = drawings_of(findings)
+    law = findings.law.fit if findings.law is not None and not findings.named.ids else None
     if law is None:
-        return drawings
-    return replace(drawings, overlays=overlays(findings.bench, findings.found.base.values, law.fit.values))
+        return drawn
+    return replace(drawn, overlays=overlays(findings.bench, findings.nothing.values, law.values))
 
 
 def _admission(classes: Sequence[type[Effect]], model: AnalyticModel, campaign: Campaign) -> tuple[str, ...]:
@@ -178,15 +177,14 @@ def discover(
     model: ModelSpec = "strip",
     effects: Any = None,
     *,
-    draws: int = DRAWS,
-    seed: int = 0,
     tell: Callable[[str], None] = lambda stage: None,
     config: Any = None,
 ) -> Discovery:
     """What the analytic ``model`` lacks beside ``effects``, whose numbers are fitted anew together.
 
-    effects: as for ``compare``; draws: campaigns simulated with nothing missing; tell: hears every stage; config: what
-    asked for it, for the provenance. Raises InputError, CannotRepresent.
+    effects: as for ``compare``; tell: hears every stage; config: what asked for it, for the provenance.
+
+    Raises InputError, CannotRepresent.
     """
     campaign = campaign_of(campaign)
     if not any(s.kind == "lateral" for s in campaign.signals):
@@ -198,7 +196,11 @@ def discover(
     bench = bench.moved_to(vector)
     fit: Fit = bench.fit([bench.start([e.id for e in acting], vector)])[0]
     tell("fitted what is known")
-    return describe_discovery(search(bench, fit, draws=draws, seed=seed, tell=tell), config=config)
+    survey = survey_of(bench, fit)
+    probability = probability_of_unknown(beyond(survey), POLICY)
+    if 1.0 - probability > POLICY.alarm:
+        return describe_discovery(Discovered(survey=survey, courses=()), probability, config=config)
+    return describe_discovery(search(survey, tell), probability, config=config)
 
 
 PLANNED_TRAVEL, PLANNED_STEP = 60.0, 0.5  # [m] that a planned run is recorded over, and between its readings

@@ -1,86 +1,55 @@
-"""From the workbench to the result: what a diagnosis hands out."""
+"""From findings to the result: what a diagnosis hands out."""
 
 from typing import Any
 
 import numpy as np
 
-from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.answer.confusable import probabilities, selection_frequency
-from belt_sim.diagnosis.answer.ladder import Rung
-from belt_sim.diagnosis.answer.verdict import damage, nearest_words
-from belt_sim.diagnosis.choice.refits import Trial
+from belt_sim.campaign import Campaign, Suspicion
+from belt_sim.diagnosis.answer.nextrun import Rival
+from belt_sim.diagnosis.decision.decide import Decision, needed_gain
 from belt_sim.diagnosis.errors.own_errors import errors_of
 from belt_sim.diagnosis.errors.run_errors import run_errors
+from belt_sim.diagnosis.errors.shape_card import shape_card
 from belt_sim.diagnosis.errors.where import where
 from belt_sim.diagnosis.examine import Findings
-from belt_sim.diagnosis.fits.candidate import estimates, numbers
+from belt_sim.diagnosis.fits.candidate import estimates, is_plausible, numbers
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.diagnosis.fits.intervals import by_likelihood
 from belt_sim.diagnosis.fits.within import each_alone
-from belt_sim.diagnosis.left_over.shape_card import shape_card
+from belt_sim.diagnosis.search.joint_fits import Trial
+from belt_sim.diagnosis.search.rows import row_of
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.errors import CampaignLabel, Errors
-from belt_sim.results.found import Candidate, Confusable, FoundEffect, LeftOver, NoiseLevels, Tried, Unknown
+from belt_sim.results.found import Candidate, Confusable, Explanation, FoundEffect, NoiseLevels, Unknown
 from belt_sim.results.verdict import Verdict, other_model
+from belt_sim.results.words import TOGETHER, listed
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence
 
 
 def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
-    """The findings as a result, without drawings and the next runs to make."""
-    bench, found = d.bench, d.found
-    campaign, model = bench.campaign, bench.forward.model.name
-    named = d.verdict != Verdict.CANNOT_SAY
-    levels = bench.levels
+    """The findings as a result, without drawings, what was discovered, and the next runs to make."""
+    campaign, bench, decision = d.bench.campaign, d.fitted_bench, d.decision
     return Diagnosis(
-        base_model=model,
+        base_model=bench.forward.model.name,
         campaign=label(campaign),
-        verdict=d.verdict,
+        verdict=decision.verdict,
         sentence=_sentence(d),
-        effects=_effects(d) if named else (),
-        ranking=_ranking(d, seed),
-        considered=tuple(e for e in found.table if np.isfinite(e.by_chance)),
-        rounds=tuple(tuple(Tried(**_tried(t)) for t in trials) for trials in found.rounds),
+        effects=_effects(d),
+        ranking=_ranking(d),
+        considered=decision.explanations,
         error=_errors(d),
-        where=where(bench, found.base.values),
-        confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in d.rivals),
+        where=where(d.bench, d.nothing.values),
+        confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
         unknown=_unknown(d),
-        open_set=LeftOver(
-            failed=d.left.failed,
-            gain=d.left.gain,
-            threshold={n: _finite(t) for n, t in d.left.threshold.items()},
-        ),
-        noise=NoiseLevels(white_factor=_mean(levels.white), wander_factor=_mean(levels.wander), repeats=levels.repeats),
+        noise=_noise(d),
         suspicions=d.suspicions,
-        per_run=run_errors(found.bench, found.base.values, d.judgement.named.values),
-        provenance=provenance(config) | _by(d, seed),
+        per_run=run_errors(bench, d.nothing.values, d.named.values),
+        provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
     )
-
-
-def _sentence(d: Findings) -> str:
-    model, use = d.bench.forward.model.name, d.judgement.use_model
-    if d.verdict == Verdict.NONE_KNOWN and use is not None:
-        return other_model(model, use.model)
-    named = d.judgement.named.ids if d.verdict != Verdict.CANNOT_SAY else ()
-    return d.verdict.sentence(model, [_or_alike(d, name) for name in named], damage(d.suspicions))
-
-
-def _or_alike(d: Findings, name: str) -> str:
-    """An effect with what these readings cannot tell from it: no name is said surer than it is."""
-    alike = _alike(d, name)
-    more = ", ..." if len(alike) > ALIKE_SHOWN else ""
-    return f"{name} (or {', '.join(alike[:ALIKE_SHOWN])}{more})" if alike else name
-
-
-def _alike(d: Findings, name: str) -> tuple[str, ...]:
-    """What these readings cannot tell from an effect."""
-    return tuple(dict.fromkeys(r.other for r in d.rivals if r.effect == name))
-
-
-def _by(d: Findings, seed: int) -> dict[str, Any]:
-    """What the verdict was calibrated by."""
-    return {"seed": seed, "data_sha256": d.bench.campaign.sha256}
 
 
 def label(campaign: Campaign) -> CampaignLabel:
@@ -88,88 +57,128 @@ def label(campaign: Campaign) -> CampaignLabel:
     return CampaignLabel(title=campaign.title, sha256=campaign.sha256, source=campaign.source.kind)
 
 
+def rivals(d: Findings) -> list[Rival]:
+    """What the verdict cannot be told apart from, with the fits."""
+    found, fits = [], d.search.fits.fits
+    for effect, others in d.decision.confusable.items():
+        for other in others:
+            ids = frozenset(d.named.ids) - {effect} | set(other.split(TOGETHER))
+            fit = fits.get(ids) or _nearest_fit(fits, effect, other)
+            if fit is not None:
+                found.append(Rival(effect, other, float(np.sqrt(abs(fit.chi2 - d.named.chi2))), fit))
+    return found
+
+
+def _nearest_fit(fits: dict[frozenset, Fit], effect: str, other: str) -> Fit | None:
+    """The best fit with ``other`` and without ``effect``."""
+    come = set(other.split(TOGETHER))
+    there = [f for ids, f in fits.items() if come <= ids and (effect in come or effect not in ids)]
+    return min(there, key=lambda f: f.chi2, default=None)
+
+
+def _sentence(d: Findings) -> str:
+    decision, model = d.decision, d.bench.forward.model.name
+    if decision.verdict == Verdict.NONE_KNOWN and decision.instead:
+        return other_model(model, decision.instead.removeprefix("model="))
+    named = [_or_alike(decision, name) for name in decision.named]
+    return decision.verdict.sentence(model, named, _damage(d.suspicions))
+
+
+def _damage(suspicions: tuple[Suspicion, ...]) -> str:
+    """The gravest of what looks wrong in the data, in a sentence; empty when nothing does."""
+    return min(suspicions, key=lambda s: s.severity != "stop").sentence if suspicions else ""
+
+
+def _or_alike(decision: Decision, name: str) -> str:
+    """An effect with what these readings cannot tell from it: no name is said surer than it is."""
+    alike = decision.confusable.get(name, ())
+    more = ", ..." if len(alike) > ALIKE_SHOWN else ""
+    return f"{name} (or {', '.join(alike[:ALIKE_SHOWN])}{more})" if alike else name
+
+
 def _effects(d: Findings) -> tuple[FoundEffect, ...]:
-    whole = d.verdict == Verdict.EXPLAINED  # then nothing stands out beside the set
-    weights = probabilities(d.found, d.left if whole else d.judgement.base_left, beside=whole)
-    chosen, forward = d.judgement.named, d.bench.forward
-    seen = estimates(forward, chosen)
-    if d.verdict == Verdict.EXPLAINED:  # elsewhere numbers are effective ones
-        every = numbers(forward, chosen)
-        seen = by_likelihood(d.found.bench, chosen, {i: own or every[i] for i, own in seen.items()})
-    there = {e.id: e for e in forward.effects_at(chosen.vector, chosen.ids)}
+    decision, bench, named = d.decision, d.fitted_bench, d.named
+    seen = estimates(bench.forward, named)
+    if decision.verdict == Verdict.EXPLAINED:  # elsewhere numbers are effective ones
+        every = numbers(bench.forward, named)
+        seen = by_likelihood(bench, named, {i: own or every[i] for i, own in seen.items()})
+    there = {e.id: e for e in bench.forward.effects_at(named.vector, named.ids)}
     return tuple(
         FoundEffect(
             id=name,
             numbers={n: float(getattr(there[name], n)) for n in there[name].parameters},
             parameters=seen[name],
-            probability=weights[name],
-            confusable_with=_alike(d, name),
-            rejected=d.verdict.rejects_model,
+            probability=decision.named[name],
+            confusable_with=decision.confusable.get(name, ()),
+            rejected=decision.verdict.rejects_model,
             source_file=getattr(type(there[name]), "source_file", None),
-            alone=each_alone(d.found.bench, chosen, name) if not seen[name] else {},
+            alone=each_alone(bench, named, name) if not seen[name] else {},
         )
-        for name in chosen.ids
+        for name in named.ids
     )
 
 
-def _ranking(d: Findings, seed: int) -> tuple[Candidate, ...]:
-    frequency = selection_frequency(d.found, seed)
-    use = d.judgement.use_model
-    first = () if use is None else (_model_candidate(use),)
-    return first + tuple(
-        Candidate(
-            **_tried(t),
-            parameters=estimates(d.bench.forward, t.fit)[t.id],
-            plausible=t.plausible,
-            selection_frequency=frequency.get(t.id, 0.0),
-            note=_note(t, d.found.base_held_out.chi2),
-        )
-        for t in d.ranking
-    )
+def _ranking(d: Findings) -> tuple[Candidate, ...]:
+    """Every candidate by itself, those first that are likeliest to be there, alone or with others."""
+    fits, rows = d.search.fits, d.decision.explanations
+    tried = fits.trials(()) if d.decision.verdict != Verdict.CANNOT_SAY else []
+    without = held_out(d.fitted_bench, fits.fit(())).chi2
+    found = [_candidate(d, t, min(sum(e.probability for e in rows if t.id in e.effects), 1.0), without) for t in tried]
+    rms = {other.name: other.rms for other in d.table.instead}
+    instead = [_as_candidate(e, rms[e.instead]) for e in rows if e.instead]
+    return tuple(sorted([*instead, *found], key=lambda c: (-round(c.probability, 6), -c.gain)))
 
 
-def _model_candidate(use: Rung) -> Candidate:
-    """Another base model, as the first of the candidates."""
+def _candidate(d: Findings, trial: Trial, probability: float, without: float) -> Candidate:
+    """without: -2 log predictive density of what is held out, with no effect."""
+    bench, fit = d.fitted_bench, trial.fit
+    held, plausible = held_out(bench, fit), is_plausible(bench.forward, fit)
+    needed = needed_gain(row_of(bench, fit, checked=False), d.table, d.policy)
+    note = "held-out error falls" if held.chi2 < without else "held-out error stays"
+    note = note if plausible else "implausible value"
     return Candidate(
-        id=f"model={use.model}", gain=use.gain, threshold=0.0, held_out_rms=use.rms, parameters={}, plausible=True,
-        selection_frequency=1.0, note=f"use model={use.model} first",
+        id=trial.id,
+        gain=trial.gain,
+        threshold=needed,
+        held_out_rms=held.rms,
+        parameters=estimates(bench.forward, fit)[trial.id],
+        plausible=plausible,
+        probability=probability,
+        note=note if trial.gain > needed else "not needed",
+    )
+
+
+def _as_candidate(e: Explanation, rms: float) -> Candidate:
+    """Another base model, among the candidates."""
+    return Candidate(
+        id=e.instead, gain=e.gain, threshold=0.0, held_out_rms=rms, parameters={}, plausible=True,
+        probability=e.probability, note=f"use {e.instead} first",
     )  # fmt: skip
 
 
-def _note(t: Trial, base_chi2: float) -> str:
-    if t.gain <= t.threshold:
-        return "not needed"
-    if not t.plausible:
-        return "implausible value"
-    return "held-out error falls" if t.held_out.chi2 < base_chi2 else "held-out error stays"
-
-
-def _tried(t: Trial) -> dict[str, Any]:
-    return {"id": t.id, "gain": t.gain, "threshold": _finite(t.threshold), "held_out_rms": t.held_out.rms}
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
-
-
 def _errors(d: Findings) -> Errors:
-    found, judged = d.found, d.judgement
-    return errors_of(found.bench, found.base, found.base_held_out, judged.named, judged.named_held_out)
+    named = held_out(d.fitted_bench, d.named)
+    return errors_of(d.fitted_bench, d.nothing, held_out(d.bench, d.nothing), d.named, named)
 
 
 def _unknown(d: Findings) -> Unknown | None:
-    if not (d.verdict.rejects_model and d.left.failed):
+    """The look of what is beyond the named effects."""
+    decision = d.decision
+    if not decision.tells_of_unknown:
         return None
-    return shape_card(d.found.bench, d.judgement.named, d.left, nearest_words(d.judgement) or _closest(d))
+    e = decision.likeliest_unknown
+    ids = decision.likeliest_effects
+    known = next(x for x in decision.explanations if x.of_effects and not x.unknown and frozenset(x.effects) == ids)
+    odds = min(e.log_posterior - known.log_posterior, 700.0)
+    why = f"something unknown is exp({odds:.0f}) times likelier" if odds > 7.0 else f"{np.exp(odds):.0f} times likelier"
+    law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
+    nearest = (listed(sorted(ids)), why) if ids else None
+    return shape_card(d.fitted_bench, d.named, (f"something beyond the library ({law})",), nearest)
 
 
-def _closest(d: Findings) -> tuple[str, str] | None:
-    """The candidate that takes most of what stands out, though not enough to be chosen."""
-    best = max(d.found.rounds[0] if d.found.rounds else [], key=lambda t: t.gain, default=None)
-    if best is None:
-        return None
-    worst = max(d.left.gain.values(), default=0.0)
-    return best.id, f"it takes a chi2 of {best.gain:.0f} of what stands out ({worst:.0f} in the worst test)"
+def _noise(d: Findings) -> NoiseLevels:
+    levels = d.fitted_bench.levels
+    return NoiseLevels(white_factor=_mean(levels.white), wander_factor=_mean(levels.wander), repeats=levels.repeats)
 
 
 def _mean(factors: float | tuple[float, ...]) -> float:

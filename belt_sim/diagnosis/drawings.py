@@ -58,9 +58,9 @@ def maps(bench: Workbench, values: np.ndarray) -> tuple[FailureMap, ...]:
 
 def drawings_of(d: Findings) -> Drawings:
     """Everything that a diagnosis draws: base model and final model, and where the base model fails."""
-    base, chosen = d.found.base, d.judgement.named
+    base, chosen = d.nothing, d.named
     final = (chosen.vector, chosen.values) if chosen.ids else None
-    return drawings(d.bench, (base.vector, base.values), final, mapped=base.values, final_bench=d.found.bench)
+    return drawings(d.bench, (base.vector, base.values), final, mapped=base.values, final_bench=d.fitted_bench)
 
 
 def drawings(

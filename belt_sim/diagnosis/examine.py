@@ -1,56 +1,46 @@
-"""A diagnosis from end to end: adequacy, ranking, open set, confusables."""
+"""A diagnosis from end to end: sets of effects are fitted, what is beyond them is sought, one decision is made."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
-from belt_sim.diagnosis.answer.confusable import Rival, rivals
-from belt_sim.diagnosis.answer.verdict import Judgement, judged, verdict
-from belt_sim.diagnosis.choice.decide import MAX_EFFECTS
-from belt_sim.diagnosis.choice.refits import Trial
-from belt_sim.diagnosis.choice.select import Selection, select
+from belt_sim.diagnosis.decision.decide import Decision, decide
+from belt_sim.diagnosis.decision.policy import POLICY, Policy
+from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
 from belt_sim.diagnosis.errors.setting_up import set_up
+from belt_sim.diagnosis.evidence import gather, search_sets
+from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.diagnosis.left_over.openset import OpenSet
-from belt_sim.diagnosis.left_over.unknown import Look
+from belt_sim.diagnosis.search.best_first import Search
+from belt_sim.diagnosis.unknown import FoundLaw, LawSearch
 from belt_sim.effects.base import Effect
-from belt_sim.results.verdict import Verdict
 
-BOOTSTRAPS = 1000
-FEWEST = 100  # where the data are damaged: nothing is chosen, and little depends on chance
-
-
-def _long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
-    """Whether a record of the campaign covers the belt revolutions that an effect needs to be recognised."""
-    longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
-    return longest >= cls.min_revolutions * case_of(campaign, campaign.runs[0]).rig.belt_length
+BOOTSTRAPS = 100
 
 
 @dataclass(frozen=True, kw_only=True)
 class Findings:
-    """What was found, with everything that was tried, on the workbench.
+    """What was found, with everything that was tried.
 
-    bench: laid out at the base model; found: the selection; judgement: what of it stands; rivals: what the verdict
-    cannot be told apart from.
+    bench, nothing: the campaign laid out at the base model, and the fit of no effect there; search: joint fits about
+    the likeliest set; named: the joint fit of the effects that are named; law: what the search for laws found.
     """
 
     bench: Workbench
-    found: Selection
-    judgement: Judgement
-    rivals: list[Rival]
+    nothing: Fit
+    search: Search
+    table: EvidenceTable
+    decision: Decision
+    named: Fit
     suspicions: tuple[Suspicion, ...]
-    verdict: Verdict
+    policy: Policy = POLICY
+    law: FoundLaw | None = None
 
     @property
-    def left(self) -> OpenSet:
-        """The tests of what the named effects leave."""
-        return self.judgement.left
-
-    @property
-    def ranking(self) -> list[Trial]:
-        """Every candidate of the first round, best first."""
-        return sorted(self.found.rounds[0], key=lambda t: -t.score) if self.found.rounds else []
+    def fitted_bench(self) -> Workbench:
+        """The campaign laid out at the named effects."""
+        return self.search.fits.bench
 
 
 def examine(
@@ -60,33 +50,56 @@ def examine(
     *,
     bootstraps: int = BOOTSTRAPS,
     seed: int = 0,
-    look: Look | None = None,
+    doubts: Sequence[Suspicion] = (),
+    laws: LawSearch | None = None,
+    policy: Policy = POLICY,
     tell: Callable[[str], None] = lambda text: None,
-    tick: Callable[[int], None] = lambda n: None,
 ) -> Findings:
     """Which of ``classes`` the ``model`` lacks, judged on ``campaign``.
 
-    look: tests for laws that no effect of the library is; tell hears what is being done, tick counts bootstrap
-    replicates. Raises InputError when the campaign has no signals, RunFailed when a super-model fits worse than its
-    sub-model.
+    bootstraps: campaigns simulated with nothing missing; doubts: about the sheet; laws: the search for laws that no
+    effect of the library is; tell: hears what is being done. Raises InputError when the campaign has no signals,
+    RunFailed when a larger set fits worse than a smaller one.
     """
     tell("laying out the campaign")
-    bench = workbench(campaign, model, [c for c in classes if model.refusal(c) is None and _long_enough(campaign, c)])
-    base = bench.fit([bench.start((), bench.forward.null())])[0]
-    suspect = set_up(bench, base.values, suspicions(campaign))
-    damaged = any(s.severity == "stop" for s in suspect)  # then nothing is added: only what is there is judged
-    limit = 0 if damaged else MAX_EFFECTS
-    bootstraps = min(bootstraps, FEWEST) if damaged else bootstraps
-    found = select(bench, base, bootstraps=bootstraps, seed=seed, limit=limit, tell=tell, tick=tick)
-    tell("testing what is left")
-    judgement = judged(found, bootstraps=max(200, bootstraps // 2), seed=seed, look=None if damaged else look)
-    found, named = judgement.instead or found, judgement.named.ids
-    pairs = [pair for pair in rivals(found) if pair.effect in named]
+    tried = [c for c in classes if model.refusal(c) is None and is_long_enough(campaign, c)]
+    bench = workbench(campaign, model, tried)
+    nothing = bench.fit([bench.start((), bench.forward.null())])[0]
+    suspect = (*doubts, *set_up(bench, nothing.values, suspicions(campaign)))
+    damaged = any(s.severity == "stop" for s in suspect)
+    search = search_sets(bench, nothing, policy, (bootstraps, seed), tell, look=not damaged)
+    tell("looking for what is beyond the library")
+    table = replace(gather(search, nothing, bench, None if damaged else laws, policy), damaged=damaged)
+    decision, found = decide(table, policy), dict[Ids, FoundLaw]()
+    if laws is not None and not damaged and decision.suspects_something_unknown(policy):
+        tell("looking for the law of what is left")
+        found = _laws_beside(search, table, decision, laws)
+        decision = decide(table := _with_laws(table, found), policy)
+    named = search.fits.fit(tuple(decision.named))
     return Findings(
-        bench=bench,
-        found=found,
-        judgement=judgement,
-        rivals=pairs,
-        suspicions=tuple(suspect),
-        verdict=verdict(judgement, suspect),
-    )
+        bench=bench, nothing=nothing, search=search, table=table, decision=decision, named=named, policy=policy,
+        suspicions=tuple(suspect), law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
+    )  # fmt: skip
+
+
+def _laws_beside(search: Search, table: EvidenceTable, decision: Decision, laws: LawSearch) -> dict[Ids, FoundLaw]:
+    """The laws beside nothing, and beside the effects that may stay with something unknown.
+
+    A crooked edge takes on part of an unknown that comes round with the belt: only a law alone tells that it is none.
+    """
+    beside = frozenset(decision.likeliest_unknown.effects) & table.additive
+    fits = {ids: search.fits.fit(tuple(sorted(ids))) for ids in {beside, frozenset()}}
+    return {ids: laws.law(search.fits.bench, fit) for ids, fit in fits.items()}
+
+
+def _with_laws(table: EvidenceTable, found: Mapping[Ids, FoundLaw]) -> EvidenceTable:
+    """The table with the evidence of laws in the march."""
+    in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
+    rows = [replace(b, laws=(*b.laws, in_march[b.beside])) if b.beside in in_march else b for b in table.beyond]
+    return replace(table, beyond=tuple(rows))
+
+
+def is_long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
+    """Whether a record of the campaign covers the belt revolutions that an effect needs to be recognised."""
+    longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
+    return longest >= cls.min_revolutions * case_of(campaign, campaign.runs[0]).rig.belt_length

@@ -26,22 +26,21 @@ KEPT = 120  # points of a curve against a variable, a tension
 DRAWN = 600  # points of the law as a line
 
 
-def describe(found: Discovered, *, config: Any = None) -> Discovery:
-    """What was discovered, as a result."""
+def describe(found: Discovered, probability: float, *, config: Any = None) -> Discovery:
+    """What was discovered, as a result; probability: that something unknown is there."""
     s = found.survey
     common: dict[str, Any] = {
         "base_model": s.bench.forward.model.name,
         "campaign": label(s.bench.campaign),
         "beside": tuple(s.fit.ids),
         "found": found.found,
-        "p": found.gate.p,
-        "threshold": found.gate.threshold,
+        "probability": probability,
         "places": _places(found),
         "limits": limits(found),
         "provenance": provenance(config) | {"data_sha256": s.bench.campaign.sha256},
     }
     if not found.found:
-        return Discovery(**common, sentence=_nothing(found))
+        return Discovery(**common, sentence=_nothing(found, probability))
     common |= {"unit": found.course.place.unit, "courses": _courses(found, found.course)}
     if found.refit is None:
         return Discovery(**common, sentence=_no_law(found))
@@ -56,7 +55,7 @@ def describe(found: Discovered, *, config: Any = None) -> Discovery:
         against=points,
         curve=curve,
         error=error,
-        effect_file=_file(found, said),
+        effect_file=_file(found, said, probability),
     )
 
 
@@ -82,13 +81,10 @@ def limits(found: Discovered) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _nothing(found: Discovered) -> str:
+def _nothing(found: Discovered, probability: float) -> str:
     if len(found.survey.bench.samples.runs) < FEWEST:
         return "Too few runs to say what is missing."
-    if found.left:
-        p = words.number(found.gate.p, 2)
-        return f"What is left follows no law and has no place that these readings tell (p {p} by chance)."
-    return f"Nothing is missing that these readings show (p {words.number(found.gate.p, 2)} by chance)."
+    return f"Nothing is missing that these readings show (probability of something unknown: {probability:.2g})."
 
 
 def _no_law(found: Discovered) -> str:
@@ -222,7 +218,7 @@ def carries_over(error: Errors) -> bool:
     return own is None or own.after <= max(own.before, own.floor)
 
 
-def _file(found: Discovered, said: str) -> str:
+def _file(found: Discovered, said: str, probability: float) -> str:
     """The text of found_effect.py with the numbers of the closed loop."""
     assert found.refit is not None
     assert found.choice is not None
@@ -232,7 +228,7 @@ def _file(found: Discovered, said: str) -> str:
     data = f"{campaign.title} ({len(campaign.runs)} runs"
     data += f", SHA-256 {campaign.sha256[:12]})" if campaign.sha256 else ")"
     beside = ", ".join(found.survey.fit.ids) or f"the {found.survey.bench.forward.model.name} model alone"
-    sure = f"by chance with p = {found.gate.p:.1g}; first again in {found.choice.frequency:.0%} of repetitions"
+    sure = f"probability {probability:.3g}; first again in {found.choice.frequency:.0%} of repetitions"
     text = "\n\n    ".join(_wrapped(t) for t in (said, f"Discovered in: {data}, beside {beside}; {sure}.")) + "\n    "
     return effect_file(found.survey, r.as_fitted, sizes, text, final=True).text
 

@@ -141,9 +141,3 @@ def _scan(ground: Ground, root, information, pull, shared, squares):
     mean = (back @ (shrink * (b - c @ common))[..., None])[..., 0]
     sd = np.sqrt(np.einsum("gik,gk->gi", back**2, shrink))
     return float(best), float(np.sqrt(square)), mean, sd
-
-
-def prior_modes(course: Course, count: int) -> np.ndarray:
-    """The strongest modes (count, K) of a course's prior, in units of one sigma."""
-    values, vectors = np.linalg.eigh(_matern(course.knots, course.length))
-    return course.height * np.sqrt(values[-count:][::-1])[:, None] * vectors[:, -count:].T[::-1]

@@ -1,93 +1,82 @@
-"""The search for unknown laws as a test of every verdict (``belt_sim.diagnosis.left_over.unknown``)."""
+"""The search for unknown laws, as a diagnosis asks for it (``belt_sim.diagnosis.unknown``)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from belt_sim.diagnosis.decision.table import Beyond, Law
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.left_over.unknown import InTheMarch, OneLaw, Together, Unknown
-from belt_sim.discovery.discover import Discovered, asked, discovered, unknown_columns
-from belt_sim.discovery.gate import DRAWS, Gate
-from belt_sim.discovery.rival import lead_by_chance, one_law, together
-from belt_sim.discovery.search import Scored
+from belt_sim.discovery.describe import describe
+from belt_sim.discovery.discover import Discovered, discover
+from belt_sim.discovery.search import Scored, distinct, exponents_of, singles
 from belt_sim.discovery.survey import Survey, survey_of
 from belt_sim.discovery.words import formula
+from belt_sim.results.discovery import Discovery
 
-LEADS = 4  # times as many campaigns, in which an effect is at work: of these the tail counts itself
+LAWS = 12  # that are compared in the linear range
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What a search beside a fit has seen; left: another test has shown already that something is there; known: a law
-    that was found beside other effects.
+class FoundLaw:
+    """What a search has found beside a fit."""
 
-    The gate is asked at once, which law it is only where somebody wants to know.
-    """
-
-    survey: Survey
-    gate: Gate
-    left: bool
-    tell: Callable[[str], None]
-    known: tuple[Scored, ...] = ()
+    discovered: Discovered
 
     @property
-    def failed(self) -> tuple[str, ...]:
-        """The law that explains more than chance, if one does."""
-        if not self.gate.failed:
-            return ()
-        law = self.gate.best[0].law
-        return (f"a law beyond the library ({law.terms[0].place.words}: {formula(law)})",)
-
-    @cached_property
-    def discovered(self) -> Discovered:
-        """What it is."""
-        return discovered(self.survey, self.gate, failed=self.left, tell=self.tell, known=self.known)
-
-    def columns(self) -> np.ndarray:
-        """Shapes (k, R, S, n) of what was discovered."""
-        if self.discovered.found:
-            return unknown_columns(self.discovered)
-        return np.empty((0, *self.survey.bench.samples.y.shape))
-
-    def law(self) -> InTheMarch | None:
-        """The law that describes it, in the march; None where none does."""
+    def law(self) -> Law | None:
+        """The law as the march has it; None where none describes what is there."""
         made = self.discovered.refit
-        if made is None:
-            return None
-        return InTheMarch(made.bench, made.fit, made.written.cls.id, len(made.scored.law.terms))
+        return None if made is None else _law(Scored(made.scored.law, made.gain, made.worth))
+
+    @property
+    def fit(self) -> Fit | None:
+        """The joint fit with the law; None where there is no law."""
+        made = self.discovered.refit
+        return None if made is None else made.fit
+
+    def described(self, probability: float, config: Any = None) -> Discovery:
+        """The result; probability: that something unknown is there."""
+        return describe(self.discovered, probability, config=config)
 
 
 @dataclass(frozen=True)
-class Looking:
-    """The test with its settings; draws: campaigns simulated with nothing missing."""
+class LawSearch:
+    """The search; tell: hears what is being done."""
 
-    seed: int
-    draws: int = DRAWS
     tell: Callable[[str], None] = lambda text: None
 
-    def __call__(self, bench: Workbench, fit: Fit, failed: bool, known: Unknown | None = None) -> Seen:
-        """What is seen beside ``fit``; known: what was seen beside other effects, whose law is tried too."""
-        made = known.discovered.refit if isinstance(known, Seen) else None
-        laws = () if made is None else (made.as_fitted,)
-        return Seen(*asked(bench, fit, draws=self.draws, seed=self.seed, tell=self.tell), failed, self.tell, laws)
+    def beyond(self, bench: Workbench, fit: Fit) -> Beyond:
+        """What is seen beside a fit in the linear range."""
+        return beyond(survey_of(bench, fit))
 
-    def one_law(self, bench: Workbench, fit: Fit, least: float, *, closely: bool = False) -> OneLaw | None:
-        """The single law that explains most beside ``fit``; None where none promises a chi2 of ``least``; closely: one
-        that changes what it reads is sought as well."""
-        self.tell("asking whether one law explains as much")
-        return one_law(survey_of(bench, fit), least, closely=closely)
+    def law(self, bench: Workbench, fit: Fit) -> FoundLaw:
+        """The law of what is seen beside a fit."""
+        return FoundLaw(discover(survey_of(bench, fit), self.tell))
 
-    def together(self, bench: Workbench, fit: Fit) -> Together | None:
-        """The single law that explains most beside ``fit``, put beside it; None where none can be."""
-        self.tell("asking what is needed beside one law")
-        return together(survey_of(bench, fit))
 
-    def lead_by_chance(self, bench: Workbench, base: Fit, effects: Fit) -> np.ndarray:
-        """How much more chi2 the best law explains than ``effects`` in campaigns in which these are right, (draws,)."""
-        self.tell("asking how far ahead of the right effect one law gets by chance")
-        beside = survey_of(bench, effects)
-        survey = replace(survey_of(bench, base, like=effects), states=beside.states)
-        return lead_by_chance(survey, beside, draws=LEADS * self.draws, seed=self.seed)
+def beyond(survey: Survey) -> Beyond:
+    """The evidence of free courses and of single laws.
+
+    A course at one sensor that is another in every run is no law: it is that instrument's wander.
+    """
+    ones = singles(survey)
+    courses = [c.gain for c in survey.courses() if not (c.place.kind == "sensor" and c.pool == "each run")]
+    return Beyond(
+        beside=frozenset(survey.fit.ids),
+        courses=np.array(courses),
+        laws=tuple(_law(s) for s in distinct(ones, LAWS)),
+        tried=max(len(ones) / len(exponents_of(survey)), 1.0),
+    )
+
+
+def _law(scored: Scored) -> Law:
+    terms = scored.law.terms
+    return Law(
+        words=f"{terms[0].place.words}: {formula(scored.law)}",
+        gain=scored.gain,
+        cost=scored.gain - scored.score,
+        sizes=sum(2 if t.form.waving else 1 for t in terms),
+    )

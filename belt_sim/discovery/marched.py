@@ -110,16 +110,13 @@ def margin(won: Refit) -> float:
     return WITHIN + MODELLED * won.gain
 
 
-def marched(
-    survey: Survey, choice: Choice, likeliest: Course, enough: float, known: Sequence[Scored] = ()
-) -> tuple[Refit | None, tuple[Close, ...]]:
+def marched(survey: Survey, choice: Choice, likeliest: Course, enough: float) -> tuple[Refit | None, tuple[Close, ...]]:
     """The law that wins in the march, and those that cannot be told from it.
 
-    likeliest: the course of the likeliest place; enough: chi2 that a law has to explain to describe what is there;
-    known: laws that were found beside other effects.
+    likeliest: the course of the likeliest place; enough: chi2 that a law has to explain to describe what is there.
     """
     march = March(survey, choice, enough)
-    march.put([*known, choice.best, *([choice.simple] if len(choice.best.law.terms) > 1 else [])])
+    march.put([choice.best, *([choice.simple] if len(choice.best.law.terms) > 1 else [])])
     march.put(of_first_order(survey, choice, likeliest))
     won = march.winner()
     if won is None:

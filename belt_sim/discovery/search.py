@@ -4,7 +4,7 @@ All sizes are free; gains are projected, so that nuisances and chosen effects ha
 must earn them (cost).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -135,24 +135,16 @@ def gains(p: Products, weight: np.ndarray, targets: int, beside: list[int], inve
 
 def singles(survey: Survey) -> Ranked:
     """Every form at every place with every exponent, best first."""
-    every = [(p.place, p.forms, n, gain[:, 0]) for p, n, gain in of_every_form(survey, survey.ground.residual[None])]
-    return ranked([of[:3] for of in every], [of[3] for of in every])
-
-
-def of_every_form(survey: Survey, targets: np.ndarray) -> Iterator[tuple[Products, float, np.ndarray]]:
-    """Place by place and exponent by exponent, the chi2 gains (F, B) of all forms in whitened errors (B, R, m)."""
     g = survey.ground
-    across, count = Across(np.concatenate([targets, g.shared])), len(targets)
-    beside, along = list(range(count, count + len(g.shared))), np.einsum("crm,brm->cb", g.shared, targets)
+    across = Across(np.concatenate([g.residual[None], g.shared]))
+    beside, along = list(range(1, 1 + len(g.shared))), np.einsum("crm,rm->c", g.shared, g.residual)[:, None]
+    tables, found = [], []
     for place in survey.tried:
         p = products(survey, place, across)
         for n in exponents_of(survey):
-            yield p, n, gains(p, survey.weight(n), count, beside, g.inverse, along)
-
-
-def prices(forms: Sequence[Form], exponent: float) -> np.ndarray:
-    """What the numbers of each form must earn, (F,)."""
-    return np.array([_price(f, exponent) for f in forms])
+            tables.append((p.place, p.forms, n))
+            found.append(gains(p, survey.weight(n), 1, beside, g.inverse, along)[:, 0])
+    return ranked(tables, found)
 
 
 def exponents_of(survey: Survey) -> tuple[float, ...]:

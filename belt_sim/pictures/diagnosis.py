@@ -11,7 +11,7 @@ from belt_sim.pictures import style
 from belt_sim.pictures.colours import AFTER, BEFORE, FAINT, INK, MEASURED
 from belt_sim.results.check import WELL, Visible
 from belt_sim.results.drawings import Drift, FailureMap, Panel
-from belt_sim.results.found import Tried
+from belt_sim.results.found import Candidate
 
 COLUMNS = 3
 #: [inch] around and between panels; a title stands above each
@@ -197,9 +197,9 @@ LINEAR = 1.0
 
 @style.picture
 def ranking_picture(
-    path: str | os.PathLike | None, ranking: Sequence[Tried], title: str, chosen: Sequence[str] = ()
+    path: str | os.PathLike | None, ranking: Sequence[Candidate], title: str, chosen: Sequence[str] = ()
 ) -> Path:
-    """A bar an effect, the longest first: its gain in units of its bootstrap threshold; the line at 1 is chance.
+    """A bar an effect, the longest first: its gain in units of that from which it is likelier than that nothing is.
 
     A candidate that the readings cannot show has no threshold and no bar; chosen: ids that are marked.
     """
@@ -214,13 +214,17 @@ def ranking_picture(
             f"{r:.0f}" if r >= 100.0 else f"{r:.3g}", (r, row), xytext=(4, 0), textcoords="offset points", va="center"
         )
     ax.axvline(1.0, color=INK, linewidth=1.2)
-    ax.annotate("chance", (1.0, rows[0] + 0.6), xytext=(4, 0), textcoords="offset points", va="bottom")
+    ax.annotate("likelier than nothing", (1.0, rows[0] + 0.6), xytext=(4, 0), textcoords="offset points", va="bottom")
     ax.set_xscale("symlog", linthresh=LINEAR)
     top = max(2.0, 2.2 * float(ratio.max()))
     ticks = [0.0, 0.5, *[t for p in range(8) for t in (10**p, 3 * 10**p) if t < top]]
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
     ax.set_xticks([], minor=True)
-    ax.set(xlim=(0.0, top), ylim=(-0.6, len(names) + 0.2), xlabel="chi-square gain / bootstrap threshold")
+    ax.set(
+        xlim=(0.0, top),
+        ylim=(-0.6, len(names) + 0.2),
+        xlabel="chi-square gain / gain from which it is likelier than nothing",
+    )
     ax.set_yticks(rows, names)
     ax.grid(False, axis="y")
     style.title(fig, title)

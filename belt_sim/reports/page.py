@@ -16,7 +16,7 @@ from belt_sim.results import words
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.drawings import Panel
 from belt_sim.results.errors import Errors, OwnChange
-from belt_sim.results.found import Tried
+from belt_sim.results.found import Candidate
 from belt_sim.results.json import DIAGNOSIS
 from belt_sim.results.verdict import Verdict
 
@@ -180,7 +180,7 @@ def falls(error: Errors) -> list[dict]:
     ]
 
 
-def bars(ranking: Sequence[Tried]) -> list[dict]:
+def bars(ranking: Sequence[Candidate]) -> list[dict]:
     """Lengths [%] of the gains and of chance on one scale, log2(1 + gain / threshold)."""
     ratios = [max(c.gain, 0.0) / c.threshold if c.threshold else 0.0 for c in ranking]
     full = float(np.log2(1.0 + max([1.0, *ratios])))

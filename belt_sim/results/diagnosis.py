@@ -18,10 +18,8 @@ from belt_sim.results.found import (
     Confusable,
     Explanation,
     FoundEffect,
-    LeftOver,
     NextRun,
     NoiseLevels,
-    Tried,
     Unknown,
 )
 from belt_sim.results.verdict import Verdict
@@ -51,12 +49,11 @@ StoredSuspicion = Annotated[
 class Diagnosis(Display):
     """What was found, with everything that was tried.
 
-    sentence: the verdict as people say it; ranking: every candidate of the first round, best first; considered: the
-    sets of effects that were compared, worth most first; rounds: every candidate of every round; open_set: tests of
-    what is left; per_run: base model and final model, run by run; admitted: what the admission test said of effects of
-    one's own; drawings: what a report draws; beyond: where the final model is used beyond its validity, a sentence a
-    limit; discovery: the search for laws that no effect of the library is, beside the effects that were found (None
-    where it was not made).
+    sentence: the verdict as people say it; ranking: every candidate by itself, likeliest first; considered: the table
+    of evidence, a row an explanation, likeliest first; per_run: base model and final model, run by run; admitted: what
+    the admission test said of effects of one's own; drawings: what a report draws; beyond: where the final model is
+    used beyond its validity, a sentence a limit; discovery: the search for laws that no effect of the library is,
+    beside the effects that were found (None where it was not made).
     """
 
     base_model: str
@@ -66,13 +63,11 @@ class Diagnosis(Display):
     effects: tuple[FoundEffect, ...]
     ranking: tuple[Candidate, ...]
     considered: tuple[Explanation, ...]
-    rounds: tuple[tuple[Tried, ...], ...]
     error: Errors
     where: Where
     confusables: tuple[Confusable, ...]
     next_runs: tuple[NextRun, ...]
     unknown: Unknown | None
-    open_set: LeftOver
     noise: NoiseLevels
     suspicions: tuple[StoredSuspicion, ...]
     per_run: tuple[RunError, ...]
@@ -113,7 +108,7 @@ class Diagnosis(Display):
 
     def to_pandas(self) -> Any:
         """The candidates, best first: gain, threshold, held-out rms [m], and their notes."""
-        names = ("id", "gain", "threshold", "held_out_rms", "plausible", "selection_frequency", "note")
+        names = ("id", "gain", "threshold", "held_out_rms", "plausible", "probability", "note")
         return frame([{n: getattr(c, n) for n in names} for c in self.ranking])
 
     def to_xarray(self) -> Any:
@@ -134,14 +129,15 @@ def _fall(error: Errors) -> list[str]:
 
 def ranking_table(ranking: Sequence[Candidate]) -> Table:
     """Every candidate, a line each."""
-    columns = ("effect", "chi2 gain", "threshold", "held-out rms mm", "plausible", "note")
+    columns = ("effect", "chi2 gain", "threshold", "held-out rms mm", "plausible", "probability", "note")
     rows = [
         (
             c.id,
             words.fixed(c.gain, 1),
-            words.fixed(c.threshold, 1),
+            "-" if c.threshold is None else words.fixed(c.threshold, 1),
             words.column(c.held_out_rms),
             "yes" if c.plausible else "no",
+            words.fixed(c.probability, 3),
             c.note,
         )
         for c in ranking

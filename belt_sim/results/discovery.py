@@ -72,16 +72,15 @@ class RivalLaw:
 class Discovery(Display):
     """What was discovered, if anything.
 
-    found: something is missing beyond chance (p: of so much by chance, threshold: of the gate's gain); law: None where
-    no generic law describes it; unit: of u; limits: what these runs cannot show; effect_file: text of found_effect.py.
+    found: whether something is missing; probability: of that; law: None where no generic law describes it; unit: of u;
+    limits: what these runs cannot show; effect_file: text of found_effect.py.
     """
 
     base_model: str
     campaign: CampaignLabel
     beside: tuple[str, ...]
     found: bool
-    p: float
-    threshold: float
+    probability: float
     sentence: str
     places: tuple[PlaceEvidence, ...]
     unit: str = ""

@@ -1,6 +1,6 @@
 """What a diagnosis finds: effects with their numbers, what else was tried, and what cannot be told apart."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -112,52 +112,71 @@ class FoundEffect:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tried:
-    """One candidate of one round: chi2 gain, the threshold that chance beats in 5 % of campaigns (None: the readings
-    cannot show it), and the rms [m] on held-out conditions.
+class Candidate:
+    """An effect tried by itself: chi2 gain, the gain from which it is likelier than nothing (None: the readings cannot
+    show it), rms [m] on held-out conditions, probability that it is there, alone or with others.
     """
 
     id: str
     gain: float
     threshold: float | None
     held_out_rms: Annotated[float, file_field("held_out_rms_mm", si.MM)]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Candidate(Tried):
-    """A candidate of the first round; selection_frequency: how often it would come first if all was measured again."""
-
     parameters: Mapping[str, Estimate]
     plausible: bool
-    selection_frequency: float
+    probability: float
     note: str
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_file(cls, row: Any) -> Any:
+        """Before there was one table of evidence, a frequency stood in the place of the probability."""
+        return row if "probability" in row else row | {"probability": row["selection_frequency"]}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """A set of effects that could be what is missing; empty: nothing is.
+    """A row of the table of evidence: effects that are missing together (none: nothing is), with or without something
+    unknown beside them; or, instead of effects, another base model. All but gain in nats.
 
-    gain: chi2 that it takes off the base model's; by_chance: what chance gives its effects together; rarity: what it
-    has to gain for being several faults at once; refused: why it is not the answer, whatever it explains (empty where
-    nothing speaks against it, or one that is worth more is the answer).
+    gain: chi2 below that of nothing; likelihood: what that counts, 0.5 gain over what chance makes of one; parameters:
+    free numbers, and occam: what they cost; unknown_evidence: log evidence of something unknown beside the effects;
+    prior: log odds against nothing before any reading; held_out_rise: of -2 log predictive density of what was left
+    out, against nothing; refused: why it is no answer whatever it explains (empty: nothing speaks against it).
     """
 
     effects: tuple[str, ...]
+    unknown: bool = False
+    instead: str = ""
     gain: float
-    by_chance: float
-    rarity: float
-    refused: Annotated[str, file_field("refused", omit_empty=True)] = ""
+    likelihood: float
+    parameters: int
+    occam: float
+    prior: float
+    unknown_evidence: float = 0.0
+    held_out_rise: float = 0.0
+    implausible: bool = False
+    refused: str = ""
+    probability: float = 0.0
 
     @computed_field  # type: ignore[prop-decorator]
     @property
-    def worth(self) -> float:
-        """chi2 beyond what it has to gain."""
-        return self.gain - self.by_chance - self.rarity
+    def log_posterior(self) -> float:
+        """log odds against nothing after all readings."""
+        return self.likelihood - self.occam + self.unknown_evidence + self.prior
 
+    @property
+    def of_effects(self) -> bool:
+        """Whether it is of effects, or of none."""
+        return not self.instead
 
-def best_explanation(table: Sequence[Explanation]) -> Explanation:
-    """The one that is worth most, of those that nothing speaks against; of two alike the one of fewer effects."""
-    return max((e for e in table if not e.refused), key=lambda e: (e.worth, -len(e.effects)))
+    @property
+    def says_nothing(self) -> bool:
+        """Whether it is that nothing is missing."""
+        return self.of_effects and not self.effects and not self.unknown
+
+    def __str__(self) -> str:
+        named = [self.instead] if self.instead else [*self.effects, *(["something unknown"] if self.unknown else [])]
+        return " + ".join(named) or "nothing is missing"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -244,15 +263,6 @@ class Unknown:
         parts += [f"wavelength {self.wavelength:.2f} m"] if self.wavelength is not None else []
         parts += [f"nearest {self.nearest}: {self.why}"] if self.nearest else []
         return "; ".join(parts)
-
-
-@dataclass(frozen=True, kw_only=True)
-class LeftOver:
-    """The tests of what the best set leaves: names of those that failed, chi2 gain and threshold of each."""
-
-    failed: tuple[str, ...]
-    gain: Mapping[str, float]
-    threshold: Mapping[str, float | None]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -188,9 +188,7 @@ def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
         discovery = read_discovery(content["discovery"]) if "discovery" in content else None
         drawings = adapter(Drawings).validate_python(drawn)
         read: Diagnosis = adapter(Diagnosis).validate_python(
-            {"considered": ()}
-            | content
-            | {"drawings": drawings, "discovery": discovery}  # considered: not in version 0.1
+            content | {"drawings": drawings, "discovery": discovery, "considered": _considered(content)}
         )
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         remedy = f"written by another version of belt-sim or damaged ({_one_line(error)}); run belt-sim diagnose again"
@@ -203,11 +201,17 @@ def read_discovery(content: Mapping[str, Any]) -> Discovery:
     try:
         if content["schema"] != DISCOVERY:
             raise KeyError("schema")
-        found: Discovery = adapter(Discovery).validate_python(content, by_alias=False, by_name=True, context=IN_SI)
+        known = content if "probability" in content else dict(content) | {"probability": 1.0 - content["p"]}
+        found: Discovery = adapter(Discovery).validate_python(known, by_alias=False, by_name=True, context=IN_SI)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         remedy = f"written by another version of belt-sim or damaged ({_one_line(error)}); run it again"
         raise InputError("discovery", "discovery.json", "", remedy) from error
     return found
+
+
+def _considered(content: Json) -> list[Any]:
+    """Return the rows of the table of evidence; earlier versions had none, or one of another kind."""
+    return [row for row in content.get("considered", ()) if "log_posterior" in row]
 
 
 def _one_line(error: Exception) -> str:

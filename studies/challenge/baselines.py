@@ -153,42 +153,23 @@ def least_squares_answer(table: Table, ids: Sequence[str], sure: Mapping[str, fl
 
 
 def search_by_bic(answer: Mapping[str, Any], readings: int) -> dict[str, Any]:
-    """The search of the diagnosis by BIC alone: no chance, held-out error, plausibility, or test of the rest.
-
-    It goes on as long as the diagnosis itself has tried the candidates beside the same effects.
-    """
-    price = {t["id"]: max(1, len(t["parameters"])) * math.log(readings) for t in answer.get("ranking", [])}
-    names: list[str] = []
-    while trials := _trials_beside(answer, names):
-        margins = {t["id"]: t["gain"] - price[t["id"]] for t in trials if t["threshold"] is not None}
-        best = max(margins, key=lambda name: margins[name], default="")
-        if not best or margins[best] <= 0.0:
-            break
-        names.append(best)
-    return _answer_of(answer, names)
+    """The best by BIC of the sets of effects that the diagnosis fitted: no priors, held-out error, plausibility, or
+    anything unknown."""
+    sets = [e for e in answer.get("considered", ()) if not (e["unknown"] or e["instead"])]
+    worth = [e["gain"] - e["parameters"] * math.log(readings) for e in sets]
+    best = sets[worth.index(max(worth))]["effects"] if sets else []
+    return _answer_of(answer, best)
 
 
 def search_without_gate(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """What the search of the diagnosis ended with, named whatever the tests of what is left say."""
-    rounds = answer.get("rounds", [])
-    last = _effects_beside(rounds, rounds[-1]) if rounds else set()
-    return _answer_of(answer, [e["id"] for e in answer["effects"]] or sorted(last))
-
-
-def _trials_beside(answer: Mapping[str, Any], names: Sequence[str]) -> Sequence[Mapping[str, Any]]:
-    """The candidates that the diagnosis tried beside just these effects."""
-    rounds = answer.get("rounds", [])
-    return next((trials for trials in rounds if _effects_beside(rounds, trials) == set(names)), [])
-
-
-def _effects_beside(rounds: Sequence[Sequence[Mapping[str, Any]]], trials: Sequence[Mapping[str, Any]]) -> set[str]:
-    """The effects beside which the candidates of a round were tried."""
-    return {t["id"] for t in rounds[0]} - {t["id"] for t in trials}
+    """The likeliest set of effects, named whatever is likelier beyond the library."""
+    sets = [e["effects"] for e in answer.get("considered", ()) if not (e["unknown"] or e["instead"] or e["refused"])]
+    return _answer_of(answer, sets[0] if sets else [])
 
 
 def _answer_of(answer: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
     """Effects as an answer, with the diagnosis' own numbers where it names them too."""
-    if not answer.get("rounds"):  # nothing was searched for: damaged data
+    if answer["verdict"] == "cannot_say":  # nothing was searched for: damaged data
         return {"verdict": answer["verdict"], "effects": []}
     known = {e["id"]: e["parameters"] for e in answer["effects"]}
     effects = [{"id": i, "parameters": known.get(i, {}), "probability": 1.0, "confusable_with": []} for i in names]

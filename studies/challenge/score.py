@@ -288,7 +288,9 @@ def _advice_fields(result: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _p_value(answer: Mapping[str, Any]) -> float | None:
-    return (answer.get("discovery") or {}).get("p")
+    """Probability that nothing unknown is there; in earlier answers that of so much by chance."""
+    found = answer.get("discovery") or {}
+    return 1.0 - found["probability"] if "probability" in found else found.get("p")
 
 
 def _round(value: float | None) -> float | None:
@@ -305,8 +307,7 @@ def explain(case: ScoredCase, answer: Mapping[str, Any]) -> str:
     said = [_explain_one(name, tried.get(name)) for name in case.hidden if name not in case.named]
     said += [f"{name} at probability {sure:.2f}" for name, sure in case.false_names.items()]
     if case.kind in ("nothing", "below_noise") and not case.named:
-        failed = ", ".join((answer.get("open_set") or {}).get("failed", []))
-        said.append(f"what is left fails {failed}" if failed else case.verdict)
+        said.append(case.verdict)
     return "; ".join(said[:MOST_REASONS])
 
 

@@ -16,6 +16,7 @@ from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.drawings import drawings_of
 from belt_sim.diagnosis.examine import Findings, examine
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.discovery.look import LawSearch
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.si import N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
@@ -34,7 +35,6 @@ NAMES = (
     "edge_profile",
 )  # fmt: skip
 CLASSES = tuple(candidates_of(NAMES, MODEL))
-BOOTSTRAPS = 200
 SEED = 5
 
 HIDDEN = {
@@ -74,7 +74,7 @@ def _campaign(name: str, seed: int) -> Campaign:
 
 @cache
 def _examined(name: str, seed: int) -> Findings:
-    return examine(campaign(name, seed), MODEL, CLASSES, bootstraps=BOOTSTRAPS, seed=SEED)
+    return examine(campaign(name, seed), MODEL, CLASSES, seed=SEED, laws=LawSearch())
 
 
 @cache

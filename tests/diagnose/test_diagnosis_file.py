@@ -1,7 +1,7 @@
 """diagnosis.json: every key that other programs read, its units, and the way back."""
 
+import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import jsonschema
 import numpy as np
@@ -9,15 +9,11 @@ import pytest
 from shipped_schema import check
 from small_campaign import SEED, diagnosed, drawn
 
-from belt_sim.campaign import Suspicion
-from belt_sim.diagnosis.answer.verdict import Judgement, damage, verdict
-from belt_sim.diagnosis.left_over.openset import OpenSet
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.json import diagnosis_json, drawings_json, read_diagnosis, run_json
-from belt_sim.results.verdict import Verdict
 
 NAMES = ("nothing", "sag_roll", "two", "stranger")
 
@@ -110,22 +106,23 @@ def test_a_file_of_another_version_is_told_in_one_line(tmp_path):
 
 def test_the_ranking_lists_every_candidate_best_first():
     ranking = diagnosed("sag_roll").ranking
-    beyond = [c.gain - c.threshold for c in ranking if c.threshold is not None]
-    assert beyond == sorted(beyond, reverse=True)
+    likely = [round(c.probability, 6) for c in ranking]
+    assert likely == sorted(likely, reverse=True)
     assert ranking[0].id == "sag_roll"
     assert len(ranking) == len({c.id for c in ranking})
 
 
 @pytest.mark.parametrize(("name", "chosen"), [("nothing", set()), ("sag_roll", {"sag_roll"}), ("two", None)])
 def test_the_effects_that_are_named_follow_from_the_table_in_the_file(name, chosen):
-    """gain - by_chance - rarity, of what nothing speaks against: a pocket calculator will do."""
+    """likelihood - occam + unknown + prior, of what nothing speaks against: a pocket calculator will do."""
     content = diagnosis_json(diagnosed(name))
-    worth = {tuple(e["effects"]): e["gain"] - e["by_chance"] - e["rarity"] for e in content["considered"]}
-    possible = [tuple(e["effects"]) for e in content["considered"] if not e.get("refused")]
-    best = set(max(possible, key=lambda effects: worth[effects]))
+    rows = [e for e in content["considered"] if not e["refused"]]
+    odds = [e["likelihood"] - e["occam"] + e["unknown_evidence"] + e["prior"] for e in rows]
+    whole = sum(math.exp(o - max(odds)) for o in odds)
+    assert [e["probability"] for e in rows] == pytest.approx([math.exp(o - max(odds)) / whole for o in odds])
+    best = set(rows[odds.index(max(odds))]["effects"])
     assert best == {e["id"] for e in content["effects"]}
     assert chosen in (None, best)
-    assert worth[()] == 0.0
 
 
 def test_it_tells_what_it_came_from():
@@ -133,32 +130,6 @@ def test_it_tells_what_it_came_from():
     assert d.provenance["seed"] == SEED
     assert {"jax", "numpy", "python"} <= set(d.provenance["versions"])
     assert d.noise.source == "as stated in the campaign"  # this plan repeats nothing
-
-
-QUIET, LOUD = OpenSet((), {}, {}, {}), OpenSet(("smooth",), {}, {}, {})
-STOP = Suspicion(run="r01", signals=("y1",), kind="clipped", sentence="y1 of r01 stops at 3 mm")
-LOOK = Suspicion(run="r01", signals=("y1",), kind="swapped", sentence="perhaps", severity="look")
-
-
-@pytest.mark.parametrize(
-    ("ids", "left", "suspicions", "word"),
-    [
-        ((), QUIET, (), "adequate"),
-        (("taper",), QUIET, (), "explained"),
-        (("taper",), LOUD, (), "partly"),
-        ((), LOUD, (), "none_known"),
-        (("taper",), QUIET, (LOOK, STOP), "cannot_say"),
-        ((), QUIET, (LOOK,), "adequate"),
-    ],
-)
-def test_the_verdict_in_a_word_and_a_sentence(ids, left, suspicions, word):
-    found = verdict(Judgement(SimpleNamespace(ids=ids), None, left, left), suspicions)
-    assert found is Verdict(word)
-    said = found.sentence("strip", ids, damage(suspicions))
-    assert said.count("\n") == 0
-    assert ("taper" in said) == (bool(ids) and word != "cannot_say")
-    assert (STOP.sentence in said) == (word == "cannot_say")
-    assert found.rejects_model == (word in ("partly", "none_known", "cannot_say"))
 
 
 def test_an_interval_of_its_own_is_read_back(tmp_path):

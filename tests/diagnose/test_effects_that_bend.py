@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.choice import refits
-from belt_sim.diagnosis.choice.refits import screened
 from belt_sim.diagnosis.fits.around import Around
 from belt_sim.diagnosis.fits.one_step import bent, projected
+from belt_sim.diagnosis.search import joint_fits
+from belt_sim.diagnosis.search.joint_fits import screened
 
 
 @pytest.fixture(name="laid_out")
@@ -55,10 +55,10 @@ def test_what_a_machine_has_on_the_other_side_only_is_not_asked_for(laid_out):
 
 def test_it_is_refitted_though_others_promise_more(laid_out, monkeypatch):
     bench, near = laid_out
-    monkeypatch.setattr(refits, "REFITTED", 1)
+    monkeypatch.setattr(joint_fits, "REFITTED", 1)
     names = ("soft", "straight", "other")
     promised = {n: near.fit.chi2 - projected(bench, near, n).chi2 for n in names}
-    found = screened(bench, near, names, lambda name: 10.0, {})
+    found = screened(bench, near, names, 10.0, {})
     gains = {n: near.fit.chi2 - f.chi2 for n, f in found.items()}
     assert max(promised, key=promised.get) == "straight"
     assert max(gains, key=gains.get) == "soft"

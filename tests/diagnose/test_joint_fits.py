@@ -8,11 +8,11 @@ import pytest
 from noise_by_recursion import errors
 from small_campaign import CLASSES, MODEL, SHAPE, bench, campaign, examined, q_of
 
-from belt_sim.diagnosis.choice.decide import MAX_EFFECTS
-from belt_sim.diagnosis.choice.refits import best_of
 from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.heldout import conditions
 from belt_sim.diagnosis.fits.workbench import workbench
+from belt_sim.diagnosis.search.best_first import MAX_EFFECTS
+from belt_sim.diagnosis.search.joint_fits import best_of
 from belt_sim.paper import TEST_RIG
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02
@@ -40,7 +40,7 @@ def test_every_candidate_fits_at_least_as_well_as_what_it_stands_beside(two):
     base = two.fit([two.start((), two.forward.null())])[0]
     near = around(two, base, ["sag_roll", "slip", "taper"])
     assert "sag_roll" in near.weak
-    fits = best_of(two, near, ["sag_roll", "slip", "taper"])
+    fits = best_of(two, near, ["sag_roll", "slip", "taper"], 0.0, {})
     assert all(f.chi2 <= base.chi2 for f in fits.values())
 
 
@@ -95,11 +95,10 @@ def test_the_largest_yaw_is_left_out_where_there_are_smaller_ones():
     assert found["largest yaw"].tolist() == [k < 3 for k in range(len(runs))]
 
 
-def test_a_set_is_small_and_every_step_was_kept():
-    found = examined("two").found
-    assert 0 < len(found.chosen.ids) <= MAX_EFFECTS
-    assert len(found.rounds) == 3  # two were taken, and a third was looked for
+def test_the_search_ends_at_the_truth_and_has_tried_what_is_beside_it():
+    found = examined("two")
+    assert set(found.named.ids) == {"taper", "yaw_offset_tail"}
+    assert all(len(ids) <= MAX_EFFECTS for ids in found.search.fits.fits)
     revolutions = SHAPE["length"] / TEST_RIG.belt_length
-    assert {t.id for t in found.rounds[0]} == {c.id for c in CLASSES if c.min_revolutions <= revolutions}
-    assert all(t.gain == pytest.approx(max(found.base.chi2 - t.fit.chi2, 0.0)) for t in found.rounds[0])
-    assert found.held_out.chi2 < found.base_held_out.chi2
+    tried = {t.id for t in found.search.fits.trials(())}
+    assert tried == {c.id for c in CLASSES if c.min_revolutions <= revolutions}

@@ -7,13 +7,10 @@ import numpy as np
 import pytest
 from linear_bench import NUMBER, SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.choice.chance import Chance
-from belt_sim.diagnosis.choice.decide import swapped
-from belt_sim.diagnosis.choice.refits import Refits, best_of
 from belt_sim.diagnosis.fits.around import Around
 from belt_sim.diagnosis.fits.candidate import has_diverged
 from belt_sim.diagnosis.fits.fit import Fit, fit_sets
-from belt_sim.diagnosis.left_over.null import NullGains
+from belt_sim.diagnosis.search.joint_fits import JointFits, best_of
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 UNIT = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))
@@ -91,20 +88,6 @@ def test_a_refit_of_a_sum_of_shapes_is_least_squares():
     np.testing.assert_allclose(fit.vector, [wanted[0], 0.7, wanted[1]], atol=1e-3)
 
 
-@pytest.mark.parametrize("began", ["a", "b"])
-def test_the_effect_that_explains_more_stays_or_comes_in(began):
-    """The readings follow b; a is half of it and half something else."""
-    rng = np.random.default_rng(2)
-    b, other = rng.normal(size=(2, len(SPREAD), 1, 40))
-    bench = linear_bench(SPREAD, y=5.0 * WHITE.white * b, shapes={"a": WHITE.white * (b + other), "b": WHITE.white * b})
-    by_chance = np.random.default_rng(3).chisquare(1, 500)
-    null = NullGains({"a": by_chance, "b": by_chance}, {"a": 1, "b": 1})
-    refits, said = Refits(bench, null, null.critical(["a", "b"], 0.025), Chance({})), []
-    assert swapped(refits, (began,), said.append) == ("b",)
-    np.testing.assert_allclose(refits.fit(("b",)).vector, [0.0, 5.0], atol=1e-3)
-    assert said == (["b explains more than a"] if began == "a" else [])
-
-
 def test_a_faint_number_is_fitted_beside_one_that_moves_readings_by_far():
     """Guard: a force stayed where it began beside a cover whose unit is a million times what these readings show."""
     rng = np.random.default_rng(4)
@@ -144,8 +127,11 @@ def test_an_effect_is_at_null_where_all_that_is_better_with_it_has_diverged():
     near = SimpleNamespace(fit=current, with_effect=lambda *_: null, starts=lambda *_: [null, far])
     assert has_diverged(bench.fit([null])[0])
     assert far.chi2 > current.chi2 + 1000.0
-    best = best_of(bench, near, ["faint"])["faint"]
+    best = best_of(bench, near, ["faint"], 0.0, {})["faint"]
     assert (best.chi2, best.vector[0], best.ids) == (current.chi2, 0.0, ("other", "faint"))
+
+
+NOWHERE = Around(Fit(ids=(), free=[], vector=np.zeros(1)), {}, {})
 
 
 @dataclass(frozen=True)
@@ -172,14 +158,14 @@ class Sliding:
 
 def test_settings_are_moved_until_they_stay():
     """Of a tension that is a quarter off, what is linear about none of it says too much."""
-    moved = Refits(Sliding(), None, 0.0, None).moved(("a",))
+    moved = JointFits(Sliding(), 5.0, NOWHERE).moved(("a",))
     assert moved.bench.about == pytest.approx(9.1)
     assert moved.fit(("a",)).vector[0] == pytest.approx(9.73)
 
 
 def test_settings_are_moved_back_to_where_nothing_is_missing():
     """After a set that was dropped: nothing is fitted then that could slide."""
-    moved = Refits(Sliding(9.1), None, 0.0, None).moved(())
+    moved = JointFits(Sliding(9.1), 5.0, NOWHERE).moved(())
     assert moved.bench.about == 0.0
     assert moved.fit(()).free == []
 
@@ -201,17 +187,17 @@ class Slow(Sliding):
 @pytest.mark.parametrize("moves", [0, 1, 2])
 def test_what_a_search_has_found_is_not_looked_for_anew(moves):
     """Neither because it ran out of rounds, nor because settings moved twice before anybody asked for it."""
-    refits = Refits(Slow(), SimpleNamespace(threshold=lambda *_: 5.0), 0.0, None)
+    refits = JointFits(Slow(), 5.0, NOWHERE)
     found = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0, taken=24)
     assert refits._trial(refits.fit(()), "a", found).gain == 99.0
     for _ in range(moves):
         refits = refits.moved(())
     assert refits.fit(("a",)).vector[0] == 9.0
-    assert refits.gains([("a",)]) == [99.0]
+    assert refits.fit(()).chi2 - refits.fit(("a",)).chi2 == 99.0
 
 
 def test_a_pair_begins_where_its_members_stood_by_themselves_too():
     """Guard: from null alone a guide in a pair never came to where the belt touches it."""
     alone = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0)
-    refits = Refits(Slow(), None, 0.0, None, starts={frozenset("a"): alone})
-    assert refits.gains([("a", "b")]) == [99.0]
+    refits = JointFits(Slow(), 5.0, NOWHERE, starts={frozenset("a"): alone})
+    assert refits.fit(()).chi2 - refits.fit(("a", "b")).chi2 == 99.0

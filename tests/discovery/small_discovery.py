@@ -53,10 +53,10 @@ def both_ways() -> tuple[Workbench, Survey]:
 @cache
 def discovered(hidden: str = "", seed: int = 3) -> Discovered:
     """The whole search."""
-    return discover(*fitted(hidden, seed), draws=40)
+    return discover(surveyed(hidden, seed))
 
 
 @cache
 def described(hidden: str = "", seed: int = 3) -> Discovery:
     """Its result."""
-    return describe(discovered(hidden, seed))
+    return describe(discovered(hidden, seed), 1.0)

@@ -9,10 +9,7 @@ from small_discovery import MODEL, both_ways
 
 from belt_sim.discovery.choose import _elsewhere, choose
 from belt_sim.discovery.describe import _drawn, _travelled
-from belt_sim.discovery.discover import Discovered
-from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.forms import Form
-from belt_sim.discovery.gate import Gate
 from belt_sim.discovery.places import places_of
 from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.search import Scored
@@ -97,15 +94,6 @@ def test_a_free_course_of_what_the_belt_carries_is_kept_from_known_effects():
     _, survey = both_ways()
     courses = tuple(survey.courses())
     assert not [c for c in courses if c.place.carried]
-    own = survey.courses_at(next(p for p in survey.places if p.name == "drift_carried"))[0]
-
-    class Carried(Discovered):
-        @property
-        def course(self) -> Course:
-            return own
-
-    found = Carried(survey=survey, gate=Gate(True, 0.0, 0.0, ()), courses=courses)
-    assert found.alike.place.name == "drift_both"
 
 
 def test_it_is_said_as_what_comes_with_the_belt():

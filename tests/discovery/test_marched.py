@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import pytest
 from small_discovery import surveyed
 
-from belt_sim.discovery import marched as marching
 from belt_sim.discovery.choose import Choice, _elsewhere
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.marched import COURSES, LEADING, March, elsewhere, of_first_order, places
@@ -84,19 +83,6 @@ def test_several_courses_of_the_encoder_are_tried(survey):
     choice = chosen(*(scored(law(survey, ("travel", f)), 200.0 - 60.0 * k) for k, f in enumerate(forms)))
     tried = of_first_order(survey, choice, likely(survey, "drift_tail"))
     assert [s.law.terms[0].form.course for s in tried] == ["wave", "after", "square"]
-
-
-def test_a_law_found_elsewhere_is_tried_in_the_march(survey, monkeypatch):
-    best, known = (scored(law(survey, (n, Form("kappa"))), 200.0) for n in ("turn_tail", "yaw_tail"))
-    put = []
-
-    def fits(survey, laws):
-        put.extend(laws)
-        return [None] * len(laws)
-
-    monkeypatch.setattr(marching, "refits", fits)
-    assert marching.marched(survey, chosen(best), likely(survey, "turn_tail"), 0.0, (known,)) == (None, ())
-    assert put == [known, best]
 
 
 def test_what_wins_in_the_march_is_told_with_the_best_of_other_places_first(survey):

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from small_discovery import fitted, surveyed
 
-from belt_sim.diagnosis.left_over.null import NoiseSource
+from belt_sim.diagnosis.noise.simulated import NoiseSource
 from belt_sim.discovery import tables
 from belt_sim.discovery.evidence import LENGTHS, basis_of
+from belt_sim.discovery.operators import single
 
 ROUNDED = 1e-5
 FEWER = 0.02  # of the largest; straight lines between every fourth knot
@@ -55,3 +56,10 @@ def test_what_is_known_of_a_long_course_is_known_on_fewer_knots(apart):
         (fewer.pull @ own, basis.pull @ course),
     ):
         assert np.abs(few - all_of_it).max() < FEWER * np.abs(all_of_it).max()
+
+
+def test_numbers_too_small_for_all_digits_are_none():
+    x = np.array([[1e-3, 1e-39, -1e-42], [0.0, 1e-37, np.pi]])
+    found = single(x)
+    assert found.dtype == np.float32
+    assert np.array_equal(found, np.float32([[1e-3, 0.0, 0.0], [0.0, 1e-37, np.pi]]))

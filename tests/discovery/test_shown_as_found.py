@@ -10,12 +10,13 @@ FEW = ("yaw_offset_head", "encoder_scale")  # which do nothing alike
 
 def test_where_no_effect_is_named_the_error_falls_by_the_law():
     seen: list[bs.Diagnosis] = []
-    found = bs.diagnose(campaign("yaw_creep"), "strip", FEW, bootstraps=100, shown=seen.append)
+    found = bs.diagnose(campaign("yaw_creep"), "strip", FEW, shown=seen.append)
     (early,) = seen  # pictures show the law, for which they wait
     assert found.law_instead
     assert early.discovery == found.discovery
     assert found.final_model == "strip + the discovered law"
-    assert found.error.held_out.after == found.error.held_out.before
+    settled = 0.01  # of the error: settings of every run are put anew about where the search ended
+    assert abs(found.error.held_out.after / found.error.held_out.before - 1.0) < settled
     assert found.change.held_out.after < 0.8 * found.change.held_out.before
     off = [(np.abs(p.base - p.measured).mean(), np.abs(p.final - p.measured).mean()) for p in early.drawings.overlays]
     before, after = np.sum(off, axis=0)

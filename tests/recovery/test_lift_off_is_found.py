@@ -1,6 +1,6 @@
 """The bending layer, hidden by finite elements whose ends give way, is found by the closed form under the strip."""
 
-from small_campaign import BOOTSTRAPS, SEED, SPREAD
+from small_campaign import SEED, SPREAD
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.api.resolve import candidates_of
@@ -19,7 +19,7 @@ def test_lift_off_is_found_with_its_size():
         hidden=[{"id": "lift_off", "strength": 1.0}], base="strip", seed=5, plan=SPREAD, title="layer"
     )[0]
     found = describe(
-        examine(campaign, strip, candidates_of(NAMED, strip), bootstraps=BOOTSTRAPS, seed=SEED),
+        examine(campaign, strip, candidates_of(NAMED, strip), seed=SEED),
         seed=SEED,
     )
     assert found.verdict is Verdict.EXPLAINED

@@ -18,7 +18,7 @@ from belt_sim.reports import page as report_page
 from belt_sim.reports.page import bars, falls, render, weights, worst, write_report
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Change, Errors
-from belt_sim.results.found import Confusable, NextRun, Tried
+from belt_sim.results.found import Candidate, Confusable, NextRun
 from belt_sim.results.verdict import Verdict
 from belt_sim.results.words import thousandths
 
@@ -194,7 +194,7 @@ def test_figures_carry_the_data_and_no_nan(page, explained):
 
 
 @pytest.mark.parametrize(
-    "left_out", ["effects", "ranking", "confusables", "next_runs", "per_run", "rounds", "suspicions", "admitted"]
+    "left_out", ["effects", "ranking", "confusables", "next_runs", "per_run", "suspicions", "admitted"]
 )
 def test_any_list_may_be_empty(explained, left_out):
     assert Page(render(replace(explained, **{left_out: ()}))).open == []
@@ -234,8 +234,11 @@ def test_the_worst_run_is_shown_first(explained):
     assert worst([]) == 0
 
 
-def tried(gain: float, threshold: float | None = 9.1) -> Tried:
-    return Tried(id="taper", gain=gain, threshold=threshold, held_out_rms=0.0)
+def tried(gain: float, threshold: float | None = 9.1) -> Candidate:
+    return Candidate(
+        id="taper", gain=gain, threshold=threshold, held_out_rms=0.0, parameters={}, plausible=True, probability=0.5,
+        note="",
+    )  # fmt: skip
 
 
 def test_bars_show_chance_and_gain_on_one_scale():

@@ -8,12 +8,11 @@ so. Where no single change promises enough, two at once are tried.
 
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from belt_sim.campaign import SignalSheet, case_of
-from belt_sim.diagnosis.answer.confusable import Rival
 from belt_sim.diagnosis.answer.menu import Action, menu, twofold
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
@@ -26,6 +25,16 @@ from belt_sim.results.found import APART, RESOLVED, NextRun
 STEPS = 8  # of a refit
 SHORTER = 0.3  # a step that went too far, the next time
 SETTLED = 0.98  # of what remains, from one step to the next
+
+
+@dataclass(frozen=True)
+class Rival:
+    """``other`` in the place of ``effect`` fits almost as well: sigma = sqrt of the chi2 between the two fits."""
+
+    effect: str
+    other: str
+    sigma: float
+    fit: Fit
 
 
 def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) -> list[NextRun]:

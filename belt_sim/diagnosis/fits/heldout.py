@@ -99,7 +99,7 @@ def conditions(bench: Workbench) -> dict[str, np.ndarray]:
 
 def held_out(bench: Workbench, fit: Fit) -> HeldOut:
     """Prediction error of ``fit`` on each condition when that condition is left out."""
-    before = _before(bench, fit)
+    before = prior_before(bench, fit)
     found = {name: _left_out(bench, fit, out, *before) for name, out in conditions(bench).items()}
     errors = np.concatenate([c.errors for c in found.values()])
     rms = float(np.sqrt(np.sum(errors**2) / max(errors.size, 1)))
@@ -112,7 +112,7 @@ def lateral_readings(bench: Workbench, out: np.ndarray) -> np.ndarray:
     return np.isfinite(bench.samples.y[out]) & lateral[None, :, None]
 
 
-def _before(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def prior_before(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of the free numbers (k,) of a fit: one sigma before any reading, the same as harmonics fall, and how far off null
     they are.
     """

@@ -10,11 +10,11 @@ rises no further than truth does once in twenty.
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.special import chdtri
 
 from belt_sim.diagnosis.fits.candidate import ends, estimates, has_diverged, prior_sigma, spread_of
 from belt_sim.diagnosis.fits.fit import Fit, Sides, room
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.numerics.tails import chi2_isf
 from belt_sim.results.found import Estimate
 
 SELDOM = 0.05  # of campaigns, in which truth is further from the best fit
@@ -30,7 +30,7 @@ def within(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     found = list(fits)
     for k, inner in zip(again, bench.fit(begun, sides=sides), strict=True):
         beyond = np.sum((fits[k].vector < low) | (fits[k].vector > high))
-        if inner.done and inner.chi2 - fits[k].chi2 < chi2_isf(SELDOM, max(beyond, 1)):
+        if inner.done and inner.chi2 - fits[k].chi2 < chdtri(max(beyond, 1), SELDOM):
             found[k] = inner
     return found
 
@@ -48,7 +48,7 @@ def each_alone(bench: Workbench, fit: Fit, name: str) -> Mapping[str, Estimate]:
         begun.append(bench.start(fit.ids, vector, [k for k in fit.free if k not in others]))
     found = {}
     for kept, alone in zip(own, bench.fit(begun), strict=True):
-        if alone.done and alone.chi2 - fit.chi2 < chi2_isf(SELDOM, len(own) - 1):
+        if alone.done and alone.chi2 - fit.chi2 < chdtri(len(own) - 1, SELDOM):
             slot, u = bench.forward.slots[kept], np.sqrt(np.diag(spread_of(alone.columns)))[alone.free.index(kept)]
             told = float(alone.vector[kept] * slot.scale), float(u * slot.scale)
             found[slot.name] = Estimate(*told, slot.effect.parameters[slot.name].unit, True)

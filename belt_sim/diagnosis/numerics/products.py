@@ -4,6 +4,7 @@ import numpy as np
 
 FAINT = 1e-2  # a column this small, in sigma, cannot be seen in these readings
 DEPENDENT = 1e-12  # of the largest eigenvalue of columns of unit length: those below are sums of the others
+SMALL = 1e-6  # of the largest direction of several rows; what is smaller is not in these readings
 
 
 def inverse(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -24,3 +25,23 @@ def halves(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     kept = values > DEPENDENT * np.maximum(values[:, -1:], 1e-300)
     roots = np.sqrt(np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0))
     return scale[:, :, None] * vectors * roots[:, None, :], kept.sum(axis=1)
+
+
+def basis(rows: np.ndarray) -> np.ndarray:
+    """Orthonormal rows that span ``rows`` (k, ...) flattened, by the small Gram matrix."""
+    if not len(rows):
+        return rows.reshape(0, rows.shape[-1])
+    rows = rows.reshape(len(rows), -1)
+    size = np.linalg.norm(rows, axis=1, keepdims=True)
+    rows = rows[size[:, 0] > SMALL] / size[size[:, 0] > SMALL]
+    if not len(rows):
+        return rows
+    values, vectors = np.linalg.eigh(rows @ rows.T)
+    keep = values > SMALL * values[-1]
+    return (vectors[:, keep] / np.sqrt(values[keep])).T @ rows
+
+
+def apart(rows: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Rows (k, N) without what lies along orthonormal ``inside``."""
+    inside = inside.astype(rows.dtype)
+    return rows - (rows @ inside.T) @ inside if len(inside) else rows

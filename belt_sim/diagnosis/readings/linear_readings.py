@@ -13,9 +13,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.special import chdtrc
 
 from belt_sim.case import Case
-from belt_sim.diagnosis.numerics.tails import chi2_sf
 from belt_sim.diagnosis.readings.added_readings import READ_BY
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Effect, overrides, uses
@@ -63,7 +63,7 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
     gains /= _too_much(residual @ residual - gains[-1], len(residual) - columns.shape[1] - slow_ones)
     harmonics = np.arange(1, len(gains) + 1)
     readings = np.isfinite(samples.y).sum()
-    if not np.any(chi2_sf(gains, 2 * harmonics) < 1.0 / readings):
+    if not np.any(chdtrc(2 * harmonics, gains) < 1.0 / readings):
         return min(FEWEST, len(gains))
     alone = harmonics[np.diff(gains, prepend=0.0) > 2.0 * np.log(readings)]
     best = max([harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone])

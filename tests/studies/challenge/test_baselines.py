@@ -25,29 +25,32 @@ def test_plain_methods_are_right_where_noise_is_white(table):
     assert least_squares_answer(table, [], {})["verdict"] == "adequate"
 
 
-def searched(*rounds, names=()):
-    """An answer whose search tried, round by round, candidates of these gains."""
-    tried = [[{"id": i, "gain": gain, "threshold": 9.0} for i, gain in trials.items()] for trials in rounds]
-    ranking = [{"id": "a", "parameters": {"x": 0}}, *({"id": i, "parameters": {"x": 0, "y": 0}} for i in "bc")]
-    return answer_of(*names, verdict="explained" if names else "none_known") | {"rounds": tried, "ranking": ranking}
+def searched(sets, refused=(), unknown=()):
+    """An answer that compared these sets, likeliest first: letters -> chi2 gain and number of parameters."""
+    rows = [
+        {"effects": list(ids), "gain": gain, "parameters": count, "unknown": ids in unknown, "instead": "",
+         "refused": "no machine" if ids in refused else ""}
+        for ids, (gain, count) in sets.items()
+    ]  # fmt: skip
+    return answer_of(verdict="none_known") | {"considered": rows}
 
 
 def by_name(answer):
     return [e["id"] for e in answer["effects"]]
 
 
-def test_a_search_by_bic_pays_for_every_parameter_and_follows_what_was_tried():
-    tried = searched({"a": 30.0, "b": 34.0, "c": 9.9}, {"b": 13.75, "c": 13.7})
+SETS = {"b": (34.0, 2), "a": (30.0, 1), "ab": (43.75, 3), "": (0.0, 0)}
+
+
+def test_a_search_by_bic_pays_for_every_parameter():
+    tried = searched(SETS)
     assert by_name(search_by_bic(tried, 1000)) == ["a"]  # 30 - 1 ln 1000 > 34 - 2 ln 1000, and 2 ln 1000 = 13.8
     assert by_name(search_by_bic(tried, 900)) == ["a", "b"]
-    elsewhere = searched({"a": 30.0, "b": 34.0, "c": 9.9}, {"a": 13.9, "c": 99.0})  # gains beside b say nothing of a
-    assert by_name(search_by_bic(elsewhere, 900)) == ["a"]
     assert search_by_bic(answer_of(verdict="cannot_say"), 900)["verdict"] == "cannot_say"
 
 
-def test_without_its_gate_the_search_names_what_it_ends_with():
-    rounds = ({"a": 30.0, "b": 34.0, "c": 9.9}, {"a": 13.9, "c": 7.0})
-    assert by_name(search_without_gate(searched(*rounds))) == ["b"]
-    assert search_without_gate(searched(*rounds))["verdict"] == "explained"
-    assert by_name(search_without_gate(searched(*rounds, names=("a",)))) == ["a"]
-    assert search_without_gate(searched(rounds[0]))["verdict"] == "adequate"
+def test_without_its_gate_the_likeliest_set_is_named_whatever_else_is_likelier():
+    assert by_name(search_without_gate(searched(SETS))) == ["b"]
+    assert search_without_gate(searched(SETS))["verdict"] == "explained"
+    assert by_name(search_without_gate(searched(SETS, refused=("b",)))) == ["a"]
+    assert search_without_gate(searched({"": (0.0, 0), "a": (5.0, 1)}))["verdict"] == "adequate"

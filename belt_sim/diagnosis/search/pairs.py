@@ -5,17 +5,19 @@ Columns at null say little of an effect that bends (a guide that touches from so
 itself is known where it then stands, and so is what each of the others would add there.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 
-from belt_sim.diagnosis.choice.decide import NESTING, Ids
-from belt_sim.diagnosis.left_over.openset import apart, basis
+from belt_sim.diagnosis.numerics.products import apart, basis
 
 FEW = 4  # numbers of an effect, at most; one with more (a free edge profile) looks like no sum of others
+Ids = tuple[str, ...]
+
+NESTING = 1.0  # chi2, by which a pair must be ahead of its members
 ALIKE = 1e-9  # of the largest eigenvalue of columns of unit length: those below are sums of the others
 
 
@@ -29,24 +31,15 @@ class Pairs:
     gram: np.ndarray
     known: Mapping[frozenset, float] = field(default_factory=dict)
 
-    def best(self, moments: np.ndarray, threshold: Callable[[str], float], seen: Sequence[Ids]) -> Ids | None:
-        """The pair that promises most beyond chance; None where one of its members alone, or a set that was seen,
-        promises as much. moments (K,): products of columns and residual.
-        """
-        scores = {ids: g - sum(map(threshold, ids)) for ids, g in self._gains(moments).items()}
-        known = {frozenset(part) for ids in seen for part in combinations(ids, min(2, len(ids)))}
-        pair = max((ids for ids in scores if len(ids) == 2), key=lambda ids: scores[ids], default=None)
-        if pair is None or not np.isfinite(scores[pair]):
-            return None
-        others = max(s for ids, s in scores.items() if len(ids) == 1 or frozenset(ids) in known)
-        return pair if scores[pair] > others + NESTING else None
+    def best(self, moments: np.ndarray, price: float, count: int) -> list[Ids]:
+        """At most so many pairs that promise more than any effect alone, best first.
 
-    def in_place(self, moments: np.ndarray, threshold: Callable[[str], float], name: str, least: float) -> list[Ids]:
-        """Pairs without an effect that promise at most so much less than it does, beyond chance, best first."""
-        scores = {ids: g - sum(map(threshold, ids)) for ids, g in self._gains(moments).items()}
-        enough = scores.get((name,), np.inf) - least
-        pairs = [ids for ids, score in scores.items() if len(ids) == 2 and name not in ids and score > enough]
-        return sorted(pairs, key=lambda ids: -scores[ids])
+        moments (K,): products of columns and residual; price: chi2 that each effect must earn.
+        """
+        scores = {ids: gain - price * len(ids) for ids, gain in self._gains(moments).items()}
+        alone = max((s for ids, s in scores.items() if len(ids) == 1), default=-np.inf)
+        ahead = [ids for ids, score in scores.items() if len(ids) == 2 and score > alone + NESTING]
+        return sorted(ahead, key=lambda ids: -scores[ids])[:count]
 
     def _gains(self, moments: np.ndarray) -> dict[Ids, float]:
         found: dict[Ids, float] = {}

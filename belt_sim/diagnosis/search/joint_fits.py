@@ -1,83 +1,56 @@
-"""Evidence from joint refits: sets of effects fitted to the readings of a campaign, each once.
+"""Joint fits of sets of effects to the readings of a campaign, each once.
 
 A candidate beside a set is screened by what its column takes of the residual; those that promise most are refitted.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import pairwise
 from typing import Self
 
 import numpy as np
 
-from belt_sim.diagnosis.choice.chance import Chance
-from belt_sim.diagnosis.choice.decide import NESTING, Ids
-from belt_sim.diagnosis.choice.pairs import Pairs, beside
 from belt_sim.diagnosis.fits.around import Around, around
 from belt_sim.diagnosis.fits.candidate import has_diverged, is_plausible
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.heldout import HeldOut, held_out
 from belt_sim.diagnosis.fits.one_step import bent, projected
-from belt_sim.diagnosis.fits.race import ALIKE, Race
 from belt_sim.diagnosis.fits.within import within
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.left_over.null import NullGains
+from belt_sim.diagnosis.search.pairs import Ids, Pairs, beside
+from belt_sim.diagnosis.search.race import ALIKE, Race
 from belt_sim.errors import RunFailed
 
 REFITTED = 6  # candidates a round; the others keep what their columns promise
 MOVES = 3  # more, at most, until nuisances are where the fit about them puts them
-PROMISING = 0.3  # share of its threshold that a candidate must promise to be refitted
+PROMISING = 0.3  # share of its price that a candidate must promise to be refitted
+RISE = 1.0  # chi2, by which a larger set may come out worse than a smaller one, by rounding and the end of a search
 
 
-@dataclass
+@dataclass(frozen=True)
 class Trial:
-    """A candidate beside what was there: its joint fit on a workbench, gain over the reference, threshold."""
+    """A candidate beside what was there: the joint fit, and the chi2 that it gains over what was there."""
 
     id: str
-    bench: Workbench
     fit: Fit
     gain: float
-    threshold: float
-
-    @cached_property
-    def plausible(self) -> bool:
-        """Whether a real machine could have all numbers."""
-        return is_plausible(self.bench.forward, self.fit)
-
-    @cached_property
-    def held_out(self) -> HeldOut:
-        """Held-out errors."""
-        return held_out(self.bench, self.fit)
-
-    @property
-    def passes(self) -> bool:
-        return self.gain > self.threshold and self.plausible
-
-    @property
-    def score(self) -> float:
-        """Gain above what chance would give an effect with as many parameters."""
-        return self.gain - self.threshold if np.isfinite(self.threshold) else -np.inf
 
 
 @dataclass
-class Refits:
-    """Refits on one workbench; null: thresholds at the base model; near: what is about that, if known already; starts:
-    set -> where a refit may begin: trials that were not carried to their end, and all that was fitted elsewhere;
-    recalibrated: the same with the chance of what may come beside a set, where that is another; bent: gains of single
-    effects that bend, and of pairs with one, about the base model.
+class JointFits:
+    """Joint fits on one workbench, about one point.
+
+    price: chi2 that one effect must promise; near: what is about the base fit; starts: set -> where a fit may begin
+    (trials that were not carried to their end, and all that was fitted elsewhere); fits: set -> its best joint fit;
+    tried: set -> every other candidate beside it; bent: gains of single effects that are not linear, and of pairs with
+    one.
     """
 
     bench: Workbench
-    null: NullGains
-    critical: float
-    chance: Chance
-    near: Around | None = None
+    price: float
+    near: Around
     starts: dict[frozenset, Fit] = field(default_factory=dict)
     fits: dict[frozenset, Fit] = field(default_factory=dict)
     tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
-    held: dict[frozenset, HeldOut] = field(default_factory=dict)
-    recalibrated: Callable[[Self, Ids], Self] | None = None
     bent: dict[frozenset, float] = field(default_factory=dict)
 
     @property
@@ -85,49 +58,19 @@ class Refits:
         """All candidates."""
         return tuple(c.id for c in self.bench.forward.classes)
 
-    def threshold(self, name: str) -> float:
-        """The gain of one effect that chance beats as seldom as agreed."""
-        return self.null.threshold(name, self.critical)
-
     def fit(self, ids: Ids) -> Fit:
         """The best joint fit of a set that was found."""
         self._fit([ids])
         return self.fits[frozenset(ids)]
 
-    def gains(self, sets: Sequence[Ids]) -> list[float]:
-        """chi2 gain of sets over the base model."""
-        self._fit([(), *sets])
-        base = self.fits[frozenset()].chi2
-        return [base - self.fits[frozenset(ids)].chi2 for ids in sets]
+    def fit_all(self, sets: Sequence[Ids]) -> None:
+        """Fit those of ``sets`` that were not yet."""
+        self._fit(sets)
 
-    def plausible(self, ids: Ids) -> bool:
-        """Whether a real machine could have all numbers of a set."""
-        return is_plausible(self.bench.forward, self.fit(ids))
-
-    def held_out(self, ids: Ids) -> HeldOut:
-        """Held-out errors of a set."""
-        key = frozenset(ids)
-        if key not in self.held:
-            self.held[key] = held_out(self.bench, self.fit(ids))
-        return self.held[key]
-
-    def worse(self, larger: Ids, smaller: Ids) -> tuple[str, ...]:
-        """What of the held-out error is larger with the larger set."""
-        return self.chance.worse(self.held_out(larger), self.held_out(smaller))
-
-    def pair(self, seen: Sequence[Ids]) -> Ids | None:
-        """The best of all pairs of candidates about what ``near`` is, if it promises more than what was seen."""
-        if self.near is None:
-            return None
+    def best_pairs(self, count: int) -> list[Ids]:
+        """The best pairs of candidates, in the linear range, that promise more than any effect does."""
         pairs, moments = self._pairs(self.near)
-        return pairs.best(moments, self.threshold, seen)
-
-    def pairs_in_place(self, name: str, least: float) -> list[Ids]:
-        """Pairs that promise about the base model at most so much less than one effect does, best first."""
-        if self.near is None:
-            return []
-        pairs, moments = self._pairs(self.near)
-        return pairs.in_place(moments, self.threshold, name, least)
+        return pairs.best(moments, self.price, count)
 
     def _pairs(self, near: Around) -> tuple[Pairs, np.ndarray]:
         """All pairs of candidates about the base model, and the products of their columns with what that leaves."""
@@ -136,27 +79,27 @@ class Refits:
         rows = np.concatenate(list(shapes.values()))
         places = {n: range(a, b) for n, (a, b) in zip(shapes, pairwise(ends), strict=True)}
         for t in self.tried.get(frozenset(), []):  # there is none about another set: what was found before is kept
-            if t.passes and t.id in near.weak:
+            if t.gain > self.price and t.id in near.weak:
                 others = {n: s for n, s in shapes.items() if n != t.id}
                 gains = beside(t.fit.columns, t.fit.residual, others)
                 self.bent |= {frozenset([t.id]): t.gain} | {frozenset([t.id, n]): t.gain + g for n, g in gains.items()}
         return Pairs(places, rows @ rows.T, self.bent), rows @ self.fit(()).residual
 
     def moved(self, ids: Ids) -> Self:
-        """Refits with nuisances taken at the fit of a set, which is another there: until it stays."""
+        """The same with nuisances and noise taken at the fit of a set, which is another there: until it stays."""
         moved = self._moved(ids)
         for _ in range(MOVES):
             if _same(self.fits[frozenset(ids)], moved.fit(ids)):
                 break
             self, moved = moved, moved._moved(ids)
-        return moved if moved.recalibrated is None else moved.recalibrated(moved, ids)
+        return moved
 
     def _moved(self, ids: Ids) -> Self:
         bench = self.bench.moved_to(self.fit(ids).vector)
         known = {key: f for key, f in self.starts.items() if key not in self.fits}
         known |= {key: f for key, f in self.fits.items() if np.isfinite(f.chi2)}
         starts = {key: _elsewhere(f, bench) for key, f in known.items()}
-        return replace(self, bench=bench, starts=starts, fits={}, tried={}, held={})
+        return replace(self, bench=bench, starts=starts, fits={}, tried={})
 
     def trials(self, ids: Ids) -> list[Trial]:
         """Every other candidate beside ``ids``."""
@@ -164,10 +107,8 @@ class Refits:
         if key not in self.tried:
             current = self.fit(ids)
             others = [n for n in self.names if n not in key]
-            near = self.near
-            if near is None or current is not near.fit:
-                near = around(self.bench, current, others, near)
-            beside = screened(self.bench, near, others, self.threshold, self._known(key, others))
+            near = self.near if current is self.near.fit else around(self.bench, current, others, self.near)
+            beside = screened(self.bench, near, others, self.price, self._known(key, others))
             self.tried[key] = [self._trial(current, name, fit) for name, fit in beside.items()]
         return self.tried[key]
 
@@ -183,13 +124,12 @@ class Refits:
             fit = self.fits[key]
         elif fit.done:
             self.fits[key] = fit
-            self.held.pop(key, None)
         elif fit.settled or fit.taken:  # one that ran out of rounds is nearer than null is
             self.starts[key] = fit
         gain = current.chi2 - fit.chi2
-        if gain < -NESTING:
+        if gain < -RISE:
             raise RunFailed(f"refit of {name} beside {current.ids}: chi2 rose by {-gain:.3g}; the optimiser failed")
-        return Trial(id=name, bench=self.bench, fit=fit, gain=max(gain, 0.0), threshold=self.threshold(name))
+        return Trial(name, fit, max(gain, 0.0))
 
     def _fit(self, sets: Sequence[Ids]) -> None:
         """Refit those sets that were not yet, from where they stood before, or else from the nearest superset."""
@@ -229,7 +169,7 @@ def _same(one: Fit, other: Fit) -> bool:
     if not other.free:
         return True
     apart = (other.vector - one.vector)[other.free] @ other.columns.reshape(len(other.free), -1)
-    return bool(apart @ apart < NESTING)
+    return bool(apart @ apart < RISE)
 
 
 def _elsewhere(fit: Fit, bench: Workbench) -> Fit:
@@ -239,37 +179,35 @@ def _elsewhere(fit: Fit, bench: Workbench) -> Fit:
 
 
 def screened(
-    bench: Workbench, near: Around, names: Sequence[str], threshold, known: Mapping[str, Fit]
+    bench: Workbench, near: Around, names: Sequence[str], price: float, known: Mapping[str, Fit]
 ) -> dict[str, Fit]:
     """Every candidate beside what ``near`` is around; refitted where its column promises enough."""
     found = {name: projected(bench, near, name) for name in names}
-    promise = {n: (near.fit.chi2 - f.chi2) - threshold(n) for n, f in found.items()}
-    hopeful = [n for n in names if near.fit.chi2 - found[n].chi2 > PROMISING * threshold(n)]
+    promise = {n: near.fit.chi2 - f.chi2 for n, f in found.items()}
+    hopeful = [n for n in names if promise[n] > PROMISING * price]
     first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
     doubtful = {*near.weak, *bent(bench, near, {n: found[n] for n in hopeful if n not in first})}
     chosen = [n for n in hopeful if n in first or n in doubtful]  # one step says little of what is not linear
-    return found | best_of(bench, near, chosen, threshold, known)
+    return found | best_of(bench, near, chosen, price, known)
 
 
 def best_of(
-    bench: Workbench, near: Around, names: Sequence[str], threshold=None, known: Mapping[str, Fit] | None = None
+    bench: Workbench, near: Around, names: Sequence[str], price: float, known: Mapping[str, Fit]
 ) -> dict[str, Fit]:
     """The best joint fit of what ``near`` is around with each of ``names``; several starts for nonlinear effects.
 
-    threshold: of every name; only what beats it, and the best of others nearly, is then carried to its end; known:
-    fits with these names, beside the same or something else.
+    price: chi2 that each must gain; only what does, and the best of others nearly, is carried to its end; known: fits
+    with these names, beside the same or something else.
     """
-    begun = [(name, start) for name in names for start in near.starts(bench, name, (known or {}).get(name))]
+    begun = [(name, start) for name in names for start in near.starts(bench, name, known.get(name))]
     owners, starts = [name for name, _ in begun], [start for _, start in begun]
-    if threshold is None:
-        return _best(bench, near, owners, bench.fit(starts) if starts else [])
-    race = Race(near.fit.chi2, owners, {n: threshold(n) for n in names}, bench.forward.sides)
+    race = Race(near.fit.chi2, owners, dict.fromkeys(names, price), bench.forward.sides)
     fits = bench.fit(starts, race=race) if starts else []
     ends = [k for k in race.ahead(fits) if not fits[k].done]
     for k, fit in zip(ends, bench.fit([fits[k] for k in ends]) if ends else [], strict=True):
         fits[k] = fit
     best = _best(bench, near, owners, fits)
-    ahead = [n for n, f in best.items() if f.done and near.fit.chi2 - f.chi2 > threshold(n)]
+    ahead = [n for n, f in best.items() if f.done and near.fit.chi2 - f.chi2 > price]
     return best | dict(zip(ahead, within(bench, [best[n] for n in ahead]), strict=True))
 
 

@@ -4,35 +4,38 @@ import numpy as np
 
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.left_over.openset import OpenSet
 from belt_sim.results.found import RequiredAngle, Unknown
 
 
-def shape_card(bench: Workbench, fit: Fit, test: OpenSet, nearest: tuple[str, str] | None) -> Unknown:
-    """What an unknown effect looks like: parity, tension exponent, onset, wavelength, required contact angle."""
+def shape_card(bench: Workbench, fit: Fit, failed: tuple[str, ...], nearest: tuple[str, str] | None) -> Unknown:
+    """What the unknown beside a fit looks like.
+
+    failed: by what it shows; nearest: the known effects that come nearest, and why they are not the answer.
+    """
     samples = bench.samples
     residual = samples.y - fit.values
     sign = np.array([np.sign(r.yaw) for r in samples.runs])
-    odd = test.gain.get("smooth, odd in yaw", 0.0)
-    even = test.gain.get("smooth, even in yaw", 0.0)
-    share = odd / max(odd + even, 1e-12)
-    parity = "odd" if share > 0.8 else "even" if share < 0.2 else "mixed"
     return Unknown(
-        failed_tests=test.failed,
-        parity=parity if np.any(sign > 0) and np.any(sign < 0) else "unknown: only one sign of yaw was run",
+        failed_tests=failed,
+        parity=_parity(bench, residual, sign),
         tension_exponent=_exponent(samples, residual),
         onset=_onset(bench, residual),
-        wavelength=_scanned(test) or _wavelength(samples, residual),
+        wavelength=_wavelength(samples, residual),
         required_angle=_required_angle(bench, residual, sign),
         nearest=nearest[0] if nearest else None,
         why=nearest[1] if nearest else None,
     )
 
 
-def _scanned(test: OpenSet) -> float | None:
-    """Wavelength of the most significant wave that the scan found [m]."""
-    waves = [n for n in test.failed if n in test.wavelength]
-    return test.wavelength[waves[0]] if waves else None
+def _parity(bench: Workbench, residual: np.ndarray, sign: np.ndarray) -> str:
+    """By how much of the whitened residual is left when what is odd, or even, in yaw is taken out of it."""
+    if not (np.any(sign > 0) and np.any(sign < 0)):
+        return "unknown: only one sign of yaw was run"
+    white = bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0)).reshape(len(sign), -1)
+    plus, minus = white[sign > 0].mean(axis=0), white[sign < 0].mean(axis=0)
+    odd, even = float(np.sum((plus - minus) ** 2)), float(np.sum((plus + minus) ** 2))
+    share = odd / max(odd + even, 1e-12)
+    return "odd" if share > 0.8 else "even" if share < 0.2 else "mixed"
 
 
 def _exponent(samples, residual) -> float | None:

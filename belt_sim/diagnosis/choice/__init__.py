@@ -1,1 +1,0 @@
-"""Which effects are missing: evidence, its thresholds by chance, and the decision."""

@@ -1,0 +1,1 @@
+"""The decision: one table of evidence, one policy, one pure function."""

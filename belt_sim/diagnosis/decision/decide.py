@@ -1,0 +1,241 @@
+"""The decision: a pure function of a table and a policy.
+
+log posterior of an explanation = log marginal likelihood (Laplace's approximation; Kass & Raftery 1995, J. Am. Stat.
+Assoc. 90, 773) + log prior. The size of a fault is unknown to its order of magnitude: its scale is uniform in logarithm
+over some decades below what is plausible. (A Gaussian as wide as what is plausible would make every small fault
+unlikely: Lindley's paradox.) A difference of chi2 counts by what chance makes of one.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+from math import comb, log
+
+import numpy as np
+
+from belt_sim.diagnosis.decision.policy import Policy
+from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Ids, Instead, Row
+from belt_sim.results.found import Explanation
+from belt_sim.results.verdict import Verdict
+from belt_sim.results.words import TOGETHER
+
+ROUNDS = 3  # over the scales of all effects of a set, one after the other
+
+
+@dataclass(frozen=True)
+class Decision:
+    """verdict; named: effect -> probability; confusable: effect -> what may stand in its place, effects that stand
+    there together joined by +; explanations: all that were compared, likeliest first; instead: the name of another base
+    model, where that is the likeliest.
+    """
+
+    verdict: Verdict
+    named: Mapping[str, float]
+    confusable: Mapping[str, tuple[str, ...]]
+    explanations: tuple[Explanation, ...]
+    instead: str = ""
+
+    @property
+    def best(self) -> Explanation:
+        """The likeliest."""
+        return self.explanations[0]
+
+    @property
+    def tells_of_unknown(self) -> bool:
+        """Whether the verdict is that something unknown is there."""
+        return self.verdict in (Verdict.PARTLY, Verdict.NONE_KNOWN) and not self.instead
+
+    @property
+    def likeliest_effects(self) -> Ids:
+        """The likeliest set of named effects with nothing beside it."""
+        return frozenset(next(e.effects for e in self.explanations if e.of_effects and not e.unknown))
+
+    @property
+    def likeliest_unknown(self) -> Explanation:
+        """The likeliest with something unknown; of all the likeliest where none was compared."""
+        return next((e for e in self.explanations if e.unknown and not e.refused), self.best)
+
+    @property
+    def probability_of_unknown(self) -> float:
+        """That something unknown is there, alone or beside effects."""
+        return min(sum(e.probability for e in self.explanations if e.unknown), 1.0)
+
+    def suspects_something_unknown(self, policy: Policy) -> bool:
+        """Whether something unknown may be there, so that its law is worth a search.
+
+        What is beyond the library is judged in the linear range, which is good to a share of a gain only.
+        """
+        if self.instead:
+            return False
+        fewer = [e.log_posterior for e in self.explanations if e.unknown and set(e.effects) < set(self.best.effects)]
+        doubt = policy.linear * self.best.likelihood
+        in_doubt = doubt > 1.0 and max(fewer, default=-np.inf) > self.best.log_posterior - doubt
+        return in_doubt or self.probability_of_unknown > policy.alarm
+
+
+def decide(table: EvidenceTable, policy: Policy) -> Decision:
+    """The verdict that a table asks for."""
+    found = explanations(table, policy)
+    if table.damaged:
+        return Decision(Verdict.CANNOT_SAY, {}, {}, found)
+    best = found[0]
+    nothing = next(e for e in found if e.says_nothing)
+    if nothing.probability > policy.alarm:
+        best = nothing
+    if best.instead:
+        return Decision(Verdict.NONE_KNOWN, {}, {}, found, best.instead)
+    ids = frozenset(best.effects)
+    if best.unknown:
+        ids &= table.additive
+    verdict = (Verdict.PARTLY if best.unknown else Verdict.EXPLAINED) if ids else None
+    verdict = verdict or (Verdict.NONE_KNOWN if best.unknown else Verdict.ADEQUATE)
+    named = {i: min(sum(e.probability for e in found if i in e.effects), 1.0) for i in sorted(ids)}
+    alike = _confusable(ids, credible(found, policy)) if ids and not best.unknown else {}
+    return Decision(verdict, named, alike, found)
+
+
+def explanations(table: EvidenceTable, policy: Policy) -> tuple[Explanation, ...]:
+    """Every explanation with its probability, likeliest first; of two alike the one of fewer effects."""
+    found = list(_compared(table, policy))
+    score = np.array([-np.inf if e.refused else e.log_posterior for e in found])
+    share = np.exp(score - np.logaddexp.reduce(score))
+    made = [replace(e, probability=float(p)) for e, p in zip(found, share, strict=True)]
+    return tuple(sorted(made, key=lambda e: (bool(e.refused), -e.log_posterior, len(e.effects))))
+
+
+def _compared(table: EvidenceTable, policy: Policy) -> Iterator[Explanation]:
+    nothing = next(row for row in table.rows if not row.ids)
+    each = {row.ids: _of_effects(row, nothing, table, policy) for row in table.rows}
+    yield from each.values()
+    for b in table.beyond:
+        alone = each[b.beside]
+        if not alone.implausible:
+            more = log(policy.unknown) + (log(policy.further) if b.beside else 0.0)  # it is one fault more
+            seen = evidence(b, table.inflation, policy)
+            yield replace(alone, unknown=True, unknown_evidence=seen, prior=alone.prior - more, refused="")
+    for other in table.instead:
+        yield _instead(other, nothing, table, policy)
+
+
+def _of_effects(row: Row, nothing: Row, table: EvidenceTable, policy: Policy) -> Explanation:
+    count = len(row.ids)
+    prior = -log(comb(table.candidates, count)) - log(policy.further) * (count - 1) if count else 0.0
+    rise = sum(value - nothing.held_out[name] for name, value in row.held_out.items()) if count else 0.0
+    refused = "predicts what is held out worse than nothing does" if count and rise > policy.held_out else ""
+    return Explanation(
+        effects=tuple(sorted(row.ids)),
+        gain=nothing.chi2 - row.chi2,
+        likelihood=0.5 * (nothing.chi2 - row.chi2) / table.inflation,
+        parameters=len(row.away) + len(row.scanned),
+        occam=occam(row, table.inflation, policy),
+        prior=prior,
+        held_out_rise=rise,
+        implausible=not row.plausible,
+        refused=refused if row.plausible else "no machine has such numbers",
+    )
+
+
+def _instead(other: Instead, nothing: Row, table: EvidenceTable, policy: Policy) -> Explanation:
+    """Of another base model: nothing is fitted."""
+    prior = -log(policy.further) - log(other.tried)
+    gain = nothing.chi2 - other.chi2
+    return Explanation(
+        effects=(),
+        instead=other.name,
+        gain=gain,
+        likelihood=0.5 * gain / table.inflation,
+        parameters=0,
+        occam=0.0,
+        prior=prior,
+    )
+
+
+def needed_gain(row: Row, table: EvidenceTable, policy: Policy) -> float:
+    """The chi2 gain from which a row's effects are likelier than that nothing is missing."""
+    prior = log(comb(table.candidates, len(row.ids))) + log(policy.further) * (len(row.ids) - 1)
+    return 2.0 * table.inflation * (occam(row, table.inflation, policy) + prior)
+
+
+def occam(row: Row, inflation: float, policy: Policy) -> float:
+    """What a row's numbers cost [nats]: log likelihood at the best point over marginal likelihood.
+
+    A number that is scanned pays for the values that were tried (trial factor; Gross & Vitells 2010, Eur. Phys. J. C
+    70, 525).
+    """
+    owners = [i for i in sorted(row.ids) if any(o == i and s for o, s in zip(row.owner, row.sized, strict=True))]
+    scales = _scales(policy)
+    chosen = dict.fromkeys(owners, float(scales[len(scales) // 2]))
+    among: dict[str, float] = {}  # what the choice of each scale costs
+    for _, name in product(range(ROUNDS), owners):
+        cost = np.array([_at_scales(row, chosen | {name: float(s)}, inflation) for s in scales])
+        chosen[name] = float(scales[int(np.argmin(cost))])
+        among[name] = log(len(scales)) - float(np.logaddexp.reduce(cost.min() - cost))
+    return _at_scales(row, chosen, inflation) + sum(among.values()) + sum(map(log, row.scanned))
+
+
+def _at_scales(row: Row, scales: Mapping[str, float], inflation: float) -> float:
+    """The same with Gaussian priors of these scales of what is plausible."""
+    if not len(row.away):
+        return 0.0
+    scale = np.array([scales[o] if s else 1.0 for o, s in zip(row.owner, row.sized, strict=True)])
+    sigma = np.maximum(row.sigma * scale, 1e-12)
+    size, vectors = np.linalg.eigh(row.gram * np.outer(sigma, sigma))
+    size, along = np.maximum(size, 0.0), vectors.T @ (row.away / sigma)
+    return 0.5 * float(np.sum(size / (1.0 + size) * along**2)) / inflation + 0.5 * float(np.sum(np.log1p(size)))
+
+
+def _scales(policy: Policy) -> np.ndarray:
+    return 10.0 ** np.linspace(-policy.decades, 0.0, int(policy.decades * policy.per_decade) + 1)
+
+
+def evidence(beyond: Beyond, inflation: float, policy: Policy) -> float:
+    """log evidence of something beyond the library: any free course at any place, or any law of the dictionary.
+
+    The best of so many pays for their number.
+    """
+    course = np.logaddexp.reduce(beyond.courses / inflation) - log(len(beyond.courses)) - policy.chance
+    laws = [
+        free_size(law.gain / inflation, law.sizes, policy) - 0.5 * law.cost - log(beyond.tried) for law in beyond.laws
+    ]
+    return float(np.logaddexp.reduce([course, *laws]))
+
+
+def probability_of_unknown(beyond: Beyond, policy: Policy, inflation: float = 1.0) -> float:
+    """Probability that something unknown is there beside effects that are known to be."""
+    odds = evidence(beyond, inflation, policy) - log(policy.unknown)
+    return float(1.0 / (1.0 + np.exp(-np.clip(odds, -700.0, 700.0))))
+
+
+def free_size(gain: float, sizes: int, policy: Policy) -> float:
+    """log evidence of sizes that gain so much chi2, their scale uniform in logarithm above one sigma."""
+    square = (1.0 / _scales(policy)) ** 2
+    each = 0.5 * gain * square / (1.0 + square) - 0.5 * sizes * np.log1p(square)
+    return float(np.logaddexp.reduce(each)) - log(len(each))
+
+
+def credible(found: Iterable[Explanation], policy: Policy) -> list[Ids]:
+    """The sets of the likeliest explanations that together hold enough of the probability, likeliest first."""
+    sets, held = list[Ids](), 0.0
+    for e in found:
+        if held >= policy.credible or e.refused:
+            break
+        held += e.probability
+        if e.of_effects:
+            sets.append(frozenset(e.effects))
+    return sets
+
+
+def _confusable(ids: Ids, sets: Iterable[Ids]) -> dict[str, tuple[str, ...]]:
+    """Effect -> what stands in its place in other sets: one or several effects, or itself with one more.
+
+    Where several effects give way to others, these stand in the place of each of them.
+    """
+    found: dict[str, list[str]] = {}
+    for other in sets:
+        gone, come = sorted(ids - other), sorted(other - ids)
+        for name in gone if come else ():
+            found.setdefault(name, []).append(TOGETHER.join(come))
+        if not gone and come:
+            last = max(ids)
+            found.setdefault(last, []).append(TOGETHER.join([last, *come]))
+    return {name: tuple(dict.fromkeys(others)) for name, others in found.items()}

@@ -1,0 +1,34 @@
+"""Every constant of the decision."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Policy:
+    """What is declared before any reading. All but ``chance`` are judgements; none is fitted to single campaigns.
+
+    further: odds of one fault against one more, 1
+    unknown: odds of no unknown law against one, 1
+    decades: orders of magnitude below the largest plausible size, in which the size of a fault may lie
+    per_decade: sizes that are tried in each of them
+    chance: log evidence [nats] that a free course, its length and height chosen among 68, has by chance. It is the one
+        number that was calibrated: on campaigns in which nothing is hidden
+    linear: share of a gain, to which the linear range is good: so far behind, a law is put into the march all the same
+    held_out: -2 log of the predictive density, by which whole conditions that were left out may become less likely than
+        with nothing
+    alarm: probability of nothing, below which something is said: a false alarm costs twenty times what a miss does
+    credible: probability in the set of explanations that cannot be told apart
+    """
+
+    further: float = 10.0
+    unknown: float = 10.0
+    decades: float = 3.0
+    per_decade: int = 2
+    chance: float = 7.0
+    linear: float = 0.02
+    held_out: float = 2.0
+    alarm: float = 0.05
+    credible: float = 0.95
+
+
+POLICY = Policy()

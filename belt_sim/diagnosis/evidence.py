@@ -1,0 +1,92 @@
+"""The table of evidence: joint fits of sets of effects, what is seen beyond them, and what else may be."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from belt_sim.analytic.model import MODELS
+from belt_sim.diagnosis.decision.decide import explanations
+from belt_sim.diagnosis.decision.policy import Policy
+from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, Instead
+from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench, predicted
+from belt_sim.diagnosis.noise.simulated import inflation
+from belt_sim.diagnosis.search.best_first import Search
+from belt_sim.diagnosis.unknown import LawSearch
+
+BASE_MODELS = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
+DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less leaves something unexplained itself
+
+
+def search_sets(
+    bench: Workbench,
+    nothing: Fit,
+    policy: Policy,
+    chance: tuple[int, int],
+    tell: Callable[[str], None],
+    *,
+    look: bool = True,
+) -> Search:
+    """All sets of effects that are worth a joint fit, about the likeliest of them.
+
+    chance: how many campaigns are simulated with nothing missing, and their seed; look: whether any set is fitted.
+    """
+    names = [c.id for c in bench.forward.classes]
+    tell("asking what chance does")
+    near = around(bench, nothing, names)
+    search = Search(bench, near, nothing, inflation(bench, near, nothing.values, names, *chance), policy)
+    if look:
+        tell("fitting sets of effects")
+        search.run()
+    return search
+
+
+def gather(search: Search, nothing: Fit, bench: Workbench, laws: LawSearch | None, policy: Policy) -> EvidenceTable:
+    """The table of a finished search.
+
+    nothing, bench: the base fit on the workbench that the search began on; laws: None where nobody looks beyond the
+    library.
+    """
+    table = search.table()
+    likeliest = frozenset(explanations(table, policy)[0].effects)
+    table = replace(
+        table,
+        additive=frozenset(c.id for c in bench.forward.classes if c.is_additive()),
+        instead=tuple(base_models(bench, nothing, search, likeliest)),
+    )
+    return table if laws is None else replace(table, beyond=tuple(_beyond(search, table, laws, policy)))
+
+
+def _beyond(search: Search, table: EvidenceTable, laws: LawSearch, policy: Policy):
+    """What is seen beside nothing, beside the likeliest set, and beside that without one of its members."""
+    fits = search.fits
+    best = next(e.effects for e in explanations(table, policy) if e.of_effects and not e.refused)
+    sets = [(), best, *(tuple(i for i in best if i != name) for name in best)]
+    for key in dict.fromkeys(frozenset(s) for s in sets):
+        fit = fits.fits[key] if key in fits.fits else fits.fit(tuple(sorted(key)))
+        yield laws.beyond(fits.bench, fit)
+
+
+def base_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[Instead]:
+    """The other base models with nothing fitted, those that explain most of what this one does not.
+
+    likeliest: effects; a model that is the base model with just these says the same, and is none.
+    """
+    asked = bench.forward.model
+    beyond_noise = max(nothing.chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
+    base = next(f for f in search.fits.fits.values() if not f.ids)
+    others = [MODELS[name] for name in BASE_MODELS if name != asked.name]
+    found = []
+    for model in others:
+        values = predicted(bench.campaign, model)
+        gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
+        same = likeliest and likeliest <= model.contains - asked.contains
+        if np.isfinite(gain) and gain > DESCRIBED * beyond_noise and not same:
+            here = float(search.fits.bench.metric.chi2(bench.fitted.y - values))
+            name, chi2 = f"model={model.name}", min(here, base.chi2)
+            lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
+            rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))
+            found.append(Instead(name=name, chi2=chi2, rms=rms, tried=len(others)))
+    return found

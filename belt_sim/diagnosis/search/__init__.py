@@ -1,0 +1,1 @@
+"""The search: joint fits of sets of effects, the likeliest first."""

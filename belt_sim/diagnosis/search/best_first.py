@@ -1,0 +1,65 @@
+"""Best-first search: beside the likeliest set every other candidate, then others in the place of its members."""
+
+from itertools import combinations
+
+import numpy as np
+
+from belt_sim.diagnosis.decision.decide import explanations
+from belt_sim.diagnosis.decision.policy import Policy
+from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
+from belt_sim.diagnosis.fits.around import Around
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.search.joint_fits import JointFits
+from belt_sim.diagnosis.search.rows import row_of
+
+ROUNDS = 8
+PAIRS = 3  # that are fitted because they promise more together than any effect alone
+MAX_EFFECTS = 4
+
+
+class Search:
+    """fits: about the likeliest set that was found."""
+
+    def __init__(self, bench: Workbench, near: Around, nothing: Fit, inflation: float, policy: Policy) -> None:
+        self.inflation, self.policy = inflation, policy
+        self.count = len(bench.forward.classes)
+        price = 2.0 * float(np.log(max(self.count, 1))) + 4.0  # of one size, one in so many candidates [chi2]
+        self.fits = JointFits(bench, price, near, fits={frozenset(): nothing})
+        self.about: Ids = frozenset()
+
+    def run(self) -> None:
+        """Grow the likeliest set, then look in the place of each of its members, until nothing is likelier.
+
+        Explanations are compared about one point: noise levels, and with them what a gain counts, differ elsewhere.
+        """
+        self.fits.trials(())
+        self.fits.fit_all(self.fits.best_pairs(PAIRS))
+        for _ in range(ROUNDS):
+            best = self._likeliest()
+            if best != self.about:
+                self._move(best)
+            ids = self.fits.fits[best].ids
+            if len(best) < MAX_EFFECTS:
+                self.fits.trials(ids)
+            if self._likeliest() == best:
+                for name in ids:
+                    self.fits.trials(tuple(i for i in ids if i != name))
+                if self._likeliest() == best:
+                    break
+
+    def table(self, checked: bool = True) -> EvidenceTable:
+        """All that is fitted, about where the search stands; checked: with what is predicted of left-out conditions."""
+        fits = [f for f in self.fits.fits.values() if np.isfinite(f.chi2)]
+        rows = tuple(row_of(self.fits.bench, f, checked) for f in fits)
+        return EvidenceTable(candidates=self.count, inflation=self.inflation, damaged=False, rows=rows)
+
+    def _likeliest(self) -> Ids:
+        """The likeliest set about where the search stands."""
+        return frozenset(explanations(self.table(checked=False), self.policy)[0].effects)
+
+    def _move(self, best: Ids) -> None:
+        """Take noise, settings and all subsets about a set."""
+        ids = self.fits.fits[best].ids
+        self.fits, self.about = self.fits.moved(ids), best
+        self.fits.fit_all([part for k in range(len(ids) + 1) for part in combinations(ids, k)])

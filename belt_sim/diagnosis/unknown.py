@@ -1,0 +1,33 @@
+"""What a search for laws beyond the library hands to the diagnosis: the diagnosis does not import the search."""
+
+from typing import Protocol
+
+from belt_sim.diagnosis.decision.table import Beyond, Law
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.results.discovery import Discovery
+
+
+class FoundLaw(Protocol):
+    """What a search has found beside a fit: perhaps a law."""
+
+    @property
+    def law(self) -> Law | None:
+        """The law as the march has it; None where none describes what is there."""
+
+    @property
+    def fit(self) -> Fit | None:
+        """The joint fit with the law; None where there is no law."""
+
+    def described(self, probability: float, config: object = None) -> Discovery:
+        """The result; probability: that something unknown is there."""
+
+
+class LawSearch(Protocol):
+    """A search for laws beyond the library."""
+
+    def beyond(self, bench: Workbench, fit: Fit) -> Beyond:
+        """What is seen beside a fit in the linear range."""
+
+    def law(self, bench: Workbench, fit: Fit) -> FoundLaw:
+        """The law of what is seen beside a fit."""
