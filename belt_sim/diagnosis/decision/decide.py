@@ -67,9 +67,10 @@ class Decision:
         """
         if self.instead:
             return False
-        fewer = [e.log_posterior for e in self.explanations if e.unknown and set(e.effects) < set(self.best.effects)]
-        doubt = policy.linear * self.best.likelihood
-        in_doubt = doubt > 1.0 and max(fewer, default=-np.inf) > self.best.log_posterior - doubt
+        best = self.best
+        imitated = [e for e in self.explanations if e.unknown and set(e.effects) < set(best.effects)]
+        behind = [best.log_posterior - policy.linear * (best.likelihood - e.likelihood) for e in imitated]
+        in_doubt = any(e.log_posterior > b for e, b in zip(imitated, behind, strict=True))
         return in_doubt or self.probability_of_unknown > policy.alarm
 
 
