@@ -2,6 +2,6 @@
 
 ``examine`` goes through all of it, ``describe`` and ``drawings`` hand out what it found; ``admission`` tests a user's
 own effect. They stand on these parts, each of which knows those before it and no other: ``numerics``, ``readings``
-(measured and predicted), ``noise``, ``fits``, ``errors`` (how far a model is off), ``left_over`` (what is left when
-effects are in), ``choice`` (which effects are missing), ``answer`` (what is told).
+(measured and predicted), ``noise``, ``fits``, ``errors`` (how far a model is off), ``decision`` (one table of evidence
+and one score), ``search`` (which sets of effects are worth a joint fit), ``answer`` (the next run to make).
 """

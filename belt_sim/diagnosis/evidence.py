@@ -11,8 +11,8 @@ from belt_sim.diagnosis.decision.policy import Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, Instead
 from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.simulated import inflation
 from belt_sim.diagnosis.fits.workbench import Workbench, predicted
-from belt_sim.diagnosis.noise.simulated import inflation
 from belt_sim.diagnosis.search.best_first import Search
 from belt_sim.diagnosis.unknown import LawSearch
 
