@@ -50,6 +50,8 @@ class Hidden:
 
 def specified_hidden(hidden: Sequence[str | dict], get_detectability: Callable[[], Detectability]) -> Hidden:
     """Faults from ids and dictionaries; {"id": ..., "d": 12} scales to a size, which calls ``get_detectability()``."""
+    if isinstance(hidden, str) or not isinstance(hidden, Sequence):
+        raise InputError("hidden", hidden, "", "give a list of ids, or of dictionaries with an id")
     faults, sizes = [], []
     for spec in hidden:
         if not isinstance(spec, str | dict):
