@@ -27,6 +27,7 @@ from belt_sim.results.verdict import Verdict, other_model
 from belt_sim.results.words import TOGETHER, listed
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence
+SILENT = "These readings could not show any effect at a plausible size: record longer, at more tensions and yaws."
 
 
 def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
@@ -80,8 +81,19 @@ def _sentence(d: Findings) -> str:
     decision, model = d.decision, d.bench.forward.model.name
     if decision.verdict == Verdict.NONE_KNOWN and decision.instead:
         return other_model(model, decision.instead.removeprefix("model="))
+    if decision.verdict == Verdict.CANNOT_SAY and not any(s.severity == "stop" for s in d.suspicions):
+        return SILENT
+    if decision.verdict == Verdict.ADEQUATE and d.table.visible is not None:
+        hidden = [n for n in d.search.fits.names if n not in d.table.visible]
+        return decision.verdict.sentence(model, ()) + _what_would_show(len(d.table.visible), hidden)
     named = [_or_alike(decision, name) for name in decision.named]
     return decision.verdict.sentence(model, named, _damage(d.suspicions))
+
+
+def _what_would_show(visible: int, hidden: list[str]) -> str:
+    """What readings in which nothing is missing could have shown."""
+    many = f" {visible} of {visible + len(hidden)} effects would show at a plausible size"
+    return f"{many}; these would not: {', '.join(hidden)}." if hidden else f"{many}."
 
 
 def _damage(suspicions: tuple[Suspicion, ...]) -> str:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from belt_sim.analytic.model import MODELS
-from belt_sim.diagnosis.decision.decide import explanations
+from belt_sim.diagnosis.decision.decide import explanations, would_show
 from belt_sim.diagnosis.decision.policy import Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, Instead
 from belt_sim.diagnosis.fits.around import around
@@ -14,6 +14,8 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.simulated import inflation
 from belt_sim.diagnosis.fits.workbench import Workbench, predicted
 from belt_sim.diagnosis.search.best_first import Search
+from belt_sim.diagnosis.search.joint_fits import Trial
+from belt_sim.diagnosis.search.rows import row_of
 from belt_sim.diagnosis.unknown import LawSearch
 
 BASE_MODELS = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
@@ -56,7 +58,14 @@ def gather(search: Search, nothing: Fit, bench: Workbench, laws: LawSearch | Non
         additive=frozenset(c.id for c in bench.forward.classes if c.is_additive()),
         instead=tuple(base_models(bench, nothing, search, likeliest)),
     )
-    return table if laws is None else replace(table, beyond=tuple(_beyond(search, table, laws, policy)))
+    if laws is None:
+        return table
+    visible = frozenset(t.id for t in search.fits.trials(()) if _would_show(t, search, table, policy))
+    return replace(table, visible=visible, beyond=tuple(_beyond(search, table, laws, policy)))
+
+
+def _would_show(trial: Trial, search: Search, table: EvidenceTable, policy: Policy) -> bool:
+    return would_show(row_of(search.fits.bench, trial.fit, checked=False), table, policy)
 
 
 def _beyond(search: Search, table: EvidenceTable, laws: LawSearch, policy: Policy):

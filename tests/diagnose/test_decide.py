@@ -6,7 +6,7 @@ from math import exp, log
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.decision.decide import decide, evidence, explanations, needed_gain, occam
+from belt_sim.diagnosis.decision.decide import decide, evidence, explanations, needed_gain, occam, would_show
 from belt_sim.diagnosis.decision.policy import POLICY, Policy
 from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Instead, Law, Row
 from belt_sim.results.verdict import Verdict
@@ -145,6 +145,18 @@ def test_a_law_is_sought_where_the_linear_range_cannot_tell_it_from_effects():
         assert decision.verdict is Verdict.EXPLAINED
         asked.append(decision.suspects_something_unknown(POLICY))
     assert asked == [True, False]
+
+
+def test_readings_that_could_show_nothing_do_not_say_that_nothing_is_missing():
+    verdicts = [decide(table(visible=frozenset(ids)), POLICY).verdict for ids in ("", "a")]
+    assert verdicts == [Verdict.CANNOT_SAY, Verdict.ADEQUATE]
+
+
+def test_an_effect_would_show_where_its_largest_size_is_told():
+    one = row("crown")
+    told = needed_gain(one, table(one), POLICY) + 2.0 * log(1.0 / POLICY.alarm - 1.0)
+    sizes = [replace(one, gram=np.array([[told * f]]), away=np.zeros(1)) for f in (0.2, 5.0)]
+    assert [would_show(r, table(r), POLICY) for r in sizes] == [False, True]
 
 
 def test_damaged_data_name_nothing():

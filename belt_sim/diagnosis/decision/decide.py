@@ -89,7 +89,8 @@ def decide(table: EvidenceTable, policy: Policy) -> Decision:
     if best.unknown:
         ids &= table.additive
     verdict = (Verdict.PARTLY if best.unknown else Verdict.EXPLAINED) if ids else None
-    verdict = verdict or (Verdict.NONE_KNOWN if best.unknown else Verdict.ADEQUATE)
+    silent = table.visible is not None and not table.visible  # nothing said by readings that could say nothing
+    verdict = verdict or (Verdict.NONE_KNOWN if best.unknown else Verdict.CANNOT_SAY if silent else Verdict.ADEQUATE)
     named = {i: min(sum(e.probability for e in found if i in e.effects), 1.0) for i in sorted(ids)}
     alike = _confusable(ids, credible(found, policy)) if ids and not best.unknown else {}
     return Decision(verdict, named, alike, found)
@@ -155,6 +156,13 @@ def needed_gain(row: Row, table: EvidenceTable, policy: Policy) -> float:
     """The chi2 gain from which a row's effects are likelier than that nothing is missing."""
     prior = log(comb(table.candidates, len(row.ids))) + log(policy.further) * (len(row.ids) - 1)
     return 2.0 * table.inflation * (occam(row, table.inflation, policy) + prior)
+
+
+def would_show(row: Row, table: EvidenceTable, policy: Policy) -> bool:
+    """Whether one of a row's sizes, the largest that a machine may have, would be told."""
+    gain = np.max(np.diag(row.gram)[row.sized] * row.sigma[row.sized] ** 2, initial=0.0)
+    told = 2.0 * table.inflation * log(1.0 / policy.alarm - 1.0)
+    return bool(gain > needed_gain(row, table, policy) + told)
 
 
 def occam(row: Row, inflation: float, policy: Policy) -> float:

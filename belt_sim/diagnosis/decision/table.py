@@ -75,7 +75,8 @@ class EvidenceTable:
 
     candidates: how many effects could be named; inflation: by how much chance gains more than its degrees of freedom,
     the noise being uncertain; damaged: whether the data look so; additive: effects that only add to the readings, so
-    that something unknown in the belt's movement neither changes them nor is imitated by them.
+    that something unknown in the belt's movement neither changes them nor is imitated by them; visible: effects that
+    these readings would show at a plausible size (None: not asked).
     """
 
     candidates: int
@@ -85,3 +86,4 @@ class EvidenceTable:
     beyond: tuple[Beyond, ...] = ()
     instead: tuple[Instead, ...] = ()
     additive: Ids = frozenset()
+    visible: Ids | None = None
