@@ -27,10 +27,8 @@ def tell_comparison(c: Comparison, folder: Path) -> None:
         out.print(rich_table(steady_table(c)))
     if c.where is not None:
         out.print(rich_table(runs_table(c)))
-        out.print(c.where.sentence)
-        out.print(c.where.boundary_sentence)
-        for line in (*c.changes(), *c.beyond):
-            out.print(line)
+        for line in (c.where.sentence, c.where.boundary_sentence, *c.changes(), *c.beyond):
+            out.print(line, markup=False)
     out.print(str(folder), soft_wrap=True)
 
 
@@ -47,24 +45,24 @@ def tell_check(c: Check, folder: Path) -> None:
 def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
     """Verdict, where it fails, effects, ranking, errors, next runs."""
     out = console()
-    out.print(f"\n[bold]{d.verdict}[/bold]: {d.sentence}")
+    out.print(f"\n[bold]{d.verdict}[/bold]: {escape(d.sentence)}")
     found = d.discovery if d.discovery is not None and d.discovery.found else None
     if found is not None:
-        out.print(found.sentence)
-    out.print(d.where.sentence)
-    out.print(d.where.boundary_sentence)
+        out.print(found.sentence, markup=False)
+    out.print(d.where.sentence, markup=False)
+    out.print(d.where.boundary_sentence, markup=False)
     for s in d.suspicions:
-        out.print(f"[yellow]{s.kind}[/yellow] {s.sentence}")
+        out.print(f"[yellow]{s.kind}[/yellow] {escape(s.sentence)}")
     for line in d.beyond:
-        out.print(line)
+        out.print(line, markup=False)
     for e in d.effects:
-        out.print(f"  {e}".replace(e.id, f"[bold]{e.id}[/bold]", 1))
+        out.print(f"  {escape(str(e))}".replace(e.id, f"[bold]{e.id}[/bold]", 1))
     out.print(rich_table(ranking_table(d.ranking)))
     out.print(rich_table(error_table(d.change)))
     for pair in d.confusables:
-        out.print(str(pair))
+        out.print(str(pair), markup=False)
     for action in d.next_runs[:SHOWN_ACTIONS]:
-        out.print(str(action))
+        out.print(str(action), markup=False)
     if d.unknown is not None and (found is None or found.law is None):
         out.print(f"unknown: {d.unknown}")
     elif d.unknown is not None and d.unknown.nearest:

@@ -47,5 +47,7 @@ def test_a_value_may_be_a_file(tmp_path):
 
 
 def test_every_command_is_offered_and_has_help():
-    assert all(f"\n  {name})" in script(COMMANDS) for name in COMMANDS if name not in ("demo", "completion"))
+    assert all(
+        f"\n  {name})" in script(COMMANDS) for name in COMMANDS if name not in ("demo", "completion", "new-effect")
+    )
     assert "--help" in words("export")
