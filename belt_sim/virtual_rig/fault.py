@@ -196,11 +196,11 @@ class Fault:
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(size, shape))
 def fault(cls: type) -> type:
     """Make a class a fault: a frozen dataclass with an id from its name, ``YawOffsetTailFault`` -> yaw_offset_tail."""
-    cls = dataclass(frozen=True, kw_only=True)(cls)
-    cls.id = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__.removesuffix("Fault")).lower()
-    cls.positive = any(f.metadata["size"].positive for f in fields(cls) if "size" in f.metadata)
-    cls.sizes = {f.name: f.metadata["size"] for f in fields(cls) if "size" in f.metadata}
-    return cls
+    made: Any = dataclass(frozen=True, kw_only=True)(cls)
+    made.id = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__.removesuffix("Fault")).lower()
+    made.positive = any(f.metadata["size"].positive for f in fields(made) if "size" in f.metadata)
+    made.sizes = {f.name: f.metadata["size"] for f in fields(made) if "size" in f.metadata}
+    return made  # type: ignore[no-any-return]
 
 
 def overrides(fault: Fault | type[Fault], hook: str) -> bool:
@@ -273,7 +273,7 @@ def any_phase(plan: Plan, rng: np.random.Generator) -> float:
 
 
 def any_seed(plan: Plan, rng: np.random.Generator) -> int:
-    return rng.integers(2**31)
+    return int(rng.integers(2**31))
 
 
 def belt_length(plan: Plan) -> float:

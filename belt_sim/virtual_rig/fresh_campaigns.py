@@ -105,7 +105,9 @@ def random_flatness_campaign(seed: int) -> tuple[Campaign, Truth]:
         noise = true_noise(plan, stated, streams[1])
         sign = float(which.choice((-1.0, 1.0)))
         most = min(_FLATNESS[1], min(run.tension for run in plan.runs)) if sign > 0 else _FLATNESS[1]
-        fault = fault_class("flatness")(amplitude=sign * float(np.exp(which.uniform(*np.log((_FLATNESS[0], most))))))
+        fault = fault_class("flatness")(
+            **{"amplitude": sign * float(np.exp(which.uniform(*np.log((_FLATNESS[0], most)))))}
+        )
         size = float(detectability_of(plan, noise, "strip").sizes([fault])[0])
         if size >= _LEAST_FLATNESS:
             break

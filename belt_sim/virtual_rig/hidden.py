@@ -88,8 +88,8 @@ def random_hidden(
         able = sorted(name for name in CORRUPTIONS if len(plan.signals) > 1 or name not in NEEDS_TWO)
         return Hidden(kind=kind, dirty=str(rng.choice(able)))
     if kind == "outside":
-        able = tuple(name for name in unmodelled if base not in UNMODELLED[name].idle_on)
-        return _unmodelled(plan, LibrarySignatures(get_detectability()), able, rng)
+        acting = tuple(name for name in unmodelled if base not in UNMODELLED[name].idle_on)
+        return _unmodelled(plan, LibrarySignatures(get_detectability()), acting, rng)
     names = [cls.id for cls in RANDOM_LIBRARY if base not in (*cls.part_of, *cls.idle_on)]
     names = [name for name in names if not library or name in library]
     wanted = {

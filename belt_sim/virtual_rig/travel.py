@@ -44,7 +44,7 @@ class DelayHistory:
     faults: tuple[Fault, ...] = ()
     initial: tuple[Fault, ...] = ()
     applied_loads: list["AppliedLoad"] = field(default_factory=list)
-    changed_spans: tuple[list["SpanTable"], list["SpanTable"]] = ((), ())
+    changed_spans: tuple[list["SpanTable"], list["SpanTable"]] = field(default_factory=lambda: ([], []))
 
     def at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
         """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
@@ -237,8 +237,9 @@ def march(line: Line, faults: Sequence[Fault], reach: float) -> DelayHistory:
             for f in faults
             for load in f.loads(line)
         ],
-        changed_spans=tuple(
-            [SpanTable(f, line, to_tail) for f in faults if overrides(f, "sections")] for to_tail in (True, False)
+        changed_spans=(
+            [SpanTable(f, line, True) for f in faults if overrides(f, "sections")],
+            [SpanTable(f, line, False) for f in faults if overrides(f, "sections")],
         ),
     )
     equation = _DelayEquation(past, faults)

@@ -38,7 +38,7 @@ class Pairs:
         """
         scores = {ids: gain - price * len(ids) for ids, gain in self._gains(moments).items()}
         alone = max((s for ids, s in scores.items() if len(ids) == 1), default=-np.inf)
-        ahead = [ids for ids, score in scores.items() if len(ids) == 2 and score > alone + NESTING]
+        ahead: list[Ids] = [ids for ids, score in scores.items() if len(ids) == 2 and score > alone + NESTING]
         return sorted(ahead, key=lambda ids: -scores[ids])[:count]
 
     def _gains(self, moments: np.ndarray) -> dict[Ids, float]:
