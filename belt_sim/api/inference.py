@@ -20,7 +20,7 @@ from belt_sim.api.resolve import (
     refuse,
     validity_warnings,
 )
-from belt_sim.campaign import Campaign, Run, case_of
+from belt_sim.campaign import Campaign, Run, case_of, suspicions
 from belt_sim.campaign.read import is_plan, read_begun, read_plan
 from belt_sim.case import Case
 from belt_sim.cores import one_blas_thread
@@ -46,7 +46,7 @@ from belt_sim.errors import InputError
 from belt_sim.foresight.doubts import doubts
 from belt_sim.foresight.layout import laid_out
 from belt_sim.foresight.pairs import pairs
-from belt_sim.foresight.sheet_evidence import sheet_evidence
+from belt_sim.foresight.sheet_evidence import sheet_suspicions
 from belt_sim.foresight.sizes import visible
 from belt_sim.model import Model, SteadyModel
 from belt_sim.provenance import provenance
@@ -84,36 +84,12 @@ def diagnose(
     classes; leave_out: ids of the library not to be tried; advise: look for the next run to make; bootstraps: campaigns
     simulated with nothing missing, which tell how much chance gains; progress(replicates, stage): told of every stage,
     and of these campaigns (None: a bar in a terminal or notebook); shown: is given the result without the next runs;
-    config: what asked for it, for the
-    provenance. Raises InputError, CannotRepresent, RunFailed.
+    config: what asked for it, for the provenance. Raises InputError, CannotRepresent, RunFailed.
     """
     campaign = campaign_of(campaign)
     whole("seed", seed, 0)
     whole("bootstraps", bootstraps, MIN_BOOTSTRAPS, MAX_BOOTSTRAPS)
-    told: dict[str, Any] = {"leave_out": leave_out, "advise": advise, "tell": tell, "shown": shown, "config": config}
-    title = f"diagnosing {campaign.title}"
-    with stages_shown(title, bootstraps) if progress is None else nullcontext(progress) as stages:
-        return _diagnose(campaign, model, effects, bootstraps=bootstraps, seed=seed, progress=stages, **told)
-
-
-def _diagnose(
-    campaign: Campaign,
-    model: ModelSpec,
-    effects: Any,
-    *,
-    bootstraps: int,
-    seed: int,
-    leave_out: Sequence[str] | None,
-    advise: bool,
-    progress: Callable[[int, str], None],
-    tell: Callable[[str], None],
-    shown: Callable[[Diagnosis], None],
-    config: Any,
-) -> Diagnosis:
-    if not any(s.kind == "lateral" for s in campaign.signals):
-        raise InputError(
-            "signals", "no point", "", "a diagnosis needs the lateral position of at least one of points 1-4"
-        )
+    _need_a_point(campaign)
     measured = [run for run in campaign.runs if len(run.travel)]
     if measured and all(run.use == "hold_out" for run in measured):
         raise InputError("hold_out", "all runs", "", "leave at least one run to fit to")
@@ -122,22 +98,31 @@ def _diagnose(
     admitted = _admission(classes, chosen, campaign)
     for line in admitted:
         tell(line)
+    bar = stages_shown(f"diagnosing {campaign.title}", bootstraps) if progress is None else nullcontext(progress)
+    with bar as stages:
 
-    def tell_stage(stage: str) -> None:
-        progress(0, stage)
+        def tell_stage(stage: str) -> None:
+            stages(0, stage)
 
-    doubtful = tuple(e.suspicion for e in sheet_evidence(campaign, chosen, tell_stage) if e.certain)
-    findings = examine(
-        campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful,
-        laws=LawSearch(tell_stage), tell=tell_stage,
-    )  # fmt: skip
-    progress(bootstraps, "")
-    found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=_drawings(findings))
-    found = replace(found, discovery=_discovery(findings, config))
-    shown(found)
-    beyond_limits = validity_warnings(campaign, chosen, [e.id for e in found.effects])
-    runs = tuple(_advice(findings, tell_stage)) if advise else ()
-    return replace(found, beyond=beyond_limits, next_runs=runs)
+        doubtful = [
+            s for s in sheet_suspicions(campaign, chosen, suspicions(campaign), tell_stage) if s.severity == "stop"
+        ]
+        findings = examine(
+            campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful,
+            laws=LawSearch(tell_stage), tell=tell_stage,
+        )  # fmt: skip
+        stages(bootstraps, "")
+        found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=_drawings(findings))
+        found = replace(found, discovery=_discovery(findings, config))
+        shown(found)
+        limits = validity_warnings(campaign, chosen, [e.id for e in found.effects])
+        runs = tuple(_advice(findings, tell_stage)) if advise else ()
+        return replace(found, beyond=limits, next_runs=runs)
+
+
+def _need_a_point(campaign: Campaign) -> None:
+    if not any(s.kind == "lateral" for s in campaign.signals):
+        raise InputError("signals", "no point", "", "this needs the lateral position of at least one of points 1-4")
 
 
 def _advice(findings: Findings, tell: Callable[[str], None]) -> list[NextRun]:
@@ -187,8 +172,7 @@ def discover(
     Raises InputError, CannotRepresent.
     """
     campaign = campaign_of(campaign)
-    if not any(s.kind == "lateral" for s in campaign.signals):
-        raise InputError("signals", "no point", "", "a discovery needs the lateral position of one of points 1-4")
+    _need_a_point(campaign)
     chosen, acting = fitted_model(model), effects_of(effects)
     refuse(chosen, acting)
     bench = workbench(campaign, chosen, [type(e) for e in acting])

@@ -181,8 +181,9 @@ def _unknown(d: Findings) -> Unknown | None:
     e = decision.likeliest_unknown
     ids = decision.likeliest_effects
     known = next(x for x in decision.explanations if x.of_effects and not x.unknown and frozenset(x.effects) == ids)
-    odds = min(e.log_posterior - known.log_posterior, 700.0)
-    why = f"something unknown is exp({odds:.0f}) times likelier" if odds > 7.0 else f"{np.exp(odds):.0f} times likelier"
+    odds = e.log_posterior - known.log_posterior
+    times = "more than a million" if odds > np.log(1e6) else f"{np.exp(odds):.0f}"
+    why = f"something unknown is {times} times likelier"
     law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
     nearest = (listed(sorted(ids)), why) if ids else None
     return shape_card(d.fitted_bench, d.named, (f"something beyond the library ({law})",), nearest)

@@ -1,6 +1,6 @@
 """The table of evidence: joint fits of sets of effects, what is seen beyond them, and what else may be."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.analytic.model import MODELS
 from belt_sim.diagnosis.decision.decide import explanations, would_show
 from belt_sim.diagnosis.decision.policy import Policy
-from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, Instead
+from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Ids, Instead
 from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.simulated import inflation
@@ -16,66 +16,56 @@ from belt_sim.diagnosis.fits.workbench import Workbench, predicted
 from belt_sim.diagnosis.search.best_first import Search
 from belt_sim.diagnosis.search.joint_fits import Trial
 from belt_sim.diagnosis.search.rows import row_of
-from belt_sim.diagnosis.unknown import LawSearch
+from belt_sim.diagnosis.unknown import LawFinder
 
 BASE_MODELS = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
 DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less leaves something unexplained itself
 
 
 def search_sets(
-    bench: Workbench,
-    nothing: Fit,
-    policy: Policy,
-    chance: tuple[int, int],
-    tell: Callable[[str], None],
-    *,
-    look: bool = True,
+    bench: Workbench, nothing: Fit, policy: Policy, chance: tuple[int, int], tell: Callable[[str], None]
 ) -> Search:
     """All sets of effects that are worth a joint fit, about the likeliest of them.
 
-    chance: how many campaigns are simulated with nothing missing, and their seed; look: whether any set is fitted.
+    nothing: the fit of no effect; chance: how many campaigns are simulated with nothing missing, and their seed.
     """
     names = [c.id for c in bench.forward.classes]
     tell("asking what chance does")
     near = around(bench, nothing, names)
     search = Search(bench, near, nothing, inflation(bench, near, nothing.values, names, *chance), policy)
-    if look:
-        tell("fitting sets of effects")
-        search.run()
+    tell("fitting sets of effects")
+    search.run()
     return search
 
 
-def gather(search: Search, nothing: Fit, bench: Workbench, laws: LawSearch | None, policy: Policy) -> EvidenceTable:
+def gather(search: Search, nothing: Fit, bench: Workbench, laws: LawFinder | None, policy: Policy) -> EvidenceTable:
     """The table of a finished search.
 
-    nothing, bench: the base fit on the workbench that the search began on; laws: None where nobody looks beyond the
-    library.
+    nothing, bench: the fit of no effect, and the workbench on which the search began; laws: None where nobody looks
+    beyond the library.
     """
     table = search.table()
-    likeliest = frozenset(explanations(table, policy)[0].effects)
+    likeliest = explanations(table, policy)[0].effects
     table = replace(
         table,
         additive=frozenset(c.id for c in bench.forward.classes if c.is_additive()),
-        instead=tuple(base_models(bench, nothing, search, likeliest)),
+        instead=tuple(base_models(bench, nothing, search, frozenset(likeliest))),
     )
     if laws is None:
         return table
     visible = frozenset(t.id for t in search.fits.trials(()) if _would_show(t, search, table, policy))
-    return replace(table, visible=visible, beyond=tuple(_beyond(search, table, laws, policy)))
+    return replace(table, visible=visible, beyond=tuple(_beyond(search, likeliest, laws)))
 
 
 def _would_show(trial: Trial, search: Search, table: EvidenceTable, policy: Policy) -> bool:
     return would_show(row_of(search.fits.bench, trial.fit, checked=False), table, policy)
 
 
-def _beyond(search: Search, table: EvidenceTable, laws: LawSearch, policy: Policy):
+def _beyond(search: Search, likeliest: Sequence[str], laws: LawFinder) -> Iterator[Beyond]:
     """What is seen beside nothing, beside the likeliest set, and beside that without one of its members."""
-    fits = search.fits
-    best = next(e.effects for e in explanations(table, policy) if e.of_effects and not e.refused)
-    sets = [(), best, *(tuple(i for i in best if i != name) for name in best)]
-    for key in dict.fromkeys(frozenset(s) for s in sets):
-        fit = fits.fits[key] if key in fits.fits else fits.fit(tuple(sorted(key)))
-        yield laws.beyond(fits.bench, fit)
+    sets = [(), likeliest, *(tuple(i for i in likeliest if i != name) for name in likeliest)]
+    for ids in dict.fromkeys(map(tuple, sets)):
+        yield laws.beyond(search.fits.bench, search.fits.fit(ids))
 
 
 def base_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[Instead]:
@@ -85,7 +75,6 @@ def base_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) 
     """
     asked = bench.forward.model
     beyond_noise = max(nothing.chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
-    base = next(f for f in search.fits.fits.values() if not f.ids)
     others = [MODELS[name] for name in BASE_MODELS if name != asked.name]
     found = []
     for model in others:
@@ -93,9 +82,8 @@ def base_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) 
         gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
         same = likeliest and likeliest <= model.contains - asked.contains
         if np.isfinite(gain) and gain > DESCRIBED * beyond_noise and not same:
-            here = float(search.fits.bench.metric.chi2(bench.fitted.y - values))
-            name, chi2 = f"model={model.name}", min(here, base.chi2)
+            chi2 = float(search.fits.bench.metric.chi2(bench.fitted.y - values))
             lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
             rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))
-            found.append(Instead(name=name, chi2=chi2, rms=rms, tried=len(others)))
+            found.append(Instead(name=f"model={model.name}", chi2=chi2, rms=rms, tried=len(others)))
     return found

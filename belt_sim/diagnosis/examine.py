@@ -10,10 +10,11 @@ from belt_sim.diagnosis.decision.policy import POLICY, Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
 from belt_sim.diagnosis.errors.setting_up import set_up
 from belt_sim.diagnosis.evidence import gather, search_sets
+from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.search.best_first import Search
-from belt_sim.diagnosis.unknown import FoundLaw, LawSearch
+from belt_sim.diagnosis.unknown import LawFinder, LawFinding
 from belt_sim.effects.base import Effect
 
 BOOTSTRAPS = 100
@@ -35,7 +36,7 @@ class Findings:
     named: Fit
     suspicions: tuple[Suspicion, ...]
     policy: Policy = POLICY
-    law: FoundLaw | None = None
+    law: LawFinding | None = None
 
     @property
     def fitted_bench(self) -> Workbench:
@@ -51,7 +52,7 @@ def examine(
     bootstraps: int = BOOTSTRAPS,
     seed: int = 0,
     doubts: Sequence[Suspicion] = (),
-    laws: LawSearch | None = None,
+    laws: LawFinder | None = None,
     policy: Policy = POLICY,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Findings:
@@ -67,10 +68,14 @@ def examine(
     nothing = bench.fit([bench.start((), bench.forward.null())])[0]
     suspect = (*doubts, *set_up(bench, nothing.values, suspicions(campaign)))
     damaged = any(s.severity == "stop" for s in suspect)
-    search = search_sets(bench, nothing, policy, (bootstraps, seed), tell, look=not damaged)
-    tell("looking for what is beyond the library")
-    table = replace(gather(search, nothing, bench, None if damaged else laws, policy), damaged=damaged)
-    decision, found = decide(table, policy), dict[Ids, FoundLaw]()
+    if damaged:  # nothing is added: only what is there is judged
+        search = Search(bench, around(bench, nothing, ()), nothing, 1.0, policy)
+        table = replace(search.table(), damaged=True)
+    else:
+        search = search_sets(bench, nothing, policy, (bootstraps, seed), tell)
+        tell("looking for what is beyond the library")
+        table = gather(search, nothing, bench, laws, policy)
+    decision, found = decide(table, policy), dict[Ids, LawFinding]()
     if laws is not None and not damaged and decision.suspects_something_unknown(policy):
         tell("looking for the law of what is left")
         found = _laws_beside(search, table, decision, laws)
@@ -82,7 +87,7 @@ def examine(
     )  # fmt: skip
 
 
-def _laws_beside(search: Search, table: EvidenceTable, decision: Decision, laws: LawSearch) -> dict[Ids, FoundLaw]:
+def _laws_beside(search: Search, table: EvidenceTable, decision: Decision, laws: LawFinder) -> dict[Ids, LawFinding]:
     """The laws beside nothing, and beside the effects that may stay with something unknown.
 
     A crooked edge takes on part of an unknown that comes round with the belt: only a law alone tells that it is none.
@@ -92,7 +97,7 @@ def _laws_beside(search: Search, table: EvidenceTable, decision: Decision, laws:
     return {ids: laws.law(search.fits.bench, fit) for ids, fit in fits.items()}
 
 
-def _with_laws(table: EvidenceTable, found: Mapping[Ids, FoundLaw]) -> EvidenceTable:
+def _with_laws(table: EvidenceTable, found: Mapping[Ids, LawFinding]) -> EvidenceTable:
     """The table with the evidence of laws in the march."""
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.beside])) if b.beside in in_march else b for b in table.beyond]

@@ -8,7 +8,7 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.results.discovery import Discovery
 
 
-class FoundLaw(Protocol):
+class LawFinding(Protocol):
     """What a search has found beside a fit: perhaps a law."""
 
     @property
@@ -23,11 +23,11 @@ class FoundLaw(Protocol):
         """The result; probability: that something unknown is there."""
 
 
-class LawSearch(Protocol):
+class LawFinder(Protocol):
     """A search for laws beyond the library."""
 
     def beyond(self, bench: Workbench, fit: Fit) -> Beyond:
         """What is seen beside a fit in the linear range."""
 
-    def law(self, bench: Workbench, fit: Fit) -> FoundLaw:
+    def law(self, bench: Workbench, fit: Fit) -> LawFinding:
         """The law of what is seen beside a fit."""

@@ -37,12 +37,6 @@ class Discovered:
         place = self.refit.scored.law.terms[0].place
         return self.survey.courses_at(place)[0] if place.carried else self._at(place.name)
 
-    @property
-    def alike(self) -> Course:
-        """The same; of what the belt carries as if both pulleys met it at once."""
-        place = self.course.place
-        return self._at(f"{place.kind}_both") if place.carried else self.course
-
     def _at(self, name: str) -> Course:
         return next(c for c in self.courses if c.place.name == name)
 

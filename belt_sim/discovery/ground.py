@@ -49,12 +49,8 @@ class Ground:
     def left(self, residual: np.ndarray | None = None) -> float:
         """chi2 of the residual with what runs share taken out."""
         residual = self.residual if residual is None else residual
-        return float(self.left_of_each(residual[None])[0])
-
-    def left_of_each(self, residuals: np.ndarray) -> np.ndarray:
-        """chi2 (B,) of residuals (B, R, m) with what runs share taken out."""
-        along = np.einsum("crm,brm->bc", self.shared, residuals)
-        return np.sum(residuals**2, axis=(1, 2)) - np.sum((along @ self.inverse) * along, axis=1)
+        along = np.einsum("crm,rm->c", self.shared, residual)
+        return float(np.sum(residual**2) - along @ self.inverse @ along)
 
 
 def ground_of(bench: Workbench, fit: Fit) -> Ground:

@@ -20,7 +20,7 @@ LAWS = 12  # that are compared in the linear range
 
 
 @dataclass(frozen=True)
-class FoundLaw:
+class MarchedLaw:
     """What a search has found beside a fit."""
 
     discovered: Discovered
@@ -52,9 +52,9 @@ class LawSearch:
         """What is seen beside a fit in the linear range."""
         return beyond(survey_of(bench, fit))
 
-    def law(self, bench: Workbench, fit: Fit) -> FoundLaw:
+    def law(self, bench: Workbench, fit: Fit) -> MarchedLaw:
         """The law of what is seen beside a fit."""
-        return FoundLaw(discover(survey_of(bench, fit), self.tell))
+        return MarchedLaw(discover(survey_of(bench, fit), self.tell))
 
 
 def beyond(survey: Survey) -> Beyond:

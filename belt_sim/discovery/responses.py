@@ -60,11 +60,11 @@ def _looked_up(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarra
     return found
 
 
-def responses(bench: Workbench, fit: Fit, like: Fit | None = None) -> Responses:
-    """Responses with the effects of a fit at work; like: on the grid that this fit has, if it goes further."""
+def responses(bench: Workbench, fit: Fit) -> Responses:
+    """Responses with the effects of a fit at work."""
     forward = bench.forward
     samples, effects = forward.samples, forward.effects_at(fit.vector, fit.ids)
-    far = max(_far(bench, f) for f in (fit, like or fit))
+    far = _far(bench, fit)
     step = forward.step * max(2, int(np.ceil(far / CELLS / forward.step)))
     cells = int(np.ceil(far / step)) + 1
     travel = step * (cells + 1)

@@ -143,9 +143,9 @@ class Survey:
         return replace(self, states=states_of(self.bench, self.answers, self.states.tighten, course))
 
 
-def survey_of(bench: Workbench, fit: Fit, like: Fit | None = None) -> Survey:
-    """Lay out the search for what ``fit`` lacks; like: another, on whose grid it is to be."""
-    answers = responses(bench, fit, like)
+def survey_of(bench: Workbench, fit: Fit) -> Survey:
+    """Lay out the search for what ``fit`` lacks."""
+    answers = responses(bench, fit)
     ground = ground_of(bench, fit)
     ops = operators(bench, ground, answers, bench.forward.effects_at(fit.vector, fit.ids))
     states = states_of(bench, answers, tension_answers(bench)[:, :3])

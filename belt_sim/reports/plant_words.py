@@ -286,7 +286,11 @@ def _pulley(e: FoundEffect) -> str | None:
 def headline(d: Diagnosis, cards: list[Card]) -> str:
     """Return what is wrong, in one sentence of the plant."""
     if d.verdict is Verdict.CANNOT_SAY:
-        return "The data look damaged, so nothing can be said of the machine yet"
+        wrong = any(s.severity == "stop" for s in d.suspicions)
+        cause = (
+            "The data look damaged, or the sheet is wrong" if wrong else "These readings are too few to show a fault"
+        )
+        return f"{cause}, so nothing can be said of the machine yet"
     at_machine = [c.fault for c in cards if not c.of_model and not c.unsure]
     perhaps = [c.fault for c in cards if not c.of_model and c.unsure]
     left_out = [c.fault for c in cards if c.of_model]

@@ -42,9 +42,6 @@ class Sum:
     def index(self, name):
         return [k for k, c in enumerate(self.classes) if c.id == name]
 
-    def modifiers(self, name):
-        return 0
-
     def grids(self, name):
         return {}
 

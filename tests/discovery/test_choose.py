@@ -33,6 +33,7 @@ def test_what_dies_away_after_a_step_without_a_swing_is_one_law():
     assert best.form.at == pytest.approx(9.0, rel=0.1)
 
 
+@pytest.mark.long
 def test_the_simple_law_is_tried_elsewhere_too_where_one_of_two_terms_is_ahead():
     survey = made_with(
         ("turn_tail", Form("beta", course="fade", at=9.0), 60.0),

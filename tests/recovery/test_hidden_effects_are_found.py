@@ -86,6 +86,7 @@ def test_a_stranger_is_reported_as_unknown_with_its_shape():
     assert np.isfinite(card.required_angle.angle).all()
 
 
+@pytest.mark.long
 def test_a_set_that_leaves_too_much_is_not_named_but_said_to_be_nearest():
     """A dead zone of the yaw is much like these together; something unknown is likelier."""
     made, _ = make_campaign(hidden=[{"id": "dead_zone", "kappa_d": 1e-5, "d": 40}], seed=2, plan=SPREAD)

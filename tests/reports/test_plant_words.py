@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from belt_sim.campaign import Suspicion
 from belt_sim.effects.library import library
 from belt_sim.reports.page import HERE
 from belt_sim.reports.plant_words import CAUSES, LIKELY, advice, card, headline, in_shop_units
@@ -22,8 +23,8 @@ TAPER = FoundEffect(
 class Said:
     """A diagnosis as far as its headline goes."""
 
-    def __init__(self, verdict):
-        self.verdict = verdict
+    def __init__(self, verdict, suspicions=()):
+        self.verdict, self.suspicions = verdict, suspicions
 
 
 def test_every_effect_of_the_library_has_words_and_parts_of_the_sketch():
@@ -62,4 +63,7 @@ def test_a_run_that_resolves_nothing_is_not_said_to_tell():
 
 
 def test_no_effect_and_damaged_data_have_headlines_of_their_own():
-    assert len({headline(Said(v), []) for v in (Verdict.ADEQUATE, Verdict.NONE_KNOWN, Verdict.CANNOT_SAY)}) == 3
+    stopped = Suspicion(run="r1", signals=("y1",), kind="clipped", sentence="y1 of r1 stops at 3 mm", severity="stop")
+    said = [Said(v) for v in (Verdict.ADEQUATE, Verdict.NONE_KNOWN, Verdict.CANNOT_SAY)]
+    said = {headline(s, []) for s in (*said, Said(Verdict.CANNOT_SAY, (stopped,)))}
+    assert len(said) == 4

@@ -13,11 +13,11 @@ class Row:
     """A set of named effects, fitted jointly on the metric that all rows share.
 
     chi2: at the best point; gram (k, k): products of whitened derivatives; away (k,): the numbers in units of their
-    scales; sigma (k,): the largest that a machine may have, for harmonics what they
-    have in common; owner (k,): whose each number is; sized (k,): whether it takes its effect's scale (a number that
-    only shapes, and a harmonic, have their own); scanned: of every further number, which was scanned over a grid, how
-    many values were tried; plausible: whether a real machine could have these numbers; held_out:
-    condition that can be tested -> -2 log of its predictive density.
+    scales; sigma (k,): the largest that a machine may have, for harmonics what they have in common; owner (k,): the
+    effect of each number; sized (k,): whether it takes its effect's scale (a number that only shapes, and a harmonic,
+    have their own); scanned: of every further number, which was scanned over a grid, how many values were tried;
+    plausible: whether a real machine could have these numbers; held_out: condition that can be tested -> -2 log of its
+    predictive density.
     """
 
     ids: Ids

@@ -28,7 +28,7 @@ def shape_card(bench: Workbench, fit: Fit, failed: tuple[str, ...], nearest: tup
 
 
 def _parity(bench: Workbench, residual: np.ndarray, sign: np.ndarray) -> str:
-    """By how much of the whitened residual is left when what is odd, or even, in yaw is taken out of it."""
+    """Whether most of the whitened residual turns over with the sign of yaw (odd), or stays (even)."""
     if not (np.any(sign > 0) and np.any(sign < 0)):
         return "unknown: only one sign of yaw was run"
     white = bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0)).reshape(len(sign), -1)

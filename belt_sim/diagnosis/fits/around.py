@@ -33,10 +33,6 @@ class Around:
     sized: dict[tuple[int, float], np.ndarray] = field(default_factory=dict)
     shows: dict[int, tuple[float, ...]] = field(default_factory=dict)
 
-    def shapes(self, bench: Workbench, name: str) -> np.ndarray | Alternatives:
-        """Shapes (k, R, S, n) of one effect; of an effect with a grid, those at every point of it."""
-        return self.alternatives.get(name) or self.here(bench, name)
-
     def here(self, bench: Workbench, name: str) -> np.ndarray:
         """Shapes (k, R, S, n) of all parameters of one effect where the fit stands."""
         return np.stack([self.slopes[k] for k in bench.forward.index(name)])

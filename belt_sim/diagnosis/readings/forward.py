@@ -104,11 +104,6 @@ class Forward:
         """Positions in the parameter vector of an effect's parameters."""
         return [k for k, s in enumerate(self.slots) if s.effect.id == effect_id]
 
-    def modifiers(self, effect_id: str) -> int:
-        """How many of an effect's parameters only shape what its others do, and are not tried on a grid."""
-        mine = [s.effect.parameters[s.name] for s in self.slots if s.effect.id == effect_id]
-        return sum(p.modifier and not p.grid for p in mine)
-
     def grids(self, effect_id: str) -> dict[int, tuple[float, ...]]:
         """Positions of an effect's parameters that are tried on a grid, and the values there."""
         declared = {k: self.slots[k].effect.parameters[self.slots[k].name] for k in self.index(effect_id)}
