@@ -29,10 +29,10 @@ _CUDA = ("jax_cuda12_plugin", "jax_cuda13_plugin")
 _UNFUSED = "--xla_cpu_max_isa=AVX"
 _WHOLE_LOOPS = f"--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold={2**30}"
 _IN_ONE_PIECE = "--xla_cpu_parallel_codegen_split_count=1"
+_FLAGS = (_UNFUSED, _WHOLE_LOOPS, _IN_ONE_PIECE)
 LEAST_EFFORT = {"xla_backend_optimization_level": 0}
-PROGRAMS = (
-    64  # compiled programs of a kind that a process keeps: each maps memory, of which Linux allows 65,530 regions
-)
+#: compiled programs of a kind that a process keeps: each maps memory, of which Linux allows 65,530 regions
+PROGRAMS = 64
 
 
 def compiled(function: Callable[..., Any], *, brief: bool = False, **options: Any) -> Callable[..., Any]:
@@ -68,7 +68,7 @@ def prepare(space: bool = False) -> None:
     os.environ.setdefault("JAX_PLATFORMS", wanted)  # "": the fastest that there is
     jax.config.update("jax_platforms", os.environ["JAX_PLATFORMS"])
     if not space:
-        _add_flags(_UNFUSED, _WHOLE_LOOPS, _IN_ONE_PIECE)
+        _add_flags(*_FLAGS)
     if asked and asked != "cpu":
         try:
             jax.devices()
@@ -96,8 +96,8 @@ def check_environment() -> None:
     it does not know."""
     if jax.config.values["jax_disable_jit"]:
         raise InputError("JAX_DISABLE_JIT", "1", "", "belts are compiled; unset it")
-    flags = os.environ.get("XLA_FLAGS")
-    if not flags:
+    flags = " ".join(flag for flag in os.environ.get("XLA_FLAGS", "").split() if flag not in _FLAGS)
+    if not flags:  # none but our own, which this process or the one that started it has set
         return
     command = [sys.executable, "-c", "import jax; jax.devices()"]
     cpu = os.environ | {"JAX_PLATFORMS": "cpu"}
