@@ -19,10 +19,10 @@ from belt_sim.virtual_rig.space import (
     SceneRun,
     measure,
     read,
-    small_space_plan,
     true_cases,
     with_simulator_error,
 )
+from studies.challenge.space_campaigns import small_space_plan
 
 
 def differences(space: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

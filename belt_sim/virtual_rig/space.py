@@ -20,9 +20,8 @@ from belt_sim.rig import GRAVITY, Belt, Rig
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import N_PER_MM2
 from belt_sim.virtual_rig.blinding import Truth
-from belt_sim.virtual_rig.effect_size import detectability_of, scale_to_size
 from belt_sim.virtual_rig.fault import Fault, overrides
-from belt_sim.virtual_rig.hidden import SIZES, Hidden, random_fault, specified_hidden
+from belt_sim.virtual_rig.hidden import Hidden, specified_hidden
 from belt_sim.virtual_rig.library import CATALOGUE
 from belt_sim.virtual_rig.make import BASES, build_campaign, check_base, check_seed, describe_truth
 from belt_sim.virtual_rig.observe import BELT_DATA, RIG_DATA, TrueErrors, add_noise, draw_errors, stated_data
@@ -249,65 +248,3 @@ def read(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:
             if place in _POINTS:
                 readings[j, :, k] -= np.interp(run.yaw_at, curve.travel, rows)
     return readings
-
-
-# Random campaigns of the 3D belt, small enough for minutes: one fault of geometry, friction or gravity, or none.
-
-
-#: What as many campaigns in turn hide, None: nothing; the size is drawn from ``SIZES``, as the line shows it.
-SETTINGS = (
-    *[None] * 6,
-    "taper",
-    "crown",
-    "cant",
-    "wobble",
-    "yaw_offset_tail",
-    "yaw_offset_head",
-    "yaw_compliance",
-    "unequal_tension",
-    "pulley_deflection",
-    "slip",
-    "camber",
-    "weld",
-    "edge_guide",
-    "sag_roll",
-)
-SMALL_PLAN = "small_3d"
-SMALL_TRAVEL = 8.0  # [m], one and a half revolutions of the belt
-
-
-def small_space_plan() -> Plan:
-    """Five runs: two tensions, yaw to either side, one run made again."""
-    runs = tuple(at_scene_speed(run) for run in grid((TENSIONS[0], TENSIONS[2]), (-YAW, YAW), repeats=1))
-    return Plan(runs=runs, length=SMALL_TRAVEL, spacing=SPACING, machine=SHORT_RIG, belt=NARROW_BELT)
-
-
-def space_setting(seed: int) -> tuple[str, Hidden]:
-    """Base law and what is hidden for a seed; as many seeds as there are settings meet every one once, in any order."""
-    turn, place = divmod(check_seed(seed), len(SETTINGS))
-    name = SETTINGS[np.random.default_rng([turn, 3]).permutation(len(SETTINGS))[place]]
-    if name is None:
-        return "strip", Hidden(kind="nothing")
-    plan, rng = small_space_plan(), np.random.default_rng([seed, 3])
-    base = "beam_th2" if name == "sag_roll" else "strip"
-    detectability = detectability_of(plan, with_simulator_error(SENSORS, "quasi_static")[0], base)
-    fault = random_fault(name, plan, rng)
-    if fault.fixed:
-        return base, Hidden(kind="library", faults=(fault,), sizes=(float(detectability.sizes([fault])[0]),))
-    fault, size = scale_to_size(detectability, fault, float(rng.choice(SIZES[1:])))
-    return base, Hidden(kind="library", faults=(fault,), sizes=(size,))
-
-
-def random_space_campaign(seed: int, *, options: Options = OPTIONS, workers: int | None = 1) -> tuple[Campaign, Truth]:
-    """One campaign of the 3D belt; the same seed and machine make the same. Takes a minute, or five with friction."""
-    base, hidden = space_setting(seed)
-    return make_space_campaign(
-        hidden=hidden,
-        seed=seed,
-        base=base,
-        plan=small_space_plan(),
-        options=options,
-        workers=workers,
-        title="Drawn by lot, in three dimensions",
-        name=SMALL_PLAN,
-    )

@@ -1,7 +1,7 @@
 """Does the advised run tell the pair apart? It is made on the same line, and all is diagnosed again."""
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,10 @@ import numpy as np
 from belt_sim.campaign import Campaign, Run, SignalSheet, read_campaign, write_campaign
 from belt_sim.results.found import RESOLVED, RunSettings
 from belt_sim.virtual_rig import Truth
-from belt_sim.virtual_rig.make import add_follow_up_run
+from belt_sim.virtual_rig.library import fault_from_spec
+from belt_sim.virtual_rig.make import RESOLUTION
+from belt_sim.virtual_rig.observe import TrueErrors, add_noise, observe, true_line
+from belt_sim.virtual_rig.plan import Noise, Plan, setting_from
 from studies.challenge.registry import answerer
 from studies.challenge.score import score_case
 
@@ -74,3 +77,36 @@ def _missing_sensors(campaign: Campaign) -> list[SignalSheet]:
     have = {s.at for s in campaign.signals}
     like = next(s for s in campaign.signals if s.kind == "lateral")
     return [replace(like, name=f"y{at[-1]}", at=at) for at in POINTS if at not in have]
+
+
+def add_follow_up_run(
+    campaign: Campaign, truth: Truth, run: Run, signals: Sequence[SignalSheet], seed: int
+) -> Campaign:
+    """The campaign with one more run, whose setting errors and noise are drawn.
+
+    run: its setting and travel [m], shape (n,), readings ignored; signals: its sensors, which may be more than the
+    campaign has so far; truth: what stands behind the campaign.
+    """
+    rng = np.random.default_rng([seed, len(campaign.runs)])
+    noise = Noise(**truth.noise)
+    plan = Plan(
+        runs=(setting_from(run),),
+        length=float(run.travel[-1]),
+        spacing=float(run.travel[1] - run.travel[0]),
+        signals={s.name: s.at for s in signals},
+        machine=campaign.machine,
+        belt=campaign.belt,
+    )
+    errors = TrueErrors(
+        machine=truth.machine,
+        tension_rel=campaign.settings.tension_rel * rng.standard_normal(1),
+        yaw=campaign.settings.yaw_u * rng.standard_normal(1),
+    )
+    faults = [fault_from_spec({"id": e["id"], **e["parameters"]}) for e in truth.effects]
+    readings = observe(plan, true_line(plan, truth.base, errors), faults)
+    shown = {}
+    for sheet, values in zip(signals, readings, strict=True):
+        noisy = add_noise(values, plan.travel, sheet, noise, rng)[:, 0]
+        shown[sheet.name] = np.round(noisy / RESOLUTION[sheet.kind]) * RESOLUTION[sheet.kind]
+    fresh = replace(run, name=f"r{len(campaign.runs) + 1:02d}", travel=plan.travel, signals=shown)
+    return replace(campaign, signals=tuple(signals), runs=(*campaign.runs, fresh), sha256="")

@@ -10,14 +10,14 @@ from typing import Any
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig import Truth, random_campaign, random_nothing_campaign, random_unmodelled_campaign
-from belt_sim.virtual_rig.fresh_campaigns import (
+from studies.challenge.fresh_campaigns import (
     FRESH_PLANS,
     fresh_campaign,
     random_flatness_campaign,
     random_mistake_campaign,
     random_span_campaign,
 )
-from belt_sim.virtual_rig.space import random_space_campaign
+from studies.challenge.space_campaigns import random_space_campaign
 
 Draw = Callable[[int], tuple[Campaign, Truth]]
 SOURCES: dict[str, Draw] = {

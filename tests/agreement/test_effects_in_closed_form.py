@@ -7,7 +7,7 @@ import pytest
 from paper_cases import BELT, RIG, YAW, affected, marched, only, paper_case, steered
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.steady import steady_rate, taper_gain
+from belt_sim.analytic.steady import steady_rate
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.pipeline import indicate
@@ -17,6 +17,7 @@ from belt_sim.effects.yaw import UnequalTension
 from belt_sim.laws.runup import sag_angle
 from belt_sim.laws.span import beam_second_order, response
 from belt_sim.scene_parts import SceneParts
+from studies.closed_forms import taper_gain
 
 MODEL = analytic_model("beam_th2")
 LATE = 2e-3  # a march of some hundred metres against a closed form, at 20 N/mm2 and more

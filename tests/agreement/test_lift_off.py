@@ -9,10 +9,10 @@ from scipy.linalg import expm
 
 from belt_sim.analytic.model import MODELS
 from belt_sim.analytic.spans import span_responses
-from belt_sim.analytic.steady import steady_offsets
 from belt_sim.curves import late_rates, offsets
 from belt_sim.effects.lift_off import LiftOff
 from belt_sim.laws.span import strip, torsional_stiffness
+from studies.closed_forms import steady_offsets
 
 STRIP, LIFTING = MODELS["strip"], MODELS["strip_lift_off"]
 SETTLED = 2e-3  # of rates and offsets: what is left of the transient after 150 m

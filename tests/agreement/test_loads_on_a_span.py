@@ -9,13 +9,13 @@ from paper_cases import RIG, YAW, affected, paper_case
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.steady import sievers_coefficients
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.span_loads import IdlerSkew, MachineTilt, OffCentreLoad, SideDrag
 from belt_sim.errors import CannotRepresent
 from belt_sim.laws.influence import couple_at, force_at, span_fields, spread_force, spread_roll
 from belt_sim.laws.span import beam_first_order, beam_second_order, response, softening, strip
+from studies.closed_forms import sievers_coefficients
 
 ELEMENTS = 1e-5  # forty cubic elements
 FIELDS = 1e-5  # Simpson's rule on 65 places

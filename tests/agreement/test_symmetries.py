@@ -9,11 +9,12 @@ from paper_cases import YAW, marched, paper_case, steered
 from belt_sim.analytic.batch import grid, march_many
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.steady import steady_offsets, steady_rate
+from belt_sim.analytic.steady import steady_rate
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates, offsets
 from studies.bench.plain import plain_march
 from studies.bench.task import errors, linear, truth
+from studies.closed_forms import steady_offsets
 
 ROUNDING = 1e-11  # against the largest value of a curve
 LATE = 1e-3  # a march of 500 m against the closed form at 40 N/mm2

@@ -5,10 +5,10 @@ from paper_cases import paper_case
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import MODELS, analytic_model
-from belt_sim.effect_table import CAN, cell, table
 from belt_sim.effects.library import library
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.registry import model_named
+from studies.site.effect_table import CAN, cell, table
 
 
 def test_every_refusal_is_raised_with_a_remedy():

@@ -8,8 +8,9 @@ from paper_cases import paper_case
 from scipy.integrate import solve_bvp
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.steady import runup_weights, shelton_factor, sievers_coefficients, steady_rate
+from belt_sim.analytic.steady import runup_weights, steady_rate
 from belt_sim.laws import span as law
+from studies.closed_forms import shelton_factor, sievers_coefficients
 
 ROUNDING = 1e-9  # of the condensed transfer matrices
 ORDER = 0.05  # how near a measured order must come to the whole number

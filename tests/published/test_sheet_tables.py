@@ -5,9 +5,10 @@ import pytest
 from paper_cases import YAW, marched, paper_case
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.steady import RitzingerFormula, shelton_factor, sievers_coefficients, steady_rate
+from belt_sim.analytic.steady import RitzingerFormula, steady_rate
 from belt_sim.curves import late_rates
 from belt_sim.laws.span import softening
+from studies.closed_forms import shelton_factor, sievers_coefficients
 
 # late rates [mm per m of travel] at |yaw| = 0.042 degrees
 TENSIONS = [4, 5, 7, 10, 15, 20, 30, 40, 60, 100]

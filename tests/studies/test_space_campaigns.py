@@ -12,9 +12,12 @@ import pytest
 from belt_sim.campaign import read_campaign
 from belt_sim.paths import CAMPAIGNS
 from belt_sim.virtual_rig import reveal
+from belt_sim.virtual_rig.fault import overrides
 from belt_sim.virtual_rig.library import fault_from_spec
+from belt_sim.virtual_rig.make import check_base
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.space import OWN_ERROR, SENSORS, space_plan, with_simulator_error
+from studies.challenge.space_campaigns import SETTINGS, space_setting
 from studies.samples import SPACE_SAMPLES
 
 GAIN, WANDER = OWN_ERROR["native"]
@@ -75,3 +78,14 @@ def test_the_simulators_error_adds_to_the_sensors_in_squares():
     assert stated.gain == pytest.approx(np.hypot(0.03, GAIN))
     assert stated.wander_sd == pytest.approx(np.hypot(SENSORS.wander_sd, WANDER))
     assert (stated.white, stated.zero) == (SENSORS.white, SENSORS.zero)
+
+
+def test_settings_by_lot_meet_every_fault_once_and_come_again():
+    """In as many seeds as there are settings; none is part of its base law, and all have a scene."""
+    drawn = [space_setting(seed) for seed in range(len(SETTINGS))]
+    assert [vars(h) for _, h in drawn[:5]] == [vars(space_setting(seed)[1]) for seed in range(5)]
+    assert sorted(f.id for _, h in drawn for f in h.faults) == sorted(filter(None, SETTINGS))
+    for base, hidden in drawn:
+        check_base(base, hidden.faults)
+        assert all(overrides(f, "scene") for f in hidden.faults)
+        assert all(d > 3 for d in hidden.sizes)

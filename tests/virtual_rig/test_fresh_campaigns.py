@@ -7,7 +7,10 @@ import pytest
 from virtual_bench import ARC, SPAN, YAW, plan_of
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig.fresh_campaigns import (
+from belt_sim.virtual_rig.library import fault_class
+from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.plan import Setting
+from studies.challenge.fresh_campaigns import (
     FRESH_MIX,
     FRESH_PLANS,
     FRESH_POOL,
@@ -18,9 +21,6 @@ from belt_sim.virtual_rig.fresh_campaigns import (
     random_mistake_campaign,
     start_anywhere,
 )
-from belt_sim.virtual_rig.library import fault_class
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import Setting
 
 BOTH_WAYS = next(  # a plan with yaw to both sides and more than two sensors
     plan

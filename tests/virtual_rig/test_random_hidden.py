@@ -5,9 +5,8 @@ import pytest
 
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig import Plan, Setting, hidden, make_campaign
-from belt_sim.virtual_rig.hidden import MIX, random_fault, random_noise
+from belt_sim.virtual_rig.hidden import CORRUPTIONS, MIX, random_fault, random_noise
 from belt_sim.virtual_rig.library import CATALOGUE, RANDOM_LIBRARY, UNMODELLED
-from belt_sim.virtual_rig.mistakes import CORRUPTIONS
 from belt_sim.virtual_rig.plan import Noise
 
 SMALL = Plan(

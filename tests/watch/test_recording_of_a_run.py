@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from paper_cases import YAW, paper_case
+from read_back import read_back
 
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.si import MM
 from belt_sim.watch.geometry import tilt
-from belt_sim.watch.read_back import read_back
 from belt_sim.watch.rerun import to_file
 
 TRAVEL, EVERY = 0.3, 0.05  # [m]

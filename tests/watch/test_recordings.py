@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import rerun as rr
 from moving_belt import case, curves, frames
+from read_back import read_back
 from rerun.chunk import RrdReader
 
 from belt_sim.errors import BeltError
 from belt_sim.paper import YAW
 from belt_sim.si import MM
 from belt_sim.watch.geometry import tilt, view_scale_of
-from belt_sim.watch.read_back import read_back
 from belt_sim.watch.record import Overlay, record_curves, record_runs
 from belt_sim.watch.rerun import PICTURES, RecordingFile, RerunObserver, _free_port, live, to_file
 from belt_sim.watch.scene import Scene

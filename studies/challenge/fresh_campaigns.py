@@ -8,14 +8,13 @@ from functools import partial
 
 import numpy as np
 
-from belt_sim.campaign import Campaign
+from belt_sim.campaign import Campaign, Quantity
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig.blinding import Truth
 from belt_sim.virtual_rig.effect_size import Detectability, detectability_of
 from belt_sim.virtual_rig.hidden import OUTSIDE, REACHED, Hidden, random_hidden
 from belt_sim.virtual_rig.library import BLIND, SPAN, fault_class
 from belt_sim.virtual_rig.make import build_campaign, check_seed, describe_truth, measure_campaign, random_streams
-from belt_sim.virtual_rig.mistakes import MISTAKES
 from belt_sim.virtual_rig.observe import TrueErrors, add_noise, draw_errors, observe, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan
 from belt_sim.virtual_rig.random_campaigns import FRESH_KINDS, KINDS, POOL, plan_by_number, random_plan, true_noise
@@ -127,6 +126,72 @@ def _any_plan(rng) -> tuple[str, Plan, Noise]:
         return f"{kind} {number}", plan, stated
     name, number = str(rng.choice(FRESH_KINDS)), int(rng.integers(FRESH_POOL))
     return f"{name} {number}", *fresh_plan(name, number)
+
+
+# Mistakes in the sheet: what the file states is not what was done. Each function returns the plan as it was and the
+# plan as it is stated, and the index of the run (None: all of them).
+
+_LATE = (1.5, 5.0)  # [m]
+_WIDTHS = (1.25, 0.8)  # stated over true
+
+
+def late_yaw(plan: Plan, rng) -> tuple[Plan, Plan, int | None]:
+    """The yaw came later than stated."""
+    k = _one_run(plan, rng, [run.yaw != 0.0 for run in plan.runs])
+    late = plan.runs[k].yaw_at + float(round(rng.uniform(*_LATE), 2))
+    return _with_run(plan, k, yaw_at=late), plan, k
+
+
+def lost_yaw_sign(plan: Plan, rng) -> tuple[Plan, Plan, int | None]:
+    """The yaw is stated to the other side."""
+    k = _one_run(plan, rng, [run.yaw < 0.0 for run in plan.runs])
+    return plan, _with_run(plan, k, yaw=-plan.runs[k].yaw), k
+
+
+def lost_direction(plan: Plan, rng) -> tuple[Plan, Plan, int | None]:
+    """The belt ran backwards; the file states its speed only."""
+    k = _one_run(plan, rng, [run.yaw != 0.0 for run in plan.runs])
+    return _with_run(plan, k, direction=-1.0), _with_run(plan, k, direction=1.0), k
+
+
+def diameter_for_radius(plan: Plan, rng) -> tuple[Plan, Plan, int | None]:
+    """The sheet gives diameters in the place of radii."""
+    machine = plan.machine
+    head, tail = (Quantity(value=2 * q.value, u=2 * q.u) for q in (machine.head_radius, machine.tail_radius))
+    return plan, replace(plan, machine=replace(machine, head_radius=head, tail_radius=tail)), None
+
+
+def wrong_width(plan: Plan, rng) -> tuple[Plan, Plan, int | None]:
+    """The belt is narrower or wider than the sheet says."""
+    width = plan.belt.width
+    stated = Quantity(value=round(width.value * float(rng.choice(_WIDTHS)), 4), u=width.u)
+    return plan, replace(plan, belt=replace(plan.belt, width=stated)), None
+
+
+def exchanged_points(plan: Plan, rng) -> tuple[Plan, Plan, int | None]:
+    """Two lateral sensors stand at each other's points."""
+    names = [name for name, place in plan.signals.items() if place.startswith("point_")]
+    one, other = (str(name) for name in rng.permutation(names)[:2])
+    places = plan.signals | {one: plan.signals[other], other: plan.signals[one]}
+    return plan, replace(plan, signals=places), None
+
+
+MISTAKES = {
+    f.__name__: f for f in (late_yaw, lost_yaw_sign, lost_direction, diameter_for_radius, wrong_width, exchanged_points)
+}
+
+
+def _one_run(plan: Plan, rng, able: list[bool]) -> int:
+    """A run by chance, one that has no repeat and is none where there is such a run."""
+    repeated = {run.repeat_of for run in plan.runs}
+    alone = [ok and k not in repeated and plan.runs[k].repeat_of is None for k, ok in enumerate(able)]
+    return int(rng.choice(np.flatnonzero(alone if any(alone) else able)))
+
+
+def _with_run(plan: Plan, k: int, **changed) -> Plan:
+    runs = list(plan.runs)
+    runs[k] = replace(runs[k], repeat_of=None, **changed)
+    return replace(plan, runs=tuple(runs))
 
 
 _LEAST_SIZE = 6.0  # noise units that a mistake makes, where a plan can show as much
