@@ -45,10 +45,10 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.results.check import Check as Check
     from belt_sim.results.comparison import Comparison as Comparison
     from belt_sim.results.diagnosis import Diagnosis as Diagnosis
+    from belt_sim.results.diagnosis import Verdict as Verdict
     from belt_sim.results.discovery import Discovery as Discovery
     from belt_sim.results.json import read_diagnosis
     from belt_sim.results.simulation import Simulation as Simulation
-    from belt_sim.results.verdict import Verdict as Verdict
     from belt_sim.rig import Belt as Belt
     from belt_sim.rig import Rig as Rig
 
@@ -71,7 +71,7 @@ _HOMES = {
     "Schedule": "belt_sim.case",
     "Settings": "belt_sim.case",
     "Simulation": "belt_sim.results.simulation",
-    "Verdict": "belt_sim.results.verdict",
+    "Verdict": "belt_sim.results.diagnosis",
     "check": "belt_sim.api.inference",
     "check_effect": "belt_sim.api.inference",
     "compare": "belt_sim.api.inference",

@@ -1,14 +1,19 @@
 """The command line: one run, or a sweep, of one command; errors of the user are one line and a non-zero exit."""
 
 import os
+import re
 import sys
+import time
+from collections.abc import Callable, Iterable
 from importlib.metadata import version
+from pathlib import Path
 
 import yaml
 
 from belt_sim.commands.command_line import HELP, SHOW, help_text, import_arguments, requested
 from belt_sim.commands.run_dir import run_alone
-from belt_sim.errors import BeltError
+from belt_sim.errors import BeltError, InputError
+from belt_sim.files import CAMPAIGNS, CONF, MODELS, write_text
 
 ON_ONE_CORE = ("native", "line", "mujoco")  # engines that leave a GPU alone
 #: read when numpy and scipy are loaded; matrices here are small, and what runs at once are marches
@@ -70,12 +75,8 @@ def run(arguments: list[str]) -> int:
     if command not in COMMANDS:
         return _complain(f"command = {command}: use one of {', '.join(COMMANDS)}")
     if command == "demo":
-        from belt_sim.demo import demo
-
         return demo(run) if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
     if command == "completion":
-        from belt_sim.commands.completion import script
-
         print(script(COMMANDS), end="")
         return 0
     if command == "new-effect":
@@ -97,7 +98,6 @@ def run(arguments: list[str]) -> int:
 
 
 def _new_effect(arguments: list[str]) -> int:
-    from belt_sim.commands.new_effect import new_effect
 
     if len(arguments) != 1 or arguments[0].startswith("-"):
         return _complain("new-effect: give one name, as in belt-sim new-effect side_wind")
@@ -142,3 +142,105 @@ def _help() -> str:
     rows = [f"  {name:12s} {what}" for name, what in COMMANDS.items()]
     usage = "usage: belt-sim COMMAND [key=value ...] [-m key=a,b,c ...]"
     return "\n".join([usage, "", *rows, "", "belt-sim COMMAND --help shows every key of a command."])
+
+
+def new_effect(name: str, folder: Path = Path()) -> Path:
+    """Write NAME.py, the side wind of models/effects under another name, and return its path."""
+    from belt_sim.effects.library import library
+
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
+        raise InputError("NAME", name, "", "use lower-case letters, digits and _, as in side_wind")
+    path = folder / f"{name}.py"
+    if name in library() or path.exists():
+        raise InputError("NAME", name, "", "there is an effect or a file of that name; choose another")
+    text = (MODELS / "effects" / "wind.py").read_text(encoding="utf-8")
+    text = text.replace("class Wind(", f"class {name.title().replace('_', '')}(").replace(
+        'id = "wind"', f'id = "{name}"'
+    )
+    return write_text(path, text.replace("An effect of one's own: a steady side wind", "A steady side wind"))
+
+
+GROUPS = ("rig", "belt", "model")
+#: filled in by ``script``; the value of any key may be a file
+_SCRIPT = """_belt_sim() {{
+  local line=${{COMP_LINE:0:COMP_POINT}} words
+  local current=${{line##* }} command
+  read -r _ command _ <<< "$line "
+  [[ $line == *\\ *\\ * ]] || command=
+  case $command in
+{cases}
+  *) words="{commands}" ;;
+  esac
+  COMPREPLY=($(compgen -W "$words" -- "$current"))
+  [[ $current == *=* ]] || return
+  local value=${{current#*=}}
+  COMPREPLY+=($(compgen -f -P "${{current%%=*}}=" -- "$value"))
+  COMPREPLY=("${{COMPREPLY[@]#"${{current%"$value"}}"}}")
+}}
+[ -z "$ZSH_VERSION" ] || {{ autoload -U +X bashcompinit && bashcompinit; }}
+complete -o nospace -F _belt_sim belt-sim
+"""
+
+
+def script(commands: Iterable[str]) -> str:
+    """Return the script that a shell evaluates: the words of every command, as its file in conf lists them."""
+    names = [*commands, "--help", "--version"]
+    cases = [f'  {c}) words="{" ".join(words(c))}" ;;' for c in names if (CONF / f"{c}.yaml").is_file()]
+    return _SCRIPT.format(cases="\n".join(cases), commands=" ".join(names))
+
+
+def words(command: str) -> list[str]:
+    """Return what may follow a command: its keys with =, names of rigs, belts, models and campaigns, flags."""
+    settings = yaml.safe_load((CONF / f"{command}.yaml").read_text(encoding="utf-8"))
+    groups = {
+        name: default for entry in settings["defaults"] if isinstance(entry, dict) for name, default in entry.items()
+    }
+    keys = [f"{k}=" for k in settings if k not in ("defaults", "hydra")]
+    found = [k for k in keys if k != "campaign="]
+    for group in (g for g in GROUPS if g in groups):
+        found += [f"{group}={name}" for name in _names(CONF / group)]
+        found += [
+            f"{group}.{key}=" for key in yaml.safe_load((CONF / group / f"{groups[group]}.yaml").read_text("utf-8"))
+        ]
+    if "campaign=" in keys:
+        found += [f"campaign={p.parent.name}" for p in sorted(CAMPAIGNS.glob("*/campaign.yaml"))]
+    if command == "simulate":
+        found += [f"+experiment={name}" for name in _names(CONF / "experiment")] + ["-m"]
+    return [*found, "--help"]
+
+
+def _names(folder: Path) -> list[str]:
+    return sorted(p.stem for p in folder.glob("*.yaml"))
+
+
+FOLDER = Path("outputs") / "demo"  # of the current folder
+CASE = ("campaign=slack_belt", "model=beam_th2")
+
+
+def demo(run: Callable[[list[str]], int]) -> int:
+    """Diagnose the sample, then compare with what was found; ``run``: the command line. Returns the exit status."""
+    started = time.perf_counter()
+    print("A belt at 7 to 40 N/mm2, measured after a yaw step, against the beam model that controllers use.\n")
+    folder, again = FOLDER / "diagnosis", FOLDER / "comparison"
+    status = run(["diagnose", *CASE, f"hydra.run.dir={folder}"])
+    if status:
+        return status
+    print("\nThe effect, added to the model:\n")
+    status = run(["compare", *CASE, f"effects={folder / 'effects.yaml'}", f"hydra.run.dir={again}"])
+    if status:
+        return status
+    print(f"\nDone in {time.perf_counter() - started:.0f} s. What to look at:")
+    for path, words in _products(folder, again):
+        if path.exists():
+            print(f"  {path}  {words}")
+    return 0
+
+
+def _products(folder: Path, again: Path) -> list[tuple[Path, str]]:
+    return [
+        (folder / "report.html", "the whole diagnosis on one page"),
+        (folder / "effects.yaml", "the missing effect; simulate and compare accept it as effects=FILE"),
+        (folder / "where.png", "where the beam model fails"),
+        (again / "overlay.png", "measured and modelled, before and after"),
+        (folder / "comparison.rrd", "points, residuals and tilt against travel; open it with rerun FILE"),
+    ]

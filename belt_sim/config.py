@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim import si
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.errors import InputError
-from belt_sim.paths import CONF
+from belt_sim.files import CONF
 from belt_sim.rig import Belt, Rig
 
 MAX_TENSION = 1500.0  # [N/mm2], beyond the strength of belt steel

@@ -1,4 +1,4 @@
-"""Writing files so that nothing half-written is ever seen: a temporary name, then a rename."""
+"""Where the files of the package stand, and files written so that nothing half-written is ever seen."""
 
 import json
 import os
@@ -9,6 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.errors import BeltError
+
+#: what travels with the package: at the top of a checkout, or inside an installed package
+PACKAGE = Path(__file__).resolve().parent
+ROOT = PACKAGE.parent  # of a checkout
+INSTALLED = (PACKAGE / "_shipped").is_dir()
+_TOP = PACKAGE / "_shipped" if INSTALLED else ROOT
+CONF = _TOP / "conf"
+MODELS = _TOP / "models"
+CAMPAIGNS = MODELS / "campaigns"
+
 
 DRAFTS = ".draft"  # a folder of files that a process has not finished
 

@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 
 from belt_sim.errors import BeltError
-from belt_sim.paths import PACKAGE
+from belt_sim.files import PACKAGE
 
 
 @cache

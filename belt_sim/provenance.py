@@ -8,7 +8,7 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from belt_sim.paths import INSTALLED, ROOT
+from belt_sim.files import INSTALLED, ROOT
 
 PACKAGES = ("belt-sim", "mujoco", "jax", "numpy", "scipy", "hydra-core")
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from belt_sim.commands.command_line import HELP, requested
 from belt_sim.errors import BeltError
+from belt_sim.files import CONF
 from belt_sim.jax_setup import prepare
-from belt_sim.paths import CONF
 
 HERE = Path(__file__).resolve().parent
 FIXED = (f"hydra.searchpath=[file://{CONF}]",)  # rigs, belts and models

@@ -13,11 +13,11 @@ import numpy as np
 
 from belt_sim.api.simulate import simulate
 from belt_sim.case import Case, Schedule
-from belt_sim.commands.objective import Centring, centring_asked, positions
+from belt_sim.commands.simulate import Centring, centring_asked, positions
 from belt_sim.config import case_from
 from belt_sim.curves import Curves
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import FAINT, INK, POINT_NAMES, POINTS
+from belt_sim.pictures.style import FAINT, INK, POINT_NAMES, POINTS
 from belt_sim.registry import model_named
 from belt_sim.si import DEGREE, MM
 from studies.application import application

@@ -31,7 +31,7 @@ from belt_sim.mujoco3d.mujoco_4 import compile_model
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.rolling_contact import ContactLaw, build_contact
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import BLUE, INK, RED
+from belt_sim.pictures.style import BLUE, INK, RED
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import DEGREE, MM
 

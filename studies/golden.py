@@ -28,7 +28,7 @@ from typing import Any
 
 import yaml
 
-from belt_sim.paths import CAMPAIGNS
+from belt_sim.files import CAMPAIGNS
 
 ROOT = Path(__file__).resolve().parents[1]
 GOLDEN = ROOT / "tests" / "golden"

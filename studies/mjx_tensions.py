@@ -13,7 +13,7 @@ from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.jax_setup import prepare
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import BLUE, RED
+from belt_sim.pictures.style import BLUE, RED
 from belt_sim.si import MM
 
 RIG, YAW, TRAVEL = "rope_example", -0.005, 2.0  # deg, m: a yaw at which the slackest edge stays under tension

@@ -15,7 +15,7 @@ import numpy as np
 import belt_sim as bs
 from belt_sim.jax_setup import prepare
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import BLUE, RED
+from belt_sim.pictures.style import BLUE, RED
 from belt_sim.si import MM
 from studies.beside_the_law import Beside
 

@@ -24,7 +24,7 @@ from belt_sim.effects.camber import Camber
 from belt_sim.effects.lift_off import LiftOff
 from belt_sim.effects.span_stiffness import Flatness
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import CYCLE, INK
+from belt_sim.pictures.style import CYCLE, INK
 from belt_sim.si import N_PER_MM2
 from studies.application import application
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.frame import Frame
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import BLUE, FAINT, GREEN, INK, RED
+from belt_sim.pictures.style import BLUE, FAINT, GREEN, INK, RED
 from belt_sim.si import MM
 
 _SHOWN = (("ring", RED), ("half way", GREEN), ("tight", BLUE))

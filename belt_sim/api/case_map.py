@@ -13,16 +13,14 @@ from belt_sim.analytic.model import AnalyticModel
 from belt_sim.api.resolve import effects_of, fitted_model
 from belt_sim.case import Case
 from belt_sim.case_map.answers import Asked, answers, columns_of
-from belt_sim.case_map.axes import Axis, axes_of, placed
+from belt_sim.case_map.axes import Axis, Plan, axes_of, placed
 from belt_sim.case_map.parts import SCHEMA, claim, missing, parquet, stream
-from belt_sim.case_map.plan import Plan
 from belt_sim.config import case_from, model_settings
-from belt_sim.cores import cores
 from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, whole
 from belt_sim.inputs import code_hash, input_hashes
+from belt_sim.jax_setup import cores
 from belt_sim.provenance import config_hash
-from belt_sim.whole_number import whole
 
 MOST = 10**9  # cases
 PLACES = (1.0, 10.0)  # [m] of travel

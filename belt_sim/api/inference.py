@@ -23,7 +23,6 @@ from belt_sim.api.resolve import (
 from belt_sim.campaign import Campaign, Run, case_of, suspicions
 from belt_sim.campaign.read import is_plan, read_begun, read_plan
 from belt_sim.case import Case
-from belt_sim.cores import one_blas_thread
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.answer.nextrun import next_runs
@@ -42,12 +41,13 @@ from belt_sim.discovery.discover import discover as search
 from belt_sim.discovery.look import LawSearch, beyond
 from belt_sim.discovery.survey import survey_of
 from belt_sim.effects.base import Effect
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, whole
 from belt_sim.foresight.doubts import doubts
 from belt_sim.foresight.layout import laid_out
 from belt_sim.foresight.pairs import pairs
 from belt_sim.foresight.sheet_evidence import sheet_suspicions
 from belt_sim.foresight.sizes import visible
+from belt_sim.jax_setup import one_blas_thread
 from belt_sim.model import Model, SteadyModel
 from belt_sim.provenance import provenance
 from belt_sim.results.check import Check, Doubt
@@ -58,7 +58,6 @@ from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import SteadyError
 from belt_sim.results.found import NextRun
 from belt_sim.watch.observers import stages_shown
-from belt_sim.whole_number import whole
 
 MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
 

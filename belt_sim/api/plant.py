@@ -11,10 +11,8 @@ from belt_sim.case import Case
 from belt_sim.config import CaseSettings, make_case
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
-from belt_sim.linear.linearise import linear_belt
-from belt_sim.linear.plant import LinearBelt, PlantSchedule, state_space
+from belt_sim.linear.plant import LinearBelt, PlantSchedule, linear_belt, plant_json, state_space
 from belt_sim.provenance import provenance
-from belt_sim.results.plant import plant_json
 from belt_sim.si import N_PER_MM2
 
 

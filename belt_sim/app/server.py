@@ -17,7 +17,7 @@ from fastapi.responses import Response
 from nicegui import app as pages_app
 from nicegui import ui
 
-from belt_sim.app.pages import measurements, simulate
+from belt_sim.app import measurements_page, simulate_page
 from belt_sim.app.security import Guard
 from belt_sim.app.session import Session
 from belt_sim.errors import InputError
@@ -67,8 +67,8 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
 def application(session: Session, port: int) -> FastAPI:
     """Pages and files behind the guard."""
     outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    simulate.add()
-    measurements.add(session)
+    simulate_page.add()
+    measurements_page.add(session)
     _results(outer, session)
     pages_app.on_shutdown(session.close)
     pages_app.on_exception(_tell)

@@ -23,7 +23,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import BeltError
-from belt_sim.paths import CAMPAIGNS, CONF
+from belt_sim.files import CAMPAIGNS, CONF
 
 SWEEP = ("-m", "--multirun")
 HELP = ("-h", "--help")

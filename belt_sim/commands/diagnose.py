@@ -10,9 +10,9 @@ def run(run_dir: RunDir) -> None:
     from belt_sim.api.inference import MIN_BOOTSTRAPS, diagnose
     from belt_sim.campaign import read_campaign
     from belt_sim.commands.outputs import draw_diagnosis, write_diagnosis, write_recording
+    from belt_sim.errors import whole
     from belt_sim.reports.terminal import tell_diagnosis
     from belt_sim.watch.observers import in_stages, progress, resolve_watch
-    from belt_sim.whole_number import whole
 
     config: Any = run_dir.config
     watch = resolve_watch(config["watch"], "auto", "rrd")

@@ -1,11 +1,15 @@
 """belt-sim simulate: one model, one case."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from belt_sim import si
 from belt_sim.api.resolve import model_of
 from belt_sim.api.simulate import on_engine, simulate
-from belt_sim.commands.objective import Centring, centred_after, centring_asked
 from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_kept, show, write_simulation
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
@@ -13,6 +17,67 @@ from belt_sim.errors import InputError
 from belt_sim.provenance import provenance
 from belt_sim.reports.terminal import tell_simulation
 from belt_sim.watch.observers import resolve_watch
+
+OVERSHOT = 50.0  # [m] that every millimetre of overshoot beyond what is allowed counts for
+SHORT = 10.0  # [m] that every millimetre counts for by which the belt is not centred at the end
+
+
+@dataclass(frozen=True, kw_only=True)
+class Centring:
+    """What is wanted. start [m]: where all four points lie before the run; within [m] of the middle they are to stay;
+    beyond [m] it, on the other side, none may go."""
+
+    start: float
+    within: float
+    beyond: float
+
+    def away(self, y: np.ndarray) -> np.ndarray:
+        """Distance of the farthest point from the middle [m], shape (n,), of y (4, n) [m]."""
+        return np.asarray(np.abs(y + self.start).max(axis=0))
+
+    def centred(self, travel: np.ndarray, y: np.ndarray) -> float:
+        """Travel [m] from which all of y (4, n) [m] stay within; the last where they do not."""
+        late = np.flatnonzero(self.away(y) > self.within)
+        return float(travel[0] if not len(late) else travel[min(late[-1] + 1, len(travel) - 1)])
+
+    def overshoot(self, y: np.ndarray) -> float:
+        """How far y (4, n) [m] go beyond the middle [m]."""
+        return max(float((-(y + self.start) * np.sign(self.start)).max()), 0.0)
+
+    def count(self, travel: np.ndarray, y: np.ndarray) -> float:
+        """What a search makes small: travel until centred, and more for overshoot and for what is left at the end."""
+        over = max(self.overshoot(y) - self.beyond, 0.0)
+        left = max(float(self.away(y)[-1]) - self.within, 0.0)
+        return self.centred(travel, y) + (OVERSHOT * over + SHORT * left) / si.MM
+
+
+def centring_asked(asked: Any) -> Centring | None:
+    """What ``objective`` asks for, in mm; None for nothing. Raises InputError."""
+    if asked is None:
+        return None
+    names = ("start", "within", "beyond")
+    if not isinstance(asked, Mapping) or set(asked) != set(names):
+        raise InputError("objective", asked, "", "write {start: mm, within: mm, beyond: mm}, or null")
+    for name in names:
+        value = asked[name]
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise InputError(f"objective.{name}", value, "mm", "give a number")
+    if not asked["within"] > 0 or asked["beyond"] < 0:
+        raise InputError("objective.within", asked["within"], "mm", "must be above 0, and beyond not below it")
+    return Centring(**{name: asked[name] * si.MM for name in names})
+
+
+def centred_after(curves: Path, wanted: Centring) -> float:
+    """Centring.count of a run's curves.csv."""
+    return wanted.count(*positions(curves))
+
+
+def positions(curves: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Travel (n,) and y (4, n) [m] of a curves.csv."""
+    with curves.open(encoding="utf-8") as lines:
+        header = lines.readline().strip().split(",")
+        rows = np.loadtxt(lines, delimiter=",", ndmin=2).T
+    return rows[0], np.stack([rows[header.index(f"y{k}_mm")] for k in (1, 2, 3, 4)]) * si.MM
 
 
 def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float | None:

@@ -6,6 +6,7 @@ Cases that are there already, unharmed and of today's inputs, are kept; cases th
 import os
 import signal
 import threading
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -14,14 +15,17 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import yaml
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import IntervalSweep
+from hydra.errors import HydraException
 
-from belt_sim.commands.command_line import Request
+from belt_sim.commands.command_line import Request, case_of
 from belt_sim.commands.run_dir import Outcome, RunDir, fail, run_case
-from belt_sim.cores import cores
 from belt_sim.curves import Curves
-from belt_sim.errors import BeltError
-from belt_sim.files import clear_drafts, read_json, write_with
-from belt_sim.whole_number import whole
+from belt_sim.errors import BeltError, whole
+from belt_sim.files import clear_drafts, read_json, write_text, write_with
+from belt_sim.jax_setup import cores
 
 MIN_TENSIONS = 3  # from here on a picture of rates against tension says something
 CURVES_SHOWN = 9
@@ -33,8 +37,6 @@ def run_sweep(request: Request) -> int:
     assert request.folder is not None
     clear_drafts(request.folder)
     if request.searcher != "basic":
-        from belt_sim.commands.search import search
-
         runs, outcomes = search(request)
     else:
         runs = list(request.runs)
@@ -49,8 +51,6 @@ def _outcomes(request: Request) -> Iterator[tuple[int, Outcome]]:
     """Number and outcome of every case, by the launcher that was chosen."""
     runs, settings = request.runs, request.launching
     if request.launcher == "slurm":
-        from belt_sim.commands.slurm import on_slurm
-
         yield from on_slurm(runs, settings)
     elif request.launcher == "joblib":
         workers = settings["n_jobs"]
@@ -190,3 +190,145 @@ def _curves(path: Path) -> Curves:
     table = pd.read_csv(path)
     y = table[[f"y{k}_mm" for k in (1, 2, 3, 4)]].to_numpy().T * 1e-3
     return Curves(travel=table["travel_m"].to_numpy(), y=y)
+
+
+# A search by Optuna: which settings make the number small (or large) that a run returns. The settings are those of
+# Hydra's group ``hydra/sweeper: optuna``: direction, n_trials, sampler, params.
+
+
+def search(request: Request) -> tuple[list[RunDir], list[Outcome]]:
+    """Run the trials of a search and leave optimization_results.yaml with the best; returns all of them."""
+    if request.searcher != "optuna":
+        raise BeltError(f"hydra/sweeper = {request.searcher}: use basic or optuna")
+    try:
+        import optuna
+        from hydra.utils import instantiate
+    except ImportError as missing:
+        raise BeltError("a search needs Optuna: pip install 'belt-sim[sweeps]'") from missing
+    settings = request.searching
+    trials = whole("hydra.sweeper.n_trials", settings["n_trials"])
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    direction = str(settings["direction"]).rpartition(".")[2]
+    study = optuna.create_study(
+        sampler=instantiate(settings["sampler"]),
+        direction=direction,
+        storage=settings["storage"],
+        study_name=settings["study_name"],
+        load_if_exists=True,
+    )
+    fixed, ranges = _split(request)
+    runs, outcomes = [], []
+    for number in range(trials):
+        trial = study.ask()
+        tried = [f"{key}={suggest(trial, key, ranges[key])}" for key in ranges]
+        runs.append(case_of(request.command, request, [*fixed, *tried], number))
+        outcomes.append(run_case(runs[-1]))
+        value = outcomes[-1].value
+        state = optuna.trial.TrialState.FAIL if value is None else optuna.trial.TrialState.COMPLETE
+        study.tell(trial, value, state=state)
+    best = {"name": "optuna", "best_params": dict(study.best_params), "best_value": study.best_value}
+    assert request.folder is not None
+    write_text(request.folder / "optimization_results.yaml", yaml.safe_dump(best, sort_keys=False))
+    print(f"best of {trials}: {best['best_value']:.4g} with {best['best_params']}")
+    return runs, outcomes
+
+
+def _split(request: Request) -> tuple[list[str], dict[str, Any]]:
+    """Overrides that all trials share, and the range or the choices of each key that is tried."""
+    fixed, ranges = [], {}
+    try:
+        parsed = OverridesParser.create().parse_overrides(list(request.lines))
+    except HydraException as error:
+        raise BeltError(f"hydra.sweeper.params: {str(error).splitlines()[0]}") from error
+    for override in parsed:
+        if not override.is_sweep_override():
+            fixed.append(str(override.input_line))
+        elif override.is_interval_sweep():
+            ranges[override.get_key_element()] = override.value()
+        else:
+            ranges[override.get_key_element()] = list(override.sweep_string_iterator())
+    return fixed, ranges
+
+
+def suggest(trial: Any, key: str, among: IntervalSweep | Sequence[str] | Mapping[str, Any]) -> Any:
+    """What Optuna tries next for a key."""
+    if not isinstance(among, IntervalSweep):
+        return trial.suggest_categorical(key, among)
+    low, high = among.start or 0.0, among.end or 0.0
+    if (isinstance(low, int) and isinstance(high, int)) or "int" in among.tags:
+        return trial.suggest_int(key, int(low), int(high), log="log" in among.tags)
+    return trial.suggest_float(key, low, high, log="log" in among.tags)
+
+
+# The cases of a sweep as an array of Slurm jobs, by submitit. Only what is missing is submitted; a job that is lost
+# (killed, out of memory or of time) is listed and stops nothing.
+
+
+ASKED_EVERY = 30.0  # [s], at least, of Slurm, whether a job has been lost
+#: settings of a job that submitit knows for every kind of cluster; the others are Slurm's
+_COMMON = ("timeout_min", "cpus_per_task", "mem_gb", "name")
+_OURS = ("cases_per_job", "folder", "cluster")
+
+
+def on_slurm(runs: Sequence[RunDir], settings: Mapping[str, Any]) -> Iterator[tuple[int, Outcome]]:
+    """Number and outcome of every case: what is missing is submitted and waited for, what was done is looked up."""
+    due = [k for k, run in enumerate(runs) if run.why_not_done() is not None]
+    yield from ((k, run_case(runs[k])) for k in range(len(runs)) if k not in due)
+    size = max(int(settings["cases_per_job"]), 1)
+    bundles = [due[k : k + size] for k in range(0, len(due), size)]
+    print(f"{len(due)} of {len(runs)} cases to run, in {len(bundles)} jobs", flush=True)
+    jobs = submitted([[runs[k] for k in bundle] for bundle in bundles], settings)
+    for bundle, job in zip(bundles, jobs, strict=True):
+        yield from zip(bundle, _collected([runs[k] for k in bundle], job), strict=True)
+
+
+def run_cases(runs: Sequence[RunDir]) -> list[Outcome]:
+    """What a job does."""
+    from belt_sim.jax_setup import prepare
+
+    prepare(space=any(run.config.get("engine") not in (None, "native") for run in runs))
+    return [run_case(run) for run in runs]
+
+
+def submitted(bundles: Sequence[Sequence[RunDir]], settings: Mapping[str, Any]) -> list[Any]:
+    """A job of submitit a bundle."""
+    if not bundles:
+        return []
+    try:
+        import submitit
+    except ImportError as missing:
+        raise BeltError("Slurm needs submitit: pip install 'belt-sim[sweeps]'") from missing
+    given = {k: v for k, v in settings.items() if v is not None and k not in _OURS and not k.startswith("_")}
+    try:
+        executor = submitit.AutoExecutor(folder=settings["folder"], cluster=settings["cluster"])
+        executor.update_parameters(**{k if k in _COMMON else f"slurm_{k}": v for k, v in given.items()})
+        return list(executor.map_array(run_cases, bundles))
+    except (RuntimeError, OSError, ValueError, NameError) as error:  # no sbatch, an unknown partition ...
+        raise BeltError(f"hydra.launcher: {' '.join(str(error).split())}") from error
+
+
+def _wait(job: Any) -> None:
+    """Until the job has ended. A lost one leaves no file: submitit by itself asks Slurm ever less often."""
+    asked = time.monotonic()
+    while not job.done():
+        time.sleep(0.5)
+        if time.monotonic() - asked > ASKED_EVERY:
+            job.done(force_check=True)
+            asked = time.monotonic()
+
+
+def _collected(runs: Sequence[RunDir], job: Any) -> Iterator[Outcome]:
+    """Outcomes of the cases of a job; of a job that was lost, why."""
+    from submitit.core.utils import UncompletedJobError
+
+    try:
+        _wait(job)
+        yield from job.results()[0]
+    except UncompletedJobError:
+        message = f"job {job.job_id} was lost ({job.state}); run the same command again"
+        for run in runs:
+            if run.why_not_done() is None:
+                yield Outcome()
+            else:
+                fail(run, message)
+                yield Outcome(failure=message)

@@ -20,10 +20,9 @@ from belt_sim.diagnosis.fits.within import each_alone
 from belt_sim.diagnosis.search.joint_fits import Trial
 from belt_sim.diagnosis.search.rows import row_of
 from belt_sim.provenance import provenance
-from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
 from belt_sim.results.errors import CampaignLabel, Errors
 from belt_sim.results.found import Candidate, Confusable, Explanation, FoundEffect, NoiseLevels, Unknown
-from belt_sim.results.verdict import Verdict, other_model
 from belt_sim.results.words import TOGETHER, listed
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence

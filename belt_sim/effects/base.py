@@ -13,9 +13,9 @@ from typing import Any, ClassVar
 
 from belt_sim.case import Case, Settings
 from belt_sim.errors import InputError
+from belt_sim.laws.drive import Reading
 from belt_sim.laws.influence import Bend, BoundaryValues
 from belt_sim.laws.runup import Contact, RunUp, State, Yaw
-from belt_sim.laws.sensor import Reading
 from belt_sim.laws.span import Response, Span
 from belt_sim.laws.wrap import RunOff
 from belt_sim.pytree import pytree

@@ -7,12 +7,12 @@ import yaml
 from belt_sim.campaign import Run, SignalSheet, plausible
 from belt_sim.campaign.types import PLACES, BeltSheet, Machine, Quantity, SettingsSheet
 from belt_sim.errors import InputError
+from belt_sim.files import CONF
 from belt_sim.importing.mapping import BeltEntry, MachineEntry, MappingEntry
 from belt_sim.importing.noise import noise_of
 from belt_sim.importing.roles import WRITTEN, UsedColumn
 from belt_sim.importing.types import NoiseRead, Question
 from belt_sim.importing.units import UNITS, quantity
-from belt_sim.paths import CONF
 
 #: key -> unit without one, range, relative u that is assumed where none is stated, question
 MACHINE: dict[str, tuple[str, plausible.Range, float, str]] = {

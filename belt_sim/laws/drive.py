@@ -1,8 +1,11 @@
-"""Drive law: the commanded yaw of the pulleys against belt travel."""
+"""Drive law: the commanded yaw of the pulleys against belt travel. Sensor law: readings of the instruments."""
+
+from dataclasses import dataclass
 
 import jax.numpy as jnp
 
 from belt_sim.case import Schedule
+from belt_sim.pytree import pytree
 
 
 def angle_at(schedule: Schedule, travel):
@@ -27,3 +30,19 @@ def _area(schedule: Schedule, travel):
     safe = jnp.where(over > 0, over, 1.0)
     ramp = jnp.where(beyond < over, beyond**2 / (2 * safe), beyond - over / 2)
     return jnp.where(over > 0, ramp, beyond)
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """Readings of one run.
+
+    travel [m] (n,): encoder travel of every sample; seen [m] (n,): belt travel that the lateral sensors show then;
+    time [s] (n,); y [m] (4, n) at points 1-4 and tilt [rad] (2, n) at mid-span, upper and lower, as indicated.
+    """
+
+    travel: jnp.ndarray
+    seen: jnp.ndarray
+    time: jnp.ndarray
+    y: jnp.ndarray
+    tilt: jnp.ndarray

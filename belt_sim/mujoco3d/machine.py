@@ -12,6 +12,7 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.errors import CannotRepresent
+from belt_sim.files import MODELS
 from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, RESIDUAL_TORSION, TAIL_DAMPING_RATIO
 from belt_sim.mujoco3d.loop import LaidLoop, lay_loop, lift
 from belt_sim.mujoco3d.mesh import BeltModel, Membrane, Mesh
@@ -20,7 +21,6 @@ from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.state import TAIL, Pose, RunState
 from belt_sim.mujoco3d.stress_free import with_curvature
 from belt_sim.mujoco3d.tensioning import KollerPlan
-from belt_sim.paths import MODELS
 from belt_sim.scene_parts import EdgeGuide, PulleySurface, SceneParts
 from belt_sim.si import N_PER_MM2
 

@@ -1,7 +1,7 @@
 """Pictures of curves and of what a diagnosis found: one idea a file, physical units on every axis."""
 
 from belt_sim.pictures.bode import bode_picture
-from belt_sim.pictures.curves import curves_picture
+from belt_sim.pictures.curves import Rates, curves_picture, rates_picture, steady_picture
 from belt_sim.pictures.diagnosis import drift_chart_picture, overlay_picture, ranking_picture, where_map_picture
 from belt_sim.pictures.discovery import (
     evidence_picture,
@@ -9,7 +9,6 @@ from belt_sim.pictures.discovery import (
     law_picture,
     unknown_picture,
 )
-from belt_sim.pictures.rates import Rates, rates_picture, steady_picture
 from belt_sim.pictures.style import save
 
 __all__ = [

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import POINT_NAMES, POINTS
+from belt_sim.pictures.style import POINT_NAMES, POINTS
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 
 if TYPE_CHECKING:  # it takes SciPy's linear systems, which no other picture needs

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.case_map.axes import Plan
 from belt_sim.case_map.parts import FOLDER, parquet
-from belt_sim.case_map.plan import Plan
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import BLUE, INK
+from belt_sim.pictures.style import BLUE, INK
 
 MOST = 2_000_000  # cases drawn
 WORDS = {

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import AFTER, BEFORE, FAINT, INK, MEASURED
+from belt_sim.pictures.style import AFTER, BEFORE, FAINT, INK, MEASURED
 from belt_sim.results.check import WELL, Visible
 from belt_sim.results.drawings import Drift, FailureMap, Panel
 from belt_sim.results.found import Candidate

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import AFTER, BEFORE, CYCLE, FAINT, INK
+from belt_sim.pictures.style import AFTER, BEFORE, CYCLE, FAINT, INK
 from belt_sim.results.discovery import Discovery, UnknownCourse
 
 PLACES = 12  # shown, best first

@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Run
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import CYCLE, FAINT, POINTS
+from belt_sim.pictures.style import CYCLE, FAINT, POINTS
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 
 ACROSS, MOST = 4, 24

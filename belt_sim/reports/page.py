@@ -13,12 +13,11 @@ from belt_sim.files import write_text
 from belt_sim.pictures.diagnosis import FULL
 from belt_sim.reports import figures, plant_words
 from belt_sim.results import words
-from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.diagnosis import Diagnosis, Verdict
 from belt_sim.results.drawings import Panel
 from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.results.found import Candidate
 from belt_sim.results.json import DIAGNOSIS
-from belt_sim.results.verdict import Verdict
 
 HERE = Path(__file__).parent
 SHOWN_PLACES = 6

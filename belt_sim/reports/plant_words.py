@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 from belt_sim.effects.library import library, title_of
 from belt_sim.results import words
-from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.diagnosis import Diagnosis, Verdict
 from belt_sim.results.found import RESOLVED, Estimate, FoundEffect, NextRun
-from belt_sim.results.verdict import Verdict
 
 SURE, LIKELY = 0.99, 0.9  # probabilities from which an explanation is called nearly certain, likely
 

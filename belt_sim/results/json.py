@@ -14,8 +14,7 @@ from pydantic import TypeAdapter
 from belt_sim import si
 from belt_sim.case import Schedule
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import read_json
-from belt_sim.paths import PACKAGE
+from belt_sim.files import PACKAGE, read_json
 from belt_sim.results.check import Check
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis

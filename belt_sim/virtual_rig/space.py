@@ -11,9 +11,9 @@ import numpy as np
 
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity
 from belt_sim.case import Case, Schedule, Settings
-from belt_sim.cores import cores
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.jax_setup import cores
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.options import accurate_speed
 from belt_sim.rig import GRAVITY, Belt, Rig

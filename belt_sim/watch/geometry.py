@@ -6,7 +6,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.frame import Frame
-from belt_sim.pictures.colours import DIVERGING, rgb
+from belt_sim.pictures.style import DIVERGING, rgb
 
 #: Factors a picture may have.
 FACTORS = (1, 2, 5, 10, 20, 50, 100, 200)

@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.pictures.colours import AFTER, BEFORE, CYCLE, pale
+from belt_sim.pictures.style import AFTER, BEFORE, CYCLE, pale
 from belt_sim.si import MM
 from belt_sim.watch import blueprint, series
 from belt_sim.watch.belt_from_curves import frames as belt_frames

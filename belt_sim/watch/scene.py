@@ -9,7 +9,7 @@ import rerun as rr
 
 from belt_sim.case import Case
 from belt_sim.frame import Frame
-from belt_sim.pictures.colours import FAINT, INK, POINTS, rgb
+from belt_sim.pictures.style import FAINT, INK, POINTS, rgb
 from belt_sim.watch import geometry, series
 from belt_sim.watch.geometry import TRUE, ViewScale, drawn, full_colour_tilt, thinned
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import rerun as rr
 
 from belt_sim.frame import Frame
-from belt_sim.pictures.colours import BLUE, CYCLE, GREEN, POINT_NAMES, POINTS, RED, rgb
+from belt_sim.pictures.style import BLUE, CYCLE, GREEN, POINT_NAMES, POINTS, RED, rgb
 from belt_sim.si import MM, N_PER_MM2
 from belt_sim.watch.geometry import mid_span_tilt
 

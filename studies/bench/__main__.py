@@ -7,9 +7,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.files import write_json
+from belt_sim.files import ROOT, write_json
 from belt_sim.jax_setup import prepare
-from belt_sim.paths import ROOT
 from belt_sim.provenance import provenance
 from studies.bench.diagnosis import prediction_figures, whole_diagnoses
 from studies.bench.speed import batch_figures, delay_figures, plain_figures

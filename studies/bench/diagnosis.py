@@ -26,8 +26,8 @@ from belt_sim.case import Case
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.pipeline import indicate
+from belt_sim.files import ROOT
 from belt_sim.jax_setup import compiled
-from belt_sim.paths import ROOT
 from belt_sim.si import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Plan, grid

@@ -21,7 +21,7 @@ from belt_sim.files import write_with
 from belt_sim.jax_setup import in_float64, prepare
 from belt_sim.mujoco3d.options import Options
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import BLUE, RED
+from belt_sim.pictures.style import BLUE, RED
 from belt_sim.quasi_static.run import prepare_case, run_batch
 from belt_sim.rig import Belt, Rig
 

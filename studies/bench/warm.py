@@ -6,7 +6,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from belt_sim.paths import ROOT
+from belt_sim.files import ROOT
 
 CALLS = 3  # after the first, which may compile
 

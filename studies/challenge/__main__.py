@@ -12,11 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from belt_sim.api.inference import MIN_BOOTSTRAPS
-from belt_sim.cores import cores
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, whole
+from belt_sim.jax_setup import cores
 from belt_sim.provenance import provenance
 from belt_sim.watch.observers import progress
-from belt_sim.whole_number import whole
 from studies.application import application
 from studies.challenge.registry import ABLATIONS, answerer, cost, source
 from studies.challenge.report import describe_hidden, publish, target_cells

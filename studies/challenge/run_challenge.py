@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from belt_sim.cores import cores
 from belt_sim.errors import InputError
 from belt_sim.files import read_json
+from belt_sim.jax_setup import cores
 from belt_sim.virtual_rig.blinding import SEALED, reveal
 from studies.challenge.pool import share
 from studies.challenge.registry import ANSWERS, SOURCES

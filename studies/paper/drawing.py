@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import FAINT, INK
+from belt_sim.pictures.style import FAINT, INK
 from studies.paper.stored import Shape
 
 TRAVEL_LABEL = "belt travel x [m]"

@@ -15,7 +15,7 @@ from belt_sim.analytic.steady import ritzinger_rate
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, paper_case
-from belt_sim.pictures.colours import AMBER, BLUE, FAINT, GREEN, INK, PINK, RED, SKY
+from belt_sim.pictures.style import AMBER, BLUE, FAINT, GREEN, INK, PINK, RED, SKY
 from belt_sim.si import MM, MM_PER_M, N_PER_MM2
 
 TRAVEL = 25.0  # [m] of the moving curves on the test rig

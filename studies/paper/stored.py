@@ -14,7 +14,7 @@ import numpy as np
 
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError
-from belt_sim.paths import MODELS
+from belt_sim.files import MODELS
 from belt_sim.si import MM
 
 PLACE = MODELS / "paper"

@@ -3,7 +3,7 @@
 import re
 import sys
 
-from belt_sim.paths import ROOT
+from belt_sim.files import ROOT
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 MOST, MOST_OF_README, LONG = 25_000, 700, 1_500

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim.app.import_session import begin, nested, read_mapping
+from belt_sim.app.session import begin, nested, read_mapping
 from belt_sim.campaign import CampaignError, read_campaign
 
 MACHINE = {("machine",): "test_rig", ("belt",): "paper_belt"}

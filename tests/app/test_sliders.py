@@ -7,7 +7,7 @@ pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-
 
 from belt_sim.analytic import march
 from belt_sim.api.simulate import simulate
-from belt_sim.app.sliders import SliderSettings, choices, reach, simulated, warnings
+from belt_sim.app.simulate_page import SliderSettings, choices, reach, simulated, warnings
 from belt_sim.effects.library import library
 
 TAPER = {"taper": {"kappa_t": 2e-5}}

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from belt_sim.paths import CAMPAIGNS, ROOT
+from belt_sim.files import CAMPAIGNS, ROOT
 
 WITHIN = 90.0  # [s], on a busy machine
 
@@ -15,7 +15,7 @@ WITHIN = 90.0  # [s], on a busy machine
 @pytest.fixture
 def worker():
     """A worker that waits for its request."""
-    command = [sys.executable, "-m", "belt_sim.app.worker"]
+    command = [sys.executable, "-m", "belt_sim.app.jobs"]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
     process = subprocess.Popen(command, cwd=ROOT, text=True, **pipes)
     yield process

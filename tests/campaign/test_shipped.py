@@ -5,7 +5,7 @@ import pytest
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.problems import CampaignError
 from belt_sim.campaign.read import campaign_folder, shipped
-from belt_sim.paths import CAMPAIGNS
+from belt_sim.files import CAMPAIGNS
 from belt_sim.virtual_rig.blinding import reveal
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from belt_sim.api import simulate as module
-from belt_sim.paths import ROOT
+from belt_sim.files import ROOT
 from belt_sim.quasi_static import run as quasi_static
 
 COARSE = (

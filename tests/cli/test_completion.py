@@ -5,8 +5,7 @@ import subprocess
 
 import pytest
 
-from belt_sim.cli import COMMANDS
-from belt_sim.commands.completion import script, words
+from belt_sim.cli import COMMANDS, script, words
 
 ASK = """
 complete() {{ :; }}

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.cli import COMMANDS, run
+from belt_sim.cli import COMMANDS, new_effect, run
 from belt_sim.commands.command_line import help_text
-from belt_sim.commands.new_effect import new_effect
 
 OWN_HELP = ("completion", "demo", "new-effect")
 

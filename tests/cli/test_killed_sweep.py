@@ -11,8 +11,7 @@ import time
 import pandas as pd
 import pytest
 
-from belt_sim.files import clear_drafts
-from belt_sim.paths import ROOT
+from belt_sim.files import ROOT, clear_drafts
 
 TENSIONS = tuple(range(10, 34, 2))
 RECORDS = 21  # 2 m, every 0.1 m

@@ -11,9 +11,8 @@ import pandas as pd
 import pytest
 
 import belt_sim as bs
-from belt_sim.case_map.axes import Axis
-from belt_sim.case_map.plan import Plan
-from belt_sim.paths import ROOT
+from belt_sim.case_map.axes import Axis, Plan
+from belt_sim.files import ROOT
 
 SMALL = ("travel=12", "pictures=false")
 BAD = {

@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from belt_sim.commands.objective import centred_after, centring_asked
+from belt_sim.commands.simulate import centred_after, centring_asked
 
 pytest.importorskip("hydra_plugins.hydra_optuna_sweeper")
 

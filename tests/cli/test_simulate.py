@@ -7,7 +7,7 @@ import pytest
 from shipped_schema import check
 
 from belt_sim.config import schedule_from
-from belt_sim.paths import CONF
+from belt_sim.files import CONF
 from belt_sim.registry import MODEL_NAMES
 
 COLUMNS = (

@@ -11,7 +11,7 @@ import time
 import pandas as pd
 import pytest
 
-from belt_sim.paths import ROOT
+from belt_sim.files import ROOT
 
 CASES, BUNDLE = 100, 4
 PATIENCE = 1500.0  # s

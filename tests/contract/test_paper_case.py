@@ -3,8 +3,8 @@
 from omegaconf import OmegaConf
 
 from belt_sim.config import belt_from, rig_from
+from belt_sim.files import CONF
 from belt_sim.paper import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
-from belt_sim.paths import CONF
 from belt_sim.si import DEGREE
 from belt_sim.virtual_rig import plan
 

@@ -9,7 +9,7 @@ import pytest
 from belt_sim.diagnosis.decision.decide import decide, evidence, explanations, needed_gain, occam, would_show
 from belt_sim.diagnosis.decision.policy import POLICY, Policy
 from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Instead, Law, Row
-from belt_sim.results.verdict import Verdict
+from belt_sim.results.diagnosis import Verdict
 
 CANDIDATES = 30
 NO_COURSE = Beyond(beside=frozenset(), courses=np.zeros(60), laws=(), tried=7000.0)

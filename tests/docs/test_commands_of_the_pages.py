@@ -14,7 +14,7 @@ from belt_sim.commands.command_line import SWEEP, import_arguments, requested
 from belt_sim.config import case_from, model_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import BeltError
-from belt_sim.paths import CAMPAIGNS, CONF, ROOT
+from belt_sim.files import CAMPAIGNS, CONF, ROOT
 from belt_sim.registry import model_named
 from studies.application import FIXED
 

@@ -13,10 +13,10 @@ from belt_sim.effects.load import load_classes
 from belt_sim.effects.span_stiffness import Shear
 from belt_sim.effects.weld import Passing, Weld
 from belt_sim.effects.wobble import Wobble
+from belt_sim.files import ROOT
 from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.runup import State, Yaw
 from belt_sim.laws.span import beam_first_order, beam_second_order
-from belt_sim.paths import ROOT
 from belt_sim.scene_parts import SceneParts
 
 UNEQUAL = replace(RIG, head_radius=0.25, tail_radius=0.12)

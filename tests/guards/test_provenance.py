@@ -5,7 +5,7 @@ import subprocess
 import pytest
 
 from belt_sim import provenance
-from belt_sim.paths import ROOT
+from belt_sim.files import ROOT
 
 
 @pytest.mark.skipif(not (ROOT / ".git").exists(), reason="no checkout of a repository")

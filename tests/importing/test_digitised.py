@@ -7,8 +7,8 @@ from logger_files import MAPPING
 from belt_sim.api.inference import compare
 from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError
+from belt_sim.files import CAMPAIGNS, MODELS
 from belt_sim.importing import read, understand, write
-from belt_sim.paths import CAMPAIGNS, MODELS
 from studies.made_up_figures import INVENTED, RATES, figure_12, figure_13
 
 FIGURES = MODELS / "figures"

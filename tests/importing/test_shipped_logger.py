@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from belt_sim.files import MODELS
 from belt_sim.importing import read, understand
-from belt_sim.paths import MODELS
 from studies.loggers import BEFORE, NOISE, SPACING, TENSIONS, loggers
 
 FILES = sorted((MODELS / "loggers").glob("lauf_*.csv"))

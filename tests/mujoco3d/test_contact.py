@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from belt_sim.mujoco3d import wrap as contact
+from belt_sim.mujoco3d.engine import place_run_off_stations
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Springs
-from belt_sim.mujoco3d.rope import place_run_off_stations
 from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, Wrap
 from belt_sim.mujoco3d.wrap import anchor_station
 from belt_sim.scene_parts import PulleySurface

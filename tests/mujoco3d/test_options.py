@@ -8,9 +8,9 @@ import yaml
 from paper_cases import paper_case
 
 from belt_sim.errors import InputError
+from belt_sim.files import CONF
 from belt_sim.mujoco3d import BELTS, Options, simulate
 from belt_sim.mujoco3d.options import SLOWNESS, fit_options, string_speed
-from belt_sim.paths import CONF
 from belt_sim.registry import model_named
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.paths import MODELS
+from belt_sim.files import MODELS
 from belt_sim.watch.observers import resolve_watch
 
 SHORT_RIG = MODELS / "scenes" / "short_rig.xml"

@@ -6,7 +6,7 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.api.resolve import candidates_of
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.examine import examine
-from belt_sim.results.verdict import Verdict
+from belt_sim.results.diagnosis import Verdict
 from belt_sim.virtual_rig.make import make_campaign
 
 WITHIN = 3.0  # u

@@ -10,7 +10,7 @@ from belt_sim.campaign import Quantity
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.examine import examine
 from belt_sim.discovery.look import LawSearch
-from belt_sim.results.verdict import Verdict
+from belt_sim.results.diagnosis import Verdict
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG
 

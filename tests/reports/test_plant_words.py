@@ -9,8 +9,8 @@ from belt_sim.campaign import Suspicion
 from belt_sim.effects.library import library
 from belt_sim.reports.page import HERE
 from belt_sim.reports.plant_words import CAUSES, LIKELY, advice, card, headline, in_shop_units
+from belt_sim.results.diagnosis import Verdict
 from belt_sim.results.found import RESOLVED, Estimate, FoundEffect, NextRun
-from belt_sim.results.verdict import Verdict
 
 TAPER = FoundEffect(
     id="taper",

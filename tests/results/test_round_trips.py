@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from shipped_schema import check
 
+from belt_sim.results.diagnosis import Verdict
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Change, Errors, Features, OwnChange, RunError, Where, Worst
 from belt_sim.results.found import (
@@ -26,7 +27,6 @@ from belt_sim.results.found import (
     Unknown,
 )
 from belt_sim.results.json import diagnosis_json, diagnosis_of, drawings_json
-from belt_sim.results.verdict import Verdict
 
 OLD = Path(__file__).parents[1] / "golden" / "version_0_1" / "diagnosis"
 UNITS = 1e-9  # relative: to mm or degrees, written with 12 digits, and back

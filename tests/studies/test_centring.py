@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from belt_sim.commands.objective import Centring, centring_asked, positions
+from belt_sim.commands.simulate import Centring, centring_asked, positions
 from belt_sim.config import case_from
 from belt_sim.errors import InputError
-from belt_sim.paths import ROOT
+from belt_sim.files import ROOT
 from belt_sim.si import MM
 from studies.centring import nearest
 

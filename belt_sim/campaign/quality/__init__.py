@@ -4,8 +4,7 @@ They find sensors that clip, stick or drop out, slipped units, exchanged columns
 repetition, and by kinematics that all belts share.
 """
 
-from belt_sim.campaign.quality.cross_run import check_copies, check_signs, check_starts, check_travel
-from belt_sim.campaign.quality.guide import check_guide
+from belt_sim.campaign.quality.cross_run import check_copies, check_guide, check_signs, check_starts, check_travel
 from belt_sim.campaign.quality.kinematics import check_leads, check_places, check_wraps
 from belt_sim.campaign.quality.record import Record, Suspicion, check_gaps, check_noise, check_record, records_of
 from belt_sim.campaign.types import Campaign

@@ -15,8 +15,8 @@ import numpy as np
 
 from belt_sim.diagnosis.decision.policy import Policy
 from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Ids, Instead, Row
+from belt_sim.results.diagnosis import Verdict
 from belt_sim.results.found import Explanation
-from belt_sim.results.verdict import Verdict
 from belt_sim.results.words import TOGETHER
 
 ROUNDS = 3  # over the scales of all effects of a set, one after the other

@@ -16,7 +16,7 @@ from belt_sim.diagnosis.readings.effect_hints import AFFINE
 from belt_sim.effects.base import Effect, overrides, uses
 from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import PROGRAMS, compiled
-from belt_sim.laws.sensor import Reading
+from belt_sim.laws.drive import Reading
 
 READ_BY = ("encoder", "seen", "sensor")  # hooks by which readings are what they are
 

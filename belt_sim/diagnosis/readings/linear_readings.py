@@ -21,7 +21,7 @@ from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Effect, overrides, uses
 from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import in_float64
-from belt_sim.laws.sensor import Reading
+from belt_sim.laws.drive import Reading
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
 KEPT = 8  # sets of columns, at once

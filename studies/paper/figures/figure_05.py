@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.analytic.model import analytic_model
 from belt_sim.paper import ROPE_EXAMPLE, YAW
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import FAINT, INK, POINTS
+from belt_sim.pictures.style import FAINT, INK, POINTS
 from belt_sim.si import MM
 from studies.paper.models import case_at, y_mm
 from studies.paper.plate import Plate, column

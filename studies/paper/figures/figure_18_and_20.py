@@ -6,7 +6,7 @@ import numpy as np
 
 from belt_sim.paper import PAPER_BELT, TEST_RIG, YAW
 from belt_sim.pictures import style
-from belt_sim.pictures.colours import INK, POINTS
+from belt_sim.pictures.style import INK, POINTS
 from belt_sim.watch.geometry import tilt
 from studies.paper import drawing
 from studies.paper.drawing import Oblique

@@ -1,19 +1,96 @@
 """The page of sliders: tension, yaw, travel, machine, model and effects; curves at once."""
 
 import asyncio
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
 from nicegui import run, ui
 
+from belt_sim.api.simulate import simulate
 from belt_sim.app import plots, widgets
-from belt_sim.app.sliders import LONGEST, MODELS, SliderSettings, choices, reach, simulated, warnings, words
 from belt_sim.app.widgets import labelled_slider
-from belt_sim.effects.library import library
+from belt_sim.config import make_case
+from belt_sim.curves import Curves
+from belt_sim.effects.base import Effect, Parameter
+from belt_sim.effects.library import library, title_of
 from belt_sim.errors import BeltError
-from belt_sim.registry import model_named
+from belt_sim.registry import ANALYTIC, model_named
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import NONE, fixed, thousandths
+
+# What the sliders ask for: one march over the longest travel, of which a shorter one is the start.
+
+LONGEST = 200.0  # [m]
+KEEP = 0.2  # [m]
+MODELS = tuple(name for name in ANALYTIC if name != "ritzinger")  # those that have curves
+SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
+
+
+@dataclass(frozen=True)
+class SliderSettings:
+    """Tension [N/mm2], yaw [degrees], travel [m]; effects: id -> parameter -> number; rig, belt: names or numbers."""
+
+    model: str
+    tension: float
+    yaw: float
+    travel: float
+    effects: Mapping[str, Mapping[str, float]]
+    rig: Any = "test_rig"
+    belt: Any = "paper_belt"
+
+
+def simulated(asked: SliderSettings) -> Simulation:
+    """The simulation; raises InputError, CannotRepresent, RunFailed."""
+    case = make_case(rig=asked.rig, belt=asked.belt, tension=asked.tension, yaw=asked.yaw)
+    acting = [made(i, numbers) for i, numbers in asked.effects.items()]
+    whole = simulate(case, model={"name": asked.model, "keep": KEEP}, effects=acting, travel=LONGEST)
+    assert whole.curves is not None
+    return replace(whole, travel=asked.travel, curves=until(whole.curves, asked.travel))
+
+
+def until(curves: Curves, travel: float) -> Curves:
+    """The curves up to ``travel`` [m]."""
+    keep = np.asarray(curves.travel) <= travel + 1e-9
+    along = ("travel", "y", "angle", "moment", "edge_stress", "tilt")
+    cut = {n: np.asarray(getattr(curves, n))[..., keep] for n in along if getattr(curves, n) is not None}
+    return replace(curves, **cut, extra=None)
+
+
+def made(effect_id: str, numbers: Mapping[str, float]) -> Effect:
+    """An effect of the library with numbers; those not given stand at null."""
+    cls = library()[effect_id]
+    return cls(**{n: float(numbers.get(n, p.null)) for n, p in cls.parameters.items()})
+
+
+def choices(model: str) -> dict[str, str]:
+    """Effects that a model can have: id -> words."""
+    chosen = model_named(model)
+    return {i: effect_title(i) for i, cls in library().items() if chosen.refusal(cls) is None}
+
+
+def effect_title(effect_id: str) -> str:
+    """Return an effect of the library in a few words."""
+    return title_of(library()[effect_id])
+
+
+def reach(p: Parameter) -> tuple[float, float, float]:
+    """Lowest and highest value of a parameter's slider, and where it starts."""
+    low, high = (max(p.plausible[0], -SCALES * p.scale), min(p.plausible[1], SCALES * p.scale))
+    return low, high, min(max(p.null if p.modifier else p.scale, low), high)
+
+
+def slack(simulation: Simulation) -> str:
+    """What is to be said of a slack edge; empty when none is."""
+    return next((line for line in simulation.lines() if "edge goes slack" in line), "")
+
+
+def warnings(simulation: Simulation) -> list[str]:
+    """Everything to beware of, a sentence each."""
+    beyond = [f"{x.words} ({x.load:.2g} times the limit)" for x in simulation.beyond]
+    return [*filter(None, [slack(simulation)]), *beyond]
+
 
 RIGS = {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example", "own": "my machine"}
 OWN = {  # name: (words, value, unit, SI per unit)
@@ -126,7 +203,7 @@ def _own(view: View, moved: Any) -> None:
 
 def _effects(view: View, moved: Any) -> None:
     """A list of effects, and a slider for each number of those chosen."""
-    names = {i: words(i) for i in sorted(library(), key=words)}
+    names = {i: effect_title(i) for i in sorted(library(), key=effect_title)}
 
     async def chosen(event: Any) -> None:
         view.effects = {i: view.effects.get(i) or _start(i) for i in event.value}
@@ -136,7 +213,7 @@ def _effects(view: View, moved: Any) -> None:
     @ui.refreshable
     def sizes() -> None:
         for effect_id, numbers in view.effects.items():
-            ui.label(words(effect_id)).classes("small")
+            ui.label(effect_title(effect_id)).classes("small")
             for name, p in library()[effect_id].parameters.items():
 
                 async def to(value: float, numbers: dict[str, float] = numbers, name: str = name) -> None:
@@ -219,7 +296,7 @@ def _show(view: View, shown: Simulation, beside: Simulation | None) -> None:
     places["facts"].clear()
     with places["facts"]:
         widgets.facts(_facts(shown))
-    left_out = [words(i) for i in view.effects if i not in choices(view.model)]
+    left_out = [effect_title(i) for i in view.effects if i not in choices(view.model)]
     calm = [f"{view.model} cannot have this effect: {name}" for name in left_out]
     _say(view, warnings(shown), calm)
 

@@ -1,0 +1,447 @@
+"""The page of one's own measurements: drop files, see what was understood, compare, diagnose, read, download."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from nicegui import run, ui
+
+from belt_sim import si
+from belt_sim.api.inference import MIN_BOOTSTRAPS
+from belt_sim.app import plots, widgets
+from belt_sim.app.jobs import Job
+from belt_sim.app.security import MAX_UPLOAD, MEBI, TOO_LARGE
+from belt_sim.app.session import GROUPS, OF_RUN, Import, Place, Session, shown
+from belt_sim.app.simulate_page import TITLES, effect_title
+from belt_sim.campaign import Campaign, Quantity, Run
+from belt_sim.campaign.read import FILES, shipped
+from belt_sim.campaign.types import PLACES
+from belt_sim.effects.library import library
+from belt_sim.errors import BeltError
+from belt_sim.importing.types import ROLES
+from belt_sim.reports.importing import noise_table, runs_table
+from belt_sim.results import words
+from belt_sim.results.display import Table
+
+OFTEN = 0.4  # [s] between two looks at the session
+
+
+def add(session: Session) -> None:
+    """Serve the page."""
+
+    @ui.page("/measurements", title="belt_sim")
+    def page() -> None:
+        widgets.frame("/measurements")
+        parts = _Parts(session)
+        ui.timer(OFTEN, parts.look)
+
+
+class _Parts:
+    """Parts of the page that follow the session: drawn again when its version changes."""
+
+    def __init__(self, session: Session) -> None:
+        self.session, self.version, self.seen = session, session.version, self._now(session)
+        self.said = ui.refreshable(_said)
+        self.reading = ui.refreshable(import_view)
+        self.what = ui.refreshable(campaign_view)
+        self.ask = ui.refreshable(asking)
+        self.result = ui.refreshable(job_view)
+        with _drop(session):
+            self.said(session)
+        for part in (self.reading, self.what, self.ask, self.result):
+            part(session)
+
+    def look(self) -> None:
+        """Draw again what has changed."""
+        if self.version == self.session.version:
+            return
+        self.version, before = self.session.version, self.seen
+        self.seen = self._now(self.session)
+        if self.seen[:2] != before[:2]:
+            self.what.refresh()
+        if self.seen[2:] != before[2:]:
+            self.result.refresh()
+        for part in (self.reading, self.said, self.ask):
+            part.refresh()
+
+    @staticmethod
+    def _now(session: Session) -> tuple[int, bool, int, str]:
+        """The campaign, whether one is being imported, and how far the work is."""
+        return (
+            id(session.campaign),
+            session.importing is None,
+            len(session.jobs),
+            session.job.state if session.job else "",
+        )
+
+
+def _drop(session: Session) -> Any:
+    """Where files are dropped, and samples to try."""
+
+    async def dropped(event: Any) -> None:
+        files = [(file.name, await file.read()) for file in event.files]
+        event.sender.reset()
+        await run.io_bound(session.drop, files)
+
+    async def sample() -> None:
+        await run.io_bound(session.sample, str(chosen.value))
+
+    def refused() -> None:
+        session.changed(f"files: refused; {TOO_LARGE}")
+
+    room = f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
+    kinds = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them."
+    with widgets.card("1. Drop your files", f"{kinds} {room}") as made:
+        upload = ui.upload(
+            multiple=True,
+            auto_upload=True,
+            max_total_size=MAX_UPLOAD,
+            label="Drop files here, or press +",
+            on_multi_upload=dropped,
+            on_rejected=refused,
+        )
+        upload.props("data-name=drop")
+        with ui.element("div").classes("line"):
+            ui.label("No measurements at hand? A sample:").classes("soft small")
+            chosen = ui.select(shipped(), value="slack_belt").props("dense outlined aria-label=sample")
+            ui.button("Open it", on_click=sample).props("flat no-caps")
+    return made
+
+
+def _said(session: Session) -> None:
+    with ui.element("div").classes("card-lines").props(f"data-version={session.version}"):
+        for line in session.said:
+            widgets.notice(line)
+
+
+def asking(session: Session) -> None:
+    """Draw the card of questions; nothing without a campaign."""
+    if session.campaign is None or session.importing is not None:
+        return
+    busy = session.job is not None and session.job.running
+    with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
+        ui.select(TITLES, label="model").bind_value(session.asked, "model").classes("w-full").props("data-name=model")
+        _chosen_effects(session)
+        with ui.expansion("More about the diagnosis").classes("w-full"):
+            names = {i: effect_title(i) for i in sorted(library(), key=effect_title)}
+            which = "effects to try (none chosen: all that can be told)"
+            tried = ui.select(names, multiple=True, with_input=True, label=which).props("use-chips")
+            tried.bind_value(session.asked, "candidates").classes("w-full").props("data-name=candidates")
+            count = ui.number("synthetic repeats to tell chance by", min=MIN_BOOTSTRAPS, precision=0)
+            count.bind_value(session.asked, "bootstraps").classes("w-full").props("data-name=bootstraps")
+        with ui.element("div").classes("line"):
+            ui.button("Compare", on_click=lambda: _start(session, "compare")).props("no-caps outline").set_enabled(
+                not busy
+            )
+            ui.button("Diagnose", on_click=lambda: _start(session, "diagnose")).props("no-caps").set_enabled(not busy)
+
+
+def _chosen_effects(session: Session) -> None:
+    if not session.effects:
+        return
+    names = ", ".join(str(e["id"]) for e in session.effects)
+    with ui.element("div").classes("line"):
+        ui.label(f"Compare uses the effects of {session.effects_name}: {names}")
+        ui.button("Without them", on_click=session.forget_effects).props("flat no-caps dense")
+
+
+def _start(session: Session, task: str) -> None:
+    model = str(session.asked["model"])
+    try:
+        if task == "compare":
+            session.start(task, model, effects=session.effects or None)
+            return
+        count = int(session.asked["bootstraps"] or 0)
+        session.start(task, model, total=count, effects=session.asked["candidates"] or None, bootstraps=count, seed=0)
+    except BeltError as error:
+        session.changed(*str(error).splitlines())
+
+
+HEADLINES = {"stopped": "Stopped", "failed": "No result", "finished": "Done"}
+GOOD = ("adequate", "explained")
+
+
+def job_view(session: Session) -> None:
+    """The card of the latest work; nothing before the first."""
+    job = session.job
+    if job is None:
+        return
+    with widgets.card(f"4. {job.title}"):
+        if job.running:
+            _running(job)
+            return
+        ui.label(f"{HEADLINES[job.state]} after {job.seconds:.0f} s").classes("soft small")
+        if job.state == "finished":
+            _finished(session, job)
+
+
+def _running(job: Job) -> None:
+    """Stage, bar, seconds, and a way to stop."""
+    bar = ui.linear_progress(0.0, show_value=False, size="10px").props("rounded").props("data-name=bar")
+    line = ui.label("").classes("soft").props("data-name=stage")
+
+    def move() -> None:
+        share = job.share
+        bar.props(remove="indeterminate") if share is not None else bar.props("indeterminate")
+        bar.set_value(share or 0.0)
+        counted = f", {job.done} of {job.total}" if share is not None else ""
+        line.set_text(f"{job.stage}{counted} · {job.seconds:.0f} s")
+
+    move()
+    ui.timer(0.5, move)
+    with ui.element("div").classes("line"):
+        ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative")
+
+
+def _finished(session: Session, job: Job) -> None:
+    number = session.jobs.index(job) + 1
+    content = shown(job)
+    if "verdict" in content:
+        _diagnosed(session, number, content)
+    else:
+        _compared(content)
+    with ui.element("div").classes("line"):
+        ui.link("Download everything (zip)", f"/results/{number}/zip").props("data-name=download")
+        ui.label(f"also in {_short(job.folder)}").classes("soft small")
+
+
+def _short(folder: Path) -> Path:
+    """A folder as seen from where the app was started."""
+    here = Path.cwd()
+    return folder.relative_to(here) if folder.is_relative_to(here) else folder
+
+
+def _diagnosed(session: Session, number: int, content: dict[str, Any]) -> None:
+    """The verdict, a way to compare again, and the report."""
+    kind = "good" if content["verdict"] in GOOD else ""
+    for line in content["lines"]:
+        widgets.notice(f"{content['headline']}. {line}", kind)
+    with ui.element("div").classes("line"):
+        ui.link("Report in a tab of its own", f"/results/{number}/report", new_tab=True)
+        if content["effects"]:
+
+            def again() -> None:
+                session.take_effects(content["effects"], "the diagnosis")
+
+            ui.button("Use what was found in compare", on_click=again).props("flat no-caps dense")
+    source = f"/results/{number}/report"
+    ui.element("iframe").classes("report").props(f'sandbox="allow-scripts" src="{source}" title="report"')
+
+
+def _compared(content: dict[str, Any]) -> None:
+    """Sentences, the runs one by one, and the table of errors."""
+    for line in content["lines"]:
+        ui.label(line)
+    panels = content["panels"]
+    if panels:
+        names = {k: p["title"] for k, p in enumerate(panels)}
+        first = content["first"]
+        chooser = ui.select(names, value=first, label="run and sensor").classes("w-full")
+        drawn = ui.plotly(plots.of_report(panels[first]["figure"])).props("data-name=overlay")
+        chooser.on_value_change(lambda e: drawn.update_figure(plots.of_report(panels[e.value]["figure"])))
+    for t in content["tables"]:
+        widgets.table(t["columns"], t["rows"], title=t["title"], left=t["left"], marked=t["marked"])
+
+
+NUMBERS = "numbers of my own"
+POINTS = (
+    "Points 1 and 2: upper and lower end at the tail pulley, the one that yaws; "
+    "3 and 4: lower and upper end at the head pulley."
+)
+WHERE = {"": "–"} | {p: p.replace("_", " ") for p in PLACES}
+EXAMPLES = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "direction": "1", "yaw_at": "0 m"}
+
+
+@dataclass
+class AnswerForm:
+    """Fields of the card: place in the mapping -> how to read it, and what it showed; sent together."""
+
+    fields: dict[Place, tuple[Callable[[], Any], str]] = field(default_factory=dict)
+
+    def changed(self) -> dict[Place, Any]:
+        """What somebody wrote or chose since the card was drawn."""
+        said = {place: value() or "" for place, (value, _) in self.fields.items()}
+        return {place: text for place, text in said.items() if text != self.fields[place][1]}
+
+    def select(self, place: Place, options: dict[str, str], value: str, label: str | None = None) -> None:
+        """A choice."""
+        shown = options if value in options else {value: value} | options
+        made = ui.select(shown, value=value, label=label).props(f"dense data-name='{_name(place)}'").classes("w-full")
+        self.fields[place] = lambda: made.value, value
+
+    def input(self, place: Place, value: str, example: str, shown: str | None = None) -> None:
+        """A line of text; ``shown``: what stands there at first without being an answer yet."""
+        made = ui.input(value=value if shown is None else shown, placeholder=example)
+        made.props(f"dense outlined hide-bottom-space data-name='{_name(place)}' aria-label='{_name(place)}'")
+        made.classes("w-full")
+        self.fields[place] = lambda: str(made.value or "").strip(), value
+
+
+def import_view(session: Session) -> None:
+    """Draw the card of the current import; nothing without one."""
+    now = session.importing
+    if now is None:
+        return
+    form = AnswerForm()
+
+    async def again() -> None:
+        await run.io_bound(session.answer, form.changed())
+
+    async def take() -> None:
+        await run.io_bound(session.take, form.changed())
+
+    why = "Mend what is wrong, answer what is asked, and look again until it is right. Then take it."
+    with widgets.card("2. What your files seem to say", why):
+        _columns(form, now)
+        _questions(form, now)
+        _runs(form, now)
+        with ui.element("div").classes("line"):
+            ui.button("Look again", on_click=again).props("no-caps outline")
+        if now.ready:
+            _understood(now)
+        with ui.element("div").classes("line"):
+            ui.button("This is right: take it", on_click=take).props("no-caps").set_enabled(now.ready)
+
+
+def _columns(form: AnswerForm, now: Import) -> None:
+    """A row a column: role, unit, place, sign, and why that is thought."""
+    if now.proposal is None:
+        return
+    uses = {use.column: use for use in reversed(now.proposal.columns)}
+    with ui.element("div").classes("grid columns"):
+        for head in ("column", "is", "unit", "measured at", "sign", "because of"):
+            ui.label(head).classes("soft small")
+        for use in reversed(uses.values()):
+            place: Place = ("columns", use.column)
+            ui.label(use.column).classes("" if use.sure or use.role == "ignore" else "guess")
+            form.select((*place, "role"), {r: r for r in ROLES}, use.role)
+            form.input((*place, "unit"), use.unit, "mm")
+            form.select((*place, "at"), WHERE, use.at)
+            form.select((*place, "sign"), {"1": "+", "-1": "−"}, now.answers.get((*place, "sign"), "1"))
+            ui.label(use.why if use.sure else f"{use.why} (a guess)").classes("soft small")
+    ui.label(POINTS).classes("soft small")
+
+
+def _questions(form: AnswerForm, now: Import) -> None:
+    """What the files cannot say, with the answers given so far."""
+    with ui.element("div").classes("halves"):
+        for group in GROUPS:
+            options = {"": NUMBERS} | {n: n for n in now.known(group)}
+            form.select((group,), options, now.answers.get((group,), ""), label=group)
+    with ui.element("div").classes("questions"):
+        for q in now.questions:
+            with ui.element("div"):
+                ui.label(q.text[:1].upper() + q.text[1:])
+                value = now.answers.get(q.path, "")
+                if q.options:
+                    form.select(q.path, {"": "choose"} | {o: o for o in q.options}, value)
+                else:
+                    form.input(q.path, value, f"e.g. {q.example}", shown=value or q.proposed)
+
+
+def _runs(form: AnswerForm, now: Import) -> None:
+    """A row a run: how it was set."""
+    if not now.runs:
+        return
+    with ui.element("div").classes("scroll"), ui.element("div").classes("grid runs"):
+        for head in ("run", *(key.replace("_", " ") for key in OF_RUN)):
+            ui.label(head).classes("soft small")
+        for run in now.runs:
+            ui.label(run)
+            for key in OF_RUN:
+                form.input(("runs", run, key), now.setting(run, key), EXAMPLES[key])
+
+
+def _understood(now: Import) -> None:
+    """Runs, noise, curves and remarks."""
+    assert now.proposal is not None
+    assert now.proposal.campaign is not None
+    recorded = {r.name: r for r in now.proposal.campaign.runs if r.signals}
+    if recorded:
+        curves(now.proposal.campaign, recorded)
+    with ui.expansion("All runs, the noise that was read off, remarks").classes("w-full"):
+        _table(runs_table(now.proposal.campaign))
+        if now.proposal.noise:
+            _table(noise_table(now.proposal))
+        for note in now.proposal.notes:
+            ui.label(str(note)).classes("soft small")
+
+
+def _table(t: Table) -> None:
+    widgets.table(t.columns, t.rows, title=t.title, left=t.left, marked=t.marked)
+
+
+def _name(place: Place) -> str:
+    """A place as the page can name it."""
+    return ".".join("".join(c if c.isalnum() or c == "_" else "_" for c in key) for key in place)
+
+
+MACHINE = {"centre_distance": ("pulleys apart", 1.0, "m"), "head_radius": ("head radius", 1.0, "m")}
+MACHINE |= {"tail_radius": ("tail radius", 1.0, "m")}
+BELT = {
+    "width": ("belt width", si.MM, "mm"),
+    "thickness": ("belt thickness", si.MM, "mm"),
+    "youngs_modulus": ("Young's modulus", 1e9, "GPa"),
+    "density": ("density", 1.0, "kg/m³"),
+}
+
+
+def campaign_view(session: Session) -> None:
+    """Draw the card of the current campaign; nothing without one."""
+    campaign = session.campaign
+    if campaign is None or session.importing is not None:
+        return
+    with widgets.card("2. What was understood", str(campaign)):
+        widgets.facts(_machine_facts(campaign), "wide")
+        for found in session.suspicions:
+            widgets.notice(f"{found.kind.replace('_', ' ')}: {found.sentence}")
+        recorded = {r.name: r for r in campaign.runs if r.signals}
+        if recorded:
+            curves(campaign, recorded)
+        if session.taken is not None:
+            with ui.element("div").classes("line"):
+                ui.button("Change how the files were read", on_click=session.back_to_import).props("flat no-caps dense")
+        with ui.expansion("All runs and sensors").classes("w-full"):
+            _all_runs(campaign)
+            _signals(campaign)
+
+
+def curves(campaign: Campaign, recorded: dict[str, Run]) -> None:
+    """The curves of one run, to be chosen."""
+    first = next(iter(recorded))
+    labels = {n: f"{n}: {words.tension(r.tension)} N/mm², yaw {words.yaw(r.yaw)}°" for n, r in recorded.items()}
+    chooser = ui.select(labels, value=first, label="run").classes("w-full")
+    drawn = ui.plotly(plots.measured(campaign, recorded[first])).props("data-name=measured")
+    chooser.on_value_change(lambda e: drawn.update_figure(plots.measured(campaign, recorded[e.value])))
+
+
+def _machine_facts(campaign: Campaign) -> dict[str, str]:
+    """Machine and belt, with their uncertainties."""
+
+    def shown(q: Quantity, size: float, unit: str) -> str:
+        return words.with_u(q.value / size, q.u / size, unit)
+
+    machine = {label: shown(getattr(campaign.machine, n), s, u) for n, (label, s, u) in MACHINE.items()}
+    if campaign.machine.head_radius == campaign.machine.tail_radius:
+        machine = {"pulleys apart": machine["pulleys apart"], "pulley radius": machine["head radius"]}
+    return machine | {label: shown(getattr(campaign.belt, n), s, u) for n, (label, s, u) in BELT.items()}
+
+
+def _all_runs(campaign: Campaign) -> None:
+    rows = []
+    for r in campaign.runs:
+        travel = words.number(float(r.travel[-1])) if len(r.travel) else words.NONE
+        settings = (words.tension(r.tension), words.yaw(r.yaw), words.number(r.speed), f"{r.direction:+g}")
+        rows.append((r.name, *settings, travel, str(len(r.travel)), r.repeat_of or "", r.use.replace("_", " ")))
+    columns = ("run", "N/mm²", "yaw °", "m/s", "direction", "travel m", "samples", "repeats", "use")
+    widgets.table(columns, rows, left=("run", "repeats", "use"))
+
+
+def _signals(campaign: Campaign) -> None:
+    rows = [
+        (s.name, s.at.replace("_", " "), *(words.thousandths(v) for v in (s.white, s.zero, s.wander_sd)))
+        for s in campaign.signals
+    ]
+    columns = ("sensor", "place", "noise (mm or mrad)", "zero", "wander")
+    widgets.table(columns, rows, left=("sensor", "place"))
