@@ -85,7 +85,7 @@ def import_files(
         if ask is None:
             tell_proposal(proposal)
     if pictures:
-        from belt_sim.pictures.importing import understood_picture
+        from belt_sim.pictures.curves import understood_picture
 
         understood_picture(folder / PICTURE, campaign)
     tell_written(folder, pictures)

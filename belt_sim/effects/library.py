@@ -1,11 +1,11 @@
 """The effects of this folder: adding a file adds its effects."""
 
 import importlib
+import os
 import pkgutil
 import sys
 from functools import cache
 
-from belt_sim import effects
 from belt_sim.effects.base import Effect
 
 
@@ -13,7 +13,7 @@ from belt_sim.effects.base import Effect
 def library() -> dict[str, type[Effect]]:
     """Return the effect classes by id, in alphabetical order."""
     found: dict[str, type[Effect]] = {}
-    for module in pkgutil.iter_modules(effects.__path__):
+    for module in pkgutil.iter_modules([os.path.dirname(__file__)]):
         found |= effects_in(importlib.import_module(f"belt_sim.effects.{module.name}"))
     return dict(sorted(found.items()))
 

@@ -48,18 +48,18 @@ from belt_sim.scene_parts import SceneParts
 
 # How a belt without bending stiffness meets and leaves a pulley between two stations, and what damps its sway.
 #
-# Where such a belt runs off it has a kink, from the direction of the stations that lie on the pulley to that of the span.
-# If the span simply began at the last station held, each release would let its beginning jump by kink x chord (10-18 um
-# at 25 mm and a yaw of 0.042 deg). The spans of a limp belt ring with these jumps, and as the stations land in
-# step with them, each landing catches the same phase: the rate of drift comes out wrong by as much as a fifth. So the
-# span of a limp belt begins at the tangent point: the last station held stands on the straight line through the tangent
-# point and the first free station.
+# Where such a belt runs off it has a kink, from the direction of the stations that lie on the pulley to that of the
+# span. If the span simply began at the last station held, each release would let its beginning jump by kink x chord
+# (10-18 um at 25 mm and a yaw of 0.042 deg). The spans of a limp belt ring with these jumps, and as the stations land
+# in step with them, each landing catches the same phase: the rate of drift comes out wrong by as much as a fifth. So
+# the span of a limp belt begins at the tangent point: the last station held stands on the straight line through the
+# tangent point and the first free station.
 #
-# At the run-up a yaw step makes such a kink. The belt on the pulley turns with it, and the span goes on from the tangent
-# point, which does not move. The outermost station held is up to half a chord before or behind that point and the pulley
-# would take it aside by yaw x this distance, and the span with it (15 um at 40 mm), for a span length of travel. Before
-# the tangent point a station belongs to the span and is not taken along; behind it, it is, but the span's line goes
-# through the tangent point until the next station lands.
+# At the run-up a yaw step makes such a kink. The belt on the pulley turns with it, and the span goes on from the
+# tangent point, which does not move. The outermost station held is up to half a chord before or behind that point and
+# the pulley would take it aside by yaw x this distance, and the span with it (15 um at 40 mm), for a span length of
+# travel. Before the tangent point a station belongs to the span and is not taken along; behind it, it is, but the
+# span's line goes through the tangent point until the next station lands.
 #
 # Belts with bending stiffness have no kink and need none of this.
 

@@ -2,12 +2,15 @@
 
 from belt_sim.pictures.bode import bode_picture
 from belt_sim.pictures.curves import Rates, curves_picture, rates_picture, steady_picture
-from belt_sim.pictures.diagnosis import drift_chart_picture, overlay_picture, ranking_picture, where_map_picture
-from belt_sim.pictures.discovery import (
+from belt_sim.pictures.diagnosis import (
+    drift_chart_picture,
     evidence_picture,
     falling_error_picture,
     law_picture,
+    overlay_picture,
+    ranking_picture,
     unknown_picture,
+    where_map_picture,
 )
 from belt_sim.pictures.style import save
 

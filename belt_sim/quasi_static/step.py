@@ -46,8 +46,9 @@ from belt_sim.quasi_static.rope import end_offsets, hold_run_up_ends
 
 # The static equilibrium of a step: Newton iterations on the belt, the tail pulley, and pulleys that give way.
 #
-# The tail pulley is free on its slide and its axis. An iteration is one factorisation of the block-tridiagonal stiffness
-# of the whole loop, cut in the middle of the head's wrap; rows of held stations are unit blocks, which part the spans.
+# The tail pulley is free on its slide and its axis. An iteration is one factorisation of the block-tridiagonal
+# stiffness of the whole loop, cut in the middle of the head's wrap; rows of held stations are unit blocks, which part
+# the spans.
 
 
 class FactorisedStiffness(NamedTuple):

@@ -14,8 +14,7 @@ from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import cores
-from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.options import accurate_speed
+from belt_sim.mujoco3d.options import Options, accurate_speed
 from belt_sim.rig import GRAVITY, Belt, Rig
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import N_PER_MM2
@@ -232,7 +231,7 @@ def run_scene(run: SceneRun) -> Curves:
         from belt_sim.quasi_static.run import simulate as equilibria
 
         return equilibria(run.case, belt="flex", travel=travel, options=run.options, parts=parts)
-    from belt_sim.mujoco3d import simulate
+    from belt_sim.mujoco3d.engine import simulate
 
     options = replace(run.options, belt_speed=float(run.case.settings.speed))
     return simulate(run.case, belt="flex", travel=travel, options=options, parts=parts)

@@ -174,9 +174,9 @@ def _start(record: Record, reach: float, curvature_share: float) -> tuple[float,
 
 # A steering guide in closed loop, whose action would hide the belt's own behaviour.
 #
-# A free belt follows its yaw: it drifts, or a crown stops it off the middle on the side of the yaw. Only a guide returns
-# it to zero against the yaw, or lets it oscillate for ever. A curved belt edge also oscillates, but with the belt's
-# revolution and alike in all runs; it is subtracted first.
+# A free belt follows its yaw: it drifts, or a crown stops it off the middle on the side of the yaw. Only a guide
+# returns it to zero against the yaw, or lets it oscillate for ever. A curved belt edge also oscillates, but with the
+# belt's revolution and alike in all runs; it is subtracted first.
 
 
 #: Spans that a record must cover; the first and the last part of it that are compared.
