@@ -50,7 +50,8 @@ class Parameter:
 
     scale: a size that matters on a real machine, to start a search from; modifier: True for a number that moves
     nothing by itself and only shapes what the others do; grid: values [SI] of a modifier that a search tries one by
-    one, each as an alternative of the same effect; of_belt: True where these are shares of the belt's length.
+    one, each as an alternative of the same effect; of_belt: True where these are shares of the belt's length; shop:
+    (units of the shop in one of ``unit``, their name), where reports write it otherwise than other numbers of the unit.
     """
 
     unit: str
@@ -61,6 +62,26 @@ class Parameter:
     modifier: bool = False
     grid: tuple[float, ...] = ()
     of_belt: bool = False
+    shop: tuple[float, str] | None = None
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What an effect means at the machine.
+
+    phrase: the fault as a clause, with {pulley} where it may be on either; parts: ids of the report's sketch that it is
+    at; check: what to look at; of_model: the machine is sound, and the model left something out.
+    """
+
+    phrase: str
+    parts: tuple[str, ...]
+    check: str
+    of_model: bool = False
+
+
+PERCENT = (100.0, "%")  # of a share
+CHECK_MODEL = "Nothing on the machine. Use a model that has this built in, or add the effect with effects.yaml."
+CHECK_DIAMETERS = "Measure the {pulley} pulley's diameter at both sides and in the middle with a pi tape."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,6 +104,8 @@ class Effect:
     #: what a model must have for the effect to act: "moment" (bending moments at the pulleys; such effects are called
     #: last), "sag" (spans that hang and roll), "width" (a belt that takes couples)
     needs: ClassVar[frozenset[str]] = frozenset()
+    #: how reports tell of it to people at the machine; without one they name the effect and its law
+    cause: ClassVar[Cause | None] = None
     parameters: ClassVar[dict[str, Parameter]] = {}
 
     def settings(self, settings: Settings, case: Case) -> Settings:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 from belt_sim.laws.influence import natural_curvature_rows, span_fields
 
 
@@ -23,7 +23,20 @@ class Camber(Effect):
     reference = "physics sheet, sections 3 and 7; Benson 2002 (JDSMC 124(1) 25)"
     parity = "even"
     on_belt = True
-    parameters = {"kappa_c": Parameter(unit="1/m", meaning="natural curvature", plausible=(-1e-3, 1e-3), scale=2e-5)}
+    cause = Cause(
+        "the belt is curved in its own plane (camber)",
+        ("upper", "lower"),
+        "Stretch a string along one edge of a free length of belt and measure the bow.",
+    )
+    parameters = {
+        "kappa_c": Parameter(
+            unit="1/m",
+            meaning="natural curvature",
+            plausible=(-1e-3, 1e-3),
+            scale=2e-5,
+            shop=(12.5e3, "mm of bow over 10 m"),
+        )
+    }
     kappa_c: float = 0.0
 
     def influence(self, span, case):

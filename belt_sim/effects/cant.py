@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 from belt_sim.laws.runup import sag_angle
 
 
@@ -23,6 +23,11 @@ class Cant(Effect):
     reference = "Zhang 2011 (10.1115/1.4004975); physics sheet, section 7"
     parity = "even"
     tension_exponent = 0.0
+    cause = Cause(
+        "the axis of the {pulley} pulley is not level",
+        ("tail", "head"),
+        "Put a machinist's level on the shaft of the {pulley} pulley.",
+    )
     parameters = {
         "gamma": Parameter(unit="rad", meaning="cant of the tail pulley", plausible=(-5e-3, 5e-3), scale=2e-4),
         "gamma_head": Parameter(unit="rad", meaning="cant of the head pulley", plausible=(-5e-3, 5e-3), scale=2e-4),

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 
 
 @effect
@@ -17,6 +17,11 @@ class SoftCover(Effect):
     law = "run-up"
     reference = "physics sheet, section 7"
     parity = "odd"
+    cause = Cause(
+        "a soft pulley cover gives way under one edge",
+        ("tail", "head"),
+        "Measure thickness and hardness of the covers.",
+    )
     parameters = {
         "c": Parameter(unit="1/(N m2)", meaning="turn per metre and unit of moment", plausible=(0.0, 2e-4), scale=5e-6)
     }
@@ -40,6 +45,11 @@ class TractionLoss(Effect):
     reference = "Knox and Sweeney 1971 (Ind. Eng. Chem. Process Des. Dev. 10(2) 201), air films; here linear"
     parity = "odd"
     tension_exponent = 0.0
+    cause = Cause(
+        "the belt floats on a film of air or liquid at speed",
+        ("tail", "head"),
+        "Look for water at the run-ups, and repeat a run slowly.",
+    )
     parameters = {
         "loss": Parameter(unit="s/m", meaning="share lost per unit of speed", plausible=(0.0, 2.0), scale=0.1),
         "onset": Parameter(

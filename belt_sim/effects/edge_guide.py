@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 from belt_sim.laws.influence import span_fields, supports
 
 _NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness
@@ -24,6 +24,11 @@ class EdgeGuide(Effect):
     law = "span"
     reference = "physics sheet, section 7; clamped beam with an elastic stop, any textbook"
     parity = "odd"
+    cause = Cause(
+        "a guide roller pushes the belt back at its edge",
+        ("upper", "lower"),
+        "Look for contact and wear at the guide rollers, and swing them away for one run.",
+    )
     parameters = {
         "stiffness": Parameter(unit="N/m", meaning="rollers of the upper span", plausible=(10.0, 1e8), scale=1e5),
         "stiffness_lower": Parameter(unit="N/m", meaning="rollers of the lower span", plausible=(10.0, 1e8), scale=1e5),

@@ -4,7 +4,7 @@ from dataclasses import dataclass, make_dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 
 HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
@@ -46,6 +46,11 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
     tension_exponent = 0.0
     on_belt = True
     min_revolutions = 1.0  # seen once, but alike in all runs
+    cause = Cause(
+        "the belt's edge is not straight",
+        ("upper", "lower"),
+        "Look whether the reading repeats with every turn of the belt; average over whole turns.",
+    )
     parameters = _declare()
 
     def sensor(self, reading, case):

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import CHECK_MODEL, Cause, Effect, Parameter, effect
 
 
 @effect
@@ -23,6 +23,7 @@ class LiftOff(Effect):
     law = "run-up"
     reference = "plate under tension on a cylinder, any textbook; checked against shell elements on cylinders"
     parity = "odd"
+    cause = Cause("the belt leaves its pulleys along a layer", ("tail", "head"), CHECK_MODEL, of_model=True)
     parameters = {
         "strength": Parameter(unit="1", meaning="share of the bending layer that acts", plausible=(0.5, 1.5), scale=1.0)
     }

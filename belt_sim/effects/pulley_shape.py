@@ -4,7 +4,9 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import CHECK_DIAMETERS, Cause, Effect, Parameter, effect
+
+_PER_MILLE = (1e3, "‰ of the radius per m of width")
 
 
 @effect
@@ -17,9 +19,14 @@ class Taper(Effect):
     law = "run-up"
     reference = "physics sheet, section 7"
     parity = "even"
+    cause = Cause("the {pulley} pulley is conical", ("tail", "head"), CHECK_DIAMETERS)
     parameters = {
-        "kappa_t": Parameter(unit="1/m", meaning="taper of the tail pulley", plausible=(-1e-3, 1e-3), scale=2e-5),
-        "kappa_t_head": Parameter(unit="1/m", meaning="taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5),
+        "kappa_t": Parameter(
+            unit="1/m", meaning="taper of the tail pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_PER_MILLE
+        ),
+        "kappa_t_head": Parameter(
+            unit="1/m", meaning="taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_PER_MILLE
+        ),
     }
     kappa_t: float = 0.0
     kappa_t_head: float = 0.0
@@ -41,6 +48,7 @@ class Crown(Effect):
     law = "run-up"
     reference = "physics sheet, section 7"
     parity = "odd"
+    cause = Cause("the {pulley} pulley is crowned or hollow", ("tail", "head"), CHECK_DIAMETERS)
     parameters = {
         "c": Parameter(unit="1/m2", meaning="crown of the tail pulley", plausible=(-0.5, 0.5), scale=5e-3),
         "c_head": Parameter(unit="1/m2", meaning="crown of the head pulley", plausible=(-0.5, 0.5), scale=5e-3),
@@ -69,6 +77,11 @@ class PulleyDeflection(Effect):
     law = "run-up"
     reference = "physics sheet, section 7 (crown); beam between two bearings under an even load"
     parity = "odd"
+    cause = Cause(
+        "the pulleys bend under the belt's pull",
+        ("tail", "head"),
+        "Compare shell and shaft stiffness with the belt's pull; look for a cracked shell or a thin shaft.",
+    )
     parameters = {
         "compliance": Parameter(
             unit="1/(N m2)", meaning="anti-crown per unit of belt force", plausible=(0.0, 3e-4), scale=5e-6
@@ -96,6 +109,9 @@ class BuildUp(Effect):
     law = "run-up"
     reference = "physics sheet, section 7 (taper); makers' guides: carry-back on return pulleys"
     parity = "even"
+    cause = Cause(
+        "dirt builds up on one side of the tail pulley", ("tail",), "Look at the tail pulley's surface, and clean it."
+    )
     parameters = {
         "rate": Parameter(
             unit="1/m2", meaning="growth of the tail's taper per metre of travel", plausible=(-1e-5, 1e-5), scale=4e-7

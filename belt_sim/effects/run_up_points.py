@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import CHECK_MODEL, Cause, Effect, Parameter, effect
 from belt_sim.laws.runup import sag_angle
 
 
@@ -18,6 +18,7 @@ class RunUpPoints(Effect):
     law = "drive"
     reference = "paper Fig. 10; physics sheet, section 6"
     parity = "odd"
+    cause = Cause("a sagging span meets its pulley before the top", ("tail", "head"), CHECK_MODEL, of_model=True)
     parameters = {"share": Parameter(unit="1", meaning="share of psi that counts", plausible=(0.5, 1.5), scale=1.0)}
     share: float = 1.0
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import PERCENT, Cause, Effect, Parameter, effect
 
 
 def _at_points(letter: str, **kwargs) -> dict[str, Parameter]:
@@ -23,7 +23,10 @@ class SensorGain(Effect):
     law = "sensor"
     reference = "physics sheet, section 7"
     parity = "odd"
-    parameters = _at_points("g", unit="1", meaning="gain error", plausible=(-0.3, 0.3), scale=0.02)
+    cause = Cause(
+        "an edge sensor shows the wrong scale", ("sensors",), "Move a target by a gauge block in front of the sensor."
+    )
+    parameters = _at_points("g", unit="1", meaning="gain error", plausible=(-0.3, 0.3), scale=0.02, shop=PERCENT)
     g1: float = 0.0
     g2: float = 0.0
     g3: float = 0.0
@@ -45,6 +48,9 @@ class SensorOffset(Effect):
     reference = "physics sheet, section 7"
     parity = "even"
     tension_exponent = 0.0
+    cause = Cause(
+        "an edge sensor's zero is off", ("sensors",), "Set the sensor's zero on a straightedge along the machine."
+    )
     parameters = _at_points("c", unit="m", meaning="offset", plausible=(-2e-2, 2e-2), scale=2e-4)
     c1: float = 0.0
     c2: float = 0.0
@@ -67,6 +73,9 @@ class SensorDrift(Effect):
     reference = "physics sheet, section 7"
     parity = "even"
     tension_exponent = 0.0
+    cause = Cause(
+        "an edge sensor drifts with time", ("sensors",), "Read the sensor against a fixed edge before and after a run."
+    )
     parameters = _at_points("d", unit="m/s", meaning="drift", plausible=(-2e-5, 2e-5), scale=1e-6)
     d1: float = 0.0
     d2: float = 0.0
@@ -92,6 +101,11 @@ class SensorDelay(Effect):
     reference = "dead time, any textbook on measurement"
     parity = "odd"
     tension_exponent = 0.0
+    cause = Cause(
+        "the edge sensors lag behind",
+        ("sensors",),
+        "Look up the sensors' filter time, and repeat a run at another speed.",
+    )
     parameters = {
         "delay": Parameter(unit="s", meaning="dead time of the edge sensors", plausible=(0.0, 5.0), scale=0.1)
     }
@@ -112,7 +126,12 @@ class EncoderScale(Effect):
     reference = "physics sheet, section 7"
     parity = "odd"
     tension_exponent = 0.0
-    parameters = {"e": Parameter(unit="1", meaning="scale error", plausible=(-0.1, 0.1), scale=0.01)}
+    cause = Cause(
+        "the travel encoder shows too much or too little",
+        ("encoder",),
+        "Mark the belt, run it one turn, and compare the display with the belt's length.",
+    )
+    parameters = {"e": Parameter(unit="1", meaning="scale error", plausible=(-0.1, 0.1), scale=0.01, shop=PERCENT)}
     e: float = 0.0
 
     def encoder(self, travel, case):

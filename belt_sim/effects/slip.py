@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 
 _ASIDE = 0.3  # of turn times zone: how far the end of a zone goes aside
 _FAR, _NEAR = 0.067, 0.484  # of the side force in a zone: its length to 3 % up to z = 14 b
@@ -31,6 +31,11 @@ class Slip(Effect):
     law = "run-up"
     reference = "Coulomb friction of a wrap; zones solved in tests/agreement/test_slip.py, 3D belt with friction"
     parity = "odd"
+    cause = Cause(
+        "the belt turns on its pulleys where it should stick",
+        ("tail", "head"),
+        "Look for grease, water or dust on the pulleys.",
+    )
     parameters = {
         "inverse_friction": Parameter(unit="1", meaning="1/mu of belt on pulley", plausible=(1.0, 20.0), scale=6.0)
     }

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import jax.numpy as jnp
 
 from belt_sim.case import Case
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 from belt_sim.laws.influence import (
     add_load,
     couple_at,
@@ -34,6 +34,11 @@ class MachineTilt(Effect):
     reference = "clamped span under an even side load, any textbook; physics sheet, section 3 for the hanging strip"
     parity = "even"
     tension_exponent = -1.0
+    cause = Cause(
+        "the machine leans to one side",
+        ("upper", "lower"),
+        "Put a level across the frame, at the head and at the tail.",
+    )
     parameters = {
         "angle": Parameter(unit="rad", meaning="lean of the machine towards +y", plausible=(-0.05, 0.05), scale=1e-3)
     }
@@ -79,6 +84,11 @@ class IdlerSkew(Effect):
     reference = "clamped span under a side force, any textbook; makers' guides: skewed and seized idlers"
     parity = "even"
     tension_exponent = -1.0
+    cause = Cause(
+        "a roller under the upper span is not square to the belt",
+        ("upper",),
+        "Measure the rollers' angles, or lower them away for one run.",
+    )
     parameters = {
         "force": Parameter(
             unit="N", meaning="side force on the upper span, forward travel", plausible=(-50.0, 50.0), scale=0.1
@@ -115,6 +125,11 @@ class SideDrag(Effect):
     reference = "clamped span under a couple, any textbook; makers' guides: scrapers and skirts"
     parity = "even"
     needs = frozenset({"width"})
+    cause = Cause(
+        "a scraper or skirt rubs on one edge of the upper span",
+        ("upper",),
+        "Look for rub marks on one edge, and lift the scraper for one run.",
+    )
     parameters = {
         "moment": Parameter(
             unit="N m",
@@ -154,6 +169,7 @@ class OffCentreLoad(Effect):
     reference = "physics sheet, section 3 (strip) with a rolling couple; makers' guides: off-centre loading"
     parity = "even"
     needs = frozenset({"sag"})
+    cause = Cause("the load on the upper span lies off centre", ("upper",), "Centre the load, or run the belt empty.")
     parameters = {
         "moment": Parameter(
             unit="N", meaning="couple per metre of the upper span, side y > 0 loaded", plausible=(-2.0, 2.0), scale=5e-3

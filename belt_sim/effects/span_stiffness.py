@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import CHECK_MODEL, Cause, Effect, Parameter, effect
 
 
 @effect
@@ -17,6 +17,7 @@ class SagRoll(Effect):
     law = "span"
     reference = "physics sheet, section 3 (strip); edge ropes of Ritzinger 1997 and Ernst 1965 describe the same sag"
     parity = "odd"
+    cause = Cause("a slack belt hangs, and tilts instead of bending", ("upper", "lower"), CHECK_MODEL, of_model=True)
     parameters = {
         "strength": Parameter(
             unit="1", meaning="share of the sag curvature q/F that couples", plausible=(0.5, 1.5), scale=1.0
@@ -38,6 +39,7 @@ class Shear(Effect):
     law = "span"
     reference = "paper eq. 8; Cowper 1966 for n"
     parity = "odd"
+    cause = Cause("a short, wide span gives way in shear", ("upper", "lower"), CHECK_MODEL, of_model=True)
     parameters = {
         "coefficient": Parameter(
             unit="1", meaning="shear coefficient n of the cross-section", plausible=(1.0, 1.3), scale=1.177
@@ -68,6 +70,11 @@ class Flatness(Effect):
     reference = "residual stress of rolled strip: Fischer et al. 2000 (Int. J. Mech. Sci. 42); T by virtual work"
     parity = "odd"
     needs = frozenset({"sag"})
+    cause = Cause(
+        "the strip is not flat (long edges or a long middle)",
+        ("upper", "lower"),
+        "Slacken the belt and look for wavy edges or a loose middle.",
+    )
     parameters = {
         "amplitude": Parameter(
             unit="Pa", meaning="residual stress in the middle of the width", plausible=(-2e7, 2e7), scale=3e6

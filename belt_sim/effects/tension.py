@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, Parameter, effect
 
 
 @effect
@@ -15,8 +15,11 @@ class TensionBias(Effect):
     law = "drive"
     reference = "physics sheet, section 7"
     parity = "odd"
+    cause = Cause("the tension is not the one displayed", ("tensioner",), "Check the load cell with a known weight.")
     parameters = {
-        "gain": Parameter(unit="1", meaning="gain error of the load cell", plausible=(-0.3, 0.3), scale=0.05),
+        "gain": Parameter(
+            unit="1", meaning="gain error of the load cell", plausible=(-0.3, 0.3), scale=0.05, shop=PERCENT
+        ),
         "bias": Parameter(unit="Pa", meaning="zero error of the load cell", plausible=(-3e6, 3e6), scale=3e5),
     }
     gain: float = 0.0
@@ -36,6 +39,7 @@ class SpeedTension(Effect):
     law = "drive"
     reference = "physics sheet, sections 7 and 9"
     parity = "odd"
+    cause = Cause("speed takes tension off the spans", ("upper", "lower"), CHECK_MODEL, of_model=True)
     parameters = {"share": Parameter(unit="1", meaning="share of rho v^2 that counts", plausible=(0.5, 1.5), scale=1.0)}
     share: float = 1.0
 

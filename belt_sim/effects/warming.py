@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 
 NO_LIMIT = 1e5  # [s]: in any record the drift is then a straight line
 
@@ -49,6 +49,11 @@ class YawDrift(Effect):
     reference = "first-order warming of a machine frame, any textbook on thermal drift of machine tools"
     parity = "even"
     tension_exponent = 0.0
+    cause = Cause(
+        "the steered pulley turns as the machine warms up",
+        ("tail",),
+        "Measure the axes' distance at both sides, cold and warm.",
+    )
     parameters = {
         "rate": Parameter(
             unit="rad/s", meaning="drift of the tail's yaw at first", plausible=(-1e-5, 1e-5), scale=1e-6
@@ -75,6 +80,11 @@ class TaperDrift(Effect):
     law = "run-up"
     reference = "physics sheet, section 7 (taper); expansion of steel 1.2e-5 1/K"
     parity = "even"
+    cause = Cause(
+        "the tail pulley becomes conical as it warms up",
+        ("tail",),
+        "Measure the temperature at both sides of the pulley.",
+    )
     parameters = {
         "rate": Parameter(
             unit="1/(m s)", meaning="growth of the tail's taper at first", plausible=(-5e-6, 5e-6), scale=2e-7

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 from belt_sim.laws.influence import natural_curvature_rows, span_fields
 from belt_sim.pytree import pytree
 
@@ -52,6 +52,9 @@ class Weld(Effect):
     parity = "even"
     on_belt = True
     min_revolutions = 1.0  # it runs up both pulleys
+    cause = Cause(
+        "a weld puts a kink into the belt", ("upper", "lower"), "Lay a straightedge along the edge across the weld."
+    )
     parameters = {
         "angle": Parameter(unit="rad", meaning="kink of the belt", plausible=(-2e-3, 2e-3), scale=2e-4),
         "at": Parameter(

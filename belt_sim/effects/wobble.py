@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
 _RUNS_UP = np.array([-1.0, 1.0])  # forwards on top of the tail and below the head, backwards the other way
@@ -63,6 +63,11 @@ class Wobble(Effect):
     law = "run-up"
     reference = "geometry of a cylinder askew: docs/theory.md"
     parity = "even"
+    cause = Cause(
+        "the {pulley} pulley sits askew on its shaft",
+        ("tail", "head"),
+        "Turn the {pulley} pulley by hand and read a dial gauge at both sides.",
+    )
     parameters = {
         "beta_cos": _part("askew: yaw of the tail pulley's surface at travel 0"),
         "beta_sin": _part("the same a quarter of a turn later"),

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import jax.numpy as jnp
 
 from belt_sim.case import Schedule
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
 
 _BETA_0 = Parameter(unit="rad", meaning="yaw at command zero", plausible=(-2e-3, 2e-3), scale=1e-4)
 
@@ -21,6 +21,11 @@ class YawOffsetTail(Effect):
     reference = "physics sheet, section 7"
     parity = "even"
     tension_exponent = 0.0
+    cause = Cause(
+        "the zero of the tail pulley's steering is off",
+        ("tail",),
+        "Measure the axes' distance at both sides, and set the steering's zero.",
+    )
     parameters = {"beta_0": _BETA_0}
     beta_0: float = 0.0
 
@@ -42,6 +47,11 @@ class YawOffsetHead(Effect):
     reference = "physics sheet, section 7"
     parity = "even"
     tension_exponent = 0.0
+    cause = Cause(
+        "the head pulley is not square to the machine",
+        ("head",),
+        "Measure the axes' distance at both sides of the machine.",
+    )
     parameters = {"beta_0": _BETA_0}
     beta_0: float = 0.0
 
@@ -62,6 +72,11 @@ class YawBacklash(Effect):
     law = "drive"
     reference = "physics sheet, section 7; play operator of Prandtl"
     parity = "odd"
+    cause = Cause(
+        "the steering of the tail pulley has play",
+        ("tail",),
+        "Push the steered shaft to and fro with a dial gauge on it.",
+    )
     parameters = {"half": Parameter(unit="rad", meaning="half of the play", plausible=(0.0, 5e-4), scale=5e-5)}
     half: float = 0.0
 
@@ -89,6 +104,11 @@ class YawCompliance(Effect):
     reference = "physics sheet, section 7"
     parity = "odd"
     needs = frozenset({"moment"})
+    cause = Cause(
+        "the belt turns the steered pulley back",
+        ("tail",),
+        "Put a dial gauge on the steered bearing while the belt is tensioned and steered.",
+    )
     parameters = {
         "c_m": Parameter(unit="rad/(N m)", meaning="yaw per unit of moment", plausible=(0.0, 5e-5), scale=3e-6)
     }
@@ -117,6 +137,11 @@ class UnequalTension(Effect):
     reference = "equilibrium of an axle on two unequal springs"
     parity = "even"
     tension_exponent = 1.0
+    cause = Cause(
+        "the left and the right tensioner do not pull alike",
+        ("tensioner",),
+        "Compare both tensioners' pressures or strokes, and free a guide that sticks.",
+    )
     parameters = {
         "yaw_per_force": Parameter(
             unit="rad/N", meaning="yaw of the tail per unit of belt force", plausible=(-2e-6, 2e-6), scale=1e-7
