@@ -16,7 +16,8 @@ import functools
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -25,6 +26,7 @@ import jax
 
 from belt_sim.errors import InputError
 
+WORKERS = 2  # marches at once, unless told otherwise
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -32,6 +34,13 @@ R = TypeVar("R")
 def cores() -> int:
     """Processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def map_in_threads(function: Callable[[Any], Any], items: Iterable[Any], workers: int = WORKERS) -> list[Any]:
+    """Return ``function`` of every item, computed in a few threads: XLA releases Python's lock, and a march, one long
+    loop, uses one core."""
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(function, items))
 
 
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:

@@ -6,7 +6,6 @@ laws, vmapped over cases, differentiable in every number of a case and of an eff
 """
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 from functools import lru_cache, partial
 from typing import Any
@@ -20,10 +19,10 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
-from belt_sim.effects.base import uses
+from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.effects.pipeline import as_driven, as_numpy
 from belt_sim.errors import InputError, RunFailed
-from belt_sim.jax_setup import PROGRAMS, compiled, in_float64
+from belt_sim.jax_setup import PROGRAMS, WORKERS, compiled, in_float64, map_in_threads
 from belt_sim.laws import drive, wrap
 from belt_sim.laws.runup import RunUp, Yaw
 from belt_sim.si import N_PER_MM2
@@ -124,9 +123,7 @@ def march_open(
 def _spans(case: Case, effects, model: Composition) -> Spans:
     """Return the spans of a case with actual settings."""
     span = model.span(case)
-    for e in uses(effects, "span"):
-        span = e.span(span, case)
-    return Spans.of(case, effects, span)
+    return Spans.of(case, effects, apply_hook(effects, "span", span, case))
 
 
 def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
@@ -178,8 +175,7 @@ def _stepper(spans, spacing):
         ring, now, off, _ = carry
         s0 = k * spacing
         off1 = wrap.delayed(ring, k + 1, arcs, spacing)
-        for e in uses(effects, "wrap"):
-            off1 = e.wrap(off1, replace(now, travel=s0 + spacing), case)
+        off1 = apply_hook(effects, "wrap", off1, replace(now, travel=s0 + spacing), case)
         commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
 
         def correct(_, guess):
@@ -203,10 +199,10 @@ def _average_forcing(effects, commanded, case, now, then):
     between = _mean(now, then)
     yaw, push = commanded, _nothing()
     for e in uses(effects, "yaw"):
-        ends = _mean(e.yaw(yaw, now, case), e.yaw(yaw, then, case))
-        yaw = jax.tree.map(lambda end, mid: end + 2.0 * (mid - end) / 3.0, ends, e.yaw(yaw, between, case))
+        start, middle, end = (call_hook(e, "yaw", yaw, state, case) for state in (now, between, then))
+        yaw = jax.tree.map(lambda mean, mid: mean + 2.0 * (mid - mean) / 3.0, _mean(start, end), middle)
     for e in uses(effects, "runup"):
-        push = _mean(e.runup(push, now, case), e.runup(push, then, case))
+        push = _mean(call_hook(e, "runup", push, now, case), call_hook(e, "runup", push, then, case))
     return yaw, replace(push, turn=push.turn + between.added)
 
 
@@ -225,10 +221,7 @@ def _yaw(case, angle, *where) -> Yaw:
 
 
 def _actual_yaw(effects, case, travel, now) -> Yaw:
-    yaw = _yaw(case, drive.angle_at, travel)
-    for e in uses(effects, "yaw"):
-        yaw = e.yaw(yaw, now, case)
-    return yaw
+    return apply_hook(effects, "yaw", _yaw(case, drive.angle_at, travel), now, case)
 
 
 def _solve_sticking(now, off, off1, yaw, push, spans, h):
@@ -350,7 +343,6 @@ def _truncate(curves: Curves, records: int) -> Curves:
 
 
 CHUNK = 250  # cases
-WORKERS = 2
 Axes = Any  # 0 or None for every leaf of a case, or for whole branches of it
 
 
@@ -430,10 +422,8 @@ def _gather(piece, wanted, number: int, chunk: int, workers: int) -> Curves:
         for whole, part in zip(kept, piece(start) if arrays is None else arrays, strict=True):
             whole[start:stop] = np.asarray(part)[: stop - start]
 
-    with ThreadPoolExecutor(workers) as pool:
-        jobs = [pool.submit(lay, 0, first)] + [pool.submit(lay, start) for start in range(chunk, number, chunk)]
-        for job in jobs:
-            job.result()
+    lay(0, first)
+    map_in_threads(lay, range(chunk, number, chunk), workers)
     return Curves(**({"y": None} | dict(zip(("travel", *wanted), kept, strict=True))))  # type: ignore[arg-type]
 
 

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from belt_sim.case import Case
-from belt_sim.effects.base import uses
+from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.laws.influence import Bend, BoundaryValues, no_bend
 from belt_sim.laws.runup import Contact, State, Yaw
 from belt_sim.laws.span import Response, Span, response
@@ -65,7 +65,7 @@ class Spans:
     def slid(self, state: State, off: RunOff, yaw: Yaw) -> State:
         """Return the state after effects with the hook ``slide`` have moved the belt on the pulleys."""
         for e in uses(self.effects, "slide"):
-            contact = e.slide(Contact(y=state.y, alpha=state.alpha), state, self.case)
+            contact = call_hook(e, "slide", Contact(y=state.y, alpha=state.alpha), state, self.case)
             state = self.state(state.travel, state.since, contact.y, contact.alpha, off, yaw)
         return state
 
@@ -83,7 +83,7 @@ class Spans:
         """Return what effects add inside the spans."""
         bend = no_bend()
         for e, known in zip(self.benders, self.known, strict=True):
-            bend = e.bend(bend, boundary, known, self.case)
+            bend = call_hook(e, "bend", bend, boundary, known, self.case)
         return bend
 
     def tilt(self, state: State, off: RunOff, yaw: Yaw) -> jax.Array:
@@ -95,9 +95,7 @@ class Spans:
 def span_responses(case: Case, effects: Sequence, span: Span) -> Response:
     """Return the responses of both spans, rows (2, 5), after effects with the hook ``hold``."""
     answer = jax.tree.map(lambda row: jnp.stack([row, row]), response(span))
-    for e in uses(effects, "hold"):
-        answer = e.hold(answer, span, case)
-    return answer
+    return apply_hook(effects, "hold", answer, span, case)
 
 
 def _apply(rows, boundary: BoundaryValues) -> jax.Array:

@@ -1,6 +1,5 @@
 """What is told of each case of a map: many marches at once, each reduced to a row inside the compiled code."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -17,7 +16,7 @@ from belt_sim.case import Case
 from belt_sim.case_map.axes import placed
 from belt_sim.curves import Curves, late_rates, late_records
 from belt_sim.effects.base import Effect
-from belt_sim.jax_setup import compiled
+from belt_sim.jax_setup import compiled, map_in_threads
 
 POINTS = (1, 2, 3, 4)
 CHUNK = 250  # cases marched side by side in one thread; their state stays in a core's cache
@@ -58,9 +57,7 @@ def answers(case: Case, effects: tuple[Effect, ...], asked: Asked, values: np.nd
         told[start:stop] = np.asarray(_rows(case, effects, values.T[rows], asked=asked))[: stop - start]
 
     lay(0)  # compiles, once, before there are several threads
-    with ThreadPoolExecutor(workers) as pool:
-        for job in [pool.submit(lay, start) for start in range(chunk, number, chunk)]:
-            job.result()
+    map_in_threads(lay, range(chunk, number, chunk), workers)
     return told
 
 

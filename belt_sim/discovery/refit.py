@@ -1,7 +1,6 @@
 """The closed loop: a law put into the march as an effect and fitted with all that was chosen, from its linear sizes."""
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,11 +8,11 @@ import numpy as np
 from belt_sim.diagnosis.fits.candidate import has_diverged
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.readings.batches import WORKERS
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.discovery.effect_file import Written, written
 from belt_sim.discovery.search import WITHIN, Scored, cost, fitted
 from belt_sim.discovery.survey import Law, Survey
+from belt_sim.jax_setup import map_in_threads
 
 ROUND = 2.0  # sigma
 FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
@@ -99,8 +98,7 @@ def refits(survey: Survey, laws: Sequence[Scored]) -> list[Refit | None]:
     """Laws in closed loop, side by side: what compiles, loads or marches a few rows leaves a core idle."""
     if len(laws) < 2:
         return [refit(survey, s) for s in laws]
-    with ThreadPoolExecutor(WORKERS) as pool:
-        return list(pool.map(lambda s: refit(survey, s), laws))
+    return map_in_threads(lambda s: refit(survey, s), laws)
 
 
 def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit | None:

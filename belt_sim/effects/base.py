@@ -7,12 +7,14 @@ the parts of a 3D scene (``belt_sim.scene_parts``) with its own change; the 3D m
 drive and sensor without it.
 """
 
+import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any, ClassVar
 
 from belt_sim.case import Case, Settings
-from belt_sim.errors import InputError
+from belt_sim.errors import BeltError, InputError
 from belt_sim.laws.drive import Reading
 from belt_sim.laws.influence import Bend, BoundaryValues
 from belt_sim.laws.runup import Contact, RunUp, State, Yaw
@@ -206,3 +208,52 @@ def overrides(effect: Effect | type[Effect], hooks: Sequence[str] = HOOKS) -> se
 def uses(effects: Sequence[Effect], hook: str) -> list:
     """Return those of ``effects`` that override ``hook``, in the order in which to call them."""
     return sorted((e for e in effects if overrides(e, (hook,))), key=lambda e: "moment" in e.needs)
+
+
+def apply_hook(effects: Sequence[Effect], hook: str, value: Any, *context: Any) -> Any:
+    """Return ``value`` as those of ``effects`` that override ``hook`` change it, one after another."""
+    for e in uses(effects, hook):
+        value = call_hook(e, hook, value, *context)
+    return value
+
+
+def call_hook(effect: Effect, hook: str, *arguments: Any) -> Any:
+    """Return what a hook of an effect returns; an error in a user's own file is an InputError with its line."""
+    path = getattr(type(effect), "source_file", None)
+    function = getattr(effect, hook)
+    if path is None:
+        return function(*arguments)
+    try:
+        answer = function(*arguments)
+    except BeltError:
+        raise
+    except Exception as error:
+        kind = type(error).__name__
+        remedy = _REMEDIES.get(kind) or str(error).splitlines()[0]
+        raise wrong_file(Path(path), line_of(error, Path(path)), f"{hook}: {kind}: {remedy}") from error
+    if answer is None:
+        line = function.__func__.__code__.co_firstlineno
+        raise wrong_file(
+            Path(path), line, f"{hook} returns nothing; end it with return and its first argument, changed"
+        )
+    return answer
+
+
+#: what JAX says of a value that is not there yet -> what to write instead
+_REMEDIES = {
+    "TracerBoolConversionError": "write jnp.where(condition, a, b) for 'if'",
+    "TracerArrayConversionError": "use jax.numpy for numpy",
+    "ConcretizationTypeError": "use jax.numpy, and no float() or int() of it",
+    "TracerIntegerConversionError": "use jax.numpy, and no int() of it",
+}
+
+
+def line_of(error: BaseException, path: Path) -> int:
+    """The last line of the file that an error came through."""
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
+    return lines[-1] or 1 if lines else 1
+
+
+def wrong_file(path: Path, line: int, what: str) -> InputError:
+    """What is wrong with a user's own effect file."""
+    return InputError("effects", f"{path}, line {line}", "", what)

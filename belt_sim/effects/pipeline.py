@@ -12,7 +12,7 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
-from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
+from belt_sim.effects.base import AFTER_ENGINE, Effect, apply_hook, call_hook, uses
 from belt_sim.jax_setup import in_float64
 from belt_sim.laws.drive import Reading
 
@@ -50,7 +50,7 @@ def as_driven(case: Case, effects: Sequence[Effect]) -> Case:
     shows the stated travel, not when the belt has gone so far.
     """
     for e in uses(effects, "settings"):
-        case = replace(case, settings=e.settings(case.settings, case))
+        case = replace(case, settings=call_hook(e, "settings", case.settings, case))
     if not uses(effects, "encoder"):
         return case
     yaw, head = (_as_shown(s, case, effects) for s in (case.settings.yaw, case.settings.yaw_head))
@@ -65,9 +65,7 @@ def _as_shown(schedule: Schedule, case: Case, effects: Sequence[Effect]) -> Sche
 
 def true_travel(effects: Sequence[Effect], case: Case, travel):
     """Belt travel [m] when the encoder says ``travel`` [m]."""
-    for e in uses(effects, "encoder"):
-        travel = e.encoder(travel, case)
-    return travel
+    return apply_hook(effects, "encoder", travel, case)
 
 
 @in_float64
@@ -78,9 +76,7 @@ def indicate(curves: Curves, case: Case, effects: Sequence[Effect], shown, time=
     """
     shown = jnp.asarray(shown)
     true = true_travel(effects, case, shown)
-    seen = true
-    for e in uses(effects, "seen"):
-        seen = e.seen(seen, case)
+    seen = apply_hook(effects, "seen", true, case)
     rows = {n: _at(curves.travel, getattr(curves, n), true) for n in _ROWS if getattr(curves, n) is not None}
     rows["y"] = _at(curves.travel, curves.y, seen)
     extra = {n: _at(curves.travel, jnp.asarray(row)[None], true)[0] for n, row in (curves.extra or {}).items()}
@@ -91,8 +87,7 @@ def indicate(curves: Curves, case: Case, effects: Sequence[Effect], shown, time=
         y=rows["y"],
         tilt=rows.get("tilt", jnp.zeros((2, len(shown)))),
     )
-    for e in uses(effects, "sensor"):
-        reading = e.sensor(reading, case)
+    reading = apply_hook(effects, "sensor", reading, case)
     rows |= {"y": reading.y} | ({"tilt": reading.tilt} if "tilt" in rows else {})
     return replace(curves, travel=shown, extra=extra or None, **rows)
 

@@ -23,7 +23,7 @@ from scipy.linalg import block_diag
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
-from belt_sim.effects.base import AFTER_ENGINE, Effect, overrides, uses
+from belt_sim.effects.base import AFTER_ENGINE, Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import as_driven
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.files import write_with
@@ -308,10 +308,7 @@ def linear_belt(case: Case, model: Composition, effects: Sequence[Effect] = ()) 
 def _at_rest(case: Case, effects: tuple[Effect, ...], *, model: Composition):
     """dx/ds at x = 0 and its derivatives along x (4, 4), the delayed x (4, 4) and the yaws (4, 2)."""
     effects = (*model.built_in, *effects)
-    span = model.span(case)
-    for e in uses(effects, "span"):
-        span = e.span(span, case)
-    spans = Spans.of(case, effects, span)
+    spans = Spans.of(case, effects, apply_hook(effects, "span", model.span(case), case))
 
     def rate(x, late, yaws):
         return _rate(spans, x, late, yaws)
@@ -332,18 +329,12 @@ def _rate(spans: Spans, x, late, yaws):
         if spans.span.limp:
             alpha = spans.slope(y, off, yaw) - yaw.runup
         state = spans.state(zero, zero, y, alpha, off, yaw)
-        gone = _stuck(late)
-        for e in uses(spans.effects, "wrap"):
-            gone = e.wrap(gone, state, spans.case)
-        yaw, off = commanded, gone
-        for e in uses(spans.effects, "yaw"):
-            yaw = e.yaw(yaw, state, spans.case)
+        off = apply_hook(spans.effects, "wrap", _stuck(late), state, spans.case)
+        yaw = apply_hook(spans.effects, "yaw", commanded, state, spans.case)
     if spans.span.limp:
         alpha = spans.slope(y, off, yaw) - yaw.runup
     state = spans.state(zero, zero, y, alpha, off, yaw)
-    push = RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2))
-    for e in uses(spans.effects, "runup"):
-        push = e.runup(push, state, spans.case)
+    push = apply_hook(spans.effects, "runup", RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2)), state, spans.case)
     moved = jnp.stack([-alpha + push.drift, -(state.kappa + push.turn)], axis=1)
     return moved.ravel()
 

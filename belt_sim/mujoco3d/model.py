@@ -9,7 +9,7 @@ from typing import Any
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.effects.base import IN_MARCH, Effect, overrides
+from belt_sim.effects.base import IN_MARCH, Effect, call_hook, overrides
 from belt_sim.effects.pipeline import as_indicated, asked_of_engine
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.frame import Observer
@@ -104,7 +104,7 @@ class SpaceModel:
         """The scene of a case as the effects change it."""
         parts = SceneParts.undisturbed(case, self.options.friction)
         for effect in effects:
-            parts = effect.scene(parts, case)
+            parts = call_hook(effect, "scene", parts, case)
         return parts
 
     def engine_task(self, case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:

@@ -6,7 +6,6 @@ promise something again by numbers that march: a crown far from its null follows
 so. Where no single change promises enough, two at once are tried.
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -17,9 +16,9 @@ from belt_sim.diagnosis.answer.menu import Action, menu, twofold
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.metric import Metric, metric_of, nuisance_shapes
-from belt_sim.diagnosis.readings.batches import WORKERS
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward
 from belt_sim.diagnosis.readings.samples import Samples, stack_cases
+from belt_sim.jax_setup import map_in_threads
 from belt_sim.results.found import APART, RESOLVED, NextRun
 
 STEPS = 8  # of a refit
@@ -68,8 +67,7 @@ def _best(outlook: "Outlook", chosen: Fit, pairs: list[Rival], keep: int) -> lis
         action = outlook.actions[k]
         return NextRun(action.words, (pair.effect, pair.other), before, sigma, action.settings)
 
-    with ThreadPoolExecutor(WORKERS) as pool:
-        return [found.result() for found in [pool.submit(marched, *one) for one in promised]]
+    return map_in_threads(lambda one: marched(*one), promised)
 
 
 class Outlook:

@@ -1,16 +1,15 @@
 """A campaign and a model as a Rerun recording: measured and modelled points, residuals and tilt against travel."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.curves import Curves
-from belt_sim.diagnosis.readings.batches import WORKERS
 from belt_sim.diagnosis.readings.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
+from belt_sim.jax_setup import map_in_threads
 from belt_sim.model import Model
 from belt_sim.watch.record import Overlay, record_runs
 
@@ -26,10 +25,9 @@ def record_campaign(path: Path, campaign: Campaign, model: Model, effects: Seque
         return Overlay(modelled=modelled, measured=_measured(samples, r), case=case)
 
     runs = range(len(samples.runs))
-    with ThreadPoolExecutor(WORKERS) as pool:  # a march is one long loop, which uses one core
-        first = [overlay(r) for r in runs[:1]]  # compiles, before there are several threads
-        shown = dict(zip((run.name for run in samples.runs), [*first, *pool.map(overlay, runs[1:])], strict=True))
-    record_runs(path, shown)
+    first = [overlay(r) for r in runs[:1]]  # compiles, before there are several threads
+    overlays = [*first, *map_in_threads(overlay, runs[1:])]
+    record_runs(path, dict(zip((run.name for run in samples.runs), overlays, strict=True)))
     return path
 
 

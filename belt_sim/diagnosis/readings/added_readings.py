@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from belt_sim.case import Case, Settings
 from belt_sim.diagnosis.readings.as_set import Slot, run_at
 from belt_sim.diagnosis.readings.effect_hints import AFFINE
-from belt_sim.effects.base import Effect, overrides, uses
+from belt_sim.effects.base import Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import PROGRAMS, compiled
 from belt_sim.laws.drive import Reading
@@ -57,15 +57,11 @@ def _one_added(vector, shown, settings: Settings, travel, time, yaw_at, rig, bel
 def _added(effects: Sequence[Effect], adding: Sequence[type[Effect]], case: Case, stated, time):
     """What those of ``effects`` that are of the classes ``adding`` add to y at points 1-4, shape (4, n), at encoder
     travels ``stated`` [m] and times ``time`` [s], both (n,)."""
-    seen = true_travel(effects, case, stated)
-    for e in uses(effects, "seen"):
-        seen = e.seen(seen, case)
+    seen = apply_hook(effects, "seen", true_travel(effects, case, stated), case)
 
     def shown(some):
         none = jnp.zeros((4, len(stated)))
         reading = Reading(travel=stated, seen=seen, time=time, y=none, tilt=none[:2])
-        for e in uses(some, "sensor"):
-            reading = e.sensor(reading, case)
-        return reading.y
+        return apply_hook(some, "sensor", reading, case).y
 
     return shown(effects) - shown([e for e in effects if type(e) not in adding])

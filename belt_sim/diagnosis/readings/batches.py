@@ -11,10 +11,11 @@ import jax
 import numpy as np
 
 from belt_sim.diagnosis.readings.samples import MAX_SAMPLES, Samples
+from belt_sim.jax_setup import WORKERS
 
 COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
 ROWS = 8  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
-WORKERS = 2  # batches at once: a march is one long loop, which uses one core
+
 PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
 
 

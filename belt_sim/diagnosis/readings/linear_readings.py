@@ -18,7 +18,7 @@ from scipy.special import chdtrc
 from belt_sim.case import Case
 from belt_sim.diagnosis.readings.added_readings import READ_BY
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.effects.base import Effect, overrides, uses
+from belt_sim.effects.base import Effect, apply_hook, overrides, uses
 from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import in_float64
 from belt_sim.laws.drive import Reading
@@ -127,9 +127,7 @@ def shown_by_bins(parameters: Sequence[tuple[type[Effect], str]], samples: Sampl
 
 def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray) -> np.ndarray:
     """Columns (k, 4, n) at encoder travels (n,) as the sensors after ``cls`` show them."""
-    seen = true_travel(effects, case, jnp.asarray(stated))
-    for e in uses(effects, "seen"):
-        seen = e.seen(seen, case)
+    seen = apply_hook(effects, "seen", true_travel(effects, case, jnp.asarray(stated)), case)
     own = cls.columns(seen, case)
     after = [e for e in uses(effects, "sensor") if type(e) is not cls]  # in proportion to y: gains, not offsets
     if not after:
@@ -137,9 +135,7 @@ def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.
 
     def read(y):
         reading = Reading(travel=jnp.asarray(stated), seen=seen, time=0.0 * seen, y=y, tilt=jnp.zeros((2, len(stated))))
-        for e in after:
-            reading = e.sensor(reading, case)
-        return reading.y
+        return apply_hook(after, "sensor", reading, case).y
 
     return jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))
 
