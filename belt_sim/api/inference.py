@@ -31,6 +31,7 @@ from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.describe import describe, label, rivals
 from belt_sim.diagnosis.drawings import drawings, drawings_of, overlays
 from belt_sim.diagnosis.errors.run_errors import overall_errors, run_errors
+from belt_sim.diagnosis.errors.setting_up import with_free_zeros
 from belt_sim.diagnosis.errors.where import where
 from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
 from belt_sim.diagnosis.fits.fit import Fit
@@ -103,9 +104,9 @@ def diagnose(
         def tell_stage(stage: str) -> None:
             stages(0, stage)
 
-        doubtful = [
-            s for s in sheet_suspicions(campaign, chosen, suspicions(campaign), tell_stage) if s.severity == "stop"
-        ]
+        of_data = suspicions(campaign)
+        of_sheet = sheet_suspicions(with_free_zeros(campaign, of_data), chosen, of_data, tell_stage)
+        doubtful = [s for s in of_sheet if s.severity == "stop"]
         findings = examine(
             campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful,
             laws=LawSearch(tell_stage), tell=tell_stage,

@@ -8,7 +8,7 @@ from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.diagnosis.decision.decide import Decision, decide
 from belt_sim.diagnosis.decision.policy import POLICY, Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
-from belt_sim.diagnosis.errors.setting_up import set_up
+from belt_sim.diagnosis.errors.setting_up import set_up, with_free_zeros
 from belt_sim.diagnosis.evidence import gather, search_sets
 from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.fit import Fit
@@ -64,9 +64,11 @@ def examine(
     """
     tell("laying out the campaign")
     tried = [c for c in classes if model.refusal(c) is None and is_long_enough(campaign, c)]
-    bench = workbench(campaign, model, tried)
-    nothing = bench.fit([bench.start((), bench.forward.null())])[0]
-    suspect = (*doubts, *set_up(bench, nothing.values, suspicions(campaign)))
+    of_data = suspicions(campaign)
+    bench, nothing = _laid_out(with_free_zeros(campaign, of_data), model, tried)
+    suspect = (*doubts, *set_up(bench, nothing.values, of_data))
+    if (freed := with_free_zeros(bench.campaign, suspect)).signals != bench.campaign.signals:
+        bench, nothing = _laid_out(freed, model, tried)
     damaged = any(s.severity == "stop" for s in suspect)
     if damaged:  # nothing is added: only what is there is judged
         search = Search(bench, around(bench, nothing, ()), nothing, 1.0, policy)
@@ -85,6 +87,12 @@ def examine(
         bench=bench, nothing=nothing, search=search, table=table, decision=decision, named=named, policy=policy,
         suspicions=tuple(suspect), law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
     )  # fmt: skip
+
+
+def _laid_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> tuple[Workbench, Fit]:
+    """The campaign laid out at the base model, and the fit of no effect there."""
+    bench = workbench(campaign, model, classes)
+    return bench, bench.fit([bench.start((), bench.forward.null())])[0]
 
 
 def _laws_beside(search: Search, table: EvidenceTable, decision: Decision, laws: LawFinder) -> dict[Ids, LawFinding]:

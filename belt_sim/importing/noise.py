@@ -1,8 +1,8 @@
 """How large the noise is: white, wander and its length, and the error of zero, read off the runs themselves.
 
-White noise is what scatters from sample to sample. Wander is what two runs at the same settings differ by, or what a
-run without yaw does by itself, beside a straight line (settings and zero). Without either it is what a smooth curve
-leaves of a run: a lower bound, since a belt's own movement must not count.
+White noise is what scatters from sample to sample. Wander is what two runs at the same settings differ by, beside a
+straight line (settings and zero). Without repeats it is what a smooth curve leaves of a run: a lower bound, since
+neither a belt's own movement nor the drift of a fault must count, and a fault acts at zero yaw as well.
 """
 
 from dataclasses import dataclass
@@ -37,18 +37,11 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     white = float(np.median([_white(r.signals[signal]) for r in own])) if own else 0.0
     told = f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}"
     pairs = _pairs(own, signal)
-    traces, source = pairs, f"{len(pairs)} pair{'s' if len(pairs) != 1 else ''} of repeats"
-    still = [_trace(r, signal) for r in own if r.yaw == 0.0 and r.yaw_head == 0.0]
-    still = [t for t in still if len(t.travel) >= FEWEST]
-    if still:
-        runs_told = f"{len(still)} run{'s' if len(still) != 1 else ''} at zero yaw"
-        traces, source = [*pairs, *still], f"{source} and {runs_told}" if pairs else runs_told
+    traces, source = [_detrend(t) for t in pairs], f"{len(pairs)} pair{'s' if len(pairs) != 1 else ''} of repeats"
     if not traces:
         traces = [_smooth_residual(r, signal, span) for r in own]
         traces = [t for t in traces if len(t.travel) >= FEWEST]
         source = "what a smooth curve leaves of single runs: a lower bound; repeat a run to know better"
-    else:
-        traces = [_detrend(t) for t in traces]
     wander, length, white = _levels(traces, white)
     white = max(white, _resolution(own, signal) / float(np.sqrt(12.0)), 1e-9)
     wander = wander if wander > FAINT * white else 0.0
@@ -167,7 +160,7 @@ def _structure(traces: list[Trace]) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def _zero(runs: list[Run], signal: str, white: float, wander: float) -> tuple[float, str]:
-    """One sigma of where y = 0 is: how far repeats and runs without yaw lie apart or what noise makes of it."""
+    """One sigma of where y = 0 is: how far repeats lie apart, or what noise makes of it."""
     first = {r.name: r for r in runs}
     apart = []
     for run in runs:
@@ -179,11 +172,7 @@ def _zero(runs: list[Run], signal: str, white: float, wander: float) -> tuple[fl
             apart.append(
                 float(np.mean(a.values[reach] - np.interp(a.travel[reach], b.travel, b.values))) / np.sqrt(2.0)
             )
-        elif run.yaw == 0.0 and run.yaw_head == 0.0 and reach.sum() >= 3:
-            apart.append(float(np.mean(a.values[reach])))
     least = float(np.hypot(0.5 * white, wander))
     if len(apart) > 1:
-        return max(
-            float(np.sqrt(np.mean(np.square(apart)))), least
-        ), f"where {len(apart)} repeats or zero-yaw runs begin"
+        return max(float(np.sqrt(np.mean(np.square(apart)))), least), f"where {len(apart)} repeats begin"
     return least, "the noise of the first readings"

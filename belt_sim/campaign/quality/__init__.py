@@ -4,7 +4,14 @@ They find sensors that clip, stick or drop out, slipped units, exchanged columns
 repetition, and by kinematics that all belts share.
 """
 
-from belt_sim.campaign.quality.cross_run import check_copies, check_guide, check_signs, check_starts, check_travel
+from belt_sim.campaign.quality.cross_run import (
+    check_copies,
+    check_guide,
+    check_signs,
+    check_starts,
+    check_travel,
+    counted_from_yaw,
+)
 from belt_sim.campaign.quality.kinematics import check_leads, check_places, check_wraps
 from belt_sim.campaign.quality.record import Record, Suspicion, check_gaps, check_noise, check_record, records_of
 from belt_sim.campaign.types import Campaign
@@ -27,6 +34,7 @@ def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     found += check_noise(sound)
     slips = [s for s in found if s.kind == "unit_slip"]
     sound = [r for r in sound if not any(_touches(slip, r) for slip in slips)]
+    sound = counted_from_yaw(sound)
     shifts = check_starts(campaign, sound)
     sound = [r for r in sound if not any(_touches(shift, r) for shift in shifts)]
     found += shifts + check_leads(campaign, sound)

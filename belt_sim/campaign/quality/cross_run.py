@@ -1,7 +1,8 @@
 """Checks across runs: signs that are turned round, slipped units of the travel, and runs that do not begin at y = 0.
 
 y = 0 is where a point was when the yaw was applied, up to the stated error ``zero``. A straight line through the
-first readings after the yaw is extended back to it; the belt has not moved there yet.
+first readings after the yaw is extended back to it; a belt that begins to run there has not moved yet. Where a record
+begins before the yaw, readings are counted from the last rows before it, and any zero is allowed.
 """
 
 import math
@@ -155,8 +156,27 @@ def _unstated(signal: str, starts: list[float], records: list[Record]) -> Suspic
     size = float(np.sqrt(np.mean(np.square(starts))))
     stated = f"states zero: {zero / MM:g} mm" if zero > 0.0 else "states no zero"
     sentence = f"its runs begin {size / MM:.2g} mm (rms) off y = 0, while the sheet {stated}: "
-    sentence += f"write zero: {size / MM:.2g} for it in campaign.yaml"
-    return Suspicion(run=None, signals=(signal,), kind="zero", sentence=sentence)
+    sentence += "the zero of every run is what is left when belt and effects are fitted"
+    return Suspicion(run=None, signals=(signal,), kind="zero", sentence=sentence, severity="look")
+
+
+def counted_from_yaw(records: list[Record]) -> list[Record]:
+    """Return records with their readings counted from the last rows before the yaw, where there are such rows.
+
+    What a machine does before the yaw is no error of zero, wherever its sensors were set to zero.
+    """
+    found = []
+    for record in records:
+        before = np.flatnonzero(record.travel < 0.0)[-FEWEST:]
+        if len(before) and record.sheet.kind == "lateral":
+            record = replace(record, readings=record.readings - _at_yaw(record.travel[before], record.readings[before]))
+        found.append(record)
+    return found
+
+
+def _at_yaw(s: np.ndarray, y: np.ndarray) -> float:
+    """The reading at the yaw, by a line through the rows before it (their mean where these are too few for a line)."""
+    return float(np.polynomial.Polynomial.fit(s, y, 1)(0.0)) if len(s) == FEWEST else float(np.mean(y))
 
 
 def _start(record: Record, reach: float, curvature_share: float) -> tuple[float, float] | None:

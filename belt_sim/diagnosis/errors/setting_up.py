@@ -7,16 +7,24 @@ from itertools import combinations
 
 import numpy as np
 
-from belt_sim.campaign import Suspicion
-from belt_sim.campaign.quality.cross_run import check_starts
+from belt_sim.campaign import Campaign, Suspicion
+from belt_sim.campaign.quality.cross_run import check_starts, counted_from_yaw
 from belt_sim.campaign.quality.record import records_of
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.noise import FREE_ZERO
 
 CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
 ALONE = 0.1  # share of it that the same may clear in another run: what an effect does, it does in several
 WITHIN = 4.0  # sigmas of its chi2 that the run may then still be from what noise makes of it
 UNDONE = 0.5  # share of the chi2 beyond noise that a turned sign must at least account for
 LEFT = 0.05  # share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly
+
+
+def with_free_zeros(campaign: Campaign, suspicions: Sequence[Suspicion]) -> Campaign:
+    """The campaign with any zero allowed to signals whose runs begin further from zero than the sheet allows."""
+    free = {name for s in suspicions if s.kind == "zero" for name in s.signals}
+    signals = tuple(replace(s, zero=max(s.zero, FREE_ZERO)) if s.name in free else s for s in campaign.signals)
+    return replace(campaign, signals=signals) if free else campaign
 
 
 def believed(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
@@ -128,4 +136,4 @@ def offsets(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
         signals = {s.name: rest[r, k, own] for k, s in enumerate(samples.signals) if s.name in run.signals}
         runs.append(replace(run, travel=samples.travel[r, own], time=None, signals=signals))
     left = replace(bench.campaign, runs=tuple(runs))
-    return tuple(check_starts(left, records_of(left), curvature_share=0.0))
+    return tuple(check_starts(left, counted_from_yaw(records_of(left)), curvature_share=0.0))

@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.noise.noise import Levels, covariance, whitener
+from belt_sim.campaign import Campaign, SignalSheet
+from belt_sim.diagnosis.noise.noise import FREE_ZERO, Levels, covariance, whitener
 from belt_sim.diagnosis.readings.samples import Samples
 
 AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach
@@ -92,13 +92,13 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
 
     values (R, S, n): predictions; slopes (5, R, S, n): along forward.NUISANCES.
     """
-    runs, _, n = values.shape
+    n = values.shape[-1]
     shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
     for s, signal in enumerate(samples.signals):
-        for size, shape in ((signal.zero, np.ones((runs, n))), (signal.gain, values[:, s])):
-            if size > 0:
+        for shape in (np.repeat(_zeros(samples, signal)[:, None], n, axis=1), signal.gain * values[:, s]):
+            if np.any(shape):
                 row = np.zeros_like(values)
-                row[:, s] = size * shape
+                row[:, s] = shape
                 shapes.append(row)
     late = np.array([run.yaw_at_u for run in samples.runs])
     shared = [stiffness_sigma(campaign) * slopes[0]]
@@ -108,6 +108,15 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
     if (longer := length_sigma(campaign, float(np.max(samples.cases.rig.belt_length)))) > 0:
         shared.append(longer * slopes[4])
     return np.stack(shapes), np.stack(shared)
+
+
+def _zeros(samples: Samples, signal: SignalSheet) -> np.ndarray:
+    """One sigma of a signal's zero in every run (R,): as stated where its readings begin with the yaw.
+
+    What a machine does before the yaw shows where zero is, wherever the sensor was set to zero: any is allowed there.
+    """
+    before = (samples.travel[:, 0] < samples.yaw_at) & (signal.kind == "lateral")
+    return np.where(before, max(signal.zero, FREE_ZERO), signal.zero)
 
 
 def stiffness_sigma(campaign: Campaign) -> float:

@@ -15,6 +15,7 @@ from scipy.linalg import cholesky, solve_triangular
 from belt_sim.campaign import SignalSheet
 
 SMOOTH = float(np.sqrt(3.0))  # over the length of a smooth wander: one over that of its exponential
+FREE_ZERO = 0.02  # [m], one sigma of a zero that is read off a record: more than any sensor was set off by
 FLOOR = 1e-9  # [m or rad], so that a signal stated as perfect still has a covariance
 
 

@@ -1,0 +1,31 @@
+"""What a machine does before the yaw is data: no error of zero, wherever the sensors were set to zero."""
+
+from dataclasses import replace
+
+import pytest
+from small_campaign import CLASSES, MODEL, SPREAD
+
+from belt_sim.campaign import suspicions
+from belt_sim.diagnosis.errors.setting_up import offsets
+from belt_sim.diagnosis.examine import examine
+from belt_sim.results.verdict import Verdict
+from belt_sim.si import MM
+from belt_sim.virtual_rig.make import make_campaign
+from belt_sim.virtual_rig.plan import Noise
+
+LATE = replace(SPREAD, runs=tuple(replace(run, yaw_at=10.0) for run in SPREAD.runs))
+#: A sheet that states how well a sensor reads zero, not how far the belt moved before the yaw.
+SURE_OF_ZERO = Noise(white=0.01 * MM, wander_sd=0.02 * MM, zero=0.03 * MM)
+TAPER = [{"id": "taper", "kappa_t": 1e-4}]
+FEW = tuple(c for c in CLASSES if c.id in ("taper", "yaw_offset_tail", "sensor_gain"))
+
+
+@pytest.mark.parametrize("zero_at_start", [True, pytest.param(False, marks=pytest.mark.long)])
+def test_a_fault_that_acts_before_the_yaw_is_named_and_zero_is_not_doubted(zero_at_start):
+    made = make_campaign(hidden=TAPER, seed=3, plan=replace(LATE, zero_at_start=zero_at_start), noise=SURE_OF_ZERO)[0]
+    drift = max(abs(y[20] - y[0]) for run in made.runs for y in run.signals.values())
+    assert drift > 3.0 * SURE_OF_ZERO.zero
+    assert suspicions(made) == ()
+    found = examine(made, MODEL, FEW)
+    assert offsets(found.bench, found.nothing.values) == ()
+    assert (found.decision.verdict, list(found.decision.named)) == (Verdict.EXPLAINED, ["taper"])
