@@ -1,4 +1,4 @@
-"""Noise that was put in is read off again, from repeats and from runs without yaw."""
+"""Noise that was put in is read off again from repeats; what a fault does is none."""
 
 import numpy as np
 import pytest
@@ -22,21 +22,29 @@ def run(name: str, rng, *, yaw: float = 1e-3, repeat_of: str | None = None, spac
     return Run(name=name, tension=1e7, yaw=yaw, repeat_of=repeat_of, travel=travel, signals={"y1": y})
 
 
-@pytest.mark.parametrize("kind", ["repeats", "zero_yaw"])
-def test_levels_come_back(kind):
+def test_levels_come_back_from_repeats():
     rng = np.random.default_rng(5)
     found = []
     for _ in range(12):
-        if kind == "repeats":
-            runs = [run("a", rng), run("b", rng, repeat_of="a"), run("c", rng, repeat_of="a")]
-        else:
-            runs = [run("a", rng), run("b", rng, yaw=0.0), run("c", rng, yaw=0.0)]
+        runs = [run("a", rng), run("b", rng, repeat_of="a"), run("c", rng, repeat_of="a")]
         found.append(noise_of("y1", runs, span=11.28))
     assert np.median([n.white for n in found]) == pytest.approx(WHITE, rel=0.25)
     assert np.median([n.wander for n in found]) == pytest.approx(WANDER, rel=0.3)
     assert 1.2 < np.median([n.length for n in found]) < 5.0
     assert np.median([n.zero for n in found]) == pytest.approx(ZERO, rel=0.5)
-    assert kind.split("_")[0] in found[0].wander_from
+    assert "repeats" in found[0].wander_from
+
+
+def test_a_fault_that_moves_the_belt_at_zero_yaw_is_no_noise():
+    """Guard: zero 0.118 and wander 0.048 mm over 14 m were read off such runs, for 0.03 and 0.012 mm over 2 m."""
+    rng = np.random.default_rng(6)
+    still = [run(name, rng, yaw=0.0) for name in "abc"]
+    drift = 1e-3 * (1.0 - np.exp(-still[0].travel / 10.0))
+    for one in still:
+        one.signals["y1"] += drift
+    found = noise_of("y1", still, span=11.28)
+    assert found.wander < 1.5 * WANDER
+    assert found.zero < 1.5 * WANDER
 
 
 def test_without_repeats_it_is_a_lower_bound_and_says_so():
