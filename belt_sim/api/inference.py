@@ -20,7 +20,7 @@ from belt_sim.api.resolve import (
     refuse,
     validity_warnings,
 )
-from belt_sim.campaign import Campaign, Run, case_of, suspicions
+from belt_sim.campaign import Campaign, Run, case_of, leave_out_bad_readings, suspicions
 from belt_sim.campaign.read import is_plan, read_begun, read_plan
 from belt_sim.case import Case
 from belt_sim.curves import late_rates
@@ -272,7 +272,10 @@ def compare(
         where=where(bench, after),
         per_run=run_errors(bench, before, after),
         drawings=drawings(bench, (base, before), shown, mapped=after) if drawn else Drawings(),
-        beyond=validity_warnings(campaign, fitted_model(chosen), [e.id for e in acting]),
+        beyond=(
+            *map(str, leave_out_bad_readings(campaign)[1]),
+            *validity_warnings(campaign, fitted_model(chosen), [e.id for e in acting]),
+        ),
     )
 
 

@@ -255,27 +255,30 @@ EXAMPLES = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "dir
 
 @dataclass
 class AnswerForm:
-    """Fields of the card: place in the mapping -> how to read it, and what it showed; sent together."""
+    """Fields of the card: place in the mapping, how to read it, and what it showed; sent together.
 
-    fields: dict[Place, tuple[Callable[[], Any], str]] = field(default_factory=dict)
+    A place may have two fields, in the table and in a question: the one that was changed counts.
+    """
+
+    fields: list[tuple[Place, Callable[[], Any], str]] = field(default_factory=list)
 
     def changed(self) -> dict[Place, Any]:
         """What somebody wrote or chose since the card was drawn."""
-        said = {place: value() or "" for place, (value, _) in self.fields.items()}
-        return {place: text for place, text in said.items() if text != self.fields[place][1]}
+        said = ((place, value() or "", shown) for place, value, shown in self.fields)
+        return {place: text for place, text, shown in said if text != shown}
 
     def select(self, place: Place, options: dict[str, str], value: str, label: str | None = None) -> None:
         """A choice."""
         shown = options if value in options else {value: value} | options
         made = ui.select(shown, value=value, label=label).props(f"dense data-name='{_name(place)}'").classes("w-full")
-        self.fields[place] = lambda: made.value, value
+        self.fields.append((place, lambda: made.value, value))
 
     def input(self, place: Place, value: str, example: str, shown: str | None = None) -> None:
         """A line of text; ``shown``: what stands there at first without being an answer yet."""
         made = ui.input(value=value if shown is None else shown, placeholder=example)
         made.props(f"dense outlined hide-bottom-space data-name='{_name(place)}' aria-label='{_name(place)}'")
         made.classes("w-full")
-        self.fields[place] = lambda: str(made.value or "").strip(), value
+        self.fields.append((place, lambda: str(made.value or "").strip(), value))
 
 
 def import_view(session: Session) -> None:
@@ -302,6 +305,7 @@ def import_view(session: Session) -> None:
             _understood(now)
         with ui.element("div").classes("line"):
             ui.button("This is right: take it", on_click=take).props("no-caps").set_enabled(now.ready)
+            ui.label(now.lacks).classes("soft small")
 
 
 def _columns(form: AnswerForm, now: Import) -> None:
@@ -395,7 +399,7 @@ def campaign_view(session: Session) -> None:
     with widgets.card("2. What was understood", str(campaign)):
         widgets.facts(_machine_facts(campaign), "wide")
         for found in session.suspicions:
-            widgets.notice(f"{found.kind.replace('_', ' ')}: {found.sentence}")
+            widgets.notice(f"{found.kind.replace('_', ' ')}: {found}")
         recorded = {r.name: r for r in campaign.runs if r.signals}
         if recorded:
             curves(campaign, recorded)

@@ -68,6 +68,15 @@ class Import:
         return self.proposal is not None and self.proposal.campaign is not None and not self.said
 
     @property
+    def lacks(self) -> str:
+        """Why no campaign can be made yet; "" when one can."""
+        if self.said:
+            return f"Not yet: {self.said[0]}"
+        missing = self.proposal.missing if self.proposal else ()
+        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        return f"Not yet: answer {missing[0].key.replace('_', ' ')}{more}, then look again." if missing else ""
+
+    @property
     def questions(self) -> list[Question]:
         """Open and answered questions that have no place in the tables of columns and runs."""
         open_ = {q.path for q in self.proposal.missing} if self.proposal else set()

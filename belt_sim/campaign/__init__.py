@@ -1,7 +1,7 @@
 """Measured campaigns on disk, format belt-campaign/1: read, validate, write, and look for dirty data."""
 
 from belt_sim.campaign.problems import CampaignError, Problem
-from belt_sim.campaign.quality import suspicions
+from belt_sim.campaign.quality import leave_out_bad_readings, suspicions
 from belt_sim.campaign.quality.record import Suspicion
 from belt_sim.campaign.read import read_campaign
 from belt_sim.campaign.types import (
@@ -32,6 +32,7 @@ __all__ = [
     "SteadyRate",
     "Suspicion",
     "case_of",
+    "leave_out_bad_readings",
     "read_campaign",
     "suspicions",
     "write_campaign",

@@ -97,7 +97,7 @@ def _what_would_show(visible: int, hidden: list[str]) -> str:
 
 def _damage(suspicions: tuple[Suspicion, ...]) -> str:
     """The gravest of what looks wrong in the data, in a sentence; empty when nothing does."""
-    return min(suspicions, key=lambda s: s.severity != "stop").sentence if suspicions else ""
+    return str(min(suspicions, key=lambda s: s.severity != "stop")) if suspicions else ""
 
 
 def _or_alike(decision: Decision, name: str) -> str:

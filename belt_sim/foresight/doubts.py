@@ -16,9 +16,7 @@ def doubts(campaign: Campaign, model: Composition, *, planned: bool) -> tuple[Do
     if not planned:
         slips = suspicions(campaign)
         for s in (*slips, *sheet_suspicions(campaign, model, slips)):
-            where = " ".join(part for part in (s.run, s.signal) if part)
-            sentence = f"{where}: {s.sentence}" if where else s.sentence
-            found.append(Doubt(kind=s.kind, sentence=sentence, stops=s.severity == "stop"))
+            found.append(Doubt(kind=s.kind, sentence=str(s), stops=s.severity == "stop"))
     found += [Doubt(kind="harm", sentence=s) for s in harm_warnings(campaign)]
     return (*found, *(Doubt(kind="plan", sentence=s) for s in _lacking(campaign)), *_sheet(campaign))
 

@@ -27,6 +27,8 @@ from belt_sim.importing.travel import Track, count_from_yaw, cut_repeats, resamp
 from belt_sim.importing.types import ColumnUse, Logged, Note, Proposal, Question
 from belt_sim.importing.units import UNITS
 
+AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"
+
 
 def understand(logged: Logged, mapping: Any = None) -> Proposal:
     """What the files mean, given a mapping (plain data, a YAML file, or None).
@@ -50,7 +52,7 @@ def understand(logged: Logged, mapping: Any = None) -> Proposal:
     campaign = None
     if not missing and machine is not None and belt is not None:
         campaign = Campaign(
-            title=entry.title or f"imported from {', '.join(t.file.name for t in logged.tables[:4])}",
+            title=entry.title or f"imported from {', '.join(dict.fromkeys(t.file.name for t in logged.tables[:4]))}",
             source=Source(**entry.source.model_dump()),
             machine=machine,
             belt=belt,
@@ -117,6 +119,7 @@ def _runs(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], lis
         rows, left = (sum(len(t.travel) for t in some) for some in ([m.track for m in made], tracks))
         notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m, {left} are left"))
     runs = snap_settings([_run(m) for m in made], [m.settings for m in made])
+    notes += [Note(r.name, AT_ONCE) for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings]
     runs, repeats = mark_repeats(runs, [m.entry.repeat_of is not None for m in made])
     notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in repeats] + _note_blanks(tracks)
     at = {r.name: k for k, r in enumerate(runs)}

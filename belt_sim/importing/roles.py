@@ -33,12 +33,13 @@ PLAUSIBLE: dict[str, tuple[tuple[str, ...], float, float]] = {
     "tension": (("N/mm2", "N", "kN"), 1e6, 4e8),
     "yaw": (("deg", "mrad", "rad", "urad"), 2e-5, 0.02),
     "yaw_head": (("deg", "mrad", "rad", "urad"), 2e-5, 0.02),
+    "yaw_at": (("m", "mm"), 0.1, 1e3),
     "signal": (("mm", "m", "um"), 2e-5, 0.2),
     "tilt": (("mrad", "deg", "rad"), 2e-5, 0.5),
 }
 DAY = 86400.0  # [s]
 #: Columns that a table has once.
-ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "u_rate")
+ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "yaw_at", "u_rate")
 #: dimension that a place measures, and unit in which its signals are written
 DIMENSION = {"lateral": "length", "tilt": "angle"}
 WRITTEN = {"lateral": "mm", "tilt": "mrad"}
@@ -61,8 +62,8 @@ def synonyms() -> dict[str, dict[str, list[str]]]:
 
 
 def plain(name: str) -> str:
-    """A name in lower case, umlauts written out, everything but letters and digits as blanks."""
-    name = name.lower()
+    """A name in lower case, umlauts written out, words apart, all but letters and digits blank."""
+    name = re.sub(r"(?<=[a-zäöü])(?=[A-ZÄÖÜ][a-zäöü])", " ", name).lower()
     for mark, letters in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss")):
         name = name.replace(mark, letters)
     name = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
@@ -138,6 +139,7 @@ def _propose(column: Column) -> Column:
     dimension = UNITS[unit][0] if unit else ""
     if dimension and (not role or (ROLES[role] and dimension not in ROLES[role])):
         role = {"time": "time", "speed": "speed", "stress": "tension", "force": "tension"}.get(dimension, "")
+        role = "signal" if dimension == "length" and place_named(name) else role
     if role.startswith(("rate", "u_rate")):
         return replace(column, role=role, unit=unit or "mm/m", sure=bool(unit), why="its name")
     if not role:

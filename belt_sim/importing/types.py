@@ -21,6 +21,7 @@ ROLES: dict[str, tuple[str, ...]] = {
     "yaw": ("angle",),
     "yaw_head": ("angle",),
     "direction": ("number",),
+    "yaw_at": ("length",),
     "signal": ("length", "angle"),
     "rate1": ("angle",),
     "rate2": ("angle",),

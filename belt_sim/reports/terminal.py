@@ -52,7 +52,7 @@ def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
     out.print(d.where.sentence, markup=False)
     out.print(d.where.boundary_sentence, markup=False)
     for s in d.suspicions:
-        out.print(f"[yellow]{s.kind}[/yellow] {escape(s.sentence)}")
+        out.print(f"[yellow]{s.kind}[/yellow] {escape(str(s))}")
     for line in d.beyond:
         out.print(line, markup=False)
     for e in d.effects:

@@ -2,7 +2,17 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from belt_sim.results.fields import Array
+
+
+def _check_shapes(what: object, names: tuple[str, ...], shape: tuple[int, ...]) -> None:
+    """Raise ValueError unless all these arrays, where there are any, have one shape."""
+    for name in names:
+        value = getattr(what, name)
+        if value is not None and np.shape(value) != shape:
+            raise ValueError(f"{name} has the shape {np.shape(value)}, not {shape}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +31,9 @@ class Panel:
     final: Array | None = None
     unit: str = "mm"
 
+    def __post_init__(self) -> None:
+        _check_shapes(self, ("travel", "measured", "base", "band", "final"), (len(self.travel),))
+
 
 @dataclass(frozen=True, kw_only=True)
 class FailureMap:
@@ -33,6 +46,9 @@ class FailureMap:
     tension: Array
     edges: Array
     ratio: Array
+
+    def __post_init__(self) -> None:
+        _check_shapes(self, ("ratio",), (len(self.tension), len(self.edges) - 1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +65,9 @@ class Drift:
     u: Array
     stated: float | None = None
     u_stated: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_shapes(self, ("tension", "value", "u"), (len(self.tension),))
 
 
 @dataclass(frozen=True, kw_only=True)

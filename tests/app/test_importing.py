@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
+from belt_sim.app.measurements_page import AnswerForm
 from belt_sim.app.session import begin, nested, read_mapping
 from belt_sim.campaign import CampaignError, read_campaign
 
@@ -38,6 +39,23 @@ def test_answers_lead_to_a_campaign(logged, tmp_path):
     campaign = read_campaign(now.write(tmp_path / "out"))
     assert [round(r.tension / 1e6) for r in campaign.runs] == [10, 20]
     assert campaign.runs[0].yaw == pytest.approx(-campaign.runs[1].yaw)
+
+
+def test_why_no_campaign_can_be_made_is_said(logged):
+    now = begin(logged)
+    assert now.lacks.startswith("Not yet: answer runs.lauf2 20Nmm2.yaw") or "machine.centre distance" in now.lacks
+    now.answer({**MACHINE, ("runs", "lauf2_20Nmm2", "yaw"): "0.042 furlong"})
+    assert "furlong" in now.lacks
+    now.answer({("runs", "lauf2_20Nmm2", "yaw"): "0.042 deg"})
+    assert now.ready
+    assert now.lacks == ""
+
+
+def test_of_two_fields_of_one_place_the_changed_one_counts():
+    form = AnswerForm()
+    place = ("columns", "Kanal 7", "at")
+    form.fields += [(place, lambda: "point_1", ""), (place, lambda: "", "")]
+    assert form.changed() == {place: "point_1"}
 
 
 def test_a_wrong_answer_is_said_and_can_be_taken_back(logged):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from roped_campaign import damaged, roped_campaign
 
-from belt_sim.campaign import suspicions
+from belt_sim.campaign import leave_out_bad_readings, suspicions
 from belt_sim.campaign.quality.record import NOISE_FACTOR, records_of
 
 #: Clean campaigns looked at; the thresholds leave room for one false alarm in thousands, none is expected.
@@ -117,6 +117,41 @@ def test_spikes_are_named():
         return {"y1": out}
 
     assert seen(damaged(roped_campaign(10), spike, 3)) == [("r3", "y1", "dropout")]
+
+
+def broken(stuck, spiky):
+    """One run with so many stuck readings and so many that jump, its clean twin, and the places of either."""
+    rows = [*range(300, 300 + stuck)], [600 + 7 * k for k in range(spiky)]
+
+    def fail(y):
+        out = y["y1"].copy()
+        out[rows[0]], out[rows[1]] = out[299], out[rows[1]] + 5e-3
+        return {"y1": out}
+
+    clean = roped_campaign(10)
+    return damaged(clean, fail, 3), clean, [*rows[0], *rows[1]]
+
+
+@pytest.mark.parametrize(("stuck", "spiky"), [(0, 4), (60, 0), (60, 4)])
+def test_a_few_bad_readings_are_left_out_and_listed(stuck, spiky):
+    campaign, clean, rows = broken(stuck, spiky)
+    mended, said = leave_out_bad_readings(campaign)
+    there = np.isfinite(mended.runs[3].signals["y1"])
+    assert set(rows) <= set(np.flatnonzero(~there))
+    assert (~there).sum() <= len(rows) + 1  # the reading that it stuck at looks no other
+    assert np.array_equal(mended.runs[3].signals["y1"][there], clean.runs[3].signals["y1"][there])
+    assert [(s.run, s.signal, s.severity) for s in said] == [("r3", "y1", "look")] * ((stuck > 0) + (spiky > 0))
+    assert f"{mended.runs[3].travel[rows[-1]]:.6g} m" in str(said[-1]) or stuck
+    assert all(str(s).startswith("run r3, y1: ") for s in said)
+    assert leave_out_bad_readings(mended) == (mended, ())
+    assert [s.severity for s in suspicions(campaign)] == ["look"] * len(suspicions(campaign))
+
+
+@pytest.mark.parametrize(("stuck", "spiky"), [(200, 0), (0, 56)])
+def test_a_sensor_that_fails_for_long_is_broken(stuck, spiky):
+    campaign, _, _ = broken(stuck, spiky)
+    assert leave_out_bad_readings(campaign) == (campaign, ())
+    assert [s.severity for s in suspicions(campaign)] == ["stop"]
 
 
 def test_exchanged_columns_are_named():

@@ -87,6 +87,16 @@ def test_a_unit_that_is_not_the_files_is_told(tmp_path):
     assert "y1: the file says mm, the mapping um; the mapping is taken" in notes
 
 
+def test_a_yaw_without_a_place_is_told(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(table(["travel [m]", "EdgeTailUpper [mm]", "BandkanteAntriebOben [mm]"], [L.travel, L.y1, L.y4]))
+    proposal = understand(read([path]), MAPPING | {"all_runs": RUN})
+    assert {s.at for s in proposal.complete().signals} == {"point_1", "point_4"}  # words without blanks are read
+    assert any("taken to act from the first reading on" in n.text for n in proposal.notes)
+    stated = understand(read([path]), MAPPING | {"all_runs": RUN | {"yaw_at": "0 m"}})
+    assert not any("first reading" in n.text for n in stated.notes)
+
+
 STRANGE = table(["travel [m]", "y1 [mm]", "BK_US [mm]", "Kanal 7"], [L.travel, L.y1, L.y4, L.y4], ";", ",")
 
 

@@ -13,22 +13,32 @@ from belt_sim.campaign.quality.cross_run import (
     counted_from_yaw,
 )
 from belt_sim.campaign.quality.kinematics import check_leads, check_places, check_wraps
-from belt_sim.campaign.quality.record import Record, Suspicion, check_gaps, check_noise, check_record, records_of
+from belt_sim.campaign.quality.record import (
+    Record,
+    Suspicion,
+    check_gaps,
+    check_noise,
+    check_record,
+    leave_out_bad_readings,
+    records_of,
+)
 from belt_sim.campaign.types import Campaign
 
 
 def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Return everything that looks like a slip of the hand or a broken sensor, severity "stop" first.
 
-    Records that one check finds broken are left out of the later checks.
+    Spikes and short dropouts, and records that one check finds broken, are left out of the later checks.
     """
+    gaps = check_gaps(campaign)
+    campaign, left_out = leave_out_bad_readings(campaign)
     all_records = records_of(campaign)
-    found: list[Suspicion] = []
+    found: list[Suspicion] = [*left_out]
     for record in all_records:
         found += check_record(record)
-    broken = {(s.run, s.signals) for s in found}
+    broken = {(s.run, s.signals) for s in found if s.severity == "stop"}
     sound = [r for r in all_records if (r.run.name, (r.sheet.name,)) not in broken]
-    found += check_gaps(campaign)
+    found += gaps
     found += check_copies(all_records)
     found += check_travel(campaign)
     found += check_noise(sound)

@@ -2,7 +2,8 @@
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -33,6 +34,10 @@ class Suspicion:
     def signal(self) -> str | None:
         """The names of the signals in words, "y1" or "y1 and y4"; None for all signals."""
         return " and ".join(self.signals) or None
+
+    def __str__(self) -> str:
+        where = ", ".join(part for part in (f"run {self.run}" if self.run else "", self.signal) if part)
+        return f"{where}: {self.sentence}" if where else self.sentence
 
 
 #: Median absolute deviation -> standard deviation of a normal distribution.
@@ -98,14 +103,65 @@ PILE, PILE_FACTOR = 6, 4.0
 #: A spike stands this many sigmas of scatter out of its neighbours; heavy tails (Student's t with
 #: 3 degrees of freedom) reach 200 once in a million readings.
 SPIKE, LONE_SPIKE, SPIKES = 40.0, 200.0, 3
-#: Rows that one spike lasts at most, and the share of a record that may be spikes.
-LONGEST_SPIKE, MOST_SPIKES = 4, 0.05
+#: Rows that one spike lasts at most, and the shares of a record that may be spikes and stuck readings: what is more
+#: makes a broken sensor.
+LONGEST_SPIKE, MOST_SPIKES, MOST_STUCK = 4, 0.05, 0.1
+#: Places of bad readings that a sentence lists.
+LISTED = 6
 #: Scatter over its stated size beyond which it is a slip (inch: 25; milli: 1000); stated noise errs by 40 %.
 NOISE_FACTOR = 6.0
 #: Root mean square of lateral readings over |yaw| times travel: linear belts give 0.05 to 0.4.
 TINY, HUGE = 0.01, 3.0
 #: A blank stretch is a gap when it is this share of the record and this many usual steps.
 GAP_SHARE, GAP_STEPS = 0.03, 10.0
+
+
+def leave_out_bad_readings(campaign: Campaign) -> tuple[Campaign, tuple[Suspicion, ...]]:
+    """Return the campaign with spikes and short dropouts blanked, and what was left out where.
+
+    A record of which too many readings are bad stays as it is: its sensor is broken (``check_record``).
+    """
+    sheets = {sheet.name: sheet for sheet in campaign.signals}
+    runs, found = list(campaign.runs), []
+    for k, run in enumerate(campaign.runs):
+        signals = dict(run.signals)
+        for name, readings in run.signals.items():
+            for what, mask in _bad_readings(run, sheets[name], readings):
+                signals[name] = np.where(mask, np.nan, signals[name])
+                at = run.travel[mask]
+                places = ", ".join(f"{s:.6g}" for s in at[:LISTED]) + (" ..." if len(at) > LISTED else "")
+                sentence = f"{len(at)} readings {what}, left out (travel {places} m)"
+                found.append(
+                    Suspicion(run=run.name, signals=(name,), kind="dropout", sentence=sentence, severity="look")
+                )
+        if any(signals[n] is not run.signals[n] for n in signals):
+            runs[k] = replace(run, signals=signals)
+    return (replace(campaign, runs=tuple(runs)) if found else campaign), tuple(found)
+
+
+def _bad_readings(run: Run, sheet: SignalSheet, readings: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield what is wrong with readings of a record that is sound but for them, and which (n,) they are."""
+    there = np.flatnonzero(np.isfinite(readings))
+    if len(there) < FEWEST:
+        return
+    record = Record(run=run, sheet=sheet, travel=run.travel[there] - run.yaw_at, readings=readings[there])
+    first, last = _stuck_stretch(record)
+    kept = np.ones(len(there), dtype=bool)
+    kept[first:last] = False
+    if 0 < last - first <= MOST_STUCK * len(there):
+        mask = np.zeros(len(readings), dtype=bool)
+        mask[there[first:last]] = True
+        yield "in a row are one and the same value", mask
+        record = replace(record, travel=record.travel[kept], readings=record.readings[kept])
+        there = there[kept]
+    if last > first and kept.all():
+        return
+    out = _jumps(record.readings, 0.1 * record.stated_noise)
+    bad = out > SPIKE
+    if (bad.sum() >= SPIKES or out.max() > LONE_SPIKE) and bad.mean() < MOST_SPIKES:
+        mask = np.zeros(len(readings), dtype=bool)
+        mask[there[bad]] = True
+        yield "jump away from their neighbours and back", mask
 
 
 def check_record(record: Record) -> list[Suspicion]:
@@ -133,22 +189,32 @@ def _chance_streak(y: np.ndarray, lengths: np.ndarray) -> float:
     return max(STREAK, STREAK_FACTOR * expected)
 
 
-def _stuck(record: Record) -> tuple[str, SuspicionKind]:
-    """Describe the longest streak of equal readings, unless it is at an extreme (that is clipping)."""
+def _stuck_stretch(record: Record) -> tuple[int, int]:
+    """Return the first row of the longest streak of equal readings and the one after its last.
+
+    They are equal where no streak is too long for chance, and where it is at an extreme (that is clipping).
+    """
     y, s = record.readings, record.travel
     starts, lengths = _streaks(y)
     k = int(np.argmax(lengths))
     first, last = starts[k], starts[k] + lengths[k] - 1
     value = y[first]
     if lengths[k] < _chance_streak(y, lengths) or (value == 0.0 and s[last] <= 0.0):
-        return "", "dropout"
+        return 0, 0
     jump = max(abs(value - y[max(first - 1, 0)]), abs(value - y[min(last + 1, len(y) - 1)]))
     extreme = value in (y.min(), y.max()) and y.min() != y.max() and jump < SPIKE * record.stated_noise
-    if value != 0.0 and extreme and _is_piled(y, value):
+    return (0, 0) if value != 0.0 and extreme and _is_piled(y, value) else (int(first), int(last) + 1)
+
+
+def _stuck(record: Record) -> tuple[str, SuspicionKind]:
+    """Describe the longest streak of equal readings."""
+    first, end = _stuck_stretch(record)
+    if end == first:
         return "", "dropout"
-    place = f"from travel {s[first] + record.run.yaw_at:.6g} to {s[last] + record.run.yaw_at:.6g} m"
-    what = "exactly 0" if value == 0.0 else "one and the same value"
-    return f"{lengths[k]} readings in a row are {what}, {place}: the sensor dropped out or stuck", "dropout"
+    begins, ends = record.travel[[first, end - 1]] + record.run.yaw_at
+    what = "exactly 0" if record.readings[first] == 0.0 else "one and the same value"
+    sentence = f"{end - first} readings in a row are {what}, from travel {begins:.6g} to {ends:.6g} m"
+    return f"{sentence}: the sensor dropped out or stuck", "dropout"
 
 
 def _is_piled(y: np.ndarray, value: float) -> bool:
@@ -170,11 +236,7 @@ def _clipped(record: Record) -> tuple[str, SuspicionKind]:
 
 def _spikes(record: Record) -> tuple[str, SuspicionKind]:
     """Describe readings that jump away from their neighbours and back, or to a fill value."""
-    y = record.readings
-    padded = np.pad(y, 2, mode="edge")
-    local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
-    scatter = max(record.measured_noise, 0.1 * record.stated_noise)
-    out = np.abs(y - local) / scatter
+    out = _jumps(record.readings, 0.1 * record.stated_noise)
     places = np.flatnonzero(out > SPIKE)
     if len(places) >= SPIKES or (out > LONE_SPIKE).any():
         at = record.travel[int(np.argmax(out))] + record.run.yaw_at
@@ -182,6 +244,18 @@ def _spikes(record: Record) -> tuple[str, SuspicionKind]:
         sentence = f"{count} readings jump by more than {SPIKE:g} times the scatter, the largest at {at:.6g} m"
         return f"{sentence}: the sensor drops out", "dropout"
     return "", "dropout"
+
+
+def _jumps(y: np.ndarray, least: float) -> np.ndarray:
+    """Return how far readings (n,) stand off the median of their neighbours, over their scatter (``least`` at least).
+
+    0 where nothing scatters.
+    """
+    second = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(y, 2)))) / math.sqrt(6.0)
+    padded = np.pad(y, LONGEST_SPIKE, mode="reflect")
+    local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * LONGEST_SPIKE + 1), axis=1)
+    scatter = max(second, least)
+    return np.abs(y - local) / scatter if scatter > 0.0 else np.zeros(len(y))
 
 
 def spike_mask(readings: np.ndarray) -> np.ndarray:
@@ -195,12 +269,8 @@ def spike_mask(readings: np.ndarray) -> np.ndarray:
     if len(y) < FEWEST:
         return mask
     steps = np.diff(np.unique(y))
-    second = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(y, 2)))) / math.sqrt(6.0)
-    scatter = max(second, float(steps.min()) if steps.size else 0.0)
-    padded = np.pad(y, LONGEST_SPIKE, mode="reflect")
-    local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * LONGEST_SPIKE + 1), axis=1)
-    out = np.abs(y - local) > SPIKE * scatter
-    if scatter > 0.0 and out.mean() < MOST_SPIKES:
+    out = _jumps(y, float(steps.min()) if steps.size else 0.0) > SPIKE
+    if out.mean() < MOST_SPIKES:
         mask[there[out]] = True
     return mask
 
@@ -218,7 +288,9 @@ def check_gaps(campaign: Campaign) -> list[Suspicion]:
             usual = float(np.median(np.diff(there))) if len(there) > 1 else 0.0
             if steps[worst] > max(GAP_STEPS * usual, GAP_SHARE * (run.travel[-1] - run.travel[0])):
                 sentence = f"no readings from travel {edges[worst]:.6g} to {edges[worst + 1]:.6g} m"
-                found.append(Suspicion(run=run.name, signals=(name,), kind="dropout", sentence=sentence))
+                found.append(
+                    Suspicion(run=run.name, signals=(name,), kind="dropout", sentence=sentence, severity="look")
+                )
         for name in sorted({n for other in recorded for n in other.signals} - set(run.signals)):
             share = sum(name in other.signals for other in recorded) / len(recorded)
             if share > 0.5:

@@ -40,7 +40,9 @@ def believed(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicio
 
 def set_up(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
     """What is wrong, worst first: ``suspicions`` of the data by themselves, and what ``values`` (R, S, n) show."""
-    seen = believed(bench, values, suspicions) or offsets(bench, values)
+    seen = believed(bench, values, suspicions)
+    if all(s.kind == "dropout" and s.severity == "look" for s in seen):  # what was left out says nothing of the rest
+        seen = (*seen, *offsets(bench, values))
     return seen if any(s.severity == "stop" for s in seen) else (*misread(bench, values), *seen)
 
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import jax
 import numpy as np
 
-from belt_sim.campaign import Campaign, Run, SignalSheet, case_of
+from belt_sim.campaign import Campaign, Run, SignalSheet, case_of, leave_out_bad_readings
 from belt_sim.case import Case
 from belt_sim.errors import InputError
 
@@ -57,7 +57,8 @@ class Samples:
 
 
 def samples_of(campaign: Campaign) -> Samples:
-    """The signals of a campaign; raises InputError when it has none."""
+    """The signals of a campaign without spikes and short dropouts; raises InputError when it has none."""
+    campaign, _ = leave_out_bad_readings(campaign)
     runs = tuple(r for r in campaign.runs if len(r.travel))
     if not runs:
         raise InputError(
