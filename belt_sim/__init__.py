@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.api.campaigns import import_files as import_files
+    from belt_sim.api.fit import fit as fit
     from belt_sim.api.inference import check as check
     from belt_sim.api.inference import check_effect as check_effect
     from belt_sim.api.inference import compare as compare
@@ -78,6 +79,7 @@ _HOMES = {
     "diagnose": "belt_sim.api.inference",
     "discover": "belt_sim.api.inference",
     "export": "belt_sim.api.plant",
+    "fit": "belt_sim.api.fit",
     "import_files": "belt_sim.api.campaigns",
     "library": "belt_sim.effects.library",
     "linearise": "belt_sim.api.plant",

@@ -176,7 +176,7 @@ def discover(
     chosen, acting = fitted_model(model), effects_of(effects)
     refuse(chosen, acting)
     bench = workbench(campaign, chosen, [type(e) for e in acting])
-    vector = _parameter_vector(bench, acting)
+    vector = parameter_vector(bench, acting)
     bench = bench.moved_to(vector)
     fit: Fit = bench.fit([bench.start([e.id for e in acting], vector)])[0]
     tell("fitted what is known")
@@ -263,7 +263,7 @@ def compare(
     if not curves and steady:
         return Comparison(**common, error=None, where=None, per_run=())
     bench = workbench(campaign, fitted_model(chosen), [type(e) for e in acting])
-    base, final = bench.forward.null(), _parameter_vector(bench, acting)
+    base, final = bench.forward.null(), parameter_vector(bench, acting)
     before, after = bench.forward.values(np.stack([base, final]))
     shown = (final, after) if acting else None
     return Comparison(
@@ -279,7 +279,7 @@ def compare(
     )
 
 
-def _parameter_vector(bench: Workbench, effects: Sequence[Effect]) -> np.ndarray:
+def parameter_vector(bench: Workbench, effects: Sequence[Effect]) -> np.ndarray:
     """Return the parameter vector of the effects, in the scales of the fit."""
     numbers = {type(e): e for e in effects}
     q = bench.forward.null()

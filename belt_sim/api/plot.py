@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim import pictures
+from belt_sim.campaign import Campaign
 from belt_sim.errors import InputError
 from belt_sim.reports.page import write_report
 from belt_sim.results.comparison import Comparison
@@ -47,7 +48,7 @@ class Picture:
 
 
 def plot(
-    result: Simulation | Comparison | Diagnosis | Sequence[Simulation],
+    result: Simulation | Comparison | Diagnosis | Campaign | Sequence[Simulation],
     path: str | os.PathLike[str] | None = None,
     *,
     kind: str | None = None,
@@ -55,7 +56,8 @@ def plot(
 ) -> Picture:
     """A picture of ``result``, written to ``path`` (.png, .svg, .pdf) if one is given.
 
-    result: one result, or several simulations, whose curves are drawn together; kind: "curves" of a simulation;
+    result: one result, several simulations, whose curves are drawn together, or a campaign, whose readings are drawn;
+    kind: "curves" of a simulation; "readings" of a campaign;
     "overlay" (the default), "where", "drift" or "steady" of a comparison; "overlay", "headline", "where", "drift" or
     "ranking" of a diagnosis; dpi: dots per inch of a PNG.
     """
@@ -82,7 +84,7 @@ def _of_several(results: Sequence[Simulation]) -> dict[str, Draw]:
     return {"curves": lambda p: pictures.curves_picture(p, curves, "Points 1-4 against belt travel")} if curves else {}
 
 
-def drawings_by_kind(result: Simulation | Comparison | Diagnosis) -> dict[str, Draw]:
+def drawings_by_kind(result: Simulation | Comparison | Diagnosis | Campaign) -> dict[str, Draw]:
     """What can be drawn of a result, the most telling picture first; each is drawn when called with a path."""
     if isinstance(result, Simulation):
         if result.curves is None:
@@ -92,6 +94,8 @@ def drawings_by_kind(result: Simulation | Comparison | Diagnosis) -> dict[str, D
                 p, {result.model: result.curves}, result.title.replace("mm2", "mm²")
             )
         }
+    if isinstance(result, Campaign):
+        return {"readings": lambda p: pictures.understood_picture(p, result)}
     return _of_comparison(result) if isinstance(result, Comparison) else _of_diagnosis(result)
 
 

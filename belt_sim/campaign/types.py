@@ -143,6 +143,12 @@ class Campaign:
     def __repr__(self) -> str:
         return _describe(self)
 
+    def plot(self, path: str | None = None) -> Any:
+        """The picture of all readings over travel, a panel a run; written to ``path`` if one is given."""
+        from belt_sim.api.plot import plot
+
+        return plot(self, path)
+
     def to_pandas(self) -> Any:
         """Return all records as a DataFrame in SI: a row a sample, with its run's settings and a column a signal."""
         import pandas as pd

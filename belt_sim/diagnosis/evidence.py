@@ -65,7 +65,7 @@ def _beyond(search: Search, likeliest: Sequence[str], laws: LawFinder) -> Iterat
     """What is seen beside nothing, beside the likeliest set, and beside that without one of its members."""
     sets = [(), likeliest, *(tuple(i for i in likeliest if i != name) for name in likeliest)]
     for ids in dict.fromkeys(map(tuple, sets)):
-        yield laws.beyond(search.fits.bench, search.fits.fit(ids))
+        yield laws.beyond(search.fits.bench, search.fits.fit(ids), likeliest)
 
 
 def base_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[Instead]:

@@ -1,5 +1,6 @@
 """What a search for laws beyond the library hands to the diagnosis: the diagnosis does not import the search."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 from belt_sim.diagnosis.decision.table import Beyond, Law
@@ -26,8 +27,8 @@ class LawFinding(Protocol):
 class LawFinder(Protocol):
     """A search for laws beyond the library."""
 
-    def beyond(self, bench: Workbench, fit: Fit) -> Beyond:
-        """What is seen beside a fit in the linear range."""
+    def beyond(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Beyond:
+        """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
 
     def law(self, bench: Workbench, fit: Fit) -> LawFinding:
         """The law of what is seen beside a fit."""

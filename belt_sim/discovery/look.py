@@ -1,6 +1,6 @@
 """The search for unknown laws, as a diagnosis asks for it (``belt_sim.diagnosis.unknown``)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,9 +48,9 @@ class LawSearch:
 
     tell: Callable[[str], None] = lambda text: None
 
-    def beyond(self, bench: Workbench, fit: Fit) -> Beyond:
+    def beyond(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Beyond:
         """What is seen beside a fit in the linear range."""
-        return beyond(survey_of(bench, fit))
+        return beyond(survey_of(bench, fit, among))
 
     def law(self, bench: Workbench, fit: Fit) -> MarchedLaw:
         """The law of what is seen beside a fit."""

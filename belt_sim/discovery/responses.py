@@ -4,6 +4,7 @@ At fixed tension the march is linear in small inputs and does not change with tr
 gives the whole operator.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
@@ -60,10 +61,11 @@ def _looked_up(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarra
     return found
 
 
-def responses(bench: Workbench, fit: Fit) -> Responses:
-    """Responses with the effects of a fit at work."""
+def responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Responses:
+    """Responses with the effects of a fit at work; among: ids of all that are at work in any of several fits, which
+    then share compiled code."""
     forward = bench.forward
-    samples, effects = forward.samples, forward.effects_at(fit.vector, fit.ids)
+    samples, effects = forward.samples, forward.effects_at(fit.vector, (*fit.ids, *among))
     far = _far(bench, fit)
     step = forward.step * max(2, int(np.ceil(far / CELLS / forward.step)))
     cells = int(np.ceil(far / step)) + 1

@@ -1,6 +1,6 @@
 """A survey: everything the search for an unknown works with, laid out beside a fit."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -143,9 +143,9 @@ class Survey:
         return replace(self, states=states_of(self.bench, self.answers, self.states.tighten, course))
 
 
-def survey_of(bench: Workbench, fit: Fit) -> Survey:
-    """Lay out the search for what ``fit`` lacks."""
-    answers = responses(bench, fit)
+def survey_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Survey:
+    """Lay out the search for what ``fit`` lacks; among: as in ``responses``."""
+    answers = responses(bench, fit, among)
     ground = ground_of(bench, fit)
     ops = operators(bench, ground, answers, bench.forward.effects_at(fit.vector, fit.ids))
     states = states_of(bench, answers, tension_answers(bench)[:, :3])

@@ -1,7 +1,7 @@
 """Pictures of curves and of what a diagnosis found: one idea a file, physical units on every axis."""
 
 from belt_sim.pictures.bode import bode_picture
-from belt_sim.pictures.curves import Rates, curves_picture, rates_picture, steady_picture
+from belt_sim.pictures.curves import Rates, curves_picture, rates_picture, steady_picture, understood_picture
 from belt_sim.pictures.diagnosis import (
     drift_chart_picture,
     evidence_picture,
@@ -27,6 +27,7 @@ __all__ = [
     "rates_picture",
     "save",
     "steady_picture",
+    "understood_picture",
     "unknown_picture",
     "where_map_picture",
 ]

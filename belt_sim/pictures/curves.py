@@ -143,7 +143,7 @@ ACROSS, MOST = 4, 24
 
 
 @style.picture
-def understood_picture(path: str | os.PathLike, campaign: Campaign) -> Path:
+def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Path:
     """A panel a run: readings [mm or mrad] over travel [m]; a dashed line where the yaw is applied."""
     shown = [r for r in campaign.runs if len(r.travel)][:MOST]
     if not shown:
@@ -189,7 +189,7 @@ def _ylabel(campaign: Campaign) -> str:
     return "y [mm]" if kinds == {"lateral"} else "roll [mrad]" if kinds == {"tilt"} else "y [mm], roll [mrad]"
 
 
-def _rates(path: str | os.PathLike, campaign: Campaign) -> Path:
+def _rates(path: str | os.PathLike | None, campaign: Campaign) -> Path:
     """Steady rates over tension, one mark a run."""
     fig, [[ax]] = style.figure(7.0, 4.2)
     runs = {r.name: r for r in campaign.runs}

@@ -201,3 +201,22 @@ def test_a_diagnosis_of_a_run_folder_is_loaded(tmp_path):
     back = bs.load_diagnosis(tmp_path)
     assert str(back) == str(drawn("sag_roll"))
     assert bs.report(tmp_path, tmp_path / "again.html").is_file()
+
+
+def test_numbers_are_fitted_with_their_covariance():
+    """What is hidden comes back within three of its own uncertainties."""
+    found = bs.fit(campaign("sag_roll"), ["sag_roll"], MODEL)
+    assert list(found.values) == list(found.u) == ["sag_roll.strength"]
+    assert abs(found.values["sag_roll.strength"] - 1.0) < 3 * found.u["sag_roll.strength"]
+    assert found.covariance.shape == (1, 1)
+    assert found.rms[1] < found.rms[0]
+    assert found.chi2[1] < found.chi2[0]
+    assert bs.compare(campaign("sag_roll"), MODEL, found.effects, drawn=False).error is not None
+    with pytest.raises(bs.InputError, match="name at least one"):
+        bs.fit(campaign("sag_roll"), [], MODEL)
+
+
+def test_a_campaign_draws_its_readings(tmp_path):
+    picture = campaign("sag_roll").plot(str(tmp_path / "readings.svg"))
+    assert len(picture.axes) >= len(campaign("sag_roll").runs)
+    assert (tmp_path / "readings.svg").stat().st_size > 10_000

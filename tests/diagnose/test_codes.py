@@ -3,7 +3,7 @@
 import numpy as np
 from small_campaign import MODEL, campaign
 
-from belt_sim.diagnosis.readings.compositions import LIGHT
+from belt_sim.diagnosis.readings.compositions import HEAVY, LIGHT
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.pulley_shape import Crown, Taper
@@ -23,9 +23,9 @@ def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
 
     monkeypatch.setattr(Forward, "_marched", noted)
     forward.lanes(np.repeat(forward.null()[None], len(along), axis=0), along)
-    assert set(asked) == {frozenset({LIGHT}), frozenset({"weld"})}
+    assert set(asked) == {frozenset({LIGHT}), frozenset({HEAVY})}
     asked.clear()
     tapered = forward.null()
     tapered[forward.index("taper")] = 0.1
     forward.lanes(np.repeat(tapered[None], len(along), axis=0), along)
-    assert set(asked) == {frozenset({LIGHT}), frozenset({LIGHT, "weld"})}
+    assert set(asked) == {frozenset({LIGHT}), frozenset({LIGHT, HEAVY})}

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
 
-#: effects that make every step of a march much slower: each is compiled into programs of its own
-OWN_PROGRAM = frozenset({"weld", "wobble"})
+#: effects that make every step of a march slower: they are compiled in only where one of them acts
+SLOW = frozenset({"weld", "wobble"})
 #: effects whose second compilation is not worth a table of next runs
 SLOWEST = frozenset({"weld"})
 #: sensor laws that are a gain times the reading plus an offset, whatever the reading
