@@ -48,7 +48,8 @@ class Settings:
     """How a case is run.
 
     tension [Pa]; yaw of the tail pulley and yaw_head of the head pulley, both about +z; speed [m/s];
-    direction +1 (the upper span runs from head to tail) or -1.
+    direction +1 (the upper span runs from head to tail) or -1; start: travel [m] that the belt had behind it at travel
+    0, since its marked place lay at point 4: by so much belt and pulleys had turned.
     """
 
     tension: Numbers
@@ -56,6 +57,7 @@ class Settings:
     yaw_head: Schedule = field(default_factory=lambda: Schedule.step(0.0))
     speed: Numbers = 0.5
     direction: Numbers = 1.0
+    start: Numbers = 0.0
 
 
 @pytree

@@ -363,6 +363,7 @@ def grid(case: Case, *, tensions: ArrayLike, yaws: ArrayLike) -> tuple[Case, Axe
             yaw_head=None,  # type: ignore[arg-type]
             speed=None,
             direction=None,
+            start=None,
         ),
     )
     return replace(case, settings=replace(case.settings, tension=tension, yaw=schedule)), axes

@@ -154,6 +154,7 @@ NUMBERS: dict[str, tuple[str, Range, float | None]] = {
     "direction": ("direction", plausible.DIRECTION, 1.0),
     "yaw_at_m": ("yaw_at", plausible.TRAVEL, 0.0),
     "u_yaw_at_m": ("yaw_at_u", plausible.YAW_AT_U, 0.0),
+    "start_m": ("start", plausible.TRAVEL, math.nan),
 }
 REQUIRED = ("run", "tension_N_per_mm2", "yaw_deg")
 KNOWN = ("run", *NUMBERS, "repeat_of", "use", "started")
@@ -192,6 +193,8 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
             continue
         lines[name] = int(table.lines[row])
         values: dict[str, Any] = {field: float(column[row]) for field, column in numbers.items()}
+        if math.isnan(values.get("start", 0.0)):
+            values["start"] = None
         runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=uses[row], started=started[row], **values)
     _check_repeats(runs, lines, problems)
     return RunRows(runs, lines)
@@ -250,7 +253,7 @@ def _check_repeats(runs: dict[str, Run], lines: dict[str, int], problems: list[P
             refuse(run, "repeat_of", run.repeat_of, "", f"is itself a repeat; name {first.repeat_of} instead")
         else:
             for column, (field, bounds, _) in NUMBERS.items():
-                if field == "yaw_at_u":
+                if field in ("yaw_at_u", "start"):
                     continue
                 own, its = getattr(run, field), getattr(first, field)
                 if abs(own - its) > REPEAT_TOLERANCE * abs(its):

@@ -98,7 +98,9 @@ class Run:
     [m/s]; direction +1 or -1; repeat_of names the first run with the same settings. travel [m], shape (n,),
     increasing from the straight start at 0; time [s], shape (n,), or None; signals: name -> shape (n,) [m or rad],
     nan where blank. A signal without any value in this run is absent from ``signals``; n = 0 for a run of steady
-    rates only. started: date and time of day of the first reading (ISO 8601; "" where not known).
+    rates only. start [m]: travel that the belt had behind it at travel 0, None where nobody knows; start_u: one sigma
+    of it where it was read off the records. started: date and time of day of the first reading (ISO 8601; "" where not
+    known).
     """
 
     name: str
@@ -109,6 +111,8 @@ class Run:
     direction: float = 1.0
     yaw_at: float = 0.0
     yaw_at_u: float = 0.0
+    start: float | None = None
+    start_u: float = 0.0
     repeat_of: str | None = None
     use: Use = "fit"
     started: str = ""
@@ -185,6 +189,7 @@ def case_of(campaign: Campaign, run: Run) -> Case:
         yaw_head=Schedule.step(run.yaw_head, at=run.yaw_at),
         speed=run.speed,
         direction=run.direction,
+        start=run.start or 0.0,
     )
     return Case(rig=rig, belt=strip, settings=settings)
 

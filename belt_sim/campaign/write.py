@@ -165,11 +165,16 @@ def runs_text(runs: tuple[Run, ...]) -> str:
         [f"{run.direction:g}" for run in runs],
         _cells(np.array([run.yaw_at for run in runs])),
         _cells(np.array([run.yaw_at_u for run in runs])),
+        _cells(np.array([np.nan if run.start is None else run.start for run in runs])),
         [run.repeat_of or "" for run in runs],
         [run.use for run in runs],
         [run.started for run in runs],
     ]
-    optional = {"u_yaw_at_m": any(run.yaw_at_u for run in runs), "started": any(run.started for run in runs)}
+    optional = {
+        "u_yaw_at_m": any(run.yaw_at_u for run in runs),
+        "start_m": any(run.start is not None for run in runs),
+        "started": any(run.started for run in runs),
+    }
     stated = [optional.get(name, True) for name in KNOWN]
     rows = (",".join(compress(row, stated)) for row in zip(*columns, strict=True))
     return "\n".join([",".join(compress(KNOWN, stated)), *rows, ""])

@@ -9,7 +9,7 @@ from belt_sim.analytic.model import MODELS
 from belt_sim.diagnosis.decision.decide import explanations, would_show
 from belt_sim.diagnosis.decision.policy import Policy
 from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Ids, Instead
-from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.fits.around import Around
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.simulated import inflation
 from belt_sim.diagnosis.fits.workbench import Workbench, predicted
@@ -23,15 +23,14 @@ DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less lea
 
 
 def search_sets(
-    bench: Workbench, nothing: Fit, policy: Policy, chance: tuple[int, int], tell: Callable[[str], None]
+    bench: Workbench, near: Around, policy: Policy, chance: tuple[int, int], tell: Callable[[str], None]
 ) -> Search:
     """All sets of effects that are worth a joint fit, about the likeliest of them.
 
-    nothing: the fit of no effect; chance: how many campaigns are simulated with nothing missing, and their seed.
+    near: about the fit of no effect; chance: how many campaigns are simulated with nothing missing, and their seed.
     """
-    names = [c.id for c in bench.forward.classes]
+    names, nothing = [c.id for c in bench.forward.classes], near.fit
     tell("asking what chance does")
-    near = around(bench, nothing, names)
     search = Search(bench, near, nothing, inflation(bench, near, nothing.values, names, *chance), policy)
     tell("fitting sets of effects")
     search.run()

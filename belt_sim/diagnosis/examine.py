@@ -11,6 +11,7 @@ from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
 from belt_sim.diagnosis.errors.setting_up import set_up, with_free_zeros
 from belt_sim.diagnosis.evidence import gather, search_sets
 from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.fits.belt_starts import with_starts
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.search.best_first import Search
@@ -74,7 +75,11 @@ def examine(
         search = Search(bench, around(bench, nothing, ()), nothing, 1.0, policy)
         table = replace(search.table(), damaged=True)
     else:
-        search = search_sets(bench, nothing, policy, (bootstraps, seed), tell)
+        near = around(bench, nothing, [c.id for c in tried])
+        if (turned := with_starts(bench, near)) is not None:
+            bench, nothing = _laid_out(turned, model, tried)
+            near = around(bench, nothing, [c.id for c in tried])
+        search = search_sets(bench, near, policy, (bootstraps, seed), tell)
         tell("looking for what is beyond the library")
         table = gather(search, nothing, bench, laws, policy)
     decision, found = decide(table, policy), dict[Ids, LawFinding]()

@@ -101,6 +101,8 @@ class Effect:
     tension_exponent: ClassVar[float | None] = None
     #: True for what belongs to the belt and changes sides when the belt is turned over
     on_belt: ClassVar[bool] = False
+    #: True for what comes round with the belt or a pulley, so that it matters where on the belt a run starts
+    comes_round: ClassVar[bool] = False
     #: belt revolutions that a record must cover before the effect can be told from a slow movement
     min_revolutions: ClassVar[float] = 0.0
     #: what a model must have for the effect to act: "moment" (bending moments at the pulleys; such effects are called

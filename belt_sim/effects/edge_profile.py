@@ -45,6 +45,7 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
     parity = "even"
     tension_exponent = 0.0
     on_belt = True
+    comes_round = True
     min_revolutions = 1.0  # seen once, but alike in all runs
     cause = Cause(
         "the belt's edge is not straight",
@@ -70,9 +71,9 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
 def _phase(seen, case):
     """2 pi times the place on the belt over its length, of what passes points 1-4, shape (4, n).
 
-    What lies at point 4 at travel 0 has none, whichever way the belt goes.
+    What lies at point 4 at travel 0 has none, whichever way the belt goes, in a run that starts at the marked place.
     """
-    rig, direction = case.rig, case.settings.direction
+    rig, direction, seen = case.rig, case.settings.direction, seen + case.settings.start
     at_1, at_2 = rig.span_length, rig.span_length + rig.wrap_tail
     along = jnp.stack([at_1, at_2, at_2 + rig.span_length, 0.0 * at_1])  # points 1-4 along the belt from 4
     return 2 * jnp.pi * (direction * seen[None] - along[:, None]) / rig.belt_length

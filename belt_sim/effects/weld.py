@@ -51,6 +51,7 @@ class Weld(Effect):
     reference = "physics sheet, section 7; Benson 2002 (JDSMC 124(1) 25) for splices"
     parity = "even"
     on_belt = True
+    comes_round = True
     min_revolutions = 1.0  # it runs up both pulleys
     cause = Cause(
         "a weld puts a kink into the belt", ("upper", "lower"), "Lay a straightedge along the edge across the weld."
@@ -91,6 +92,7 @@ class Weld(Effect):
         rig = case.rig
         to_point_3 = 2.0 * rig.span_length + rig.wrap_tail
         place = jnp.where(boundary.direction > 0, self.at, to_point_3 - self.at) + boundary.travel
+        place = place + case.settings.start
         place = place - jnp.stack([0.0 * to_point_3, rig.span_length + rig.wrap_tail])  # from each span's run-off
         place = jnp.mod(place + 0.5 * self.length, rig.belt_length) - 0.5 * self.length
         there = (place >= known.x[0]) & (place <= known.x[-1])

@@ -63,6 +63,7 @@ class Wobble(Effect):
     law = "run-up"
     reference = "geometry of a cylinder askew: docs/theory.md"
     parity = "even"
+    comes_round = True
     cause = Cause(
         "the {pulley} pulley sits askew on its shaft",
         ("tail", "head"),
@@ -87,7 +88,7 @@ class Wobble(Effect):
         rig, errors = case.rig, jnp.stack([self.radius_error, self.radius_error_head])
         radius = jnp.stack([rig.tail_radius, rig.head_radius]) * (1.0 + errors)
         across, along = jnp.stack([self.beta_cos, self.beta_cos_head]), jnp.stack([self.beta_sin, self.beta_sin_head])
-        cos, sin = cos_sin(state.travel / radius)
+        cos, sin = cos_sin((state.travel + case.settings.start) / radius)
         swing, rise = across * cos + along * sin, across * sin - along * cos
         aside = radius * rise * _RUNS_UP
         return replace(

@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 import pytest
-from belt_sim.results.verdict import Verdict
 from small_campaign import CLASSES, MODEL, SPREAD
 
 from belt_sim.campaign import suspicions
 from belt_sim.diagnosis.errors.setting_up import offsets
 from belt_sim.diagnosis.examine import examine
+from belt_sim.results.diagnosis import Verdict
 from belt_sim.si import MM
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Noise

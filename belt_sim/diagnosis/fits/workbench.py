@@ -125,7 +125,10 @@ def _as_stated(
     forward = Forward(samples, model, classes, march.step, terms)
     vector = forward.null()
     shapes, shared, values = _shapes(campaign, samples, forward, vector)
-    finder = LevelFinder(samples, shapes, np.concatenate([shared, _reachable(forward, vector)]))
+    turned = [k for k, s in enumerate(_sizes(forward)) if forward.slots[s].effect.comes_round]
+    reachable = _reachable(forward, vector)
+    coming_round = reachable[turned] if any(run.start_u for run in samples.runs) else None
+    finder = LevelFinder(samples, shapes, np.concatenate([shared, reachable]), coming_round)
     levels = finder(samples.y - values)
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
@@ -161,17 +164,23 @@ def _noise_only(samples: Samples):
 
 def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.ndarray):
     directions = np.eye(forward.size)[-len(NUISANCES) :]
-    values, slopes = forward.lanes(np.repeat(vector[None], len(NUISANCES), axis=0), directions)
+    asked = len(NUISANCES) if any(run.start_u for run in samples.runs) else NUISANCES.index("start")
+    values, slopes = forward.lanes(np.repeat(vector[None], asked, axis=0), directions[:asked])
     slopes[1] /= 1.0 + forward.tension[:, None, None]
     return *nuisance_shapes(campaign, samples, values[0], slopes), values[0]
 
 
 def _reachable(forward: Forward, vector: np.ndarray) -> np.ndarray:
     """What candidates could do to the readings (k, R, S, n): derivatives, and what a plausible size of each does."""
-    sizes = [k for k, s in enumerate(forward.slots) if not s.effect.parameters[s.name].modifier]
+    sizes = _sizes(forward)
     along = np.eye(forward.size)[sizes]
     sized = along[~forward.linear[sizes]]
     starts, still = np.repeat(vector[None], len(along), axis=0), 0.0 * sized
     values, slopes = forward.lanes(np.concatenate([starts, vector + sized]), np.concatenate([along, still]))
     secants = values[len(along) :] - values[0] if len(along) else slopes
     return np.concatenate([slopes[: len(along)], secants[np.isfinite(secants).all(axis=(1, 2, 3))]])
+
+
+def _sizes(forward: Forward) -> list[int]:
+    """Positions of all numbers that do something by themselves."""
+    return [k for k, s in enumerate(forward.slots) if not s.effect.parameters[s.name].modifier]

@@ -28,14 +28,21 @@ UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats ma
 class LevelFinder:
     """Probability of noise levels on a grid, from contrasts of runs."""
 
-    def __init__(self, samples: Samples, shapes: np.ndarray, columns: np.ndarray | None = None) -> None:
+    def __init__(
+        self,
+        samples: Samples,
+        shapes: np.ndarray,
+        columns: np.ndarray | None = None,
+        coming_round: np.ndarray | None = None,
+    ) -> None:
         """shapes (K, R, S, n): what else may differ between repeats (settings) where predictions are taken, in units of
         one sigma; columns (k, R, S, n): what all candidates could do to the readings; without them single runs tell
-        nothing.
+        nothing; coming_round (k, R, S, n): what differs between repeats that start elsewhere on the belt, if they do.
         """
-        self.samples, self.shapes, self.columns = samples, shapes, columns
+        self.samples, self.shapes, self.columns, self.coming_round = samples, shapes, columns, coming_round
         self.groups = repeated_groups(samples)
-        contrasts = [c for group in self.groups for c in differences(samples, shapes, group)]
+        differing = shapes if coming_round is None else np.concatenate([shapes, coming_round])
+        contrasts = [c for group in self.groups for c in differences(samples, differing, group)]
         self.repeats = len({c.runs for c in contrasts})
         if columns is not None and not contrasts:
             contrasts = single_runs(samples, np.concatenate([shapes, columns]))
@@ -48,7 +55,7 @@ class LevelFinder:
         """The same where predictions are taken elsewhere: one of two repeats may have been set 3 sigma off the other,
         and what they leave follows the ``shapes`` there; to others it looks like wander.
         """
-        return LevelFinder(self.samples, shapes, self.columns)
+        return LevelFinder(self.samples, shapes, self.columns, self.coming_round)
 
     def __call__(self, errors: np.ndarray) -> Levels:
         """Levels to be expected after what a model leaves of the readings (R, S, n)."""

@@ -90,7 +90,7 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
     All runs share the stiffness, the place of the yaw where a logger may tell it too late in all runs alike, and the
     length of the belt: what comes once a turn drifts out of step with the stated length, the more the longer a record.
 
-    values (R, S, n): predictions; slopes (5, R, S, n): along forward.NUISANCES.
+    values (R, S, n): predictions; slopes (6, R, S, n): along forward.NUISANCES.
     """
     n = values.shape[-1]
     shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
@@ -100,7 +100,9 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
                 row = np.zeros_like(values)
                 row[:, s] = shape
                 shapes.append(row)
-    late = np.array([run.yaw_at_u for run in samples.runs])
+    late, start = (np.array([getattr(run, n) for run in samples.runs]) for n in ("yaw_at_u", "start_u"))
+    if start.any():
+        shapes.append(start[:, None, None] * slopes[5])
     shared = [stiffness_sigma(campaign) * slopes[0]]
     if late.any():
         shapes.append(late[:, None, None] * slopes[3])

@@ -11,7 +11,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.pytree import Numbers
 from belt_sim.rig import Rig
 
-NUISANCES = ("stiffness", "tension", "yaw", "yaw_at", "belt_length")
+NUISANCES = ("stiffness", "tension", "yaw", "yaw_at", "belt_length", "start")
 
 
 @dataclass(frozen=True)
@@ -59,12 +59,14 @@ def lengthened(rig: Rig, longer: Numbers) -> Rig:
 
 
 def _as_set(case: Case, nuisance) -> Case:
-    """The case as it was really set: stiffness, tension, yaw, its place and the belt's length off by ``nuisance``."""
-    stiffness, tension, yaw, late, longer = nuisance
+    """The case as it was really set: stiffness, tension, yaw, its place, the belt's length and where on it a run
+    starts off by ``nuisance``."""
+    stiffness, tension, yaw, late, longer, further = nuisance
     belt = replace(case.belt, youngs_modulus=case.belt.youngs_modulus * (1.0 + stiffness))
     schedule = case.settings.yaw
     last = jnp.zeros_like(schedule.change).at[-1].set(yaw)
     turned = Schedule(at=schedule.at + late, over=schedule.over, change=schedule.change + last)
     head = replace(case.settings.yaw_head, at=case.settings.yaw_head.at + late)
     settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned, yaw_head=head)
+    settings = replace(settings, start=case.settings.start + further)
     return Case(rig=lengthened(case.rig, longer), belt=belt, settings=settings)

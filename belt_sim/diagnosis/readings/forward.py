@@ -1,11 +1,11 @@
 """The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
 
 A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw | length
-of the belt], the last five relative, relative, in radians, in metres of travel and relative, the same for every run (a
-run's own setting error is small and enters linearly, through the derivative). Many points are computed at once;
-derivatives are differences of neighbouring points, which share the point they start from. What is null is not compiled
-in (``compositions``); both points of a difference are marched by the same code, so that its rounding is not taken for a
-derivative.
+of the belt | start on the belt], the last six relative, relative, in radians, in metres, relative and in metres, the
+same for every run (a run's own setting error is small and enters linearly, through the derivative). Many points are
+computed at once; derivatives are differences of neighbouring points, which share the point they start from. What is
+null is not compiled in (``compositions``); both points of a difference are marched by the same code, so that its
+rounding is not taken for a derivative.
 
 Points and runs are marched as one list of rows, a fixed number at a time, over as many steps as the campaign needs: one
 compilation serves campaigns of any number of runs, samples, travel and step.
@@ -38,7 +38,8 @@ REACH = 1.12  # predictions reach this much further than the record, which an en
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
-DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6)  # of stiffness, tension, yaw [rad], its place [m] (half a step), length
+#: of stiffness, tension, yaw [rad], its place [m] (half a step), length, start [m]
+DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6, 1e-3)
 
 
 class Forward:

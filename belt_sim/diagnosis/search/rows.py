@@ -3,6 +3,7 @@
 import numpy as np
 
 from belt_sim.diagnosis.decision.table import Row
+from belt_sim.diagnosis.fits.belt_starts import places_tried
 from belt_sim.diagnosis.fits.candidate import is_plausible, prior_sigma
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import held_out, prior_before
@@ -19,6 +20,7 @@ def row_of(bench: Workbench, fit: Fit, checked: bool) -> Row:
     if harmonics.any():
         sigma = np.where(harmonics, prior_before(bench, fit)[1], sigma)
     scanned = {position: len(values) for name in fit.ids for position, values in bench.forward.grids(name).items()}
+    turned = places_tried(bench) if any(s.effect.comes_round for s in slots) else ()
     kept = [k for k, position in enumerate(fit.free) if position not in scanned]
     sized = np.array([not s.effect.parameters[s.name].modifier for s in slots], dtype=bool) & ~harmonics
     return Row(
@@ -29,7 +31,7 @@ def row_of(bench: Workbench, fit: Fit, checked: bool) -> Row:
         sigma=sigma[kept],
         owner=tuple(slots[k].effect.id for k in kept),
         sized=sized[kept],
-        scanned=tuple(scanned.values()),
+        scanned=(*scanned.values(), *turned),
         plausible=not slots or is_plausible(bench.forward, fit),
         held_out={n: c.surprise for n, c in left_out.items() if c.testable},
     )

@@ -1,0 +1,177 @@
+"""Where on the belt every run starts: one free number per run, the same for the belt and both pulleys.
+
+What comes round with the belt or a pulley is the same in every run, but for where it begins. Whatever comes round with
+the belt has its own harmonics at every sensor, and pulleys their own waves; a start turns them all. All runs are turned
+until they have one shape in common. That must gain more than the same place at every start does, by what so many free
+numbers cost (trial factor), or runs are taken to start at one place.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.fits.around import Around
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.noise import Levels
+
+HARMONICS = 12  # of the belt's length, at most
+LARGEST = 1e-3  # [m], one sigma of the first harmonic of what comes round; that of others falls with their number
+ASKEW = 10.0  # one sigma of a wobble, in units of its scale
+PARTS = 16  # of the shortest wave, between places that are tried
+PLACES = (96, 400)  # fewest and most places that are tried
+EVEN = float(np.sqrt(12.0))  # width of an even distribution over its sigma
+MOVED = 1e-4  # [m], over which derivatives along a start are taken
+WIDER = 2.0  # a start may be off by so many times what the shape in common tells, which is not yet the effect's own
+ROUNDS = 6  # of turning the runs and asking for their shape
+REFERENCES = 3  # runs whose own shape may begin
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Waves in all runs: gram (R, P, P) and moments (R, P) of whitened pairs of cosine and sine, in units of one sigma,
+    with what is left of the readings; rates (R, P/2): by how many radians a metre of start turns a pair.
+    """
+
+    gram: np.ndarray
+    moments: np.ndarray
+    rates: np.ndarray
+
+    def turned(self, r: int, starts: np.ndarray) -> np.ndarray:
+        """Matrices (k, P, P) that turn common numbers into those of a run that starts at ``starts`` (k,)."""
+        angle = starts[:, None] * self.rates[r]
+        found = np.zeros((len(starts), *self.gram.shape[1:]))
+        even, odd = np.arange(0, self.gram.shape[1], 2), np.arange(1, self.gram.shape[1], 2)
+        found[:, even, even] = found[:, odd, odd] = np.cos(angle)
+        found[:, even, odd], found[:, odd, even] = np.sin(angle), -np.sin(angle)
+        return found
+
+    def common(self, starts: np.ndarray, runs: Sequence[int]) -> tuple[np.ndarray, float]:
+        """The likeliest common numbers (P,) of some runs that start at ``starts`` (R,), and what they gain [chi2]."""
+        turns = {r: self.turned(r, starts[r : r + 1])[0] for r in runs}
+        gram = np.eye(self.gram.shape[1]) + sum(t.T @ self.gram[r] @ t for r, t in turns.items())
+        moments = sum(t.T @ self.moments[r] for r, t in turns.items())
+        numbers = np.linalg.solve(gram, moments)
+        return numbers, float(moments @ numbers)
+
+    def likeliest(self, r: int, numbers: np.ndarray, places: np.ndarray) -> float:
+        """Where a run starts if the common numbers are so: the best of evenly spaced ``places``, between its
+        neighbours by a parabola."""
+        own = self.turned(r, places) @ numbers
+        gain = 2.0 * own @ self.moments[r] - np.einsum("ki,ij,kj->k", own, self.gram[r], own)
+        k = int(np.argmax(gain))
+        before, here, after = gain[k - 1], gain[k], gain[(k + 1) % len(gain)]
+        bend = min(before - 2.0 * here + after, -1e-9)
+        return float(places[k] + 0.5 * (before - after) / bend * (places[1] - places[0]))
+
+    def sigmas(self, starts: np.ndarray, first: int) -> np.ndarray:
+        """One sigma of every start (R,), the common numbers being as uncertain; 0 of the run whose start is 0."""
+        numbers, others = self.common(starts, range(len(starts)))[0], [r for r in range(len(starts)) if r != first]
+        gram, cross, own = np.eye(len(numbers)), [], []
+        for r in range(len(starts)):
+            here, beyond = self.turned(r, starts[r] + np.array([0.0, MOVED]))
+            shape = (beyond - here) @ numbers / MOVED
+            gram += here.T @ self.gram[r] @ here
+            cross.append(here.T @ self.gram[r] @ shape)
+            own.append(shape @ self.gram[r] @ shape)
+        between = np.array(cross)[others]
+        normal = np.diag(np.array(own)[others]) - between @ np.linalg.solve(gram, between.T)
+        found = np.zeros(len(starts))
+        found[others] = np.sqrt(np.diagonal(np.linalg.pinv(normal, hermitian=True)))
+        return found
+
+    def aligned(self, places: np.ndarray) -> tuple[np.ndarray, float]:
+        """Starts and their sigmas (R, 2) that have most in common, those of one run 0, and what they gain [chi2]."""
+        runs = range(len(self.gram))
+        none = np.zeros(len(self.gram))
+        alone = [self.common(none, [r])[1] for r in runs]
+        best, most = (none, none), -np.inf
+        for first in np.argsort(alone)[::-1][:REFERENCES]:
+            starts, numbers = none, self.common(none, [first])[0]
+            for _ in range(ROUNDS):
+                starts = np.array([0.0 if r == first else self.likeliest(r, numbers, places) for r in runs])
+                numbers, gain = self.common(starts, runs)
+            if gain > most:
+                best, most = (starts, self.sigmas(starts, first)), gain
+        return np.stack(best, axis=1), most
+
+
+def with_starts(bench: Workbench, near: Around) -> Campaign | None:
+    """The campaign with where on the belt its runs start; None where that is stated, or one place does as well."""
+    runs = bench.samples.runs
+    round_ones = any(c.comes_round for c in bench.forward.classes)
+    if not round_ones or len(runs) < 2 or any(run.start is not None for run in runs):
+        return None
+    turning = turning_of(bench, near)
+    rig = bench.samples.cases.rig
+    length, shortest = float(np.max(rig.belt_length)), 2.0 * np.pi / float(turning.rates.max())
+    count = int(np.clip(np.ceil(PARTS * length / shortest), *PLACES))
+    same = turning.common(np.zeros(len(runs)), range(len(runs)))[1]
+    starts, gain = turning.aligned(length * np.arange(count) / count)
+    if 0.5 * (gain - same) <= (len(runs) - 1) * np.log(count):
+        return None
+    least, most = length / count / EVEN, length / EVEN
+    named = {
+        run.name: (float(s % length), float(np.clip(WIDER * u, least, most)) if u else 0.0)
+        for run, (s, u) in zip(runs, starts, strict=True)
+    }
+    changed = (
+        replace(r, start=named[r.name][0], start_u=named[r.name][1]) if r.name in named else r
+        for r in bench.campaign.runs
+    )
+    return replace(bench.campaign, runs=tuple(changed))
+
+
+def places_tried(bench: Workbench) -> tuple[int, ...]:
+    """Of how many places the start of every run was chosen, where it was."""
+    length = float(np.max(bench.samples.cases.rig.belt_length))
+    return tuple(max(1, round(length / (EVEN * r.start_u))) for r in bench.samples.runs if r.start_u > 0.0)
+
+
+def turning_of(bench: Workbench, near: Around) -> Turning:
+    """What comes round in the readings that the fit of ``near`` leaves, beside what all other candidates could do.
+
+    Noise is as stated (repeats that start elsewhere on the belt differ by more), or larger where all that may be there
+    leaves more.
+    """
+    samples, metric = bench.samples, bench.metric_at(Levels())
+    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
+    length, direction = float(np.max(samples.cases.rig.belt_length)), np.asarray(samples.cases.settings.direction)
+    harmonics = np.arange(1, HARMONICS + 1)
+    phase = 2.0 * np.pi * direction[:, None] * samples.travel / length
+    at_yaw = 2.0 * np.pi * direction * samples.yaw_at / length
+    waves = np.zeros((len(lateral), HARMONICS, 2, *samples.y.shape))
+    for k, s in enumerate(lateral):
+        for h in harmonics:
+            for part, wave in enumerate((np.cos, np.sin)):
+                waves[k, h - 1, part, :, s] = LARGEST / h * (wave(h * phase) - wave(h * at_yaw)[:, None])
+    pairs = [waves.reshape(-1, *samples.y.shape)]
+    rates = [np.tile(2.0 * np.pi * harmonics / length, len(lateral)) * direction[:, None]]
+    classes = {c.id: c for c in bench.forward.classes}
+    if "wobble" in classes:
+        of_wobble = {bench.forward.slots[p].name: near.slopes[p] for p in bench.forward.index("wobble")}
+        for end, radius in (("", samples.cases.rig.tail_radius), ("_head", samples.cases.rig.head_radius)):
+            pairs.append(ASKEW * np.stack([of_wobble[f"beta_cos{end}"], of_wobble[f"beta_sin{end}"]]))
+            rates.append(np.full((len(samples.runs), 1), 1.0 / float(np.max(radius))))
+    others = [near.slopes[p] for p, s in enumerate(bench.forward.slots) if not s.effect.comes_round]
+    known = np.concatenate([bench.shapes, bench.shared, np.reshape(others, (-1, *samples.y.shape))])
+    rows = np.concatenate([*pairs, (samples.y - near.fit.values)[None]])
+    grams, moments, left, count = [], [], 0.0, 0
+    for r in range(len(samples.runs)):
+        white, beside = (_of_run(metric, x, r) for x in (rows, known))
+        size, taken = np.linalg.svd(beside, full_matrices=False)[1:]
+        taken = taken[size > 1e-6 * size.max(initial=1e-300)]
+        white = white - (white @ taken.T) @ taken
+        grams.append(white[:-1] @ white[:-1].T)
+        moments.append(white[:-1] @ white[-1])
+        rest = white[-1] @ white[-1] - moments[-1] @ np.linalg.solve(grams[-1] + np.eye(len(grams[-1])), moments[-1])
+        left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - len(taken) - len(grams[-1])
+    noise = max(1.0, left / max(count, 1))
+    return Turning(np.array(grams) / noise, np.array(moments) / noise, np.concatenate(rates, axis=1))
+
+
+def _of_run(metric, rows: np.ndarray, r: int) -> np.ndarray:
+    """Rows (k, R, S, n) of one run, whitened by noise alone, (k, S n)."""
+    filled = np.where(np.isfinite(rows[:, r]), rows[:, r], 0.0)
+    return np.einsum("snm,ksm->ksn", metric.roots[r], filled).reshape(len(rows), -1)
