@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 
 import yaml
@@ -15,6 +16,8 @@ from belt_sim.commands.run_dir import run_alone
 from belt_sim.errors import BeltError, InputError
 from belt_sim.files import CAMPAIGNS, CONF, MODELS, write_text
 
+#: [bytes] of address space that JAX needs: with less, XLA ends the process in the midst of its work
+LEAST_MEMORY = 2_500_000_000
 ON_ONE_CORE = ("native", "line", "mujoco")  # engines that leave a GPU alone
 #: read when numpy and scipy are loaded; matrices here are small, and what runs at once are marches
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -119,6 +122,7 @@ def _composed(command: str, settings: list[str]) -> int:
             print(yaml.safe_dump(dict(case.config), sort_keys=False, allow_unicode=True), end="")
         return 0
     request = requested(command, settings)
+    _check_memory()
     try:
         from belt_sim.jax_setup import check_environment, prepare
     except ValueError as error:  # JAX reads JAX_... as it is imported
@@ -131,6 +135,20 @@ def _composed(command: str, settings: list[str]) -> int:
         return run_sweep(request)
     run_alone(request.runs[0])
     return 0
+
+
+def _check_memory() -> None:
+    """Raise InputError where the address space of this process is limited to less than JAX needs."""
+    if find_spec("resource") is None:  # Windows
+        return
+    import resource
+
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
+        remedy = (
+            f"at least {LEAST_MEMORY / 1e9:g} GB of address space are needed; raise the limit (ulimit -v unlimited)"
+        )
+        raise InputError("ulimit -v", f"{limit / 1e9:.3g}", "GB", remedy)
 
 
 def _complain(message: str, status: int = 1) -> int:

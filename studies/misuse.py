@@ -43,11 +43,13 @@ FACTORS = (-1.0, 0.0, 1e-6, 1e-3, 0.1, 0.3048, 0.5, 2.0, 3.28, 10.0, 25.4, 1e3, 
 
 @dataclass(frozen=True)
 class Case:
-    """typed: the command; refused: whether only a refusal is right; words: what was done."""
+    """typed: the command; refused: whether only a refusal is right; fresh: whether only a new result is; words: what
+    was done."""
 
     typed: list[str]
     words: str
     refused: bool = False
+    fresh: bool = False
 
 
 # ---- mutations of text; each takes a random source, so that hypothesis or a seed may drive it
@@ -262,7 +264,14 @@ def of_mapping(folder: Path, rng: random.Random) -> Case:
     return Case(["import", *files, f"mapping={mapping}", f"out={folder / 'out'}", "pictures=false"], words)
 
 
-EFFECTS = [{"id": "taper", "kappa_t": 2e-5}, {"id": "yaw_offset", "tail": 1e-4}, "sag_roll", {"id": "cant", "d": 1.0}]
+EFFECTS = {
+    "schema": "belt-effects/1",
+    "effects": [
+        {"id": "taper", "kappa_t": 2e-5},
+        {"id": "yaw_offset_tail", "beta_0": 1e-4},
+        {"id": "cant", "gamma": 1e-3},
+    ],
+}
 
 
 def of_effects(folder: Path, rng: random.Random) -> Case:
@@ -296,6 +305,34 @@ def of_json(folder: Path, rng: random.Random) -> Case:
         "run": ["simulate", "-m", "tension=10,20", "travel=2", "pictures=false", f"hydra.sweep.dir={folder / kind}"],
     }
     return Case(typed[kind], f"{file.relative_to(folder)}: {words}")
+
+
+def of_resume(folder: Path, rng: random.Random) -> Case:
+    """A sweep that is made again after its campaign, its effects or a result has changed."""
+    campaign, runs, effects = _copied(folder), folder / "runs", folder / "effects.yaml"
+    effects.write_text(yaml.safe_dump(EFFECTS), encoding="utf-8")
+    typed = ["compare", "-m", f"campaign={campaign}", "model=strip,beam_th2", f"effects={effects}"]
+    typed += ["pictures=false", f"hydra.sweep.dir={runs}"]
+    outcome, said = finish(Case(typed, "first"), LIMIT)
+    assert outcome == "ran", said
+    of_sweep = {p.relative_to(runs) for p in runs.rglob("*.json")}
+    before = [p.read_bytes() for p in sorted(folder.rglob("*.*")) if p.is_file()]
+    kind = rng.choice(("readings", "runs", "effects", "result", "damage"))
+    if kind == "effects":
+        effects.write_text(yaml.safe_dump(EFFECTS).replace("2.0e-05", "3.0e-05"), encoding="utf-8")
+    elif kind == "result":
+        file = runs / rng.choice(sorted(of_sweep))
+        file.write_text(mutate_bytes(file.read_text(encoding="utf-8"), rng)[0], encoding="utf-8", errors="replace")
+    elif kind == "damage":
+        kind = mutate_campaign(campaign, rng)
+    else:
+        file = campaign / ("signals.csv" if kind == "readings" else "runs.csv")
+        rows = file.read_text(encoding="utf-8").splitlines()
+        cells = rows[5].split(",")
+        cells[-1 if kind == "readings" else 2] = "0.3" if kind == "readings" else "0.05"
+        file.write_text("\n".join([*rows[:5], ",".join(cells), *rows[6:], ""]), encoding="utf-8")
+    after = [p.read_bytes() for p in sorted(folder.rglob("*.*")) if p.is_file()]
+    return Case(typed, f"resume: {kind}", fresh=before != after)
 
 
 _KEPT: dict[str, Path] = {}
@@ -418,7 +455,8 @@ KINDS: dict[str, tuple[Callable[[Path, random.Random], Case], int]] = {
     "logger": (of_logger, 12),
     "mapping": (of_mapping, 14),
     "effects": (of_effects, 4),
-    "json": (of_json, 4),
+    "json": (of_json, 12),
+    "resume": (of_resume, 2),
     "words": (of_words, 4),
 }
 
@@ -458,6 +496,8 @@ def finish(case: Case, limit: float) -> tuple[str, str]:
         return ("refused", said) if "belt-sim: " in said else ("silent", f"status {status} without a word: {said}")
     if case.refused:
         return "silent", "was accepted"
+    if case.fresh and out.getvalue().count("kept") > 1:
+        return "silent", out.getvalue()
     return "ran", out.getvalue()
 
 

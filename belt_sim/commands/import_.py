@@ -67,7 +67,10 @@ def _ask(logged: Logged, mapping: dict[str, Any], question: Question, out: Conso
     while True:
         out.print(f"[bold]{escape(question.text)}[/bold] (e.g. {escape(question.example + hint)})", soft_wrap=True)
         default: Any = question.proposed or ...
-        text = str(Prompt.ask("  ", console=out, choices=list(question.options) or None, default=default)).strip()
+        numbers = {p.removeprefix("point_"): p for p in question.options if p.startswith("point_")}
+        choices = [*question.options, *numbers] or None
+        text = str(Prompt.ask("  ", console=out, choices=choices, default=default)).strip()
+        text = numbers.get(text, text)
         trial = copy.deepcopy(mapping)
         if kind and text in known_names(kind):
             trial[question.path[0]] = text

@@ -282,7 +282,8 @@ def resolve_columns(logged: Logged, mapping: MappingEntry) -> Columns:
                 missing.setdefault(question.path, question)
             elif table.kind == "record" and one.role == "ignore" and not (entry.role or column.role or column.is_text):
                 options = (*PLACES, *(r for r in ROLES if not r.startswith(("signal", "rate", "u_rate"))))
-                unknown.setdefault(question.path, replace(question, options=options, proposed="ignore"))
+                text = f"{question.text}; or which role has it?"
+                unknown.setdefault(question.path, replace(question, text=text, options=options, proposed="ignore"))
             if one.unit and column.sure and column.unit and UNITS[column.unit] != UNITS[one.unit] and entry.unit:
                 text = f"the file says {column.unit}, the mapping {one.unit}; the mapping is taken"
                 notes.setdefault(column.name, Note(column.name, text))

@@ -120,7 +120,7 @@ def test_a_draft_has_no_dead_end(tmp_path):
 def test_the_dialogue_asks_for_every_unknown_column(tmp_path, monkeypatch):
     path = tmp_path / "a.csv"
     path.write_text(STRANGE)
-    answers = iter(["point_4", "ignore"])
+    answers = iter(["4", "ignore"])
     monkeypatch.setattr(Prompt, "ask", lambda *a, **k: next(answers))
     monkeypatch.setattr(Confirm, "ask", lambda *a, **k: True)
     out = Console(file=io.StringIO(), width=200, highlight=False)

@@ -144,6 +144,15 @@ def belt_sim(arguments, **how) -> subprocess.CompletedProcess:
     return subprocess.run(command, **given)
 
 
+def test_too_little_memory_is_one_line(tmp_path):
+    """XLA ends a process that gets no memory, so that it is asked for before."""
+    line = f'ulimit -v 1500000; "{sys.executable}" -m belt_sim simulate {" ".join(SHORT)} "hydra.run.dir={tmp_path}"'
+    done = subprocess.run(line, shell=True, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith("belt-sim: ulimit -v = 1.54 GB: at least 2.5 GB")
+    assert len(done.stderr.splitlines()) == 1
+
+
 def test_a_full_standard_output_is_one_line(tmp_path):
     with open("/dev/full", "w") as full:
         done = belt_sim(["simulate", *SHORT, f"hydra.run.dir={tmp_path}"], stdout=full)
