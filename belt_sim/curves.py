@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -35,6 +36,29 @@ class Curves:
     tilt: Numbers | None = None
     sag: Numbers | None = None
     extra: dict[str, np.ndarray] | None = None
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """A place of a lateral sensor that is none of points 1-4.
+
+    distance [m]: in a span along it from the tail pulley; on a wrap along the surface from its upper point, 1 or 4.
+    """
+
+    where: Literal["upper_span", "lower_span", "tail_wrap", "head_wrap"]
+    distance: float
+
+    @property
+    def on_wrap(self) -> bool:
+        return self.where.endswith("wrap")
+
+    @property
+    def point(self) -> int:
+        """Index of the point that belongs to it: at the tail pulley for a span, the upper one for a wrap."""
+        return {"upper_span": 0, "lower_span": 1, "tail_wrap": 0, "head_wrap": 3}[self.where]
+
+    def __str__(self) -> str:
+        return f"{self.where} at {self.distance:.9g} m"
 
 
 def late_rates(curves: Curves, share: float = LATE_SHARE) -> np.ndarray:

@@ -142,7 +142,7 @@ def mutate_tree(tree: object, rng: random.Random) -> tuple[object, str]:
     elif kind == "nest":
         node[key] = rng.choice(([before], {"value": before}, [], {}, [None]))  # type: ignore[index]
     elif kind == "deep":
-        for _ in range(200):
+        for _ in range(60):
             before = [before]
         node[key] = before  # type: ignore[index]
     else:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case, Schedule, Settings
-from belt_sim.curves import Curves
+from belt_sim.curves import Curves, Elsewhere
 from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.effects.pipeline import as_driven, as_numpy
 from belt_sim.errors import InputError, RunFailed
@@ -88,6 +88,7 @@ def march_open(
     room: int,
     slots: int,
     only: tuple[str, ...] = ("y", "tilt"),
+    inside: tuple[Elsewhere, ...] = (),
 ) -> Curves:
     """Like ``march_traced``, with traced ``steps`` and ``spacing`` [m]: one compilation serves any travel and step.
 
@@ -95,6 +96,7 @@ def march_open(
         room: number of records returned, more than ``steps``; those after the last step repeat it.
         slots: length of the wrap's history.
         only: names of the curves returned, of y, angle, moment and tilt.
+        inside: places in the spans and on the wraps; ``extra`` has ``Spans.shape_at`` of each under its name.
     """
     case = as_driven(case, effects)
     spans = _spans(case, (*model.built_in, *effects), model)
@@ -102,11 +104,13 @@ def march_open(
 
     start = _start(spans, slots)
     zero = _initial_y(start)
+    shapes = [spans.shape_at(place) for place in inside]
 
     def read(carry):
         now = _observe(carry, spans)
         now["y"] = now["y"] - zero
-        return {n: _by_place(now[n], case) for n in only}
+        between = {str(place): shape(*carry[1:])[None] for place, shape in zip(inside, shapes, strict=True)}
+        return {n: _by_place(now[n], case) for n in only} | between
 
     def one(k, loop):
         carry, rows = loop
@@ -117,7 +121,8 @@ def march_open(
     carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
     beyond = jnp.arange(room)[:, None] > steps
     curves = {n: jnp.where(beyond, row, rows[n]).T for n, row in read(carry).items()}
-    return Curves(**({"travel": spacing * jnp.arange(room)} | curves))
+    extra = {str(place): curves.pop(str(place))[0] for place in inside}
+    return Curves(**({"travel": spacing * jnp.arange(room)} | curves), extra=extra or None)
 
 
 def _spans(case: Case, effects, model: Composition) -> Spans:

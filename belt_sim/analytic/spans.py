@@ -1,6 +1,6 @@
 """The two spans during a march: curvature and roll from the boundary values, loads and effects."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,8 +8,9 @@ import jax
 import jax.numpy as jnp
 
 from belt_sim.case import Case
+from belt_sim.curves import Elsewhere
 from belt_sim.effects.base import apply_hook, call_hook, uses
-from belt_sim.laws.influence import Bend, BoundaryValues, no_bend
+from belt_sim.laws.influence import Bend, BoundaryValues, no_bend, place_row
 from belt_sim.laws.runup import Contact, State, Yaw
 from belt_sim.laws.span import Response, Span, response
 from belt_sim.laws.wrap import RunOff
@@ -85,6 +86,26 @@ class Spans:
         for e, known in zip(self.benders, self.known, strict=True):
             bend = call_hook(e, "bend", bend, boundary, known, self.case)
         return bend
+
+    def shape_at(self, place: Elsewhere) -> Callable[[State, RunOff, Yaw], jax.Array]:
+        """Return a function (state, run-offs, yaw) -> y [m] at a place inside a span, effects there not counted.
+
+        On a wrap it is what the pulley's yaw moves the place by since the belt ran up.
+        """
+        if place.on_wrap:
+            rig, tail = self.case.rig, place.where == "tail_wrap"
+            around, radius = (rig.wrap_tail, rig.tail_radius) if tail else (rig.wrap_head, rig.head_radius)
+            outwards = radius * jnp.sin(jnp.pi * place.distance / around)
+            return lambda state, off, yaw: outwards * (yaw.tail if tail else -yaw.head)
+        share, forward = place.distance / self.span.length, self.case.settings.direction > 0
+        rows = jnp.stack([place_row(self.span, s) for s in (1.0 - share, share)])  # up the tail, up the head pulley
+        which = jnp.where(forward == (place.where == "upper_span"), 0, 1)
+
+        def read(state: State, off: RunOff, yaw: Yaw) -> jax.Array:
+            boundary = self.boundary_values(state.travel, state.y, state.alpha, off, yaw)
+            return (boundary.start + _apply(rows, boundary))[which]
+
+        return read
 
     def tilt(self, state: State, off: RunOff, yaw: Yaw) -> jax.Array:
         """Return the roll of both spans at mid-span [rad], shape (2,)."""

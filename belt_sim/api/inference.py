@@ -22,6 +22,7 @@ from belt_sim.api.resolve import (
 )
 from belt_sim.campaign import Campaign, Run, case_of, leave_out_bad_readings, suspicions
 from belt_sim.campaign.read import is_plan, read_begun, read_plan
+from belt_sim.campaign.types import elsewhere
 from belt_sim.case import Case
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
@@ -96,6 +97,8 @@ def diagnose(
     chosen = fitted_model(model)
     classes = candidates_of(effects, chosen, leave_out)
     admitted = _admission(classes, chosen, campaign)
+    if beside_points(campaign):
+        admitted = (*admitted, f"{', '.join(beside_points(campaign))}: not at points 1-4, so no unknown law is sought")
     for line in admitted:
         tell(line)
     bar = stages_shown(f"diagnosing {campaign.title}", bootstraps) if progress is None else nullcontext(progress)
@@ -109,7 +112,7 @@ def diagnose(
         doubtful = [s for s in of_sheet if s.severity == "stop"]
         findings = examine(
             campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful,
-            laws=LawSearch(tell_stage), tell=tell_stage,
+            laws=None if beside_points(campaign) else LawSearch(tell_stage), tell=tell_stage,
         )  # fmt: skip
         stages(bootstraps, "")
         found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=_drawings(findings))
@@ -118,6 +121,11 @@ def diagnose(
         limits = validity_warnings(campaign, chosen, [e.id for e in found.effects])
         runs = tuple(_advice(findings, tell_stage)) if advise else ()
         return replace(found, beyond=limits, next_runs=runs)
+
+
+def beside_points(campaign: Campaign) -> list[str]:
+    """Names of the signals that stand at none of points 1-4 and mid-span, which the search for laws does not know."""
+    return [s.name for s in campaign.signals if elsewhere(s.at)]
 
 
 def _need_a_point(campaign: Campaign) -> None:
@@ -173,6 +181,10 @@ def discover(
     """
     campaign = campaign_of(campaign)
     _need_a_point(campaign)
+    if others := beside_points(campaign):
+        raise InputError(
+            "signals", ", ".join(others), "", "laws are sought at points 1-4 only; leave these signals out"
+        )
     chosen, acting = fitted_model(model), effects_of(effects)
     refuse(chosen, acting)
     bench = workbench(campaign, chosen, [type(e) for e in acting])

@@ -3,18 +3,20 @@
 pydantic models check structure, units and magnitudes; every violation becomes a ``Problem`` at its line.
 """
 
+import math
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 
 from belt_sim.campaign import plausible
 from belt_sim.campaign.marked_yaml import MarkedYaml, Path, parse
 from belt_sim.campaign.plausible import ERROR, SIGNAL_DIMENSION, WHITE
 from belt_sim.campaign.problems import Problem, did_you_mean
 from belt_sim.campaign.types import (
+    ELSEWHERE_EXAMPLE,
     PLACES,
     BeltSheet,
     Campaign,
@@ -25,6 +27,9 @@ from belt_sim.campaign.types import (
     SignalSheet,
     Source,
     SteadyRate,
+    elsewhere,
+    kind_at,
+    place_text,
 )
 from belt_sim.errors import InputError
 from belt_sim.si import UNITS, to_si
@@ -142,7 +147,7 @@ class WanderEntry(Entry):
 
 class SignalEntry(Entry):
     unit: str
-    at: str
+    at: Annotated[str, BeforeValidator(place_text)]
     white: float
     zero: float = 0.0
     gain: Annotated[float, AfterValidator(number_in_range(plausible.GAIN))] = 0.0
@@ -150,9 +155,10 @@ class SignalEntry(Entry):
 
     @model_validator(mode="after")
     def _magnitudes(self) -> "SignalEntry":
-        if self.at not in PLACES:
-            raise InputError("at", self.at, "", did_you_mean(self.at, PLACES))
-        kind = PLACES[self.at]
+        kind = kind_at(self.at)
+        if kind is None:
+            remedy = f"{did_you_mean(self.at, PLACES)}, or {ELSEWHERE_EXAMPLE}"
+            raise InputError("at", self.at, "", remedy)
         units = [unit for unit, (dimension, _) in UNITS.items() if dimension == SIGNAL_DIMENSION[kind]]
         if self.unit not in units:
             remedy = f"{self.at} gives a {kind} signal; use one of {', '.join(units)}"
@@ -277,7 +283,25 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Sheet | None, frozen
     except ValidationError as error:
         problems.extend(_problem(details, marked) for details in error.errors())
         return None, names
-    return (_sheet(entry) if len(problems) == before else None), names
+    sheet = _sheet(entry) if len(problems) == before else None
+    if sheet is not None:
+        problems.extend(_beyond_their_ends(sheet, marked))
+    return (sheet if len(problems) == before else None), names
+
+
+def _beyond_their_ends(sheet: Sheet, marked: MarkedYaml) -> list[Problem]:
+    """Return the sensors that stand farther along a span or a wrap than it is long."""
+    machine, found = sheet.machine, []
+    ends = {"tail_wrap": math.pi * machine.tail_radius.value, "head_wrap": math.pi * machine.head_radius.value}
+    for signal in sheet.signals:
+        place = elsewhere(signal.at)
+        end = ends.get(place.where, machine.centre_distance.value) if place else 0.0
+        if place and place.distance > end:
+            remedy = f"must be 0 to {end:.4g} m: the {place.where.replace('_', ' ')} is no longer"
+            name = f"signals.{signal.name}.at"
+            line = marked.line(("signals", signal.name, "at"))
+            found.append(Problem(file=FILE, line=line, name=name, value=place.distance, unit="m", remedy=remedy))
+    return found
 
 
 def _problem(details, marked: MarkedYaml) -> Problem:
@@ -361,7 +385,8 @@ def _quantity(entry: QuantityEntry, dimension: str) -> Quantity:
 
 
 def _signal(name: str, entry: SignalEntry) -> SignalSheet:
-    kind = PLACES[entry.at]
+    kind = kind_at(entry.at)
+    assert kind is not None
 
     def si(value: float) -> float:
         return to_si(value, entry.unit, dimension=SIGNAL_DIMENSION[kind], name=name)

@@ -1,7 +1,8 @@
 """Data classes of a measured campaign: one machine, one belt, many runs, and the uncertainty of each number."""
 
+import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -9,6 +10,8 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.case import Case, Schedule, Settings
+from belt_sim.curves import Elsewhere
+from belt_sim.errors import InputError
 from belt_sim.rig import Belt, Rig
 
 Kind = Literal["lateral", "tilt"]
@@ -23,6 +26,43 @@ PLACES: dict[str, Kind] = {
     "upper_mid_span": "tilt",
     "lower_mid_span": "tilt",
 }
+
+
+_ELSEWHERE = re.compile(r"(upper_span|lower_span|tail_wrap|head_wrap) at ([0-9.]+(?:e-?[0-9]+)?) m")
+ELSEWHERE_EXAMPLE = "{span: upper, distance: 2.0} or {wrap: tail, distance: 0.2}"
+
+
+def elsewhere(at: str) -> Elsewhere | None:
+    """The place that a text like ``upper_span at 2 m`` names; None for a point, a mid-span and all else."""
+    found = _ELSEWHERE.fullmatch(at)
+    try:
+        return Elsewhere(found[1], float(found[2])) if found else None  # type: ignore[arg-type]
+    except ValueError:
+        return None
+
+
+def kind_at(at: str) -> Kind | None:
+    """What a sensor at a place measures; None where there is no such place."""
+    return PLACES.get(at) or ("lateral" if elsewhere(at) else None)
+
+
+def place_text(at: Any) -> Any:
+    """A place as a text: of ``{span: upper, distance: 2.0}`` or ``{wrap: tail, distance: 0.2}``, else as it is.
+
+    Raises InputError for a mapping that is neither.
+    """
+    if not isinstance(at, Mapping):
+        return at
+    given, sides = dict(at), {"span": ("upper", "lower"), "wrap": ("tail", "head")}
+    far, what = given.pop("distance", None), next(iter(given), "")
+    side = given.get(what)
+    try:
+        metres = float(str(far).removesuffix("m"))
+    except ValueError:
+        metres = float("nan")
+    if len(given) != 1 or side not in sides.get(what, ()) or not 0.0 <= metres < float("inf"):
+        raise InputError("at", str(dict(at)), "", f"write a place by its name, or as {ELSEWHERE_EXAMPLE}, in m")
+    return str(Elsewhere(f"{side}_{what}", metres))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, kw_only=True)

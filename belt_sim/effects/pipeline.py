@@ -77,9 +77,9 @@ def indicate(curves: Curves, case: Case, effects: Sequence[Effect], shown, time=
     shown = jnp.asarray(shown)
     true = true_travel(effects, case, shown)
     seen = apply_hook(effects, "seen", true, case)
-    rows = {n: _at(curves.travel, getattr(curves, n), true) for n in _ROWS if getattr(curves, n) is not None}
-    rows["y"] = _at(curves.travel, curves.y, seen)
-    extra = {n: _at(curves.travel, jnp.asarray(row)[None], true)[0] for n, row in (curves.extra or {}).items()}
+    rows = {n: looked_up(curves.travel, getattr(curves, n), true) for n in _ROWS if getattr(curves, n) is not None}
+    rows["y"] = looked_up(curves.travel, curves.y, seen)
+    extra = {n: looked_up(curves.travel, jnp.asarray(row)[None], true)[0] for n, row in (curves.extra or {}).items()}
     reading = Reading(
         travel=shown,
         seen=seen,
@@ -99,7 +99,7 @@ def as_numpy(curves: Curves) -> Curves:
     return replace(curves, extra=extra, **plain)
 
 
-def _at(travel, rows, where):
+def looked_up(travel, rows, where):
     """Rows (k, records) at ``travel`` (records,), looked up at ``where`` (n,) by cubics through four records."""
     travel, rows = jnp.asarray(travel), jnp.asarray(rows)
     if len(travel) < 4:

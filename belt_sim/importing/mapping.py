@@ -8,6 +8,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Val
 
 from belt_sim.campaign.marked_yaml import MarkedYaml, parse
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
+from belt_sim.campaign.types import place_text
 from belt_sim.errors import InputError
 from belt_sim.importing.types import ROLES
 
@@ -96,7 +97,7 @@ def _factor(factor: float) -> float:
 class ColumnEntry(Entry):
     role: Annotated[str, AfterValidator(_role)] | None = None
     unit: str | None = None
-    at: str | None = None
+    at: Annotated[str | None, BeforeValidator(place_text)] = None
     name: str | None = None
     sign: Annotated[float, AfterValidator(_sign)] = 1.0
     factor: Annotated[float, AfterValidator(_factor)] = 1.0

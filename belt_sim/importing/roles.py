@@ -13,7 +13,7 @@ import yaml
 
 from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
-from belt_sim.campaign.types import PLACES
+from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import AxisEntry, ColumnEntry, MappingEntry
 from belt_sim.importing.types import ROLES, Column, Logged, LoggedTable, Note, Question, TableKind
@@ -302,13 +302,14 @@ def _resolve(column: Column, entry: ColumnEntry, taken: list[str]) -> UsedColumn
     at = (entry.at or column.at) if role == "signal" else ""
     if entry.at and role == "ignore":
         raise InputError(f"{where}.role", role, "", "leave it out (or role: signal) where at says what it measures")
-    if at and at not in PLACES:
-        raise InputError(f"{where}.at", at, "", did_you_mean(at, PLACES))
+    kind = kind_at(at)
+    if at and kind is None:
+        raise InputError(f"{where}.at", at, "", f"{did_you_mean(at, PLACES)}, or {ELSEWHERE_EXAMPLE}")
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
     if not ROLES[role]:
         return UsedColumn(column=column, role=role, unit="", factor=1.0, entry=entry)
-    unit = _unit(column, entry, (DIMENSION[PLACES[at]],) if at else ROLES[role], where)
+    unit = _unit(column, entry, (DIMENSION[kind],) if kind else ROLES[role], where)
     name = ""
     if role == "signal":
         name = entry.name or _signal_name(column, at, taken)
@@ -336,7 +337,7 @@ def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str
 
 def _signal_name(column: Column, at: str, taken: list[str]) -> str:
     """y1 to y4 and tilt by place; a second one of a place gets a letter."""
-    base = {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}.get(at, f"y{at[-1:]}" if at else "y")
+    base = {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}.get(at, f"y{at[-1:]}" if at in PLACES else "y")
     own = [base, *(f"{base}{c}" for c in "bcdefghijk")]
     return next((n for n in own if n not in taken and n not in RESERVED), column.name)
 

@@ -5,7 +5,7 @@ from typing import Any
 import yaml
 
 from belt_sim.campaign import Run, SignalSheet, plausible
-from belt_sim.campaign.types import PLACES, BeltSheet, Machine, Quantity, SettingsSheet
+from belt_sim.campaign.types import BeltSheet, Machine, Quantity, SettingsSheet, kind_at
 from belt_sim.errors import InputError
 from belt_sim.files import CONF
 from belt_sim.importing.mapping import BeltEntry, MachineEntry, MappingEntry
@@ -162,7 +162,8 @@ def signals_of(
 
 
 def _sheet(name: str, u: UsedColumn, read: NoiseRead) -> SignalSheet:
-    own, where, kind = u.entry, f"columns.{u.column.name}", PLACES[u.at]
+    own, where, kind = u.entry, f"columns.{u.column.name}", kind_at(u.at)
+    assert kind is not None
 
     def si(text: str | None, key: str, otherwise: float) -> float:
         return otherwise if text is None else _size(text, WRITTEN[kind], f"{where}.{key}")

@@ -135,19 +135,40 @@ def supports(span: Span, share, fields: SpanFields) -> tuple[Support, Support]:
 
 def _support(span: Span, share, pieces, fields: SpanFields) -> Support:
     """Return the response to a load between two pieces, which share y, theta, phi; EI kappa' jumps by the load."""
-    _, _, roll, scale = _dimensionless(span)
-    ((_, q0), (r0, s0)), ((p1, q1), (r1, _)) = pieces
+    *_, scale = _dimensionless(span)
+    ((_, q0), (_, s0)), ((p1, _), (r1, _)) = pieces
     meet = inverse(s0 - p1)
     pushed = -meet[:, 1] * span.length**2 / (span.bending * scale)
-    held = jnp.stack([-meet @ r0, meet @ q1])[:, 0] * span.length  # y at the place per (y/L, theta, phi/roll), (2, 3)
-    place = jnp.stack([held[1, 0] / span.length, held[0, 1], held[1, 1], held[0, 2] / roll, held[1, 2] / roll])
     return Support(
-        place=place,
+        place=_place_row(span, pieces),
         give=pushed[0] * span.length,
         runup=(r1 @ pushed)[0] / span.length,
         runoff=(q0 @ pushed)[0] / span.length,
         tilt=jnp.interp(share * span.length, fields.x, fields.place[2]),
     )
+
+
+_NEAREST = 1e-3  # of the length: nearer to an end, a span is as good as straight, and a piece of it too short
+
+
+def place_row(span: Span, share):
+    """Return y at ``share`` (0..1) of the length, less y at the run-off, per unit of the boundary values (5,)."""
+    if span.limp:
+        return share * jnp.array([1.0, 0.0, 0.0, 0.0, 0.0])
+    kl2, g, *_ = _dimensionless(span)
+    within = jnp.clip(share, _NEAREST, 1.0 - _NEAREST)
+    row = _place_row(span, [condensed(kl2, g, part)[-1] for part in (within, 1.0 - within)])
+    beyond = (share - within) * span.length  # along the angle of the end that is near
+    return row + beyond * jnp.where(share < 0.5, jnp.eye(5)[1], jnp.eye(5)[2])
+
+
+def _place_row(span: Span, pieces):
+    """Return y where two pieces meet, less y at the run-off, per unit of the boundary values, shape (5,)."""
+    _, _, roll, _ = _dimensionless(span)
+    ((_, _), (r0, s0)), ((p1, q1), (_, _)) = pieces
+    meet = inverse(s0 - p1)
+    held = jnp.stack([-meet @ r0, meet @ q1])[:, 0] * span.length  # y at the place per (y/L, theta, phi/roll), (2, 3)
+    return jnp.stack([held[1, 0] / span.length, held[0, 1], held[1, 1], held[0, 2] / roll, held[1, 2] / roll])
 
 
 def _dimensionless(span: Span):

@@ -119,7 +119,7 @@ class RunError:
         """Return the fields of a row that ``_to_file`` has written."""
         unit = row["unit"]
         fields = {name: row[name] for name in ("run", "signal", "use", "worse")}
-        fields |= {"kind": next(kind for kind, known in UNITS.items() if known == unit)}
+        fields |= {"kind": {known: kind for kind, known in UNITS.items()}[unit]}
         fields |= {"tension": row["tension_n_per_mm2"] * si.N_PER_MM2, "yaw": row["yaw_deg"] * si.DEGREE}
         fields |= {name: row[name] / KILO for name in ("before", "after", "floor")}
         for name in ("measured", "modelled"):

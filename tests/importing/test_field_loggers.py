@@ -97,6 +97,18 @@ def test_a_yaw_without_a_place_is_told(tmp_path):
     assert not any("first reading" in n.text for n in stated.notes)
 
 
+def test_a_sensor_may_stand_inside_a_span(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(table(["travel [m]", "y1 [mm]", "Kanal 7"], [L.travel, L.y1, L.y4]))
+    for at in ({"span": "lower", "distance": "2.5 m"}, "lower_span at 2.5 m"):
+        proposal = understand(read([path]), MAPPING | {"all_runs": RUN, "columns": {"Kanal 7": {"at": at}}})
+        assert [s.at for s in proposal.complete().signals] == ["point_1", "lower_span at 2.5 m"]
+    write(proposal, tmp_path / "out")
+    assert read_campaign(tmp_path / "out").signals[1].at == "lower_span at 2.5 m"
+    with pytest.raises(BeltError, match=r"or \{span: upper"):
+        understand(read([path]), MAPPING | {"columns": {"Kanal 7": {"at": "middle"}}})
+
+
 STRANGE = table(["travel [m]", "y1 [mm]", "BK_US [mm]", "Kanal 7"], [L.travel, L.y1, L.y4, L.y4], ";", ",")
 
 

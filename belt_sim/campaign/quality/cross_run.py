@@ -259,6 +259,7 @@ def _is_judged(record: Record, span: float) -> bool:
         record.run.yaw != 0.0
         and len(record.travel) > 24
         and record.travel[-1] > SPANS * span
+        and record.travel[0] < EARLY * record.travel[-1]
         and float(np.abs(_smooth(record)).max()) > CLEAR_SWING * record.drift_error
     )
 

@@ -36,7 +36,7 @@ def _measured(samples: Samples, r: int) -> Curves:
     for s, signal in enumerate(samples.signals):
         if signal.at.startswith("point_"):
             y[int(signal.at[-1]) - 1] = samples.y[r, s]
-        else:
+        elif signal.kind == "tilt":
             tilt[0 if signal.at.startswith("upper") else 1] = samples.y[r, s]
     has_tilt = bool(np.isfinite(tilt).any())
     return Curves(travel=samples.travel[r], y=y, tilt=tilt if has_tilt else None)

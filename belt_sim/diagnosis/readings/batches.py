@@ -10,6 +10,8 @@ from typing import Any
 import jax
 import numpy as np
 
+from belt_sim.campaign.types import elsewhere
+from belt_sim.diagnosis.readings.elsewhere import places_of
 from belt_sim.diagnosis.readings.samples import MAX_SAMPLES, Samples
 from belt_sim.jax_setup import WORKERS
 
@@ -52,12 +54,18 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(WORKERS, thread_name_prefix="batches")
 
 
+def rows_of(samples: Samples) -> list[int]:
+    """Row of a program's result that each signal shows: the points, the mid-spans, then what stands elsewhere."""
+    rows = [*PLACES, *places_of(samples)]
+    return [rows.index(elsewhere(s.at) or s.at) for s in samples.signals]
+
+
 def in_batches(
     program: Callable[..., Any], vector: np.ndarray, shown: np.ndarray, samples: Samples, more: tuple = ()
 ) -> Work:
     """What a ``program`` of one run is to show of all runs at points (C, k); shown (R, k): how much of each number the
     readings of a run show; more: arguments that all runs share."""
-    places = [PLACES.index(s.at) for s in samples.signals]
+    places = rows_of(samples)
     runs, _, n = samples.y.shape
     points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
     cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)

@@ -23,11 +23,13 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march_open, plan_steps
 from belt_sim.case import Case, Settings
+from belt_sim.curves import Elsewhere
 from belt_sim.diagnosis.readings import linear_readings
 from belt_sim.diagnosis.readings.added_readings import compiled_added, of_readings, only_added
 from belt_sim.diagnosis.readings.as_set import NUISANCES, Slot, lengthened, run_at
 from belt_sim.diagnosis.readings.batches import Work, finish, in_batches
 from belt_sim.diagnosis.readings.compositions import LIGHT, READ, Groups, group_of, members
+from belt_sim.diagnosis.readings.elsewhere import check_places, places_of, reading_at
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Effect
 from belt_sim.effects.pipeline import indicate
@@ -59,6 +61,7 @@ class Forward:
         like: another with as much room, whose compiled code serves this one too; brief: it is asked so little that
         compiling is to be quick."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
+        check_places(samples, model, self.classes)
         self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
         self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
         self.linear = np.array([s.effect.is_additive() for s in self.slots] + [False] * len(NUISANCES))
@@ -174,8 +177,9 @@ class Forward:
         """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
         within = set(members(self.classes, groups))
         kept = [k for k, s in enumerate(self.slots) if s.effect in within]
-        tilts = any(s.at.endswith("mid_span") for s in samples.signals)
-        march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, self.brief)
+        others = places_of(samples)
+        tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
+        march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, self.brief, others)
         scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
         return in_batches(march, vector, _shown_by_bins([self.slots[k] for k in kept], samples), samples, self._march)
@@ -191,7 +195,7 @@ class Forward:
             if slot in place:
                 numbers[:, place[slot]] = vector[:, k] * slot.scale
         different, of = np.unique(numbers, axis=0, return_inverse=True)
-        program = compiled_added(slots, self._added)
+        program = compiled_added(slots, self._added, places_of(samples))
         return of.reshape(-1), in_batches(program, different, _shown_by_bins(slots, samples), samples)
 
     def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
@@ -209,10 +213,19 @@ def _shown_by_bins(slots: Sequence[Slot], samples: Samples) -> np.ndarray:
 
 
 @lru_cache(PROGRAMS)
-def _compiled(model: Composition, slots: tuple[Slot, ...], room: int, history: int, tilts: bool, brief: bool):
-    """Predictions at a batch of points and runs; tilts: of roll as well, which a march feels."""
+def _compiled(
+    model: Composition,
+    slots: tuple[Slot, ...],
+    room: int,
+    history: int,
+    tilts: bool,
+    brief: bool,
+    others: tuple[Elsewhere, ...] = (),
+):
+    """Predictions at a batch of points and runs; tilts: of roll as well, which a march feels; others: places of sensors
+    beside the points."""
     only = ("y", "tilt") if tilts else ("y",)
-    one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only)
+    one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only, others=others)
     seldom = not all(s.effect.__module__.startswith("belt_sim.") for s in slots)  # a program of this campaign alone
     return compiled(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), brief=brief and seldom)
 
@@ -231,12 +244,18 @@ def _doubled(size: int, least: int) -> int:
 
 def _one_run(
     vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, *,
-    model, slots, room, history, only,
+    model, slots, room, history, only, others,
 ):  # fmt: skip
-    """Readings (6, n) of one run at every place; (4, n) where ``only`` has no tilt."""
+    """Readings (6, n) of one run at every place, and (k, n) at the ``others``; (4, n) where ``only`` has no tilt."""
     effects, case = run_at(vector * shown, slots, Case(rig=rig, belt=belt, settings=settings))
-    curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only)
+    curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only, inside=others)
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
-    read = indicate(curves, case, effects, stated, jnp.append(time, yaw_at / case.settings.speed))
-    lateral = read.y[:, :-1] - read.y[:, -1:]
-    return jnp.concatenate([lateral, read.tilt[:, :-1]]) if "tilt" in only else lateral
+    clock = jnp.append(time, yaw_at / case.settings.speed)
+    read = indicate(curves, case, effects, stated, clock)
+    rows = [read.y[:, :-1] - read.y[:, -1:], *([read.tilt[:, :-1]] if "tilt" in only else [])]
+    before = yaw_at - 2.0 * spacing  # of the yaw, with which these move at once
+    stated, clock = stated.at[-1].set(before), clock.at[-1].set(before / case.settings.speed)
+    for place in others:
+        y = reading_at(place, curves, case, effects, stated, clock)
+        rows.append((y[:-1] - y[-1])[None])
+    return jnp.concatenate(rows) if len(rows) > 1 else rows[0]

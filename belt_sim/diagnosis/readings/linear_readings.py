@@ -8,6 +8,7 @@ length. Of short waves the mean over a bin of readings shows less (``shown_by_bi
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -15,8 +16,10 @@ import numpy as np
 from scipy.interpolate import BSpline
 from scipy.special import chdtrc
 
+from belt_sim.campaign.types import elsewhere
 from belt_sim.case import Case
 from belt_sim.diagnosis.readings.added_readings import READ_BY
+from belt_sim.diagnosis.readings.elsewhere import passes_earlier, places_of, sensed
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Effect, apply_hook, overrides, uses
 from belt_sim.effects.pipeline import true_travel
@@ -105,14 +108,17 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
     shapes = np.zeros((len(cls.parameters), runs, signals, n))
     by_bins = shown_by_bins([(cls, name) for name in cls.parameters], samples).T[:, :, None]
 
+    others = places_of(samples)
+
     def one(settings, stated):
-        return _shown(cls, effects, replace(samples.cases, settings=settings), stated)
+        return _shown(cls, effects, replace(samples.cases, settings=settings), stated, others)
 
     stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
     shown = np.asarray(jax.vmap(one)(samples.cases.settings, stated)).swapaxes(0, 1)
+    places = [*(f"point_{k}" for k in (1, 2, 3, 4)), *others]
     for s, signal in enumerate(samples.signals):
-        if signal.at.startswith("point"):
-            rows = shown[:, :, int(signal.at[-1]) - 1]
+        if signal.kind == "lateral":
+            rows = shown[:, :, places.index(elsewhere(signal.at) or signal.at)]
             shapes[:, :, s] = rows[..., :-1] * by_bins - rows[..., -1:]
     return shapes
 
@@ -125,19 +131,28 @@ def shown_by_bins(parameters: Sequence[tuple[type[Effect], str]], samples: Sampl
     return samples.averaged(np.array(harmonics))
 
 
-def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray) -> np.ndarray:
-    """Columns (k, 4, n) at encoder travels (n,) as the sensors after ``cls`` show them."""
+def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray, others) -> jax.Array:
+    """Columns (k, 4 + j, n) at encoder travels (n,), at points 1-4 and j others, as the sensors after ``cls`` show
+    them."""
     seen = apply_hook(effects, "seen", true_travel(effects, case, jnp.asarray(stated)), case)
     own = cls.columns(seen, case)
+    beside = [cls.columns(seen + passes_earlier(p, case), case)[:, p.point] for p in others]
     after = [e for e in uses(effects, "sensor") if type(e) is not cls]  # in proportion to y: gains, not offsets
     if not after:
-        return own
+        return jnp.concatenate([own, *(rows[:, None] for rows in beside)], axis=1)
 
     def read(y):
         reading = Reading(travel=jnp.asarray(stated), seen=seen, time=0.0 * seen, y=y, tilt=jnp.zeros((2, len(stated))))
         return apply_hook(after, "sensor", reading, case).y
 
-    return jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))
+    def read_beside(place, y):
+        return sensed(place, y, case, after, jnp.asarray(stated), seen, 0.0 * seen)
+
+    found = [jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))]
+    for place, rows in zip(others, beside, strict=True):
+        one = partial(read_beside, place)
+        found.append((jax.vmap(one)(rows) - one(jnp.zeros_like(rows[0])))[:, None])
+    return jnp.concatenate(found, axis=1)
 
 
 def slopes(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples) -> np.ndarray:

@@ -7,6 +7,7 @@ import jax
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run, SignalSheet, case_of, leave_out_bad_readings
+from belt_sim.campaign.types import elsewhere
 from belt_sim.case import Case
 from belt_sim.errors import InputError
 
@@ -69,12 +70,12 @@ def samples_of(campaign: Campaign) -> Samples:
     n = max(len(t[0]) for t in thinned)
     shape = (len(runs), len(names), n)
     travel, time, y = np.zeros(shape[::2]), np.zeros(shape[::2]), np.full(shape, np.nan)
-    tilts = [k for k, signal in enumerate(campaign.signals) if signal.kind == "tilt"]
+    jump = [k for k, s in enumerate(campaign.signals) if s.kind == "tilt" or elsewhere(s.at)]
     for k, (s, t, values, per_bin) in enumerate(thinned):
         travel[k, : len(s)], travel[k, len(s) :] = s, s[-1]
         time[k, : len(s)], time[k, len(s) :] = t, t[-1]
         y[k, :, : len(s)] = values
-        y[k, tilts, : len(s)] = np.where(_jumping(runs[k], s, per_bin), np.nan, y[k, tilts, : len(s)])
+        y[k, jump, : len(s)] = np.where(_jumping(runs[k], s, per_bin), np.nan, y[k, jump, : len(s)])
     return Samples(
         runs=runs,
         signals=campaign.signals,

@@ -1,0 +1,143 @@
+"""Sensors inside a span and on a wrap: their readings by the laws, and a diagnosis that uses them."""
+
+import dataclasses
+from functools import partial
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+from belt_sim.api.inference import compare
+from belt_sim.api.resolve import fitted_model
+from belt_sim.campaign import case_of, read_campaign, write_campaign
+from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.effects.library import library
+from belt_sim.errors import BeltError
+from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.virtual_rig.make import make_campaign
+from belt_sim.virtual_rig.plan import Plan, Setting
+
+STRIP, ROPE, BEAM_TH1, BEAM_TH2 = map(fitted_model, ("strip", "rope", "beam_th1", "beam_th2"))
+YAW_AT = 2.0  # [m]
+PLAN = Plan(
+    runs=tuple(
+        Setting(tension=t * N_PER_MM2, yaw=0.042 * DEGREE, direction=d, yaw_at=YAW_AT)
+        for t in (10.0, 40.0)
+        for d in (1, -1)
+    ),
+    length=30.0,
+    spacing=0.1,
+    signals={f"y{k}": f"point_{k}" for k in (1, 2, 3, 4)},
+)
+#: [m] of the readings: the march's steps of 0.1 m against linear interpolation between them
+EXACT = 2e-6
+
+
+def with_places(campaign, *places):
+    """The campaign with a signal at each place as well, of which no reading is known."""
+    more = [dataclasses.replace(campaign.signals[0], name=f"z{k}", at=at) for k, at in enumerate(places)]
+    runs = [dataclasses.replace(r, signals=r.signals | {s.name: 0.0 * r.travel for s in more}) for r in campaign.runs]
+    return dataclasses.replace(campaign, signals=(*campaign.signals, *more), runs=tuple(runs))
+
+
+@pytest.fixture(scope="module")
+def measured():
+    return make_campaign(seed=1, base="strip", plan=PLAN)[0]
+
+
+def shown(campaign, model, classes=(), **numbers):
+    """Predicted readings, signal -> (runs, n) [m]."""
+    samples = samples_of(campaign)
+    forward = Forward(samples, model, classes)
+    vector = forward.null()
+    for k, slot in enumerate(forward.slots):
+        vector[k] = numbers.get(slot.name, vector[k] * slot.scale) / slot.scale
+    values = forward.values(vector[None])[0]
+    return samples, {s.name: values[:, k] for k, s in enumerate(samples.signals)}
+
+
+def test_the_ends_of_spans_and_wraps_are_the_points(measured):
+    case = case_of(measured, measured.runs[0])
+    length, around = float(case.rig.span_length), float(case.rig.wrap_tail)
+    ends = {
+        "upper_span at 0 m": "y1", f"upper_span at {length} m": "y4", "lower_span at 0 m": "y2",
+        f"lower_span at {length} m": "y3", "tail_wrap at 0 m": "y1", f"tail_wrap at {around} m": "y2",
+        "head_wrap at 0 m": "y4", f"head_wrap at {around} m": "y3",
+    }  # fmt: skip
+    for model in (STRIP, ROPE):
+        samples, found = shown(with_places(measured, *ends), model)
+        judged = np.isfinite(samples.y[:, -1])
+        for k, (place, point) in enumerate(ends.items()):
+            gap = np.nanmax(np.abs(np.where(judged, found[f"z{k}"] - found[point], 0.0)))
+            assert gap < EXACT, (model.name, place, gap)
+
+
+def test_the_edge_of_the_belt_is_read_there_too(measured):
+    edge = library()["edge_profile"]
+    ends = {"upper_span at 0 m": "y1", "lower_span at 0 m": "y2", "tail_wrap at 0 m": "y1", "head_wrap at 0 m": "y4"}
+    numbers = dict.fromkeys(list(edge.parameters)[:4], 0.0001)
+    _, plain = shown(with_places(measured, *ends, "upper_span at 3 m"), STRIP, (edge,))
+    _, found = shown(with_places(measured, *ends, "upper_span at 3 m"), STRIP, (edge,), **numbers)
+    for k, point in enumerate(ends.values()):
+        assert np.abs(found[f"z{k}"] - plain[f"z{k}"] - found[point] + plain[point])[:, 30:].max() < EXACT
+    edges = {n: found[n] - plain[n] for n in ("y1", "z4")}
+    for r, ahead in ((0, 30), (1, -30)):
+        one, other = edges["z4"][r], edges["y1"][r]  # the belt passes 3 m before the tail earlier, going back later
+        moved = one[: len(one) - 30] - other[30:] if ahead > 0 else one[30:] - other[: len(one) - 30]
+        assert np.ptp(moved) < EXACT  # but for the zero at the yaw
+        assert np.ptp(one) > 1e-4
+
+
+def ends(wanted, a, b):
+    """How far y and y' at both ends are off those that are wanted [m, rad], in thousandths."""
+    return 1e3 * (np.array([a[0], a[1], b[0], b[1]]) - wanted)
+
+
+@pytest.mark.parametrize("model", [BEAM_TH1, BEAM_TH2])
+def test_inside_a_span_it_is_what_the_differential_equation_says(model, measured):
+    """y'''' = K^2 y'' with the positions and angles of the ends as the march has them."""
+    at = 2.5
+    campaign = with_places(measured, f"upper_span at {at} m")
+    run = campaign.runs[0]
+    case = case_of(campaign, run)
+    samples, found = shown(campaign, model)
+    curves = model.run(case, travel=float(run.travel[-1]))
+    length = float(case.rig.span_length)
+    k2 = float(case.tension_force / case.belt.bending_stiffness) if model is BEAM_TH2 else 0.0
+    for s in (3.0, 10.0, 25.0):
+        y1, y4 = (np.interp(s, curves.travel, curves.y[p]) for p in (0, 3))
+        angle1, angle4 = (np.interp(s, curves.travel, curves.angle[p]) for p in (0, 3))
+
+        wanted, x = np.array([y4, angle4, y1, angle1]), np.linspace(0.0, length, 60)
+        bending = lambda x, u: np.stack([u[1], u[2], u[3], k2 * u[2]])  # noqa: E731
+        solved = solve_bvp(bending, partial(ends, wanted), x, np.zeros((4, len(x))), tol=1e-8)
+        there = found["z0"][0][np.argmin(np.abs(samples.travel[0] - s))]
+        assert there == pytest.approx(float(solved.sol(length - at)[0]), abs=1e-5)
+
+
+def test_a_place_is_written_and_read_and_has_an_end(measured, tmp_path):
+    folder = tmp_path / "c"
+    write_campaign(with_places(measured, "upper_span at 2 m", "head_wrap at 0.1 m"), folder)
+    text = (folder / "campaign.yaml").read_text()
+    assert [s.at for s in read_campaign(folder).signals][4:] == ["upper_span at 2 m", "head_wrap at 0.1 m"]
+    (folder / "campaign.yaml").write_text(text.replace("upper_span at 2 m", "{span: upper, distance: 2.0}"))
+    assert read_campaign(folder).signals[4].at == "upper_span at 2 m"
+    for wrong, says in (
+        ("{span: upper, distance: 12}", "must be 0 to 11.28 m"),
+        ("{span: middle, distance: 1}", "write a place by its name, or as"),
+        ("{wrap: tail}", "write a place by its name, or as"),
+        ("{span: upper, distance: -1}", "write a place by its name, or as"),
+        ("upper_span at 1.2.3 m", "or {span: upper"),
+    ):
+        (folder / "campaign.yaml").write_text(text.replace("upper_span at 2 m", wrong))
+        with pytest.raises(BeltError, match=says):
+            read_campaign(folder)
+
+
+def test_what_shapes_a_span_inside_is_refused_there(measured):
+    campaign = with_places(measured, "upper_span at 2 m")
+    with pytest.raises(BeltError, match="side_drag shapes the span between its ends"):
+        compare(campaign, "strip", effects=[{"id": "side_drag", "moment": 1.0}], drawn=False)
+    wrapped = with_places(measured, "tail_wrap at 0.1 m")
+    assert compare(wrapped, "strip", effects=[{"id": "side_drag", "moment": 1.0}], drawn=False).error is not None
