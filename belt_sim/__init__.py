@@ -31,7 +31,9 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.api.simulate import traced as traced
     from belt_sim.campaign import Campaign as Campaign
     from belt_sim.campaign import read_campaign
+    from belt_sim.case import Belt as Belt
     from belt_sim.case import Case as Case
+    from belt_sim.case import Rig as Rig
     from belt_sim.case import Schedule as Schedule
     from belt_sim.case import Settings as Settings
     from belt_sim.config import make_case as make_case
@@ -50,14 +52,12 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.results.discovery import Discovery as Discovery
     from belt_sim.results.json import read_diagnosis
     from belt_sim.results.simulation import Simulation as Simulation
-    from belt_sim.rig import Belt as Belt
-    from belt_sim.rig import Rig as Rig
 
     load_campaign, load_diagnosis = read_campaign, read_diagnosis
     __version__: str
 
 _HOMES = {
-    "Belt": "belt_sim.rig",
+    "Belt": "belt_sim.case",
     "BeltError": "belt_sim.errors",
     "Campaign": "belt_sim.campaign",
     "Case": "belt_sim.case",
@@ -68,7 +68,7 @@ _HOMES = {
     "Discovery": "belt_sim.results.discovery",
     "Effect": "belt_sim.effects.base",
     "InputError": "belt_sim.errors",
-    "Rig": "belt_sim.rig",
+    "Rig": "belt_sim.case",
     "Schedule": "belt_sim.case",
     "Settings": "belt_sim.case",
     "Simulation": "belt_sim.results.simulation",

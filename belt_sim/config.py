@@ -7,10 +7,9 @@ from typing import Any, TypedDict
 import numpy as np
 
 from belt_sim import si
-from belt_sim.case import Case, Schedule, Settings
+from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.errors import InputError
 from belt_sim.files import CONF
-from belt_sim.rig import Belt, Rig
 
 MAX_TENSION = 1500.0  # [N/mm2], beyond the strength of belt steel
 MIN_TENSION = 0.1  # [N/mm2]: a tenth of the slackest rope of the paper; a steel belt lies on the floor

@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.files import write_with
-from belt_sim.pytree import Numbers, pytree
+from belt_sim.jax_setup import Numbers, pytree
 
 #: The last share of a record over which the late slope is taken.
 LATE_SHARE = 0.2

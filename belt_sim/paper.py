@@ -6,8 +6,7 @@ does not give. ``conf/rig`` and ``conf/belt`` say the same for the command line.
 
 from typing import Any
 
-from belt_sim.case import Case, Schedule, Settings
-from belt_sim.rig import Belt, Rig
+from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.si import DEGREE
 
 TEST_RIG = Rig(centre_distance=11.28, head_radius=0.17, tail_radius=0.17)

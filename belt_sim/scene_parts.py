@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.pytree import Numbers
+from belt_sim.jax_setup import Numbers
 
 #: natural in-plane curvature [1/m] at places s [m] along the belt
 Camber = Callable[[np.ndarray], np.ndarray]

@@ -11,7 +11,7 @@ import numpy as np
 
 from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case, Schedule
-from belt_sim.effects.lift_off import LiftOff
+from belt_sim.effects.contact import LiftOff
 from belt_sim.jax_setup import compiled
 from belt_sim.laws.influence import span_fields
 from belt_sim.laws.span import Span, beam_second_order, strip

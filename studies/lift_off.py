@@ -10,7 +10,7 @@ from rich.table import Table
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.spans import span_responses
-from belt_sim.effects.lift_off import LiftOff
+from belt_sim.effects.contact import LiftOff
 from belt_sim.jax_setup import compiled, prepare
 from belt_sim.laws.span import strip
 from belt_sim.paper import paper_case

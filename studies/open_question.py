@@ -19,10 +19,9 @@ from belt_sim.case import Case, Schedule
 from belt_sim.config import case_from
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import Effect
-from belt_sim.effects.camber import Camber
-from belt_sim.effects.cant import Cant
-from belt_sim.effects.lift_off import LiftOff
-from belt_sim.effects.yaw import YawCompliance
+from belt_sim.effects.belt_shape import Camber
+from belt_sim.effects.contact import LiftOff
+from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.laws.span import softening
 from belt_sim.si import MM_PER_M, N_PER_MM2

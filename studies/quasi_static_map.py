@@ -13,13 +13,12 @@ from typing import Any
 import jax
 import numpy as np
 
-from belt_sim.case import Case, Schedule, Settings
+from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.curves import late_rates
 from belt_sim.errors import RunFailed
 from belt_sim.files import write_text
 from belt_sim.jax_setup import prepare
 from belt_sim.paper import PAPER_BELT, TEST_RIG
-from belt_sim.rig import Belt, Rig
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import DEGREE, MM, MM_PER_M, N_PER_MM2
 

@@ -20,8 +20,8 @@ from belt_sim.case import Case
 from belt_sim.config import case_from
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import Effect
-from belt_sim.effects.camber import Camber
-from belt_sim.effects.lift_off import LiftOff
+from belt_sim.effects.belt_shape import Camber
+from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.span_stiffness import Flatness
 from belt_sim.pictures import style
 from belt_sim.pictures.style import CYCLE, INK

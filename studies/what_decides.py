@@ -18,7 +18,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.answer.nextrun import Outlook
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.effects.camber import Camber
+from belt_sim.effects.belt_shape import Camber
 from belt_sim.effects.tension import TensionBias
 from belt_sim.files import write_json
 from belt_sim.provenance import provenance

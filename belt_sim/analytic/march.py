@@ -23,8 +23,8 @@ from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.effects.pipeline import as_driven, as_numpy
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.jax_setup import PROGRAMS, WORKERS, compiled, in_float64, map_in_threads
-from belt_sim.laws import drive, wrap
-from belt_sim.laws.runup import RunUp, Yaw
+from belt_sim.laws import drive
+from belt_sim.laws.runup import RunOff, RunUp, Yaw, delayed
 from belt_sim.si import N_PER_MM2
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
@@ -179,7 +179,7 @@ def _stepper(spans, spacing):
     def advance(carry, k):
         ring, now, off, _ = carry
         s0 = k * spacing
-        off1 = wrap.delayed(ring, k + 1, arcs, spacing)
+        off1 = delayed(ring, k + 1, arcs, spacing)
         off1 = apply_hook(effects, "wrap", off1, replace(now, travel=s0 + spacing), case)
         commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
 
@@ -263,7 +263,7 @@ def _partner(runoff):
 def _start(spans, slots):
     """The belt lies straight and sticks: y = 0 and alpha = 0 all round, whatever the yaw (paper eq. 11-13)."""
     zero = jnp.zeros(2)
-    off = wrap.RunOff.stuck(zero, zero, zero)
+    off = RunOff.stuck(zero, zero, zero)
     yaw = _yaw(spans.case, drive.angle_at, 0.0)
     blank = spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw)
     yaw = _actual_yaw(spans.effects, spans.case, 0.0, blank)

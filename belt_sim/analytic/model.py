@@ -9,7 +9,7 @@ from belt_sim.analytic.march import KEEP, STEP, march_driven
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect
-from belt_sim.effects.lift_off import LiftOff
+from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.pipeline import as_indicated
 from belt_sim.errors import InputError
 from belt_sim.frame import Observer

@@ -11,9 +11,8 @@ from belt_sim.case import Case
 from belt_sim.curves import Elsewhere
 from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.laws.influence import Bend, BoundaryValues, no_bend, place_row
-from belt_sim.laws.runup import Contact, State, Yaw
+from belt_sim.laws.runup import Contact, RunOff, State, Yaw
 from belt_sim.laws.span import Response, Span, response
-from belt_sim.laws.wrap import RunOff
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,7 @@ from belt_sim.belt_mechanics.belt import active_features
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError, RunFailed
-from belt_sim.mujoco3d.constants import RUNAWAY
-from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.options import RUNAWAY, Options
 from belt_sim.mujoco3d.recording import POINTS
 from belt_sim.scene_parts import SceneParts
 

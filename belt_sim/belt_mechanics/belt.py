@@ -12,6 +12,7 @@ import numpy as np
 from belt_sim.belt_mechanics.elastic import Ties, TwistStiffness, membrane_law, stretch_energy
 from belt_sim.belt_mechanics.loads import GuideArrays, LoadArrays
 from belt_sim.case import Case
+from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.calibration import calibrate
 from belt_sim.mujoco3d.friction import WrapStiffness
 from belt_sim.mujoco3d.loads import Torsion
@@ -20,7 +21,6 @@ from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.mujoco3d.wrap import fibre_share
-from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.belt_mechanics.belt import BatchShape, BeltArrays
 from belt_sim.belt_mechanics.elastic import stretch_energy, twist_energy
 from belt_sim.belt_mechanics.wrap import FIRST, HEAD, LAST, TAIL, PoseArrays, WrapArrays, layer_displacements
-from belt_sim.pytree import Numbers as Array
+from belt_sim.jax_setup import Numbers as Array
 
 
 class ChainLayout(NamedTuple):

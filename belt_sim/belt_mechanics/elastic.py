@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.pytree import Numbers as Array
+from belt_sim.jax_setup import Numbers as Array
 
 #: corners a, b, c, d = 0 .. 3 at the ends of the six edges of a quadrilateral
 EDGES = ((0, 1), (1, 3), (0, 3), (1, 2), (2, 3), (0, 2))

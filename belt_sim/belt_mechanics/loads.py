@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.pytree import Numbers as Array
+from belt_sim.jax_setup import Numbers as Array
 from belt_sim.scene_parts import EdgeGuide, SceneParts
 
 

@@ -7,11 +7,11 @@ import numpy as np
 from belt_sim.belt_mechanics.belt import BatchShape, BeltArrays, SurfaceArrays
 from belt_sim.belt_mechanics.elastic import strains
 from belt_sim.belt_mechanics.wrap import HEAD, TAIL, PoseArrays, WrapArrays, axes_of, depth, spin_derivative
+from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d import state as mujoco3d
-from belt_sim.mujoco3d.constants import AXIS_STATIONS, RUNUP_LINKS
 from belt_sim.mujoco3d.machine import SceneLayout
+from belt_sim.mujoco3d.options import AXIS_STATIONS, RUNUP_LINKS
 from belt_sim.mujoco3d.wrap import lay_wraps
-from belt_sim.pytree import Numbers as Array
 
 
 def lay_belt(scene: SceneLayout) -> tuple[Array, WrapArrays, PoseArrays]:

@@ -12,7 +12,8 @@ import jax.numpy as jnp
 
 from belt_sim.belt_mechanics.belt import BatchShape, BeltArrays, SurfaceArrays
 from belt_sim.belt_mechanics.elastic import strains
-from belt_sim.mujoco3d.constants import (
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.options import (
     CATCH_DISTANCE,
     FORGETTING,
     HYSTERESIS,
@@ -20,7 +21,6 @@ from belt_sim.mujoco3d.constants import (
     SLACKEST_FIBRE,
     SPAN_STATIONS,
 )
-from belt_sim.pytree import Numbers as Array
 
 HEAD, TAIL = 0, 1
 FIRST, LAST = 0, 1  # ends of a wrap

@@ -9,10 +9,9 @@ from typing import Any, Literal
 import numpy as np
 
 from belt_sim import si
-from belt_sim.case import Case, Schedule, Settings
+from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.curves import Elsewhere
 from belt_sim.errors import InputError
-from belt_sim.rig import Belt, Rig
 
 Kind = Literal["lateral", "tilt"]
 Use = Literal["fit", "hold_out"]

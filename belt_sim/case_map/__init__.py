@@ -1,1 +1,1 @@
-"""Maps of many analytic cases: what varies, where the cases lie, what is told of each, how it reaches the disk."""
+"""Maps of many analytic cases: what varies, where the cases lie, how they reach the disk."""

@@ -201,7 +201,7 @@ def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: P
         if not in_time(model):
             _record(s, folder)
         return
-    from belt_sim.watch.belt_from_curves import frames
+    from belt_sim.watch.geometry import frames
     from belt_sim.watch.observers import has_display
     from belt_sim.watch.rerun import live
 

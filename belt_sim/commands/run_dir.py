@@ -21,8 +21,7 @@ import yaml
 
 from belt_sim.errors import BeltError, InputError
 from belt_sim.files import DRAFTS, clear_drafts, read_json, write_json, write_text
-from belt_sim.inputs import code_hash, file_hash, input_hashes
-from belt_sim.provenance import config_hash
+from belt_sim.provenance import code_hash, config_hash, file_hash, input_hashes
 
 try:
     import fcntl

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.campaign import Campaign
+from belt_sim.case import GRAVITY
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import belt_from, rig_from
 from belt_sim.errors import InputError
-from belt_sim.rig import GRAVITY
 from belt_sim.virtual_rig import Truth, make_campaign, write_blind
 
 

@@ -15,12 +15,11 @@ from typing import Any, ClassVar
 
 from belt_sim.case import Case, Settings
 from belt_sim.errors import BeltError, InputError
+from belt_sim.jax_setup import pytree
 from belt_sim.laws.drive import Reading
 from belt_sim.laws.influence import Bend, BoundaryValues
-from belt_sim.laws.runup import Contact, RunUp, State, Yaw
+from belt_sim.laws.runup import Contact, RunOff, RunUp, State, Yaw
 from belt_sim.laws.span import Response, Span
-from belt_sim.laws.wrap import RunOff
-from belt_sim.pytree import pytree
 from belt_sim.scene_parts import SceneParts
 
 LAWS = ("span", "run-up", "wrap", "drive", "sensor")

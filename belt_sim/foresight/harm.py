@@ -4,8 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from belt_sim.campaign import Campaign, case_of
-from belt_sim.case import Case, Schedule, Settings
-from belt_sim.rig import Belt, Rig
+from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.si import DEGREE, N_PER_MM2
 from belt_sim.validity import STRENGTH, Limit, geometric, limits
 

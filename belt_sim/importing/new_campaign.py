@@ -10,11 +10,11 @@ from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.read import read_plan
 from belt_sim.campaign.types import PLACES, BeltSheet
 from belt_sim.campaign.write import put_folder, runs_text
+from belt_sim.case import Belt, Rig
 from belt_sim.errors import InputError
 from belt_sim.foresight.harm import harm_warnings, safe_yaw
 from belt_sim.importing.sheets import BELT, MACHINE
 from belt_sim.importing.write import sheet_text
-from belt_sim.rig import Belt, Rig
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 
 #: Sag stretch over elastic stretch, Lambda, of a slack, a middling and a tight belt; bounds of the tensions [N/mm2].

@@ -19,8 +19,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.jax_setup import pytree
 from belt_sim.laws.span import Span, condensed, inverse
-from belt_sim.pytree import pytree
 
 
 @pytree

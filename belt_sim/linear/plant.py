@@ -28,8 +28,7 @@ from belt_sim.effects.pipeline import as_driven
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.files import write_with
 from belt_sim.jax_setup import compiled, in_float64
-from belt_sim.laws.runup import RunUp, Yaw
-from belt_sim.laws.wrap import RunOff
+from belt_sim.laws.runup import RunOff, RunUp, Yaw
 from belt_sim.si import N_PER_MM2
 
 INPUTS = ("yaw", "yaw_head")

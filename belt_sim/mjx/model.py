@@ -13,9 +13,9 @@ from belt_sim.belt_mechanics.belt import ActiveFeatures, BatchShape, BeltArrays,
 from belt_sim.belt_mechanics.pulleys import lay_belt
 from belt_sim.belt_mechanics.wrap import PoseArrays, WrapArrays
 from belt_sim.case import Case
-from belt_sim.jax_setup import in_float64
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.jax_setup import in_float64, pytree
 from belt_sim.mjx.mujoco_mjx import plain_model, to_mjx
-from belt_sim.mujoco3d.constants import TAIL_DAMPING_RATIO
 from belt_sim.mujoco3d.machine import (
     HEAD_SPIN,
     STATION_JOINTS,
@@ -28,10 +28,8 @@ from belt_sim.mujoco3d.machine import (
     station_mass,
 )
 from belt_sim.mujoco3d.mesh import BeltModel, Grid, Membrane
-from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.options import TAIL_DAMPING_RATIO, Options
 from belt_sim.mujoco3d.stages import run_stages
-from belt_sim.pytree import Numbers as Array
-from belt_sim.pytree import pytree
 from belt_sim.scene_parts import SceneParts
 
 BELTS: dict[str, type[BeltModel]] = {"grid": Grid, "flex": Membrane}

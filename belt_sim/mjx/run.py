@@ -13,6 +13,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, RunFailed
 from belt_sim.frame import Observer
+from belt_sim.jax_setup import Numbers as Array
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.model import (
     READING,
@@ -29,7 +30,6 @@ from belt_sim.mjx.mujoco_mjx import stack_cases
 from belt_sim.mjx.step import step
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.mujoco3d.recording import curves_of, frame_of
-from belt_sim.pytree import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
 SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 2 m/s

@@ -43,11 +43,11 @@ from belt_sim.belt_mechanics.wrap import (
     sink_ends,
     update_tangents,
 )
+from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mjx.model import Command, MjxData, MjxModel, flat_of, nodes_of
 from belt_sim.mjx.mujoco_mjx import advance, apply_actuators, compute_multibody, node_masses, read_sensors
-from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
-from belt_sim.pytree import Numbers as Array
+from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
 
 _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
 _ENDS = (FIRST, LAST)

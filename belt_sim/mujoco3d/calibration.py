@@ -23,7 +23,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from belt_sim.rig import Belt
+from belt_sim.case import Belt
 
 _SHEAR_FACTOR = 5.0 / 6.0  # of a rectangular section
 _SWEEPS = 40  # the width changes by less than rounding after a dozen

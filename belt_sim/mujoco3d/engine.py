@@ -13,7 +13,6 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.files import write_text
 from belt_sim.frame import Observer, SceneObserver
-from belt_sim.mujoco3d.constants import FURTHEST_KINK, KINK_STATIONS
 from belt_sim.mujoco3d.friction import WrapStiffness
 from belt_sim.mujoco3d.loads import (
     DistributedLoads,
@@ -27,7 +26,16 @@ from belt_sim.mujoco3d.loads import (
 from belt_sim.mujoco3d.machine import Drive, Pulleys, SceneLayout, build_scene
 from belt_sim.mujoco3d.mesh import BeltModel, Chain, Grid, Membrane, Mesh, drag_coefficients
 from belt_sim.mujoco3d.mujoco_4 import Solver, Springs, compile_model, mjcf
-from belt_sim.mujoco3d.options import BELTS, CONTACTS, Options, contact_options, fit_options, is_limp
+from belt_sim.mujoco3d.options import (
+    BELTS,
+    CONTACTS,
+    FURTHEST_KINK,
+    KINK_STATIONS,
+    Options,
+    contact_options,
+    fit_options,
+    is_limp,
+)
 from belt_sim.mujoco3d.recording import Recorder
 from belt_sim.mujoco3d.rolling_contact import Edited, build_contact, run_contact
 from belt_sim.mujoco3d.stages import Stage, run_stages

@@ -5,12 +5,12 @@ from typing import Protocol
 
 import numpy as np
 
-from belt_sim.mujoco3d.constants import RESIDUAL_TORSION
+from belt_sim.case import Belt
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_4 import Solver, Springs
+from belt_sim.mujoco3d.options import RESIDUAL_TORSION
 from belt_sim.mujoco3d.state import TAIL, Pose, RunState, Wrap
 from belt_sim.mujoco3d.wrap import FIRST, LAST, depth
-from belt_sim.rig import Belt
 from belt_sim.scene_parts import EdgeGuide, Push
 
 

@@ -13,11 +13,10 @@ import numpy as np
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.errors import CannotRepresent
 from belt_sim.files import MODELS
-from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, RESIDUAL_TORSION, TAIL_DAMPING_RATIO
 from belt_sim.mujoco3d.loop import LaidLoop, lay_loop, lift
 from belt_sim.mujoco3d.mesh import BeltModel, Membrane, Mesh
 from belt_sim.mujoco3d.mujoco_4 import Solver, add_dummy_equality, set_solver
-from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.options import COMPLIANCE_TIME, RESIDUAL_TORSION, TAIL_DAMPING_RATIO, Options
 from belt_sim.mujoco3d.state import TAIL, Pose, RunState
 from belt_sim.mujoco3d.stress_free import with_curvature
 from belt_sim.mujoco3d.tensioning import KollerPlan

@@ -10,9 +10,9 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.frame import Frame, Observer
-from belt_sim.mujoco3d.constants import AXIS_STATIONS, RUNAWAY, RUNUP_LINKS
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.mesh import Mesh
+from belt_sim.mujoco3d.options import AXIS_STATIONS, RUNAWAY, RUNUP_LINKS
 from belt_sim.mujoco3d.state import HEAD, TAIL, RunState
 
 #: rows of a reading

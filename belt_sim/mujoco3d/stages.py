@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from belt_sim.mujoco3d.constants import REST_DRAG
 from belt_sim.mujoco3d.machine import Drive, SceneLayout, YawPlan, smoothstep
-from belt_sim.mujoco3d.options import Options, accelerate
+from belt_sim.mujoco3d.options import REST_DRAG, Options, accelerate
 from belt_sim.mujoco3d.state import TAIL, RunState
 from belt_sim.mujoco3d.tensioning import FRICTION, KollerPlan
 

@@ -28,7 +28,10 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import RunFailed
-from belt_sim.mujoco3d.constants import (
+from belt_sim.mujoco3d.friction import WrapStiffness, slide_anchors
+from belt_sim.mujoco3d.loop import LaidLoop, chord_angle, chord_angle_flat, fade, lift, sinking_chords
+from belt_sim.mujoco3d.mesh import Mesh
+from belt_sim.mujoco3d.options import (
     CATCH_DISTANCE,
     FORGETTING,
     HYSTERESIS,
@@ -39,9 +42,6 @@ from belt_sim.mujoco3d.constants import (
     SPAN_STATIONS,
     SPAN_TIME,
 )
-from belt_sim.mujoco3d.friction import WrapStiffness, slide_anchors
-from belt_sim.mujoco3d.loop import LaidLoop, chord_angle, chord_angle_flat, fade, lift, sinking_chords
-from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, RunState, Wrap, cylinder_coordinates
 from belt_sim.scene_parts import PulleySurface, SceneParts
 

@@ -17,7 +17,7 @@ import numpy as np
 from belt_sim.belt_mechanics.belt import BatchShape, BeltArrays, SurfaceArrays, wrap_chain
 from belt_sim.belt_mechanics.block_tridiagonal import factorise, solve_chain, sweep_inverse
 from belt_sim.belt_mechanics.wrap import PoseArrays, WrapArrays, radius_at
-from belt_sim.pytree import Numbers as Array
+from belt_sim.jax_setup import Numbers as Array
 
 _ITERATIONS = 20
 _SHARES = np.array([1.0, 0.5, 0.25, 0.1, 0.03])  # of a Newton step: whole ones alone may go in circles

@@ -13,8 +13,8 @@ import numpy as np
 from belt_sim.belt_mechanics.belt import BatchShape, SurfaceArrays
 from belt_sim.belt_mechanics.chain import ChainLayout
 from belt_sim.belt_mechanics.wrap import FIRST, LAST, OUTWARDS, PoseArrays, WrapArrays, cylinder_coordinates, depth
-from belt_sim.mujoco3d.constants import FURTHEST_KINK, KINK_STATIONS
-from belt_sim.pytree import Numbers as Array
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.options import FURTHEST_KINK, KINK_STATIONS
 
 
 class RopeKinks(NamedTuple):

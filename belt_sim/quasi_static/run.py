@@ -16,12 +16,12 @@ from belt_sim.belt_mechanics.wrap import TAIL
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, RunFailed
+from belt_sim.jax_setup import Numbers as Array
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d.machine import lay_out
 from belt_sim.mujoco3d.mesh import BeltModel, Chain, Grid, Membrane
 from belt_sim.mujoco3d.options import Options, fit_options, is_limp
 from belt_sim.mujoco3d.recording import curves_of
-from belt_sim.pytree import Numbers as Array
 from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, SlipState, worst_residual
 from belt_sim.quasi_static.plan import TravelCommand, TravelPlan, TravelState, plan_run
 from belt_sim.quasi_static.rope import RopeKinks

@@ -38,8 +38,8 @@ from belt_sim.belt_mechanics.wrap import (
     sink_ends,
     update_tangents,
 )
-from belt_sim.mujoco3d.constants import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
-from belt_sim.pytree import Numbers as Array
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
 from belt_sim.quasi_static.friction import slide_wraps
 from belt_sim.quasi_static.plan import TravelCommand, TravelState
 from belt_sim.quasi_static.rope import end_offsets, hold_run_up_ends

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from belt_sim.rig import Belt, Rig
+from belt_sim.case import Belt, Rig
 from belt_sim.virtual_rig.span import Sections, SpanResponse, curvature_along, solve_span, solve_varied_span
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from belt_sim.campaign import SignalSheet
-from belt_sim.rig import Belt, Rig
+from belt_sim.case import Belt, Rig
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.line import Line, line_from
 from belt_sim.virtual_rig.plan import Noise, Plan

@@ -4,7 +4,7 @@ from dataclasses import make_dataclass, replace
 
 import numpy as np
 
-from belt_sim.rig import GRAVITY
+from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import Fault, any_place_on_belt, belt_length, fault, largest_yaw, shape, size
 from belt_sim.virtual_rig.load import couple_at, force_at, tilt_sensitivity, uniform_force, uniform_roll_couple
 

@@ -10,12 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity
-from belt_sim.case import Case, Schedule, Settings
+from belt_sim.case import GRAVITY, Belt, Case, Rig, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import cores
 from belt_sim.mujoco3d.options import Options, accurate_speed
-from belt_sim.rig import GRAVITY, Belt, Rig
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import N_PER_MM2
 from belt_sim.virtual_rig.blinding import Truth

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from belt_sim.rig import GRAVITY
+from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import (
     Unmodelled,
     any_phase,

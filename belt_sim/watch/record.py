@@ -13,11 +13,11 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.pictures.style import AFTER, BEFORE, CYCLE, pale
 from belt_sim.si import MM
-from belt_sim.watch import blueprint, series
-from belt_sim.watch.belt_from_curves import frames as belt_frames
+from belt_sim.watch import series
+from belt_sim.watch.geometry import frames as belt_frames
 from belt_sim.watch.geometry import view_scale_of
 from belt_sim.watch.rerun import APPLICATION, RecordingFile, send_blueprint
-from belt_sim.watch.scene import Scene
+from belt_sim.watch.scene import Scene, plot, scale_words, space, time_panel
 
 MRAD = 1e-3
 MEASURED_NAME = "measured"
@@ -64,7 +64,7 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay]) -> None:
     tabs = [_tab(name, overlay) for name, overlay in runs.items()]
     body = rrb.Tabs(*tabs) if len(tabs) > 1 else tabs[0]
     panels = rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
-    send_blueprint(recording, rrb.Blueprint(body, blueprint.time_panel(), *panels))
+    send_blueprint(recording, rrb.Blueprint(body, time_panel(), *panels))
     pictures = min(max(PICTURES // len(runs), FEWEST), MOST)
     for name, overlay in runs.items():
         _log_run(recording, name, overlay, pictures)
@@ -189,15 +189,15 @@ def _tab(run: str, overlay: Overlay) -> rrb.Container:
     root = root_of(run)
     every = [*overlay.modelled.values(), *([overlay.measured] if overlay.measured is not None else [])]
     travel = max(float(curves.travel[-1]) for curves in every)
-    plots = [blueprint.plot(f"{root}/y", f"{run}: lateral position y of points 1-4 [mm] over travel [mm]", travel)]
+    plots = [plot(f"{root}/y", f"{run}: lateral position y of points 1-4 [mm] over travel [mm]", travel)]
     if overlay.measured is not None:
-        plots.append(blueprint.plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
+        plots.append(plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
     if any(c.tilt is not None for c in overlay.modelled.values()):
-        plots.append(blueprint.plot(f"{root}/tilt", "Tilt at mid-span [mrad]", travel))
+        plots.append(plot(f"{root}/tilt", "Tilt at mid-span [mrad]", travel))
     row = rrb.Horizontal(*plots, name=run)
     if overlay.case is None or not overlay.modelled:
         return row
     look = view_scale_of(overlay.case, _length(_shown(overlay)))
-    title = f"{run}, {list(overlay.modelled)[-1]}: {blueprint.words(overlay.case, look)}"
-    picture = blueprint.space(overlay.case, f"{root}/belt", title, look)
+    title = f"{run}, {list(overlay.modelled)[-1]}: {scale_words(overlay.case, look)}"
+    picture = space(overlay.case, f"{root}/belt", title, look)
     return rrb.Vertical(picture, row, row_shares=[1, 1], name=run)

@@ -13,10 +13,10 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import BeltError
 from belt_sim.frame import Frame
-from belt_sim.watch import blueprint, series
+from belt_sim.watch import series
 from belt_sim.watch.geometry import TRUE, ViewScale, view_scale_of
 from belt_sim.watch.observers import has_display
-from belt_sim.watch.scene import Scene
+from belt_sim.watch.scene import DRAWN_ROOT, TRUE_ROOT, Scene, of_run
 
 APPLICATION = "belt-sim"
 DATA_PORT, VIEWER_PORT = 9876, 9090  # Rerun's own defaults
@@ -55,8 +55,8 @@ class RerunObserver:
         self.recording = rr.RecordingStream(APPLICATION)
         self.open_sink(self.recording)
         look, self.between = self.look or view_scale_of(case, travel), max(self.every, travel / PICTURES)
-        send_blueprint(self.recording, blueprint.of_run(case, travel, look))
-        roots = ((blueprint.TRUE_ROOT, TRUE), (blueprint.DRAWN_ROOT, look))
+        send_blueprint(self.recording, of_run(case, travel, look))
+        roots = ((TRUE_ROOT, TRUE), (DRAWN_ROOT, look))
         self.scenes = [Scene(self.recording, root, case, k) for root, k in roots]
         series.start(self.recording)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.rig import Belt
+from belt_sim.case import Belt
 
 PER_LINE = 12  # numbers in a line of a deck
 

@@ -14,10 +14,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.case import Case
+from belt_sim.case import Case, Rig
 from belt_sim.config import case_from
 from belt_sim.laws.span import torsional_stiffness
-from belt_sim.rig import Rig
 from studies.application import application
 from studies.closed_forms import sievers_coefficients
 from studies.shell import ccx

@@ -18,7 +18,7 @@ from rich.table import Table
 from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case
 from belt_sim.config import case_from
-from belt_sim.effects.lift_off import LiftOff
+from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.span_stiffness import Flatness
 from belt_sim.jax_setup import compiled
 from belt_sim.laws.span import strip

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from belt_sim.analytic.model import MODELS
 from belt_sim.analytic.spans import span_responses
 from belt_sim.curves import late_rates, offsets
-from belt_sim.effects.lift_off import LiftOff
+from belt_sim.effects.contact import LiftOff
 from belt_sim.laws.span import strip, torsional_stiffness
 from studies.closed_forms import steady_offsets
 

@@ -12,7 +12,7 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import effect
-from belt_sim.effects.slip import Slip
+from belt_sim.effects.contact import Slip
 from belt_sim.laws.span import beam_second_order, response
 
 LINES = 12  # across the belt

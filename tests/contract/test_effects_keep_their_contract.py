@@ -18,9 +18,8 @@ from belt_sim.effects.span_stiffness import SagRoll
 from belt_sim.laws import span as span_law
 from belt_sim.laws.drive import Reading
 from belt_sim.laws.influence import Bend, BoundaryValues
-from belt_sim.laws.runup import Contact, RunUp, State, Yaw
+from belt_sim.laws.runup import Contact, RunOff, RunUp, State, Yaw
 from belt_sim.laws.span import Response
-from belt_sim.laws.wrap import RunOff
 from belt_sim.scene_parts import SceneParts
 
 EFFECTS = list(library().values())

@@ -6,7 +6,7 @@ import numpy as np
 
 from belt_sim.diagnosis.readings.linear_readings import shown_by_bins
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.effects.edge_profile import EdgeProfile
+from belt_sim.effects.belt_shape import EdgeProfile
 from belt_sim.effects.pulley_shape import Taper
 
 LENGTH, SPACING, MANY, BINS = 7.0, 0.06, 5, 100

@@ -6,8 +6,8 @@ from small_campaign import MODEL, campaign
 from belt_sim.diagnosis.readings.compositions import HEAVY, LIGHT
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.effects.belt_shape import Weld
 from belt_sim.effects.pulley_shape import Crown, Taper
-from belt_sim.effects.weld import Weld
 
 
 def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):

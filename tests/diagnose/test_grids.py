@@ -8,7 +8,7 @@ from small_campaign import MODEL, campaign
 
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
-from belt_sim.effects.weld import Weld
+from belt_sim.effects.belt_shape import Weld
 
 GRID = (2.0, 3.0, 4.0, 5.0, 7.0)
 LENGTH, SIZE = 4.3, 2e-4  # between two points of the grid

@@ -9,9 +9,9 @@ import pytest
 from paper_cases import BELT, RIG, paper_case
 
 from belt_sim.analytic.spans import span_responses
+from belt_sim.effects.belt_shape import Passing, Weld
 from belt_sim.effects.load import load_classes
 from belt_sim.effects.span_stiffness import Shear
-from belt_sim.effects.weld import Passing, Weld
 from belt_sim.effects.wobble import Wobble
 from belt_sim.files import ROOT
 from belt_sim.laws.influence import BoundaryValues, no_bend

@@ -10,11 +10,10 @@ from belt_sim.analytic.model import MODELS
 from belt_sim.api.resolve import validity_limits, validity_warnings
 from belt_sim.api.simulate import simulate
 from belt_sim.campaign import read_campaign
-from belt_sim.case import Schedule
+from belt_sim.case import Rig, Schedule
 from belt_sim.files import ROOT
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.results.json import summary_json
-from belt_sim.rig import Rig
 from belt_sim.si import DEGREE
 from belt_sim.validity import exceeded, limits, warning
 

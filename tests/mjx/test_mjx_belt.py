@@ -11,12 +11,11 @@ from paper_cases import paper_case
 
 import belt_sim as bs
 from belt_sim.case import Schedule
-from belt_sim.effects.camber import Camber
-from belt_sim.effects.cant import Cant
-from belt_sim.effects.lift_off import LiftOff
+from belt_sim.effects.belt_shape import Camber
+from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.pulley_shape import Taper
 from belt_sim.effects.span_loads import MachineTilt
-from belt_sim.effects.yaw import YawCompliance
+from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx import READING, command, prepare, simulate_batch, stack_cases, step

@@ -9,8 +9,7 @@ from strip_bench import strip
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.curves import late_rates
-from belt_sim.effects.camber import Camber
-from belt_sim.effects.weld import Weld
+from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.machine import build_scene

@@ -5,7 +5,7 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.effects.lift_off import LiftOff
+from belt_sim.effects.contact import LiftOff
 from belt_sim.laws.span import torsional_stiffness
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.mesh import Mesh

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from belt_sim.effects.camber import Camber
-from belt_sim.effects.cant import Cant
+from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.effects.edge_guide import EdgeGuide
 from belt_sim.effects.pulley_shape import Crown, Taper
 from belt_sim.effects.sensors import EncoderScale, SensorGain
 from belt_sim.effects.tension import TensionBias
-from belt_sim.effects.weld import Weld
-from belt_sim.effects.yaw import YawOffsetTail
+from belt_sim.effects.yaw import Cant, YawOffsetTail
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.model import SpaceModel
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
+from belt_sim.case import Rig
 from belt_sim.errors import RunFailed
 from belt_sim.paper import PAPER_BELT
-from belt_sim.rig import Rig
 from studies.closed_forms import shelton_factor
 from studies.shell import ccx, mesh, roll, span
 from studies.shell.roll_deck import Roll, roll_deck

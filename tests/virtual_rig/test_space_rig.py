@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from belt_sim.campaign import read_campaign
+from belt_sim.case import GRAVITY
 from belt_sim.errors import BeltError, InputError
 from belt_sim.mujoco3d.options import Options
-from belt_sim.rig import GRAVITY
 from belt_sim.scene_parts import PulleySurface, Push, SceneParts
 from belt_sim.virtual_rig import reveal, write_blind
 from belt_sim.virtual_rig.library import fault_from_spec

@@ -7,7 +7,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.paper import TEST_RIG, paper_case
-from belt_sim.watch import belt_from_curves
+from belt_sim.watch import geometry
 
 
 def case(centre_distance: float = 11.28, tension: float = 10e6) -> Case:
@@ -28,4 +28,4 @@ def curves(travel: float = 60.0, step: float = 0.1, rate: float = -1.2e-4, tilt:
 
 def frames(travel: float = 60.0, every: float = 0.1, centre_distance: float = 11.28):
     """The frames of these curves."""
-    return belt_from_curves.frames(case(centre_distance), curves(travel), every)
+    return geometry.frames(case(centre_distance), curves(travel), every)

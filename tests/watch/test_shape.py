@@ -7,8 +7,8 @@ import pytest
 from moving_belt import case, curves, frames
 
 from belt_sim.case import Schedule
-from belt_sim.watch import belt_from_curves, geometry
-from belt_sim.watch.belt_from_curves import yaw_at
+from belt_sim.watch import geometry
+from belt_sim.watch.geometry import yaw_at
 
 
 def test_tilt_is_the_roll_of_the_section():
@@ -105,6 +105,6 @@ def test_unmeasured_points_do_not_spoil_the_picture():
     half = replace(curves(2.0))
     half.y[1] = np.nan
     half.y[2:] = np.nan
-    last = list(belt_from_curves.frames(case(), half))[-1]
+    last = list(geometry.frames(case(), half))[-1]
     assert np.isfinite(last.left).all()
     np.testing.assert_allclose(last.points[:, 1], [half.y[0, -1], half.y[0, -1], 0.0, 0.0])

@@ -10,7 +10,7 @@ import belt_sim as bs
 from belt_sim.commands import outputs
 from belt_sim.commands.outputs import observers_of, show
 from belt_sim.errors import RunFailed
-from belt_sim.watch.belt_from_curves import frames
+from belt_sim.watch.geometry import frames
 
 
 @pytest.fixture(scope="module")

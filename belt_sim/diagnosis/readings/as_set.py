@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.case import Case, Schedule
+from belt_sim.case import Case, Rig, Schedule
 from belt_sim.effects.base import Effect
-from belt_sim.pytree import Numbers
-from belt_sim.rig import Rig
+from belt_sim.jax_setup import Numbers
 
 NUISANCES = ("stiffness", "tension", "yaw", "yaw_at", "belt_length", "start")
 

@@ -6,13 +6,12 @@ import numpy as np
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
-from belt_sim.case import Case
+from belt_sim.case import Case, Rig
 from belt_sim.curves import Curves, late_rates
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.options import fit_options
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, paper_case
-from belt_sim.rig import Rig
 from belt_sim.si import N_PER_MM2
 
 

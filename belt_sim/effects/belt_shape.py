@@ -1,0 +1,246 @@
+"""Shape of the belt: camber, an edge that is not straight, a weld."""
+
+from dataclasses import dataclass, make_dataclass, replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.effects.base import Cause, Effect, Parameter, effect
+from belt_sim.jax_setup import pytree
+from belt_sim.laws.influence import natural_curvature_rows, span_fields
+
+HARMONICS = 40
+FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
+
+
+def _declare():
+    """cos1, sin1, cos2, ...: harmonics of the belt length."""
+    kinds = (("cos", "in phase"), ("sin", "in quadrature"))
+    return {
+        f"{short}{k}": Parameter(
+            unit="m",
+            meaning=f"harmonic {k} of the belt length, {words}",
+            plausible=(-1e-2 / k, 1e-2 / k),
+            scale=2e-4 / k**FALLS,
+        )
+        for k in range(1, HARMONICS + 1)
+        for short, words in kinds
+    }
+
+
+_Harmonics = make_dataclass(
+    "_Harmonics", [(name, float, 0.0) for name in _declare()], bases=(Effect,), frozen=True, kw_only=True
+)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
+    """Sensors see y + e(material point): e repeats every belt length and passes points 4, 1, 2, 3 in turn.
+
+    e is free up to a wavelength of a fortieth of the belt; on a laboratory conveyor three harmonics left half of it,
+    twenty a fifth. It is linear in the reading: a fit needs no march for it, and takes as many harmonics as show.
+    """
+
+    id = "edge_profile"
+    title = "Edge profile: the belt's own edge is not straight"
+    law = "sensor"
+    reference = "physics sheet, section 7; spectrum as measured on a laboratory conveyor, 1.9 mm peak to peak"
+    parity = "even"
+    tension_exponent = 0.0
+    on_belt = True
+    comes_round = True
+    min_revolutions = 1.0  # seen once, but alike in all runs
+    cause = Cause(
+        "the belt's edge is not straight",
+        ("upper", "lower"),
+        "Look whether the reading repeats with every turn of the belt; average over whole turns.",
+    )
+    parameters = _declare()
+
+    def sensor(self, reading, case):
+        phase = _phase(reading.seen, case)
+        cos, first, second = jnp.cos(phase), jnp.zeros(()), jnp.zeros(())
+        for k in range(HARMONICS, 0, -1):  # Clenshaw's sums, of the cosines and of the sines
+            size = jnp.stack([getattr(self, f"cos{k}"), getattr(self, f"sin{k}")])[:, None, None]
+            first, second = size + 2.0 * cos * first - second, first
+        return replace(reading, y=reading.y + first[0] * cos - second[0] + first[1] * jnp.sin(phase))
+
+    @classmethod
+    def columns(cls, seen, case):
+        phase = jnp.arange(1, HARMONICS + 1)[:, None, None] * _phase(seen, case)
+        return jnp.stack([jnp.cos(phase), jnp.sin(phase)], axis=1).reshape(-1, *phase.shape[1:])
+
+
+def _phase(seen, case):
+    """2 pi times the place on the belt over its length, of what passes points 1-4, shape (4, n).
+
+    What lies at point 4 at travel 0 has none, whichever way the belt goes, in a run that starts at the marked place.
+    """
+    rig, direction, seen = case.rig, case.settings.direction, seen + case.settings.start
+    at_1, at_2 = rig.span_length, rig.span_length + rig.wrap_tail
+    along = jnp.stack([at_1, at_2, at_2 + rig.span_length, 0.0 * at_1])  # points 1-4 along the belt from 4
+    return 2 * jnp.pi * (direction * seen[None] - along[:, None]) / rig.belt_length
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Camber(Effect):
+    """The bending moment is EI (kappa - kappa_c) all round the belt; kappa_c > 0: the edge at +y is the shorter one.
+
+    It leaves a flat belt where it is. A hanging one it tilts, T phi'' = EI Z (kappa - kappa_c), and so the belt drifts
+    as on two pulleys tapered by kappa_c (1 - integral of the curvature per unit of run-up angle), which is about
+    kappa_c Lambda / (1 + Lambda), Lambda of ``belt_sim.laws.span.softening``.
+    """
+
+    id = "camber"
+    title = "Camber: a belt that is evenly curved in its own plane when nothing holds it"
+    law = "span"
+    reference = "physics sheet, sections 3 and 7; Benson 2002 (JDSMC 124(1) 25)"
+    parity = "even"
+    on_belt = True
+    cause = Cause(
+        "the belt is curved in its own plane (camber)",
+        ("upper", "lower"),
+        "Stretch a string along one edge of a free length of belt and measure the bow.",
+    )
+    parameters = {
+        "kappa_c": Parameter(
+            unit="1/m",
+            meaning="natural curvature",
+            plausible=(-1e-3, 1e-3),
+            scale=2e-5,
+            shop=(12.5e3, "mm of bow over 10 m"),
+        )
+    }
+    kappa_c: float = 0.0
+
+    def influence(self, span, case):
+        """Added at the run-up, the run-off [1/m] and to the tilt [rad], shape (3,), by a natural curvature of 1 1/m."""
+        rows = natural_curvature_rows(span_fields(span), span)
+        weights = np.ones(rows.shape[1])  # Simpson's rule
+        weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
+        return rows @ weights * (span.length / (rows.shape[1] - 1) / 3.0)
+
+    def bend(self, bend, boundary, known, case):
+        runup, runoff, tilt = self.kappa_c * known
+        return replace(
+            bend,
+            runup=bend.runup + runup,
+            runoff=bend.runoff + runoff,
+            natural_runup=bend.natural_runup + self.kappa_c,
+            natural_runoff=bend.natural_runoff + self.kappa_c,
+            tilt=bend.tilt + tilt,
+        )
+
+    def scene(self, parts, case):
+        return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts
+
+
+_PLACES = 512  # of the weld's middle, from where it enters a span to where it has left it
+_POINTS = (np.arange(16) + 0.5) / 16 - 0.5  # middles of pieces of a weld, which run up one after the other
+
+
+def raised_cosine(u, xp=jnp):
+    """1 + cos(2 pi u) for |u| < 1/2, else 0: a bend of mean 1 over its own length; xp: jax.numpy or numpy."""
+    return xp.where(xp.abs(u) < 0.5, 1.0 + xp.cos(2.0 * xp.pi * u), 0.0)
+
+
+def _between(x, rows, where):
+    """Rows (k, n) at equally spaced x (n,), read at ``where`` by straight lines: no search, which a march feels."""
+    place = (where - x[0]) / (x[-1] - x[0]) * (len(x) - 1)
+    left = jnp.clip(jnp.floor(place), 0.0, len(x) - 2.0)
+    part, left = place - left, left.astype(jnp.int32)
+    near, far = (rows.at[:, k].get(mode="promise_in_bounds", wrap_negative_indices=False) for k in (left, left + 1))
+    return near * (1.0 - part) + far * part
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class Passing:
+    """What a weld of 1 rad adds at the run-up, the run-off [1/m] and to the tilt [rad], rows of ``added`` (3, n), with
+    its middle at x [m], (n,), from the run-off."""
+
+    x: jnp.ndarray
+    added: jnp.ndarray
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Weld(Effect):
+    """Natural curvature angle / length (1 + cos) over ``length``: each passage of a run-up turns the belt.
+
+    ``at``: the middle of the weld at travel 0, from point 4 on by the points 1, 2 and 3. It leaves no drift.
+    """
+
+    id = "weld"
+    title = "A weld: the belt is curved in its own plane over a short length, which passes once every belt length"
+    law = "span"
+    reference = "physics sheet, section 7; Benson 2002 (JDSMC 124(1) 25) for splices"
+    parity = "even"
+    on_belt = True
+    comes_round = True
+    min_revolutions = 1.0  # it runs up both pulleys
+    cause = Cause(
+        "a weld puts a kink into the belt", ("upper", "lower"), "Lay a straightedge along the edge across the weld."
+    )
+    parameters = {
+        "angle": Parameter(unit="rad", meaning="kink of the belt", plausible=(-2e-3, 2e-3), scale=2e-4),
+        "at": Parameter(
+            unit="m",
+            meaning="place at travel 0",
+            plausible=(-300.0, 300.0),  # it comes back every belt length
+            scale=2.0,
+            modifier=True,
+            grid=tuple(k / 12 for k in range(12)),
+            of_belt=True,
+        ),
+        "length": Parameter(
+            unit="m", meaning="length of the bend", plausible=(0.2, 2.0), scale=0.6, null=0.6, modifier=True
+        ),
+    }
+    angle: float = 0.0
+    at: float = 0.0
+    length: float = 0.6
+
+    def influence(self, span, case):
+        fields, piece = span_fields(span), self.length / len(_POINTS)
+        rows = natural_curvature_rows(fields, span)
+        shape = raised_cosine(_POINTS) / len(_POINTS)
+
+        def passing(middle):
+            place = middle + self.length * _POINTS
+            inside = jnp.clip(0.5 + jnp.minimum(place, span.length - place) / piece, 0.0, 1.0)  # share of each piece
+            return _between(fields.x, rows, jnp.clip(place, 0.0, span.length)) @ (shape * inside)
+
+        x = jnp.linspace(-0.5 * self.length, span.length + 0.5 * self.length, _PLACES)
+        return Passing(x=x, added=jax.vmap(passing, out_axes=1)(x))
+
+    def bend(self, bend, boundary, known, case):
+        rig = case.rig
+        to_point_3 = 2.0 * rig.span_length + rig.wrap_tail
+        place = jnp.where(boundary.direction > 0, self.at, to_point_3 - self.at) + boundary.travel
+        place = place + case.settings.start
+        place = place - jnp.stack([0.0 * to_point_3, rig.span_length + rig.wrap_tail])  # from each span's run-off
+        place = jnp.mod(place + 0.5 * self.length, rig.belt_length) - 0.5 * self.length
+        there = (place >= known.x[0]) & (place <= known.x[-1])
+        runup, runoff, tilt = self.angle * jnp.where(there, _between(known.x, known.added, place), 0.0)
+        ends = [self.angle / self.length * raised_cosine((place - x) / self.length) for x in (rig.span_length, 0.0)]
+        return replace(
+            bend,
+            runup=bend.runup + runup,
+            runoff=bend.runoff + runoff,
+            natural_runup=bend.natural_runup + ends[0],
+            natural_runoff=bend.natural_runoff + ends[1],
+            tilt=bend.tilt + tilt,
+        )
+
+    def scene(self, parts, case):
+        around = float(case.rig.belt_length)
+
+        def camber(s):
+            off = np.mod(s - self.at + 0.5 * around, around) - 0.5 * around
+            return self.angle / self.length * raised_cosine(off / self.length, np)
+
+        return parts.with_camber(camber) if self.angle else parts
