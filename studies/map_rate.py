@@ -13,7 +13,7 @@ from typing import Any
 
 import pandas as pd
 
-from belt_sim.api.case_map import case_map, write_map
+from belt_sim.commands.map import case_map, write_map
 from belt_sim.files import write_with
 from belt_sim.pictures import style
 from belt_sim.pictures.style import BLUE, RED

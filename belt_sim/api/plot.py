@@ -9,9 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim import pictures
 from belt_sim.campaign import Campaign
 from belt_sim.errors import InputError
+from belt_sim.pictures.curves import curves_picture, steady_picture, understood_picture
+from belt_sim.pictures.diagnosis import (
+    drift_chart_picture,
+    evidence_picture,
+    falling_error_picture,
+    law_picture,
+    overlay_picture,
+    ranking_picture,
+    unknown_picture,
+    where_map_picture,
+)
+from belt_sim.pictures.style import save
 from belt_sim.reports.page import write_report
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
@@ -35,7 +46,7 @@ class Picture:
 
     def save(self, path: str | os.PathLike[str], dpi: float | None = None) -> Path:
         """Write the picture to ``path`` (.png, .svg, .pdf); dpi: dots per inch of a PNG."""
-        written: Path = pictures.save(self.figure, path, dpi)
+        written: Path = save(self.figure, path, dpi)
         return written
 
     def _repr_png_(self) -> bytes:
@@ -81,7 +92,7 @@ def _of_several(results: Sequence[Simulation]) -> dict[str, Draw]:
             )
         name = s.title.replace("mm2", "mm²")
         curves[name if name not in curves else f"{name} ({k})"] = s.curves
-    return {"curves": lambda p: pictures.curves_picture(p, curves, "Points 1-4 against belt travel")} if curves else {}
+    return {"curves": lambda p: curves_picture(p, curves, "Points 1-4 against belt travel")} if curves else {}
 
 
 def drawings_by_kind(result: Simulation | Comparison | Diagnosis | Campaign) -> dict[str, Draw]:
@@ -90,12 +101,10 @@ def drawings_by_kind(result: Simulation | Comparison | Diagnosis | Campaign) -> 
         if result.curves is None:
             return {}
         return {
-            "curves": lambda p: pictures.curves_picture(
-                p, {result.model: result.curves}, result.title.replace("mm2", "mm²")
-            )
+            "curves": lambda p: curves_picture(p, {result.model: result.curves}, result.title.replace("mm2", "mm²"))
         }
     if isinstance(result, Campaign):
-        return {"readings": lambda p: pictures.understood_picture(p, result)}
+        return {"readings": lambda p: understood_picture(p, result)}
     return _of_comparison(result) if isinstance(result, Comparison) else _of_diagnosis(result)
 
 
@@ -105,7 +114,7 @@ def _of_comparison(c: Comparison) -> dict[str, Draw]:
     if c.where is not None and c.drawings.maps:
         there |= _maps(c, title, c.where.sentence)
     if c.steady:
-        there["steady"] = lambda p: pictures.steady_picture(p, c.steady, c.final_model, title)
+        there["steady"] = lambda p: steady_picture(p, c.steady, c.final_model, title)
     return there
 
 
@@ -114,9 +123,9 @@ def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
     there = _overlay(d, title) | _maps(d, title, d.where.sentence)
     first = [p for p in panels if p.title.startswith(f"{d.where.worst.run} ")][:2]
     said = d.sentence.split(";")[0]
-    there["headline"] = lambda p: pictures.overlay_picture(p, first, said, names=_names(d))
+    there["headline"] = lambda p: overlay_picture(p, first, said, names=_names(d))
     if d.ranking:
-        there["ranking"] = lambda p: pictures.ranking_picture(p, d.ranking, title, [e.id for e in d.effects])
+        there["ranking"] = lambda p: ranking_picture(p, d.ranking, title, [e.id for e in d.effects])
     return there
 
 
@@ -127,14 +136,14 @@ def _names(result: Comparison | Diagnosis) -> dict[str, str]:
 
 
 def _overlay(result: Any, title: str) -> dict[str, Draw]:
-    return {"overlay": lambda p: pictures.overlay_picture(p, result.drawings.overlays, title, names=_names(result))}
+    return {"overlay": lambda p: overlay_picture(p, result.drawings.overlays, title, names=_names(result))}
 
 
 def _maps(result: Any, title: str, sentence: str) -> dict[str, Draw]:
     drawn = result.drawings
-    there: dict[str, Draw] = {"where": lambda p: pictures.where_map_picture(p, drawn.maps, title, sentence)}
+    there: dict[str, Draw] = {"where": lambda p: where_map_picture(p, drawn.maps, title, sentence)}
     if drawn.drifts:
-        there["drift"] = lambda p: pictures.drift_chart_picture(p, drawn.drifts, title)
+        there["drift"] = lambda p: drift_chart_picture(p, drawn.drifts, title)
     return there
 
 
@@ -146,13 +155,13 @@ def draw_discovery(folder: Path, d: Discovery) -> None:
 
 def discovery_by_kind(d: Discovery) -> dict[str, Draw]:
     """The pictures of a discovery, by name."""
-    there: dict[str, Draw] = {"evidence": lambda p: pictures.evidence_picture(p, d)}
+    there: dict[str, Draw] = {"evidence": lambda p: evidence_picture(p, d)}
     if d.courses:
-        there["unknown"] = lambda p: pictures.unknown_picture(p, d)
+        there["unknown"] = lambda p: unknown_picture(p, d)
     if d.law is not None and d.curve is not None and np.isfinite(d.curve.u).all():
-        there["law"] = lambda p: pictures.law_picture(p, d)
+        there["law"] = lambda p: law_picture(p, d)
     if d.error is not None:
-        there["falling_error"] = lambda p: pictures.falling_error_picture(p, d)
+        there["falling_error"] = lambda p: falling_error_picture(p, d)
     return there
 
 

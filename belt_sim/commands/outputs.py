@@ -10,18 +10,22 @@ from typing import Any
 import numpy as np
 
 from belt_sim.analytic.model import AnalyticModel
-from belt_sim.campaign import Campaign
+from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Case
 from belt_sim.curves import Curves, write_curves
+from belt_sim.diagnosis.readings.samples import Samples, samples_of
+from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.files import write_json, write_text, write_with
 from belt_sim.frame import Frame, Observer
+from belt_sim.jax_setup import map_in_threads
 from belt_sim.model import Model, SteadyModel
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.json import comparison_json, diagnosis_json, discovery_json, drawings_json, run_json, summary_json
 from belt_sim.results.simulation import Simulation
+from belt_sim.watch.record import Overlay, record_runs
 
 PARTIAL = "curves_partial.csv"
 EVERY = 10.0  # [s] between two writings of what a run in 3D has so far
@@ -132,7 +136,6 @@ def write_discovery(folder: Path, d: Discovery) -> None:
 def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
     """comparison.rrd: what was measured, the base model and the final model."""
     from belt_sim.api.resolve import effects_of, fitted_model
-    from belt_sim.diagnosis.answer.recording import record_campaign
 
     record_campaign(folder / "comparison.rrd", campaign, fitted_model(d.base_model), effects_of(d.effects))
 
@@ -231,3 +234,31 @@ def _record(s: Simulation, folder: Path) -> Path:
     assert s.curves is not None
     record_curves(folder / RECORDING, {s.model: s.curves}, case=s.case)
     return folder / RECORDING
+
+
+def record_campaign(path: Path, campaign: Campaign, model: Model, effects: Sequence[Effect]) -> Path:
+    """One tab a run; the base model and, where there are effects, the model with them."""
+    samples = samples_of(campaign)
+    variants = {model.name: ()} | ({"with " + ", ".join(e.id for e in effects): effects} if effects else {})
+
+    def overlay(r: int) -> Overlay:
+        case, end = case_of(campaign, samples.runs[r]), float(samples.travel[r].max())
+        modelled = {name: model.run(case, acting, travel=end) for name, acting in variants.items()}
+        return Overlay(modelled=modelled, measured=_measured(samples, r), case=case)
+
+    runs = range(len(samples.runs))
+    first = [overlay(r) for r in runs[:1]]  # compiles, before there are several threads
+    overlays = [*first, *map_in_threads(overlay, runs[1:])]
+    record_runs(path, dict(zip((run.name for run in samples.runs), overlays, strict=True)))
+    return path
+
+
+def _measured(samples: Samples, r: int) -> Curves:
+    y, tilt = np.full((4, samples.y.shape[2]), np.nan), np.full((2, samples.y.shape[2]), np.nan)
+    for s, signal in enumerate(samples.signals):
+        if signal.at.startswith("point_"):
+            y[int(signal.at[-1]) - 1] = samples.y[r, s]
+        elif signal.kind == "tilt":
+            tilt[0 if signal.at.startswith("upper") else 1] = samples.y[r, s]
+    has_tilt = bool(np.isfinite(tilt).any())
+    return Curves(travel=samples.travel[r], y=y, tilt=tilt if has_tilt else None)

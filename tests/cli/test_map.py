@@ -145,7 +145,7 @@ import resource, sys
 from belt_sim.jax_setup import prepare
 prepare()
 from belt_sim.config import _file
-from belt_sim.api.case_map import case_map, write_map
+from belt_sim.commands.map import case_map, write_map
 from pathlib import Path
 config = {k: v for k, v in _file("map.yaml").items() if k not in ("defaults", "hydra")}
 config |= {"rig": _file("rig/test_rig.yaml"), "belt": _file("belt/paper_belt.yaml"), "model": {"name": "strip"}}

@@ -9,11 +9,12 @@ import pytest
 from paper_cases import paper_case
 from small_campaign import drawn
 
-from belt_sim import pictures
 from belt_sim.api.plot import drawings_by_kind, plot
 from belt_sim.api.simulate import simulate
 from belt_sim.errors import BeltError, InputError
-from belt_sim.pictures import Rates, style
+from belt_sim.pictures import style
+from belt_sim.pictures.curves import Rates, curves_picture, rates_picture, steady_picture
+from belt_sim.pictures.diagnosis import overlay_picture, ranking_picture
 from belt_sim.results.errors import SteadyError
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -55,27 +56,27 @@ def test_every_picture_of_a_diagnosis_is_written_whole(kind, tmp_path):
 
 @pytest.mark.parametrize("names", [("strip",), ("strip", "beam_th2")])
 def test_curves_of_one_and_of_several_models(names, runs, tmp_path):
-    path = pictures.curves_picture(tmp_path / "curves.png", {n: runs[n] for n in names}, "At 10 N/mm²")
+    path = curves_picture(tmp_path / "curves.png", {n: runs[n] for n in names}, "At 10 N/mm²")
     assert whole(path)
     assert inked(path)
 
 
 def test_before_alone(tmp_path):
     panels = [replace(p, final=None) for p in drawn("sag_roll").drawings.overlays[:1]]
-    assert inked(pictures.overlay_picture(tmp_path / "one.png", panels, "One run"))
+    assert inked(overlay_picture(tmp_path / "one.png", panels, "One run"))
 
 
 def test_steady_rates(tmp_path):
-    assert inked(pictures.steady_picture(tmp_path / "steady.png", STEADY, "strip", "Late rates"))
+    assert inked(steady_picture(tmp_path / "steady.png", STEADY, "strip", "Late rates"))
     tension = np.array(TENSIONS) / 1e6
     several = {n: Rates(tension=tension, rate=np.array([0.1, r, 0.15])) for n, r in (("rope", 0.2), ("strip", 0.1))}
-    assert inked(pictures.rates_picture(tmp_path / "rates.png", several, "Late rate of point 1"))
+    assert inked(rates_picture(tmp_path / "rates.png", several, "Late rate of point 1"))
 
 
 def test_a_candidate_that_cannot_be_seen_has_no_bar(tmp_path):
     first, *others = drawn("sag_roll").ranking
     path = tmp_path / "ranking.png"
-    assert inked(pictures.ranking_picture(path, [first, *(replace(c, threshold=None) for c in others)], "Unseen"))
+    assert inked(ranking_picture(path, [first, *(replace(c, threshold=None) for c in others)], "Unseen"))
 
 
 def test_a_picture_that_is_not_there_is_told():
@@ -88,11 +89,11 @@ def test_a_picture_that_is_not_there_is_told():
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, runs):
     (tmp_path / "file").write_text("")
     with pytest.raises(BeltError, match="cannot be written"):
-        pictures.curves_picture(tmp_path / "file" / "x.png", runs, "Nowhere")
+        curves_picture(tmp_path / "file" / "x.png", runs, "Nowhere")
 
 
 def test_importing_the_pictures_does_not_import_matplotlib():
-    code = "import sys, belt_sim.pictures; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, belt_sim.pictures.curves, belt_sim.pictures.diagnosis; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

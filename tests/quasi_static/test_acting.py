@@ -23,8 +23,7 @@ from belt_sim.mujoco3d.options import fit_options
 from belt_sim.mujoco3d.wrap import BendingLayer, station_displacement
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.quasi_static import friction as coulomb
-from belt_sim.quasi_static.run import prepare_case, simulate_batch
-from belt_sim.quasi_static.step import compliance_step
+from belt_sim.quasi_static.run import compliance_step, prepare_case, simulate_batch
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
 

@@ -7,8 +7,7 @@ import pytest
 
 from belt_sim.campaign import Suspicion
 from belt_sim.effects.library import library
-from belt_sim.reports.page import HERE
-from belt_sim.reports.plant_words import LIKELY, advice, card, headline, in_shop_units
+from belt_sim.reports.page import HERE, LIKELY, in_shop_units, plant_card, plant_headline, run_advice
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.results.found import RESOLVED, Estimate, FoundEffect, NextRun
 
@@ -35,17 +34,17 @@ def test_every_effect_of_the_library_has_words_and_parts_of_the_sketch():
 
 
 def test_the_pulley_is_the_one_whose_number_stands_out():
-    found = card(TAPER)
+    found = plant_card(TAPER)
     assert found.parts == ("head",)
     assert found.fault == "the head pulley is conical"
-    assert headline(Said(Verdict.EXPLAINED), [found]) == "Most likely the head pulley is conical"
+    assert plant_headline(Said(Verdict.EXPLAINED), [found]) == "Most likely the head pulley is conical"
 
 
 def test_an_improbable_cause_is_marked_and_said_to_be_possible_only():
-    unsure = card(replace(TAPER, probability=LIKELY - 0.01, confusable_with=("crown + cant",)))
+    unsure = plant_card(replace(TAPER, probability=LIKELY - 0.01, confusable_with=("crown + cant",)))
     assert unsure.unsure
     assert "(crown + cant)" in unsure.others[0]
-    assert headline(Said(Verdict.EXPLAINED), [unsure]).startswith("Perhaps")
+    assert plant_headline(Said(Verdict.EXPLAINED), [unsure]).startswith("Perhaps")
 
 
 @pytest.mark.parametrize(
@@ -58,13 +57,13 @@ def test_sizes_are_in_units_of_the_shop(unit, value, said):
 
 def test_a_run_that_resolves_nothing_is_not_said_to_tell():
     pair = ("taper", "crown")
-    assert advice(NextRun("reverse", pair, 0.1, RESOLVED - 0.1)).startswith("No single further run")
-    assert "It tells taper from crown" in advice(NextRun("reverse", pair, 0.1, RESOLVED + 0.1))
+    assert run_advice(NextRun("reverse", pair, 0.1, RESOLVED - 0.1)).startswith("No single further run")
+    assert "It tells taper from crown" in run_advice(NextRun("reverse", pair, 0.1, RESOLVED + 0.1))
     assert "no single further run" in str(NextRun("reverse", pair, 0.1, 1e-6))
 
 
 def test_no_effect_and_damaged_data_have_headlines_of_their_own():
     stopped = Suspicion(run="r1", signals=("y1",), kind="clipped", sentence="y1 of r1 stops at 3 mm", severity="stop")
     said = [Said(v) for v in (Verdict.ADEQUATE, Verdict.NONE_KNOWN, Verdict.CANNOT_SAY)]
-    said = {headline(s, []) for s in (*said, Said(Verdict.CANNOT_SAY, (stopped,)))}
+    said = {plant_headline(s, []) for s in (*said, Said(Verdict.CANNOT_SAY, (stopped,)))}
     assert len(said) == 4
