@@ -11,7 +11,7 @@ from pathlib import Path
 
 import yaml
 
-from belt_sim.commands.command_line import HELP, SHOW, help_text, import_arguments, requested
+from belt_sim.commands.command_line import HELP, SHOW, compose_request, help_text, import_arguments
 from belt_sim.commands.run_dir import run_alone
 from belt_sim.errors import BeltError, InputError
 from belt_sim.files import CAMPAIGNS, CONF, MODELS, write_text
@@ -89,7 +89,7 @@ def run(arguments: list[str]) -> int:
         return 0
     settings = import_arguments(arguments[1:]) if command == "import" else arguments[1:]
     try:
-        return _composed(command, settings)
+        return _run_composed(command, settings)
     except BeltError as error:
         return _complain(str(error))
     except OSError as error:
@@ -113,15 +113,15 @@ def _new_effect(arguments: list[str]) -> int:
     return 0
 
 
-def _composed(command: str, settings: list[str]) -> int:
+def _run_composed(command: str, settings: list[str]) -> int:
     """Run a command on the configuration, or the configurations, that its settings mean."""
     shown = [k for k, a in enumerate(settings) if a.split("=")[0] in SHOW]
     if shown:
         kept = [a for k, a in enumerate(settings) if not ({k, k - 1} & set(shown))]
-        for case in requested(command, kept).runs:
+        for case in compose_request(command, kept).runs:
             print(yaml.safe_dump(dict(case.config), sort_keys=False, allow_unicode=True), end="")
         return 0
-    request = requested(command, settings)
+    request = compose_request(command, settings)
     _check_memory()
     try:
         from belt_sim.jax_setup import check_environment, prepare

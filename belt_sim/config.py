@@ -44,10 +44,10 @@ def case_from(cfg: Mapping[str, Any]) -> Case:
         tension=tension * si.N_PER_MM2,
         yaw=schedule_from(cfg["yaw"], "yaw"),
         yaw_head=schedule_from(cfg["yaw_head"], "yaw_head"),
-        speed=ranged(cfg, "speed"),
+        speed=check_range(cfg, "speed"),
         direction=float(direction),
     )
-    _within_travel(settings, ranged(cfg, "travel"))
+    _within_travel(settings, check_range(cfg, "travel"))
     return Case(rig=rig, belt=belt, settings=settings)
 
 
@@ -113,7 +113,7 @@ def model_settings(cfg: Mapping[str, Any]) -> Mapping[str, Any]:
     """A ``model`` group, with the lengths of an analytic march within their ranges."""
     flat = {f"model.{k}": v for k, v in cfg.items() if f"model.{k}" in RANGES}
     for key in flat:
-        ranged(flat, key)
+        check_range(flat, key)
     return cfg
 
 
@@ -123,12 +123,12 @@ def rig_from(asked: Any) -> Rig:
     if isinstance(cfg, Rig):
         return cfg
     flat = {f"rig.{k}": v for k, v in cfg.items()}
-    centre = ranged(flat, "rig.centre_distance")
-    common = ranged(flat, "rig.pulley_radius")
+    centre = check_range(flat, "rig.centre_distance")
+    common = check_range(flat, "rig.pulley_radius")
     radii = []
     for key in ("rig.head_radius", "rig.tail_radius"):
         given = flat.get(key)
-        radii.append(common if given is None else _within(key, _number(key, given, "m"), "rig.pulley_radius"))
+        radii.append(common if given is None else _check_bounds(key, _number(key, given, "m"), "rig.pulley_radius"))
     if sum(radii) >= centre:
         raise InputError("rig.centre_distance", centre, "m", "the pulleys overlap; move them apart")
     if abs(radii[0] - radii[1]) > 0.1 * centre:
@@ -137,7 +137,7 @@ def rig_from(asked: Any) -> Rig:
         centre_distance=centre,
         head_radius=radii[0],
         tail_radius=radii[1],
-        gravity=ranged(flat, "rig.gravity"),
+        gravity=check_range(flat, "rig.gravity"),
     )
 
 
@@ -148,7 +148,7 @@ def belt_from(asked: Any) -> Belt:
         return cfg
     flat = {f"belt.{k}": v for k, v in cfg.items()}
     names = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
-    return Belt(**{n: ranged(flat, f"belt.{n}") for n in names})
+    return Belt(**{n: check_range(flat, f"belt.{n}") for n in names})
 
 
 def schedule_from(spec: Any, name: str) -> Schedule:
@@ -179,12 +179,12 @@ def number(cfg: Mapping[str, Any], key: str, unit: str) -> float:
     return _number(key, cfg[key], unit)
 
 
-def ranged(cfg: Mapping[str, Any], key: str) -> float:
+def check_range(cfg: Mapping[str, Any], key: str) -> float:
     """A number within RANGES[key]."""
-    return _within(key, _number(key, cfg[key], RANGES[key][2]), key)
+    return _check_bounds(key, _number(key, cfg[key], RANGES[key][2]), key)
 
 
-def _within(name: str, value: float, key: str) -> float:
+def _check_bounds(name: str, value: float, key: str) -> float:
     low, high, unit = RANGES[key]
     if not low <= value <= high:
         raise InputError(name, f"{value:g}", unit, f"give a value between {low:g} and {high:g} {unit}".rstrip())

@@ -56,7 +56,7 @@ class PulleySurface:
 
 
 @dataclass(frozen=True, kw_only=True)
-class EdgeGuide:
+class GuideRoller:
     """A one-sided roller beside the belt's edge: span "upper" or "lower", x [m], gap [m] between the roller and the
     edge of a belt that runs in the middle, side +1 (at +y) or -1, stiffness [N/m]."""
 
@@ -97,7 +97,7 @@ class SceneParts:
     gravity: float
     friction: float = math.inf
     camber: Camber | None = None
-    edge_guides: tuple[EdgeGuide, ...] = ()
+    edge_guides: tuple[GuideRoller, ...] = ()
     lift_off: float = 0.0
     pushes: tuple[Push, ...] = ()
     lean: float = 0.0
@@ -132,7 +132,7 @@ class SceneParts:
 
     def with_guide(self, **values: Any) -> "SceneParts":
         """With one more EdgeGuide of these values."""
-        return replace(self, edge_guides=(*self.edge_guides, EdgeGuide(**values)))
+        return replace(self, edge_guides=(*self.edge_guides, GuideRoller(**values)))
 
     def with_push(self, **values: Any) -> "SceneParts":
         """With one more Push of these values, if it pushes at all."""

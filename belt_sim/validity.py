@@ -35,7 +35,7 @@ class Limit:
     words: str
 
 
-def _held(case: Case, effects: tuple, span: Span):
+def _end_curvatures(case: Case, effects: tuple, span: Span):
     """Curvature at the run-up and at the run-off end of both spans, per unit of their boundary values, (2, 5) each."""
     answer = span_responses(case, effects, span)
     return answer.runup, answer.runoff
@@ -47,11 +47,11 @@ def _inside(span: Span):
     return fields.x, fields.per_runup
 
 
-_answers, _fields = compiled(_held), compiled(_inside)
+_answers, _fields = compiled(_end_curvatures), compiled(_inside)
 
 
 @dataclass(frozen=True)
-class _Loaded:
+class _LoadedCase:
     """A case with what its spans do: yaw [rad], the largest step or angle; entry: moment per radian of yaw [N m];
     square: its change over the square of the yaw [1/rad^2]; flat: its change in a flat span, and layer: that of the
     carried moment by the bending layer [1]."""
@@ -66,12 +66,12 @@ class _Loaded:
 
 def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit, ...]:
     """All limits of a model for one case; ``contains``: the effects, or the limits themselves, that it has in it."""
-    loaded = _loaded(case)
+    loaded = _load_case(case)
     found = (way(loaded) for way, cure in _WAYS if cure not in contains)
     return tuple(limit for limit in found if limit.id not in contains)
 
 
-def exceeded(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit, ...]:
+def exceeded_limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit, ...]:
     """The limits that the case is beyond, the worst first."""
     return tuple(sorted((x for x in limits(case, contains) if x.load > 1.0), key=lambda x: -x.load))
 
@@ -101,12 +101,12 @@ def warning(model: str, beyond: Iterable[Limit]) -> str:
     return f"{model} used beyond its validity: {said}" if said else ""
 
 
-def _loaded(case: Case) -> _Loaded:
+def _load_case(case: Case) -> _LoadedCase:
     span = strip(case)
     (runup, runoff), (_, lifted) = (_answers(case, effects, span) for effects in ((), (LiftOff(),)))
     flat = _answers(case, (), beam_second_order(case))[0]
     carried, changed = np.asarray(runoff)[1, 2], np.asarray(lifted)[1, 2]
-    return _Loaded(
+    return _LoadedCase(
         case=case,
         yaw=max(_largest(case.settings.yaw), _largest(case.settings.yaw_head)),
         entry=abs(float(span.bending * np.asarray(runup)[0, 2])),
@@ -145,19 +145,19 @@ def _largest(schedule: Schedule) -> float:
     return float(max(np.abs(change).max(initial=0.0), np.abs(np.cumsum(change)).max(initial=0.0)))
 
 
-def _slack_edge(x: _Loaded) -> Limit:
+def _slack_edge(x: _LoadedCase) -> Limit:
     """Stress at an edge is sigma -+ 6 M/(b^2 h): an edge is slack once M > F b/6."""
     load = 6.0 * x.entry * x.yaw / (x.case.tension_force * x.case.belt.width)
     return Limit("slack_edge", load, "after the yaw an edge is slack, as a linear span has it: it overrates its moment")
 
 
-def _second_order(x: _Loaded) -> Limit:
+def _second_order(x: _LoadedCase) -> Limit:
     """Moments change with the square of the yaw, by ``_beyond_linear``."""
     words = "the turn is so large that the linear span is wrong: the slack edge sags more, twist stretches both"
     return Limit("second_order", float(abs(x.square) * x.yaw**2 / WRONG), words)
 
 
-def _slip(x: _Loaded) -> Limit:
+def _slip(x: _LoadedCase) -> Limit:
     """The belt slips on z = 4 R M/(mu F b) of its pulley and turns by M z/2 EI, so that y gains z/s; at s = L/4."""
     case = x.case
     radius = max(case.rig.head_radius, case.rig.tail_radius)
@@ -168,14 +168,14 @@ def _slip(x: _Loaded) -> Limit:
     )
 
 
-def _shear(x: _Loaded) -> Limit:
+def _shear(x: _LoadedCase) -> Limit:
     """Entry stiffness (4 + P)/(1 + P) EI/L, P = 12 EI n/(G A L^2): lower by 3 P/4; the strip has no shear."""
     belt = x.case.belt
     ratio = 12.0 * 1.2 * belt.bending_stiffness / (belt.shear_modulus * belt.area * x.case.rig.span_length**2)
     return Limit("shear", float(0.75 * ratio / WRONG), "the spans are short and wide: shear bends them as well")
 
 
-def _fast_belt(x: _Loaded) -> Limit:
+def _fast_belt(x: _LoadedCase) -> Limit:
     """F - rho A v^2 is the tension that counts, and low-tension movement goes with its third power."""
     case = x.case
     share = case.belt.density * case.settings.speed**2 / case.settings.tension
@@ -184,7 +184,7 @@ def _fast_belt(x: _Loaded) -> Limit:
     )
 
 
-def _deep_sag(x: _Loaded) -> Limit:
+def _deep_sag(x: _LoadedCase) -> Limit:
     """Slope of the hanging span at its ends psi = Z L/2; laws take cos psi = 1."""
     return _deep(x.case)
 
@@ -194,7 +194,7 @@ def _deep(case: Case) -> Limit:
     return Limit("deep_sag", float(slope**2 / 2.0 / WRONG), "the spans hang so low that they are no parabolas")
 
 
-def _thick_belt(x: _Loaded) -> Limit:
+def _thick_belt(x: _LoadedCase) -> Limit:
     """Bending stress E h/2R over the pulley, and the tension."""
     return _thick(x.case)
 
@@ -205,19 +205,19 @@ def _thick(case: Case) -> Limit:
     return Limit("thick_belt", float(stress / STRENGTH), "belt steel tires or yields when bent over such a pulley")
 
 
-def _bending_layer(x: _Loaded) -> Limit:
+def _bending_layer(x: _LoadedCase) -> Limit:
     """The layer beside the pulleys changes the moment that the lower span carries over, and y_3 with it."""
     remedy = "use model=strip_lift_off, or effects=[lift_off] with a 3D belt"
     return Limit("bending_layer", x.layer / WRONG, f"the belt's own stiffness lifts it off the pulleys: {remedy}")
 
 
-def _flat_belt(x: _Loaded) -> Limit:
+def _flat_belt(x: _LoadedCase) -> Limit:
     """The entry moment of a flat beam over that of the strip, which sags, tilts and so gives way."""
     return Limit("flat_belt", x.flat / WRONG, "the spans sag and tilt: use strip")
 
 
 #: how each limit is reckoned, and the effect that moves it out of the way
-_WAYS: tuple[tuple[Callable[[_Loaded], Limit], str], ...] = (
+_WAYS: tuple[tuple[Callable[[_LoadedCase], Limit], str], ...] = (
     (_flat_belt, "sag_roll"),
     (_slack_edge, ""),
     (_second_order, ""),

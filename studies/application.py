@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from belt_sim.commands.command_line import HELP, requested
+from belt_sim.commands.command_line import HELP, compose_request
 from belt_sim.errors import BeltError
 from belt_sim.files import CONF
 from belt_sim.jax_setup import prepare
@@ -24,7 +24,7 @@ def application(name: str, study: Callable[[dict[str, Any]], None]) -> None:
     sys.argv = [f"python -m {module}", *arguments]  # what a result says of where it came from
     prepare()
     try:
-        for case in requested(name, arguments, conf=HERE / "conf", fixed=FIXED).runs:
+        for case in compose_request(name, arguments, conf=HERE / "conf", fixed=FIXED).runs:
             study(dict(case.config))
     except BeltError as error:
         sys.exit(f"{name}: {error}")

@@ -20,7 +20,7 @@ from belt_sim.errors import InputError
 from belt_sim.files import write_with
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
-from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan, Setting
+from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan, RunSetting
 from studies.application import application
 
 BEFORE, SPACING, SPEED = 5.0, 0.1, 0.5  # [m] travel before the yaw, [m] between readings, [m/s]
@@ -57,9 +57,9 @@ class Form:
 def plan(form: Form, rng: np.random.Generator) -> Plan:
     """Both signs of yaw at each tension, and two repeats; a yaw comes somewhere between two readings."""
 
-    def setting(tension: float, yaw: float, repeat_of: int | None = None) -> Setting:
+    def setting(tension: float, yaw: float, repeat_of: int | None = None) -> RunSetting:
         at = BEFORE - SPACING * rng.random()
-        return Setting(tension=tension, yaw=yaw, repeat_of=repeat_of, yaw_at=at, speed=SPEED)
+        return RunSetting(tension=tension, yaw=yaw, repeat_of=repeat_of, yaw_at=at, speed=SPEED)
 
     runs = [setting(t * N_PER_MM2, s * form.yaw * DEGREE) for t in form.tensions for s in (-1, 1)]
     again = [setting(runs[k].tension, runs[k].yaw, k) for k in (1, 4)]

@@ -24,7 +24,7 @@ from belt_sim.files import write_json
 from belt_sim.provenance import provenance
 from belt_sim.si import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
-from belt_sim.virtual_rig.plan import Noise, Plan, Setting
+from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting
 from studies.application import application
 
 
@@ -51,7 +51,7 @@ def explanations(config: dict[str, Any]) -> list[Explanation]:
 def measured(tensions: Sequence[float], config: dict[str, Any]) -> Campaign:
     """Runs of the strip with nothing hidden; only their plan and their stated noise matter here."""
     yaw = config["yaw"] * DEGREE
-    runs = tuple(Setting(tension=t * N_PER_MM2, yaw=yaw) for t in tensions)
+    runs = tuple(RunSetting(tension=t * N_PER_MM2, yaw=yaw) for t in tensions)
     plan = Plan(runs=runs, length=config["length"], signals={"y1": "point_1", "y4": "point_4"})
     return make_campaign(hidden=[], seed=config["seed"], base="strip", plan=plan, noise=Noise())[0]
 

@@ -24,7 +24,7 @@ from belt_sim.effects.pipeline import as_driven, as_numpy
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.jax_setup import PROGRAMS, WORKERS, compiled, in_float64, map_in_threads
 from belt_sim.laws import drive
-from belt_sim.laws.runup import RunOff, RunUp, Yaw, delayed
+from belt_sim.laws.runup import RunOff, RunUp, Yaw, delayed_runoff
 from belt_sim.si import N_PER_MM2
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
@@ -179,7 +179,7 @@ def _stepper(spans, spacing):
     def advance(carry, k):
         ring, now, off, _ = carry
         s0 = k * spacing
-        off1 = delayed(ring, k + 1, arcs, spacing)
+        off1 = delayed_runoff(ring, k + 1, arcs, spacing)
         off1 = apply_hook(effects, "wrap", off1, replace(now, travel=s0 + spacing), case)
         commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
 
@@ -400,7 +400,7 @@ def march_many(
         CannotRepresent, InputError: as ``march`` does.
     """
     model.admit(effects)
-    wanted = _wanted(only)
+    wanted = _checked_names(only)
     plan = plan_steps(cases, travel=travel, step=step, keep=keep)
     leaves, tree = jax.tree.flatten(cases)
     spread = _spread(axes, cases)
@@ -442,7 +442,7 @@ def _spread(axes: Axes, cases: Case) -> tuple[int | None, ...]:
     return tuple(jax.tree.leaves(jax.tree.broadcast(axes, cases, is_leaf=shared), is_leaf=shared))
 
 
-def _wanted(only: tuple[str, ...]) -> tuple[str, ...]:
+def _checked_names(only: tuple[str, ...]) -> tuple[str, ...]:
     known = tuple(f.name for f in fields(Curves) if f.name not in ("travel", "extra"))
     for name in only:
         if name not in known:

@@ -18,7 +18,7 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.model import Model, SteadyModel
 from belt_sim.registry import ModelName, model_named
 from belt_sim.results.found import FoundEffect
-from belt_sim.validity import Limit, exceeded, geometric
+from belt_sim.validity import Limit, exceeded_limits, geometric
 
 #: a model by name, by name and settings, or as an object
 ModelSpec = ModelName | str | Mapping[str, Any] | Model | SteadyModel
@@ -126,11 +126,11 @@ def _in_space(model: Any) -> bool:
 
 def _of_model(case: Case, model: Any, effects: Sequence[str]) -> tuple[Limit, ...]:
     if isinstance(model, AnalyticModel):
-        return exceeded(case, {*model.contains, *effects}) if model.moments else ()
+        return exceeded_limits(case, {*model.contains, *effects}) if model.moments else ()
     if not _in_space(model) or "sag_roll" not in model.contains:
         return ()
     slips = ("slip",) if math.isfinite(model.options.friction) else ()
-    return exceeded(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
+    return exceeded_limits(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
 
 
 def validity_warnings(campaign: Campaign, model: AnalyticModel, effects: Sequence[str]) -> tuple[str, ...]:

@@ -99,7 +99,7 @@ def run_in_batches(
     """
     ready: dict[int, tuple[str, Any]] = {}
     for number, config in enumerate(configs):
-        made = _prepared(config)
+        made = _prepare(config)
         if made is not None:
             ready[number] = config["engine"], made
     without = [k for k in range(len(configs)) if k not in ready]
@@ -115,7 +115,7 @@ def run_in_batches(
             begin += len(curves)
 
 
-def _prepared(config: Mapping[str, Any]) -> Any:
+def _prepare(config: Mapping[str, Any]) -> Any:
     """The case of a configuration as its own run would march it; None where that refuses it."""
     try:
         model = on_engine(model_of(model_settings(config["model"])), config["engine"])

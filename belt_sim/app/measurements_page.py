@@ -12,7 +12,7 @@ from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.app import plots, widgets
 from belt_sim.app.jobs import Job
 from belt_sim.app.security import MAX_UPLOAD, MEBI, TOO_LARGE
-from belt_sim.app.session import GROUPS, OF_RUN, Import, Place, Session, shown
+from belt_sim.app.session import GROUPS, OF_RUN, Import, Place, Session, read_shown
 from belt_sim.app.simulate_page import TITLES, effect_title
 from belt_sim.campaign import Campaign, Quantity, Run
 from belt_sim.campaign.read import FILES, shipped
@@ -42,7 +42,7 @@ class _Parts:
 
     def __init__(self, session: Session) -> None:
         self.session, self.version, self.seen = session, session.version, self._now(session)
-        self.said = ui.refreshable(_said)
+        self.said = ui.refreshable(_show_notices)
         self.reading = ui.refreshable(import_view)
         self.what = ui.refreshable(campaign_view)
         self.ask = ui.refreshable(asking)
@@ -109,7 +109,7 @@ def _drop(session: Session) -> Any:
     return made
 
 
-def _said(session: Session) -> None:
+def _show_notices(session: Session) -> None:
     with ui.element("div").classes("card-lines").props(f"data-version={session.version}"):
         for line in session.said:
             widgets.notice(line)
@@ -173,7 +173,7 @@ def job_view(session: Session) -> None:
             return
         ui.label(f"{HEADLINES[job.state]} after {job.seconds:.0f} s").classes("soft small")
         if job.state == "finished":
-            _finished(session, job)
+            _show_result(session, job)
 
 
 def _running(job: Job) -> None:
@@ -194,13 +194,13 @@ def _running(job: Job) -> None:
         ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative")
 
 
-def _finished(session: Session, job: Job) -> None:
+def _show_result(session: Session, job: Job) -> None:
     number = session.jobs.index(job) + 1
-    content = shown(job)
+    content = read_shown(job)
     if "verdict" in content:
-        _diagnosed(session, number, content)
+        _show_diagnosis(session, number, content)
     else:
-        _compared(content)
+        _show_comparison(content)
     with ui.element("div").classes("line"):
         ui.link("Download everything (zip)", f"/results/{number}/zip").props("data-name=download")
         ui.label(f"also in {_short(job.folder)}").classes("soft small")
@@ -212,7 +212,7 @@ def _short(folder: Path) -> Path:
     return folder.relative_to(here) if folder.is_relative_to(here) else folder
 
 
-def _diagnosed(session: Session, number: int, content: dict[str, Any]) -> None:
+def _show_diagnosis(session: Session, number: int, content: dict[str, Any]) -> None:
     """The verdict, a way to compare again, and the report."""
     kind = "good" if content["verdict"] in GOOD else ""
     for line in content["lines"]:
@@ -229,7 +229,7 @@ def _diagnosed(session: Session, number: int, content: dict[str, Any]) -> None:
     ui.element("iframe").classes("report").props(f'sandbox="allow-scripts" src="{source}" title="report"')
 
 
-def _compared(content: dict[str, Any]) -> None:
+def _show_comparison(content: dict[str, Any]) -> None:
     """Sentences, the runs one by one, and the table of errors."""
     for line in content["lines"]:
         ui.label(line)
@@ -416,8 +416,8 @@ def curves(campaign: Campaign, recorded: dict[str, Run]) -> None:
     first = next(iter(recorded))
     labels = {n: f"{n}: {words.tension(r.tension)} N/mm², yaw {words.yaw(r.yaw)}°" for n, r in recorded.items()}
     chooser = ui.select(labels, value=first, label="run").classes("w-full")
-    drawn = ui.plotly(plots.measured(campaign, recorded[first])).props("data-name=measured")
-    chooser.on_value_change(lambda e: drawn.update_figure(plots.measured(campaign, recorded[e.value])))
+    drawn = ui.plotly(plots.measured_figure(campaign, recorded[first])).props("data-name=measured")
+    chooser.on_value_change(lambda e: drawn.update_figure(plots.measured_figure(campaign, recorded[e.value])))
 
 
 def _machine_facts(campaign: Campaign) -> dict[str, str]:

@@ -77,7 +77,7 @@ def edges(shown: Simulation) -> dict[str, Any] | None:
     )
 
 
-def measured(campaign: Campaign, run: Run) -> dict[str, Any]:
+def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
     """The signals of a run as they were recorded."""
     sheets = {s.name: s for s in campaign.signals}
     units = sorted({_unit(sheets[name].kind) for name in run.signals})
@@ -97,7 +97,7 @@ def _unit(kind: str) -> str:
 
 def of_report(made: dict[str, Any]) -> dict[str, Any]:
     """A figure of ``reports.figures`` with this page's colours, and a legend."""
-    named = _named(made)
+    named = _recolour(made)
     for trace in named["data"]:
         trace["showlegend"] = trace.get("yaxis", "y") == "y" and trace.get("name") is not None
         if trace.get("mode") == "markers":
@@ -109,9 +109,9 @@ def of_report(made: dict[str, Any]) -> dict[str, Any]:
     return {"data": named["data"], "layout": layout, "config": CONFIG}
 
 
-def _named(x: Any) -> Any:
+def _recolour(x: Any) -> Any:
     if isinstance(x, str):
         return NAMED.get(x, x)
     if isinstance(x, dict):
-        return {k: _named(v) for k, v in x.items()}
-    return [_named(v) for v in x] if isinstance(x, Sequence) else x
+        return {k: _recolour(v) for k, v in x.items()}
+    return [_recolour(v) for v in x] if isinstance(x, Sequence) else x

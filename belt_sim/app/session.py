@@ -39,7 +39,7 @@ class Import:
     def understand(self) -> None:
         """Try what is known so far; what cannot be is said, and the last that could be stays."""
         try:
-            self.proposal = understand(self.logged, nested(self.base, self.answers))
+            self.proposal = understand(self.logged, nest_answers(self.base, self.answers))
             self.said = []
             self.asked |= {q.path: q for q in self.proposal.missing}
         except BeltError as error:
@@ -125,7 +125,7 @@ def read_mapping(name: str, data: bytes) -> dict[str, Any]:
     return marked.tree
 
 
-def nested(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[str, Any]:
+def nest_answers(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[str, Any]:
     """The mapping with the answers in their places."""
     whole = _copy(base)
     for place, text in answers.items():
@@ -296,6 +296,6 @@ class Session:
                 await job.stop()
 
 
-def shown(job: Job) -> dict[str, Any]:
+def read_shown(job: Job) -> dict[str, Any]:
     """What the worker left for the page."""
     return json.loads((job.folder / SHOWN).read_text(encoding="utf-8"))

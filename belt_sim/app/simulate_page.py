@@ -18,7 +18,7 @@ from belt_sim.effects.library import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.registry import ANALYTIC, model_named
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import NONE, fixed, thousandths
+from belt_sim.results.words import NONE, decimal, thousandths
 
 # What the sliders ask for: one march over the longest travel, of which a shorter one is the start.
 
@@ -41,16 +41,16 @@ class SliderSettings:
     belt: Any = "paper_belt"
 
 
-def simulated(asked: SliderSettings) -> Simulation:
+def simulate_sliders(asked: SliderSettings) -> Simulation:
     """The simulation; raises InputError, CannotRepresent, RunFailed."""
     case = make_case(rig=asked.rig, belt=asked.belt, tension=asked.tension, yaw=asked.yaw)
-    acting = [made(i, numbers) for i, numbers in asked.effects.items()]
+    acting = [make_effect(i, numbers) for i, numbers in asked.effects.items()]
     whole = simulate(case, model={"name": asked.model, "keep": KEEP}, effects=acting, travel=LONGEST)
     assert whole.curves is not None
-    return replace(whole, travel=asked.travel, curves=until(whole.curves, asked.travel))
+    return replace(whole, travel=asked.travel, curves=cut_curves(whole.curves, asked.travel))
 
 
-def until(curves: Curves, travel: float) -> Curves:
+def cut_curves(curves: Curves, travel: float) -> Curves:
     """The curves up to ``travel`` [m]."""
     keep = np.asarray(curves.travel) <= travel + 1e-9
     along = ("travel", "y", "angle", "moment", "edge_stress", "tilt")
@@ -58,7 +58,7 @@ def until(curves: Curves, travel: float) -> Curves:
     return replace(curves, **cut, extra=None)
 
 
-def made(effect_id: str, numbers: Mapping[str, float]) -> Effect:
+def make_effect(effect_id: str, numbers: Mapping[str, float]) -> Effect:
     """An effect of the library with numbers; those not given stand at null."""
     cls = library()[effect_id]
     return cls(**{n: float(numbers.get(n, p.null)) for n, p in cls.parameters.items()})
@@ -176,8 +176,8 @@ def _choices(view: View) -> None:
             setattr(view, name, event.value)
             await moved()
 
-        made = ui.select(options, value=getattr(view, name), label=label, on_change=choose)
-        return made.classes("w-full").props(f"data-name={name}")
+        chooser = ui.select(options, value=getattr(view, name), label=label, on_change=choose)
+        return chooser.classes("w-full").props(f"data-name={name}")
 
     with widgets.card("Model and machine"):
         pick("model", "model", TITLES)
@@ -277,7 +277,7 @@ async def _once(view: View) -> None:
 
 async def _simulated(view: View, model: str) -> Simulation | None:
     """Computed beside the page; what takes long, as a model that is compiled for the first time, is seen to go on."""
-    work = asyncio.ensure_future(run.io_bound(simulated, view.asked(model)))
+    work = asyncio.ensure_future(run.io_bound(simulate_sliders, view.asked(model)))
     await asyncio.wait({work}, timeout=LONG)
     view.places["busy"].set_visibility(not work.done())
     try:
@@ -309,7 +309,7 @@ def _facts(s: Simulation) -> dict[str, str]:
     upper, lower = s.offsets or (None, None)
     found |= {"y1 − y4 [mm]": thousandths(upper), "y3 − y2 [mm]": thousandths(lower), "sag [mm]": thousandths(s.sag)}
     slackest = s.slackest_edge
-    found["slackest edge [N/mm²]"] = NONE if slackest is None else fixed(slackest / plots.PA_PER_N_MM2, 1)
+    found["slackest edge [N/mm²]"] = NONE if slackest is None else decimal(slackest / plots.PA_PER_N_MM2, 1)
     return found
 
 

@@ -108,14 +108,14 @@ def _fold(chain: Array, length: int, filling: Array) -> Array:
     return jnp.swapaxes(chain.reshape(*chain.shape[:-1], lanes, length), -1, -2)
 
 
-def _before(odd: Array) -> Array:
+def _shift_to_even(odd: Array) -> Array:
     """What stands before each even row, of values at odd ones (b, c, k, lanes)."""
     last = odd[..., -1:, :]
     across = jnp.concatenate([jnp.zeros_like(last[..., :1]), last[..., :-1]], axis=-1)
     return jnp.concatenate([across, odd[..., :-1, :]], axis=-2)
 
 
-def _after(even: Array) -> Array:
+def _shift_to_odd(even: Array) -> Array:
     """What stands behind each odd row, of values at even ones (b, c, k, lanes)."""
     first = even[..., :1, :]
     across = jnp.concatenate([first[..., 1:], jnp.zeros_like(first[..., :1])], axis=-1)
@@ -135,13 +135,15 @@ def factorise(diagonal: Array, beside: Array, inverse: Callable[[Array], Array] 
         if diagonal.shape[-2] % 2:
             diagonal = jnp.concatenate([diagonal, jnp.broadcast_to(alone, (size, size, 1, 1))], axis=-2)
             beside = jnp.concatenate([beside, jnp.zeros_like(alone)], axis=-2)
-        inner, right, left = inverse(diagonal[..., 0::2, :]), beside[..., 0::2, :], _before(beside[..., 1::2, :])
+        inner, right, left = inverse(diagonal[..., 0::2, :]), beside[..., 0::2, :], _shift_to_even(beside[..., 1::2, :])
         after, before = block_product(inner, right), block_product(inner, _transpose(left))
         levels.append(Level(inner, before, after))
         diagonal = (
-            diagonal[..., 1::2, :] - block_product(_transpose(right), after) - _after(block_product(left, before))
+            diagonal[..., 1::2, :]
+            - block_product(_transpose(right), after)
+            - _shift_to_odd(block_product(left, before))
         )
-        beside = -_after(block_product(left, after))
+        beside = -_shift_to_odd(block_product(left, after))
     inner = inverse(diagonal)
     return [*levels, Level(inner, jnp.zeros_like(inner), jnp.zeros_like(inner))]
 
@@ -158,13 +160,13 @@ def solve_chain(levels: list[Level], wanted: Array) -> Array:
         outer = wanted[..., 0::2, :]
         kept.append(block_product(level.inverse, outer))
         back, on = block_product(_transpose(level.before), outer), block_product(_transpose(level.after), outer)
-        wanted = wanted[..., 1::2, :] - on - _after(back)
+        wanted = wanted[..., 1::2, :] - on - _shift_to_odd(back)
     found = block_product(levels[-1].inverse, wanted)
     for level, alone in zip(reversed(levels[:-1]), reversed(kept), strict=True):
         count, lanes = alone.shape[-2:]
         if found.shape[-1] != lanes:
             found = jnp.swapaxes(found, -1, -2)[..., :lanes]
         found = found[..., :count, :]
-        outer = alone - block_product(level.before, _before(found)) - block_product(level.after, found)
+        outer = alone - block_product(level.before, _shift_to_even(found)) - block_product(level.after, found)
         found = jnp.stack([outer, found], axis=-2).reshape(*outer.shape[:-2], 2 * count, lanes)
     return jnp.swapaxes(found, -1, -2).reshape(*found.shape[:2], -1)[..., :rows]

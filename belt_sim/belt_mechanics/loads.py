@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.jax_setup import Numbers as Array
-from belt_sim.scene_parts import EdgeGuide, SceneParts
+from belt_sim.scene_parts import GuideRoller, SceneParts
 
 
 class GuideArrays(NamedTuple):
@@ -21,7 +21,7 @@ class GuideArrays(NamedTuple):
     stiffness: Array
 
     @staticmethod
-    def of(guides: Sequence[EdgeGuide], count: int) -> "GuideArrays":
+    def of(guides: Sequence[GuideRoller], count: int) -> "GuideArrays":
         """So many, of which these are the first."""
         rows = [(1.0 if g.span == "upper" else -1.0, g.x, g.gap, g.side, g.stiffness) for g in guides]
         return GuideArrays(*np.array(rows + [(1.0, 0.0, 0.0, 1.0, 0.0)] * (count - len(rows))).T)

@@ -119,7 +119,7 @@ def _finite(key: str, value: Any) -> float:
     return float(value)
 
 
-def placed(
+def place_values(
     case: Case, effects: tuple[Effect, ...], keys: Sequence[str], values: Any
 ) -> tuple[Case, tuple[Effect, ...]]:
     """``case`` and ``effects`` with ``values`` [SI], shape (axes,), in place of what ``keys`` name; may be traced."""
@@ -143,7 +143,7 @@ def _setting(case: Case, key: str, value: Any) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plan:
+class CasePlan:
     """The cases of a map. axes: what varies; cases: how many of them, spread over the box of the axes by Sobol's
     sequence (scrambled by ``seed``), None for the grid of all values, the last axis running fastest."""
 
@@ -166,10 +166,10 @@ class Plan:
         if self.cases is None:
             where = np.unravel_index(np.arange(start, stop), self.shape)
             return np.stack([a.values[k] for a, k in zip(self.axes, where, strict=True)])
-        return _placed(self.axes, _sobol(len(self.axes), self.seed, start, stop))
+        return _axis_values(self.axes, _sobol(len(self.axes), self.seed, start, stop))
 
 
-def _placed(axes: Sequence[Axis], shares: np.ndarray) -> np.ndarray:
+def _axis_values(axes: Sequence[Axis], shares: np.ndarray) -> np.ndarray:
     return np.stack([a.at(column) for a, column in zip(axes, shares.T, strict=True)])
 
 

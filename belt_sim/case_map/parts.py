@@ -40,7 +40,7 @@ def claim(folder: Path, note: Mapping[str, Any]) -> Path:
     return parts
 
 
-def missing(parts: Path, count: int, size: int) -> Iterator[tuple[Path, int, int]]:
+def missing_parts(parts: Path, count: int, size: int) -> Iterator[tuple[Path, int, int]]:
     """(file, first case, end) of each part that is not there yet, or is damaged."""
     for number, start in enumerate(range(0, count, size)):
         path, stop = parts / f"{number:06d}.parquet", min(start + size, count)
@@ -70,6 +70,6 @@ def write_part(path: Path, first: int, columns: Mapping[str, np.ndarray]) -> Non
 
 def stream(parts: Path, count: int, size: int, make: Callable[[int, int], Mapping[str, np.ndarray]]) -> Iterator[int]:
     """Make and write what is missing of ``count`` cases, ``size`` a part; yields how many cases each part had."""
-    for path, start, stop in missing(parts, count, size):
+    for path, start, stop in missing_parts(parts, count, size):
         write_part(path, start, make(start, stop))
         yield stop - start

@@ -52,12 +52,12 @@ class Request:
     searching: Mapping[str, Any] = field(default_factory=dict)
 
 
-def requested(command: str, arguments: Sequence[str], *, conf: Path = CONF, fixed: Sequence[str] = ()) -> Request:
+def compose_request(command: str, arguments: Sequence[str], *, conf: Path = CONF, fixed: Sequence[str] = ()) -> Request:
     """The configurations that the arguments of a command mean; fixed: overrides that come before all others."""
     refused = refusal(command, arguments, conf)
     if refused:
         raise BeltError(refused)
-    overrides = [_quoted(a) for a in arguments if a not in SWEEP]
+    overrides = [_quote(a) for a in arguments if a not in SWEEP]
     multirun = any(a in SWEEP for a in arguments)
     if multirun and not any(a.startswith("hydra.sweep.dir=") for a in overrides):
         overrides.append(f"hydra.sweep.dir='{sweep_folder(command, overrides)}'")
@@ -240,7 +240,7 @@ def import_arguments(arguments: Sequence[str]) -> list[str]:
     return [*others, f"files=[{quoted}]"] if bare else others
 
 
-def _quoted(argument: str) -> str:
+def _quote(argument: str) -> str:
     """Hydra's grammar takes letters beyond ASCII, as paths have them, in quotes alone."""
     key, equals, value = argument.partition("=")
     if not equals or argument.isascii() or value[:1] in "'\"[{":

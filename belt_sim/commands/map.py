@@ -18,8 +18,8 @@ from belt_sim.analytic.model import AnalyticModel
 from belt_sim.analytic.steady import steady_traced
 from belt_sim.api.resolve import effects_of, fitted_model
 from belt_sim.case import Case
-from belt_sim.case_map.axes import Axis, Plan, axes_of, placed
-from belt_sim.case_map.parts import SCHEMA, claim, missing, parquet, stream
+from belt_sim.case_map.axes import Axis, CasePlan, axes_of, place_values
+from belt_sim.case_map.parts import SCHEMA, claim, missing_parts, parquet, stream
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.curves import Curves, late_rates, late_records
@@ -33,7 +33,7 @@ CHUNK = 250  # cases marched side by side in one thread; their state stays in a 
 
 
 @dataclass(frozen=True)
-class Asked:
+class MapTask:
     """What all cases share. keys: names of what varies; travel [m], None for closed forms alone; at [m]: travels at
     which positions are told; plan: records, steps a record, slots of the wrap (march.plan_steps)."""
 
@@ -45,7 +45,7 @@ class Asked:
     steady: bool
 
 
-def columns_of(asked: Asked) -> tuple[str, ...]:
+def columns_of(asked: MapTask) -> tuple[str, ...]:
     """Names of what is told, in the order of ``answers``."""
     names: tuple[str, ...] = ()
     if asked.travel is not None:
@@ -55,7 +55,7 @@ def columns_of(asked: Asked) -> tuple[str, ...]:
     return (*names, "steady_rate_mm_per_m") if asked.steady else names
 
 
-def answers(case: Case, effects: tuple[Effect, ...], asked: Asked, values: np.ndarray, workers: int) -> np.ndarray:
+def answers(case: Case, effects: tuple[Effect, ...], asked: MapTask, values: np.ndarray, workers: int) -> np.ndarray:
     """A row a case, shape (n, columns), for ``values`` [SI] of what varies, shape (axes, n)."""
     number = values.shape[1]
     chunk = min(CHUNK, number)
@@ -72,26 +72,26 @@ def answers(case: Case, effects: tuple[Effect, ...], asked: Asked, values: np.nd
 
 
 @partial(compiled, static_argnames=("asked",))
-def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, asked: Asked) -> Any:
-    return jax.vmap(lambda own: _row(*placed(case, effects, asked.keys, own), asked))(values)
+def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, asked: MapTask) -> Any:
+    return jax.vmap(lambda own: _row(*place_values(case, effects, asked.keys, own), asked))(values)
 
 
-def _row(case: Case, effects: tuple[Effect, ...], asked: Asked) -> Any:
+def _row(case: Case, effects: tuple[Effect, ...], asked: MapTask) -> Any:
     told = []
     if asked.travel is not None:
         curves = march_traced(case, effects, asked.travel, model=asked.model, plan=asked.plan)
-        told += _told(curves, _travel(asked), asked.at)
+        told += _reduce_curves(curves, _travel(asked), asked.at)
     if asked.steady:
         told.append(steady_traced(case, asked.model)[None] / si.MM_PER_M)
     return jnp.concatenate(told)
 
 
-def _travel(asked: Asked) -> np.ndarray:
+def _travel(asked: MapTask) -> np.ndarray:
     assert asked.travel is not None
     return np.linspace(0.0, asked.travel, asked.plan[0] + 1)
 
 
-def _told(curves: Curves, travel: np.ndarray, at: tuple[float, ...]) -> list[Any]:
+def _reduce_curves(curves: Curves, travel: np.ndarray, at: tuple[float, ...]) -> list[Any]:
     """Late rates, positions, offsets, overshoot and retreat of point 1, slackest edge; as people write them."""
     y = jnp.asarray(curves.y) / si.MM
     unit = np.eye(len(travel))  # rates and positions are sums over records: their weights
@@ -120,10 +120,10 @@ class CaseMap:
     """A map as it was asked for, checked, before any of it is made. config: as asked; part: cases a file."""
 
     config: Mapping[str, Any]
-    plan: Plan
+    plan: CasePlan
     case: Case
     effects: tuple[Effect, ...]
-    asked: Asked
+    asked: MapTask
     part: int
     workers: int
 
@@ -150,7 +150,7 @@ def case_map(config: Mapping[str, Any]) -> CaseMap:
     """The map that a configuration (conf/map.yaml) asks for; raises InputError, CannotRepresent."""
     cases = None if config["cases"] is None else whole("cases", config["cases"])
     axes, plain = axes_of(config, sampled=cases is not None)
-    plan = Plan(axes=axes, cases=cases, seed=whole("seed", config["seed"], least=0))
+    plan = CasePlan(axes=axes, cases=cases, seed=whole("seed", config["seed"], least=0))
     if plan.count > MOST:
         raise InputError("cases", plan.count, "", f"at most {MOST}; give axes smaller counts")
     closed = plain["travel"] is None
@@ -163,7 +163,7 @@ def case_map(config: Mapping[str, Any]) -> CaseMap:
     if closed and effects:
         raise InputError("effects", effects[0].id, "", "closed forms read no effects; give a travel in m")
     corners = _corners(axes, plain, case, effects)
-    asked = _asked(model, axes, plain, corners, bool(effects))
+    asked = _map_task(model, axes, plain, corners, bool(effects))
     if config["show"] not in (None, *columns_of(asked)):
         raise InputError("show", config["show"], "", f"use one of {', '.join(columns_of(asked))}")
     return CaseMap(
@@ -182,12 +182,12 @@ def _corners(axes: Sequence[Axis], plain: Mapping[str, Any], case: Case, effects
     ends = [(float(a.values.min()), float(a.values.max())) for a in axes]
     keys = [a.key for a in axes]
     for corner in product(*ends):
-        case_from({"travel": 1.0, **_written(plain, dict(zip(keys, corner, strict=True)))})
+        case_from({"travel": 1.0, **_with_values(plain, dict(zip(keys, corner, strict=True)))})
     units = [a.unit for a in axes]
-    return [placed(case, effects, keys, np.array(c) * units)[0] for c in product(*ends)]
+    return [place_values(case, effects, keys, np.array(c) * units)[0] for c in product(*ends)]
 
 
-def _written(plain: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
+def _with_values(plain: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
     """The configuration with ``values`` in it."""
     new = {k: dict(v) if isinstance(v, Mapping) else v for k, v in plain.items()}
     new["travel"] = 1.0 if plain["travel"] is None else plain["travel"]
@@ -200,15 +200,15 @@ def _written(plain: Mapping[str, Any], values: Mapping[str, float]) -> dict[str,
     return new
 
 
-def _asked(
+def _map_task(
     model: AnalyticModel, axes: Sequence[Axis], plain: Mapping[str, Any], corners: Sequence[Case], effects: bool
-) -> Asked:
+) -> MapTask:
     travel = plain["travel"]
     plan = (0, 0, 0)
     if travel is not None:
         plans = [plan_steps(c, travel=travel, step=model.step, keep=model.keep) for c in corners]
         plan = (*plans[0][:2], max(p[2] for p in plans))
-    return Asked(
+    return MapTask(
         model=model,
         keys=tuple(a.key for a in axes),
         travel=None if travel is None else float(travel),
@@ -240,7 +240,7 @@ def write_map(folder: Path, made: CaseMap, provenance: Mapping[str, Any], told: 
     note = {"schema": SCHEMA, "cases": count, "part": size, "columns": ["case", *made.columns]}
     note |= {"config": dict(made.config), "config_sha256": made.digest, "provenance": dict(provenance)}
     parts = claim(folder, note)
-    left = sum(stop - start for _, start, stop in missing(parts, count, size))
+    left = sum(stop - start for _, start, stop in missing_parts(parts, count, size))
     told(count - left)
     for number in stream(parts, count, size, made.stretch):
         told(number)

@@ -244,7 +244,7 @@ def record_campaign(path: Path, campaign: Campaign, model: Model, effects: Seque
     def overlay(r: int) -> Overlay:
         case, end = case_of(campaign, samples.runs[r]), float(samples.travel[r].max())
         modelled = {name: model.run(case, acting, travel=end) for name, acting in variants.items()}
-        return Overlay(modelled=modelled, measured=_measured(samples, r), case=case)
+        return Overlay(modelled=modelled, measured=_measured_curves(samples, r), case=case)
 
     runs = range(len(samples.runs))
     first = [overlay(r) for r in runs[:1]]  # compiles, before there are several threads
@@ -253,7 +253,7 @@ def record_campaign(path: Path, campaign: Campaign, model: Model, effects: Seque
     return path
 
 
-def _measured(samples: Samples, r: int) -> Curves:
+def _measured_curves(samples: Samples, r: int) -> Curves:
     y, tilt = np.full((4, samples.y.shape[2]), np.nan), np.full((2, samples.y.shape[2]), np.nan)
     for s, signal in enumerate(samples.signals):
         if signal.at.startswith("point_"):

@@ -81,7 +81,7 @@ class RunDir:
         run is at work."""
         notes = self.path / NOTES
         notes.mkdir(parents=True, exist_ok=True)
-        with _locked(notes / "lock", self.path):  # whoever is refused here leaves the folder to the run at work
+        with _lock(notes / "lock", self.path):  # whoever is refused here leaves the folder to the run at work
             clear_drafts(self.path)
             (self.path / FAILED).unlink(missing_ok=True)
             write_text(notes / "config.yaml", yaml.safe_dump(dict(self.config), sort_keys=False, allow_unicode=True))
@@ -146,7 +146,7 @@ def _written_by(record: Path, command: str) -> list[str]:
 
 
 @contextmanager
-def _locked(path: Path, folder: Path) -> Iterator[None]:
+def _lock(path: Path, folder: Path) -> Iterator[None]:
     if fcntl is None:
         yield
         return

@@ -89,7 +89,7 @@ def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float |
     config, folder = run_dir.config, run_dir.path
     wanted = centring_asked(config["objective"])
     if done:
-        return _reached(folder, wanted)
+        return _report_objective(folder, wanted)
     watch, pictures = resolve_watch(config["watch"], "rrd", "rerun", "viewer"), config["pictures"]
     if not isinstance(pictures, bool):
         raise InputError("pictures", pictures, "", "use true or false")
@@ -103,7 +103,7 @@ def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float |
         write_simulation(draft, found, pictures=pictures, provenance=provenance(config))
         show(found, model, watch, folder)
     tell_simulation(found, folder)
-    return _reached(folder, wanted)
+    return _report_objective(folder, wanted)
 
 
 def _title(run_dir: RunDir) -> str:
@@ -112,7 +112,7 @@ def _title(run_dir: RunDir) -> str:
     return title if run_dir.case is None else f"{title}, job {run_dir.case}"
 
 
-def _reached(folder: Path, wanted: Centring | None) -> float | None:
+def _report_objective(folder: Path, wanted: Centring | None) -> float | None:
     if wanted is None:
         return None
     travel = centred_after(folder / "curves.csv", wanted)

@@ -54,7 +54,9 @@ def _outcomes(request: Request) -> Iterator[tuple[int, Outcome]]:
         yield from on_slurm(runs, settings)
     elif request.launcher == "joblib":
         workers = settings["n_jobs"]
-        yield from _shared(runs, cores() if workers == -1 else whole("hydra.launcher.n_jobs", workers), space=False)
+        yield from _run_in_processes(
+            runs, cores() if workers == -1 else whole("hydra.launcher.n_jobs", workers), space=False
+        )
     elif request.launcher == "batches":
         batch = settings["batch"]
         size = None if batch == "auto" else whole("hydra.launcher.batch", batch, otherwise="auto or ")
@@ -79,13 +81,13 @@ def _by_engine(runs: Sequence[RunDir], batch: int | None, workers: int) -> Itera
     import jax
 
     if batch is None and jax.default_backend() == "cpu":
-        found = _shared([runs[k] for k in due], min(workers, len(due)), space=True)
+        found = _run_in_processes([runs[k] for k in due], min(workers, len(due)), space=True)
     else:
-        found = _together([runs[k] for k in due], batch)
+        found = _run_batches([runs[k] for k in due], batch)
     yield from ((due[k], outcome) for k, outcome in found)
 
 
-def _together(runs: Sequence[RunDir], batch: int | None) -> Iterator[tuple[int, Outcome]]:
+def _run_batches(runs: Sequence[RunDir], batch: int | None) -> Iterator[tuple[int, Outcome]]:
     """Cases of like meshes in batches of ``batch`` (None: as many as fit), then each in its folder."""
     from belt_sim.api.simulate import run_in_batches
 
@@ -96,7 +98,7 @@ def _together(runs: Sequence[RunDir], batch: int | None) -> Iterator[tuple[int, 
             yield k, run_case(runs[k], computed=computed)
 
 
-def _shared(runs: Sequence[RunDir], workers: int, *, space: bool) -> Iterator[tuple[int, Outcome]]:
+def _run_in_processes(runs: Sequence[RunDir], workers: int, *, space: bool) -> Iterator[tuple[int, Outcome]]:
     """Each case alone, by ``workers`` processes; none of them outlives this one."""
     if workers == 1 or len(runs) == 1:
         yield from ((k, run_case(run)) for k, run in enumerate(runs))
@@ -277,9 +279,9 @@ def on_slurm(runs: Sequence[RunDir], settings: Mapping[str, Any]) -> Iterator[tu
     size = max(int(settings["cases_per_job"]), 1)
     bundles = [due[k : k + size] for k in range(0, len(due), size)]
     print(f"{len(due)} of {len(runs)} cases to run, in {len(bundles)} jobs", flush=True)
-    jobs = submitted([[runs[k] for k in bundle] for bundle in bundles], settings)
+    jobs = submit_jobs([[runs[k] for k in bundle] for bundle in bundles], settings)
     for bundle, job in zip(bundles, jobs, strict=True):
-        yield from zip(bundle, _collected([runs[k] for k in bundle], job), strict=True)
+        yield from zip(bundle, _collect_outcomes([runs[k] for k in bundle], job), strict=True)
 
 
 def run_cases(runs: Sequence[RunDir]) -> list[Outcome]:
@@ -290,7 +292,7 @@ def run_cases(runs: Sequence[RunDir]) -> list[Outcome]:
     return [run_case(run) for run in runs]
 
 
-def submitted(bundles: Sequence[Sequence[RunDir]], settings: Mapping[str, Any]) -> list[Any]:
+def submit_jobs(bundles: Sequence[Sequence[RunDir]], settings: Mapping[str, Any]) -> list[Any]:
     """A job of submitit a bundle."""
     if not bundles:
         return []
@@ -317,7 +319,7 @@ def _wait(job: Any) -> None:
             asked = time.monotonic()
 
 
-def _collected(runs: Sequence[RunDir], job: Any) -> Iterator[Outcome]:
+def _collect_outcomes(runs: Sequence[RunDir], job: Any) -> Iterator[Outcome]:
     """Outcomes of the cases of a job; of a job that was lost, why."""
     from submitit.core.utils import UncompletedJobError
 

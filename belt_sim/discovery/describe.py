@@ -18,7 +18,7 @@ from belt_sim.discovery.states import States
 from belt_sim.discovery.words import CALLED, formula, looks_like, sentence
 from belt_sim.provenance import provenance
 from belt_sim.results import words
-from belt_sim.results.discovery import Against, Discovery, FoundLaw, PlaceEvidence, RivalLaw, UnknownCourse
+from belt_sim.results.discovery import Discovery, FoundLaw, LawPoints, PlaceEvidence, RivalLaw, UnknownCourse
 from belt_sim.results.errors import Errors
 from belt_sim.results.found import Estimate
 
@@ -149,7 +149,7 @@ def _rivals(found: Discovered) -> tuple[RivalLaw, ...]:
     )
 
 
-def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
+def _against(found: Discovered) -> tuple[tuple[LawPoints, ...], LawPoints | None]:
     """The unknown of the first term against its variable (travel, where it depends on travel alone), and the law."""
     assert found.refit is not None
     s, term, course = found.survey, found.refit.scored.law.terms[0], found.course
@@ -173,9 +173,9 @@ def _against(found: Discovered) -> tuple[tuple[Against, ...], Against | None]:
         px, pu = x[rows].ravel(), np.broadcast_to(reduced, u.shape)[rows].ravel()
         keep = np.flatnonzero(np.isfinite(pu))
         keep = keep[:: max(1, len(keep) // KEPT)]
-        points.append(Against(tension=float(tension), x=px[keep], u=pu[keep]))
+        points.append(LawPoints(tension=float(tension), x=px[keep], u=pu[keep]))
     line = np.linspace(float(np.min(x)), float(np.max(x)), DRAWN)
-    return tuple(points), Against(tension=0.0, x=line, u=_drawn(found, line, by_travel))
+    return tuple(points), LawPoints(tension=0.0, x=line, u=_drawn(found, line, by_travel))
 
 
 def _travelled(states: States, form: Form, part: int | None) -> np.ndarray:

@@ -160,7 +160,7 @@ class Slip(Effect):
 
     def slide(self, contact, state, case):
         held, zone = self._zone(state.moment, state.stiffness, case)
-        turned = sum(self._turned(yaw, held, zone, state) for yaw in (case.settings.yaw, case.settings.yaw_head))
+        turned = sum(self._turn_at_ends(yaw, held, zone, state) for yaw in (case.settings.yaw, case.settings.yaw_head))
         turned = turned / (2.0 * state.bending)
         return replace(contact, y=contact.y + _ASIDE * turned * zone, alpha=contact.alpha - turned)
 
@@ -182,7 +182,7 @@ class Slip(Effect):
         zone = jnp.minimum(width * x * _share(x), wrap)
         return moment / (1.0 + 0.5 * stiffness * zone), zone
 
-    def _turned(self, schedule, held, zone, state):
+    def _turn_at_ends(self, schedule, held, zone, state):
         """Moment times length [N m2] over which it turns the belt, if a change of yaw has just ended."""
         end = schedule.at + schedule.over
         ended = (schedule.change != 0.0) & (end > state.since) & (end <= state.travel)

@@ -28,7 +28,7 @@ def load_classes(spec: Any) -> dict[str, type[Effect]]:
         return dict(library())
     classes: dict[str, type[Effect]] = {}
     for item in _entries(spec):
-        classes |= _classes_of(_named(item)[0])
+        classes |= _classes_of(_split_entry(item)[0])
     return classes
 
 
@@ -41,7 +41,7 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
     """
     loaded: list[Effect] = []
     for item in _entries(spec) if spec is not None else []:
-        name, numbers = _named(item)
+        name, numbers = _split_entry(item)
         loaded += [_build(cls, numbers) for cls in _classes_of(name).values()]
     ids = [e.id for e in loaded]
     for twice in {i for i in ids if ids.count(i) > 1}:
@@ -80,7 +80,7 @@ def _listed(spec: Any) -> list:
     return list(spec)
 
 
-def _named(item: Any) -> tuple[str, dict[str, Any]]:
+def _split_entry(item: Any) -> tuple[str, dict[str, Any]]:
     """The id (or .py file) of an entry and its numbers."""
     if not isinstance(item, Mapping):
         return str(item), {}
@@ -165,7 +165,7 @@ def own_effects(path: Path) -> dict[str, type[Effect]]:
     path = path.resolve()
     name = "user_effect_" + sha256(str(path).encode() + path.read_bytes()).hexdigest()[:12]  # as the file is today
     known = name in sys.modules
-    module = sys.modules[name] if known else _imported(path, name)
+    module = sys.modules[name] if known else _import_file(path, name)
     found = effects_in(module)
     if not found:
         raise wrong_file(path, 1, "it defines no Effect with an id; see README, 'An effect of your own'")
@@ -179,7 +179,7 @@ def own_effects(path: Path) -> dict[str, type[Effect]]:
     return found
 
 
-def _imported(path: Path, name: str) -> ModuleType:
+def _import_file(path: Path, name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None

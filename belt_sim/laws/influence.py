@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.jax_setup import pytree
-from belt_sim.laws.span import Span, condensed, inverse
+from belt_sim.laws.span import Span, condense, inverse
 
 
 @pytree
@@ -96,7 +96,7 @@ def no_bend() -> Bend:
 def span_fields(span: Span) -> SpanFields:
     """Return the fields of a span, by undoing the doublings of ``condensed``."""
     kl2, g, roll, _ = _dimensionless(span)
-    *shorter, ((p, q), (r, s)) = condensed(kl2, g, 0.5)
+    *shorter, ((p, q), (r, s)) = condense(kl2, g, 0.5)
     meet = inverse(s - p)
     zero, turned = jnp.zeros(3), jnp.eye(3)[:, 1]  # of u = (y/L, theta, phi/roll)
     twisted = meet[:, 2] * span.length / (span.torsion * roll)
@@ -129,7 +129,7 @@ def natural_curvature_rows(fields: SpanFields, span: Span):
 def supports(span: Span, share, fields: SpanFields) -> tuple[Support, Support]:
     """Return the responses to a side force at ``share`` (0..1) of the length from the run-off, and from the run-up."""
     kl2, g, *_ = _dimensionless(span)
-    short, long = (condensed(kl2, g, part)[-1] for part in (share, 1.0 - share))
+    short, long = (condense(kl2, g, part)[-1] for part in (share, 1.0 - share))
     return _support(span, share, (short, long), fields), _support(span, 1.0 - share, (long, short), fields)
 
 

@@ -127,7 +127,7 @@ class RunOff:
         return RunOff(y=y, alpha=alpha, moment=moment, turned=jnp.zeros(2))
 
 
-def delayed(ring, step, arcs, spacing):
+def delayed_runoff(ring, step, arcs, spacing):
     """Return the values that ran up one wrapped arc ago.
 
     ring: (slots, 6), columns y, alpha, moment of the tail, then of the head, row k holding march step k modulo slots;

@@ -106,7 +106,7 @@ def response(span: Span) -> Response:
     kl2 = span.force * span.length**2 / span.bending
     roll = jnp.sqrt(span.bending / span.torsion)
     g = span.length * span.sag_curvature * roll
-    (p, q), (r, s) = condensed(kl2, g, 0.5)[-1]
+    (p, q), (r, s) = condense(kl2, g, 0.5)[-1]
     middle = inverse(s - p)
     um0, um1 = -middle @ r, middle @ q  # middle values per unit of either end
     f0 = jnp.concatenate([p + q @ um0, q @ um1], axis=-1)  # values (y/L, theta, phi/roll) at run-off, run-up
@@ -124,7 +124,7 @@ def response(span: Span) -> Response:
 
 
 @jax.jit
-def condensed(kl2, g, share):
+def condense(kl2, g, share):
     """Return ((P, Q), (R, S)) of 1/32, 1/16, ... 1 times the ``share`` of a span, by repeated doubling.
 
     f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1 between its two ends, with

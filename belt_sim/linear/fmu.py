@@ -71,9 +71,9 @@ def write_fmu(space: StateSpace, path: Path | str, fmi: int = 2) -> tuple[Path, 
             "per_metre", False, "", "export a state space in metres of travel; speed is an input of the FMU"
         )
     content = _content(space, fmi)
-    source = _rendered("belt.c.j2", content)
+    source = _render("belt.c.j2", content)
     files: dict[str, str | bytes] = {
-        "modelDescription.xml": _rendered("modelDescription.xml.j2", content),
+        "modelDescription.xml": _render("modelDescription.xml.j2", content),
         "sources/belt.c": source,
         "sources/buildDescription.xml": _BUILD,
     }
@@ -183,7 +183,7 @@ def _variables(speed: float, tension: float) -> list[Variable]:
     ]
 
 
-def _rendered(template: str, content: Mapping[str, Any]) -> str:
+def _render(template: str, content: Mapping[str, Any]) -> str:
     import jinja2
 
     engine = jinja2.Environment(loader=jinja2.FileSystemLoader(_HERE), undefined=jinja2.StrictUndefined)

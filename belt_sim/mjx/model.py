@@ -156,10 +156,10 @@ def prepare(
     compiled = plain_model(spec, own[0].dt)
     shared = to_mjx(compiled, compiled.qpos0)
     scenes = [lay_out(c, BELTS[belt](), o, p) for c, o, p in zip(cases, own, several, strict=True)]
-    return [_prepared(scene, belt, features, compiled, *shared) for scene in scenes]
+    return [_prepare_one(scene, belt, features, compiled, *shared) for scene in scenes]
 
 
-def _prepared(
+def _prepare_one(
     scene: SceneLayout, belt: str, features: ActiveFeatures, compiled: mujoco.MjModel, m: mjx.Model, d: mjx.Data
 ) -> PreparedCase:
     shape, arrays = belt_arrays(scene, belt, features)

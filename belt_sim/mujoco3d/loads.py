@@ -11,7 +11,7 @@ from belt_sim.mujoco3d.mujoco_4 import Solver, Springs
 from belt_sim.mujoco3d.options import RESIDUAL_TORSION
 from belt_sim.mujoco3d.state import TAIL, Pose, RunState, Wrap
 from belt_sim.mujoco3d.wrap import FIRST, LAST, depth
-from belt_sim.scene_parts import EdgeGuide, Push
+from belt_sim.scene_parts import GuideRoller, Push
 
 
 class NodeLoad(Protocol):
@@ -129,7 +129,7 @@ class EdgeGuideSprings:
     that stations come and go without a jolt.
     """
 
-    guides: tuple[EdgeGuide, ...]
+    guides: tuple[GuideRoller, ...]
     mesh: Mesh
 
     def press(self, state: RunState, springs: Springs) -> None:

@@ -20,7 +20,7 @@ from belt_sim.mujoco3d.options import COMPLIANCE_TIME, RESIDUAL_TORSION, TAIL_DA
 from belt_sim.mujoco3d.state import TAIL, Pose, RunState
 from belt_sim.mujoco3d.stress_free import with_curvature
 from belt_sim.mujoco3d.tensioning import KollerPlan
-from belt_sim.scene_parts import EdgeGuide, PulleySurface, SceneParts
+from belt_sim.scene_parts import GuideRoller, PulleySurface, SceneParts
 from belt_sim.si import N_PER_MM2
 
 
@@ -192,7 +192,7 @@ def _refuse_slack_lines(mesh: Mesh, case: Case, options: Options, membrane: bool
         raise CannotRepresent(f"{what} makes a line of {mesh.across} slack, which folds: give a smaller model.across")
 
 
-def _draw_guide(spec: mujoco.MjSpec, name: str, guide: EdgeGuide, case: Case) -> None:
+def _draw_guide(spec: mujoco.MjSpec, name: str, guide: GuideRoller, case: Case) -> None:
     """A standing roller, only seen; what it does to the belt is in loads.py."""
     level = float(case.rig.tail_radius) * (1.0 if guide.span == "upper" else -1.0)
     y = guide.side * (0.5 * float(case.belt.width) + guide.gap + _ROLLER[0])

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.case_map.axes import Plan
+from belt_sim.case_map.axes import CasePlan
 from belt_sim.case_map.parts import FOLDER, parquet
 from belt_sim.pictures import style
 from belt_sim.pictures.style import BLUE, INK
@@ -23,7 +23,7 @@ WORDS = {
 }
 
 
-def draw_map(folder: Path, plan: Plan, columns: Sequence[str], show: str | None) -> list[Path]:
+def draw_map(folder: Path, plan: CasePlan, columns: Sequence[str], show: str | None) -> list[Path]:
     """map.png in ``folder``, of a map of one or two axes: column ``show``, or the first told; nothing for others."""
     wanted = show or columns[len(plan.axes)]
     if len(plan.axes) > 2 or plan.count > MOST:

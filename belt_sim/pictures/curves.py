@@ -111,7 +111,7 @@ def rates_picture(
     last = max(float(r.tension[-1]) for r in models.values())
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     low, high = ax.get_ylim()
-    for at, (_, name, colour) in zip(_apart(ends, 0.055 * (high - low)), sorted(ends), strict=True):
+    for at, (_, name, colour) in zip(_spread_heights(ends, 0.055 * (high - low)), sorted(ends), strict=True):
         ax.annotate(name, (last, at), xytext=(6, 0), textcoords="offset points", color=colour, va="center")
     ax.margins(x=0.0)
     ax.set(xlabel="tension [N/mm$^2$]", ylabel="late rate dy/ds [mm per m of travel]")
@@ -121,7 +121,7 @@ def rates_picture(
     return style.save(fig, path)
 
 
-def _apart(ends: list[tuple[float, str, str]], gap: float) -> list[float]:
+def _spread_heights(ends: list[tuple[float, str, str]], gap: float) -> list[float]:
     """Heights of the names, in rising order, at least ``gap`` from each other and near their lines."""
     heights: list[float] = []
     for height, _, _ in sorted(ends):

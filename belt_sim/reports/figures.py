@@ -143,7 +143,7 @@ def drift(before: Drift, after: Drift | None) -> dict[str, Any]:
     log = {"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]}
     layout = _layout(
         320,
-        shapes=_stated(before),
+        shapes=_stated_band(before),
         xaxis={**AXIS, **log, "title": {"text": "tension [N/mm²]"}},
         yaxis={**AXIS, "title": {"text": f"{before.parameter}{unit}"}},
     )
@@ -158,7 +158,7 @@ def _bars(one: Drift, colour: str, symbol: str, name: str) -> dict[str, Any]:
     return {"type": "scatter", "mode": "markers", "name": name, **xy, "error_y": error, "marker": marker}
 
 
-def _stated(one: Drift) -> list[dict]:
+def _stated_band(one: Drift) -> list[dict]:
     """The data sheet's value as a band of ±2u and a line."""
     if one.stated is None:
         return []
@@ -172,7 +172,7 @@ def _stated(one: Drift) -> list[dict]:
 def course(courses: Sequence[Any], unit: str) -> dict[str, Any]:
     """An unknown u against travel, a line and a band of ±2 sigma a group of runs (``results.discovery``)."""
     data = []
-    for one, colour in _coloured(courses):
+    for one, colour in _with_colours(courses):
         x, u, sd = numbers(one.travel), np.asarray(one.u, float), np.asarray(one.sd, float)
         low, high = _band(x, u - 2 * sd, u + 2 * sd, "y")
         data += [low, {**high, "name": one.label, "opacity": 0.5}]
@@ -183,7 +183,7 @@ def course(courses: Sequence[Any], unit: str) -> dict[str, Any]:
 def law(against: Sequence[Any], curve: Any, found: Any, unit: str) -> dict[str, Any]:
     """An unknown u against the variable of its law, points by tension, and the law as a line."""
     data = []
-    for one, colour in _coloured(against):
+    for one, colour in _with_colours(against):
         dots = {"mode": "markers", "marker": {"color": colour, "size": 5, "opacity": 0.7}}
         label = f"{one.tension / 1e6:g} N/mm²"
         data.append({"type": "scatter", "x": numbers(one.x), "y": numbers(one.u), "name": label, **dots})
@@ -196,7 +196,7 @@ def law(against: Sequence[Any], curve: Any, found: Any, unit: str) -> dict[str, 
     return {"data": data, "layout": _unknown(variable, unit)}
 
 
-def _coloured(rows: Sequence[Any]) -> list[tuple[Any, str]]:
+def _with_colours(rows: Sequence[Any]) -> list[tuple[Any, str]]:
     """Rows with colours that mean their tensions."""
     tensions = tensions_of(rows)
     return [(one, CYCLE[tensions.index(float(one.tension)) % len(CYCLE)]) for one in rows]

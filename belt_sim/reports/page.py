@@ -55,18 +55,18 @@ def render(diagnosis: Diagnosis) -> str:
         plots=_plots(diagnosis),
         bars=bars(diagnosis.ranking),
         falls=falls(diagnosis.change),
-        discovery=discovered(diagnosis),
-        weights=weights(discovered(diagnosis)),
-        tensions=tensions(discovered(diagnosis)),
+        discovery=discovery_of(diagnosis),
+        weights=weights(discovery_of(diagnosis)),
+        tensions=tensions(discovery_of(diagnosis)),
         final=diagnosis.final_model != diagnosis.base_model,
         headline=headline(diagnosis),
         lead=plant_headline(diagnosis, cards),
         cards=cards,
-        marked=marked(diagnosis, cards),
+        marked=marked_parts(diagnosis, cards),
         advice=run_advice,
         where=where_sentence(diagnosis),
         fails=not _nowhere(diagnosis),
-        place_note=place_note(discovered(diagnosis)),
+        place_note=place_note(discovery_of(diagnosis)),
         full=f"{FULL:g}",
         names=[panel.title for panel in diagnosis.drawings.overlays],
         maps=[one.title for one in diagnosis.drawings.maps],
@@ -82,11 +82,11 @@ def _plots(d: Diagnosis) -> dict:
         "first": worst(drawn.overlays),
         "where": [figures.where(one) for one in drawn.maps],
         "drift": [figures.drift(*pair) for pair in drawn.drifts],
-        "law": discovered_plots(discovered(d)),
+        "law": discovered_plots(discovery_of(d)),
     }
 
 
-def discovered(d: Diagnosis) -> Any:
+def discovery_of(d: Diagnosis) -> Any:
     """What was discovered; None where nothing was, or nobody looked."""
     found = d.discovery
     return found if found is not None and found.found else None
@@ -135,10 +135,10 @@ def place_note(found: Any) -> str:
 PLACE_PARTS = {"tail": "tail", "head": "head", "upper": "upper", "lower": "lower", "sensor": "sensors", "span": "upper"}
 
 
-def marked(d: Diagnosis, cards: "Sequence[Card]") -> list[str]:
+def marked_parts(d: Diagnosis, cards: "Sequence[Card]") -> list[str]:
     """Parts of the sketch that are marked: where the named effects are, else where the unknown acts."""
     parts = [part for c in cards for part in c.parts]
-    found = discovered(d)
+    found = discovery_of(d)
     if not parts and found is not None and found.law is not None:
         parts = [part for word, part in PLACE_PARTS.items() if word in found.law.place]
     return list(dict.fromkeys(parts))
@@ -293,7 +293,7 @@ def sureness(probability: float) -> str:
     """Return a probability in words, with the figure."""
     probability = round(probability, 2)
     word = "nearly certain" if probability >= SURE else "likely" if probability >= LIKELY else "uncertain"
-    return f"{word} (probability {words.fixed(min(probability, SURE), 2)}{' or more' if probability >= SURE else ''})"
+    return f"{word} (probability {words.decimal(min(probability, SURE), 2)}{' or more' if probability >= SURE else ''})"
 
 
 def in_shop_units(p: Estimate, shop: tuple[float, str] | None = None) -> str:

@@ -119,7 +119,7 @@ def steady_table(c: Comparison) -> Table:
             str(r.point),
             words.tension(r.tension),
             *(words.column(v) for v in (r.measured, r.u, r.modelled)),
-            words.fixed(r.ratio, 1),
+            words.decimal(r.ratio, 1),
         )
         for r in c.steady
     ]

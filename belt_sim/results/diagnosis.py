@@ -180,11 +180,11 @@ def ranking_table(ranking: Sequence[Candidate]) -> Table:
     rows = [
         (
             c.id,
-            words.fixed(c.gain, 1),
-            "-" if c.threshold is None else words.fixed(c.threshold, 1),
+            words.decimal(c.gain, 1),
+            "-" if c.threshold is None else words.decimal(c.threshold, 1),
             words.column(c.held_out_rms),
             "yes" if c.plausible else "no",
-            words.fixed(c.probability, 3),
+            words.decimal(c.probability, 3),
             c.note,
         )
         for c in ranking
@@ -197,5 +197,7 @@ def error_table(error: Errors) -> Table:
     changes = error.rows() | error.left_out()
     rows = [(name, words.column(row.before), words.column(row.after)) for name, row in changes.items()]
     return Table(
-        f"error (noise floor {words.fixed(1e3 * error.noise_floor, 3)} mm)", ("rms in mm", "before", "after"), rows
+        f"error (noise floor {words.decimal(1e3 * error.noise_floor, 3)} mm)",
+        ("rms in mm", "before", "after"),
+        rows,
     )

@@ -33,7 +33,7 @@ class UnknownCourse:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Against:
+class LawPoints:
     """The unknown against the variable of its law, as the data show it: points of one tension [Pa]; arrays (k,)."""
 
     tension: float
@@ -87,8 +87,8 @@ class Discovery(Display):
     courses: tuple[UnknownCourse, ...] = ()
     law: FoundLaw | None = None
     rivals: tuple[RivalLaw, ...] = ()
-    against: tuple[Against, ...] = ()
-    curve: Against | None = None
+    against: tuple[LawPoints, ...] = ()
+    curve: LawPoints | None = None
     error: Errors | None = None
     limits: tuple[str, ...] = ()
     effect_file: str = ""

@@ -57,7 +57,7 @@ class Estimate:
     def __str__(self) -> str:
         low, high = self.interval_95
         if COVERAGE_95 * self.u > high - low:  # where readings stop to change, u says nothing
-            return words.between(low, high, self.unit)
+            return words.range_words(low, high, self.unit)
         return words.with_u(self.value, self.u, self.unit)
 
 
@@ -108,7 +108,7 @@ class FoundEffect:
     def __str__(self) -> str:
         alike = f"; confusable with {', '.join(self.confusable_with)}" if self.confusable_with else ""
         stamp = f" ({self.stamp})" if self.stamp else ""
-        return f"{self.id}: {', '.join(self.sizes)}; probability {words.fixed(self.probability, 2)}{alike}{stamp}"
+        return f"{self.id}: {', '.join(self.sizes)}; probability {words.decimal(self.probability, 2)}{alike}{stamp}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,7 +188,7 @@ class Confusable:
     sigma: float
 
     def __str__(self) -> str:
-        return f"{self.effect} cannot be told apart from {self.other} ({words.fixed(self.sigma, 1)} sigma)"
+        return f"{self.effect} cannot be told apart from {self.other} ({words.decimal(self.sigma, 1)} sigma)"
 
 
 RESOLVED = 3.0  # sigma, below which nobody takes two explanations for told apart
@@ -225,7 +225,7 @@ class NextRun:
     settings: RunSettings | None = None
 
     def __str__(self) -> str:
-        change = f"{words.fixed(self.sigma_before, 1)} -> {words.fixed(self.sigma_after, 1)} sigma"
+        change = f"{words.decimal(self.sigma_before, 1)} -> {words.decimal(self.sigma_after, 1)} sigma"
         if self.sigma_after < RESOLVED:
             pair = " from ".join(self.separates)
             return f"no single further run tells {pair}; the best would be {self.action}: {change}"

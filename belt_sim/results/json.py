@@ -109,7 +109,7 @@ def diagnosis_json(d: Diagnosis) -> Json:
 
 def drawings_json(drawn: Drawings) -> Json:
     """Return the content of drawings.json, so that a report can be written again without the diagnosis."""
-    content: Json = rounded(to_json(drawn), DIGITS)
+    content: Json = round_numbers(to_json(drawn), DIGITS)
     return {"schema": DRAWINGS} | content
 
 
@@ -121,7 +121,7 @@ def run_json(r: RunError) -> Json:
 
 def discovery_json(d: Discovery) -> Json:
     """Return the content of discovery.json: our own names, SI throughout."""
-    content: Json = rounded(adapter(Discovery).dump_python(d, by_alias=False), DISCOVERY_DIGITS)
+    content: Json = round_numbers(adapter(Discovery).dump_python(d, by_alias=False), DISCOVERY_DIGITS)
     if content["error"] is not None:
         empty: Json = {"fit": None, "held_out": None, "by_condition": {}, "untestable": [], "own": None}
         content["error"] = empty | content["error"]
@@ -149,12 +149,12 @@ def _finite(value: Any) -> Any:
     return str(value) if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def rounded(x: Any, digits: int) -> Any:
+def round_numbers(x: Any, digits: int) -> Any:
     """Return nested mappings and lists with floats to so many significant digits; None for what is not finite."""
     if isinstance(x, Mapping):
-        return {str(k): rounded(v, digits) for k, v in x.items()}
+        return {str(k): round_numbers(v, digits) for k, v in x.items()}
     if isinstance(x, list | tuple):
-        return [rounded(v, digits) for v in x]
+        return [round_numbers(v, digits) for v in x]
     if isinstance(x, bool | np.bool_):
         return bool(x)
     if isinstance(x, float | np.floating):

@@ -39,7 +39,7 @@ def column(value: Any, *, sign: bool = False) -> str:
     return f"{value * KILO:+.4f}" if sign else f"{value * KILO:.4f}"
 
 
-def fixed(value: Any, decimals: int) -> str:
+def decimal(value: Any, decimals: int) -> str:
     """A number to so many decimals, for columns of a terminal."""
     return f"{value:.{decimals}f}" if _is_number(value) else "-"
 
@@ -79,7 +79,7 @@ def with_u(value: Any, u: Any, unit: str = "") -> str:
     return _minus(core) + unit
 
 
-def between(low: float, high: float, unit: str = "") -> str:
+def range_words(low: float, high: float, unit: str = "") -> str:
     """low to high to three digits, with the unit."""
     return f"{number(low)} to {number(high)}" + ("" if unit in ("", "1") else f" {unit}")
 

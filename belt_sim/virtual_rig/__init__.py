@@ -2,13 +2,13 @@
 
 from belt_sim.virtual_rig.blinding import Truth, reveal, write_blind
 from belt_sim.virtual_rig.make import make_campaign
-from belt_sim.virtual_rig.plan import Noise, Plan, Setting, grid
+from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting, grid
 from belt_sim.virtual_rig.random_campaigns import random_campaign, random_nothing_campaign, random_unmodelled_campaign
 
 __all__ = [
     "Noise",
     "Plan",
-    "Setting",
+    "RunSetting",
     "Truth",
     "grid",
     "make_campaign",

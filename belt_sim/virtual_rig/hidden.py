@@ -36,7 +36,7 @@ _NOISE_OFF, _HEAVY = 0.4, 0.10
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hidden:
+class HiddenFaults:
     """Faults with their sizes d (None: not measured), and what stands in ``Truth`` beside them."""
 
     kind: str
@@ -47,7 +47,7 @@ class Hidden:
     dirty: str | None = None
 
 
-def specified_hidden(hidden: Sequence[str | dict], get_detectability: Callable[[], Detectability]) -> Hidden:
+def specified_hidden(hidden: Sequence[str | dict], get_detectability: Callable[[], Detectability]) -> HiddenFaults:
     """Faults from ids and dictionaries; {"id": ..., "d": 12} scales to a size, which calls ``get_detectability()``."""
     if isinstance(hidden, str) or not isinstance(hidden, Sequence):
         raise InputError("hidden", hidden, "", "give a list of ids, or of dictionaries with an id")
@@ -66,7 +66,7 @@ def specified_hidden(hidden: Sequence[str | dict], get_detectability: Callable[[
         faults.append(fault)
         sizes.append(size)
     kind = "stated" if faults else "nothing"
-    return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes))
+    return HiddenFaults(kind=kind, faults=tuple(faults), sizes=tuple(sizes))
 
 
 def random_hidden(
@@ -78,17 +78,17 @@ def random_hidden(
     kind: str | None = None,
     unmodelled: Sequence[str] = BLIND + DEVELOPMENT,
     library: Sequence[str] = (),
-) -> Hidden:
+) -> HiddenFaults:
     """One draw from the mix, or of one kind; unmodelled, library: ids that are drawn from (library: () = all)."""
     kind = kind or str(rng.choice(list(MIX), p=list(MIX.values())))
     if kind == "nothing":
-        return Hidden(kind=kind)
+        return HiddenFaults(kind=kind)
     if kind == "dirty":
         able = sorted(name for name in CORRUPTIONS if len(plan.signals) > 1 or name not in NEEDS_TWO)
-        return Hidden(kind=kind, dirty=str(rng.choice(able)))
+        return HiddenFaults(kind=kind, dirty=str(rng.choice(able)))
     if kind == "outside":
         acting = tuple(name for name in unmodelled if base not in UNMODELLED[name].idle_on)
-        return _unmodelled(plan, LibrarySignatures(get_detectability()), acting, rng)
+        return _draw_unmodelled(plan, LibrarySignatures(get_detectability()), acting, rng)
     names = [cls.id for cls in RANDOM_LIBRARY if base not in (*cls.part_of, *cls.idle_on)]
     names = [name for name in names if not library or name in library]
     wanted = {
@@ -120,7 +120,7 @@ def random_fault(name: str, plan: Plan, rng: np.random.Generator) -> Fault:
     return cls(**chosen, **cls.random_shape(plan, rng))
 
 
-def _of_library(kind, names, wanted, plan: Plan, library: LibrarySignatures, rng) -> Hidden:
+def _of_library(kind, names, wanted, plan: Plan, library: LibrarySignatures, rng) -> HiddenFaults:
     """Different effects, each at its wanted size; what cannot get so large is drawn again."""
     faults: list[Fault] = []
     sizes: list[float] = []
@@ -145,10 +145,10 @@ def _of_library(kind, names, wanted, plan: Plan, library: LibrarySignatures, rng
     near = library.distance_of(faults)
     others = near.lookalikes if kind == "two" else [name for name in near.lookalikes if name != faults[0].id]
     distance = near.single if kind == "two" else None
-    return Hidden(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others, distance=distance)
+    return HiddenFaults(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others, distance=distance)
 
 
-def _unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str], rng) -> Hidden:
+def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str], rng) -> HiddenFaults:
     """An effect outside the library, scaled until its best three effects leave a drawn distance over."""
     seen = {f"sensor_y{place[-1]}" for place in plan.signals.values()}
     names = tuple(n for n in names if not UNMODELLED[n].place.startswith("sensor_y") or UNMODELLED[n].place in seen)
@@ -168,7 +168,9 @@ def _unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str], rn
     size = float(library.detectability.sizes([fault])[0])
     edge = [_random_edge(plan, rng)] if rng.random() < EDGE_BESIDE["outside"] else []
     sizes = (size, *(float(d) for d in (library.detectability.sizes(edge) if edge else ())))
-    return Hidden(kind="outside", faults=(fault, *edge), sizes=sizes, lookalikes=near.lookalikes, distance=near.triple)
+    return HiddenFaults(
+        kind="outside", faults=(fault, *edge), sizes=sizes, lookalikes=near.lookalikes, distance=near.triple
+    )
 
 
 def _scale_to_distance(library: LibrarySignatures, fault: Fault, wanted: float) -> tuple[Fault, LibraryDistance]:

@@ -12,7 +12,7 @@ from belt_sim.errors import InputError
 from belt_sim.virtual_rig.blinding import Truth
 from belt_sim.virtual_rig.effect_size import detectability_of
 from belt_sim.virtual_rig.fault import Fault, Unmodelled
-from belt_sim.virtual_rig.hidden import CORRUPTIONS, Hidden, random_hidden, random_noise, specified_hidden
+from belt_sim.virtual_rig.hidden import CORRUPTIONS, HiddenFaults, random_hidden, random_noise, specified_hidden
 from belt_sim.virtual_rig.observe import TrueErrors, add_noise, draw_errors, observe, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan
 
@@ -57,7 +57,9 @@ def random_streams(seed: int) -> list[np.random.Generator]:
     return [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
 
 
-def measure_campaign(plan: Plan, noise: Noise, base: str, what: Hidden, seed: int, streams, title: str, name: str = ""):
+def measure_campaign(
+    plan: Plan, noise: Noise, base: str, what: HiddenFaults, seed: int, streams, title: str, name: str = ""
+):
     """Measure a plan, which may have a name, with what is hidden: the campaign and its truth."""
     check_base(base, what.faults)
     errors = draw_errors(plan, noise, streams[2])
@@ -67,7 +69,7 @@ def measure_campaign(plan: Plan, noise: Noise, base: str, what: Hidden, seed: in
     return campaign, describe_truth(seed, base, what, noise, errors, dirt, salt, name, unstated_settings(plan))
 
 
-def _readings(plan: Plan, noise: Noise, base: str, errors: TrueErrors, what: Hidden, rng):
+def _readings(plan: Plan, noise: Noise, base: str, errors: TrueErrors, what: HiddenFaults, rng):
     """Noisy readings, shape (signals, n, runs), and what was done to them if they are dirty."""
     readings = observe(plan, true_line(plan, base, errors), what.faults)
     for k, (name, place) in enumerate(plan.signals.items()):
@@ -112,14 +114,18 @@ def unstated_settings(plan: Plan) -> dict[str, list[float]]:
 
 
 def describe_truth(
-    seed, base, what: Hidden, noise: Noise, errors: TrueErrors, dirt, salt: str, plan: str = "", unstated=()
+    seed, base, what: HiddenFaults, noise: Noise, errors: TrueErrors, dirt, salt: str, plan: str = "", unstated=()
 ) -> Truth:
     """What is sealed beside a campaign; unstated: further settings that its file does not state."""
     unstated = dict(unstated)
     told = ("scale", "heavy_tails") + (() if noise.true_length is None else ("true_length", "smooth"))
     unknown = next((f for f in what.faults if isinstance(f, Unmodelled)), Unmodelled())
     effects = [
-        {"id": fault.id, "parameters": {n: _said(v, 9) for n, v in fault.parameters().items()}, "d": _said(size, 6)}
+        {
+            "id": fault.id,
+            "parameters": {n: _round_digits(v, 9) for n, v in fault.parameters().items()},
+            "d": _round_digits(size, 6),
+        }
         for fault, size in zip(what.faults, what.sizes, strict=True)
     ]
     return Truth(
@@ -128,7 +134,7 @@ def describe_truth(
         kind=what.kind,
         effects=effects,
         lookalikes=what.lookalikes,
-        distance=_said(what.distance, 6),
+        distance=_round_digits(what.distance, 6),
         noise={n: getattr(noise, n) for n in told},
         machine=dict(errors.machine),
         settings={
@@ -146,7 +152,7 @@ def describe_truth(
     )
 
 
-def _said(value: Any, digits: int) -> Any:
+def _round_digits(value: Any, digits: int) -> Any:
     """A number to so many significant digits: what processors of different kinds agree upon; all else as it is."""
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 

@@ -64,16 +64,18 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     begun = np.broadcast_to(0.0 if plan.zero_at_start else line.yaw_at, (1, len(line.stress)))
     readings = []
     for place in plan.signals.values():
-        value = _seen(history, faults, place, travelled)
+        value = _perfect_reading(history, faults, place, travelled)
         if place.startswith("point_"):
-            value = value - _seen(history, faults, place, begun, _BEFORE)
+            value = value - _perfect_reading(history, faults, place, begun, _BEFORE)
         for fault in faults:
             value = fault.read(value, place, travelled, line)
         readings.append(value)
     return np.stack(readings)
 
 
-def _seen(history: DelayHistory, faults: Sequence[Fault], place: str, s: np.ndarray, before: float = 0.0) -> np.ndarray:
+def _perfect_reading(
+    history: DelayHistory, faults: Sequence[Fault], place: str, s: np.ndarray, before: float = 0.0
+) -> np.ndarray:
     """What a perfect sensor sees at travel s, or a hair before: the belt and its edge, where the sensor looked."""
     if not place.startswith("point_"):
         return position(history, place, s - before)

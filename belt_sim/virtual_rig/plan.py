@@ -27,7 +27,7 @@ TEST_YAWS = (-0.042 * DEGREE, 0.042 * DEGREE)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Setting:
+class RunSetting:
     """What a run is set to [SI], as in ``campaign.Run``; repeat_of: index of the first such run.
 
     start: travel that the belt had behind it when the record began, which no file states.
@@ -44,10 +44,10 @@ class Setting:
     start: float = 0.0
 
 
-def setting_from(run: Run) -> Setting:
+def setting_from(run: Run) -> RunSetting:
     """What a run of a campaign is set to."""
     names = ("tension", "yaw", "yaw_head", "speed", "direction", "yaw_at")
-    return Setting(**{name: getattr(run, name) for name in names})
+    return RunSetting(**{name: getattr(run, name) for name in names})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,7 @@ class Plan:
     zero_at_start: a lateral sensor is set to zero where the record begins, and not where the yaw is applied.
     """
 
-    runs: tuple[Setting, ...] = field(default_factory=lambda: grid(TEST_TENSIONS, TEST_YAWS))
+    runs: tuple[RunSetting, ...] = field(default_factory=lambda: grid(TEST_TENSIONS, TEST_YAWS))
     length: float = 60.0
     spacing: float = 0.25
     signals: dict[str, str] = field(default_factory=lambda: {"y1": "point_1", "y4": "point_4"})
@@ -85,11 +85,11 @@ class Plan:
         return np.round(self.spacing * np.arange(count + 1), 9)
 
 
-def grid(tensions: Sequence[float], yaws: Sequence[float], repeats: int = 2) -> tuple[Setting, ...]:
+def grid(tensions: Sequence[float], yaws: Sequence[float], repeats: int = 2) -> tuple[RunSetting, ...]:
     """Every tension at every yaw; then ``repeats`` of these runs, evenly picked, once more."""
-    first = [Setting(tension=t, yaw=y) for t in tensions for y in yaws]
+    first = [RunSetting(tension=t, yaw=y) for t in tensions for y in yaws]
     picked = np.linspace(0, len(first) - 1, repeats + 2)[1:-1].round().astype(int)
-    again = [Setting(tension=first[k].tension, yaw=first[k].yaw, repeat_of=int(k)) for k in picked]
+    again = [RunSetting(tension=first[k].tension, yaw=first[k].yaw, repeat_of=int(k)) for k in picked]
     return (*first, *again)
 
 

@@ -15,7 +15,7 @@ from belt_sim.virtual_rig.effect_size import detectability_of
 from belt_sim.virtual_rig.hidden import MIX, OUTSIDE, REACHED, random_hidden
 from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT
 from belt_sim.virtual_rig.make import check_seed, measure_campaign, random_streams
-from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan, Setting
+from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan, RunSetting
 
 #: How often each kind of machine is drawn.
 KINDS = {"test_rig": 0.4, "short_rig": 0.2, "between": 0.2, "wide_belt": 0.2}
@@ -132,7 +132,7 @@ def _machine(kind: str, rng) -> tuple[Machine, BeltSheet]:
     return machine, belt
 
 
-def _runs(kind: str, machine: Machine, belt: BeltSheet, rng) -> tuple[Setting, ...]:
+def _runs(kind: str, machine: Machine, belt: BeltSheet, rng) -> tuple[RunSetting, ...]:
     """Tensions times yaws; then, by chance, zero yaw, reversed travel, a second speed, repeats; 4 to 20 in all."""
     count = int(rng.choice((1, 2, 3, 4), p=(0.15, 0.25, 0.3, 0.3)))
     tensions = sorted(float(t) * N_PER_MM2 for t in rng.choice(_TENSIONS[kind], count, replace=False))
@@ -145,7 +145,7 @@ def _runs(kind: str, machine: Machine, belt: BeltSheet, rng) -> tuple[Setting, .
     }[str(rng.choice(("both", "one", "many"), p=(0.6, 0.2, 0.2)))]
     speed = float(rng.choice(_SPEEDS))
     late = float(round(rng.uniform(1.0, 4.0), 1)) if rng.random() < 0.2 else 0.0
-    first = [Setting(tension=t, yaw=y, speed=speed, yaw_at=late) for t in tensions for y in yaws]
+    first = [RunSetting(tension=t, yaw=y, speed=speed, yaw_at=late) for t in tensions for y in yaws]
     extra = []
     if rng.random() < 0.3:
         extra += [replace(first[0], yaw=0.0, tension=t) for t in tensions]
@@ -154,10 +154,10 @@ def _runs(kind: str, machine: Machine, belt: BeltSheet, rng) -> tuple[Setting, .
     if rng.random() < 0.25:
         extra += [replace(first[k], speed=2 * speed) for k in (0, -1)]
     runs = (first + extra)[:_MOST]
-    return _repeated(runs, rng)
+    return _add_repeats(runs, rng)
 
 
-def _repeated(runs: Sequence[Setting], rng) -> tuple[Setting, ...]:
+def _add_repeats(runs: Sequence[RunSetting], rng) -> tuple[RunSetting, ...]:
     """Some runs once more, or none; as many as it takes to have four."""
     wanted = int(rng.choice((0, 1, 2, 4), p=(0.35, 0.15, 0.3, 0.2)))
     wanted = max(min(wanted, _MOST - len(runs)), _LEAST - len(runs), 0)
@@ -165,7 +165,7 @@ def _repeated(runs: Sequence[Setting], rng) -> tuple[Setting, ...]:
     return (*runs, *(replace(runs[k], repeat_of=k) for k in picked))
 
 
-def _stated_noise(runs: Sequence[Setting], rng) -> Noise:
+def _stated_noise(runs: Sequence[RunSetting], rng) -> Noise:
     """What the file states; the yaw is known to half a percent of the largest."""
 
     def between(low: float, high: float) -> float:

@@ -19,11 +19,11 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.si import N_PER_MM2
 from belt_sim.virtual_rig.blinding import Truth
 from belt_sim.virtual_rig.fault import Fault, overrides
-from belt_sim.virtual_rig.hidden import Hidden, specified_hidden
+from belt_sim.virtual_rig.hidden import HiddenFaults, specified_hidden
 from belt_sim.virtual_rig.library import CATALOGUE
 from belt_sim.virtual_rig.make import BASES, build_campaign, check_base, check_seed, describe_truth
 from belt_sim.virtual_rig.observe import BELT_DATA, RIG_DATA, TrueErrors, add_noise, draw_errors, stated_data
-from belt_sim.virtual_rig.plan import Noise, Plan, Setting, grid
+from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting, grid
 from belt_sim.watch.observers import progress
 
 #: A narrow belt, so that the bending stress of its edges, 2 E b beta/L = 5.3 N/mm2 at the yaw below, stays under its
@@ -57,10 +57,10 @@ def space_plan() -> Plan:
     return Plan(runs=runs, length=TRAVEL, spacing=SPACING, machine=SHORT_RIG, belt=NARROW_BELT)
 
 
-def at_scene_speed(run: Setting) -> Setting:
+def at_scene_speed(run: RunSetting) -> RunSetting:
     """The run at the speed at which the belt really runs in the scene."""
     string_speed = math.sqrt(run.tension / NARROW_BELT.density.value)
-    return Setting(**{**vars(run), "speed": round(accurate_speed(string_speed), 2)})
+    return RunSetting(**{**vars(run), "speed": round(accurate_speed(string_speed), 2)})
 
 
 #: Engine -> a share of every reading, and what wanders beside it [m]: how far a campaign with nothing hidden is off the
@@ -102,7 +102,7 @@ class SceneRun:
 
 def make_space_campaign(
     *,
-    hidden: Hidden | Sequence[str | dict] = (),
+    hidden: HiddenFaults | Sequence[str | dict] = (),
     seed: int | None = None,
     base: str | None = None,
     plan: Plan | None = None,
@@ -119,7 +119,7 @@ def make_space_campaign(
     strip unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; name: of the plan; workers:
     processes, one a core; engine: quasi_static or native, by default quasi_static where it can do what is hidden.
     """
-    what = hidden if isinstance(hidden, Hidden) else _in_scene(hidden)
+    what = hidden if isinstance(hidden, HiddenFaults) else _in_scene(hidden)
     usual = (b for b in reversed(BASES) if not any(b in f.part_of for f in what.faults))
     base = check_base(base or next(usual), what.faults)
     plan = plan or space_plan()
@@ -137,7 +137,7 @@ def make_space_campaign(
     return campaign, describe_truth(seed, base, what, sensors, errors, None, streams[2].bytes(_SALT_BYTES).hex(), name)
 
 
-def _in_scene(hidden: Sequence[str | dict]) -> Hidden:
+def _in_scene(hidden: Sequence[str | dict]) -> HiddenFaults:
     """Faults as asked for; raises InputError for one that has no scene."""
     if isinstance(hidden, str):
         raise InputError("hidden", hidden, "", "give a list of effects; random needs engine=line")

@@ -62,7 +62,7 @@ def full_colour_tilt(case: Case) -> float:
     return max(20.0 * _largest_yaw(case), 1e-3)
 
 
-def drawn(frame: Frame, look: ViewScale) -> Frame:
+def enlarge(frame: Frame, look: ViewScale) -> Frame:
     """The frame as it is drawn; width, sag and pulleys stay true.
 
     A centre line (x, y, z) becomes (x', lateral y, z), where x' shortens what lies between the axes. The half
@@ -71,7 +71,7 @@ def drawn(frame: Frame, look: ViewScale) -> Frame:
     left, right = np.asarray(frame.left, float), np.asarray(frame.right, float)
     centre, half = 0.5 * (left + right), 0.5 * (left - right)
     points = np.asarray(frame.points, float)
-    centre, points = (_moved(at, frame.tail_x, look) for at in (centre, points))
+    centre, points = (_move_points(at, frame.tail_x, look) for at in (centre, points))
     half = half * [look.plan, 1.0, look.tilt]
     return replace(
         frame,
@@ -84,7 +84,7 @@ def drawn(frame: Frame, look: ViewScale) -> Frame:
     )
 
 
-def thinned(frame: Frame, radius: float) -> Frame:
+def thin_stations(frame: Frame, radius: float) -> Frame:
     """The frame with at most 2 (ON_SPAN + ON_WRAP) stations, dense on the pulleys of ``radius`` [m]."""
     left, right = np.asarray(frame.left, float), np.asarray(frame.right, float)
     count = 2 * (ON_SPAN + ON_WRAP)
@@ -101,7 +101,7 @@ def thinned(frame: Frame, radius: float) -> Frame:
     return replace(frame, left=thin[0], right=thin[1])
 
 
-def _moved(at: np.ndarray, tail_x: float, look: ViewScale) -> np.ndarray:
+def _move_points(at: np.ndarray, tail_x: float, look: ViewScale) -> np.ndarray:
     x = np.clip(at[:, 0], 0.0, tail_x)
     return np.column_stack([at[:, 0] - x + x / look.shortened, at[:, 1] * look.lateral, at[:, 2]])
 

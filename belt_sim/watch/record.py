@@ -105,7 +105,7 @@ def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures
     if measured is not None:
         _log_curves(recording, root, MEASURED_NAME, measured, _Pen(MEASURED_COLOUR, 1.2), wanted)
     if overlay.case is not None and overlay.modelled:
-        _log_picture(recording, root, overlay.case, _shown(overlay), pictures)
+        _log_picture(recording, root, overlay.case, _overlay_curves(overlay), pictures)
 
 
 def _measured_points(measured: Curves | None) -> tuple[bool, ...]:
@@ -175,7 +175,7 @@ def _log_picture(recording: rr.RecordingStream, root: str, case: Case, curves: C
     scene.frames(list(belt_frames(case, curves, every=max(length / pictures, 0.1))))
 
 
-def _shown(overlay: Overlay) -> Curves:
+def _overlay_curves(overlay: Overlay) -> Curves:
     """The curves whose belt is drawn in space: the last model's."""
     return list(overlay.modelled.values())[-1]
 
@@ -197,7 +197,7 @@ def _tab(run: str, overlay: Overlay) -> rrb.Container:
     row = rrb.Horizontal(*plots, name=run)
     if overlay.case is None or not overlay.modelled:
         return row
-    look = view_scale_of(overlay.case, _length(_shown(overlay)))
+    look = view_scale_of(overlay.case, _length(_overlay_curves(overlay)))
     title = f"{run}, {list(overlay.modelled)[-1]}: {scale_words(overlay.case, look)}"
     picture = space(overlay.case, f"{root}/belt", title, look)
     return rrb.Vertical(picture, row, row_shares=[1, 1], name=run)

@@ -15,7 +15,7 @@ from belt_sim.frame import Frame
 from belt_sim.pictures.style import FAINT, INK, POINTS, rgb
 from belt_sim.si import MM
 from belt_sim.watch import geometry, series
-from belt_sim.watch.geometry import TRUE, ViewScale, drawn, full_colour_tilt, thinned
+from belt_sim.watch.geometry import TRUE, ViewScale, enlarge, full_colour_tilt, thin_stations
 from belt_sim.watch.series import TRAVEL
 
 TRUE_ROOT = "machine/true"
@@ -141,7 +141,7 @@ class Scene:
 
     def frame(self, frame: Frame) -> None:
         """Draw one instant, that of the recording's time."""
-        now, log = self._drawn(frame), self.recording.log
+        now, log = self._draw_frame(frame), self.recording.log
         self._triangles(len(now.ribbon) // 2)
         log(f"{self.root}/belt/edges", rr.LineStrips3D.from_fields(strips=now.edges))
         ribbon = rr.Mesh3D.from_fields(vertex_positions=now.ribbon, vertex_colors=now.colours)
@@ -154,7 +154,7 @@ class Scene:
 
     def frames(self, frames: Sequence[Frame]) -> None:
         """Draw instants against travel, all with as many stations: as columns, a fraction of the work."""
-        all_drawn = [self._drawn(frame) for frame in frames]
+        all_drawn = [self._draw_frame(frame) for frame in frames]
         series.at(self.recording, frames[0].travel, frames[0].time)
         self._triangles(stations := len(all_drawn[0].ribbon) // 2)
         index = [
@@ -183,15 +183,15 @@ class Scene:
             self.recording.log(f"{self.root}/belt/ribbon", triangles)
             self.stations = stations
 
-    def _drawn(self, frame: Frame) -> "_Drawn":
+    def _draw_frame(self, frame: Frame) -> "_FramePicture":
         """What is to be seen at one instant."""
-        thin = thinned(frame, float(self.case.rig.tail_radius))
-        tilt, shown = geometry.tilt(thin.left, thin.right), drawn(thin, self.look)
+        thin = thin_stations(frame, float(self.case.rig.tail_radius))
+        tilt, shown = geometry.tilt(thin.left, thin.right), enlarge(thin, self.look)
         at = shown.points * [1.0, 1.0, 1.0 + ABOVE]
         self.least, self.most = np.minimum(self.least, at[:, 1]), np.maximum(self.most, at[:, 1])
         ends = [np.column_stack([at[:, 0], y, at[:, 2]]) for y in (self.least, self.most)]
         places = {"head": (0.0, shown.yaw_head), "tail": (shown.tail_x, shown.yaw_tail)}
-        return _Drawn(
+        return _FramePicture(
             edges=[np.vstack([edge, edge[:1]]).astype(np.float32) for edge in (shown.left, shown.right)],
             ribbon=np.vstack([shown.left, shown.right]).astype(np.float32),
             colours=np.tile(geometry.tilt_colours(tilt, self.full_tilt), (2, 1)),
@@ -202,7 +202,7 @@ class Scene:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Drawn:
+class _FramePicture:
     """One instant: both edges as closed line strips; between them a ribbon coloured by the true tilt; where pulleys
     stand and how they are turned; points 1-4, each with a line over how far it has been to either side.
     """

@@ -12,7 +12,7 @@ from belt_sim.campaign import Campaign, Quantity
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig.blinding import Truth
 from belt_sim.virtual_rig.effect_size import Detectability, detectability_of
-from belt_sim.virtual_rig.hidden import OUTSIDE, REACHED, Hidden, random_hidden
+from belt_sim.virtual_rig.hidden import OUTSIDE, REACHED, HiddenFaults, random_hidden
 from belt_sim.virtual_rig.library import BLIND, SPAN, fault_class
 from belt_sim.virtual_rig.make import build_campaign, check_seed, describe_truth, measure_campaign, random_streams
 from belt_sim.virtual_rig.observe import TrueErrors, add_noise, draw_errors, observe, true_line
@@ -110,7 +110,7 @@ def random_flatness_campaign(seed: int) -> tuple[Campaign, Truth]:
         size = float(detectability_of(plan, noise, "strip").sizes([fault])[0])
         if size >= _LEAST_FLATNESS:
             break
-    what = Hidden(kind="library", faults=(fault,), sizes=(size,))
+    what = HiddenFaults(kind="library", faults=(fault,), sizes=(size,))
     return measure_campaign(plan, noise, "strip", what, seed, streams, TITLE, name)
 
 
@@ -226,7 +226,7 @@ def random_mistake_campaign(seed: int) -> tuple[Campaign, Truth]:
     campaign = build_campaign(stated, noise, readings, TITLE, "belt-sim virtual-rig engine=line")
     dirt = {"kind": kind, "run": None if run is None else f"r{run + 1:02d}", "signal": None, "d": float(f"{size:.6g}")}
     salt = streams[4].bytes(16).hex()
-    return campaign, describe_truth(seed, base, Hidden(kind="mistake"), noise, errors, dirt, salt, plan_name)
+    return campaign, describe_truth(seed, base, HiddenFaults(kind="mistake"), noise, errors, dirt, salt, plan_name)
 
 
 def mistake_size(stated: Detectability, true: Plan, base: str) -> float:

@@ -6,7 +6,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.mujoco3d import Options
 from belt_sim.virtual_rig.blinding import Truth
 from belt_sim.virtual_rig.effect_size import detectability_of, scale_to_size
-from belt_sim.virtual_rig.hidden import SIZES, Hidden, random_fault
+from belt_sim.virtual_rig.hidden import SIZES, HiddenFaults, random_fault
 from belt_sim.virtual_rig.make import check_seed
 from belt_sim.virtual_rig.plan import Plan, grid
 from belt_sim.virtual_rig.space import (
@@ -50,20 +50,20 @@ def small_space_plan() -> Plan:
     return Plan(runs=runs, length=SMALL_TRAVEL, spacing=SPACING, machine=SHORT_RIG, belt=NARROW_BELT)
 
 
-def space_setting(seed: int) -> tuple[str, Hidden]:
+def space_setting(seed: int) -> tuple[str, HiddenFaults]:
     """Base law and what is hidden for a seed; as many seeds as there are settings meet every one once, in any order."""
     turn, place = divmod(check_seed(seed), len(SETTINGS))
     name = SETTINGS[np.random.default_rng([turn, 3]).permutation(len(SETTINGS))[place]]
     if name is None:
-        return "strip", Hidden(kind="nothing")
+        return "strip", HiddenFaults(kind="nothing")
     plan, rng = small_space_plan(), np.random.default_rng([seed, 3])
     base = "beam_th2" if name == "sag_roll" else "strip"
     detectability = detectability_of(plan, with_simulator_error(SENSORS, "quasi_static")[0], base)
     fault = random_fault(name, plan, rng)
     if fault.fixed:
-        return base, Hidden(kind="library", faults=(fault,), sizes=(float(detectability.sizes([fault])[0]),))
+        return base, HiddenFaults(kind="library", faults=(fault,), sizes=(float(detectability.sizes([fault])[0]),))
     fault, size = scale_to_size(detectability, fault, float(rng.choice(SIZES[1:])))
-    return base, Hidden(kind="library", faults=(fault,), sizes=(size,))
+    return base, HiddenFaults(kind="library", faults=(fault,), sizes=(size,))
 
 
 def random_space_campaign(seed: int, *, options: Options = OPTIONS, workers: int | None = 1) -> tuple[Campaign, Truth]:

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
 from belt_sim.app.measurements_page import AnswerForm
-from belt_sim.app.session import begin, nested, read_mapping
+from belt_sim.app.session import begin, nest_answers, read_mapping
 from belt_sim.campaign import CampaignError, read_campaign
 
 MACHINE = {("machine",): "test_rig", ("belt",): "paper_belt"}
@@ -80,7 +80,7 @@ def test_a_machine_by_its_name_needs_no_numbers(logged):
     assert now.answers == MACHINE
     now.answer({("belt",): ""})
     now.answer({("belt", "density"): "7800 kg/m^3"})
-    assert nested({"title": "x"}, now.answers) == {
+    assert nest_answers({"title": "x"}, now.answers) == {
         "title": "x",
         "machine": "test_rig",
         "belt": {"density": "7800 kg/m^3"},

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 import belt_sim as bs
-from belt_sim.case_map.axes import Axis, Plan
+from belt_sim.case_map.axes import Axis, CasePlan
 from belt_sim.files import ROOT
 
 SMALL = ("travel=12", "pictures=false")
@@ -92,7 +92,7 @@ def test_closed_forms_alone(belt):
 def test_a_sample_is_even_and_any_stretch_of_it_comes_alone():
     force = Axis(key="tension", column="t", values=np.array([5.0, 80.0]), ratio=True)
     step = Axis(key="yaw", column="y", values=np.array([-1.0, 0.0, 1.0]), listed=True)
-    plan = Plan(axes=(force, step), cases=1024, seed=3)
+    plan = CasePlan(axes=(force, step), cases=1024, seed=3)
     whole = plan.stretch(0, 1024)
     assert (plan.stretch(700, 900) == whole[:, 700:900]).all()
     assert np.histogram(np.log(whole[0]), bins=8, range=np.log([5.0, 80.0]))[0].tolist() == [128] * 8

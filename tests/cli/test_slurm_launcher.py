@@ -33,8 +33,8 @@ def test_a_job_that_is_lost_is_listed_and_stops_nothing(belt, monkeypatch):
         def results(self):
             raise submitit.core.utils.UncompletedJobError("killed")
 
-    whole = sweep.submitted
-    monkeypatch.setattr(sweep, "submitted", lambda *a: [Lost(), *whole(*a)[1:]])
+    whole = sweep.submit_jobs
+    monkeypatch.setattr(sweep, "submit_jobs", lambda *a: [Lost(), *whole(*a)[1:]])
     answer = belt("simulate", "-m", "tension=20,30,40", *HERE)
     assert answer.status == 1
     assert "Traceback" not in answer.err

@@ -14,7 +14,7 @@ from belt_sim.diagnosis.noise.metric import length_sigma
 from belt_sim.diagnosis.readings.forward import NUISANCES
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
-from belt_sim.virtual_rig.plan import Noise, Plan, Setting
+from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting
 
 CLASSES = candidates_of(("edge_profile", "encoder_scale"), MODEL)
 EDGE = {"id": "edge_profile", "cos1": 1.5e-3, "sin2": 5e-4, "cos3": 2e-4}
@@ -34,7 +34,7 @@ def machine(distance: float, u: float) -> Machine:
 @cache
 def measured(hidden: tuple[str, ...], u: float = U, *, short: bool = False) -> Campaign:
     """A belt that lies over pulleys three sigma further apart than is stated."""
-    runs = tuple(Setting(tension=t * N_PER_MM2, yaw=0.042 * s * DEGREE) for t in (10.0, 40.0) for s in (-1, 1))
+    runs = tuple(RunSetting(tension=t * N_PER_MM2, yaw=0.042 * s * DEGREE) for t in (10.0, 40.0) for s in (-1, 1))
     true = Plan(runs=runs, length=60.0, spacing=0.5, machine=machine(11.28, 0.0))
     noise = Noise(white=0.01 * MM, wander_sd=0.005 * MM, zero=0.05 * MM, tension_rel=0.005)
     faults = [f for f in (SHORT if short else EDGE, ENCODER) if f["id"] in hidden]

@@ -14,7 +14,7 @@ from belt_sim.diagnosis.readings.forward import NUISANCES
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
-from belt_sim.virtual_rig.plan import Noise, Plan, Setting
+from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting
 
 ROWS = 0.25  # [m] between the readings of a coarse logger
 STRIP = analytic_model("strip")
@@ -26,7 +26,7 @@ BEFORE = 5.0  # [m] of travel before the first row that shows the yaw
 def coarse(known_to: float) -> Campaign:
     """Runs without any fault, whose yaw always came just before the row that shows it; stated to be midway."""
     settings = [(t, s) for t in (10.0, 20.0, 40.0) for s in (-1, 1)]
-    runs = [Setting(tension=t * N_PER_MM2, yaw=0.042 * s * DEGREE, yaw_at=BEFORE - 1e-3) for t, s in settings]
+    runs = [RunSetting(tension=t * N_PER_MM2, yaw=0.042 * s * DEGREE, yaw_at=BEFORE - 1e-3) for t, s in settings]
     runs += [replace(runs[k], repeat_of=k) for k in (2, 5)]
     noise = Noise(white=0.01 * MM, wander_sd=0.02 * MM, zero=0.0, tension_rel=0.005)
     plan = Plan(runs=tuple(runs), length=45.0, spacing=ROWS)
@@ -71,7 +71,7 @@ def test_the_shape_is_what_a_later_yaw_does():
 
 def test_a_tilt_is_not_judged_where_the_yaw_may_have_come():
     signals = {"y1": "point_1", "phi": "upper_mid_span"}
-    runs = tuple(Setting(tension=2e7, yaw=yaw, yaw_at=2.0) for yaw in (-7e-4, 7e-4))
+    runs = tuple(RunSetting(tension=2e7, yaw=yaw, yaw_at=2.0) for yaw in (-7e-4, 7e-4))
     made = make_campaign(seed=1, plan=Plan(runs=runs, length=10.0, spacing=0.25, signals=signals))[0]
     samples = samples_of(replace(made, runs=tuple(replace(r, yaw_at_u=0.2) for r in made.runs)))
     unknown = np.abs(samples.travel[0] - 2.0) <= 0.4

@@ -7,13 +7,13 @@ import pytest
 
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.virtual_rig.make import make_campaign
-from belt_sim.virtual_rig.plan import Plan, Setting
+from belt_sim.virtual_rig.plan import Plan, RunSetting
 
 SIGNALS = {"y1": "point_1", "phi": "upper_mid_span"}
 
 
 def measured(yaw_at=0.0, spacing=0.5):
-    runs = tuple(Setting(tension=2e7, yaw=yaw, yaw_at=yaw_at) for yaw in (-7e-4, 7e-4))
+    runs = tuple(RunSetting(tension=2e7, yaw=yaw, yaw_at=yaw_at) for yaw in (-7e-4, 7e-4))
     return make_campaign(seed=1, plan=Plan(runs=runs, length=10.0, spacing=spacing, signals=SIGNALS))[0]
 
 

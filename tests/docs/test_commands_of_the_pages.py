@@ -10,7 +10,7 @@ import pytest
 from pages import PAGES, Command, commands, missing, name
 
 from belt_sim.cli import COMMANDS, run
-from belt_sim.commands.command_line import SWEEP, import_arguments, requested
+from belt_sim.commands.command_line import SWEEP, compose_request, import_arguments
 from belt_sim.config import case_from, model_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import BeltError
@@ -63,7 +63,7 @@ def belt_sim_can(words: list[str], monkeypatch) -> None:
 def complete(command: str, given: list[str], **place) -> list[Any]:
     """The runs that a command asks for; none where a page names it without a setting that it must have."""
     try:
-        return list(requested(command, given, **place).runs)
+        return list(compose_request(command, given, **place).runs)
     except BeltError as error:
         if "is not given; write" not in str(error):
             raise

@@ -15,7 +15,7 @@ from belt_sim.files import ROOT
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.results.json import summary_json
 from belt_sim.si import DEGREE
-from belt_sim.validity import exceeded, limits, warning
+from belt_sim.validity import exceeded_limits, limits, warning
 
 EARLY = 0.02  # of the moment: the march keeps its first state at travel 0
 SHELL = 0.006  # of the moment: the next order, and 0.1 % of the shell's mesh
@@ -82,9 +82,9 @@ def test_loads_that_grow_with_yaw_speed_and_thickness():
 
 def test_what_a_model_has_in_it_is_no_limit_of_it():
     case = paper_case(10.0)
-    assert {x.id for x in exceeded(case, ())} == {"flat_belt", "bending_layer"}
-    assert [x.id for x in exceeded(case)] == ["bending_layer"]
-    assert exceeded(case, ("sag_roll", "lift_off")) == ()
+    assert {x.id for x in exceeded_limits(case, ())} == {"flat_belt", "bending_layer"}
+    assert [x.id for x in exceeded_limits(case)] == ["bending_layer"]
+    assert exceeded_limits(case, ("sag_roll", "lift_off")) == ()
     assert validity_limits(case, MODELS["strip_lift_off"]) == () == validity_limits(case, MODELS["strip"], ["lift_off"])
     assert validity_limits(case, MODELS["rope"]) == ()
     assert "shear" in {x.id for x in limits(paper_case(60.0, rig=ROPE_EXAMPLE))}

@@ -10,7 +10,7 @@ import pytest
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.engine import SpaceRun, apply_command
 from belt_sim.mujoco3d.options import BONDS, fit_options
-from belt_sim.scene_parts import EdgeGuide, SceneParts
+from belt_sim.scene_parts import GuideRoller, SceneParts
 
 AS_WELL = 1e-12  # [m]: MuJoCo's warm start is not part of the state
 STEPS = 300
@@ -72,7 +72,7 @@ def test_loads_add_up(short_rig, monkeypatch):
 
 
 def test_pulleys_and_guides_hold_what_is_theirs_and_nothing_else_is_held(short_rig, monkeypatch):
-    guide = EdgeGuide(span="upper", x=1.0, gap=-1e-3, side=1.0, stiffness=1e6)
+    guide = GuideRoller(span="upper", x=1.0, gap=-1e-3, side=1.0, stiffness=1e6)
     run = begun(short_rig, "flex", QUICK, edge_guides=(guide,))
     springs, _ = first_step(run, monkeypatch)
     on = np.zeros(run.scene.mesh.stations, bool)

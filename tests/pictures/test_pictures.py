@@ -98,9 +98,9 @@ def test_importing_the_pictures_does_not_import_matplotlib():
 
 
 def test_names_of_lines_that_end_together_keep_apart():
-    from belt_sim.pictures.curves import _apart
+    from belt_sim.pictures.curves import _spread_heights
 
-    heights = _apart([(0.2, "a", ""), (0.201, "b", ""), (0.1, "c", "")], gap=0.02)
+    heights = _spread_heights([(0.2, "a", ""), (0.201, "b", ""), (0.1, "c", "")], gap=0.02)
     assert np.diff(heights).min() >= 0.02 - 1e-12
     assert heights[0] == 0.1
 

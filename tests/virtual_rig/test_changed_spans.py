@@ -9,7 +9,7 @@ from virtual_bench import ARC, SPAN, YAW, measured, plan_of
 from belt_sim.virtual_rig.library import SPAN as NAMES
 from belt_sim.virtual_rig.library import UNMODELLED, fault_class
 from belt_sim.virtual_rig.observe import TrueErrors, true_line
-from belt_sim.virtual_rig.plan import Setting
+from belt_sim.virtual_rig.plan import RunSetting
 from belt_sim.virtual_rig.span import DOUBLINGS, Sections
 
 ROUNDING = 1e-9  # relative, of two ways to eliminate the same nodes
@@ -17,7 +17,7 @@ STEP = 1e-7  # [m]: far below what the faults do here, tenths of a millimetre
 
 
 def line_of(**setting):
-    return true_line(plan_of(Setting(**({"tension": 10e6, "yaw": YAW} | setting))), "strip", TrueErrors())
+    return true_line(plan_of(RunSetting(**({"tension": 10e6, "yaw": YAW} | setting))), "strip", TrueErrors())
 
 
 def change(name: str, parameters: dict, **run) -> tuple[np.ndarray, np.ndarray]:

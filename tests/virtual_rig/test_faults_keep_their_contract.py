@@ -10,14 +10,16 @@ from belt_sim.virtual_rig.fault import overrides
 from belt_sim.virtual_rig.library import CATALOGUE, RANDOM_LIBRARY, UNMODELLED
 from belt_sim.virtual_rig.make import BASES
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import Plan, Setting
+from belt_sim.virtual_rig.plan import Plan, RunSetting
 from belt_sim.virtual_rig.space import true_cases
 
 FAULTS = CATALOGUE | UNMODELLED
 SCENE = {name: cls for name, cls in FAULTS.items() if overrides(cls, "scene")}
 #: Slack and fast, either way round, with the yaw applied late.
 PLAN = plan_of(
-    *(Setting(tension=7e6, yaw=YAW, speed=5.0, direction=d, yaw_at=1.0) for d in (1.0, -1.0)), length=40.0, spacing=1.0
+    *(RunSetting(tension=7e6, yaw=YAW, speed=5.0, direction=d, yaw_at=1.0) for d in (1.0, -1.0)),
+    length=40.0,
+    spacing=1.0,
 )
 PLAN = Plan(**{**vars(PLAN), "signals": PLAN.signals | {"phi": "upper_mid_span"}})
 

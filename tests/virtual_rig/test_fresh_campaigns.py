@@ -9,7 +9,7 @@ from virtual_bench import ARC, SPAN, YAW, plan_of
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig.library import fault_class
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import Setting
+from belt_sim.virtual_rig.plan import RunSetting
 from studies.challenge.fresh_campaigns import (
     FRESH_MIX,
     FRESH_PLANS,
@@ -31,7 +31,7 @@ BELT = 2 * (SPAN + ARC)
 
 
 def readings(fault, start: float, length: float = 30.0) -> np.ndarray:
-    plan = plan_of(Setting(tension=20e6, yaw=YAW, start=start), length=length, spacing=0.5)
+    plan = plan_of(RunSetting(tension=20e6, yaw=YAW, start=start), length=length, spacing=0.5)
     return observe(plan, true_line(plan, "strip", TrueErrors()), [fault])
 
 
@@ -85,7 +85,7 @@ def test_every_run_starts_at_its_own_place_and_no_file_says_where():
 
 
 def test_zeros_at_the_start_of_the_record():
-    plan = plan_of(Setting(tension=20e6, yaw=YAW, yaw_at=10.0), length=20.0, spacing=1.0)
+    plan = plan_of(RunSetting(tension=20e6, yaw=YAW, yaw_at=10.0), length=20.0, spacing=1.0)
     taper = fault_class("taper")(kappa_t=1e-4)
     line = true_line(plan, "strip", TrueErrors())
     at_yaw, at_start = observe(plan, line, [taper]), observe(replace(plan, zero_at_start=True), line, [taper])

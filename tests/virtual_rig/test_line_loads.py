@@ -7,7 +7,7 @@ from virtual_bench import SPAN, YAW, measured, plan_of
 
 from belt_sim.virtual_rig.load import couple_at, force_at, uniform_force, uniform_roll_couple
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import Plan, Setting
+from belt_sim.virtual_rig.plan import Plan, RunSetting
 from belt_sim.virtual_rig.reference_belt import (
     EdgeGuideFault,
     IdlerSkewFault,
@@ -23,7 +23,7 @@ WEIGHT = 7850 * 9.81 * 0.2 * 3e-4  # [N/m]
 
 
 def line_from(base: str, tension: float = 10e6, direction: float = 1.0):
-    return true_line(plan_of(Setting(tension=tension, yaw=YAW, direction=direction)), base, TrueErrors())
+    return true_line(plan_of(RunSetting(tension=tension, yaw=YAW, direction=direction)), base, TrueErrors())
 
 
 def ends_of(line, jump, at, spread) -> tuple[float, float, float]:
@@ -96,7 +96,7 @@ def test_a_leaning_machine_bends_both_run_ups_as_clamped_beams():
 
 def tilt_of(*faults, base="strip", **setting) -> float:
     setting = {"tension": 4e6, "yaw": 0.0} | setting
-    plan = Plan(runs=(Setting(**setting),), length=0.01, spacing=0.01, signals={"phi": "upper_mid_span"})
+    plan = Plan(runs=(RunSetting(**setting),), length=0.01, spacing=0.01, signals={"phi": "upper_mid_span"})
     return observe(plan, true_line(plan, base, TrueErrors()), faults)[0, -1, 0]
 
 

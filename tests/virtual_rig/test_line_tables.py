@@ -8,7 +8,7 @@ from belt_sim.campaign import Quantity
 from belt_sim.si import MM, MM_PER_M, N_PER_MM2
 from belt_sim.virtual_rig import travel
 from belt_sim.virtual_rig.observe import TrueErrors, true_line
-from belt_sim.virtual_rig.plan import Setting
+from belt_sim.virtual_rig.plan import RunSetting
 from belt_sim.virtual_rig.span import solve_span
 
 LATE_TOLERANCE = 1e-3  # the sheet's tables carry four digits
@@ -29,7 +29,7 @@ TRANSIENTS = {
 
 def steady_rates(base: str, tensions) -> np.ndarray:
     """Late rates [mm/m] for which the curvature at both run-ups of the finite-element spans is 0."""
-    plan = plan_of(*(Setting(tension=t * N_PER_MM2, yaw=YAW) for t in tensions))
+    plan = plan_of(*(RunSetting(tension=t * N_PER_MM2, yaw=YAW) for t in tensions))
     row = true_line(plan, base, TrueErrors()).span().run_up
     w0, w1 = -row[1] / row[2] / SPAN, -row[3] / row[2] / SPAN
     return YAW * SPAN * (w1 - w0) / (2 * (SPAN + ARC)) / MM_PER_M
@@ -76,7 +76,7 @@ def test_a_rigid_turn_bends_nothing():
 
 
 def test_no_sag_no_tilt_and_the_strip_becomes_th2():
-    heavy = plan_of(Setting(tension=10 * N_PER_MM2, yaw=YAW))
+    heavy = plan_of(RunSetting(tension=10 * N_PER_MM2, yaw=YAW))
     belt = heavy.belt.__class__(**{**vars(heavy.belt), "density": Quantity(value=1e-3)})
     light = plan_of(*heavy.runs).__class__(**{**vars(heavy), "belt": belt})
     strip, flat = (true_line(light, base, TrueErrors()).span() for base in ("strip", "beam_th2"))

@@ -13,7 +13,7 @@ from belt_sim.scene_parts import PulleySurface, Push, SceneParts
 from belt_sim.virtual_rig import reveal, write_blind
 from belt_sim.virtual_rig.library import fault_from_spec
 from belt_sim.virtual_rig.observe import TrueErrors
-from belt_sim.virtual_rig.plan import Setting
+from belt_sim.virtual_rig.plan import RunSetting
 from belt_sim.virtual_rig.space import (
     NARROW_BELT,
     OWN_ERROR,
@@ -31,7 +31,7 @@ from belt_sim.virtual_rig.space import (
 )
 
 COARSE = Options(dx=0.04, run_in=0.0, settle=0.2)
-TINY = replace(space_plan(), runs=(Setting(tension=40e6, yaw=YAW, speed=1.0),), length=0.5, spacing=0.1)
+TINY = replace(space_plan(), runs=(RunSetting(tension=40e6, yaw=YAW, speed=1.0),), length=0.5, spacing=0.1)
 FINE = Options(dx=0.025, run_in=0.0, settle=0.4)
 MIRRORED = (
     5e-6  # [m]: the membrane's triangles lean to one side; a belt without yaw drifts by 2 um over the first metre

@@ -13,7 +13,7 @@ from belt_sim.effects.pipeline import indicate
 from belt_sim.paper import paper_case
 from belt_sim.virtual_rig.library import fault_from_spec
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import Setting
+from belt_sim.virtual_rig.plan import RunSetting
 
 AGREE = 1.5e-6  # [m]: the fitter's step of 50 mm under a wobble of 1 mrad; 0.1 um otherwise
 LET_GO = 5e-6  # [m]: slip; the fitter lets go a step late where the belt leaves, its zones are 2 % off
@@ -72,7 +72,7 @@ CASES = [
 
 def routes(name, here, there, base, tension, direction):
     """Readings of points 1-4 [m] and of the spans' tilt [rad] of both codes, shape (6, n)."""
-    setting = Setting(tension=tension, yaw=YAW, direction=direction)
+    setting = RunSetting(tension=tension, yaw=YAW, direction=direction)
     plan = plan_of(setting, length=TRAVEL, spacing=0.1)
     plan = replace(plan, signals=plan.signals | TILTS)
     truth = observe(plan, true_line(plan, base, TrueErrors()), [fault_from_spec({"id": name, **here})])[:, :, 0]

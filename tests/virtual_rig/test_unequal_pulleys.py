@@ -8,7 +8,7 @@ from virtual_bench import YAW, plan_of
 
 from belt_sim.campaign import Quantity
 from belt_sim.virtual_rig.observe import TrueErrors, position, true_line
-from belt_sim.virtual_rig.plan import TEST_RIG, Setting
+from belt_sim.virtual_rig.plan import TEST_RIG, RunSetting
 from belt_sim.virtual_rig.reference_belt import EdgeProfileFault, WeldFault
 from belt_sim.virtual_rig.travel import march
 
@@ -17,7 +17,7 @@ MACHINE = replace(TEST_RIG, head_radius=Quantity(value=0.12), tail_radius=Quanti
 
 def line_from(direction: float = 1.0, yaw: float = YAW):
     """One run of the flat belt."""
-    plan = replace(plan_of(Setting(tension=40e6, yaw=yaw, direction=direction)), machine=MACHINE)
+    plan = replace(plan_of(RunSetting(tension=40e6, yaw=yaw, direction=direction)), machine=MACHINE)
     return true_line(plan, "beam_th2", TrueErrors())
 
 

@@ -6,7 +6,7 @@ from virtual_bench import SPAN, YAW, late_rate, measured, plan_of
 
 from belt_sim.virtual_rig.library import fault_class
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import TEST_BELT, Setting
+from belt_sim.virtual_rig.plan import TEST_BELT, RunSetting
 
 
 def change(name: str, parameters: dict, **run) -> tuple[np.ndarray, np.ndarray]:
@@ -69,7 +69,7 @@ def test_the_stand_moves_with_the_root_of_time():
 def test_chance_is_another_in_every_run_and_the_same_for_a_seed(name):
     cls = fault_class(name)
     size = next(iter(cls.sizes))
-    plan = plan_of(Setting(tension=40e6, yaw=0.0), Setting(tension=40e6, yaw=0.0), length=20.0, spacing=1.0)
+    plan = plan_of(RunSetting(tension=40e6, yaw=0.0), RunSetting(tension=40e6, yaw=0.0), length=20.0, spacing=1.0)
     y, again, other, double = (
         observe(
             plan, true_line(plan, "beam_th2", TrueErrors()), [cls(**{size: k * cls.sizes[size].typical, "seed": seed})]

@@ -9,7 +9,7 @@ from belt_sim.virtual_rig.fault import FORMS, PLACES, VARIABLES
 from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT, UNMODELLED, fault_class
 from belt_sim.virtual_rig.library import SPAN as SPAN_FAULTS
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import Setting
+from belt_sim.virtual_rig.plan import RunSetting
 
 BELT = 2 * (SPAN + ARC)
 
@@ -53,7 +53,7 @@ def test_what_swings_comes_again(name, parameters, hook, period):
 
 
 def line_from(**setting):
-    return true_line(plan_of(Setting(**{"tension": 40e6, "yaw": YAW} | setting)), "beam_th2", TrueErrors())
+    return true_line(plan_of(RunSetting(**{"tension": 40e6, "yaw": YAW} | setting)), "beam_th2", TrueErrors())
 
 
 def test_the_fan_strokes_straight_to_and_fro():
@@ -158,7 +158,7 @@ def test_a_bent_idler_pushes_with_its_wavelength():
 @pytest.mark.parametrize(("tail", "head"), [("point_1", "point_2"), ("point_3", "point_4")])
 def test_creep_moves_the_belt_on_the_wraps(tail, head):
     """What leaves differs from what ran up one wrap before by the share of the contact angle times the wrap."""
-    plan = plan_of(Setting(tension=40e6, yaw=YAW), spacing=ARC / 4)
+    plan = plan_of(RunSetting(tension=40e6, yaw=YAW), spacing=ARC / 4)
     y = dict(
         zip(
             plan.signals.values(),

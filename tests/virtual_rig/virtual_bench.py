@@ -4,7 +4,7 @@ import numpy as np
 
 from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import Plan, Setting
+from belt_sim.virtual_rig.plan import Plan, RunSetting
 
 YAW = 0.042 * DEGREE
 SPAN, RADIUS = 11.28, 0.17
@@ -12,7 +12,7 @@ ARC = np.pi * RADIUS
 ALL_POINTS = {f"y{k}": f"point_{k}" for k in (1, 2, 3, 4)}
 
 
-def plan_of(*settings: Setting, length: float = 60.0, spacing: float = 0.25) -> Plan:
+def plan_of(*settings: RunSetting, length: float = 60.0, spacing: float = 0.25) -> Plan:
     """A plan that reads all four points."""
     return Plan(runs=settings, length=length, spacing=spacing, signals=ALL_POINTS)
 
@@ -20,7 +20,7 @@ def plan_of(*settings: Setting, length: float = 60.0, spacing: float = 0.25) -> 
 def measured(*faults, base="beam_th2", length=60.0, spacing=0.25, **setting) -> tuple[np.ndarray, np.ndarray]:
     """Travel (n,) [m] and noise-free readings of points 1-4, shape (4, n) [m], of one run."""
     setting = {"tension": 40 * N_PER_MM2, "yaw": YAW} | setting
-    plan = plan_of(Setting(**setting), length=length, spacing=spacing)
+    plan = plan_of(RunSetting(**setting), length=length, spacing=spacing)
     return plan.travel, observe(plan, true_line(plan, base, TrueErrors()), faults)[:, :, 0]
 
 

@@ -24,7 +24,7 @@ def test_a_rope_has_no_tilt():
 
 def test_scale_one_changes_nothing():
     frame = list(frames(2.0))[-1]
-    same = geometry.drawn(frame, geometry.TRUE)
+    same = geometry.enlarge(frame, geometry.TRUE)
     for name in ("left", "right", "points"):
         np.testing.assert_allclose(getattr(same, name), getattr(frame, name), atol=1e-15)
 
@@ -32,7 +32,7 @@ def test_scale_one_changes_nothing():
 def test_the_enlarged_belt_still_lies_along_the_enlarged_pulley():
     """On the tail wrap the section stands along the pulley's axis, whose yaw grows by the same factor."""
     frame = list(frames(2.0))[-1]
-    drawn = geometry.drawn(frame, geometry.ViewScale(lateral=50, tilt=10, shortened=4))
+    drawn = geometry.enlarge(frame, geometry.ViewScale(lateral=50, tilt=10, shortened=4))
     on_tail = frame.left[:, 0] > frame.tail_x + 0.01
     assert drawn.yaw_tail == pytest.approx(200 * frame.yaw_tail)
     across = (drawn.left - drawn.right)[on_tail]
@@ -59,7 +59,7 @@ def test_the_look_keeps_the_drift_on_the_pulley_and_the_yaw_small(travel, latera
 
 def test_a_short_machine_is_drawn_short_and_its_pulleys_round():
     frame = list(frames(2.0))[-1]
-    drawn = geometry.drawn(frame, geometry.ViewScale(shortened=4))
+    drawn = geometry.enlarge(frame, geometry.ViewScale(shortened=4))
     assert drawn.tail_x == pytest.approx(frame.tail_x / 4)
     on_tail = frame.left[:, 0] > frame.tail_x + 0.01
     middle = 0.5 * (drawn.left + drawn.right)[on_tail]
@@ -75,7 +75,7 @@ def test_thinning_keeps_the_shape():
         np.column_stack([np.interp(share, np.arange(len(e) + 1), np.append(c, c[0])) for c in e.T])
         for e in (frame.left, frame.right)
     ]
-    thin = geometry.thinned(replace(frame, left=fine[0], right=fine[1]), radius)
+    thin = geometry.thin_stations(replace(frame, left=fine[0], right=fine[1]), radius)
     assert len(thin.left) == 2 * (geometry.ON_SPAN + geometry.ON_WRAP)
     at = 0.5 * (thin.left + thin.right)
     on_wrap = (at[:, 0] > frame.tail_x) | (at[:, 0] < 0.0)
