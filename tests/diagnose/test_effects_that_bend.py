@@ -5,9 +5,8 @@ import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
 from belt_sim.diagnosis.fits.around import Around
-from belt_sim.diagnosis.fits.one_step import bent, projected
 from belt_sim.diagnosis.search import joint_fits
-from belt_sim.diagnosis.search.joint_fits import screened
+from belt_sim.diagnosis.search.joint_fits import bent, projected, screened
 
 
 @pytest.fixture(name="laid_out")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from belt_sim.diagnosis.fits.alternatives import Alternatives
-from belt_sim.diagnosis.fits.grid_starts import best_of_grid
+from belt_sim.diagnosis.fits.around import best_of_grid
 from belt_sim.diagnosis.readings.as_set import Slot
 from belt_sim.effects.base import Parameter
 

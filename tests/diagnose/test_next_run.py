@@ -9,8 +9,7 @@ from scipy.special import ndtr
 from small_campaign import CLASSES, MODEL, TENSIONS, campaign
 
 from belt_sim.diagnosis.answer import nextrun
-from belt_sim.diagnosis.answer.menu import menu, twofold
-from belt_sim.diagnosis.answer.nextrun import Outlook, Rival, next_runs
+from belt_sim.diagnosis.answer.nextrun import Outlook, Rival, menu, next_runs, twofold
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.results.found import APART, RESOLVED

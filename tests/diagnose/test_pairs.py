@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.search.pairs import Pairs, beside
+from belt_sim.diagnosis.search.joint_fits import Pairs, beside
 
 RNG = np.random.default_rng(3)
 A, B, OTHER = RNG.standard_normal((3, 200))

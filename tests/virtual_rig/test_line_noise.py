@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from belt_sim.virtual_rig import Noise, Plan, Setting, make_campaign
+from belt_sim.virtual_rig import Noise, Plan, RunSetting, make_campaign
 from belt_sim.virtual_rig.effect_size import detectability_of, scale_to_size
 from belt_sim.virtual_rig.library import fault_from_spec
 from belt_sim.virtual_rig.observe import TrueErrors, draw_errors, stated_data, true_line
 
 RUNS = 200
-STILL = Plan(runs=tuple(Setting(tension=20e6, yaw=0.0) for _ in range(RUNS)), length=30.0, spacing=0.5)
+STILL = Plan(runs=tuple(RunSetting(tension=20e6, yaw=0.0) for _ in range(RUNS)), length=30.0, spacing=0.5)
 QUIET = Noise(white=0.0 + 1e-9, zero=0.0, wander_sd=0.0, tension_rel=0.0, yaw_u=0.0)
 #: Four sigma of a standard deviation from this many independent numbers.
 SPREAD = 4 / np.sqrt(2 * RUNS)
@@ -59,7 +59,7 @@ def test_wander_is_correlated_over_its_length():
 
 
 def test_settings_miss_what_is_stated_and_repeats_differ():
-    runs = (Setting(tension=20e6, yaw=7e-4), Setting(tension=20e6, yaw=7e-4, repeat_of=0))
+    runs = (RunSetting(tension=20e6, yaw=7e-4), RunSetting(tension=20e6, yaw=7e-4, repeat_of=0))
     campaign, truth = make_campaign(seed=2, plan=Plan(runs=runs), noise=only(yaw_u=3e-5))
     first, again = (run.signals["y1"] for run in campaign.runs)
     assert np.abs(first - again).max() > 1e-5
@@ -70,7 +70,7 @@ def test_settings_miss_what_is_stated_and_repeats_differ():
 
 
 def test_a_gain_error_is_one_factor_a_run():
-    runs = tuple(Setting(tension=20e6, yaw=7e-4) for _ in range(RUNS))
+    runs = tuple(RunSetting(tension=20e6, yaw=7e-4) for _ in range(RUNS))
     y = readings(only(gain=0.02), plan=Plan(runs=runs, length=10.0, spacing=1.0))
     assert np.std(y[:, -1]) / np.mean(y[:, -1]) == pytest.approx(0.02, rel=1.1 * SPREAD)
     np.testing.assert_allclose(y[:, 5] / y[:, -1], y[0, 5] / y[0, -1], rtol=2e-3)
@@ -94,7 +94,7 @@ def test_machine_and_settings_miss_by_what_is_stated():
 
 def test_detectability_knows_white_noise():
     """A shift c of n readings of white noise w has d = sqrt(n) c/w when no nuisance is in its way."""
-    plan = Plan(runs=(Setting(tension=20e6, yaw=0.0),), length=60.0)
+    plan = Plan(runs=(RunSetting(tension=20e6, yaw=0.0),), length=60.0)
     rule = detectability_of(plan, only(white=2e-5, yaw_u=1e-12), "beam_th2")
     size = rule.sizes([fault_from_spec({"id": "sensor_offset", "c1": 1e-5})])[0]
     assert size == pytest.approx(np.sqrt(241) * 0.5, rel=1e-6)
@@ -102,7 +102,7 @@ def test_detectability_knows_white_noise():
 
 def test_a_zero_error_hides_an_offset():
     """With the shift's own prior z in the way, d = c / sqrt(z^2 + w^2/n)."""
-    plan = Plan(runs=(Setting(tension=20e6, yaw=0.0),), length=60.0)
+    plan = Plan(runs=(RunSetting(tension=20e6, yaw=0.0),), length=60.0)
     rule = detectability_of(plan, only(white=2e-5, zero=1e-4, yaw_u=1e-12), "beam_th2")
     fault = fault_from_spec({"id": "sensor_offset", "c1": 1e-5})
     expected = 1e-5 / np.hypot(1e-4, 2e-5 / np.sqrt(241))
@@ -113,7 +113,7 @@ def test_a_zero_error_hides_an_offset():
 @pytest.mark.parametrize("sigmas", [1.0, 3.0])
 def test_an_error_of_the_tension_is_no_larger_than_what_settings_that_do_the_same_cost(sigmas):
     """At a low tension readings bend with it: to first order settings would miss most of what they can do."""
-    plan = Plan(runs=tuple(Setting(tension=7e6, yaw=y) for y in (-7e-4, 7e-4)), length=20.0, spacing=0.5)
+    plan = Plan(runs=tuple(RunSetting(tension=7e6, yaw=y) for y in (-7e-4, 7e-4)), length=20.0, spacing=0.5)
     noise = only(white=5e-7, tension_rel=0.016, yaw_u=1e-9)
     rule = detectability_of(plan, noise, "strip")
     fault = fault_from_spec({"id": "tension_bias", "gain": 0.016 * sigmas})

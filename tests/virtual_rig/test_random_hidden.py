@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import Plan, Setting, hidden, make_campaign
+from belt_sim.virtual_rig import Plan, RunSetting, hidden, make_campaign
 from belt_sim.virtual_rig.hidden import CORRUPTIONS, MIX, random_fault, random_noise
 from belt_sim.virtual_rig.library import CATALOGUE, RANDOM_LIBRARY, UNMODELLED
 from belt_sim.virtual_rig.plan import Noise
 
 SMALL = Plan(
-    runs=tuple(Setting(tension=t, yaw=y) for t in (10e6, 40e6) for y in (-7e-4, 7e-4)),
+    runs=tuple(RunSetting(tension=t, yaw=y) for t in (10e6, 40e6) for y in (-7e-4, 7e-4)),
     length=30.0,
     spacing=0.5,
 )

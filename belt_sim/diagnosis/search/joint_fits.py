@@ -5,20 +5,91 @@ A candidate beside a set is screened by what its column takes of the residual; t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from functools import cached_property
+from itertools import combinations, pairwise
 from typing import Self
 
 import numpy as np
 
 from belt_sim.diagnosis.fits.around import Around, around
 from belt_sim.diagnosis.fits.candidate import has_diverged, is_plausible
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.one_step import bent, projected
+from belt_sim.diagnosis.fits.fit import Fit, hoped
 from belt_sim.diagnosis.fits.within import within
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.search.pairs import Ids, Pairs, beside
-from belt_sim.diagnosis.search.race import ALIKE, Race
+from belt_sim.diagnosis.numerics.products import apart, basis
 from belt_sim.errors import RunFailed
+
+# Pairs of candidates, all at once in the linear range: where a third effect looks like the sum of two, a search that
+# adds one effect after the other takes the third and never sees the two.
+#
+# Columns at null say little of an effect that bends (a guide that touches from some gap on). One that was fitted by
+# itself is known where it then stands, and so is what each of the others would add there.
+
+
+FEW = 4  # numbers of an effect, at most; one with more (a free edge profile) looks like no sum of others
+Ids = tuple[str, ...]
+
+NESTING = 1.0  # chi2, by which a pair must be ahead of its members
+ALIKE_PAIRS = 1e-9  # of the largest eigenvalue of columns of unit length: those below are sums of the others
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """places: candidate -> its columns; gram (K, K): whitened products of all columns; known: gains of effects that
+    bend, and of pairs with one of them, where that effect was fitted.
+    """
+
+    places: Mapping[str, Sequence[int]]
+    gram: np.ndarray
+    known: Mapping[frozenset, float] = field(default_factory=dict)
+
+    def best(self, moments: np.ndarray, price: float, count: int) -> list[Ids]:
+        """At most so many pairs that promise more than any effect alone, best first.
+
+        moments (K,): products of columns and residual; price: chi2 that each effect must earn.
+        """
+        scores = {ids: gain - price * len(ids) for ids, gain in self._gains(moments).items()}
+        alone = max((s for ids, s in scores.items() if len(ids) == 1), default=-np.inf)
+        ahead: list[Ids] = [ids for ids, score in scores.items() if len(ids) == 2 and score > alone + NESTING]
+        return sorted(ahead, key=lambda ids: -scores[ids])[:count]
+
+    def _gains(self, moments: np.ndarray) -> dict[Ids, float]:
+        found: dict[Ids, float] = {}
+        for sets, rows, inverse in self._inverses:
+            along = moments[rows]
+            found |= zip(sets, np.einsum("mk,mkl,ml->m", along, inverse, along).tolist(), strict=True)
+        return {ids: max(gain, self.known.get(frozenset(ids), 0.0)) for ids, gain in found.items()}
+
+    @cached_property
+    def _inverses(self) -> list[tuple[list[Ids], np.ndarray, np.ndarray]]:
+        """Singles and pairs with as many columns as one another, these columns (m, k), inverses of their products."""
+        few = [n for n, rows in self.places.items() if 0 < len(rows) <= FEW]
+        of_size: dict[int, list[Ids]] = {}
+        for ids in [(n,) for n in few] + list(combinations(few, 2)):
+            of_size.setdefault(sum(len(self.places[i]) for i in ids), []).append(ids)
+        size = np.sqrt(np.maximum(np.diag(self.gram), 0.0))
+        scale = np.where(size > 0.0, 1.0 / np.where(size > 0.0, size, 1.0), 0.0)
+        found = []
+        for sets in of_size.values():
+            rows = np.array([[k for i in ids for k in self.places[i]] for ids in sets])
+            unit = scale[rows][:, :, None] * scale[rows][:, None, :]
+            products = self.gram[rows[:, :, None], rows[:, None, :]] * unit
+            found.append((sets, rows, np.linalg.pinv(products, rcond=ALIKE_PAIRS, hermitian=True) * unit))
+        return found
+
+
+def beside(columns: np.ndarray, residual: np.ndarray, others: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """chi2 that each of ``others``, by its shapes (k, N), would take of what a fit leaves (N,), its own numbers, whose
+    derivatives are ``columns`` (K, N), refitted along.
+    """
+    own = basis(columns)
+    further = {name: basis(apart(rows, own)) for name, rows in others.items()}
+    return {name: _along(rows, residual) + _along(own, residual) for name, rows in further.items()}
+
+
+def _along(rows: np.ndarray, residual: np.ndarray) -> float:
+    return float(np.sum((rows @ residual) ** 2))
+
 
 REFITTED = 6  # candidates a round; the others keep what their columns promise
 MOVES = 3  # more, at most, until nuisances are where the fit about them puts them
@@ -225,3 +296,122 @@ def _better(bench: Workbench, one: Fit, other: Fit) -> bool:
     if abs(one.chi2 - other.chi2) > ALIKE:
         return one.chi2 < other.chi2
     return (is_plausible(bench.forward, one), -one.chi2) > (is_plausible(bench.forward, other), -other.chi2)
+
+
+ALIKE = 0.5  # chi2 by which two ends of one search may differ along a valley that readings hardly bound
+CLOSE = 12.0  # chi2 behind the best candidate, or the least that counts: further behind, no exact end is needed
+HORIZON = 20.0  # steps as good as the next that a fit behind others is given
+BEHIND = 0.3  # share of the best score so far; a valley is slow where it bends, and what is ahead now may lose
+MET = 0.02  # of a number, or its scale: two fits of a candidate so near each other go the same way
+TRIED = 2  # steps that every fit is given
+
+
+def _together(one: Fit, other: Fit) -> bool:
+    """Whether two fits of one set have met."""
+    return bool(np.allclose(one.vector, other.vector, rtol=MET, atol=MET))
+
+
+@dataclass(frozen=True)
+class Race:
+    """Fits of several candidates beside a set that fits with ``chi2``, each from several starts: which go on.
+
+    owners: the candidate of every fit; thresholds: of every candidate.
+    """
+
+    chi2: float
+    owners: Sequence[str]
+    thresholds: dict[str, float]
+    sides: tuple[np.ndarray, np.ndarray]
+
+    def __call__(self, fits: Sequence[Fit]) -> None:
+        """Settle what has met a better fit of its candidate, or would be far behind the front of all even after so many
+        more steps as good as the next.
+        """
+        least = BEHIND * (self._front(fits)[1] + CLOSE) - CLOSE
+        seen: list[tuple[str, Fit]] = []
+        for name, fit in sorted(zip(self.owners, fits, strict=True), key=lambda pair: pair[1].chi2):
+            if not (fit.settled or fit.due.any() or fit.taken < TRIED):
+                at_once = hoped(replace(fit, radius=np.inf), self.sides)  # a step that failed made the next ones short
+                reach = fit.chi2 - max(HORIZON * hoped(fit, self.sides), at_once)
+                met = any(n == name and _together(fit, other) for n, other in seen)
+                fit.settled = met or self._score(name, reach) < least
+            seen.append((name, fit))
+
+    def ahead(self, fits: Sequence[Fit]) -> list[int]:
+        """Which fits are the best of candidates near the front, or as good."""
+        best, least = self._front(fits)
+        near = [
+            self._score(n, best[n]) > least and f.chi2 < best[n] + ALIKE for n, f in zip(self.owners, fits, strict=True)
+        ]
+        return [k for k, ahead in enumerate(near) if ahead]
+
+    def _front(self, fits: Sequence[Fit]) -> tuple[dict[str, float], float]:
+        """The best chi2 of every candidate, and the score below which none is near the front."""
+        best: dict[str, float] = {}
+        for name, fit in zip(self.owners, fits, strict=True):
+            best[name] = min(fit.chi2, best.get(name, np.inf))
+        return best, max([0.0, *(self._score(n, c) for n, c in best.items())]) - CLOSE
+
+    def _score(self, name: str, chi2: float) -> float:
+        return self.chi2 - chi2 - self.thresholds[name]
+
+
+# What one more effect promises: one Gauss-Newton step, exact where it enters linearly.
+#
+# A number that only shapes an effect (where a weld is) says nothing while that is null: a step from null tries its null
+# value alone, and an effect that is somewhere else promises next to nothing there. So a step is taken from each of the
+# best points of its grid as well, and the best counts.
+#
+# Of an effect that bends (a cover that soon is as soft as can be) a step may promise far too little: it goes nowhere
+# near the size that the effect has, and what it does there is another shape. One prediction at the step's end tells.
+
+
+BENT = 0.3  # of what a step should do, by which it may do something else
+
+
+def projected(bench: Workbench, near: Around, name: str) -> Fit:
+    """The best of what ``near`` is around with one more effect, one step from null and from points of its grid."""
+    return min(map(_stepped, near.linear_starts(bench, name)), key=lambda fit: fit.chi2)
+
+
+def bent(bench: Workbench, near: Around, stepped: Mapping[str, Fit]) -> list[str]:
+    """Those of effects beside what ``near`` is around that do something else at the ends of their steps than the step
+    foresaw; none that a machine has on the other side of null only.
+    """
+    null, (low, high) = bench.forward.null(), bench.forward.sides
+    ends = {n: np.clip(f.vector, low, high) for n, f in stepped.items()}
+    asked = [n for n in stepped if _curves(bench, n) and (ends[n] != null)[bench.forward.index(n)].any()]
+    if not asked:
+        return []
+    there = bench.forward.values(np.stack([ends[n] for n in asked]))
+    foreseen = np.stack([_foreseen(stepped[n], ends[n]) for n in asked])
+    does, by_slopes = (bench.metric.whiten(v - near.fit.values) for v in (there, foreseen))
+    with np.errstate(over="ignore", invalid="ignore"):  # a step may end anywhere
+        off, size = (np.linalg.norm(rows, axis=1) for rows in (does - by_slopes, by_slopes))
+    known = np.isfinite(there).all(axis=(1, 2, 3))
+    return [n for n, o, s, k in zip(asked, off, size, known, strict=True) if not (k and o <= BENT * s)]
+
+
+def _curves(bench: Workbench, name: str) -> bool:
+    return not all(bench.forward.linear[k] for k in bench.forward.index(name))
+
+
+def _foreseen(fit: Fit, vector: np.ndarray) -> np.ndarray:
+    """What a step's derivatives have at another point."""
+    return fit.values + np.einsum("k,krsn->rsn", (vector - fit.vector)[fit.free], fit.slopes)
+
+
+def _stepped(start: Fit) -> Fit:
+    size = np.linalg.norm(start.columns, axis=1)
+    scale = np.where(size > 1e-6, 1.0 / np.maximum(size, 1e-6), 0.0)
+    step = scale * np.linalg.lstsq((start.columns * scale[:, None]).T, start.residual, rcond=1e-8)[0]
+    vector = start.vector.copy()
+    vector[start.free] += step
+    residual = start.residual - step @ start.columns
+    return replace(
+        start,
+        vector=vector,
+        residual=residual,
+        chi2=float(residual @ residual),
+        values=start.values + np.einsum("k,krsn->rsn", step, start.slopes),
+    )
