@@ -10,28 +10,16 @@ from nicegui import ui
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
 CSS = (Path(__file__).parent / "widgets.css").read_text(encoding="utf-8")
-SCHEMES = {None: ("brightness_auto", "as the system"), False: ("light_mode", "light"), True: ("dark_mode", "dark")}
-NEXT = {None: False, False: True, True: None}
 
 
 def frame(here: str) -> None:
-    """Header with the pages and the choice of light or dark."""
+    """Header with the pages."""
     ui.add_css(CSS)
     ui.page_title(f"belt_sim: {PAGES[here]}")
-    dark = ui.dark_mode(None)
     with ui.header(fixed=False).classes("top"), ui.element("div").classes("inner"):
         ui.label("belt_sim").classes("name")
         for path, name in PAGES.items():
             ui.link(name, path).classes("here" if path == here else "")
-        ui.element("div").classes("space")
-        switch = ui.button(icon=SCHEMES[None][0]).props("flat round dense color=grey aria-label='light or dark'")
-
-    def turn() -> None:
-        dark.value = NEXT[dark.value]
-        icon, name = SCHEMES[dark.value]
-        switch.props(f"icon={icon}").tooltip(name)
-
-    switch.on_click(turn)
 
 
 @contextmanager
