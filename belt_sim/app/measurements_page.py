@@ -241,7 +241,7 @@ def _show_comparison(content: dict[str, Any]) -> None:
         drawn = ui.plotly(plots.of_report(panels[first]["figure"])).props("data-name=overlay")
         chooser.on_value_change(lambda e: drawn.update_figure(plots.of_report(panels[e.value]["figure"])))
     for t in content["tables"]:
-        widgets.table(t["columns"], t["rows"], title=t["title"], left=t["left"], marked=t["marked"])
+        widgets.table(Table(**t))
 
 
 NUMBERS = "numbers of my own"
@@ -365,15 +365,11 @@ def _understood(now: Import) -> None:
     if recorded:
         curves(now.proposal.campaign, recorded)
     with ui.expansion("All runs, the noise that was read off, remarks").classes("w-full"):
-        _table(runs_table(now.proposal.campaign))
+        widgets.table(runs_table(now.proposal.campaign))
         if now.proposal.noise:
-            _table(noise_table(now.proposal))
+            widgets.table(noise_table(now.proposal))
         for note in now.proposal.notes:
             ui.label(str(note)).classes("soft small")
-
-
-def _table(t: Table) -> None:
-    widgets.table(t.columns, t.rows, title=t.title, left=t.left, marked=t.marked)
 
 
 def _name(place: Place) -> str:
@@ -439,7 +435,7 @@ def _all_runs(campaign: Campaign) -> None:
         settings = (words.tension(r.tension), words.yaw(r.yaw), words.number(r.speed), f"{r.direction:+g}")
         rows.append((r.name, *settings, travel, str(len(r.travel)), r.repeat_of or "", r.use.replace("_", " ")))
     columns = ("run", "N/mm²", "yaw °", "m/s", "direction", "travel m", "samples", "repeats", "use")
-    widgets.table(columns, rows, left=("run", "repeats", "use"))
+    widgets.table(Table("", columns, rows, left=("run", "repeats", "use")))
 
 
 def _signals(campaign: Campaign) -> None:
@@ -448,4 +444,4 @@ def _signals(campaign: Campaign) -> None:
         for s in campaign.signals
     ]
     columns = ("sensor", "place", "noise (mm or mrad)", "zero", "wander")
-    widgets.table(columns, rows, left=("sensor", "place"))
+    widgets.table(Table("", columns, rows, left=("sensor", "place")))

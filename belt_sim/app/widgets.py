@@ -1,12 +1,14 @@
 """Widgets of all pages: header, cards, notices, tables, sliders."""
 
 import html
-from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from nicegui import ui
+
+from belt_sim.results.display import Table
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
 CSS = (Path(__file__).parent / "widgets.css").read_text(encoding="utf-8")
@@ -46,25 +48,9 @@ def facts(rows: Mapping[str, str], kind: str = "") -> None:
     ui.html(cells, sanitize=False).classes(f"facts {kind}")
 
 
-def table(
-    columns: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    *,
-    title: str = "",
-    left: Sequence[str] = (),
-    marked: Sequence[int] = (),
-) -> None:
+def table(t: Table) -> None:
     """A plain table that scrolls within its card."""
-    sides = [' class="left"' if c in left else "" for c in columns]
-    head = "".join(f"<th{s}>{html.escape(c)}</th>" for c, s in zip(columns, sides, strict=True))
-    body = ""
-    for k, row in enumerate(rows):
-        cells = "".join(f"<td{s}>{html.escape(str(c))}</td>" for c, s in zip(row, sides, strict=True))
-        body += f"<tr{' class=marked' if k in marked else ''}>{cells}</tr>"
-    caption = f"<caption>{html.escape(title)}</caption>" if title else ""
-    ui.html(f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>", sanitize=False).classes(
-        "scroll"
-    )
+    ui.html(t.html(), sanitize=False).classes("scroll")
 
 
 OFTEN = 0.08  # [s] between two values that a moving slider sends
