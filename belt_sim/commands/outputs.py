@@ -13,7 +13,6 @@ from belt_sim.analytic.model import AnalyticModel
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Case
 from belt_sim.curves import Curves, write_curves
-from belt_sim.diagnosis.readings.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, RunFailed
 from belt_sim.files import write_json, write_text, write_with
@@ -25,7 +24,6 @@ from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.json import comparison_json, diagnosis_json, discovery_json, drawings_json, run_json, summary_json
 from belt_sim.results.simulation import Simulation
-from belt_sim.watch.record import Overlay, record_runs
 
 PARTIAL = "curves_partial.csv"
 EVERY = 10.0  # [s] between two writings of what a run in 3D has so far
@@ -238,6 +236,9 @@ def _record(s: Simulation, folder: Path) -> Path:
 
 def record_campaign(path: Path, campaign: Campaign, model: Model, effects: Sequence[Effect]) -> Path:
     """One tab a run; the base model and, where there are effects, the model with them."""
+    from belt_sim.diagnosis.readings.samples import samples_of
+    from belt_sim.watch.record import Overlay, record_runs
+
     samples = samples_of(campaign)
     variants = {model.name: ()} | ({"with " + ", ".join(e.id for e in effects): effects} if effects else {})
 
@@ -253,7 +254,7 @@ def record_campaign(path: Path, campaign: Campaign, model: Model, effects: Seque
     return path
 
 
-def _measured_curves(samples: Samples, r: int) -> Curves:
+def _measured_curves(samples: Any, r: int) -> Curves:
     y, tilt = np.full((4, samples.y.shape[2]), np.nan), np.full((2, samples.y.shape[2]), np.nan)
     for s, signal in enumerate(samples.signals):
         if signal.at.startswith("point_"):

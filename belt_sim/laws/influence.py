@@ -94,7 +94,7 @@ def no_bend() -> Bend:
 
 @jax.jit  # many effects ask for it: it is traced once for all of them
 def span_fields(span: Span) -> SpanFields:
-    """Return the fields of a span, by undoing the doublings of ``condensed``."""
+    """Return the fields of a span, by undoing the doublings of ``condense``."""
     kl2, g, roll, _ = _dimensionless(span)
     *shorter, ((p, q), (r, s)) = condense(kl2, g, 0.5)
     meet = inverse(s - p)
@@ -157,7 +157,7 @@ def place_row(span: Span, share):
         return share * jnp.array([1.0, 0.0, 0.0, 0.0, 0.0])
     kl2, g, *_ = _dimensionless(span)
     within = jnp.clip(share, _NEAREST, 1.0 - _NEAREST)
-    row = _place_row(span, [condensed(kl2, g, part)[-1] for part in (within, 1.0 - within)])
+    row = _place_row(span, [condense(kl2, g, part)[-1] for part in (within, 1.0 - within)])
     beyond = (share - within) * span.length  # along the angle of the end that is near
     return row + beyond * jnp.where(share < 0.5, jnp.eye(5)[1], jnp.eye(5)[2])
 

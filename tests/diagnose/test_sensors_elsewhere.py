@@ -16,13 +16,13 @@ from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
 from belt_sim.si import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
-from belt_sim.virtual_rig.plan import Plan, Setting
+from belt_sim.virtual_rig.plan import Plan, RunSetting
 
 STRIP, ROPE, BEAM_TH1, BEAM_TH2 = map(fitted_model, ("strip", "rope", "beam_th1", "beam_th2"))
 YAW_AT = 2.0  # [m]
 PLAN = Plan(
     runs=tuple(
-        Setting(tension=t * N_PER_MM2, yaw=0.042 * DEGREE, direction=d, yaw_at=YAW_AT)
+        RunSetting(tension=t * N_PER_MM2, yaw=0.042 * DEGREE, direction=d, yaw_at=YAW_AT)
         for t in (10.0, 40.0)
         for d in (1, -1)
     ),
