@@ -64,7 +64,7 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay]) -> None:
     tabs = [_tab(name, overlay) for name, overlay in runs.items()]
     body = rrb.Tabs(*tabs) if len(tabs) > 1 else tabs[0]
     panels = rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
-    send_blueprint(recording, rrb.Blueprint(body, time_panel(), *panels))
+    send_blueprint(recording, rrb.Blueprint(body, time_panel(live=False), *panels))
     pictures = min(max(PICTURES // len(runs), FEWEST), MOST)
     for name, overlay in runs.items():
         _log_run(recording, name, overlay, pictures)

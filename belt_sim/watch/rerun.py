@@ -55,7 +55,7 @@ class RerunObserver:
         self.recording = rr.RecordingStream(APPLICATION)
         self.open_sink(self.recording)
         look, self.between = self.look or view_scale_of(case, travel), max(self.every, travel / PICTURES)
-        send_blueprint(self.recording, of_run(case, travel, look))
+        send_blueprint(self.recording, of_run(case, travel, look, self.live))
         roots = ((TRUE_ROOT, TRUE), (DRAWN_ROOT, look))
         self.scenes = [Scene(self.recording, root, case, k) for root, k in roots]
         series.start(self.recording)

@@ -52,9 +52,10 @@ def plot(origin: str, name: str, travel: float, legend: float = NARROW) -> rrb.T
     )
 
 
-def time_panel() -> rrb.TimePanel:
-    """The travel timeline, played at 2 m/s."""
-    return rrb.TimePanel(timeline=TRAVEL, fps=PLAY_SPEED, state="collapsed", play_state="following")
+def time_panel(live: bool) -> rrb.TimePanel:
+    """The travel timeline, played at 2 m/s; live: it follows what comes, else it plays from the start."""
+    state = "following" if live else "playing"
+    return rrb.TimePanel(timeline=TRAVEL, fps=PLAY_SPEED, state="collapsed", play_state=state)
 
 
 def scale_words(case: Case, look: ViewScale) -> str:
@@ -62,7 +63,7 @@ def scale_words(case: Case, look: ViewScale) -> str:
     return f"{look.words()}; colour: tilt, white 0, red/blue +-{full_colour_tilt(case) / 1e-3:.0f} mrad"
 
 
-def of_run(case: Case, travel: float, look: ViewScale) -> rrb.Blueprint:
+def of_run(case: Case, travel: float, look: ViewScale, live: bool) -> rrb.Blueprint:
     """The machine with its movements enlarged (and, as a tab, true to scale) above the plots."""
     seen = space(case, DRAWN_ROOT, scale_words(case, look), look)
     machine = rrb.Tabs(seen, space(case, TRUE_ROOT, "True to scale", TRUE), active_tab=0)
@@ -81,7 +82,7 @@ def of_run(case: Case, travel: float, look: ViewScale) -> rrb.Blueprint:
     )
     body = rrb.Vertical(machine, plots, row_shares=[3, 2])
     return rrb.Blueprint(
-        body, time_panel(), rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
+        body, time_panel(live), rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
     )
 
 
@@ -91,6 +92,8 @@ STUB = 0.2
 PULLEY = (150, 160, 172)
 #: Width of lines and size of dots on the screen [px]: negative radii are that to Rerun.
 EDGE, AXIS, REACH, DOT = -0.7, -1.5, -2.0, -5.0
+#: An arrow's length in lengths of the machine, and colours in the bar that explains them.
+SIGN, STEPS = 0.12, 21
 #: Marks stand so many pulley radii above the belt, which would hide them.
 ABOVE = 0.04
 #: cylinders stand along z in Rerun; a pulley's axis lies along y
@@ -111,6 +114,7 @@ class Scene:
         for name, radius in radii.items():
             self._pulley(name, float(radius) - 0.5 * float(case.belt.thickness))
         self._styles()
+        self._signs()
 
     def _pulley(self, name: str, radius: float) -> None:
         """A grey cylinder along y, its axis, and a faint line where an aligned axis would be."""
@@ -129,6 +133,41 @@ class Scene:
         log(f"{path}/turned/axis", rr.LineStrips3D(axis, colors=[rgb(INK)], radii=[AXIS]), static=True)
         aligned = [[[0.0, -1.2 * reach, 0.0], [0.0, 1.2 * reach, 0.0]]]
         log(f"{path}/aligned", rr.LineStrips3D(aligned, colors=[rgb(FAINT)], radii=[EDGE]), static=True)
+
+    def _signs(self) -> None:
+        """Which way the belt travels and y counts, which pulley is which, and what the colours of the ribbon mean."""
+        radius, width = float(self.case.rig.tail_radius), float(self.case.belt.width)
+        length, static = float(self.case.rig.centre_distance) / self.look.shortened, {"static": True}
+        face = (FACE_TRUE if self.look == TRUE else FACE_DRAWN) * width
+        arrow, above = SIGN * length, 1.5 * radius
+        ahead = arrow * (1.0 if float(self.case.settings.direction) > 0 else -1.0)
+        arrows = rr.Arrows3D(
+            origins=[[0.6 * length - 0.5 * ahead, 0.0, above], [length, -0.5 * face, above]],
+            vectors=[[ahead, 0.0, 0.0], [0.0, face, 0.0]],
+            labels=["travel", "+y"],
+            colors=[rgb(INK)],
+            radii=[AXIS],
+            show_labels=True,
+        )
+        self.recording.log(f"{self.root}/signs/arrows", arrows, **static)
+        share = np.linspace(-1.0, 1.0, STEPS)
+        places = np.column_stack([length * (0.5 + 0.2 * share), np.full(STEPS, -0.8 * face), np.full(STEPS, -above)])
+        bar = rr.Boxes3D(
+            centers=places,
+            half_sizes=[[0.2 * length / (STEPS - 1), 0.06 * face, 1e-3 * length]] * STEPS,
+            colors=geometry.tilt_colours(share * self.full_tilt, self.full_tilt),
+            fill_mode="solid",
+        )
+        self.recording.log(f"{self.root}/signs/colours", bar, **static)
+        most = f"{self.full_tilt / 1e-3:.0f} mrad"
+        words = rr.Points3D(
+            [[0.0, 0.8 * face, -radius], [length, 0.8 * face, radius], *(places[[0, STEPS // 2, -1]])],
+            labels=["head pulley", "tail pulley", f"-{most}", "tilt 0", f"+{most}"],
+            colors=[rgb(INK)],
+            radii=[-0.5],
+            show_labels=True,
+        )
+        self.recording.log(f"{self.root}/signs/words", words, **static)
 
     def _styles(self) -> None:
         """What does not change of what moves: colours, sizes, labels."""
