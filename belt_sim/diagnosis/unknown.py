@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Protocol
 
-from belt_sim.diagnosis.decision.table import Beyond, Law
+from belt_sim.diagnosis.decision.table import Beyond, LawEvidence
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.results.discovery import Discovery
@@ -13,7 +13,7 @@ class LawFinding(Protocol):
     """What a search has found beside a fit: perhaps a law."""
 
     @property
-    def law(self) -> Law | None:
+    def law(self) -> LawEvidence | None:
         """The law as the march has it; None where none describes what is there."""
 
     @property

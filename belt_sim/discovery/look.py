@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.diagnosis.decision.table import Beyond, Law
+from belt_sim.diagnosis.decision.table import Beyond, LawEvidence
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.describe import describe
@@ -26,7 +26,7 @@ class MarchedLaw:
     discovered: Discovered
 
     @property
-    def law(self) -> Law | None:
+    def law(self) -> LawEvidence | None:
         """The law as the march has it; None where none describes what is there."""
         made = self.discovered.refit
         return None if made is None else _law(Scored(made.scored.law, made.gain, made.worth))
@@ -72,9 +72,9 @@ def beyond(survey: Survey) -> Beyond:
     )
 
 
-def _law(scored: Scored) -> Law:
+def _law(scored: Scored) -> LawEvidence:
     terms = scored.law.terms
-    return Law(
+    return LawEvidence(
         words=f"{terms[0].place.words}: {formula(scored.law)}",
         gain=scored.gain,
         cost=scored.gain - scored.score,

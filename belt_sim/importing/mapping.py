@@ -20,26 +20,26 @@ FILE = "mapping.yaml"
 Text = Annotated[str, BeforeValidator(lambda v: v if v is None else str(v))]
 
 
-class Entry(BaseModel):
+class MappingPart(BaseModel):
     """A mapping of the file: unknown keys are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class SourceEntry(Entry):
+class SourceMapping(MappingPart):
     kind: Literal["measured", "digitised", "synthetic"] = "measured"
     reference: str = ""
     licence: str = ""
 
 
-class MachineEntry(Entry):
+class MachineMapping(MappingPart):
     centre_distance: Text | None = None
     pulley_radius: Text | None = None
     head_radius: Text | None = None
     tail_radius: Text | None = None
 
 
-class BeltEntry(Entry):
+class BeltMapping(MappingPart):
     width: Text | None = None
     thickness: Text | None = None
     youngs_modulus: Text | None = None
@@ -47,19 +47,19 @@ class BeltEntry(Entry):
     poisson_ratio: Text | None = None
 
 
-class FormatEntry(Entry):
+class FormatEntry(MappingPart):
     separator: str | None = None
     decimal: Literal[".", ","] | None = None
     encoding: str | None = None
     missing: list[float] | float | None = None
 
 
-class WanderEntry(Entry):
+class WanderMapping(MappingPart):
     sd: Text
     length_m: Text
 
 
-class AxisEntry(Entry):
+class AxisEntry(MappingPart):
     """Two marks of an axis of a digitised picture; u: one sigma of reading it, in pixels."""
 
     pixel: tuple[float, float]
@@ -94,7 +94,7 @@ def _factor(factor: float) -> float:
     return factor
 
 
-class ColumnEntry(Entry):
+class ColumnEntry(MappingPart):
     role: Annotated[str, AfterValidator(_role)] | None = None
     unit: str | None = None
     at: Annotated[str | None, BeforeValidator(place_text)] = None
@@ -106,11 +106,11 @@ class ColumnEntry(Entry):
     white: Text | None = None
     zero: Text | None = None
     gain: Text | None = None
-    wander: WanderEntry | None = None
+    wander: WanderMapping | None = None
     axis: AxisEntry | None = None
 
 
-class RunEntry(Entry):
+class RunEntry(MappingPart):
     name: str | None = None
     tension: Text | None = None
     yaw: Text | None = None
@@ -125,22 +125,22 @@ class RunEntry(Entry):
     skip: bool = False
 
 
-class SettingsEntry(Entry):
+class SettingsMapping(MappingPart):
     tension_rel: Text | None = None
     yaw: Text | None = None
 
 
-class MappingEntry(Entry):
+class MappingEntry(MappingPart):
     schema_: Literal["belt-mapping/1"] = "belt-mapping/1"
     title: str | None = None
-    source: SourceEntry = SourceEntry()
-    machine: MachineEntry | str | None = None
-    belt: BeltEntry | str | None = None
+    source: SourceMapping = SourceMapping()
+    machine: MachineMapping | str | None = None
+    belt: BeltMapping | str | None = None
     format: FormatEntry = FormatEntry()
     columns: dict[str, ColumnEntry] = {}
     all_runs: RunEntry = RunEntry()
     runs: dict[str, RunEntry] = {}
-    settings: SettingsEntry = SettingsEntry()
+    settings: SettingsMapping = SettingsMapping()
     step_m: Text | None = None
     start: Literal["yaw", "as_logged"] = "yaw"
     spikes: Literal["leave_out", "keep"] = "leave_out"

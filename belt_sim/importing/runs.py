@@ -18,7 +18,7 @@ from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import MappingEntry, RunEntry
 from belt_sim.importing.roles import DAY, UsedColumn
-from belt_sim.importing.travel import FEWEST, Block, Track, Travel, blocks_of, merge_tracks, run_name, travel_of
+from belt_sim.importing.travel import FEWEST, LoggedBlock, Track, Travel, blocks_of, merge_tracks, run_name, travel_of
 from belt_sim.importing.types import LoggedTable, Question
 from belt_sim.importing.units import UNITS, quantity
 from belt_sim.si import DEGREE, N_PER_MM2
@@ -107,7 +107,7 @@ def assemble_runs(
             blocks = blocks_of(table, columns)
             if run is not None:
                 rows = np.arange(len(table.lines))
-                blocks = [Block(table=table, used=columns, rows=rows, name=run_name(run), text=run)]
+                blocks = [LoggedBlock(table=table, used=columns, rows=rows, name=run_name(run), text=run)]
             for block in blocks:
                 made = _assemble(block, mapping, listed, section)
                 if made is None:
@@ -143,7 +143,7 @@ def _views(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[tuple[tuple
 
 
 def _assemble(
-    block: Block, mapping: MappingEntry, listed: Mapping[str, Mapping[str, float]], section: float
+    block: LoggedBlock, mapping: MappingEntry, listed: Mapping[str, Mapping[str, float]], section: float
 ) -> AssembledRun | None:
     """One run; None where its travel takes a speed that nobody has told. The first source of a setting counts."""
     entry = mapping.runs.get(block.name, RunEntry())
@@ -178,7 +178,7 @@ def _assemble(
 
 
 def _leave_out_spikes(
-    block: Block, keep: np.ndarray, signals: dict[str, np.ndarray]
+    block: LoggedBlock, keep: np.ndarray, signals: dict[str, np.ndarray]
 ) -> tuple[dict[str, np.ndarray], list[str]]:
     """Signals with single readings that jump away and back blanked, and a remark that names their lines."""
     out, said = dict(signals), []
@@ -193,7 +193,7 @@ def _leave_out_spikes(
     return out, said
 
 
-def _clock_time(block: Block, row: int) -> str:
+def _clock_time(block: LoggedBlock, row: int) -> str:
     """Date and time of day of a row of the run."""
     seconds = next((u.si(block.rows)[row] for u in block.used if u.role == "time" and u.column.stamp), np.nan)
     if not np.isfinite(seconds):
@@ -288,7 +288,7 @@ def _table_settings(
     return found
 
 
-def _column_settings(block: Block, travel: Travel, section: float, known: Settings) -> Settings:
+def _column_settings(block: LoggedBlock, travel: Travel, section: float, known: Settings) -> Settings:
     """Settings that columns of the record hold: the mean tension, the direction, the yaw with the place of its step."""
     found: Settings = {}
     keep, s = travel.keep, travel.travel
@@ -334,7 +334,7 @@ def _travel_settings(travel: Travel, known: Settings) -> Settings:
     return found
 
 
-def _step(block: Block, key: str, values: np.ndarray, keep: np.ndarray, stated: bool) -> tuple[float, int]:
+def _step(block: LoggedBlock, key: str, values: np.ndarray, keep: np.ndarray, stated: bool) -> tuple[float, int]:
     """Level of a yaw after its step, and the row of the step (0: it stood there from the beginning)."""
     there = np.flatnonzero(np.isfinite(values))
     y = values[there]

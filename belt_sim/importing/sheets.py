@@ -8,7 +8,7 @@ from belt_sim.campaign import Run, SignalSheet, plausible
 from belt_sim.campaign.types import BeltSheet, Machine, Quantity, SettingsSheet, kind_at
 from belt_sim.errors import InputError
 from belt_sim.files import CONF
-from belt_sim.importing.mapping import BeltEntry, MachineEntry, MappingEntry
+from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry
 from belt_sim.importing.noise import noise_of
 from belt_sim.importing.roles import WRITTEN, UsedColumn
 from belt_sim.importing.types import NoiseRead, Question
@@ -80,7 +80,7 @@ def belt_of(mapping: MappingEntry) -> tuple[BeltSheet | None, dict[str, str], li
     return BeltSheet(**found), remarks, []
 
 
-def _written(entry: MachineEntry | BeltEntry | str | None, kind: str, key: str) -> dict[str, str]:
+def _written(entry: MachineMapping | BeltMapping | str | None, kind: str, key: str) -> dict[str, str]:
     """Numbers with units as text, of a name or a mapping."""
     if entry is None:
         return {}

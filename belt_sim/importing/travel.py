@@ -15,7 +15,7 @@ FEWEST = 3  # rows of a run
 
 
 @dataclass(frozen=True, kw_only=True)
-class Block:
+class LoggedBlock:
     """rows of one table that are one run; name: as proposed; text: what may state its settings (file or run name)."""
 
     table: LoggedTable
@@ -38,7 +38,7 @@ class Block:
         return CampaignError([Problem(file=file, line=line, name=name, value=value, unit=unit, remedy=remedy)])
 
 
-def blocks_of(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[Block]:
+def blocks_of(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[LoggedBlock]:
     """The runs of one table: by its run column, else where the file, its time or its travel begins anew."""
     run = next((u for u in used if u.role == "run"), None)
     rows = np.arange(len(table.lines))
@@ -47,14 +47,17 @@ def blocks_of(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[Block]:
         order = dict.fromkeys(n for n in names if n)
         of_row = np.array(names, dtype=object)
         return [
-            Block(table=table, used=used, rows=rows[of_row == name], name=run_name(name), text=name) for name in order
+            LoggedBlock(table=table, used=used, rows=rows[of_row == name], name=run_name(name), text=name)
+            for name in order
         ]
     cuts = sorted({*table.starts, *_restarts(table, used)})
     parts = [p for p in np.split(rows, cuts) if len(p) >= FEWEST]
     if len(parts) < 2:
-        return [Block(table=table, used=used, rows=rows, name=run_name(table.name), text=table.name)]
+        return [LoggedBlock(table=table, used=used, rows=rows, name=run_name(table.name), text=table.name)]
     names = [f"{run_name(table.name)}_{k}" for k in range(1, len(parts) + 1)]
-    return [Block(table=table, used=used, rows=p, name=n, text=table.name) for p, n in zip(parts, names, strict=True)]
+    return [
+        LoggedBlock(table=table, used=used, rows=p, name=n, text=table.name) for p, n in zip(parts, names, strict=True)
+    ]
 
 
 def _label(value: object) -> str:
@@ -110,7 +113,7 @@ class Travel:
     notes: tuple[str, ...] = ()
 
 
-def travel_of(block: Block, speed: float | None) -> Travel | None:
+def travel_of(block: LoggedBlock, speed: float | None) -> Travel | None:
     """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged."""
     time, notes = _time(block)
     travel = block.values("travel")
@@ -143,7 +146,7 @@ def _travel(keep: np.ndarray, travel: np.ndarray, time: np.ndarray | None, sign:
     return Travel(keep=keep, travel=travel, time=own, direction=sign, speed=speed, notes=tuple(notes))
 
 
-def _time(block: Block) -> tuple[np.ndarray | None, list[str]]:
+def _time(block: LoggedBlock) -> tuple[np.ndarray | None, list[str]]:
     """Time [s], strictly rising; repeated stamps are spread evenly. Raises CampaignError where it runs backwards."""
     time = block.values("time")
     if time is None or not np.isfinite(time).any():
@@ -169,7 +172,7 @@ def _time(block: Block) -> tuple[np.ndarray | None, list[str]]:
     return out, ["several rows have one time stamp: they were spread evenly"]
 
 
-def _logged_travel(block: Block, travel: np.ndarray, time: np.ndarray | None, notes: list[str]) -> Travel:
+def _logged_travel(block: LoggedBlock, travel: np.ndarray, time: np.ndarray | None, notes: list[str]) -> Travel:
     """Travel as logged, from 0 on and rising whichever way the belt runs; rows where it stands still fall together."""
     there = np.isfinite(travel) if time is None else np.isfinite(travel) & np.isfinite(time)
     keep = np.flatnonzero(there)
@@ -192,7 +195,7 @@ def _logged_travel(block: Block, travel: np.ndarray, time: np.ndarray | None, no
     return _travel(keep, highest, time, sign if sign < 0.0 else 0.0, notes)
 
 
-def _refuse_reversal(block: Block, keep: np.ndarray, speed: np.ndarray) -> None:
+def _refuse_reversal(block: LoggedBlock, keep: np.ndarray, speed: np.ndarray) -> None:
     usual = float(np.median(speed[speed != 0.0])) if np.any(speed) else 0.0
     if usual == 0.0:
         raise block.refuse(0, "speed", 0.0, "m/s", "the belt stands still throughout; give a record of a running belt")

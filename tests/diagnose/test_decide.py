@@ -8,7 +8,7 @@ import pytest
 
 from belt_sim.diagnosis.decision.decide import decide, evidence, explanations, needed_gain, occam, would_show
 from belt_sim.diagnosis.decision.policy import POLICY, Policy
-from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Instead, Law, Row
+from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Instead, LawEvidence, Row
 from belt_sim.results.diagnosis import Verdict
 
 CANDIDATES = 30
@@ -108,7 +108,7 @@ def test_what_only_adds_to_readings_is_named_beside_the_unknown_and_nothing_else
 
 
 def test_the_best_of_many_laws_pays_for_their_number():
-    law = Law(words="", gain=60.0, cost=0.0, sizes=1)
+    law = LawEvidence(words="", gain=60.0, cost=0.0, sizes=1)
     few, many = (evidence(replace(NO_COURSE, laws=(law,), tried=n), 1.0, POLICY) for n in (100.0, 10000.0))
     assert few - many == pytest.approx(log(100.0), abs=0.05)
 

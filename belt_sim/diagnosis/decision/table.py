@@ -46,7 +46,7 @@ class Instead:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Law:
+class LawEvidence:
     """A generic law: what it says, its chi2 gain, what its numbers must earn [chi2], and of how many sizes it is."""
 
     words: str
@@ -65,7 +65,7 @@ class Beyond:
 
     beside: Ids
     courses: np.ndarray
-    laws: tuple[Law, ...]
+    laws: tuple[LawEvidence, ...]
     tried: float
 
 
