@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Callable, Mapping
 from itertools import compress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -76,7 +77,9 @@ def _put(fresh: Path, folder: Path) -> None:
 
 
 def _texts(campaign: Campaign) -> dict[str, str]:
-    sheet = yaml.safe_dump(_sheet(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None)
+    sheet = yaml.safe_dump(
+        sheet_tree(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None
+    )
     texts = {"campaign.yaml": sheet, "runs.csv": runs_text(campaign.runs)}
     if any(len(run.travel) for run in campaign.runs):
         texts["signals.csv"] = _signals(campaign)
@@ -90,7 +93,8 @@ def _texts(campaign: Campaign) -> dict[str, str]:
     return texts
 
 
-def _sheet(campaign: Campaign) -> dict:
+def sheet_tree(campaign: Campaign) -> dict[str, Any]:
+    """The content of campaign.yaml as plain data."""
     belt, settings = campaign.belt, campaign.settings
     return {
         "schema": SCHEMA,

@@ -5,12 +5,10 @@ from typing import Any
 
 import yaml
 
-from belt_sim.campaign import Campaign, Quantity, SignalSheet, write_campaign
-from belt_sim.campaign.plausible import SIGNAL_DIMENSION
-from belt_sim.campaign.sheet import SCHEMA
+from belt_sim.campaign import Campaign, write_campaign
+from belt_sim.campaign.write import sheet_tree
 from belt_sim.importing.mapping import FILE
 from belt_sim.importing.types import Proposal
-from belt_sim.si import to_si
 
 #: key of the sheet -> what it is
 MEANING = {
@@ -23,8 +21,6 @@ MEANING = {
     "machine.pulley_radius": "to the belt's middle surface; or head_radius and tail_radius where they differ",
     "machine.head_radius": "of the pulley that stands still, to the belt's middle surface",
     "machine.tail_radius": "of the pulley that yaws, to the belt's middle surface",
-    "belt.width": "",
-    "belt.thickness": "",
     "belt.youngs_modulus": "of the belt's material",
     "belt.density": "of the belt's material",
     "belt.poisson_ratio": "of the belt's material; 0.3 if left out",
@@ -41,89 +37,32 @@ COLUMN = 60
 
 
 def sheet_text(campaign: Campaign, remarks: dict[str, str]) -> str:
-    """The sheet; remarks: dotted key -> where its number comes from."""
-    out = [
-        "# belt-sim campaign sheet. Every number that is uncertain has u: one sigma in the unit of the value.",
-        _line("schema", SCHEMA, "schema"),
-        _line("title", _text(campaign.title), "title"),
-        "source:",
-        *(_line(f"  {k}", _text(getattr(campaign.source, k)), f"source.{k}") for k in ("kind", "reference", "licence")),
-        *_machine(campaign, remarks),
-        "belt:",
-    ]
-    belt = campaign.belt
-    for name, dimension, unit in (
-        ("width", "length", "mm"),
-        ("thickness", "length", "mm"),
-        ("youngs_modulus", "stress", "GPa"),
-        ("density", "density", "kg/m^3"),
-        ("poisson_ratio", "number", ""),
-    ):
-        value = _quantity(getattr(belt, name), dimension, unit)
-        out.append(_line(f"  {name}", value, f"belt.{name}", remarks.get(f"belt.{name}", "")))
-    out.append("signals:" if campaign.signals else "signals: {}")
+    """The sheet with a comment beside every field; remarks: dotted key -> where its number comes from."""
+    lines = ["# belt-sim campaign sheet. Every number that is uncertain has u: one sigma in the unit of the value."]
+    tree = sheet_tree(campaign)
     for signal in campaign.signals:
-        out += _signal(signal, remarks)
-    yaw = _number(campaign.settings.yaw_u, to_si(1.0, "urad", dimension="angle", name="yaw"))
-    relative, of_yaw = (remarks.get(f"settings.{k}", "") for k in ("tension_rel", "yaw"))
-    out += [
-        "settings:",
-        _line("  tension_rel", f"{campaign.settings.tension_rel:.6g}", "settings.tension_rel", relative),
-        _line("  yaw", f"{{u: {yaw}, unit: urad}}", "settings.yaw", of_yaw),
-    ]
-    return "\n".join([*out, ""])
+        tree["signals"][signal.name].setdefault("wander", {"sd": 0, "length_m": signal.wander_length})
+    for key, value in tree.items():
+        lines += _lines((key,), value, remarks)
+    return "\n".join([*lines, ""])
 
 
-def _line(key: str, value: str, meaning: str, remark: str = "") -> str:
-    comment = "; ".join(part for part in (MEANING[meaning], remark) if part)
-    text = f"{key}: {value}"
-    return f"{text:{COLUMN}s}  # {comment}" if comment else text
+def _lines(path: tuple[str, ...], value: Any, remarks: dict[str, str]) -> list[str]:
+    """The lines of a field; a quantity and a spread take one."""
+    begin, where = "  " * (len(path) - 1) + _flow(path[-1]) + ":", ".".join(path)
+    if isinstance(value, dict) and value and not {"u", "sd"} & set(value):
+        return [begin, *(line for key, inner in value.items() for line in _lines((*path, key), inner, remarks))]
+    meaning = MEANING.get(where, MEANING.get(path[-1], ""))
+    comment = "; ".join(part for part in (meaning, remarks.get(where, "")) if part)
+    text = f"{begin} {_flow(_whole(value))}"
+    return [f"{text:{COLUMN}s}  # {comment}" if comment else text]
 
 
-def _text(text: str) -> str:
-    """A text as a YAML scalar on one line."""
-    if not text:
-        return '""'
-    return yaml.safe_dump(text, width=10_000, allow_unicode=True).splitlines()[0].strip()
-
-
-def _number(si: float, scale: float) -> str:
-    return f"{si / scale:.12g}"
-
-
-def _quantity(quantity: Quantity, dimension: str, unit: str) -> str:
-    scale = to_si(1.0, unit, dimension=dimension, name="unit")
-    value, u = _number(quantity.value, scale), _number(quantity.u, scale)
-    return f"{{value: {value}, u: {u}, unit: {unit}}}" if unit else f"{{value: {value}, u: {u}}}"
-
-
-def _machine(campaign: Campaign, remarks: dict[str, str]) -> list[str]:
-    machine = campaign.machine
-    names = {"centre_distance": machine.centre_distance}
-    if machine.head_radius == machine.tail_radius:
-        names["pulley_radius"] = machine.head_radius
-    else:
-        names |= {"head_radius": machine.head_radius, "tail_radius": machine.tail_radius}
-    lines = [
-        _line(f"  {k}", _quantity(q, "length", "m"), f"machine.{k}", remarks.get(f"machine.{k}", ""))
-        for k, q in names.items()
-    ]
-    return ["machine:", *lines]
-
-
-def _signal(signal: SignalSheet, remarks: dict[str, str]) -> list[str]:
-    scale = to_si(1.0, signal.unit, dimension=SIGNAL_DIMENSION[signal.kind], name=signal.name)
-    told = {k: remarks.get(f"signals.{signal.name}.{k}", "") for k in ("white", "zero", "gain", "wander")}
-    wander = f"{{sd: {_number(signal.wander_sd, scale)}, length_m: {signal.wander_length:.6g}}}"
-    return [
-        f"  {_text(signal.name)}:",
-        _line("    unit", signal.unit, "unit"),
-        _line("    at", signal.at, "at"),
-        _line("    white", _number(signal.white, scale), "white", told["white"]),
-        _line("    zero", _number(signal.zero, scale), "zero", told["zero"]),
-        _line("    gain", f"{signal.gain:.6g}", "gain", told["gain"]),
-        _line("    wander", wander, "wander", told["wander"]),
-    ]
+def _whole(value: Any) -> Any:
+    """A value with whole numbers as such: 200, not 200.0."""
+    if isinstance(value, dict):
+        return {k: _whole(v) for k, v in value.items()}
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 _HEAD = """\

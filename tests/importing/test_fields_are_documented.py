@@ -78,7 +78,9 @@ def test_defaults_of_a_run_are_documented(column):
         assert cells[-1] == "error"
     elif column in NUMBERS:
         name, bounds, blank = NUMBERS[column]
-        assert float(cells[-1]) == blank == getattr(Run(name="r", tension=1.0, yaw=0.0), name)
+        default = getattr(Run(name="r", tension=1.0, yaw=0.0), name)
+        known = default is not None
+        assert (float(cells[-1]) == blank == default) if known else cells[-1].startswith("not known")
         assert column in ("direction", "yaw_at_m") or f"{bounds.high:g}" in cells[2]
 
 
