@@ -13,6 +13,7 @@ from belt_sim.diagnosis.fits.around import Around
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.simulated import inflation
 from belt_sim.diagnosis.fits.workbench import Workbench, predicted
+from belt_sim.diagnosis.readings.elsewhere import shows_places
 from belt_sim.diagnosis.search.best_first import Search
 from belt_sim.diagnosis.search.joint_fits import Trial
 from belt_sim.diagnosis.search.rows import row_of
@@ -74,7 +75,7 @@ def base_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) 
     """
     asked = bench.forward.model
     beyond_noise = max(nothing.chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
-    others = [MODELS[name] for name in BASE_MODELS if name != asked.name]
+    others = [m for m in (MODELS[n] for n in BASE_MODELS if n != asked.name) if shows_places(bench.samples.signals, m)]
     found = []
     for model in others:
         values = predicted(bench.campaign, model)

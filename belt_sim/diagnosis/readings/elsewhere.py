@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.campaign.types import elsewhere
+from belt_sim.campaign.types import SignalSheet, elsewhere
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Elsewhere
 from belt_sim.diagnosis.readings.samples import Samples
@@ -32,6 +32,12 @@ def places_of(samples: Samples) -> tuple[Elsewhere, ...]:
 def shapes_a_span(effect: Effect | type[Effect]) -> bool:
     """Whether an effect shapes a span between its ends, so that a sensor there would see what is not computed."""
     return bool(overrides(effect, INSIDE))
+
+
+def shows_places(signals: Sequence[SignalSheet], model: Composition) -> bool:
+    """Whether a model says what sensors inside the spans read."""
+    inside = any(place and not place.on_wrap for place in (elsewhere(s.at) for s in signals))
+    return not (inside and any(shapes_a_span(e) for e in model.built_in))
 
 
 def check_places(samples: Samples, model: Composition, classes: Sequence[type[Effect]]) -> None:
