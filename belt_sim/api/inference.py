@@ -44,9 +44,8 @@ from belt_sim.discovery.look import LawSearch, beyond
 from belt_sim.discovery.survey import survey_of
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, whole
-from belt_sim.foresight.doubts import doubts
+from belt_sim.foresight.doubts import doubts, pairs
 from belt_sim.foresight.layout import laid_out
-from belt_sim.foresight.pairs import pairs
 from belt_sim.foresight.sheet_evidence import sheet_suspicions
 from belt_sim.foresight.sizes import visible
 from belt_sim.jax_setup import one_blas_thread

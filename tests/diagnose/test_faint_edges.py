@@ -8,9 +8,8 @@ from test_linear_readings import with_edge
 from belt_sim.diagnosis.errors.own_errors import OwnErrors
 from belt_sim.diagnosis.fits.candidate import prior_sigma
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.heldout import HeldOut, held_out
+from belt_sim.diagnosis.fits.heldout import HeldOut, held_out, with_harmonics
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.diagnosis.readings.spectrum import with_harmonics
 from belt_sim.effects.library import library
 
 HARMONICS = 16

@@ -15,7 +15,33 @@ from belt_sim.diagnosis.fits.candidate import prior_sigma
 from belt_sim.diagnosis.fits.fit import Fit, room
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.numerics.bounded import inside
-from belt_sim.diagnosis.readings.spectrum import with_harmonics
+from belt_sim.diagnosis.readings.as_set import Slot
+
+# How large the many harmonics of a linear effect are before a reading: they fall as their scales do, all together.
+#
+# Nobody knows how straight a belt's edge is, but a belt of which thirty numbers hardly show has none of millimetres.
+# Refits that may take each number for anything a machine allows predict such an edge worse than no edge at all.
+
+SIZES = np.geomspace(1e-3, 1e3, 121)  # that are tried, beside a typical number and its sigma
+
+
+def with_harmonics(slots: Sequence[Slot], numbers: np.ndarray, variance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """``sigma`` (k,), of numbers before any reading, where those of a linear effect are Gaussian with a common size:
+    that at which numbers (k,) as they were fitted, of such variance (k,), are likeliest; all in units of their scales.
+    """
+    found = sigma.copy()
+    for cls in {s.effect for s in slots if s.effect.is_additive()}:
+        rows = np.array([s.effect is cls for s in slots])
+        found[rows] = np.minimum(sigma[rows], _common_size(numbers[rows], variance[rows]))
+    return found
+
+
+def _common_size(numbers: np.ndarray, variance: np.ndarray) -> float:
+    """One sigma of the Gaussian about zero from which ``numbers`` (k,) of ``variance`` (k,) most likely come."""
+    tried = SIZES * np.sqrt(np.median(variance) + np.median(numbers**2))
+    total = tried[:, None] ** 2 + variance
+    return float(tried[np.argmin(np.sum(numbers**2 / total + np.log(total), axis=1))])
+
 
 KNOWN = 0.5  # what the numbers do to left-out readings is known from the other runs when its u is below this share of
 #             what it was before any, and below its size: what may as well be nothing, or twice as much, says nothing

@@ -28,12 +28,36 @@ from belt_sim.diagnosis.readings import linear_readings
 from belt_sim.diagnosis.readings.added_readings import compiled_added, of_readings, only_added
 from belt_sim.diagnosis.readings.as_set import NUISANCES, Slot, lengthened, run_at
 from belt_sim.diagnosis.readings.batches import Work, finish, in_batches
-from belt_sim.diagnosis.readings.compositions import LIGHT, READ, Groups, group_of, members
+from belt_sim.diagnosis.readings.effect_hints import SLOW
 from belt_sim.diagnosis.readings.elsewhere import check_places, places_of, reading_at
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.effects.base import Effect
+from belt_sim.effects.base import Effect, overrides
 from belt_sim.effects.pipeline import indicate
 from belt_sim.jax_setup import PROGRAMS, compiled
+
+# Which effects are compiled into a march: few rows pay for what is null in them, and few programs serve all rows.
+#
+# Effects stand in groups: those that a march does not ask at its steps are always there; of the others the slow ones
+# are one group, and the rest another, each compiled where any of it acts.
+
+READ, LIGHT, HEAVY = "read", "light", "heavy"
+_AT_STEPS = ("yaw", "runup", "bend", "slide", "wrap")
+Groups = frozenset[str]
+
+
+def group_of(cls: type[Effect]) -> str:
+    """The group of an effect: its own id where it need not be compiled at all."""
+    if cls.is_additive():
+        return cls.id
+    if cls.id in SLOW:
+        return HEAVY
+    return LIGHT if overrides(cls, _AT_STEPS) else READ
+
+
+def members(classes: Sequence[type[Effect]], groups: Groups) -> list[type[Effect]]:
+    """Those of ``classes`` that are compiled, in their order."""
+    return [c for c in classes if group_of(c) in {READ, *groups}]
+
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
