@@ -24,6 +24,7 @@ PLACES = (96, 400)  # fewest and most places that are tried
 EVEN = float(np.sqrt(12.0))  # width of an even distribution over its sigma
 MOVED = 1e-4  # [m], over which derivatives along a start are taken
 WIDER = 2.0  # a start may be off by so many times what the shape in common tells, which is not yet the effect's own
+CHANCE = 2.0  # log odds asked for, over the trial factor: noise turned to fit its own shape gains up to 1.6 of that
 ROUNDS = 6  # of turning the runs and asking for their shape
 REFERENCES = 3  # runs whose own shape may begin
 
@@ -109,7 +110,7 @@ def with_starts(bench: Workbench, near: Around) -> Campaign | None:
     count = int(np.clip(np.ceil(PARTS * length / shortest), *PLACES))
     same = turning.common(np.zeros(len(runs)), range(len(runs)))[1]
     starts, gain = turning.aligned(length * np.arange(count) / count)
-    if 0.5 * (gain - same) <= (len(runs) - 1) * np.log(count):
+    if 0.5 * (gain - same) <= CHANCE * (len(runs) - 1) * np.log(count):
         return None
     least, most = length / count / EVEN, length / EVEN
     named = {
