@@ -46,7 +46,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, whole
 from belt_sim.foresight.doubts import doubts, pairs
 from belt_sim.foresight.layout import laid_out
-from belt_sim.foresight.sheet_evidence import sheet_suspicions
+from belt_sim.foresight.sheet_evidence import sheet_evidence
 from belt_sim.foresight.sizes import visible
 from belt_sim.jax_setup import one_blas_thread
 from belt_sim.model import Model, SteadyModel
@@ -107,12 +107,16 @@ def diagnose(
             stages(0, stage)
 
         of_data = suspicions(campaign)
-        of_sheet = sheet_suspicions(with_free_zeros(campaign, of_data), chosen, of_data, tell_stage)
-        doubtful = [s for s in of_sheet if s.severity == "stop"]
+        stopped = any(s.severity == "stop" for s in of_data)
+        of_sheet = () if stopped else sheet_evidence(with_free_zeros(campaign, of_data), chosen, tell_stage)
+        doubtful = [e.suspicion for e in of_sheet if e.certain]
         findings = examine(
             campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful,
             laws=None if beside_points(campaign) else LawSearch(tell_stage), tell=tell_stage,
         )  # fmt: skip
+        beside = [e.suspicion for e in of_sheet if e.gain > findings.decision.best.gain]
+        if not doubtful:  # a mistake that explains more than what is named is told beside it
+            findings = replace(findings, suspicions=(*findings.suspicions, *beside[:1]))
         stages(bootstraps, "")
         found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=_drawings(findings))
         found = replace(found, discovery=_discovery(findings, config))

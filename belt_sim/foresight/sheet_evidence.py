@@ -25,6 +25,8 @@ from belt_sim.foresight.layout import laid_out
 USUAL = ("yaw_offset_tail", "yaw_offset_head", "taper")
 #: chi2 a reading below which too little is unexplained to ask; stated noise is seldom better known.
 UNEXPLAINED = 1.2
+#: Sigmas of the chi2 of noise that one run's chi2 must be off, to ask as well: a mistake in one run is lost in all.
+ODD = 5.0
 #: Share of the unexplained chi2 that a mistake must remove to be believed, and to be mentioned.
 BELIEVED, MENTIONED = 0.9, 0.5
 #: chi2 a reading that may be left then, unless nearly all is removed: a fault may stand beside the mistake.
@@ -45,13 +47,15 @@ FINALISTS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class SheetEvidence:
-    """mistake; share: of the unexplained chi2 that it removes; left: chi2 a reading that it leaves; certain: whether it
-    removes so much, and more than any other kind of mistake, that nothing else should be searched for."""
+    """mistake; share: of the unexplained chi2 (of its own runs, where it concerns some) that it removes; left: chi2 a
+    reading that it leaves; certain: whether it removes so much, and more than any other kind of mistake, that nothing
+    else should be searched for; gain: chi2 over that of the sheet without faults."""
 
     mistake: SheetMistake
     share: float
     left: float
     certain: bool
+    gain: float = 0.0
 
     @property
     def suspicion(self) -> Suspicion:
@@ -72,7 +76,8 @@ def sheet_evidence(
     stated = _Layout(curved, model)
     total = stated.total()
     excess = total - stated.count
-    if not np.isfinite(excess) or excess < (UNEXPLAINED - 1.0) * stated.count:
+    odd = stated.chi2 - stated.counts > ODD * np.sqrt(2.0 * stated.counts)
+    if not np.isfinite(excess) or not (excess >= (UNEXPLAINED - 1.0) * stated.count or odd.any()):
         return ()
     tell("asking whether the sheet is right")
     best: dict[str, tuple[float, SheetMistake]] = {}
@@ -85,12 +90,16 @@ def sheet_evidence(
     ranked = sorted([*((c, m) for c, m in exact if np.isfinite(c)), *screened[FINALISTS:]], key=lambda f: f[0])
     shares = [((total - chi2) / excess, chi2 / stated.count, m) for chi2, m in ranked]
     clear = _is_clear(ranked) and (shares[0][0] > NEARLY_ALL or (shares[0][0] > BELIEVED and shares[0][1] < LEFT))
+    clear = clear and excess >= (UNEXPLAINED - 1.0) * stated.count
     clear = clear and not _model_explains(stated, ranked[0], excess)
-    return tuple(
-        SheetEvidence(mistake=m, share=min(share, 1.0), left=left, certain=k == 0 and clear)
-        for k, (share, left, m) in enumerate(shares)
-        if share > MENTIONED
-    )
+    alone, found = float(np.sum(stated.alone)), []
+    for k, (share, left, m) in enumerate(shares):
+        own = np.array([not m.runs or r.name in m.runs for r in curved.runs])
+        share = max(share, share * excess / max(float(np.sum((stated.chi2 - stated.counts)[own])), 1.0))
+        if share > MENTIONED:
+            certain, gain = k == 0 and clear, alone - left * stated.count
+            found.append(SheetEvidence(mistake=m, share=min(share, 1.0), left=left, certain=certain, gain=gain))
+    return tuple(found)
 
 
 def _is_clear(ranked: Sequence[tuple[float, SheetMistake]]) -> bool:
@@ -124,7 +133,8 @@ class _Layout:
         self.model = model
         classes = [cls for name, cls in library().items() if name in USUAL and model.refusal(cls) is None]
         self.bench, fit = laid_out(campaign, model, classes, planned=False)
-        self.count = int(np.isfinite(self.bench.samples.y).sum())
+        self.counts = np.isfinite(self.bench.samples.y).sum(axis=(1, 2))
+        self.count = int(self.counts.sum())
         sound = np.isfinite(fit.columns).all(axis=1)
         self._basis = np.linalg.qr(fit.columns[sound].T)[0]
         self.chi2 = self._left(self.bench.samples.y - fit.values)
@@ -160,10 +170,10 @@ def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple
     # which runs it helps is asked without faults: one that is free would take the mistake of some runs to all
     alone = stated.of(mistake.campaign, faults=False)
     helped = [r.name for r, a, b in zip(campaign.runs, stated.alone, alone, strict=True) if a - b > OF_RUN]
-    if not 0 < len(helped) < len(campaign.runs):
-        return chi2, mistake
-    some = mistake.of_runs(helped)
-    return min((chi2, mistake), (float(np.sum(stated.of(some.campaign))), some), key=lambda f: f[0])
+    oddest = campaign.runs[int(np.argmax(np.nan_to_num(stated.alone - alone, nan=-np.inf)))].name
+    parts = [list(names) for names in {tuple(helped), (oddest,)} if 0 < len(names) < len(campaign.runs)]
+    tried = [(float(np.sum(stated.of(m.campaign))), m) for m in map(mistake.of_runs, parts)]
+    return min([(chi2, mistake), *tried], key=lambda f: f[0])
 
 
 def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float, SheetMistake]:
