@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.forms import SHAPED, STATED
 from belt_sim.discovery.loop import Closed, closed, states_with
-from belt_sim.discovery.places import BY_THE_BELT, Place, place_columns
+from belt_sim.discovery.places import BY_THE_BELT, STIFFNESS, Place, place_columns
 from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import (
     WITHIN,
@@ -195,7 +195,7 @@ def _said_of(place: Place, steady: bool, carried: bool) -> bool:
     """Whether a term may be of a place; carried: it goes round with the belt, so that both pulleys do not feel it
     alike."""
     if carried:
-        return place.kind in BY_THE_BELT and place.pulleys != "both"
+        return place.kind in STIFFNESS or (place.kind in BY_THE_BELT and place.pulleys != "both")
     return not place.carried and (steady or place.kind not in STATED)
 
 

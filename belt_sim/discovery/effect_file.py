@@ -6,16 +6,26 @@ import sys
 import types
 from dataclasses import dataclass, field, replace
 
-from belt_sim.discovery.effect_text import BEND, TEMPLATE, needed
-from belt_sim.discovery.forms import COURSES, SHAPES
-from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL, WRAPPED
+from belt_sim.discovery.effect_text import BEND, CHANGED, TEMPLATE, needed
+from belt_sim.discovery.forms import COURSES, SHAPES, UNITS
+from belt_sim.discovery.places import RELATIVE, SPAN, SPANS, TRAVEL, WRAPPED
 from belt_sim.discovery.survey import Law, Term
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import effects_in
 
 ID = "found_effect"
 ODD = ("x", "x|x|", "x^3", "saturated", "beyond", "stuck")
-_UNITS = {"one": "", "set": "", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
+_UNITS = {
+    "one": "",
+    "set": "",
+    "sigma": "",
+    "beta": "rad",
+    "y": "m",
+    "alpha": "rad",
+    "kappa": "1/m",
+    "shown": "m",
+    "rate": "m/s",
+}
 LANDED = {
     "y": "landed.y[{}]",
     "alpha": "landed.alpha[{}]",
@@ -41,7 +51,7 @@ _LAW_OF = {
     "shift": "wrap",
     "twist": "wrap",
     SPAN: "run-up",
-    TENSION: "span",
+    **dict.fromkeys(RELATIVE, "span"),
 }
 
 
@@ -110,7 +120,9 @@ def parity(law: Law) -> str:
 
 
 def _odd(t: Term) -> bool:
-    return (t.place.name in (TENSION, TRAVEL) or t.form.variable not in ("one", "set")) and t.form.shape in ODD
+    of_motion = bool(t.place.relative) or t.place.name == TRAVEL  # in proportion to what moves or is bent
+    reads = t.form.variable not in ("one", "set", "sigma")
+    return (t.form.shape in ODD) != of_motion if reads else of_motion
 
 
 def _law(law: Law) -> str:
@@ -125,8 +137,8 @@ def _hook(term: Term) -> str:
         "shift": "wrap",
         "twist": "wrap",
         SPAN: "runup",
-        TENSION: "bend",
         TRAVEL: "encoder",
+        **dict.fromkeys(RELATIVE, "bend"),
     }
     return hooks.get(kind, kind)
 
@@ -140,7 +152,7 @@ def _numbers(term: Term, tag: str, sizes: list) -> list[Number]:
     else:
         found = [Number(f"size{tag}", unit, what, float(sizes.pop(0)))]
     if form.knee is not None:
-        found.append(Number(f"knee{tag}", _UNITS[form.variable], f"{form.variable} at its knee", form.knee, True))
+        found.append(Number(f"knee{tag}", UNITS[form.variable], f"{form.variable} at its knee", form.knee, True))
     if form.at is not None:
         meaning = "wavelength" if form.waving else "middle of the stretch" if form.carried else "travel of its course"
         found.append(Number(f"at{tag}", along, meaning, form.at, True))
@@ -204,6 +216,7 @@ def _put(text: str, number: str, second: str = "") -> str:
 def _x(term: Term, pulley: int | None, travel: str = "state.travel") -> str:
     v = term.form.variable
     stateless = {"one": "1.0", "set": f"_is_set(case, {travel})", "beta": f"_commanded(case, {travel})"}
+    stateless["sigma"] = "case.settings.tension"
     if v in LANDED and term.place.kind in WRAPPED:  # of the belt that leaves, as it ran up
         return LANDED[v].format(pulley)
     return stateless.get(v, f"state.{v}[{pulley}]")
@@ -262,7 +275,21 @@ def _at_pulleys(name: str, fields: dict[str, str]):
 
 
 def _bend(terms, points) -> str:
-    return BEND.format(calls=_driven(terms, "boundary.travel"))
+    shares: dict[str, list[str]] = {}
+    for k, t in terms:
+        tag = "" if k == 0 else f"_{k + 1}"
+        bent = {"y": "boundary.start + boundary.ends[0]", "kappa": "known[0] @ boundary.ends + bend.runup"}
+        x = bent.get(t.form.variable) or _x(t, None, "boundary.travel")
+        s = "_met(case, boundary.travel)" if t.form.carried else _s(t, "boundary.travel")
+        call = f"self._input{tag}({x}, {s}, case)"
+        if t.place.pulleys in SPANS:
+            first = "[True, False]" if t.place.pulleys == SPANS[0] else "[False, True]"
+            call = f"jnp.where((case.settings.direction > 0) == jnp.array({first}), {call}, 0.0)"
+        shares.setdefault(t.place.relative, []).append(call)
+    return BEND.format(
+        what=", ".join(f"{CHANGED[kind]}" for kind in shares),
+        shares="".join(f"            {' + '.join(calls)},\n" for calls in shares.values()),
+    )
 
 
 def _encoder(terms, points) -> str:

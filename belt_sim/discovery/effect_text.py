@@ -43,6 +43,22 @@ HELPERS = {
 
 
 ''',
+    "_in_powers": '''def _in_powers(changed):
+    """Return what a change of a span adds to its curvatures, per unit of its boundary values: coefficients of a
+    polynomial in log(1 + change), with the slope at no change, through what large changes do."""
+
+    def curvatures(logarithm):
+        answer = response(changed(jnp.expm1(logarithm)))
+        return jnp.stack([answer.runup, answer.runoff])
+
+    at = jnp.array([-1.8, -1.2, -0.6, 0.6, 1.2, 1.8])
+    none, slope = jax.jvp(curvatures, (0.0,), (1.0,))
+    does = jax.vmap(curvatures)(at) - none - at[:, None, None] * slope
+    bent = jnp.linalg.inv(at[:, None] ** jnp.arange(2, 8))
+    return jnp.concatenate([slope[None], jnp.tensordot(bent, does, axes=1)])
+
+
+''',
     "_rate": '''def _rate(reading, row, case, reach=0.25):
     """dy/dt of a reading [m/s]."""
     order = jnp.argsort(reading.seen)
@@ -63,29 +79,31 @@ IMPORTS = {
     "from belt_sim.laws.span import response\n": "response(",
 }
 
+#: what a change of a span is -> the span that is changed by ``share``
+CHANGED = {
+    "tension": """lambda share: replace(
+                span,
+                force=span.force * (1.0 + share),
+                torsion=span.torsion + share * case.tension_force * case.belt.width**2 / 12.0,
+                sag_curvature=span.sag_curvature / (1.0 + share),
+            )""",
+    "bending": "lambda share: replace(span, bending=span.bending * (1.0 + share))",
+    "torsion": "lambda share: replace(span, torsion=span.torsion * (1.0 + share))",
+}
+
 BEND = '''    def influence(self, span, case):
-        """What a change of tension adds to the span's curvatures, per unit of its boundary values: coefficients of a
-        polynomial in log(1 + change), with the slope at no change, through what large changes do."""
-
-        def tightened(logarithm):
-            share = jnp.expm1(logarithm)
-            torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0
-            sag = span.sag_curvature / (1.0 + share)
-            force = span.force * (1.0 + share)
-            answer = response(replace(span, force=force, torsion=torsion, sag_curvature=sag))
-            return jnp.stack([answer.runup, answer.runoff])
-
-        at = jnp.array([-1.0, -0.5, 0.5, 1.0])
-        none, slope = jax.jvp(tightened, (0.0,), (1.0,))
-        does = jax.vmap(tightened)(at) - none - at[:, None, None] * slope
-        bent = jnp.linalg.inv(at[:, None] ** jnp.arange(2, 6))
-        return jnp.concatenate([slope[None], jnp.tensordot(bent, does, axes=1)])
+        """Return the curvature at the run-up per unit of the boundary values, and what each change adds."""
+        changes = ({what},)
+        return response(span).runup, [_in_powers(c) for c in changes]
 
     def bend(self, bend, boundary, known, case):
-        share = {calls}
-        x = jnp.clip(jnp.log(jnp.maximum(1.0 + share, 0.1)), -1.2, 1.2)
-        added = jnp.tensordot(x ** jnp.arange(1, 6), known, axes=1) @ boundary.ends
-        return replace(bend, runup=bend.runup + added[0], runoff=bend.runoff + added[1])
+        shares = (
+{shares}        )
+        for share, added in zip(shares, known[1], strict=True):
+            x = jnp.clip(jnp.log(jnp.maximum(1.0 + share, 0.1)), -1.9, 1.9) + jnp.zeros(2)
+            more = jnp.einsum("ks,kai,is->as", x ** jnp.arange(1, 8)[:, None], added, boundary.ends)
+            bend = replace(bend, runup=bend.runup + more[0], runoff=bend.runoff + more[1])
+        return bend
 '''
 
 TEMPLATE = '''"""A law found in data, not yet understood: rename it once you know what it is."""

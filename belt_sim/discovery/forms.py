@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.discovery.places import SPAN, TENSION, TRAVEL
+from belt_sim.discovery.places import SPAN, STIFFNESS, TENSION, TRAVEL
 from belt_sim.discovery.states import States
 
 #: shape -> formula of x and of its number p
@@ -22,6 +22,10 @@ SHAPES = {
     "saturated": "p * xp.tanh(x / p)",
     "beyond": "x - xp.clip(x, -p, p)",
     "stuck": "stop(x, p, s)",
+    "|x|": "xp.abs(x)",
+    "past": "xp.maximum(xp.abs(x) - p, 0.0)",
+    "below": "xp.maximum(1.0 - x / p, 0.0)",
+    "above": "xp.maximum(x / p - 1.0, 0.0)",
 }
 #: course -> formula of the travel s [m] (of what swings: two) and of its numbers p and q [m]; of a stretch of the belt:
 #: of the part of it that runs up, of its middle and its length, all in belt lengths
@@ -43,9 +47,19 @@ COURSES = {
 SHAPED = ("saturated", "beyond")  # shapes that have a number
 SWINGING = ("wave", "ring")
 STEADY = ("always", "travel", "root")
-STATELESS = ("one", "set", "beta")  # variables that the belt has no hand in
-UNITS = {"one": "1", "set": "1", "beta": "rad", "y": "m", "alpha": "rad", "kappa": "1/m", "shown": "m", "rate": "m/s"}
-STATED = (TENSION, TRAVEL, SPAN)  # kinds of places of which courses are tried only, whatever the belt does
+STATELESS = ("one", "set", "beta", "sigma")  # variables that the belt has no hand in
+UNITS = {
+    "one": "1",
+    "set": "1",
+    "beta": "rad",
+    "sigma": "Pa",
+    "y": "m",
+    "alpha": "rad",
+    "kappa": "1/m",
+    "shown": "m",
+    "rate": "m/s",
+}
+STATED = (TENSION, TRAVEL, SPAN, *STIFFNESS)  # kinds of places of which courses are tried only, whatever the belt does
 STRETCHES = (0.05, 0.1, 0.2, 0.4)  # of the belt
 WIDE = (0.05, 0.1, 0.2)  # of the record, how long something lasts
 PARTS = 12  # of the record, for onsets
@@ -144,6 +158,8 @@ def variable(states: States, name: str, part: int | None, signal: str | None) ->
     """A variable along every run, (R, J)."""
     if name == "one":
         return np.ones_like(states.beta)
+    if name == "sigma":
+        return np.broadcast_to(states.tension[:, None], states.beta.shape)
     if name in ("beta", "set"):
         return getattr(states, name)
     if name in ("shown", "rate"):
@@ -169,7 +185,8 @@ def dictionary(states: States, kind: str) -> list[Form]:
     timed = [("rise", end * r) for r in RISES] + [("after", end * k / PARTS) for k in range(1, PARTS - 1)]
     courses = [(c, None) for c in STEADY] + timed
     if kind in STATED:
-        return [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
+        found = [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
+        return found + (_of_tension(states) if kind in STIFFNESS else [])
     forms = [Form("one", course=c, at=a) for c, a in courses] + waves(states, ("one",)) + windows(states, ("one",))
     if kind == "sensor":
         return forms + _of_state(states, ("shown", "rate"), [("always", None), ("travel", None)], shapes=True)
@@ -181,6 +198,24 @@ def dictionary(states: States, kind: str) -> list[Form]:
     forms += windows(states, ("alpha", "kappa"))
     fading = [("fade", end * r) for r in RISES[:4]]
     return forms + _of_state(states, ("y", "alpha", "kappa"), courses + fading, shapes=True)
+
+
+def _of_tension(states: States) -> list[Form]:
+    """What begins below or above a tension, where there are enough of them to tell that from a power."""
+    tensions = np.unique(np.round(states.tension, -4))
+    if len(tensions) < 3:
+        return []
+    between = np.sqrt(tensions[1:] * tensions[:-1])
+    return [Form("sigma", shape=s, knee=float(x)) for s, some in (("below", between), ("above", between)) for x in some]
+
+
+def _of_amplitude(states: States) -> list[Form]:
+    """What grows with how far the belt goes or is bent, on either side alike."""
+    found = [Form(n, shape=s) for n in ("y", "kappa") for s in ("|x|", "x^2")]
+    for n in ("y", "kappa"):
+        largest = float(np.abs(getattr(states, n)).max())
+        found += [Form(n, shape="past", knee=b * largest) for b in KNEES]
+    return found
 
 
 def _of_many_sizes(beta: np.ndarray) -> bool:
@@ -211,6 +246,8 @@ def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
     if kind == "sensor":
         largest = float(np.abs(states.shown).max())
         return found + [Form("shown", shape="stuck", knee=b * largest) for b in STUCK]
+    if kind in STIFFNESS:
+        return found + _of_amplitude(states) + stretches(kind)
     return found if kind in STATED else found + _sided(states) + _swinging(states, periods)
 
 
@@ -259,7 +296,7 @@ def windows(states: States, names: tuple[str, ...]) -> list[Form]:
 
 def stretches(kind: str) -> list[Form]:
     """What a stretch of the belt carries, all round it: grip that it lacks, stiffness, or a bend of its own."""
-    names = ("alpha", "kappa", *(("one",) if kind == "turn" else ()))
+    names = ("one",) if kind in STIFFNESS else ("alpha", "kappa", *(("one",) if kind == "turn" else ()))
     places = [(float(at), wide) for wide in STRETCHES for at in np.arange(0.5, 1.5 - 1e-9, 0.5 * wide)]
     return [Form(n, course="stretch", at=at, wide=wide) for n in names for at, wide in places]
 

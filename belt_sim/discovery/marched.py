@@ -17,7 +17,7 @@ from belt_sim.discovery.choose import MODELLED, Choice
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.forms import Form
 from belt_sim.discovery.loop import closed
-from belt_sim.discovery.places import TENSION, TRAVEL
+from belt_sim.discovery.places import STIFFNESS, TENSION, TRAVEL
 from belt_sim.discovery.refit import Refit, refits
 from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import WITHIN, Scored, fitted
@@ -142,10 +142,10 @@ def of_first_order(survey: Survey, choice: Choice, likeliest: Course) -> list[Sc
     a turn where the belt is bent, in proportion: courses of laws that read the state are tried for it too.
     """
     found = []
-    for name in (TENSION, TRAVEL):
+    for name in (TENSION, TRAVEL, *(p.name for p in survey.places if p.kind in STIFFNESS)):
         own = [s for s in choice.judged if len(s.law.terms) == 1 and s.law.terms[0].place.name == name]
-        courses = _courses_of(survey, choice, likeliest)[:COURSES] if name == TENSION else own[1:FAMILIES]
-        tried = [*own[:1], *courses]
+        courses = {TENSION: lambda: _courses_of(survey, choice, likeliest)[:COURSES], TRAVEL: lambda: own[1:FAMILIES]}
+        tried = [*own[:1], *(courses[name]() if name in courses else [])]
         promise = max((s.gain for s in tried), default=0.0)
         if promise >= PROMISE * choice.best.gain or likeliest.place.name == name:
             found += tried

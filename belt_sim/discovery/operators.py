@@ -91,14 +91,14 @@ def _sensor(bench: Workbench, answers: Responses, true: np.ndarray, signal: int)
     return found
 
 
-def tension_turn(tighten: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """What a relative change of tension adds to kappa at the run-ups (tail, head), (R, 2, J) [1/m].
+def relative_turn(per_end: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """What a relative change of what bends the spans adds to kappa at the run-ups (tail, head), (R, 2, J) [1/m].
 
-    tighten (R, 3): the same per unit of a span's boundary values; rows (R, 8, J): y and angle of the curves.
+    per_end (R, 3): the same per unit of a span's boundary values; rows (R, 8, J): y and angle of the curves.
     """
     y, angle = rows[:, :4], rows[:, 4:8]
     found = []
     for up, off in ((0, 3), (1, 2)):
         ends = np.stack([y[:, up] - y[:, off], angle[:, off], angle[:, up]], axis=1)
-        found.append(np.einsum("rk,rkj->rj", tighten, ends))
+        found.append(np.einsum("rk,rkj->rj", per_end, ends))
     return np.stack(found, axis=1)

@@ -1,13 +1,16 @@
 """Places: where an unknown may act, as combinations of channels that belong together."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.discovery.channels import UNITS
-from belt_sim.discovery.operators import Operators
+
+if TYPE_CHECKING:
+    from belt_sim.discovery.operators import Operators
 
 #: kind of channel -> what people call it
 KINDS = {
@@ -26,6 +29,14 @@ CARRIED = "carried"
 BY_THE_BELT = ("turn", "drift")
 #: kinds of what happens to a belt while it lies on a pulley
 WRAPPED = ("shift", "twist")
+#: kinds of relative change of a span's own stiffness -> what people call it, of both spans and of one
+STIFFNESS = {
+    "pull": ("", "tension of one span, the {} one"),
+    "bending": ("bending stiffness of both spans", "bending stiffness of the {} span"),
+    "torsion": ("torsional stiffness of both spans", "torsional stiffness of the {} span"),
+}
+#: kinds of places whose input is a relative change of what bends a span -> what that is
+RELATIVE = {TENSION: TENSION, "pull": TENSION, "bending": "bending", "torsion": "torsion"}
 SPANS = ("upper", "lower")  # the first runs up the tail pulley where the belt travels forwards
 
 
@@ -40,12 +51,8 @@ class Place:
 
     @property
     def kind(self) -> str:
-        """yaw, turn, drift, shift, twist, span, tension, travel or sensor."""
-        if self.name in (TENSION, TRAVEL):
-            return self.name
-        if self.name.startswith(SPAN):
-            return SPAN
-        return "sensor" if self.parts[0][1] is None else self.parts[0][0].split("_")[0]
+        """yaw, turn, drift, shift, twist, span, tension, bending, torsion, pull, travel or sensor."""
+        return self.name.split("_")[0]
 
     @property
     def pulleys(self) -> str:
@@ -58,13 +65,24 @@ class Place:
         return self.pulleys == CARRIED and self.kind in BY_THE_BELT
 
     @property
+    def relative(self) -> str:
+        """What its input is a relative change of: tension, bending or torsion; empty: of nothing."""
+        return RELATIVE.get(self.kind, "")
+
+    @property
+    def of_all_spans(self) -> "Place":
+        """The same of both spans, where it is of one."""
+        return replace(self, name=f"{self.kind}_both") if self.pulleys in SPANS else self
+
+    @property
     def seldom(self) -> bool:
         """Whether it is tried only where something is known to be missing."""
         return self.kind in (SPAN, TRAVEL) or self.carried
 
 
 def places_of(samples: Samples) -> tuple[Place, ...]:
-    """All places of a campaign: each pulley and both alike, the tension, each sensor and all alike, the encoder.
+    """All places of a campaign: each pulley and both alike, the tension, what bends the spans, each sensor and all
+    alike, the encoder.
 
     What loads a span bends it where it runs up, on whichever pulley that is: where the belt has travelled both ways a
     span is a place of its own. What the belt carries meets both pulleys, one after the other, if it goes round once.
@@ -81,6 +99,9 @@ def places_of(samples: Samples) -> tuple[Place, ...]:
             found.append(Place(f"{kind}_{CARRIED}", there, UNITS[channels[0]], both))
     runups = (("turn_tail", 0), ("turn_head", 1))
     found.append(Place(TENSION, "tension of the belt", "1", runups))
+    for kind, (both, one) in STIFFNESS.items():
+        found += [Place(f"{kind}_both", both, "1", runups)] if both else []
+        found += [Place(f"{kind}_{s}", one.format(s), "1", runups) for s in SPANS]
     if len({r.direction for r in samples.runs}) > 1:
         words = "bend of the {} span where it runs up"
         found += [Place(f"{SPAN}_{s}", words.format(s), UNITS["turn_tail"], runups) for s in SPANS]
@@ -95,7 +116,7 @@ def places_of(samples: Samples) -> tuple[Place, ...]:
     return tuple(found)
 
 
-def place_columns(ops: Operators, place: Place, inputs: Sequence[np.ndarray]) -> np.ndarray:
+def place_columns(ops: "Operators", place: Place, inputs: Sequence[np.ndarray]) -> np.ndarray:
     """Whitened columns (F, R, m) of inputs (F, R, J), one array a part of the place."""
     columns = [ops.columns(channel, one) for (channel, _), one in zip(place.parts, inputs, strict=True)]
     return columns[0] if len(columns) == 1 else np.sum(columns, axis=0)

@@ -19,8 +19,9 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.batches import ROWS
 from belt_sim.diagnosis.readings.forward import room_for
 from belt_sim.discovery.channels import CHANNELS, Pulse
-from belt_sim.effects.base import Effect, overrides
-from belt_sim.effects.pipeline import true_travel
+from belt_sim.discovery.places import RELATIVE
+from belt_sim.effects.base import Effect, overrides, uses
+from belt_sim.effects.pipeline import as_driven, true_travel
 from belt_sim.jax_setup import PROGRAMS, compiled, in_float64
 from belt_sim.laws.span import response
 
@@ -118,31 +119,41 @@ def _sorted(curves, case):
     return jnp.concatenate([curves.y[places], curves.angle[places], curves.moment[spans], curves.tilt[spans]])
 
 
-def tension_answers(bench: Workbench) -> np.ndarray:
-    """d kappa at the run-up of a span per relative change of tension and unit of its boundary values, (R, 5)."""
-    cases = bench.forward.samples.cases
+def relative_answers(bench: Workbench, fit: Fit) -> dict[str, np.ndarray]:
+    """d kappa at the run-up of a span per relative change of what bends it, and unit of its boundary values, (R, 5);
+    with the effects of a fit at work."""
+    forward = bench.forward
+    effects = tuple(e for e in forward.effects_at(fit.vector, fit.ids) if overrides(e) & {"settings", "span"})
     runs = len(bench.samples.runs)
     rows = np.arange(-(-runs // ROWS) * ROWS).clip(max=runs - 1)
-    settings = jax.tree.map(lambda x: np.asarray(x)[rows], cases.settings)
-    return np.asarray(_tightened(bench.forward.model)(replace(cases, settings=settings)))[:runs]
+    settings = jax.tree.map(lambda x: np.asarray(x)[rows], forward.samples.cases.settings)
+    cases = replace(forward.samples.cases, settings=settings)
+    made = _changed(forward.model, tuple(map(type, effects)))(effects, cases)
+    return {kind: np.asarray(x)[:runs] for kind, x in made.items()}
 
 
 @lru_cache(PROGRAMS)
-def _tightened(model):
-    def one(case):
+def _changed(model, classes):
+    def one(effects, case):
+        case = as_driven(case, effects)
         span = model.span(case)
+        for e in uses((*model.built_in, *effects), "span"):
+            span = e.span(span, case)
 
-        def tightened(share):
-            return response(retensioned(span, case, share)).runup
+        def per_share(kind):
+            return jax.jvp(lambda share: response(changed(span, case, kind, share)).runup, (0.0,), (1.0,))[1]
 
-        return jax.jvp(tightened, (0.0,), (1.0,))[1]
+        return {kind: per_share(kind) for kind in dict.fromkeys(RELATIVE.values())}
 
-    many = jax.vmap(one, in_axes=(Case(rig=None, belt=None, settings=0),))  # type: ignore[arg-type]
+    many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
     return compiled(many)
 
 
-def retensioned(span, case: Case, share):
-    """A span when the tension is larger by ``share``: force, sag, and the torsion that tension gives."""
+def changed(span, case: Case, kind: str, share):
+    """A span whose bending stiffness, torsional stiffness or tension (force, sag, and what tension adds to torsion) is
+    larger by ``share``."""
+    if kind in ("bending", "torsion"):
+        return replace(span, **{kind: getattr(span, kind) * (1.0 + share)})
     torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0
     return replace(
         span, force=span.force * (1.0 + share), torsion=torsion, sag_curvature=span.sag_curvature / (1.0 + share)

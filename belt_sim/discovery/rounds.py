@@ -12,8 +12,8 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
-from belt_sim.discovery.operators import kept_row, single, tension_turn
-from belt_sim.discovery.places import TENSION, WRAPPED, place_columns
+from belt_sim.discovery.operators import kept_row, relative_turn, single
+from belt_sim.discovery.places import WRAPPED, place_columns
 from belt_sim.discovery.responses import MOMENT
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Law, Survey, Term
@@ -57,8 +57,8 @@ class Loop:
         if name == "shown":
             row = kept_row(s.bench.samples.signals[where].at, s.bench.samples.runs[run].direction)
         pulse = s.answers.pulses[run, CHANNELS.index(channel)]
-        if name == "squeeze":
-            seen = tension_turn(s.states.tighten[run, None], pulse[None, :MOMENT])[0, where]
+        if name in s.states.per_end:
+            seen = relative_turn(s.states.per_end[name][run, None], pulse[None, :MOMENT])[0, where]
         else:
             seen = pulse[row]
         found = s.answers.at(seen, grid + grid[1] - grid[0])[:, 1]
@@ -71,7 +71,7 @@ def run(loop: Loop, laws: Sequence[Sized], begin: States | None = None) -> Run |
     survey, law = loop.survey, laws[0][0]
     base, reads = survey.states, _read_by(law, survey.states)
     inputs = _inputs(survey, laws)
-    largest = {r: float(np.abs(getattr(base, r[0])).max()) + 1e-12 for r in reads if r[0] != "rate"}
+    largest = {r: float(np.abs(base.read(r[0])).max()) + 1e-12 for r in reads if r[0] != "rate"}
     at = {read: _at(begin or base, read) for read in reads}
     still = _added(loop, _acting(law, inputs(at), reading=False), reads)
     unread = {read: _at(base, read) + still[read] for read in reads}
@@ -121,7 +121,7 @@ def states_at_work(loop: Loop, law: Law, sizes: np.ndarray, states: States) -> S
     survey = loop.survey
     felt = _inputs(survey, [(law, sizes)])({r: _at(states, r) for r in _read_by(law, states)})
     sensors = [k for k, s in enumerate(survey.bench.samples.signals) if s.kind == "lateral"]
-    reads = [(n, k) for n in ("y", "alpha", "kappa", "squeeze") for k in (0, 1)]
+    reads = [(n, k) for n in ("y", "alpha", "kappa", *states.bent) for k in (0, 1)]
     reads += [(n, k) for k in sensors for n in ("shown", "rate")]
     added = _added(loop, _acting(law, felt), reads)
     return _with(survey.states, {r: _at(survey.states, r)[:, 0] + added[r][:, 0] for r in reads})
@@ -142,8 +142,9 @@ def _inputs(survey: Survey, laws: Sequence[Sized]) -> Callable[[dict[Read, np.nd
         found = []
         for k, (t, own) in enumerate(zip(first.terms, factors, strict=True)):
             forms = [law.terms[k].form for law, _ in laws]
-            xs = [_seen(t, survey.states, at, *part) for part in t.place.parts] if _reading(t) else [None] * len(own)
-            found.append([f if x is None else f * _shaped(forms, x) for f, x in zip(own, xs, strict=True)])
+            found.append(
+                [_driven(survey.states, t, forms, u, at, *part) for u, part in zip(own, t.place.parts, strict=True)]
+            )
         return found
 
     return inputs
@@ -160,14 +161,20 @@ def _factor(survey: Survey, t: Term, forms: list[Form], sizes: np.ndarray, chann
             for half, size in zip(halves, sizes.T, strict=True)
         )
     found = course * survey.weight(t.exponent)[:, None, None]
-    if _reading(t):
+    lever = np.asarray(states.share(t.place, part) if t.place.relative else states.lever(t.place, channel, part))
+    found = found * (lever[:, None] if lever.ndim else lever)
+    if t.form.variable not in STATELESS:
         return found
-    lever = np.asarray(states.lever(t.place, channel, part))
-    return (
-        found
-        * (lever[:, None] if lever.ndim else lever)
-        * _shaped(forms, variable(states, t.form.variable, part, channel)[:, None])
-    )
+    return found * _shaped(forms, variable(states, t.form.variable, part, channel)[:, None])
+
+
+def _driven(states: States, t: Term, forms: list[Form], u: np.ndarray, at: dict[Read, np.ndarray], channel, part):
+    """A factor u with what the state makes of it: the shape of what the term reads, and how far the span is bent."""
+    variable_read, bent = _reads(t, states, channel, part)
+    if variable_read is not None:
+        x = at[variable_read]
+        u = u * _shaped(forms, states.late(x, part) if t.place.kind in WRAPPED and part is not None else x)
+    return u if bent is None else u * at[bent]
 
 
 def _shaped(forms: list[Form], x: np.ndarray) -> np.ndarray:
@@ -185,25 +192,22 @@ def _column(forms: list[Form], number: str) -> np.ndarray | None:
 
 
 def _reading(t: Term) -> bool:
-    """Whether what a term does goes with the state: it reads that, or it is a pull that acts where the belt is bent."""
-    return t.form.variable not in STATELESS or t.place.name == TENSION
+    """Whether what a term does goes with the state: it reads that, or it acts where the belt is bent."""
+    return t.form.variable not in STATELESS or t.place.relative
 
 
-def _reads(t: Term, states: States, channel: str, part: int | None) -> Read:
-    if t.place.name == TENSION:
-        return "squeeze", 0 if part is None else part
-    return t.form.variable, states.signals.index(channel) if part is None else part
-
-
-def _seen(t: Term, states: States, at: dict[Read, np.ndarray], channel: str, part: int | None) -> np.ndarray:
-    """What a term reads (R, F, J) of the belt that it acts on."""
-    x = at[_reads(t, states, channel, part)]
-    return states.late(x, part) if t.place.kind in WRAPPED and part is not None else x
+def _reads(t: Term, states: States, channel: str, part: int | None) -> tuple[Read | None, Read | None]:
+    """The variable that a term reads, and how far what it changes bends the span; None where it does not."""
+    where = states.signals.index(channel) if part is None else part
+    return None if t.form.variable in STATELESS else (t.form.variable, where), (
+        (t.place.relative, where) if t.place.relative else None
+    )
 
 
 def _read_by(law: Law, states: States) -> list[Read]:
     """What a law reads; with the rate of a signal the signal itself."""
-    found = dict.fromkeys(_reads(t, states, *part) for t in law.terms if _reading(t) for part in t.place.parts)
+    every = [r for t in law.terms for part in t.place.parts for r in _reads(t, states, *part) if r is not None]
+    found = dict.fromkeys(every)
     return list(dict.fromkeys([*found, *(("shown", where) for name, where in found if name == "rate")]))
 
 
@@ -213,7 +217,7 @@ def _largest(x: dict[Read, np.ndarray], unit: dict[Read, float]) -> float:
 
 
 def _at(states: States, read: Read) -> np.ndarray:
-    return getattr(states, read[0])[:, read[1], None]
+    return states.read(read[0])[:, read[1], None]
 
 
 def _acting(law: Law, felt: list[list[np.ndarray]], reading: bool | None = None) -> list[tuple[str, np.ndarray]]:
@@ -264,7 +268,8 @@ def _where_yawed(survey: Survey, added: np.ndarray) -> np.ndarray:
 
 def _with(base: States, found: dict[Read, np.ndarray]) -> States:
     """The states with some of them changed (R, J)."""
-    changed = {name: getattr(base, name).copy() for name, _ in found}
+    changed = {name: base.read(name).copy() for name, _ in found}
     for (name, where), x in found.items():
         changed[name][:, where] = x
-    return replace(base, **changed)
+    bent = {kind: changed.pop(kind, x) for kind, x in base.bent.items()}
+    return replace(base, bent=bent, **changed)

@@ -1,6 +1,6 @@
 """States: what a law may read along each run, on the grid of an unknown's input."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -9,8 +9,8 @@ import numpy as np
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.operators import kept_row, tension_turn
-from belt_sim.discovery.places import SPAN, SPANS, TENSION, TRAVEL, WRAPPED, Place
+from belt_sim.discovery.operators import kept_row, relative_turn
+from belt_sim.discovery.places import SPANS, TRAVEL, WRAPPED, Place
 from belt_sim.discovery.responses import MOMENT, Responses
 
 
@@ -20,8 +20,8 @@ class States:
 
     Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw; set
     (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): shown [m] and rate [m/s]; tension,
-    speed (R,); squeeze (R, 2, J): what a relative change of tension adds to kappa, and tighten (R, 3): that per unit of
-    the boundary values of a span; forward (R,): whether the upper span runs up the tail pulley; met (R, 2, J): which
+    speed (R,); bent: kind of relative change -> what one adds to kappa (R, 2, J), and per_end: that per unit of the
+    boundary values of a span (R, 3); forward (R,): whether the upper span runs up the tail pulley; met (R, 2, J): which
     part of the belt runs up, in belt lengths from the one that is at the tail pulley when a forward run starts; later,
     belt: travel [m] by which it is at the head pulley after the tail pulley, and at the same pulley again; arcs: by
     which it leaves the tail and the head pulley after it has run up.
@@ -38,8 +38,8 @@ class States:
     rate: np.ndarray
     tension: np.ndarray
     speed: np.ndarray
-    squeeze: np.ndarray
-    tighten: np.ndarray
+    bent: Mapping[str, np.ndarray]
+    per_end: Mapping[str, np.ndarray]
     forward: np.ndarray
     met: np.ndarray
     later: float
@@ -69,13 +69,23 @@ class States:
 
     def lever(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
         """What an input of 1 at a place is to one of its channels: 1, (R, J), or (R, 1)."""
-        if place.name == TENSION:
-            return self.squeeze[:, pulley]
-        if place.kind == SPAN:
-            return (self.forward[:, None] == (SPANS[pulley or 0] == place.pulleys)).astype(float)
+        if place.relative:
+            return self.bent[place.relative][:, pulley] * self.share(place, pulley)
+        if place.pulleys in SPANS:
+            return self.share(place, pulley)
         if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
             return np.gradient(self.shown[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
         return 1.0
+
+    def share(self, place: Place, pulley: int | None) -> np.ndarray | float:
+        """Of what acts on one span: 1 in the runs (R, 1) in which that span runs up a pulley; else 1."""
+        if place.pulleys not in SPANS or pulley is None:
+            return 1.0
+        return (self.forward[:, None] == (SPANS[pulley] == place.pulleys)).astype(float)
+
+    def read(self, name: str) -> np.ndarray:
+        """A variable (R, k, J), or what a kind of relative change adds to kappa."""
+        return self.bent[name] if name in self.bent else getattr(self, name)
 
     def felt(self, place: Place, u: np.ndarray, channel: str, pulley: int | None) -> np.ndarray:
         """What an input u (..., R, J) at a place is at one of its channels; of what the belt carries u is that at the
@@ -88,13 +98,15 @@ class States:
         return u[..., low] * (1.0 - cells + low) + u[..., low + 1] * (cells - low)
 
 
-def states_of(bench: Workbench, answers: Responses, tighten: np.ndarray, course: Course | None = None) -> States:
+def states_of(
+    bench: Workbench, answers: Responses, per_end: Mapping[str, np.ndarray], course: Course | None = None
+) -> States:
     """States of the model, moved by what an unknown input does to them when there is a ``course`` of it."""
     runs, grid = bench.samples.runs, answers.grid
     rows = np.stack([[np.interp(grid, answers.fine, row) for row in kept[: MOMENT + 2]] for kept in answers.curves])
     drift = np.zeros((len(runs), 2, len(grid)))
     if course is not None:
-        base = states_of(bench, answers, tighten)
+        base = states_of(bench, answers, per_end)
         rows = rows + _moved(answers, base, course)
         drift = _drift(answers, base, course)
     y, spacing = rows[:, :4], grid[1] - grid[0]
@@ -119,8 +131,8 @@ def states_of(bench: Workbench, answers: Responses, tighten: np.ndarray, course:
         rate=np.gradient(shown, spacing, axis=-1) * speed[:, None, None],
         tension=np.asarray(settings.tension),
         speed=speed,
-        squeeze=tension_turn(tighten, rows),
-        tighten=tighten,
+        bent={kind: relative_turn(x, rows) for kind, x in per_end.items()},
+        per_end=per_end,
         forward=forward,
         met=met_by(rig, forward, grid),
         later=float(rig.span_length + rig.wrap_tail),
@@ -159,8 +171,3 @@ def _drift(answers: Responses, base: States, course: Course) -> np.ndarray:
     inputs, place = course.inputs(answers.grid), course.place
     there = [(drift_at(p), p) for p in (0, 1)]
     return np.stack([base.felt(place, inputs, *t) if t in place.parts else 0.0 * inputs for t in there], axis=1)
-
-
-def present(names: Sequence[str], states: States) -> list[str]:
-    """Those variables that are not zero throughout."""
-    return [n for n in names if n == "one" or np.any(getattr(states, n) != 0.0)]

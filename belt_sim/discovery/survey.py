@@ -13,7 +13,7 @@ from belt_sim.discovery.forms import Form, dictionary, seldom, stretches
 from belt_sim.discovery.ground import Ground, ground_of
 from belt_sim.discovery.operators import Operators, operators, shapes
 from belt_sim.discovery.places import Place, place_columns, places_of
-from belt_sim.discovery.responses import Responses, responses, tension_answers
+from belt_sim.discovery.responses import Responses, relative_answers, responses
 from belt_sim.discovery.states import States, states_of
 
 
@@ -140,7 +140,7 @@ class Survey:
 
     def informed(self, course: Course) -> "Survey":
         """The survey with states as the data show them, a smooth input being at work."""
-        return replace(self, states=states_of(self.bench, self.answers, self.states.tighten, course))
+        return replace(self, states=states_of(self.bench, self.answers, self.states.per_end, course))
 
 
 def survey_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Survey:
@@ -148,13 +148,14 @@ def survey_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Survey:
     answers = responses(bench, fit, among)
     ground = ground_of(bench, fit)
     ops = operators(bench, ground, answers, bench.forward.effects_at(fit.vector, fit.ids))
-    states = states_of(bench, answers, tension_answers(bench)[:, :3])
-    places = tuple(p for p in places_of(bench.samples) if _felt(ops, p))
+    states = states_of(bench, answers, {kind: x[:, :3] for kind, x in relative_answers(bench, fit).items()})
+    places = tuple(p for p in places_of(bench.samples) if _felt(ops, states, p))
     unit = float(np.exp(np.mean(np.log(states.tension))))
     unit = 1e6 * float(f"{unit / 1e6:.1g}")
     return Survey(bench, fit, ground, answers, ops, states, places, unit)
 
 
-def _felt(ops: Operators, place: Place) -> bool:
-    """Whether the readings feel an input at a place at all."""
-    return all(np.any(ops.rows[channel]) for channel, _ in place.parts)
+def _felt(ops: Operators, states: States, place: Place) -> bool:
+    """Whether the readings feel an input at a place at all, and what it changes bends the spans."""
+    bent = not place.relative or bool(np.any(states.per_end[place.relative]))
+    return bent and all(np.any(ops.rows[channel]) for channel, _ in place.parts)

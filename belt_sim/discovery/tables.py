@@ -4,7 +4,7 @@ What the belt has no hand in is the same beside every state, and at every place 
 are worked out once a survey. Forms that read the state are worked out once for all places of a pulley.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 
 from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
 from belt_sim.discovery.operators import single
-from belt_sim.discovery.places import TENSION, TRAVEL, WRAPPED, Place
+from belt_sim.discovery.places import TRAVEL, WRAPPED, Place
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Survey
 
@@ -131,7 +131,7 @@ def inputs_of(states: States, forms: Sequence[Form], part: int | None, signal: s
 def _still(survey: Survey, place: Place, block: Block, felt: np.ndarray) -> Products:
     """Of forms that the belt has no hand in."""
     inputs = survey.once(("inputs", block), lambda: inputs_of(survey.states, block.everything, None, None))
-    within = survey.states if place.name in (TENSION, TRAVEL) else None  # they act on what is bent, and shown
+    within = survey.states if place.relative or place.name == TRAVEL else None  # they act on what is bent, and shown
     lengths = survey.once(
         ("lengths", place.name, block), lambda: _lengths(_still_rows(survey, place, block, inputs), block.waves), within
     )
@@ -146,7 +146,9 @@ def _still_rows(survey: Survey, place: Place, block: Block, inputs: np.ndarray) 
     """
     found: Any = 0.0
     for channel, part in place.parts:
-        found = found + _still_part(survey, place, channel, part, block, inputs)
+        share = survey.states.share(place, part)
+        if np.any(share):
+            found = found + _shared(_still_part(survey, place, channel, part, block, inputs), share)
     own = np.einsum("rfm,rfm->rf", found, found)
     most = (np.abs(inputs) @ _reach(survey, place))[..., 0]
     faint = np.any(own < np.square(CANCELS * most), axis=0)
@@ -159,17 +161,27 @@ def _still_part(survey: Survey, place: Place, channel: str, part: int | None, bl
     """The same at one part of a place; those of the places of one kind are remembered, as of ``_rows``."""
 
     def made() -> np.ndarray:
-        lever = np.asarray(survey.states.lever(place, channel, part), dtype=np.float32)
+        lever = np.asarray(survey.states.lever(place.of_all_spans, channel, part), dtype=np.float32)
         op = survey.ops.rows[channel].swapaxes(0, 1) * (lever[..., None] if lever.ndim else lever)
         return survey.once(("single", block), lambda: single(inputs)) @ op
 
-    last = survey.once(("still",), dict, survey.states)
-    if last.get("kind") != place.kind:
+    return _last(survey, "still", place, (channel, block), made)
+
+
+def _shared(rows: np.ndarray, share: np.ndarray | float) -> np.ndarray:
+    """Rows (R, F, m) times what a place has a share in (R, 1), without work where that is all of it."""
+    return rows if np.all(share == 1.0) else rows * np.asarray(share, dtype=rows.dtype)[..., None]
+
+
+def _last(survey: Survey, what: str, place: Place, key: tuple, made: Callable[[], np.ndarray]) -> np.ndarray:
+    """What ``made`` gives for a part of a place; that of the places of one kind is remembered, until another comes."""
+    last, kind = survey.once((what,), dict, survey.states), place.relative or place.kind
+    if last.get("kind") != kind:
         last.clear()
-        last["kind"] = place.kind
-    if (channel, block) not in last:
-        last[channel, block] = made()
-    return last[channel, block]
+        last["kind"] = kind
+    if key not in last:
+        last[key] = made()
+    return last[key]
 
 
 def _reach(survey: Survey, place: Place) -> np.ndarray:
@@ -192,7 +204,12 @@ def _felt(survey: Survey, place: Place, across: Across) -> np.ndarray:
 
 def _reading(survey: Survey, place: Place, block: Block, across: Across) -> Products:
     """Of forms that read the state."""
-    parts = [_rows(survey, place, channel, part, block) for channel, part in place.parts]
+    shares = [survey.states.share(place, part) for _, part in place.parts]
+    parts = [
+        _shared(_rows(survey, place, channel, part, block), share)
+        for (channel, part), share in zip(place.parts, shares, strict=True)
+        if np.any(share)
+    ]
     whole = np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
     return _products(place, block, whole @ across.single, _lengths(whole, block.waves))
 
@@ -202,23 +219,19 @@ def _rows(survey: Survey, place: Place, channel: str, part: int | None, block: B
 
     Those of the places of one kind are remembered: what is at both pulleys is at each of them as well.
     """
-    states, where, kind = survey.states, channel if part is None else part, place.kind
+    states, where = survey.states, channel if part is None else part
 
     def made() -> np.ndarray:
         inputs = survey.once(
-            ("inputs", where, kind in WRAPPED, block),
+            ("inputs", where, place.kind in WRAPPED, block),
             lambda: single(inputs_of(states.read_at(place), block.everything, part, channel)),
             states,
         )
-        return inputs @ survey.ops.rows[channel].swapaxes(0, 1)
+        op = survey.ops.rows[channel].swapaxes(0, 1)
+        lever = states.lever(place.of_all_spans, channel, part) if place.relative else None
+        return inputs @ (op if lever is None else op * single(np.asarray(lever))[..., None])
 
-    last = survey.once(("rows",), dict, states)
-    if last.get("kind") != kind:
-        last.clear()
-        last["kind"] = kind
-    if (channel, block) not in last:
-        last[channel, block] = made()
-    return last[channel, block]
+    return _last(survey, "rows", place, (channel, block), made)
 
 
 def _sizes(rows: np.ndarray) -> np.ndarray:
