@@ -23,6 +23,7 @@ from belt_sim.results.errors import Errors
 from belt_sim.results.found import Estimate
 
 KEPT = 120  # points of a curve against a variable, a tension
+WORSE = 1.05  # of an error, above which it is told to have risen: half of it is the accuracy of one refit's step
 DRAWN = 600  # points of the law as a line
 
 
@@ -45,7 +46,7 @@ def describe(found: Discovered, probability: float, *, config: Any = None) -> Di
     if found.refit is None:
         return Discovery(**common, sentence=_no_law(found))
     law, error = _law(found), _errors(found)
-    said = sentence(s, found.refit, law.share, law.looks_like, alone=not s.fit.ids, carries=carries_over(error))
+    said = sentence(s, found.refit, law, error.fit or error.held_out, worse=got_worse(error))
     points, curve = _against(found)
     return Discovery(
         **common,
@@ -160,6 +161,8 @@ def _against(found: Discovered) -> tuple[tuple[LawPoints, ...], LawPoints | None
     x = np.broadcast_to(_travelled(s.states, term.form, part), u.shape)
     if not by_travel:
         x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
+    if term.form.variable == "sigma":
+        slack = slack * evaluated(SHAPES[term.form.shape])(x=s.states.tension[:, None], p=term.form.knee, xp=np)
     if term.form.variable == "beta":
         slack = slack * s.states.beta
     elif not by_travel and term.form.course != "always":
@@ -212,10 +215,18 @@ def _errors(found: Discovered) -> Errors:
     return errors_of(r.bench, s.fit, held_out(s.bench, s.fit), r.fit, held_out(r.bench, r.fit))
 
 
-def carries_over(error: Errors) -> bool:
-    """Whether a law predicts runs that it has not seen no worse than none does, or no worse than a perfect one."""
+def got_worse(error: Errors) -> str:
+    """Which runs that were left out a law predicts worse than none does; empty where it predicts none worse."""
+    rows = {n: c for n, c in error.by_condition.items() if n not in error.untestable}
+    floor = error.own.floor if error.own else 0.0
+    worse = [f"{n}: {words.thousandths(c.before)} to {words.thousandths(c.after)} mm"
+             for n, c in rows.items() if c.after > max(WORSE * c.before, floor)]  # fmt: skip
+    if worse:
+        return f"but left-out runs are predicted worse with it ({', '.join(worse)})"
     own = error.own
-    return own is None or own.after <= max(own.before, own.floor)
+    if own is not None and own.after > max(own.before, own.floor):
+        return "but left-out runs are predicted worse with it than without"
+    return ""
 
 
 def _file(found: Discovered, said: str, probability: float) -> str:

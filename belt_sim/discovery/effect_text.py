@@ -51,7 +51,7 @@ HELPERS = {
         answer = response(changed(jnp.expm1(logarithm)))
         return jnp.stack([answer.runup, answer.runoff])
 
-    at = jnp.array([-1.8, -1.2, -0.6, 0.6, 1.2, 1.8])
+    at = jnp.array([-3.0, -2.25, -1.5, -0.75, 0.75, 1.5])
     none, slope = jax.jvp(curvatures, (0.0,), (1.0,))
     does = jax.vmap(curvatures)(at) - none - at[:, None, None] * slope
     bent = jnp.linalg.inv(at[:, None] ** jnp.arange(2, 8))
@@ -100,7 +100,7 @@ BEND = '''    def influence(self, span, case):
         shares = (
 {shares}        )
         for share, added in zip(shares, known[1], strict=True):
-            x = jnp.clip(jnp.log(jnp.maximum(1.0 + share, 0.1)), -1.9, 1.9) + jnp.zeros(2)
+            x = jnp.clip(jnp.log(jnp.maximum(1.0 + share, 1e-3)), -3.1, 1.6) + jnp.zeros(2)
             more = jnp.einsum("ks,kai,is->as", x ** jnp.arange(1, 8)[:, None], added, boundary.ends)
             bend = replace(bend, runup=bend.runup + more[0], runoff=bend.runoff + more[1])
         return bend

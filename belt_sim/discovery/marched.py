@@ -144,8 +144,8 @@ def of_first_order(survey: Survey, choice: Choice, likeliest: Course) -> list[Sc
     found = []
     for name in (TENSION, TRAVEL, *(p.name for p in survey.places if p.kind in STIFFNESS)):
         own = [s for s in choice.judged if len(s.law.terms) == 1 and s.law.terms[0].place.name == name]
-        courses = {TENSION: lambda: _courses_of(survey, choice, likeliest)[:COURSES], TRAVEL: lambda: own[1:FAMILIES]}
-        tried = [*own[:1], *(courses[name]() if name in courses else [])]
+        tried = own[: FAMILIES if name == TRAVEL else 1]
+        tried += _courses_of(survey, choice, likeliest)[:COURSES] if name == TENSION else []
         promise = max((s.gain for s in tried), default=0.0)
         if promise >= PROMISE * choice.best.gain or likeliest.place.name == name:
             found += tried

@@ -28,6 +28,8 @@ from belt_sim.laws.span import response
 RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most
 NO_HAND = {"encoder", "seen", "sensor", "scene"}  # hooks by which an effect has no hand in the march
+CHANGES = (-3.0, -2.25, -1.5, -0.75, 0.75, 1.5)  # logarithms of 1 + change, through which its powers go
+LARGEST = (-3.1, 1.6)  # logarithms, beyond which a change does no more
 Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see Responses
 
 
@@ -119,9 +121,28 @@ def _sorted(curves, case):
     return jnp.concatenate([curves.y[places], curves.angle[places], curves.moment[spans], curves.tilt[spans]])
 
 
-def relative_answers(bench: Workbench, fit: Fit) -> dict[str, np.ndarray]:
-    """d kappa at the run-up of a span per relative change of what bends it, and unit of its boundary values, (R, 5);
-    with the effects of a fit at work."""
+@dataclass(frozen=True)
+class Relative:
+    """What a relative change of tension or of a stiffness adds to the curvature at the run-up of a span.
+
+    per_end (R, 5): per unit of the span's boundary values, at first order; growth (R, 7): coefficients of powers 1 to 7
+    of log(1 + change), by which that grows with a change that is not small.
+    """
+
+    per_end: np.ndarray
+    growth: np.ndarray
+
+    def grown(self, change: np.ndarray) -> np.ndarray:
+        """The change (R, ...) of first order that adds as much as ``change`` does."""
+        x = np.clip(np.log(np.maximum(1.0 + change, 1e-3)), LARGEST[0], LARGEST[1])
+        found = np.zeros_like(x)
+        for c in self.growth.T[::-1]:
+            found = (found + c.reshape(-1, *[1] * (x.ndim - 1))) * x
+        return found
+
+
+def relative_answers(bench: Workbench, fit: Fit) -> dict[str, Relative]:
+    """What relative changes of tension, bending and torsion do, with the effects of a fit at work."""
     forward = bench.forward
     effects = tuple(e for e in forward.effects_at(fit.vector, fit.ids) if overrides(e) & {"settings", "span"})
     runs = len(bench.samples.runs)
@@ -129,7 +150,7 @@ def relative_answers(bench: Workbench, fit: Fit) -> dict[str, np.ndarray]:
     settings = jax.tree.map(lambda x: np.asarray(x)[rows], forward.samples.cases.settings)
     cases = replace(forward.samples.cases, settings=settings)
     made = _changed(forward.model, tuple(map(type, effects)))(effects, cases)
-    return {kind: np.asarray(x)[:runs] for kind, x in made.items()}
+    return {kind: Relative(*(np.asarray(x)[:runs] for x in both)) for kind, both in made.items()}
 
 
 @lru_cache(PROGRAMS)
@@ -139,11 +160,20 @@ def _changed(model, classes):
         span = model.span(case)
         for e in uses((*model.built_in, *effects), "span"):
             span = e.span(span, case)
+        size = jnp.array([span.length, 1.0, 1.0, 0.0, 0.0])  # of boundary values beside one another
 
-        def per_share(kind):
-            return jax.jvp(lambda share: response(changed(span, case, kind, share)).runup, (0.0,), (1.0,))[1]
+        def grows(kind):
+            def curvature(logarithm):
+                return response(changed(span, case, kind, jnp.expm1(logarithm))).runup
 
-        return {kind: per_share(kind) for kind in dict.fromkeys(RELATIVE.values())}
+            at = jnp.array(CHANGES)
+            none, slope = jax.jvp(curvature, (0.0,), (1.0,))
+            along = (jax.vmap(curvature)(at) - none) @ (slope * size**2)
+            whole = jnp.sum((slope * size) ** 2)
+            bent = along / jnp.where(whole > 0.0, whole, 1.0) - at
+            return slope, jnp.concatenate([jnp.ones(1), jnp.linalg.solve(at[:, None] ** jnp.arange(2, 8), bent)])
+
+        return {kind: grows(kind) for kind in dict.fromkeys(RELATIVE.values())}
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
     return compiled(many)

@@ -57,8 +57,8 @@ class Loop:
         if name == "shown":
             row = kept_row(s.bench.samples.signals[where].at, s.bench.samples.runs[run].direction)
         pulse = s.answers.pulses[run, CHANNELS.index(channel)]
-        if name in s.states.per_end:
-            seen = relative_turn(s.states.per_end[name][run, None], pulse[None, :MOMENT])[0, where]
+        if name in s.states.relative:
+            seen = relative_turn(s.states.relative[name].per_end[run, None, :3], pulse[None, :MOMENT])[0, where]
         else:
             seen = pulse[row]
         found = s.answers.at(seen, grid + grid[1] - grid[0])[:, 1]
@@ -174,7 +174,7 @@ def _driven(states: States, t: Term, forms: list[Form], u: np.ndarray, at: dict[
     if variable_read is not None:
         x = at[variable_read]
         u = u * _shaped(forms, states.late(x, part) if t.place.kind in WRAPPED and part is not None else x)
-    return u if bent is None else u * at[bent]
+    return u if bent is None else states.relative[t.place.relative].grown(u) * at[bent]
 
 
 def _shaped(forms: list[Form], x: np.ndarray) -> np.ndarray:
@@ -193,7 +193,7 @@ def _column(forms: list[Form], number: str) -> np.ndarray | None:
 
 def _reading(t: Term) -> bool:
     """Whether what a term does goes with the state: it reads that, or it acts where the belt is bent."""
-    return t.form.variable not in STATELESS or t.place.relative
+    return t.form.variable not in STATELESS or bool(t.place.relative)
 
 
 def _reads(t: Term, states: States, channel: str, part: int | None) -> tuple[Read | None, Read | None]:

@@ -11,7 +11,7 @@ from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.operators import kept_row, relative_turn
 from belt_sim.discovery.places import SPANS, TRAVEL, WRAPPED, Place
-from belt_sim.discovery.responses import MOMENT, Responses
+from belt_sim.discovery.responses import MOMENT, Relative, Responses
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,8 +20,8 @@ class States:
 
     Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw; set
     (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): shown [m] and rate [m/s]; tension,
-    speed (R,); bent: kind of relative change -> what one adds to kappa (R, 2, J), and per_end: that per unit of the
-    boundary values of a span (R, 3); forward (R,): whether the upper span runs up the tail pulley; met (R, 2, J): which
+    speed (R,); bent: kind of relative change -> what one adds to kappa (R, 2, J), and relative: how it does;
+    forward (R,): whether the upper span runs up the tail pulley; met (R, 2, J): which
     part of the belt runs up, in belt lengths from the one that is at the tail pulley when a forward run starts; later,
     belt: travel [m] by which it is at the head pulley after the tail pulley, and at the same pulley again; arcs: by
     which it leaves the tail and the head pulley after it has run up.
@@ -39,7 +39,7 @@ class States:
     tension: np.ndarray
     speed: np.ndarray
     bent: Mapping[str, np.ndarray]
-    per_end: Mapping[str, np.ndarray]
+    relative: Mapping[str, Relative]
     forward: np.ndarray
     met: np.ndarray
     later: float
@@ -99,14 +99,14 @@ class States:
 
 
 def states_of(
-    bench: Workbench, answers: Responses, per_end: Mapping[str, np.ndarray], course: Course | None = None
+    bench: Workbench, answers: Responses, relative: Mapping[str, Relative], course: Course | None = None
 ) -> States:
     """States of the model, moved by what an unknown input does to them when there is a ``course`` of it."""
     runs, grid = bench.samples.runs, answers.grid
     rows = np.stack([[np.interp(grid, answers.fine, row) for row in kept[: MOMENT + 2]] for kept in answers.curves])
     drift = np.zeros((len(runs), 2, len(grid)))
     if course is not None:
-        base = states_of(bench, answers, per_end)
+        base = states_of(bench, answers, relative)
         rows = rows + _moved(answers, base, course)
         drift = _drift(answers, base, course)
     y, spacing = rows[:, :4], grid[1] - grid[0]
@@ -131,8 +131,8 @@ def states_of(
         rate=np.gradient(shown, spacing, axis=-1) * speed[:, None, None],
         tension=np.asarray(settings.tension),
         speed=speed,
-        bent={kind: relative_turn(x, rows) for kind, x in per_end.items()},
-        per_end=per_end,
+        bent={kind: relative_turn(x.per_end[:, :3], rows) for kind, x in relative.items()},
+        relative=relative,
         forward=forward,
         met=met_by(rig, forward, grid),
         later=float(rig.span_length + rig.wrap_tail),

@@ -140,7 +140,7 @@ class Survey:
 
     def informed(self, course: Course) -> "Survey":
         """The survey with states as the data show them, a smooth input being at work."""
-        return replace(self, states=states_of(self.bench, self.answers, self.states.per_end, course))
+        return replace(self, states=states_of(self.bench, self.answers, self.states.relative, course))
 
 
 def survey_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Survey:
@@ -148,7 +148,7 @@ def survey_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Survey:
     answers = responses(bench, fit, among)
     ground = ground_of(bench, fit)
     ops = operators(bench, ground, answers, bench.forward.effects_at(fit.vector, fit.ids))
-    states = states_of(bench, answers, {kind: x[:, :3] for kind, x in relative_answers(bench, fit).items()})
+    states = states_of(bench, answers, relative_answers(bench, fit))
     places = tuple(p for p in places_of(bench.samples) if _felt(ops, states, p))
     unit = float(np.exp(np.mean(np.log(states.tension))))
     unit = 1e6 * float(f"{unit / 1e6:.1g}")
@@ -157,5 +157,5 @@ def survey_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Survey:
 
 def _felt(ops: Operators, states: States, place: Place) -> bool:
     """Whether the readings feel an input at a place at all, and what it changes bends the spans."""
-    bent = not place.relative or bool(np.any(states.per_end[place.relative]))
+    bent = not place.relative or bool(np.any(states.bent[place.relative]))
     return bent and all(np.any(ops.rows[channel]) for channel, _ in place.parts)

@@ -1,21 +1,40 @@
 """A law in words: formula, what it looks like, and the sentence."""
 
 import math
+from typing import Any
 
-from belt_sim.discovery.effect_file import parity, size_unit
+import numpy as np
+
+from belt_sim.discovery.effect_file import size_unit
 from belt_sim.discovery.forms import UNITS
-from belt_sim.discovery.places import SPAN, TENSION, TRAVEL
-from belt_sim.discovery.refit import Refit
+from belt_sim.discovery.places import SPAN, STIFFNESS, TENSION, TRAVEL
+from belt_sim.discovery.refit import Refit, with_numbers
 from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.results import words
+from belt_sim.results.discovery import FoundLaw
+from belt_sim.results.errors import Change
+from belt_sim.si import N_PER_MM2
 
+MOST = 5  # tensions that are told
+SLIGHT = 1e-3  # relative change that is none
 KNOWN = 2.0  # sigma from zero, below which a size is not known by itself
 PLAIN = ("always", "rise", "fade", "after", "during")  # courses without a unit
 NEAR = 0.01  # of a wavelength, within which it is called that of a machine part
-SYMBOLS = {"one": "", "set": "", "beta": "β", "y": "y", "alpha": "α", "kappa": "κ", "shown": "y", "rate": "dy/dt"}
+SYMBOLS = {
+    "one": "",
+    "set": "",
+    "sigma": "σ",
+    "beta": "β",
+    "y": "y",
+    "alpha": "α",
+    "kappa": "κ",
+    "shown": "y",
+    "rate": "dy/dt",
+}
 CALLED = {
     "one": "travel alone",
     "set": "travel since the yaw was set",
+    "sigma": "the tension σ",
     "beta": "the commanded yaw β",
     "y": "the belt's place y on the pulley",
     "alpha": "the contact angle α",
@@ -40,6 +59,8 @@ def _term(t: Term, tag: str, numbers) -> str:
         return f"{words.number(fallback)} {unit}".strip()
 
     knee = number("knee", form.knee, UNITS[form.variable] if form.variable not in ("one", "set") else "")
+    if form.variable == "sigma":
+        knee = f"{(numbers or {}).get(f'knee{tag}', (form.knee,))[0] / N_PER_MM2:.3g} N/mm²"
     unit = "s" if form.timed else "" if form.carried else "m"
     at, wide = number("at", form.at, unit), number("wide", form.wide, unit)
     s = ("t" if form.timed else "s") + "′" * (x == "" and form.variable == "set")
@@ -51,6 +72,10 @@ def _term(t: Term, tag: str, numbers) -> str:
         "saturated": f"{x}, saturating at {knee}",
         "stuck": f"what of {x} is stuck within ±{knee}",
         "beyond": f"the part of {x} beyond ±{knee}",
+        "|x|": f"|{x}|",
+        "past": f"the part of |{x}| beyond {knee}",
+        "below": f"(1 − {x}/({knee})) below {knee}",
+        "above": f"({x}/({knee}) − 1) above {knee}",
     }[form.shape]
     course = {
         "always": "",
@@ -66,8 +91,15 @@ def _term(t: Term, tag: str, numbers) -> str:
         "ring": f"a wave of {at} that fades over {wide}",
     }[form.course]
     parts = [p for p in (shape, course) if p] or ["a step" if form.variable == "set" else "a constant"]
-    power = f" × tension^{t.exponent:.2g}" if not numbers and t.exponent else ""
-    return f"{_size(t, tag, numbers or {})}{' '.join(parts)}{power}"
+    return f"{_size(t, tag, numbers or {})}{' '.join(parts)}{_power(t, tag, numbers or {})}"
+
+
+def _power(t: Term, tag: str, numbers) -> str:
+    """The power of the tension with which a term goes; empty where it does not."""
+    value, u, _ = numbers.get(f"exponent{tag}", (t.exponent, 0.0, "1"))
+    if not value:
+        return ""
+    return f" × tension^{words.number(value, 2) if not u else f'({words.with_u(value, u)})'}"
 
 
 def _size(t: Term, tag: str, numbers) -> str:
@@ -92,6 +124,8 @@ def looks_like(survey: Survey, law: Law) -> str:
     """What kind of thing usually has such a law; empty when nothing comes to mind."""
     t = law.terms[0]
     kind, v, shape, course = t.place.kind, t.form.variable, t.form.shape, t.form.course
+    if t.place.kind in STIFFNESS:
+        return _stiffness(t)
     if course == "ring":
         return "something that swings out after a step"
     if course == "stretch":
@@ -123,6 +157,21 @@ def looks_like(survey: Survey, law: Law) -> str:
     return f"{grip}, which changes in the run" if course != "always" else f"{grip}, as soft covers and slip have it"
 
 
+def _stiffness(t: Term) -> str:
+    """What changes how easily a span bends or twists, or how hard it is pulled."""
+    if t.form.course in ("stretch", "wave"):
+        return "a stretch of the belt that is softer or stiffer than the rest: a joint, a repair, cracked edges"
+    if t.place.kind == "pull":
+        return (
+            "something between the pulleys that carries part of the pull: a support, a scraper, friction of a bearing"
+        )
+    if t.form.course != "always":
+        return "a belt that warms up, settles or cracks"
+    if t.form.variable in ("y", "kappa"):
+        return "edges that go slack, or touch something, where the belt goes far"
+    return "a cross-section that is not what the sheet says: residual stress, curl, worn or cracked edges"
+
+
 def _wave(survey: Survey, at: float) -> str:
     rig = survey.bench.samples.cases.rig
     parts = {
@@ -137,33 +186,80 @@ def _wave(survey: Survey, at: float) -> str:
     return "something that repeats, but with no part of the machine that the sheet knows"
 
 
-def sentence(survey: Survey, refit: Refit, share: float, looks: str, *, alone: bool, carries: bool) -> str:
-    """One sentence: place, law, numbers, parity, tension, share, whether it carries over to runs that it has not seen,
-    what it looks like.
+def sentence(survey: Survey, refit: Refit, law: FoundLaw, rms: Change, *, worse: str = "") -> str:
+    """The law in sentences: place, terms with all numbers, parity, tension, by how much the error falls, what it looks
+    like; worse: what it predicts worse than no law does.
     """
-    law, numbers = refit.scored.law, refit.estimates()
-    places = words.listed(list(dict.fromkeys(t.place.words for t in law.terms)))
-    said = f"The {places} lacks {formula(law, numbers)}"
-    said += _middles(law, numbers) + _limits(refit, numbers)
-    odd = parity(law)
-    said += f"; {odd} in yaw" if odd != "mixed" else "; neither odd nor even in yaw"
+    said = _place_and_terms(survey, refit)
+    numbers, terms = refit.estimates(), refit.scored.law.terms
+    said += _middles(survey, refit.scored.law, numbers) + _limits(refit, numbers)
+    said += f"; {law.parity} in yaw" if law.parity != "mixed" else "; neither odd nor even in yaw"
     value, u = refit.exponent
-    if u > 0.0:
-        none = abs(value) < 2.0 * u and u < 0.4
-        said += f"; {'no dependence on' if none else 'depends on'} tension (exponent {words.with_u(value, u)})"
-    said += f"; explains {100.0 * share:.0f} % of what the base model leaves" if alone else \
-        f"; explains {100.0 * share:.0f} % of what is left"  # fmt: skip
-    if not carries:
-        said += "; does not carry over: runs that were left out are predicted worse with it than without"
-    return f"{said}; looks like {looks}." if looks else f"{said}."
+    if u > 0.0 and not numbers["exponent"][0]:
+        known = abs(value) < 2.0 * u and u < 0.4
+        said += f"; {'no dependence on' if known else 'may depend on'} tension (exponent {words.with_u(value, u)})"
+    if any(numbers[f"exponent{tag}"][0] for tag in ("", "_2")[: len(terms)]):
+        said += f"; sizes hold at {words.tension(survey.tension)} N/mm²"
+    said += f". With it the rms error falls from {words.thousandths(rms.before)} to {words.thousandths(rms.after)} mm"
+    said += f"; {worse}" if worse else ""
+    return f"{said}. It looks like {law.looks_like}." if law.looks_like else f"{said}."
 
 
-def _middles(law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
+def _place_and_terms(survey: Survey, refit: Refit) -> str:
+    law, numbers = refit.scored.law, refit.estimates()
+    if len({t.place.name for t in law.terms}) == 1 and law.terms[0].place.kind in STIFFNESS:
+        how = _by_how_much(survey, law, numbers)
+        return f"The {law.terms[0].place.words} is {how}: relative change {formula(law, numbers)}"
+    by_place = dict.fromkeys(t.place.words for t in law.terms)
+    return f"The {words.listed(list(by_place))} lacks {formula(law, numbers)}"
+
+
+def _by_how_much(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
+    """By how much a stiffness is lower or higher than in the model, at every tension (five at most)."""
+    change = _change(survey, law, numbers)
+    steady = all(t.form.course == "always" and t.form.variable in ("one", "sigma") for t in law.terms)
+    tensions = np.unique(survey.stated_tension)
+    some = tensions[np.unique(np.linspace(0, len(tensions) - 1, MOST).round().astype(int))]
+    found = []
+    for tension in some:
+        rows = change[survey.stated_tension == tension]
+        found.append(float(rows.ravel()[np.argmax(np.abs(rows))]))
+    signs = {x > 0.0 for x in found if abs(x) > SLIGHT}
+    up_to = "" if steady else "up to "
+    if len(signs) == 1:
+        direction = "higher" if signs.pop() else "lower"
+        by = [f"{100 * abs(x):.2g} % at {words.tension(t)} N/mm²" for x, t in zip(found, some, strict=True)]
+        return f"{direction} than in the model by {up_to}{', '.join(by)}"
+    by = [f"{up_to}{'+' if x > 0.0 else '−'}{100 * abs(x):.2g} % at {words.tension(t)} N/mm²"
+          for x, t in zip(found, some, strict=True)]  # fmt: skip
+    return f"another than in the model: {', '.join(by)}"
+
+
+def _change(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, str]]) -> np.ndarray:
+    """The relative change (R, J) that a law of a stiffness is, at the pulley where it is the larger."""
+    found: list[np.ndarray] = []
+    for _, part in law.terms[0].place.parts:
+        total: Any = 0.0
+        for k, t in enumerate(with_numbers(law, numbers).terms):
+            tag = "" if k == 0 else f"_{k + 1}"
+            halves = (
+                [(f"cos{tag}", t.form), (f"sin{tag}", t.form.sine())] if t.form.waving else [(f"size{tag}", t.form)]
+            )
+            own = sum(numbers[name][0] * f.values(survey.states, part, None) for name, f in halves)
+            total = total + own * survey.weight(t.exponent)[:, None]
+        found.append(np.asarray(total))
+    return np.maximum(np.where(np.abs(found[0]) >= np.abs(found[1]), *found), -1.0)
+
+
+def _middles(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
     """Where on the belt the stretches of a law are, to be found there; empty where it has none."""
     said = ""
     for k, t in enumerate(law.terms):
         if t.form.carried:
             value, u, _ = numbers["at" if k == 0 else f"at_{k + 1}"]
+            if t.place.kind in STIFFNESS:  # it is at work while it is in the span, and runs up at the end of that
+                rig = survey.bench.samples.cases.rig
+                value += 0.5 * float(rig.span_length) / float(rig.belt_length)
             said += f"; the middle of the stretch runs up the tail pulley {words.with_u(value % 1.0, u)} "
             said += "belt lengths after the start of a forward run"
     return said
