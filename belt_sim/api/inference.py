@@ -29,7 +29,7 @@ from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.answer.nextrun import next_runs
 from belt_sim.diagnosis.decision.decide import probability_of_unknown
 from belt_sim.diagnosis.decision.policy import POLICY
-from belt_sim.diagnosis.describe import describe, label, rivals
+from belt_sim.diagnosis.describe import describe, final_model, label, rivals
 from belt_sim.diagnosis.drawings import drawings, drawings_of, overlays
 from belt_sim.diagnosis.errors.run_errors import overall_errors, run_errors
 from belt_sim.diagnosis.errors.setting_up import with_free_zeros
@@ -155,10 +155,10 @@ def _discovery(findings: Findings, config: Any) -> Discovery | None:
 def _drawings(findings: Findings) -> Drawings:
     """What a report draws: where no effect was named and a law was found, the curves of that."""
     drawn = drawings_of(findings)
-    law = findings.law.fit if findings.law is not None and not findings.named.ids else None
-    if law is None:
+    final = final_model(findings)[1]
+    if final is findings.named:
         return drawn
-    return replace(drawn, overlays=overlays(findings.bench, findings.nothing.values, law.values))
+    return replace(drawn, overlays=overlays(findings.bench, findings.nothing.values, final.values))
 
 
 def _admission(classes: Sequence[type[Effect]], model: AnalyticModel, campaign: Campaign) -> tuple[str, ...]:

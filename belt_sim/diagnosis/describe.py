@@ -17,11 +17,12 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.diagnosis.fits.intervals import by_likelihood
 from belt_sim.diagnosis.fits.within import each_alone
+from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.search.joint_fits import Trial
 from belt_sim.diagnosis.search.rows import row_of
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
-from belt_sim.results.errors import CampaignLabel, Errors
+from belt_sim.results.errors import CampaignLabel
 from belt_sim.results.found import Candidate, Confusable, Explanation, FoundEffect, NoiseLevels, Unknown
 from belt_sim.results.words import TOGETHER, listed
 
@@ -32,6 +33,7 @@ SILENT = "These readings could not show any effect at a plausible size: record l
 def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     """The findings as a result, without drawings, what was discovered, and the next runs to make."""
     campaign, bench, decision = d.bench.campaign, d.fitted_bench, d.decision
+    final, fit = final_model(d)
     return Diagnosis(
         base_model=bench.forward.model.name,
         campaign=label(campaign),
@@ -40,16 +42,23 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         effects=_effects(d),
         ranking=_ranking(d),
         considered=decision.explanations,
-        error=_errors(d),
+        error=errors_of(final, d.nothing, held_out(d.bench, d.nothing), fit, held_out(final, fit)),
         where=where(d.bench, d.nothing.values),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
         unknown=_unknown(d),
         noise=_noise(d),
         suspicions=d.suspicions,
-        per_run=run_errors(bench, d.nothing.values, d.named.values),
+        per_run=run_errors(final, d.nothing.values, fit.values),
         provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
     )
+
+
+def final_model(d: Findings) -> tuple[Workbench, Fit]:
+    """The workbench and fit of what was found: effects, or the law where none was named."""
+    if d.law is not None and d.law.fit is not None and not d.named.ids:
+        return d.law.bench, d.law.fit
+    return d.fitted_bench, d.named
 
 
 def label(campaign: Campaign) -> CampaignLabel:
@@ -165,11 +174,6 @@ def _as_candidate(e: Explanation, rms: float) -> Candidate:
         id=e.instead, gain=e.gain, threshold=0.0, held_out_rms=rms, parameters={}, plausible=True,
         probability=e.probability, note=f"use {e.instead} first",
     )  # fmt: skip
-
-
-def _errors(d: Findings) -> Errors:
-    named = held_out(d.fitted_bench, d.named)
-    return errors_of(d.fitted_bench, d.nothing, held_out(d.bench, d.nothing), d.named, named)
 
 
 def _unknown(d: Findings) -> Unknown | None:

@@ -20,6 +20,10 @@ class LawFinding(Protocol):
     def fit(self) -> Fit | None:
         """The joint fit with the law; None where there is no law."""
 
+    @property
+    def bench(self) -> Workbench:
+        """The workbench of that fit."""
+
     def described(self, probability: float, config: object = None) -> Discovery:
         """The result; probability: that something unknown is there."""
 

@@ -195,7 +195,7 @@ def _said_of(place: Place, steady: bool, carried: bool) -> bool:
     """Whether a term may be of a place; carried: it goes round with the belt, so that both pulleys do not feel it
     alike."""
     if carried:
-        return place.kind in STIFFNESS or (place.kind in BY_THE_BELT and place.pulleys != "both")
+        return (steady and place.kind in STIFFNESS) or (place.kind in BY_THE_BELT and place.pulleys != "both")
     return not place.carried and (steady or place.kind not in STATED)
 
 

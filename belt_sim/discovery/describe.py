@@ -23,7 +23,6 @@ from belt_sim.results.errors import Errors
 from belt_sim.results.found import Estimate
 
 KEPT = 120  # points of a curve against a variable, a tension
-WORSE = 1.05  # of an error, above which it is told to have risen: half of it is the accuracy of one refit's step
 DRAWN = 600  # points of the law as a line
 
 
@@ -135,7 +134,7 @@ def _law(found: Discovered) -> FoundLaw:
         parameters=made,
         share=min(1.0, found.refit.gain / max(found.choice.possible, 1e-9)),
         frequency=found.choice.frequency,
-        looks_like=looks_like(found.survey, law),
+        looks_like=looks_like(found.survey, law, numbers),
     )
 
 
@@ -217,10 +216,7 @@ def _errors(found: Discovered) -> Errors:
 
 def got_worse(error: Errors) -> str:
     """Which runs that were left out a law predicts worse than none does; empty where it predicts none worse."""
-    rows = {n: c for n, c in error.by_condition.items() if n not in error.untestable}
-    floor = error.own.floor if error.own else 0.0
-    worse = [f"{n}: {words.thousandths(c.before)} to {words.thousandths(c.after)} mm"
-             for n, c in rows.items() if c.after > max(WORSE * c.before, floor)]  # fmt: skip
+    worse = [f"{n}: {words.thousandths(c.before)} to {words.thousandths(c.after)} mm" for n, c in error.worse().items()]
     if worse:
         return f"but left-out runs are predicted worse with it ({', '.join(worse)})"
     own = error.own

@@ -37,6 +37,12 @@ class MarchedLaw:
         made = self.discovered.refit
         return None if made is None else made.fit
 
+    @property
+    def bench(self) -> Workbench:
+        """The workbench of that fit."""
+        made = self.discovered.refit
+        return self.discovered.survey.bench if made is None else made.bench
+
     def described(self, probability: float, config: Any = None) -> Discovery:
         """The result; probability: that something unknown is there."""
         return describe(self.discovered, probability, config=config)

@@ -120,9 +120,14 @@ def _sized(value: float, u: float) -> str:
     return text if text.startswith("(") else f"({text})"
 
 
-def looks_like(survey: Survey, law: Law) -> str:
-    """What kind of thing usually has such a law; empty when nothing comes to mind."""
+def looks_like(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
+    """What kind of thing usually has such a law; empty when nothing comes to mind.
+
+    What has not begun to settle when the record ends has no time constant, and is no creep.
+    """
     t = law.terms[0]
+    if rate := _steady_rate(survey, t, numbers):
+        return f"{_thing(t.place.kind)} that drifts at a steady rate of {rate}"
     kind, v, shape, course = t.place.kind, t.form.variable, t.form.shape, t.form.course
     if t.place.kind in STIFFNESS:
         return _stiffness(t)
@@ -136,9 +141,7 @@ def looks_like(survey: Survey, law: Law) -> str:
         slow = (
             "it warms up or settles" if course in ("travel", "square", "root", "rise") else "it was changed in the run"
         )
-        thing = {"sensor": "a sensor or its stand", "yaw": "the stand of a pulley"}
-        thing |= {TENSION: "the tension", TRAVEL: "the encoder or its wheel", SPAN: "what touches a span"}
-        return f"{thing.get(kind, 'the surface of a pulley')}: {slow}"
+        return f"{_thing(kind)}: {slow}"
     if kind == "sensor":
         return (
             "a sensor that answers late"
@@ -157,19 +160,37 @@ def looks_like(survey: Survey, law: Law) -> str:
     return f"{grip}, which changes in the run" if course != "always" else f"{grip}, as soft covers and slip have it"
 
 
+def _thing(kind: str) -> str:
+    """What it is that changes at a kind of place."""
+    thing = {"sensor": "a sensor or its stand", "yaw": "the stand of a pulley"}
+    thing |= {TENSION: "the tension", TRAVEL: "the encoder or its wheel", SPAN: "what touches a span"}
+    return (thing | dict.fromkeys(STIFFNESS, "a belt")).get(kind, "the surface of a pulley")
+
+
+def _steady_rate(survey: Survey, t: Term, numbers: dict[str, tuple[float, float, str]]) -> str:
+    """The rate at which a term of time alone, or of the yaw, grows all along the record; empty where it does not."""
+    if t.form.variable not in ("one", "set", "beta") or "size" not in numbers or t.form.timed:
+        return ""
+    at = numbers.get("at", (0.0,))[0]
+    if t.form.course != "travel" and not (t.form.course == "rise" and at > float(survey.states.s[-1])):
+        return ""
+    rate = numbers["size"][0] / (1.0 if t.form.course == "travel" else at)
+    unit = "1" if t.form.variable == "beta" and t.place.unit == "rad" else t.place.unit
+    per = " per rad of yaw" if t.form.variable == "beta" and unit != "1" else ""
+    return f"{words.number(abs(rate), 2)} {f'{unit} per m' if unit != '1' else 'per m'}{per}"
+
+
 def _stiffness(t: Term) -> str:
     """What changes how easily a span bends or twists, or how hard it is pulled."""
     if t.form.course in ("stretch", "wave"):
         return "a stretch of the belt that is softer or stiffer than the rest: a joint, a repair, cracked edges"
     if t.place.kind == "pull":
-        return (
-            "something between the pulleys that carries part of the pull: a support, a scraper, friction of a bearing"
-        )
+        return "something between the pulleys that carries part of the pull: a support, a scraper, a bearing"
     if t.form.course != "always":
         return "a belt that warms up, settles or cracks"
     if t.form.variable in ("y", "kappa"):
         return "edges that go slack, or touch something, where the belt goes far"
-    return "a cross-section that is not what the sheet says: residual stress, curl, worn or cracked edges"
+    return "a cross-section unlike the sheet's: residual stress, curl, worn or cracked edges"
 
 
 def _wave(survey: Survey, at: float) -> str:
@@ -191,14 +212,15 @@ def sentence(survey: Survey, refit: Refit, law: FoundLaw, rms: Change, *, worse:
     like; worse: what it predicts worse than no law does.
     """
     said = _place_and_terms(survey, refit)
-    numbers, terms = refit.estimates(), refit.scored.law.terms
+    numbers = refit.estimates()
     said += _middles(survey, refit.scored.law, numbers) + _limits(refit, numbers)
     said += f"; {law.parity} in yaw" if law.parity != "mixed" else "; neither odd nor even in yaw"
     value, u = refit.exponent
-    if u > 0.0 and not numbers["exponent"][0]:
+    powers = [numbers[n][0] for n in ("exponent", "exponent_2") if n in numbers]
+    if u > 0.0 and not powers[0]:
         known = abs(value) < 2.0 * u and u < 0.4
         said += f"; {'no dependence on' if known else 'may depend on'} tension (exponent {words.with_u(value, u)})"
-    if any(numbers[f"exponent{tag}"][0] for tag in ("", "_2")[: len(terms)]):
+    if any(powers):
         said += f"; sizes hold at {words.tension(survey.tension)} N/mm²"
     said += f". With it the rms error falls from {words.thousandths(rms.before)} to {words.thousandths(rms.after)} mm"
     said += f"; {worse}" if worse else ""

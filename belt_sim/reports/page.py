@@ -54,7 +54,7 @@ def render(diagnosis: Diagnosis) -> str:
         schema=DIAGNOSIS,
         plots=_plots(diagnosis),
         bars=bars(diagnosis.ranking),
-        falls=falls(diagnosis.change),
+        falls=falls(diagnosis.error),
         discovery=discovery_of(diagnosis),
         weights=weights(discovery_of(diagnosis)),
         tensions=tensions(discovery_of(diagnosis)),
@@ -158,7 +158,7 @@ def where_sentence(d: Diagnosis) -> str:
 
 def headline(d: Diagnosis) -> str:
     """What that which was found did to the error, on held-out conditions where there are any."""
-    change = d.change.own or d.change.held_out or d.change.fit
+    change = d.error.own or d.error.held_out or d.error.fit
     if d.final_model == d.base_model or change is None:
         return "How large the error is"
     return "The error falls" if change.after < change.before else "The error does not fall"

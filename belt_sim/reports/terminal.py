@@ -58,7 +58,7 @@ def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
     for e in d.effects:
         out.print(f"  {escape(str(e))}".replace(e.id, f"[bold]{e.id}[/bold]", 1))
     out.print(rich_table(ranking_table(d.ranking)))
-    out.print(rich_table(error_table(d.change)))
+    out.print(rich_table(error_table(d.error)))
     for pair in d.confusables:
         out.print(str(pair), markup=False)
     for action in d.next_runs[:SHOWN_ACTIONS]:

@@ -125,15 +125,9 @@ class Diagnosis(Display):
     discovery: Annotated[Discovery | None, Field(exclude=True)] = None
 
     @property
-    def change(self) -> Errors:
-        """The error before and after what was found was added: effects, or the law where none was named."""
-        law = self.discovery
-        return law.error if not self.effects and law is not None and law.found and law.error is not None else self.error
-
-    @property
     def law_instead(self) -> bool:
         """Whether what was found is a law, and no effect was named."""
-        return self.change is not self.error
+        return not self.effects and self.discovery is not None and self.discovery.law is not None
 
     @property
     def final_model(self) -> str:
@@ -144,14 +138,14 @@ class Diagnosis(Display):
     def lines(self) -> Sequence[str]:
         """The verdict, where the base model fails, the effects, and how the error fell."""
         said = [f"{self.verdict}: {self.sentence}", self.where.sentence, *map(str, self.effects)]
-        said += _fall(self.change)
+        said += _fall(self.error)
         if self.discovery is not None and self.discovery.found:
             said.append(self.discovery.sentence)
         return [*said, *self.beyond, *(str(n) for n in self.next_runs[:1])]
 
     def tables(self) -> Sequence[Table]:
         """Candidates and errors."""
-        return [ranking_table(self.ranking), error_table(self.change)]
+        return [ranking_table(self.ranking), error_table(self.error)]
 
     def to_pandas(self) -> Any:
         """The candidates, best first: gain, threshold, held-out rms [m], and their notes."""
@@ -171,7 +165,9 @@ def _fall(error: Errors) -> list[str]:
     if change is None:
         return []
     before, after, least = (words.thousandths(x) for x in (change.before, change.after, floor))
-    return [f"error on held-out conditions{beside} {before} -> {after} mm, noise floor {least} mm"]
+    said = [f"error on held-out conditions{beside} {before} -> {after} mm, noise floor {least} mm"]
+    worse = [f"{n} {words.thousandths(c.before)} -> {words.thousandths(c.after)} mm" for n, c in error.worse().items()]
+    return [*said, f"left out and predicted, these got worse: {', '.join(worse)}"] if worse else said
 
 
 def ranking_table(ranking: Sequence[Candidate]) -> Table:

@@ -12,6 +12,7 @@ from belt_sim.results.display import dataset
 from belt_sim.results.fields import SETTING_DIGITS, file_field
 from belt_sim.results.words import KILO
 
+WORSE = 1.05  # of an error, above which it has risen: a refit without a condition is one step, good to some per cent
 UNITS: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}
 
 
@@ -46,6 +47,12 @@ class Errors:
     )
     untestable: Annotated[tuple[str, ...], file_field("held_out_untestable", omit_empty=True)] = ()
     own: Annotated[OwnChange | None, file_field("beside_settings", omit_empty=True)] = None
+
+    def worse(self) -> dict[str, Change]:
+        """The changes of held-out conditions that test something and in which the error rises."""
+        floor = self.own.floor if self.own else 0.0
+        rows = {n: c for n, c in self.by_condition.items() if n not in self.untestable}
+        return {n: c for n, c in rows.items() if c.after > max(WORSE * c.before, floor)}
 
     def left_out(self) -> dict[str, Change]:
         """The changes by held-out condition, in words that say which of them test nothing."""

@@ -13,14 +13,15 @@ from belt_sim.commands.outputs import write_discovery
 from belt_sim.diagnosis.decision.decide import evidence
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.discovery.describe import carries_over, describe
+from belt_sim.discovery.describe import describe, got_worse
 from belt_sim.discovery.discover import discover
 from belt_sim.discovery.look import LawSearch, beyond
 from belt_sim.discovery.survey import survey_of
 from belt_sim.discovery.words import sentence
 from belt_sim.errors import InputError
-from belt_sim.results.errors import Errors, OwnChange
+from belt_sim.results.errors import Change, Errors, OwnChange
 from belt_sim.results.json import discovery_json, read_discovery
+from belt_sim.results.words import thousandths
 
 EXPLAINED = 0.9  # of the hidden effect's chi2, D^2
 
@@ -79,15 +80,25 @@ def test_the_law_in_the_march_is_worth_more_than_what_is_seen_in_the_linear_rang
 
 
 def test_a_law_that_predicts_worse_than_none_is_told_so():
-    law = discovered("yaw_creep")
-    assert carries_over(described("yaw_creep").error)
-    assert "carry over" not in described("yaw_creep").sentence
-    worse = sentence(law.survey, law.refit, 1.0, "creep", alone=True, carries=False)
-    assert "does not carry over" in worse
+    law, told = discovered("yaw_creep"), described("yaw_creep")
+    assert got_worse(told.error) == ""
+    assert "left-out" not in told.sentence
+    rises = {"45 N/mm2": Change(before=0.061e-3, after=0.6e-3), "7 N/mm2": Change(before=0.3e-3, after=0.1e-3)}
+    worse = got_worse(Errors(noise_floor=0.01e-3, by_condition=rises))
+    assert "45 N/mm2: 0.061 to 0.60 mm" in worse
+    assert "7 N/mm2:" not in worse.replace("45 N/mm2:", "")
+    assert worse in sentence(law.survey, law.refit, told.law, told.error.fit, worse=worse)
     for after, fine in ((0.9, True), (1.1, False)):
         own = OwnChange(before=1.0, after=after, floor=0.5)
-        assert carries_over(Errors(noise_floor=0.5, own=own)) == fine
-    assert carries_over(Errors(noise_floor=0.5, own=OwnChange(before=0.1, after=0.4, floor=0.5)))
+        assert (got_worse(Errors(noise_floor=0.5, own=own)) == "") == fine
+    assert got_worse(Errors(noise_floor=0.5, own=OwnChange(before=0.1, after=0.4, floor=0.5))) == ""
+
+
+def test_the_fall_of_the_rms_error_is_told_in_millimetres():
+    told = described("yaw_creep")
+    before, after = (thousandths(x) for x in (told.error.fit.before, told.error.fit.after))
+    assert f"the rms error falls from {before} to {after} mm" in told.sentence
+    assert "explains" not in told.sentence
 
 
 def test_the_written_effect_holds_nothing_that_it_does_not_call():

@@ -14,21 +14,39 @@ from belt_sim.discovery.survey import Law, Term
 from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.span import response, strip
 
+FILE = 0.02  # of what a large change adds: the file has it as a polynomial of its logarithm
 ENDS = np.array([[1e-3, 2e-4], [3e-4, -1e-4], [-2e-4, 1e-4], [0.0, 1e-4], [1e-4, 0.0]])
 
 
 @pytest.mark.parametrize("share", [-0.5, -0.1, 0.3, 1.0])
 def test_a_found_law_of_tension_bends_the_span_as_another_tension_does(share):
     survey = surveyed("yaw_creep")
-    place = next(p for p in survey.places if p.name == "tension")
-    cls = effect_file(survey, Scored(Law((Term(place, Form("one")),)), 0.0, 0.0), [share], "A test.").cls
     case = case_of(survey.bench.campaign, survey.bench.campaign.runs[0])
     there = replace(case, settings=replace(case.settings, tension=case.settings.tension * (1.0 + share)))
+    true = (response(strip(there)).runup - response(strip(case)).runup) @ ENDS
+    assert np.abs(bent_by("tension", share, case) - true).max() < FILE * np.abs(true).max()
+
+
+@pytest.mark.parametrize("share", [-0.8, -0.3, 1.0])
+@pytest.mark.parametrize("what", ["bending", "torsion"])
+def test_a_found_law_of_a_stiffness_bends_one_span_as_another_stiffness_does(what, share):
+    case = case_of(surveyed("yaw_creep").bench.campaign, surveyed("yaw_creep").bench.campaign.runs[0])
+    span = strip(case)
+    other = replace(span, **{what: getattr(span, what) * (1.0 + share)})
+    true = (response(other).runup - response(span).runup) @ ENDS
+    found = bent_by(f"{what}_lower", share, case)  # up the head pulley: the belt travels forwards
+    assert found[0] == 0.0
+    assert abs(found[1] - true[1]) < FILE * abs(true[1])
+
+
+def bent_by(name, share, case):
+    """Curvature (2,) that the file of a law of a constant relative change adds at the run-ups."""
+    survey = surveyed("yaw_creep")
+    place = next(p for p in survey.places if p.name == name)
+    cls = effect_file(survey, Scored(Law((Term(place, Form("one")),)), 0.0, 0.0), [share], "A test.").cls
     effect = cls(size=share)
     boundary = BoundaryValues(travel=5.0, start=0.0, ends=ENDS, direction=1.0)
-    bend = effect.bend(no_bend(), boundary, effect.influence(strip(case), case), case)
-    true = (response(strip(there)).runup - response(strip(case)).runup) @ ENDS
-    assert np.abs(bend.runup - true).max() < 0.02 * np.abs(true).max()
+    return effect.bend(no_bend(), boundary, effect.influence(strip(case), case), case).runup
 
 
 def test_an_exponent_is_rounded_to_what_its_readings_cannot_tell_it_from():

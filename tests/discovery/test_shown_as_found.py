@@ -17,7 +17,7 @@ def test_where_no_effect_is_named_the_error_falls_by_the_law():
     assert found.final_model == "strip + the discovered law"
     settled = 0.01  # of the error: settings of every run are put anew about where the search ended
     assert abs(found.error.held_out.after / found.error.held_out.before - 1.0) < settled
-    assert found.change.held_out.after < 0.8 * found.change.held_out.before
+    assert found.error.held_out.after < 0.8 * found.error.held_out.before
     off = [(np.abs(p.base - p.measured).mean(), np.abs(p.final - p.measured).mean()) for p in early.drawings.overlays]
     before, after = np.sum(off, axis=0)
     assert after < 0.8 * before

@@ -12,6 +12,7 @@ from belt_sim.discovery.refit import Refit
 from belt_sim.discovery.search import Scored
 from belt_sim.discovery.survey import Law, Term
 from belt_sim.discovery.words import sentence
+from belt_sim.results.errors import Change
 
 SIZE, KNEE, U = -1.6, 2e-6, 0.02
 
@@ -32,7 +33,9 @@ def fitted(apart: float, product: float = U) -> Refit:
 
 
 def told(made: Refit) -> str:
-    return sentence(surveyed("yaw_creep"), made, 0.9, "", alone=True, carries=True)
+    return sentence(
+        surveyed("yaw_creep"), made, SimpleNamespace(parity="odd", looks_like=""), Change(before=2e-4, after=1e-4)
+    )
 
 
 def test_a_size_that_is_known_with_its_knee_is_certain():

@@ -1,0 +1,72 @@
+"""A change of a span's own stiffness is found at its place, and told by how much, at every tension."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_discovery import surveyed
+
+from belt_sim.discovery.choose import choose
+from belt_sim.discovery.forms import Form
+from belt_sim.discovery.rounds import Loop, run
+from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.words import _by_how_much, formula
+
+SHARE, POWER = -0.1, -1.0
+SIZE = 40.0  # sigma of what is hidden
+LINEAR = 0.15  # of what a change of this size does: the loop has its steps on a grid of 0.2 m, the march half as long
+
+
+def law_of(survey: Survey, name: str, form: Form, exponent: float = 0.0) -> Law:
+    return Law((Term(next(p for p in survey.places if p.name == name), form, exponent),))
+
+
+def hidden(name: str, exponent: float) -> Survey:
+    """A survey of a campaign that hides a change of a stiffness by SHARE, at the unit of tension."""
+    survey = surveyed()
+    made = run(Loop(survey), [(law_of(survey, name, Form("one"), exponent), np.array([SHARE]))])
+    row = made[0][0]
+    noise = np.random.default_rng(0).standard_normal(row.shape)
+    residual = noise + SIZE * row / np.linalg.norm(row)
+    return replace(survey, ground=replace(survey.ground, residual=residual), kept={})
+
+
+@pytest.mark.parametrize("name", ["torsion_both", "bending_upper"])
+def test_a_hidden_change_of_a_stiffness_is_found_at_its_place(name):
+    survey = hidden(name, POWER)
+    choice = choose(survey, survey.courses()[0])
+    close = [s.law.terms[0].place.name for s in (choice.best, *choice.judged) if s.score > choice.best.score - 6.0]
+    assert name in close
+    assert choice.best.gain > 0.9 * SIZE**2
+
+
+def test_the_loop_has_a_change_that_is_not_small():
+    """Half the torsional stiffness does more than half of what none of it would do at first order."""
+    relative = surveyed().states.relative["torsion"]
+    runs = len(relative.growth)
+    grown = relative.grown(np.stack([np.full(runs, x) for x in (-0.8, -1e-4, 1.0)], axis=1))
+    assert np.all(grown[:, 0] < -0.85)
+    assert grown[:, 1] == pytest.approx(-1e-4, rel=1e-3)
+    assert np.all(grown[:, 2] < 0.95)
+
+
+def test_by_how_much_a_stiffness_changes_is_told_at_every_tension():
+    survey = surveyed()
+    law = law_of(survey, "torsion_upper", Form("one"), POWER)
+    numbers = {"size": (SHARE, 0.01, "1"), "exponent": (POWER, 0.1, "1")}
+    said = _by_how_much(survey, law, numbers)
+    assert said.startswith("lower than in the model by ")
+    for tension in np.unique(survey.stated_tension):
+        share = abs(SHARE) * survey.tension / tension  # exponent -1
+        assert f"{100 * share:.1g}"[0] in said
+        assert f"% at {tension / 1e6:g} N/mm²" in said
+    assert "× tension^(−1.00 ± 0.10)" in formula(law, numbers)
+    assert law.terms[0].place.words == "torsional stiffness of the upper span"
+
+
+def test_a_threshold_in_tension_is_told_as_one():
+    survey = surveyed()
+    law = law_of(survey, "bending_both", Form("sigma", shape="below", knee=9e6))
+    assert "below 9 N/mm²" in formula(
+        law, {"size": (0.2, 0.01, "1"), "knee": (9e6, 1e5, "Pa"), "exponent": (0, 0, "1")}
+    )
