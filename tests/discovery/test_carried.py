@@ -15,6 +15,7 @@ from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.search import Scored
 from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.discovery.words import formula, sentence
+from belt_sim.results.errors import Change
 from studies.challenge.laws import generator_place, pairs
 
 GREASE = Form("alpha", course="stretch", at=1.2, wide=0.1)
@@ -111,7 +112,8 @@ def test_its_sentence_says_where_on_the_belt_it_is():
 
     def least_squares_answer(law: Law) -> str:
         made = SimpleNamespace(scored=Scored(law, 0.0, 0.0), estimates=lambda: numbers, exponent=(0.0, 0.0))
-        return sentence(survey, made, 1.0, "a stretch", alone=True, carries=True)
+        told = SimpleNamespace(parity="odd", looks_like="a stretch")
+        return sentence(survey, made, told, Change(before=2e-4, after=1e-4))
 
     where = "the middle of the stretch runs up the tail pulley 0.200 ± 0.010 belt lengths after"
     assert where in least_squares_answer(law_of(survey, "drift_carried", GREASE))

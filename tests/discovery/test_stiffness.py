@@ -13,6 +13,7 @@ from belt_sim.discovery.survey import Law, Survey, Term
 from belt_sim.discovery.words import _by_how_much, formula
 
 SHARE, POWER = -0.1, -1.0
+SETTINGS = 0.15  # runs are not at the tension at which they were set, and two digits are told
 SIZE = 40.0  # sigma of what is hidden
 LINEAR = 0.15  # of what a change of this size does: the loop has its steps on a grid of 0.2 m, the march half as long
 
@@ -37,7 +38,7 @@ def test_a_hidden_change_of_a_stiffness_is_found_at_its_place(name):
     choice = choose(survey, survey.courses()[0])
     close = [s.law.terms[0].place.name for s in (choice.best, *choice.judged) if s.score > choice.best.score - 6.0]
     assert name in close
-    assert choice.best.gain > 0.9 * SIZE**2
+    assert choice.best.gain > 0.9 * choice.possible  # nuisances have taken their part
 
 
 def test_the_loop_has_a_change_that_is_not_small():
@@ -58,8 +59,8 @@ def test_by_how_much_a_stiffness_changes_is_told_at_every_tension():
     assert said.startswith("lower than in the model by ")
     for tension in np.unique(survey.stated_tension):
         share = abs(SHARE) * survey.tension / tension  # exponent -1
-        assert f"{100 * share:.1g}"[0] in said
-        assert f"% at {tension / 1e6:g} N/mm²" in said
+        own = next(part for part in said.split(", ") if f"at {tension / 1e6:g} N/mm²" in part)
+        assert float(own.partition(" %")[0].split()[-1]) == pytest.approx(100.0 * share, rel=SETTINGS)
     assert "× tension^(−1.00 ± 0.10)" in formula(law, numbers)
     assert law.terms[0].place.words == "torsional stiffness of the upper span"
 
