@@ -25,12 +25,15 @@ _PLACES = {
     "reading of": "sensor",
 }
 _NAMES = {"span": "span", "yaw": "yaw_{}", "turn": "runup_{}", "drift": "runup_{}", "shift": "wrap", "twist": "wrap"}
+_NAMES |= {"bending": "span_bending", "torsion": "span_torsion", "pull": "span_tension"}
 #: sign in a formula -> variable of the generator, the first that is there
-_VARIABLES = (("β", "yaw"), ("κ", "curvature"), ("α", "contact_angle"), ("dy/dt", "y"), ("y", "y"))
+_VARIABLES = (("σ", "tension"), ("β", "yaw"), ("κ", "curvature"), ("α", "contact_angle"), ("dy/dt", "y"), ("y", "y"))
 #: mark of a shape in a formula -> form
 _SHAPES = (
     ("saturating", "saturating"),
     ("beyond", "threshold"),
+    ("below", "threshold"),
+    ("above", "threshold"),
     ("stuck", "threshold"),
     ("|", "power"),
     ("²", "power"),
@@ -78,8 +81,6 @@ def generator_place(text: str) -> str:
     for begin, name in _PLACES.items():
         if text.startswith(begin):
             return name.format(where)
-    if text in ("span_bending", "span_torsion", "span_tension"):
-        return text
     kind, _, which = text.partition("_")
     if kind == "sensor":
         return "sensor_all" if which == "all" else "sensor"
@@ -108,7 +109,7 @@ def tension_pairs(exponent: Mapping[str, float] | None) -> set[tuple[str, str]]:
 
 def _steady(term: str) -> bool:
     """Whether a term is a constant along every run."""
-    return term.endswith("a constant")
+    return term.partition(" × tension^")[0].endswith("a constant")
 
 
 def pairs(term: str) -> set[tuple[str, str]]:
