@@ -95,7 +95,9 @@ def _sentence(d: Findings) -> str:
         hidden = [n for n in d.search.fits.names if n not in d.table.visible]
         return decision.verdict.sentence(model, ()) + _what_would_show(len(d.table.visible), hidden)
     named = [_or_alike(decision, name) for name in decision.named]
-    return decision.verdict.sentence(model, named, _damage(d.suspicions))
+    alike = decision.like_one_change_of_the_span(d.policy)
+    more = f" Or one change of the span, in its bending or twisting, stands in the place of {listed(alike)}."
+    return decision.verdict.sentence(model, named, _damage(d.suspicions)) + (more if alike else "")
 
 
 def _what_would_show(visible: int, hidden: list[str]) -> str:

@@ -128,6 +128,13 @@ def test_a_pair_in_the_place_of_a_pair_is_told_of_both_members():
     assert decision.confusable == {"a": ("c + d",), "b": ("c + d",)}
 
 
+def test_a_crown_beside_a_load_cell_may_be_one_change_of_the_span():
+    pair = decide(table(row("crown", "tension_bias", gain=200.0)), POLICY)
+    assert pair.like_one_change_of_the_span(POLICY) == ("crown", "tension_bias")
+    for others in (row("crown", gain=200.0), row("tension_bias", "taper", gain=200.0)):
+        assert decide(table(others), POLICY).like_one_change_of_the_span(POLICY) == ()
+
+
 def test_another_base_model_is_told_of_instead_of_effects():
     other = Instead(name="model=strip", chi2=900.0)
     decision = decide(table(row("crown", gain=100.0), instead=(other,)), POLICY)

@@ -60,6 +60,11 @@ class Decision:
         """That something unknown is there, alone or beside effects."""
         return min(sum(e.probability for e in self.explanations if e.unknown), 1.0)
 
+    def like_one_change_of_the_span(self, policy: Policy) -> tuple[str, ...]:
+        """The named effects that together do nearly what one change of a span's stiffness does; none, or some."""
+        pairs = [pair for pair in policy.like_one_change_of_the_span if pair <= set(self.named)]
+        return tuple(sorted(frozenset().union(*pairs)))
+
     def suspects_something_unknown(self, policy: Policy) -> bool:
         """Whether something unknown may be there, so that its law is worth a search.
 

@@ -18,6 +18,8 @@ class Policy:
         with nothing
     alarm: probability of nothing, below which something is said: a false alarm costs twenty times what a miss does
     credible: probability in the set of explanations that cannot be told apart
+    like_one_change_of_the_span: effects that together do nearly what one change of a span's stiffness does: a crown or
+        an edge guide makes up for a slope, a load cell for how it goes with tension
     """
 
     further: float = 10.0
@@ -29,6 +31,10 @@ class Policy:
     held_out: float = 2.0
     alarm: float = 0.05
     credible: float = 0.95
+    like_one_change_of_the_span: tuple[frozenset[str], ...] = (
+        frozenset({"crown", "tension_bias"}),
+        frozenset({"edge_guide", "tension_bias"}),
+    )
 
 
 POLICY = Policy()
