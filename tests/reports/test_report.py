@@ -210,7 +210,7 @@ def test_an_adequate_model_has_no_effects_to_show():
     page = Page(render(drawn("nothing")))
     assert "Nothing is missing from model beam_th2" in page.text
     assert "What is missing" not in page.text
-    assert "No cell got worse" in page.text
+    assert "No fitted run got worse" in page.text
 
 
 def test_unknown_shows_its_card_and_names_the_nearest():
