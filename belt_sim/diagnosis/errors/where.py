@@ -15,6 +15,8 @@ from scipy.special import ndtri
 from belt_sim import si
 from belt_sim.campaign.types import Kind
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.noise import FREE_ZERO
+from belt_sim.diagnosis.readings.samples import zero_is_read
 from belt_sim.results.errors import UNITS, Where, Worst
 from belt_sim.results.words import KILO
 
@@ -50,7 +52,11 @@ def validation_uncertainty(bench: Workbench) -> np.ndarray:
     wander = np.array([s.wander_sd for s in samples.signals])[None, :]
     noise = (np.asarray(levels.white) * white) ** 2 + (np.asarray(levels.wander) * wander) ** 2
     march = 0.0 if bench.march is None else bench.march.error**2
-    return np.sqrt(noise[..., None] + np.sum(bench.shapes**2, axis=0) + np.sum(bench.shared**2, axis=0) + march)
+    shapes = np.sum(bench.shapes**2, axis=0)
+    for s, signal in enumerate(samples.signals):  # a zero that is read off the record is as uncertain as a reading
+        read = np.array([zero_is_read(run, signal) for run in samples.runs])
+        shapes[read, s] += noise[read, s, None] - max(signal.zero, FREE_ZERO) ** 2
+    return np.sqrt(noise[..., None] + np.maximum(shapes, 0.0) + np.sum(bench.shared**2, axis=0) + march)
 
 
 def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:

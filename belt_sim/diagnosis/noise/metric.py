@@ -12,7 +12,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, SignalSheet
 from belt_sim.diagnosis.noise.noise import FREE_ZERO, Levels, covariance, whitener
-from belt_sim.diagnosis.readings.samples import Samples
+from belt_sim.diagnosis.readings.samples import Samples, zero_is_read
 
 AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach
 
@@ -117,7 +117,7 @@ def _zeros(samples: Samples, signal: SignalSheet) -> np.ndarray:
 
     What a machine does before the yaw shows where zero is, wherever the sensor was set to zero: any is allowed there.
     """
-    before = (samples.travel[:, 0] < samples.yaw_at) & (signal.kind == "lateral")
+    before = np.array([zero_is_read(run, signal) for run in samples.runs])
     return np.where(before, max(signal.zero, FREE_ZERO), signal.zero)
 
 

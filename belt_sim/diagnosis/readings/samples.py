@@ -74,7 +74,7 @@ def samples_of(campaign: Campaign) -> Samples:
     for k, (s, t, values, per_bin) in enumerate(thinned):
         travel[k, : len(s)], travel[k, len(s) :] = s, s[-1]
         time[k, : len(s)], time[k, len(s) :] = t, t[-1]
-        y[k, :, : len(s)] = values
+        y[k, :, : len(s)] = values - _at_the_yaw(runs[k], campaign.signals, s, values)[:, None]
         y[k, jump, : len(s)] = np.where(_jumping(runs[k], s, per_bin), np.nan, y[k, jump, : len(s)])
     return Samples(
         runs=runs,
@@ -94,6 +94,23 @@ def stack_cases(cases: list[Case]) -> Case:
         lambda *leaves: np.stack([np.asarray(x, dtype=float) for x in leaves]), *[c.settings for c in cases]
     )
     return Case(rig=cases[0].rig, belt=cases[0].belt, settings=settings)
+
+
+def zero_is_read(run: Run, signal: SignalSheet) -> bool:
+    """Whether a record shows its own zero: it begins before the yaw."""
+    return bool(signal.kind == "lateral" and len(run.travel) and run.travel[0] < run.yaw_at)
+
+
+def _at_the_yaw(run: Run, signals: tuple[SignalSheet, ...], travel: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """What each signal (S,) read in the last metre before the yaw, where its record shows that; else 0."""
+    ahead = travel <= run.yaw_at
+    just = ahead & (travel >= np.max(travel[ahead], initial=0.0) - 1.0)
+    level = np.zeros(len(signals))
+    for k, signal in enumerate(signals):
+        seen = values[k, just]
+        if zero_is_read(run, signal) and np.isfinite(seen).any():
+            level[k] = np.nanmean(seen)
+    return level
 
 
 def _jumping(run: Run, travel: np.ndarray, per_bin: int) -> np.ndarray:
