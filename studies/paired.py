@@ -2,7 +2,7 @@
 
 Campaigns whose answers by an earlier version are stored are drawn and answered again; one file each is kept in
 ``folder``, so that a stopped run goes on. The table counts what each version had right, and how likely so uneven a
-split is by chance (McNemar's test, exact).
+split is by chance (McNemar's test, exact); a second one, and reliability.png, what the probabilities said are worth.
 """
 
 from collections import Counter
@@ -17,7 +17,7 @@ from belt_sim.files import read_json, write_json
 from belt_sim.results.json import diagnosis_json
 from studies.application import application
 from studies.challenge.registry import source
-from studies.challenge.report import OWN, read_stored, table
+from studies.challenge.report import OWN, by_probability, draw_reliability, read_stored, table
 from studies.challenge.score import ScoredCase, score_case
 
 HEAD = ("hidden", "campaigns", "both right", "earlier alone", "now alone", "neither", "p (McNemar)")
@@ -47,6 +47,8 @@ def paired(config: dict[str, Any]) -> None:
     cases = [(earlier[c["source"], c["seed"]], ScoredCase.from_row(c)) for c in found]
     print(table(HEAD, rows((is_right(a), is_right(b), a.kind) for a, b in cases)))
     sure = [sum(any(p >= 0.9 for p in c.false_names.values()) for c in version) for version in zip(*cases, strict=True)]
+    print(by_probability([now for _, now in cases]))
+    draw_reliability(folder / "reliability.png", [now for _, now in cases])
     print(f"sure and wrong: {sure[0]} earlier, {sure[1]} now, of {len(cases)}")
 
 
