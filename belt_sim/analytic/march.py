@@ -121,7 +121,7 @@ def march_open(
     carry, rows = jax.lax.fori_loop(0, steps, one, (start, rows))
     beyond = jnp.arange(room)[:, None] > steps
     curves = {n: jnp.where(beyond, row, rows[n]).T for n, row in read(carry).items()}
-    extra = {str(place): curves.pop(str(place))[0] for place in inside}
+    extra: Any = {str(place): curves.pop(str(place))[0] for place in inside}
     return Curves(**({"travel": spacing * jnp.arange(room)} | curves), extra=extra or None)
 
 

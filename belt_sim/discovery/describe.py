@@ -45,7 +45,9 @@ def describe(found: Discovered, probability: float, *, config: Any = None) -> Di
     if found.refit is None:
         return Discovery(**common, sentence=_no_law(found))
     law, error = _law(found), _errors(found)
-    said = sentence(s, found.refit, law, error.fit or error.held_out, worse=got_worse(error))
+    fall = error.fit or error.held_out
+    assert fall is not None  # a law is fitted to some runs
+    said = sentence(s, found.refit, law, fall, worse=got_worse(error))
     points, curve = _against(found)
     return Discovery(
         **common,

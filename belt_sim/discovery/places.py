@@ -99,8 +99,8 @@ def places_of(samples: Samples) -> tuple[Place, ...]:
             found.append(Place(f"{kind}_{CARRIED}", there, UNITS[channels[0]], both))
     runups = (("turn_tail", 0), ("turn_head", 1))
     found.append(Place(TENSION, "tension of the belt", "1", runups))
-    for kind, (both, one) in STIFFNESS.items():
-        found += [Place(f"{kind}_both", both, "1", runups)] if both else []
+    for kind, (of_both, one) in STIFFNESS.items():
+        found += [Place(f"{kind}_both", of_both, "1", runups)] if of_both else []
         found += [Place(f"{kind}_{s}", one.format(s), "1", runups) for s in SPANS]
     if len({r.direction for r in samples.runs}) > 1:
         words = "bend of the {} span where it runs up"

@@ -6,6 +6,7 @@ that a round is a convolution with the impulse responses. Arrays are (R, F, J): 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
@@ -268,7 +269,7 @@ def _where_yawed(survey: Survey, added: np.ndarray) -> np.ndarray:
 
 def _with(base: States, found: dict[Read, np.ndarray]) -> States:
     """The states with some of them changed (R, J)."""
-    changed = {name: base.read(name).copy() for name, _ in found}
+    changed: dict[str, Any] = {name: base.read(name).copy() for name, _ in found}
     for (name, where), x in found.items():
         changed[name][:, where] = x
     bent = {kind: changed.pop(kind, x) for kind, x in base.bent.items()}

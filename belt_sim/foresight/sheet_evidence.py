@@ -92,14 +92,15 @@ def sheet_evidence(
     clear = _is_clear(ranked) and (shares[0][0] > NEARLY_ALL or (shares[0][0] > BELIEVED and shares[0][1] < LEFT))
     clear = clear and excess >= (UNEXPLAINED - 1.0) * stated.count
     clear = clear and not _model_explains(stated, ranked[0], excess)
-    alone, found = float(np.sum(stated.alone)), []
+    alone = float(np.sum(stated.alone))
+    evidence: list[SheetEvidence] = []
     for k, (share, left, m) in enumerate(shares):
         own = np.array([not m.runs or r.name in m.runs for r in curved.runs])
         share = max(share, share * excess / max(float(np.sum((stated.chi2 - stated.counts)[own])), 1.0))
         if share > MENTIONED:
             certain, gain = k == 0 and clear, alone - left * stated.count
-            found.append(SheetEvidence(mistake=m, share=min(share, 1.0), left=left, certain=certain, gain=gain))
-    return tuple(found)
+            evidence.append(SheetEvidence(mistake=m, share=min(share, 1.0), left=left, certain=certain, gain=gain))
+    return tuple(evidence)
 
 
 def _is_clear(ranked: Sequence[tuple[float, SheetMistake]]) -> bool:

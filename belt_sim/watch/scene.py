@@ -5,6 +5,7 @@ series below it.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import rerun as rr
@@ -54,7 +55,7 @@ def plot(origin: str, name: str, travel: float, legend: float = NARROW) -> rrb.T
 
 def time_panel(live: bool) -> rrb.TimePanel:
     """The travel timeline, played at 2 m/s; live: it follows what comes, else it plays from the start."""
-    state = "following" if live else "playing"
+    state: Literal["following", "playing"] = "following" if live else "playing"
     return rrb.TimePanel(timeline=TRAVEL, fps=PLAY_SPEED, state="collapsed", play_state=state)
 
 

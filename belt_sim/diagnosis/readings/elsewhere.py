@@ -49,7 +49,8 @@ def check_places(samples: Samples, model: Composition, classes: Sequence[type[Ef
         remedy = f"a sensor at = {places[0]} moves at once with the yaw: begin the record {BEFORE:g} m before it"
         raise InputError(f"runs.csv, {late.name}: yaw_at_m", late.yaw_at, "m", remedy)
     inside = next((p for p in places if not p.on_wrap), None)
-    unfit = [e.id for e in (*model.built_in, *classes) if shapes_a_span(e)]
+    acting: Sequence[Effect | type[Effect]] = (*model.built_in, *classes)
+    unfit = [e.id for e in acting if shapes_a_span(e)]
     if inside and unfit:
         raise CannotRepresent(
             f"signals at = {inside}: {unfit[0]} shapes the span between its ends, which a sensor inside it would see; "
