@@ -25,6 +25,7 @@ EVEN = float(np.sqrt(12.0))  # width of an even distribution over its sigma
 MOVED = 1e-4  # [m], over which derivatives along a start are taken
 WIDER = 2.0  # a start may be off by so many times what the shape in common tells, which is not yet the effect's own
 CHANCE = 2.0  # log odds asked for, over the trial factor: noise turned to fit its own shape gains up to 1.6 of that
+ELSE = 2.0  # chi2 a reading beyond all candidates and waves, from which what the model lacks may pass for a start
 ROUNDS = 6  # of turning the runs and asking for their shape
 REFERENCES = 3  # runs whose own shape may begin
 
@@ -32,12 +33,14 @@ REFERENCES = 3  # runs whose own shape may begin
 @dataclass(frozen=True)
 class Turning:
     """Waves in all runs: gram (R, P, P) and moments (R, P) of whitened pairs of cosine and sine, in units of one sigma,
-    with what is left of the readings; rates (R, P/2): by how many radians a metre of start turns a pair.
+    with what is left of the readings; rates (R, P/2): by how many radians a metre of start turns a pair; left: chi2 a
+    reading that neither waves nor other candidates take up.
     """
 
     gram: np.ndarray
     moments: np.ndarray
     rates: np.ndarray
+    left: float = 1.0
 
     def turned(self, r: int, starts: np.ndarray) -> np.ndarray:
         """Matrices (k, P, P) that turn common numbers into those of a run that starts at ``starts`` (k,)."""
@@ -105,6 +108,8 @@ def with_starts(bench: Workbench, near: Around) -> Campaign | None:
     if not round_ones or len(runs) < 2 or any(run.start is not None for run in runs):
         return None
     turning = turning_of(bench, near)
+    if turning.left > ELSE:
+        return None
     rig = bench.samples.cases.rig
     length, shortest = float(np.max(rig.belt_length)), 2.0 * np.pi / float(turning.rates.max())
     count = int(np.clip(np.ceil(PARTS * length / shortest), *PLACES))
@@ -169,7 +174,7 @@ def turning_of(bench: Workbench, near: Around) -> Turning:
         rest = white[-1] @ white[-1] - moments[-1] @ np.linalg.solve(grams[-1] + np.eye(len(grams[-1])), moments[-1])
         left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - len(taken) - len(grams[-1])
     noise = max(1.0, left / max(count, 1))
-    return Turning(np.array(grams) / noise, np.array(moments) / noise, np.concatenate(rates, axis=1))
+    return Turning(np.array(grams) / noise, np.array(moments) / noise, np.concatenate(rates, axis=1), noise)
 
 
 def _of_run(metric, rows: np.ndarray, r: int) -> np.ndarray:
