@@ -188,9 +188,9 @@ class Campaign:
 
     def plot(self, path: str | None = None) -> Any:
         """The picture of all readings over travel, a panel a run; written to ``path`` if one is given."""
-        from belt_sim.api.plot import plot
+        import belt_sim
 
-        return plot(self, path)
+        return belt_sim.plot(self, path)
 
     def to_pandas(self) -> Any:
         """Return all records as a DataFrame in SI: a row a sample, with its run's settings and a column a signal."""

@@ -81,7 +81,7 @@ def test_every_run_starts_at_its_own_place_and_no_file_says_where():
     assert len({run.start for run in plan.runs}) == len(plan.runs)
     campaign, truth = fresh_campaign(2, "anywhere", kind="nothing")
     assert len(truth.settings["start"]) == len(campaign.runs)
-    assert not any(hasattr(run, "start") for run in campaign.runs)
+    assert all(run.start is None for run in campaign.runs)
 
 
 def test_zeros_at_the_start_of_the_record():

@@ -54,7 +54,7 @@ def validation_uncertainty(bench: Workbench) -> np.ndarray:
     march = 0.0 if bench.march is None else bench.march.error**2
     shapes = np.sum(bench.shapes**2, axis=0)
     for s, signal in enumerate(samples.signals):  # a zero that is read off the record is as uncertain as a reading
-        read = np.array([zero_is_read(run, signal) for run in samples.runs])
+        read = zero_is_read(samples, signal)
         shapes[read, s] += noise[read, s, None] - max(signal.zero, FREE_ZERO) ** 2
     return np.sqrt(noise[..., None] + np.maximum(shapes, 0.0) + np.sum(bench.shared**2, axis=0) + march)
 

@@ -117,7 +117,7 @@ def _zeros(samples: Samples, signal: SignalSheet) -> np.ndarray:
 
     What a machine does before the yaw shows where zero is, wherever the sensor was set to zero: any is allowed there.
     """
-    before = np.array([zero_is_read(run, signal) for run in samples.runs])
+    before = zero_is_read(samples, signal)
     return np.where(before, max(signal.zero, FREE_ZERO), signal.zero)
 
 

@@ -96,9 +96,9 @@ def stack_cases(cases: list[Case]) -> Case:
     return Case(rig=cases[0].rig, belt=cases[0].belt, settings=settings)
 
 
-def zero_is_read(run: Run, signal: SignalSheet) -> bool:
-    """Whether a record shows its own zero: it begins before the yaw."""
-    return bool(signal.kind == "lateral" and len(run.travel) and run.travel[0] < run.yaw_at)
+def zero_is_read(samples: Samples, signal: SignalSheet) -> np.ndarray:
+    """Whether the record of every run (R,) shows its own zero: it begins before the yaw."""
+    return (samples.travel[:, 0] < samples.yaw_at) & (signal.kind == "lateral")
 
 
 def _at_the_yaw(run: Run, signals: tuple[SignalSheet, ...], travel: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -108,7 +108,7 @@ def _at_the_yaw(run: Run, signals: tuple[SignalSheet, ...], travel: np.ndarray, 
     level = np.zeros(len(signals))
     for k, signal in enumerate(signals):
         seen = values[k, just]
-        if zero_is_read(run, signal) and np.isfinite(seen).any():
+        if signal.kind == "lateral" and travel[0] < run.yaw_at and np.isfinite(seen).any():
             level[k] = np.nanmean(seen)
     return level
 
