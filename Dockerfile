@@ -1,4 +1,4 @@
-# belt_sim in a container:  docker build -t belt-sim .  and  docker run --rm -v "$PWD/outputs:/work/outputs" belt-sim demo
+# belt_sim in a container:  docker build -t belt-sim .  and  docker run --rm -v "$PWD/outputs:/belt/outputs" belt-sim demo
 FROM python:3.12-slim AS wheel
 WORKDIR /src
 COPY pyproject.toml README.md LICENSE ./
@@ -10,8 +10,8 @@ RUN pip wheel --no-cache-dir --no-deps -w /dist .
 FROM python:3.12-slim
 COPY constraints.txt /tmp/constraints.txt
 RUN --mount=type=bind,from=wheel,source=/dist,target=/dist pip install --no-cache-dir -c /tmp/constraints.txt /dist/*.whl
-RUN useradd --create-home belt && mkdir /work && chown belt /work
+RUN useradd --create-home belt && mkdir /belt && chown belt /belt
 USER belt
-WORKDIR /work
+WORKDIR /belt
 ENTRYPOINT ["belt-sim"]
 CMD ["--help"]

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
-from belt_sim.campaign.types import elsewhere
 from belt_sim.diagnosis.decision.decide import Decision, decide
 from belt_sim.diagnosis.decision.policy import POLICY, Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
@@ -15,7 +14,7 @@ from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.belt_starts import with_starts
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.diagnosis.readings.elsewhere import shapes_a_span
+from belt_sim.diagnosis.readings.elsewhere import inside_a_span, shapes_a_span
 from belt_sim.diagnosis.search.best_first import Search
 from belt_sim.diagnosis.unknown import LawFinder, LawFinding
 from belt_sim.effects.base import Effect
@@ -66,9 +65,9 @@ def examine(
     RunFailed when a larger set fits worse than a smaller one.
     """
     tell("laying out the campaign")
-    inside = any(place and not place.on_wrap for place in map(elsewhere, (s.at for s in campaign.signals)))
     tried = [c for c in classes if model.refusal(c) is None and is_long_enough(campaign, c)]
-    tried = [c for c in tried if not (inside and shapes_a_span(c))]
+    if inside_a_span(campaign.signals):
+        tried = [c for c in tried if not shapes_a_span(c)]
     of_data = suspicions(campaign)
     bench, nothing = _laid_out(with_free_zeros(campaign, of_data), model, tried)
     suspect = (*doubts, *set_up(bench, nothing.values, of_data))

@@ -6,7 +6,7 @@ import sys
 import types
 from dataclasses import dataclass, field, replace
 
-from belt_sim.discovery.effect_text import BEND, CHANGED, TEMPLATE, needed
+from belt_sim.discovery.effect_text import BEND, TEMPLATE, needed
 from belt_sim.discovery.forms import COURSES, SHAPES, UNITS
 from belt_sim.discovery.places import RELATIVE, SPAN, SPANS, TRAVEL, WRAPPED
 from belt_sim.discovery.survey import Law, Term
@@ -287,7 +287,7 @@ def _bend(terms, points) -> str:
             call = f"jnp.where((case.settings.direction > 0) == jnp.array({first}), {call}, 0.0)"
         shares.setdefault(t.place.relative, []).append(call)
     return BEND.format(
-        what=", ".join(f"{CHANGED[kind]}" for kind in shares),
+        kinds=repr(tuple(shares)),
         shares="".join(f"            {' + '.join(calls)},\n" for calls in shares.values()),
     )
 

@@ -43,22 +43,6 @@ HELPERS = {
 
 
 ''',
-    "_in_powers": '''def _in_powers(changed):
-    """Return what a change of a span adds to its curvatures, per unit of its boundary values: coefficients of a
-    polynomial in log(1 + change), with the slope at no change, through what large changes do."""
-
-    def curvatures(logarithm):
-        answer = response(changed(jnp.expm1(logarithm)))
-        return jnp.stack([answer.runup, answer.runoff])
-
-    at = jnp.array([-3.0, -2.25, -1.5, -0.75, 0.75, 1.5])
-    none, slope = jax.jvp(curvatures, (0.0,), (1.0,))
-    does = jax.vmap(curvatures)(at) - none - at[:, None, None] * slope
-    bent = jnp.linalg.inv(at[:, None] ** jnp.arange(2, 8))
-    return jnp.concatenate([slope[None], jnp.tensordot(bent, does, axes=1)])
-
-
-''',
     "_rate": '''def _rate(reading, row, case, reach=0.25):
     """dy/dt of a reading [m/s]."""
     order = jnp.argsort(reading.seen)
@@ -76,31 +60,18 @@ IMPORTS = {
     "import jax.numpy as jnp\n\n": "",
     "from belt_sim.effects.base import Effect, Parameter, effect\n": "",
     "from belt_sim.laws.drive import angle_at\n": "angle_at",
-    "from belt_sim.laws.span import response\n": "response(",
-}
-
-#: what a change of a span is -> the span that is changed by ``share``
-CHANGED = {
-    "tension": """lambda share: replace(
-                span,
-                force=span.force * (1.0 + share),
-                torsion=span.torsion + share * case.tension_force * case.belt.width**2 / 12.0,
-                sag_curvature=span.sag_curvature / (1.0 + share),
-            )""",
-    "bending": "lambda share: replace(span, bending=span.bending * (1.0 + share))",
-    "torsion": "lambda share: replace(span, torsion=span.torsion * (1.0 + share))",
+    "from belt_sim.laws.span import curvatures_by_change, log_of_change, response\n": "curvatures_by_change",
 }
 
 BEND = '''    def influence(self, span, case):
         """Return the curvature at the run-up per unit of the boundary values, and what each change adds."""
-        changes = ({what},)
-        return response(span).runup, [_in_powers(c) for c in changes]
+        return response(span).runup, [curvatures_by_change(span, case, kind) for kind in {kinds}]
 
     def bend(self, bend, boundary, known, case):
         shares = (
 {shares}        )
         for share, added in zip(shares, known[1], strict=True):
-            x = jnp.clip(jnp.log(jnp.maximum(1.0 + share, 1e-3)), -3.1, 1.6) + jnp.zeros(2)
+            x = log_of_change(share) + jnp.zeros(2)
             more = jnp.einsum("ks,kai,is->as", x ** jnp.arange(1, 8)[:, None], added, boundary.ends)
             bend = replace(bend, runup=bend.runup + more[0], runoff=bend.runoff + more[1])
         return bend

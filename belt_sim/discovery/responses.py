@@ -20,16 +20,14 @@ from belt_sim.diagnosis.readings.batches import ROWS
 from belt_sim.diagnosis.readings.forward import room_for
 from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.discovery.places import RELATIVE
-from belt_sim.effects.base import Effect, overrides, uses
+from belt_sim.effects.base import Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import as_driven, true_travel
 from belt_sim.jax_setup import PROGRAMS, compiled, in_float64
-from belt_sim.laws.span import response
+from belt_sim.laws.span import CHANGES, changed, log_of_change, response
 
 RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most
 NO_HAND = {"encoder", "seen", "sensor", "scene"}  # hooks by which an effect has no hand in the march
-CHANGES = (-3.0, -2.25, -1.5, -0.75, 0.75, 1.5)  # logarithms of 1 + change, through which its powers go
-LARGEST = (-3.1, 1.6)  # logarithms, beyond which a change does no more
 Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see Responses
 
 
@@ -134,7 +132,7 @@ class Relative:
 
     def grown(self, change: np.ndarray) -> np.ndarray:
         """The change (R, ...) of first order that adds as much as ``change`` does."""
-        x = np.clip(np.log(np.maximum(1.0 + change, 1e-3)), LARGEST[0], LARGEST[1])
+        x = log_of_change(change, np)
         found = np.zeros_like(x)
         for c in self.growth.T[::-1]:
             found = (found + c.reshape(-1, *[1] * (x.ndim - 1))) * x
@@ -157,9 +155,7 @@ def relative_answers(bench: Workbench, fit: Fit) -> dict[str, Relative]:
 def _changed(model, classes):
     def one(effects, case):
         case = as_driven(case, effects)
-        span = model.span(case)
-        for e in uses((*model.built_in, *effects), "span"):
-            span = e.span(span, case)
+        span = apply_hook((*model.built_in, *effects), "span", model.span(case), case)
         size = jnp.array([span.length, 1.0, 1.0, 0.0, 0.0])  # of boundary values beside one another
 
         def grows(kind):
@@ -177,14 +173,3 @@ def _changed(model, classes):
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
     return compiled(many)
-
-
-def changed(span, case: Case, kind: str, share):
-    """A span whose bending stiffness, torsional stiffness or tension (force, sag, and what tension adds to torsion) is
-    larger by ``share``."""
-    if kind in ("bending", "torsion"):
-        return replace(span, **{kind: getattr(span, kind) * (1.0 + share)})
-    torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0
-    return replace(
-        span, force=span.force * (1.0 + share), torsion=torsion, sag_curvature=span.sag_curvature / (1.0 + share)
-    )

@@ -20,6 +20,8 @@ from belt_sim.jax_setup import pytree
 _SQUARINGS = 4  # transfer matrix of L/1024 -> L/64
 _DOUBLINGS = 5  # condensed L/64 -> L/2: fields along a span are known at 65 places
 _TAYLOR_TERMS = 8
+CHANGES = (-3.0, -2.25, -1.5, -0.75, 0.75, 1.5)  # logarithms of 1 + change, between which powers stand for what it does
+LARGEST = (-3.1, 1.6)  # logarithms beyond which a change does no more
 
 
 @pytree
@@ -121,6 +123,40 @@ def response(span: Span) -> Response:
         twist_runoff=f0[2, order] * scale * roll / span.length,
         mid_tilt=mid[2, order] * scale * roll,
     )
+
+
+def changed(span, case: Case, kind: str, share):
+    """A span whose bending stiffness, torsional stiffness or tension (force, sag, and what tension adds to torsion) is
+    larger by ``share``."""
+    if kind in ("bending", "torsion"):
+        return replace(span, **{kind: getattr(span, kind) * (1.0 + share)})
+    torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0
+    return replace(
+        span, force=span.force * (1.0 + share), torsion=torsion, sag_curvature=span.sag_curvature / (1.0 + share)
+    )
+
+
+def curvatures_by_change(span: Span, case: Case, kind: str) -> jax.Array:
+    """What a relative change of ``kind`` adds to the curvatures, (7, 2, 5): coefficients of powers 1 to 7 of
+    ``log_of_change``, at run-up and run-off, per unit of the boundary values of a span.
+
+    They have the slope at no change and go through what the changes CHANGES do.
+    """
+
+    def curvatures(logarithm):
+        answer = response(changed(span, case, kind, jnp.expm1(logarithm)))
+        return jnp.stack([answer.runup, answer.runoff])
+
+    at = jnp.array(CHANGES)
+    none, slope = jax.jvp(curvatures, (0.0,), (1.0,))
+    does = jax.vmap(curvatures)(at) - none - at[:, None, None] * slope
+    bent = jnp.linalg.inv(at[:, None] ** jnp.arange(2, 8))
+    return jnp.concatenate([slope[None], jnp.tensordot(bent, does, axes=1)])
+
+
+def log_of_change(change, xp=jnp):
+    """log(1 + change) of a relative change (...), as far as CHANGES tell what it does."""
+    return xp.clip(xp.log(xp.maximum(1.0 + change, 1e-3)), *LARGEST)
 
 
 @jax.jit

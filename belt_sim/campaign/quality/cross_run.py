@@ -165,18 +165,22 @@ def counted_from_yaw(records: list[Record]) -> list[Record]:
 
     What a machine does before the yaw is no error of zero, wherever its sensors were set to zero.
     """
-    found = []
-    for record in records:
-        before = np.flatnonzero(record.travel < 0.0)[-FEWEST:]
-        if len(before) and record.sheet.kind == "lateral":
-            record = replace(record, readings=record.readings - _at_yaw(record.travel[before], record.readings[before]))
-        found.append(record)
-    return found
+    return [
+        replace(r, readings=r.readings - reading_at_yaw(r.travel, r.readings)) if r.sheet.kind == "lateral" else r
+        for r in records
+    ]
 
 
-def _at_yaw(s: np.ndarray, y: np.ndarray) -> float:
-    """The reading at the yaw, by a line through the rows before it (their mean where these are too few for a line)."""
-    return float(np.polynomial.Polynomial.fit(s, y, 1)(0.0)) if len(s) == FEWEST else float(np.mean(y))
+def reading_at_yaw(travel: np.ndarray, readings: np.ndarray) -> float:
+    """The reading at the yaw, by a line through the last of the rows before it; travel (n,): from the yaw [m].
+
+    The mean of these rows where they are too few for a line; 0 where there are none.
+    """
+    before = np.flatnonzero((travel < 0.0) & np.isfinite(readings))[-FEWEST:]
+    s, y = travel[before], readings[before]
+    if len(before) == FEWEST:
+        return float(np.polynomial.Polynomial.fit(s, y, 1)(0.0))
+    return float(np.mean(y)) if len(before) else 0.0
 
 
 def _start(record: Record, reach: float, curvature_share: float) -> tuple[float, float] | None:

@@ -146,16 +146,16 @@ def _bad_readings(run: Run, sheet: SignalSheet, readings: np.ndarray) -> Iterato
         return
     record = Record(run=run, sheet=sheet, travel=run.travel[there] - run.yaw_at, readings=readings[there])
     first, last = _stuck_stretch(record)
-    kept = np.ones(len(there), dtype=bool)
-    kept[first:last] = False
-    if 0 < last - first <= MOST_STUCK * len(there):
+    if last - first > MOST_STUCK * len(there):
+        return
+    if last > first:
+        kept = np.ones(len(there), dtype=bool)
+        kept[first:last] = False
         mask = np.zeros(len(readings), dtype=bool)
         mask[there[first:last]] = True
         yield "in a row are one and the same value", mask
         record = replace(record, travel=record.travel[kept], readings=record.readings[kept])
         there = there[kept]
-    if last > first and kept.all():
-        return
     out = _jumps(record.readings, 0.1 * record.stated_noise)
     bad = out > SPIKE
     if (bad.sum() >= SPIKES or out.max() > LONE_SPIKE) and bad.mean() < MOST_SPIKES:

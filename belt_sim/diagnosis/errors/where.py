@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from belt_sim import si
 from belt_sim.campaign.types import Kind
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.noise import FREE_ZERO
+from belt_sim.diagnosis.noise.metric import zero_sigmas
 from belt_sim.diagnosis.readings.samples import zero_is_read
 from belt_sim.results.errors import UNITS, Where, Worst
 from belt_sim.results.words import KILO
@@ -55,7 +55,7 @@ def validation_uncertainty(bench: Workbench) -> np.ndarray:
     shapes = np.sum(bench.shapes**2, axis=0)
     for s, signal in enumerate(samples.signals):  # a zero that is read off the record is as uncertain as a reading
         read = zero_is_read(samples, signal)
-        shapes[read, s] += noise[read, s, None] - max(signal.zero, FREE_ZERO) ** 2
+        shapes[read, s] += (noise[:, s] - zero_sigmas(samples, signal) ** 2)[read, None]
     return np.sqrt(noise[..., None] + np.maximum(shapes, 0.0) + np.sum(bench.shared**2, axis=0) + march)
 
 

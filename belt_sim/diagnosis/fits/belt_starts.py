@@ -25,7 +25,7 @@ EVEN = float(np.sqrt(12.0))  # width of an even distribution over its sigma
 MOVED = 1e-4  # [m], over which derivatives along a start are taken
 WIDER = 2.0  # a start may be off by so many times what the shape in common tells, which is not yet the effect's own
 CHANCE = 2.0  # log odds asked for, over the trial factor: noise turned to fit its own shape gains up to 1.6 of that
-ELSE = 2.0  # chi2 a reading beyond all candidates and waves, from which what the model lacks may pass for a start
+MOST_LEFT = 2.0  # chi2 a reading beyond candidates and waves: 1 where they hold, 9 where a lack passed for starts
 ROUNDS = 6  # of turning the runs and asking for their shape
 REFERENCES = 3  # runs whose own shape may begin
 
@@ -108,7 +108,7 @@ def with_starts(bench: Workbench, near: Around) -> Campaign | None:
     if not round_ones or len(runs) < 2 or any(run.start is not None for run in runs):
         return None
     turning = turning_of(bench, near)
-    if turning.left > ELSE:
+    if turning.left > MOST_LEFT:
         return None
     rig = bench.samples.cases.rig
     length, shortest = float(np.max(rig.belt_length)), 2.0 * np.pi / float(turning.rates.max())

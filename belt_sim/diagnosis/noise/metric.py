@@ -95,7 +95,7 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
     n = values.shape[-1]
     shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
     for s, signal in enumerate(samples.signals):
-        for shape in (np.repeat(_zeros(samples, signal)[:, None], n, axis=1), signal.gain * values[:, s]):
+        for shape in (np.repeat(zero_sigmas(samples, signal)[:, None], n, axis=1), signal.gain * values[:, s]):
             if np.any(shape):
                 row = np.zeros_like(values)
                 row[:, s] = shape
@@ -112,7 +112,7 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
     return np.stack(shapes), np.stack(shared)
 
 
-def _zeros(samples: Samples, signal: SignalSheet) -> np.ndarray:
+def zero_sigmas(samples: Samples, signal: SignalSheet) -> np.ndarray:
     """One sigma of a signal's zero in every run (R,): as stated where its readings begin with the yaw.
 
     What a machine does before the yaw shows where zero is, wherever the sensor was set to zero: any is allowed there.

@@ -34,10 +34,14 @@ def shapes_a_span(effect: Effect | type[Effect]) -> bool:
     return bool(overrides(effect, INSIDE))
 
 
+def inside_a_span(signals: Sequence[SignalSheet]) -> Elsewhere | None:
+    """The first place of a sensor inside a span; None where none stands there."""
+    return next((place for place in (elsewhere(s.at) for s in signals) if place and not place.on_wrap), None)
+
+
 def shows_places(signals: Sequence[SignalSheet], model: Composition) -> bool:
     """Whether a model says what sensors inside the spans read."""
-    inside = any(place and not place.on_wrap for place in (elsewhere(s.at) for s in signals))
-    return not (inside and any(shapes_a_span(e) for e in model.built_in))
+    return inside_a_span(signals) is None or not any(shapes_a_span(e) for e in model.built_in)
 
 
 def check_places(samples: Samples, model: Composition, classes: Sequence[type[Effect]]) -> None:
@@ -48,7 +52,7 @@ def check_places(samples: Samples, model: Composition, classes: Sequence[type[Ef
     if late:
         remedy = f"a sensor at = {places[0]} moves at once with the yaw: begin the record {BEFORE:g} m before it"
         raise InputError(f"runs.csv, {late.name}: yaw_at_m", late.yaw_at, "m", remedy)
-    inside = next((p for p in places if not p.on_wrap), None)
+    inside = inside_a_span(samples.signals)
     acting: Sequence[Effect | type[Effect]] = (*model.built_in, *classes)
     unfit = [e.id for e in acting if shapes_a_span(e)]
     if inside and unfit:

@@ -7,6 +7,7 @@ import jax
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run, SignalSheet, case_of, leave_out_bad_readings
+from belt_sim.campaign.quality.cross_run import reading_at_yaw
 from belt_sim.campaign.types import elsewhere
 from belt_sim.case import Case
 from belt_sim.errors import InputError
@@ -70,11 +71,14 @@ def samples_of(campaign: Campaign) -> Samples:
     n = max(len(t[0]) for t in thinned)
     shape = (len(runs), len(names), n)
     travel, time, y = np.zeros(shape[::2]), np.zeros(shape[::2]), np.full(shape, np.nan)
+    lateral = [k for k, s in enumerate(campaign.signals) if s.kind == "lateral"]
     jump = [k for k, s in enumerate(campaign.signals) if s.kind == "tilt" or elsewhere(s.at)]
     for k, (s, t, values, per_bin) in enumerate(thinned):
         travel[k, : len(s)], travel[k, len(s) :] = s, s[-1]
         time[k, : len(s)], time[k, len(s) :] = t, t[-1]
-        y[k, :, : len(s)] = values - _at_the_yaw(runs[k], campaign.signals, s, values)[:, None]
+        y[k, :, : len(s)] = values
+        for j in lateral:
+            y[k, j] -= reading_at_yaw(s - runs[k].yaw_at, values[j])
         y[k, jump, : len(s)] = np.where(_jumping(runs[k], s, per_bin), np.nan, y[k, jump, : len(s)])
     return Samples(
         runs=runs,
@@ -99,18 +103,6 @@ def stack_cases(cases: list[Case]) -> Case:
 def zero_is_read(samples: Samples, signal: SignalSheet) -> np.ndarray:
     """Whether the record of every run (R,) shows its own zero: it begins before the yaw."""
     return (samples.travel[:, 0] < samples.yaw_at) & (signal.kind == "lateral")
-
-
-def _at_the_yaw(run: Run, signals: tuple[SignalSheet, ...], travel: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """What each signal (S,) read in the last metre before the yaw, where its record shows that; else 0."""
-    ahead = travel <= run.yaw_at
-    just = ahead & (travel >= np.max(travel[ahead], initial=0.0) - 1.0)
-    level = np.zeros(len(signals))
-    for k, signal in enumerate(signals):
-        seen = values[k, just]
-        if signal.kind == "lateral" and travel[0] < run.yaw_at and np.isfinite(seen).any():
-            level[k] = np.nanmean(seen)
-    return level
 
 
 def _jumping(run: Run, travel: np.ndarray, per_bin: int) -> np.ndarray:
