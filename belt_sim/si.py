@@ -26,10 +26,28 @@ UNITS: dict[str, tuple[str, float]] = {
     "": ("number", 1.0),
 }
 
+#: SI unit -> (units of the shop in one of it, their name): how people at a machine read a number
+SHOP_UNITS: dict[str, tuple[float, str]] = {
+    "m": (1e3, "mm"),
+    "rad": (1e3, "mm/m"),
+    "1/m": (1e3, "1/km"),
+    "Pa": (1e-6, "N/mm²"),
+    "N/m": (1e-3, "N/mm"),
+    "rad/s": (3.6e6, "mm/m per hour"),
+    "rad/N": (1e6, "mm/m per kN"),
+    "rad/(N m)": (1e6, "mm/m per kN m"),
+    "1": (1.0, ""),
+}
+
 MM = 1e-3
 MM_PER_M = 1e-3
 N_PER_MM2 = 1e6
 DEGREE = math.pi / 180.0
+
+
+def shop_unit(unit: str) -> tuple[float, str]:
+    """Units of the shop in one ``unit`` of SI, and their name; a unit that has none stays."""
+    return SHOP_UNITS.get(unit, (1.0, unit))
 
 
 def to_si(value: float, unit: str, *, dimension: str, name: str) -> float:

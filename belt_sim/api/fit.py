@@ -14,6 +14,7 @@ from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError
 from belt_sim.jax_setup import one_blas_thread
+from belt_sim.results import words
 from belt_sim.results.display import Display, Table
 
 
@@ -34,14 +35,18 @@ class Fitted(Display):
 
     def lines(self) -> Sequence[str]:
         """One line a number, and what became of the error."""
-        numbers = [f"{name} = {value:.4g} +- {self.u[name]:.2g}" for name, value in self.values.items()]
+        numbers = [f"{name} = {text}" for name, text in self._texts().items()]
         before, after = (1e3 * r for r in self.rms)
         return [*numbers, f"rms {before:.4f} -> {after:.4f} mm"]
 
     def tables(self) -> Sequence[Table]:
         """Values and uncertainties."""
-        rows = [(name, f"{value:.4g}", f"{self.u[name]:.2g}") for name, value in self.values.items()]
-        return [Table("numbers, SI", ("name", "value", "u"), rows, left=("name",))]
+        return [Table("numbers, ± 1 sigma", ("name", "value"), list(self._texts().items()), left=("name", "value"))]
+
+    def _texts(self) -> dict[str, str]:
+        """Values with their uncertainties in units of the shop, by name."""
+        units = {f"{e.id}.{n}": p.display_unit for e in self.effects for n, p in type(e).parameters.items()}
+        return {n: words.with_u(units[n][0] * v, units[n][0] * self.u[n], units[n][1]) for n, v in self.values.items()}
 
 
 @one_blas_thread

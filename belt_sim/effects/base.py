@@ -21,6 +21,7 @@ from belt_sim.laws.influence import Bend, BoundaryValues
 from belt_sim.laws.runup import Contact, RunOff, RunUp, State, Yaw
 from belt_sim.laws.span import Response, Span
 from belt_sim.scene_parts import SceneParts
+from belt_sim.si import shop_unit
 
 LAWS = ("span", "run-up", "wrap", "drive", "sensor")
 #: hooks of an effect by who calls them: before an engine, an analytic engine, a 3D engine, after an engine
@@ -65,6 +66,11 @@ class Parameter:
     of_belt: bool = False
     shop: tuple[float, str] | None = None
 
+    @property
+    def display_unit(self) -> tuple[float, str]:
+        """Units of the shop in one ``unit``, and their name: how reports write the number."""
+        return self.shop or shop_unit(self.unit)
+
 
 @dataclass(frozen=True)
 class Cause:
@@ -81,6 +87,7 @@ class Cause:
 
 
 PERCENT = (100.0, "%")  # of a share
+METRES = (1.0, "m")  # of a place along the machine
 CHECK_MODEL = "Nothing on the machine. Use a model that has this built in, or add the effect with effects.yaml."
 CHECK_DIAMETERS = "Measure the {pulley} pulley's diameter at both sides and in the middle with a pi tape."
 

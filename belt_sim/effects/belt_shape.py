@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.effects.base import Cause, Effect, Parameter, effect
+from belt_sim.effects.base import METRES, Cause, Effect, Parameter, effect
 from belt_sim.jax_setup import pytree
 from belt_sim.laws.influence import natural_curvature_rows, span_fields
 
@@ -195,9 +195,16 @@ class Weld(Effect):
             modifier=True,
             grid=tuple(k / 12 for k in range(12)),
             of_belt=True,
+            shop=METRES,
         ),
         "length": Parameter(
-            unit="m", meaning="length of the bend", plausible=(0.2, 2.0), scale=0.6, null=0.6, modifier=True
+            unit="m",
+            meaning="length of the bend",
+            plausible=(0.2, 2.0),
+            scale=0.6,
+            null=0.6,
+            modifier=True,
+            shop=METRES,
         ),
     }
     angle: float = 0.0

@@ -23,7 +23,13 @@ class SoftCover(Effect):
         "Measure thickness and hardness of the covers.",
     )
     parameters = {
-        "c": Parameter(unit="1/(N m2)", meaning="turn per metre and unit of moment", plausible=(0.0, 2e-4), scale=5e-6)
+        "c": Parameter(
+            unit="1/(N m2)",
+            meaning="turn per metre and unit of moment",
+            plausible=(0.0, 2e-4),
+            scale=5e-6,
+            shop=(1e6, "mm/m per m and kN m"),
+        )
     }
     c: float = 0.0
 
@@ -51,7 +57,13 @@ class TractionLoss(Effect):
         "Look for water at the run-ups, and repeat a run slowly.",
     )
     parameters = {
-        "loss": Parameter(unit="s/m", meaning="share lost per unit of speed", plausible=(0.0, 2.0), scale=0.1),
+        "loss": Parameter(
+            unit="s/m",
+            meaning="share lost per unit of speed",
+            plausible=(0.0, 2.0),
+            scale=0.1,
+            shop=(100.0, "% per m/s"),
+        ),
         "onset": Parameter(
             unit="m/s",
             meaning="speed at which it begins",

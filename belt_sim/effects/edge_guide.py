@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Cause, Effect, Parameter, effect
+from belt_sim.effects.base import METRES, Cause, Effect, Parameter, effect
 from belt_sim.laws.influence import span_fields, supports
 
 _NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness
@@ -48,6 +48,7 @@ class EdgeGuide(Effect):
             scale=1.0,
             modifier=True,
             grid=(0.25, 0.5, 1.0, 2.0, 4.0, 8.0),
+            shop=METRES,
         ),
     }
     stiffness: float = 0.0

@@ -7,7 +7,9 @@ import jax.numpy as jnp
 from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, Cause, Effect, Parameter, effect
 from belt_sim.laws.runup import sag_angle
 
-_PER_MILLE = (1e3, "‰ of the radius per m of width")
+_CONE = "‰ of the radius per m of width"
+_PER_MILLE = (1e3, _CONE)
+_BULGE = "‰ of the radius 1 m from the middle"  # of R (1 - c y^2/2)
 
 
 @effect
@@ -51,8 +53,12 @@ class Crown(Effect):
     parity = "odd"
     cause = Cause("the {pulley} pulley is crowned or hollow", ("tail", "head"), CHECK_DIAMETERS)
     parameters = {
-        "c": Parameter(unit="1/m2", meaning="crown of the tail pulley", plausible=(-0.5, 0.5), scale=5e-3),
-        "c_head": Parameter(unit="1/m2", meaning="crown of the head pulley", plausible=(-0.5, 0.5), scale=5e-3),
+        "c": Parameter(
+            unit="1/m2", meaning="crown of the tail pulley", plausible=(-0.5, 0.5), scale=5e-3, shop=(500.0, _BULGE)
+        ),
+        "c_head": Parameter(
+            unit="1/m2", meaning="crown of the head pulley", plausible=(-0.5, 0.5), scale=5e-3, shop=(500.0, _BULGE)
+        ),
     }
     c: float = 0.0
     c_head: float = 0.0
@@ -85,7 +91,11 @@ class PulleyDeflection(Effect):
     )
     parameters = {
         "compliance": Parameter(
-            unit="1/(N m2)", meaning="anti-crown per unit of belt force", plausible=(0.0, 3e-4), scale=5e-6
+            unit="1/(N m2)",
+            meaning="anti-crown per unit of belt force",
+            plausible=(0.0, 3e-4),
+            scale=5e-6,
+            shop=(500e3, f"{_BULGE}, per kN"),
         )
     }
     compliance: float = 0.0
@@ -115,7 +125,11 @@ class BuildUp(Effect):
     )
     parameters = {
         "rate": Parameter(
-            unit="1/m2", meaning="growth of the tail's taper per metre of travel", plausible=(-1e-5, 1e-5), scale=4e-7
+            unit="1/m2",
+            meaning="growth of the tail's taper with travel",
+            plausible=(-1e-5, 1e-5),
+            scale=4e-7,
+            shop=(1e6, f"{_CONE}, per km of travel"),
         )
     }
     rate: float = 0.0

@@ -76,7 +76,7 @@ class SensorDrift(Effect):
     cause = Cause(
         "an edge sensor drifts with time", ("sensors",), "Read the sensor against a fixed edge before and after a run."
     )
-    parameters = _at_points("d", unit="m/s", meaning="drift", plausible=(-2e-5, 2e-5), scale=1e-6)
+    parameters = _at_points("d", unit="m/s", meaning="drift", plausible=(-2e-5, 2e-5), scale=1e-6, shop=(3.6e6, "mm/h"))
     d1: float = 0.0
     d2: float = 0.0
     d3: float = 0.0

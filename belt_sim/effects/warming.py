@@ -87,7 +87,11 @@ class TaperDrift(Effect):
     )
     parameters = {
         "rate": Parameter(
-            unit="1/(m s)", meaning="growth of the tail's taper at first", plausible=(-5e-6, 5e-6), scale=2e-7
+            unit="1/(m s)",
+            meaning="growth of the tail's taper at first",
+            plausible=(-5e-6, 5e-6),
+            scale=2e-7,
+            shop=(3.6e6, "‰ of the radius per m of width, per hour"),
         ),
         "time_constant": TIME_CONSTANT,
     }

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.effects.base import Cause, Effect, Parameter, effect
+from belt_sim.effects.base import PERCENT, Cause, Effect, Parameter, effect
 
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
 _RUNS_UP = np.array([-1.0, 1.0])  # forwards on top of the tail and below the head, backwards the other way
@@ -42,7 +42,9 @@ def _part(meaning):
 
 def _radius(pulley):
     meaning = f"relative error of the stated radius of the {pulley} pulley"
-    return Parameter(unit="1", meaning=meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True, grid=_RADII)
+    return Parameter(
+        unit="1", meaning=meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True, grid=_RADII, shop=PERCENT
+    )
 
 
 @effect

@@ -13,6 +13,7 @@ from belt_sim.results.check import WELL, Visible
 from belt_sim.results.discovery import Discovery, UnknownCourse
 from belt_sim.results.drawings import Drift, FailureMap, Panel
 from belt_sim.results.found import Candidate
+from belt_sim.si import shop_unit
 
 COLUMNS = 3
 #: [inch] around and between panels; a title stands above each
@@ -188,8 +189,8 @@ def _drift(ax, before: Drift, after: Drift | None) -> None:
     ticks = np.unique(before.tension)
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
     ax.set_xticks([], minor=True)
-    unit = f" [{before.unit}]" if before.unit not in ("", "1") else ""
-    ax.set(xlabel="tension [N/mm$^2$]", ylabel=f"{before.parameter}{unit}, bars 2u", title=before.parameter)
+    label = f"{axis_label(before.parameter, before.unit)}, bars 2u"
+    ax.set(xlabel="tension [N/mm$^2$]", ylabel=label, title=before.parameter)
 
 
 #: The axis is linear up to one threshold and logarithmic beyond.
@@ -258,9 +259,24 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
 
 PLACES = 12  # shown, best first
 MM = 1e3
-#: unit of u -> factor and unit in which it is drawn
-DRAWN = {"rad": (1e6, "µrad"), "m": (1e3, "mm"), "1/m": (1e6, "10⁻⁶/m"), "1": (100.0, "%")}
-AXES = {"rad": (1e6, "µrad"), "m": (1e3, "mm"), "1/m": (1e6, "10⁻⁶/m"), "m/s": (1e3, "mm/s"), "1": (1.0, "m")}
+
+
+def axis_label(name: str, unit: str) -> str:
+    """The name of an axis with its unit, where it has one."""
+    return f"{name} [{unit}]" if unit not in ("", "1") else name
+
+
+def law_axes(d: Discovery) -> tuple[tuple[float, str], tuple[float, str]]:
+    """Factor from SI and label of the two axes of a law's picture: its variable, and the unknown u."""
+    factor, unit = shop_unit(d.unit)
+    if d.law is None:
+        return (1.0, "belt travel [m]"), (factor, axis_label("u", unit))
+    if "yaw" in d.law.variable:
+        return (1.0, "belt travel [m]"), (1.0, "u [share of the yaw]" if d.unit == "rad" else f"u [{d.unit} per rad]")
+    if d.law.variable_unit == "1":
+        return (1.0, "belt travel [m]"), (factor, axis_label("u", unit))
+    scale, of = (1e3, "mm/s") if d.law.variable_unit == "m/s" else shop_unit(d.law.variable_unit)
+    return (scale, axis_label(d.law.variable, of)), (factor, axis_label("u", unit))
 
 
 @style.picture
@@ -284,13 +300,13 @@ def evidence_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
 @style.picture
 def unknown_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     """u against travel, a line a tension (or run) with two sigma about it."""
-    factor, unit = DRAWN[d.unit]
+    factor, unit = shop_unit(d.unit)
     many = len(d.courses) > len(CYCLE)
     fig, [[ax]] = style.figure(8.0, 4.4)
     for k, c in enumerate(d.courses):
         _course(ax, c, factor, CYCLE[k % len(CYCLE)], many)
     ax.axhline(0.0, color=INK, linewidth=0.8)
-    ax.set(xlabel="belt travel [m]", ylabel=f"u [{unit}]")
+    ax.set(xlabel="belt travel [m]", ylabel=axis_label("u", unit))
     if not many:
         fig.legend(loc="outside lower center", ncols=min(len(d.courses), 4))
     words = next((p.words for p in d.places if d.law is None or p.words in d.law.place), d.places[0].words)
@@ -309,19 +325,14 @@ def law_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     """The unknown against the variable that it depends on: points as the data show them, the law as a line."""
     assert d.law is not None
     assert d.curve is not None
-    by_travel = d.law.variable_unit == "1" or "yaw" in d.law.variable
-    scale, unit = (1.0, "m") if by_travel else AXES[d.law.variable_unit]
-    factor, of = DRAWN[d.unit]
-    over_yaw = "yaw" in d.law.variable
-    factor, of = (1.0, "share of the yaw" if d.unit == "rad" else f"{d.unit} per rad") if over_yaw else (factor, of)
+    (scale, xlabel), (factor, ylabel) = law_axes(d)
     fig, [[ax]] = style.figure(8.0, 4.6)
     for k, a in enumerate(d.against):
         look: Any = {"linestyle": "none", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.0, "alpha": 0.6}
         label = f"{a.tension / 1e6:g} N/mm²"
         ax.plot(scale * a.x, factor * a.u, color=CYCLE[k % len(CYCLE)], label=label, **look)
     ax.plot(scale * d.curve.x, factor * d.curve.u, color=INK, label="the law")
-    name = "belt travel" if by_travel else d.law.variable
-    ax.set(xlabel=f"{name} [{unit}]", ylabel=f"u [{of}]")
+    ax.set(xlabel=xlabel, ylabel=ylabel)
     fig.legend(loc="outside lower center", ncols=min(len(d.against) + 1, 5))
     style.title(fig, f"The law: {d.law.formula}")
     return style.save(fig, path)

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.pictures.diagnosis import FULL, SAYS_NOTHING
+from belt_sim.pictures.diagnosis import FULL, SAYS_NOTHING, axis_label, law_axes
+from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drift, FailureMap, Panel
+from belt_sim.si import shop_unit
 
 DIGITS = 6  # significant digits kept in the file
 INK, BEFORE, AFTER, FAINT = "--ink", "--before", "--after", "--faint"
@@ -54,7 +56,7 @@ def overlay(panel: Panel, base: str, final: str) -> dict[str, Any]:
         480,
         xaxis={**AXIS, "anchor": "y2", "title": {"text": "belt travel [m]"}},
         yaxis={**AXIS, "domain": [0.42, 1.0], "title": {"text": f"reading [{unit}]"}},
-        yaxis2={**AXIS, "domain": [0.0, 0.34], "title": {"text": f"model − measured [{unit}]"}},
+        yaxis2={**AXIS, "domain": [0.0, 0.34], "title": {"text": f"residual [{unit}]"}},
         hovermode="x unified",
     )
     return {"data": data, "layout": layout}
@@ -136,7 +138,6 @@ def _heat(one: FailureMap) -> dict[str, Any]:
 
 def drift(before: Drift, after: Drift | None) -> dict[str, Any]:
     """A parameter fitted tension by tension, before and after; bars are ±2u."""
-    unit = f" [{before.unit}]" if before.unit not in ("", "1") else ""
     ticks = [float(t) for t in np.unique(before.tension)]
     shown = [(before, BEFORE, "circle", "before"), (after, AFTER, "square", "after")]
     data = [_bars(one, colour, symbol, name) for one, colour, symbol, name in shown if one is not None]
@@ -145,7 +146,7 @@ def drift(before: Drift, after: Drift | None) -> dict[str, Any]:
         320,
         shapes=_stated_band(before),
         xaxis={**AXIS, **log, "title": {"text": "tension [N/mm²]"}},
-        yaxis={**AXIS, "title": {"text": f"{before.parameter}{unit}"}},
+        yaxis={**AXIS, "title": {"text": axis_label(before.parameter, before.unit)}},
     )
     return {"data": data, "layout": layout}
 
@@ -171,29 +172,26 @@ def _stated_band(one: Drift) -> list[dict]:
 
 def course(courses: Sequence[Any], unit: str) -> dict[str, Any]:
     """An unknown u against travel, a line and a band of ±2 sigma a group of runs (``results.discovery``)."""
-    data = []
+    data, (factor, shown) = [], shop_unit(unit)
     for one, colour in _with_colours(courses):
-        x, u, sd = numbers(one.travel), np.asarray(one.u, float), np.asarray(one.sd, float)
+        x, u, sd = numbers(one.travel), factor * np.asarray(one.u, float), factor * np.asarray(one.sd, float)
         low, high = _band(x, u - 2 * sd, u + 2 * sd, "y")
         data += [low, {**high, "name": one.label, "opacity": 0.5}]
         data.append(_line(x, u, one.label, colour, "y"))
-    return {"data": data, "layout": _unknown("belt travel [m]", unit)}
+    return {"data": data, "layout": _unknown("belt travel [m]", axis_label("u", shown))}
 
 
-def law(against: Sequence[Any], curve: Any, found: Any, unit: str) -> dict[str, Any]:
+def law(d: Discovery) -> dict[str, Any]:
     """An unknown u against the variable of its law, points by tension, and the law as a line."""
+    (scale, variable), (factor, unknown) = law_axes(d)
     data = []
-    for one, colour in _with_colours(against):
-        dots = {"mode": "markers", "marker": {"color": colour, "size": 5, "opacity": 0.7}}
-        label = f"{one.tension / 1e6:g} N/mm²"
-        data.append({"type": "scatter", "x": numbers(one.x), "y": numbers(one.u), "name": label, **dots})
-    if curve is not None:
-        data.append(_line(numbers(curve.x), curve.u, "law", INK, "y"))
-    variable = ""
-    if found is not None:
-        by_travel = found.variable_unit == "1" or "yaw" in found.variable
-        variable = "belt travel [m]" if by_travel else f"{found.variable} [{found.variable_unit}]"
-    return {"data": data, "layout": _unknown(variable, unit)}
+    for one, colour in _with_colours(d.against):
+        look = {"mode": "markers", "marker": {"color": colour, "size": 5, "opacity": 0.7}}
+        points = {"x": numbers(scale * one.x), "y": numbers(factor * one.u), "name": f"{one.tension / 1e6:g} N/mm²"}
+        data.append({"type": "scatter", **points, **look})
+    if d.curve is not None:
+        data.append(_line(numbers(scale * d.curve.x), factor * d.curve.u, "law", INK, "y"))
+    return {"data": data, "layout": _unknown(variable, unknown)}
 
 
 def _with_colours(rows: Sequence[Any]) -> list[tuple[Any, str]]:
@@ -207,9 +205,6 @@ def tensions_of(rows: Sequence[Any]) -> list[float]:
     return sorted({float(one.tension) for one in rows})
 
 
-def _unknown(variable: str, unit: str) -> dict[str, Any]:
-    return _layout(
-        320,
-        xaxis={**AXIS, "title": {"text": variable}},
-        yaxis={**AXIS, "tickformat": "~s", "title": {"text": f"u [{unit}]" if unit not in ("", "1") else "u"}},
-    )
+def _unknown(variable: str, unknown: str) -> dict[str, Any]:
+    axes = {"xaxis": {**AXIS, "title": {"text": variable}}, "yaxis": {**AXIS, "title": {"text": unknown}}}
+    return _layout(320, **axes)

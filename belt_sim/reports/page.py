@@ -19,7 +19,7 @@ from belt_sim.results import words
 from belt_sim.results.diagnosis import Diagnosis, Verdict
 from belt_sim.results.drawings import Panel
 from belt_sim.results.errors import Errors, OwnChange
-from belt_sim.results.found import RESOLVED, Candidate, Estimate, FoundEffect, NextRun
+from belt_sim.results.found import RESOLVED, Candidate, FoundEffect, NextRun, number_texts
 from belt_sim.results.json import DIAGNOSIS
 
 HERE = Path(__file__).parent
@@ -64,6 +64,7 @@ def render(diagnosis: Diagnosis) -> str:
         cards=cards,
         marked=marked_parts(diagnosis, cards),
         advice=run_advice,
+        number_texts=number_texts,
         where=where_sentence(diagnosis),
         fails=not _nowhere(diagnosis),
         place_note=place_note(discovery_of(diagnosis)),
@@ -97,7 +98,7 @@ def discovered_plots(found: Any) -> list[dict]:
     if found is None:
         return []
     plots = [figures.course(found.courses, found.unit)] if found.courses else []
-    return [*plots, figures.law(found.against, found.curve, found.law, found.unit)] if found.against else plots
+    return [*plots, figures.law(found)] if found.against else plots
 
 
 def tensions(found: Any) -> list[dict]:
@@ -225,15 +226,6 @@ PARTS_OF_LAW = {
     "drive": ("tail",),
     "sensor": ("sensors",),
 }
-#: SI unit -> (units of the shop in one of it, their name), unless the effect has its own (Parameter.shop)
-SHOP_UNITS = {
-    "m": (1e3, "mm"),
-    "rad": (1e3, "mm per m"),
-    "Pa": (1e-6, "N/mm²"),
-    "rad/s": (3.6e6, "mm per m an hour"),
-    "m/s": (3.6e6, "mm an hour"),
-    "rad/N": (1e6, "mm per m and kN"),
-}
 
 
 @dataclass(frozen=True)
@@ -296,22 +288,13 @@ def sureness(probability: float) -> str:
     return f"{word} (probability {words.decimal(min(probability, SURE), 2)}{' or more' if probability >= SURE else ''})"
 
 
-def in_shop_units(p: Estimate, shop: tuple[float, str] | None = None) -> str:
-    """Return a fitted number with its uncertainty in units of the shop; as it is where there are none for it."""
-    factor, unit = shop or SHOP_UNITS.get(p.unit, (0.0, ""))
-    if not factor:
-        return str(p)
-    interval = p.interval and (p.interval[0] * factor, p.interval[1] * factor)
-    return str(Estimate(p.value * factor, p.u * factor, unit, p.plausible, interval))
-
-
 def _sizes(e: FoundEffect) -> tuple[str, ...]:
     if not e.parameters:
         return e.sizes
     cls = library().get(e.id)
     known = cls.parameters if cls is not None else {}
-    texts = {n: (known[n].meaning, known[n].shop) if n in known else (n, None) for n in e.parameters}
-    return tuple(f"{texts[n][0]}: {in_shop_units(p, texts[n][1])}" for n, p in e.parameters.items())
+    texts = number_texts(e.id, e.parameters)
+    return tuple(f"{known[n].meaning if n in known else n}: {text}" for n, text in texts.items())
 
 
 def _pulley(e: FoundEffect) -> str | None:

@@ -10,7 +10,7 @@ from belt_sim.results import words
 from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.errors import ShortLabel
 from belt_sim.results.fields import Free, file_field
-from belt_sim.results.found import RESOLVED
+from belt_sim.results.found import RESOLVED, display_unit
 
 SHOWN_PAIRS = 15
 WELL = 0.1  # of the largest plausible size
@@ -125,12 +125,12 @@ def visible_table(visible: Sequence[Visible]) -> Table:
         (
             v.effect,
             v.parameter,
-            words.number(v.smallest, 2),
-            words.number(v.largest_plausible, 2),
-            v.unit,
+            *(words.number(None if size is None else factor * size, 2) for size in (v.smallest, v.largest_plausible)),
+            unit,
             v.word,
         )
         for v in visible
+        for factor, unit in [display_unit(v.effect, v.parameter, v.unit)]
     ]
     columns = ("effect", "number", "shows from", "a machine has up to", "unit", "seen")
     hidden = [k for k, v in enumerate(visible) if v.share >= 1.0]

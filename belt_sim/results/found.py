@@ -15,6 +15,7 @@ from pydantic import (
 )
 
 from belt_sim import si
+from belt_sim.effects.library import library
 from belt_sim.results import words
 from belt_sim.results.fields import Array, file_field, is_empty
 
@@ -55,10 +56,25 @@ class Estimate:
         return self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
 
     def __str__(self) -> str:
+        return self.shown_in(*si.shop_unit(self.unit))
+
+    def shown_in(self, factor: float, unit: str) -> str:
+        """Value and uncertainty in a unit of which ``factor`` make one of SI."""
         low, high = self.interval_95
         if COVERAGE_95 * self.u > high - low:  # where readings stop to change, u says nothing
-            return words.range_words(low, high, self.unit)
-        return words.with_u(self.value, self.u, self.unit)
+            return words.range_words(factor * low, factor * high, unit)
+        return words.with_u(factor * self.value, factor * self.u, unit)
+
+
+def display_unit(effect: str, number: str, unit: str) -> tuple[float, str]:
+    """How many of the units in which people read a number of an effect make one of its SI ``unit``, and their name."""
+    cls = library().get(effect)
+    return cls.parameters[number].display_unit if cls is not None and number in cls.parameters else si.shop_unit(unit)
+
+
+def number_texts(effect: str, numbers: Mapping[str, Estimate]) -> dict[str, str]:
+    """Numbers of an effect as people at the machine read them, by name."""
+    return {n: e.shown_in(*display_unit(effect, n, e.unit)) for n, e in numbers.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,9 +105,9 @@ class FoundEffect:
     def sizes(self) -> tuple[str, ...]:
         """What is known of its numbers, a line each."""
         if self.parameters:
-            return tuple(f"{n} = {e}" for n, e in self.parameters.items())
+            return tuple(f"{n} = {text}" for n, text in number_texts(self.id, self.parameters).items())
         if self.alone:
-            said = " or ".join(f"{n} = {e}" for n, e in self.alone.items())
+            said = " or ".join(f"{n} = {text}" for n, text in number_texts(self.id, self.alone).items())
             return (f"{said} (each if it were alone: the readings do not tell which)",)
         return ("that it is there is known, how large it is not",)
 

@@ -10,7 +10,7 @@ from belt_sim.pictures.style import BLUE, CYCLE, GREEN, POINT_NAMES, POINTS, RED
 from belt_sim.si import MM, N_PER_MM2
 from belt_sim.watch.geometry import mid_span_tilt
 
-TRAVEL = "travel_mm"  # a sequence: Rerun's timelines count whole numbers
+TRAVEL = "travel [mm]"  # Rerun's timelines count whole numbers and have no units of length
 TIME = "time"
 
 #: SI name -> (plot, label, colour, SI units in one unit drawn)

@@ -7,7 +7,7 @@ import pytest
 
 from belt_sim.campaign import Suspicion
 from belt_sim.effects.library import library
-from belt_sim.reports.page import HERE, LIKELY, in_shop_units, plant_card, plant_headline, run_advice
+from belt_sim.reports.page import HERE, LIKELY, plant_card, plant_headline, run_advice
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.results.found import RESOLVED, Estimate, FoundEffect, NextRun
 
@@ -17,6 +17,9 @@ TAPER = FoundEffect(
     parameters={n: Estimate(v, 1e-6, "1/m", True) for n, v in (("kappa_t", 1e-6), ("kappa_t_head", 2e-5))},
     probability=0.97,
 )
+
+
+CAMBER = Estimate(9.86e-5, 2e-5, "1/m", True)
 
 
 class Said:
@@ -49,10 +52,32 @@ def test_an_improbable_cause_is_marked_and_said_to_be_possible_only():
 
 @pytest.mark.parametrize(
     ("unit", "value", "said"),
-    [("rad", 1e-3, "1.00 ± 0.10 mm per m"), ("m", 2e-3, "2.00 ± 0.20 mm"), ("1", 0.5, "0.50")],
+    [
+        ("rad", 1e-3, "1.00 ± 0.10 mm/m"),
+        ("m", 2e-3, "2.00 ± 0.20 mm"),
+        ("Pa", 3e6, "3.00 ± 0.30 N/mm²"),
+        ("1", 0.5, "0.500 ± 0.050"),
+        ("s", 0.5, "0.500 ± 0.050 s"),
+    ],
 )
-def test_sizes_are_in_units_of_the_shop(unit, value, said):
-    assert in_shop_units(Estimate(value, 0.1 * value, unit, True)).startswith(said)
+def test_numbers_are_in_units_of_the_shop(unit, value, said):
+    assert str(Estimate(value, 0.1 * value, unit, True)) == said
+
+
+def test_an_effect_may_have_its_own_unit():
+    camber = FoundEffect(id="camber", numbers={}, parameters={"kappa_c": CAMBER}, probability=0.99)
+    assert plant_card(camber).sizes == ("natural curvature: 1.23 ± 0.25 mm of bow over 10 m",)
+    assert "kappa_c = 1.23 ± 0.25 mm of bow over 10 m" in str(camber)
+
+
+NO_POWER = 1e-3, 1e4  # as large as a number may be that is written without a power of ten
+
+
+def test_every_number_of_the_library_is_readable_at_the_size_that_matters():
+    for cls in library().values():
+        for name, declared in cls.parameters.items():
+            factor, unit = declared.display_unit
+            assert NO_POWER[0] <= abs(factor * declared.scale) <= NO_POWER[1], (cls.id, name, unit)
 
 
 def test_a_run_that_resolves_nothing_is_not_said_to_tell():
