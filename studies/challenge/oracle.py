@@ -37,7 +37,7 @@ def least_error(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -> 
     if LINE not in campaign.source.reference:
         return None
     bench = workbench(campaign, fitted_model(truth.base), ())
-    left = bench.samples.y - samples_of(noise_free(campaign, truth)).y
+    left = bench.samples.y - samples_of(noise_free(campaign, truth), leave_out_bad=False).y
     own = OwnErrors(bench.at_levels(bench.finder(left)))
     found, untold = conditions(bench), error.get("held_out_untestable", error.get("untestable", ()))
     told = [out for name, out in found.items() if name not in untold] or list(found.values())

@@ -249,11 +249,15 @@ def _spikes(record: Record) -> tuple[str, SuspicionKind]:
 def _jumps(y: np.ndarray, least: float) -> np.ndarray:
     """Return how far readings (n,) stand off the median of their neighbours, over their scatter (``least`` at least).
 
-    0 where nothing scatters.
+    Near the ends the neighbours are those of the nearest whole window, carried on along their median slope. 0 where
+    nothing scatters.
     """
     second = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(y, 2)))) / math.sqrt(6.0)
-    padded = np.pad(y, LONGEST_SPIKE, mode="reflect")
-    local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * LONGEST_SPIKE + 1), axis=1)
+    windows = np.lib.stride_tricks.sliding_window_view(y, 2 * LONGEST_SPIKE + 1)
+    place = np.arange(len(y)) - LONGEST_SPIKE
+    near = np.clip(place, 0, len(windows) - 1)
+    slope = np.median(np.diff(windows, axis=1), axis=1)
+    local = np.median(windows, axis=1)[near] + slope[near] * (place - near)
     scatter = max(second, least)
     return np.abs(y - local) / scatter if scatter > 0.0 else np.zeros(len(y))
 

@@ -58,9 +58,12 @@ class Samples:
         return replace(self, runs=runs, cases=replace(self.cases, settings=settings), **each)
 
 
-def samples_of(campaign: Campaign) -> Samples:
-    """The signals of a campaign without spikes and short dropouts; raises InputError when it has none."""
-    campaign, _ = leave_out_bad_readings(campaign)
+def samples_of(campaign: Campaign, *, leave_out_bad: bool = True) -> Samples:
+    """The signals of a campaign, without spikes and short dropouts unless that is not wanted (readings without noise
+    look like these); raises InputError when it has none.
+    """
+    if leave_out_bad:
+        campaign, _ = leave_out_bad_readings(campaign)
     runs = tuple(r for r in campaign.runs if len(r.travel))
     if not runs:
         raise InputError(
