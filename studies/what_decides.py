@@ -15,9 +15,9 @@ import numpy as np
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.answer.nextrun import Outlook
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.next_run import Outlook
 from belt_sim.effects.belt_shape import Camber
 from belt_sim.effects.tension import TensionBias
 from belt_sim.files import write_json
@@ -64,7 +64,7 @@ def fit_of(bench: Workbench, e: Explanation) -> Fit:
         vector[k] = e.size / bench.forward.slots[k].scale
     start = bench.start([e.effect] if e.effect else [], vector, free)
     directions = np.eye(bench.forward.size)[free] if free else np.zeros((1, bench.forward.size))
-    values, slopes = bench.forward.lanes(np.repeat(vector[None], len(directions), axis=0), directions)
+    values, slopes = bench.forward.values_and_slopes(np.repeat(vector[None], len(directions), axis=0), directions)
     columns = bench.metric.whiten(slopes[: len(free)]) if free else np.empty((0, bench.metric.whiten(values[0]).size))
     return replace(start, values=values[0], columns=columns)
 

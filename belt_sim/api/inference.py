@@ -26,17 +26,17 @@ from belt_sim.campaign.types import elsewhere
 from belt_sim.case import Case
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
-from belt_sim.diagnosis.answer.nextrun import next_runs
 from belt_sim.diagnosis.decision.decide import probability_of_unknown
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.describe import describe, final_model, label, rivals
 from belt_sim.diagnosis.drawings import drawings, drawings_of, overlays
-from belt_sim.diagnosis.errors.run_errors import overall_errors, run_errors
-from belt_sim.diagnosis.errors.setting_up import with_free_zeros
-from belt_sim.diagnosis.errors.where import where
+from belt_sim.diagnosis.errors.failure_map import locate_failure
+from belt_sim.diagnosis.errors.misreadings import free_zeros
+from belt_sim.diagnosis.errors.model_errors import overall_errors, run_errors
 from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.discovery.describe import describe as describe_discovery
 from belt_sim.discovery.discover import Discovered
 from belt_sim.discovery.discover import discover as search
@@ -108,7 +108,7 @@ def diagnose(
 
         of_data = suspicions(campaign)
         stopped = any(s.severity == "stop" for s in of_data)
-        of_sheet = () if stopped else sheet_evidence(with_free_zeros(campaign, of_data), chosen, tell_stage)
+        of_sheet = () if stopped else sheet_evidence(free_zeros(campaign, of_data), chosen, tell_stage)
         doubtful = [e.suspicion for e in of_sheet if e.certain]
         findings = examine(
             campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful,
@@ -284,7 +284,7 @@ def compare(
     return Comparison(
         **common,
         error=overall_errors(bench, before, after),
-        where=where(bench, after),
+        where=locate_failure(bench, after),
         per_run=run_errors(bench, before, after),
         drawings=drawings(bench, (base, before), shown, mapped=after) if drawn else Drawings(),
         beyond=(

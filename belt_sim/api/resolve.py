@@ -10,7 +10,7 @@ from belt_sim.analytic.steady import RitzingerFormula
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.campaign.types import case_of
 from belt_sim.case import Case
-from belt_sim.diagnosis.readings.effect_hints import default_candidates
+from belt_sim.diagnosis.readings.candidates import default_candidates
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
 from belt_sim.effects.load import load_classes, load_effects

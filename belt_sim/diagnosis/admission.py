@@ -11,7 +11,7 @@ from belt_sim.analytic.march import march
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates
-from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.effects.base import Effect, call_hook
 from belt_sim.effects.library import library
@@ -114,7 +114,7 @@ def _collinear(cls: type[Effect], model: Composition, campaign: Campaign) -> lis
     bench = workbench(campaign, model, [cls, *others])
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     ids = [cls.id, *(c.id for c in others)]
-    near = around(bench, base, ids)
+    near = linearise(bench, base, ids)
     bases = {i: _orthonormal(bench.metric.whiten(near.here(bench, i))) for i in ids}
     own = bases.pop(cls.id)
     if not own.shape[1]:

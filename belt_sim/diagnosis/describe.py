@@ -5,21 +5,19 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign, Suspicion
-from belt_sim.diagnosis.answer.nextrun import Rival
 from belt_sim.diagnosis.decision.decide import Decision, needed_gain
-from belt_sim.diagnosis.errors.own_errors import errors_of
-from belt_sim.diagnosis.errors.run_errors import run_errors
-from belt_sim.diagnosis.errors.shape_card import shape_card
-from belt_sim.diagnosis.errors.where import where
+from belt_sim.diagnosis.errors.failure_map import locate_failure
+from belt_sim.diagnosis.errors.model_errors import errors_of, run_errors
+from belt_sim.diagnosis.errors.unknown_shape import describe_unknown
 from belt_sim.diagnosis.examine import Findings
-from belt_sim.diagnosis.fits.candidate import estimates, is_plausible, numbers
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.diagnosis.fits.intervals import by_likelihood
-from belt_sim.diagnosis.fits.within import each_alone
+from belt_sim.diagnosis.fits.plausibility import estimates, estimates_of_single_sizes, is_plausible, numbers
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.next_run import Rival
+from belt_sim.diagnosis.search.best_first import row_of
 from belt_sim.diagnosis.search.joint_fits import Trial
-from belt_sim.diagnosis.search.rows import row_of
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
 from belt_sim.results.errors import CampaignLabel
@@ -43,7 +41,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         ranking=_ranking(d),
         considered=decision.explanations,
         error=errors_of(final, d.nothing, held_out(d.bench, d.nothing), fit, held_out(final, fit)),
-        where=where(d.bench, d.nothing.values),
+        where=locate_failure(d.bench, d.nothing.values),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
         unknown=_unknown(d),
@@ -134,7 +132,7 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
             confusable_with=decision.confusable.get(name, ()),
             rejected=decision.verdict.rejects_model,
             source_file=getattr(type(there[name]), "source_file", None),
-            alone=each_alone(bench, named, name) if not seen[name] else {},
+            alone=estimates_of_single_sizes(bench, named, name) if not seen[name] else {},
         )
         for name in named.ids
     )
@@ -191,7 +189,7 @@ def _unknown(d: Findings) -> Unknown | None:
     why = f"something unknown is {times} times likelier"
     law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
     nearest = (listed(sorted(ids)), why) if ids else None
-    return shape_card(d.fitted_bench, d.named, (f"something beyond the library ({law})",), nearest)
+    return describe_unknown(d.fitted_bench, d.named, (f"something beyond the library ({law})",), nearest)
 
 
 def _noise(d: Findings) -> NoiseLevels:

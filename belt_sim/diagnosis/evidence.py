@@ -2,29 +2,61 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
 from belt_sim.analytic.model import MODELS
 from belt_sim.diagnosis.decision.decide import explanations, would_show
 from belt_sim.diagnosis.decision.policy import Policy
-from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Ids, Instead
-from belt_sim.diagnosis.fits.around import Around
+from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Ids, Instead, LawEvidence
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.simulated import inflation
+from belt_sim.diagnosis.fits.linearisation import Linearisation
+from belt_sim.diagnosis.fits.null_simulation import inflation
 from belt_sim.diagnosis.fits.workbench import Workbench, predicted
-from belt_sim.diagnosis.readings.elsewhere import shows_places
-from belt_sim.diagnosis.search.best_first import Search
+from belt_sim.diagnosis.readings.sensor_places import shows_places
+from belt_sim.diagnosis.search.best_first import Search, row_of
 from belt_sim.diagnosis.search.joint_fits import Trial
-from belt_sim.diagnosis.search.rows import row_of
-from belt_sim.diagnosis.unknown import LawFinder
+from belt_sim.results.discovery import Discovery
 
 BASE_MODELS = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
 DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less leaves something unexplained itself
 
 
+# What a search for laws beyond the library hands to the diagnosis, which does not import the search.
+
+
+class LawFinding(Protocol):
+    """What a search has found beside a fit: perhaps a law."""
+
+    @property
+    def law(self) -> LawEvidence | None:
+        """The law as the march has it; None where none describes what is there."""
+
+    @property
+    def fit(self) -> Fit | None:
+        """The joint fit with the law; None where there is no law."""
+
+    @property
+    def bench(self) -> Workbench:
+        """The workbench of that fit."""
+
+    def described(self, probability: float, config: object = None) -> Discovery:
+        """The result; probability: that something unknown is there."""
+
+
+class LawFinder(Protocol):
+    """A search for laws beyond the library."""
+
+    def beyond(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Beyond:
+        """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
+
+    def law(self, bench: Workbench, fit: Fit) -> LawFinding:
+        """The law of what is seen beside a fit."""
+
+
 def search_sets(
-    bench: Workbench, near: Around, policy: Policy, chance: tuple[int, int], tell: Callable[[str], None]
+    bench: Workbench, near: Linearisation, policy: Policy, chance: tuple[int, int], tell: Callable[[str], None]
 ) -> Search:
     """All sets of effects that are worth a joint fit, about the likeliest of them.
 

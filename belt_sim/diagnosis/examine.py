@@ -8,15 +8,14 @@ from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.diagnosis.decision.decide import Decision, decide
 from belt_sim.diagnosis.decision.policy import POLICY, Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
-from belt_sim.diagnosis.errors.setting_up import set_up, with_free_zeros
-from belt_sim.diagnosis.evidence import gather, search_sets
-from belt_sim.diagnosis.fits.around import around
+from belt_sim.diagnosis.errors.misreadings import find_faults, free_zeros
+from belt_sim.diagnosis.evidence import LawFinder, LawFinding, gather, search_sets
 from belt_sim.diagnosis.fits.belt_starts import with_starts
 from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.diagnosis.readings.elsewhere import inside_a_span, shapes_a_span
+from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span
 from belt_sim.diagnosis.search.best_first import Search
-from belt_sim.diagnosis.unknown import LawFinder, LawFinding
 from belt_sim.effects.base import Effect
 
 BOOTSTRAPS = 100
@@ -66,22 +65,22 @@ def examine(
     """
     tell("laying out the campaign")
     tried = [c for c in classes if model.refusal(c) is None and is_long_enough(campaign, c)]
-    if inside_a_span(campaign.signals):
+    if first_place_inside_span(campaign.signals):
         tried = [c for c in tried if not shapes_a_span(c)]
     of_data = suspicions(campaign)
-    bench, nothing = _laid_out(with_free_zeros(campaign, of_data), model, tried)
-    suspect = (*doubts, *set_up(bench, nothing.values, of_data))
-    if (freed := with_free_zeros(bench.campaign, suspect)).signals != bench.campaign.signals:
+    bench, nothing = _laid_out(free_zeros(campaign, of_data), model, tried)
+    suspect = (*doubts, *find_faults(bench, nothing.values, of_data))
+    if (freed := free_zeros(bench.campaign, suspect)).signals != bench.campaign.signals:
         bench, nothing = _laid_out(freed, model, tried)
     damaged = any(s.severity == "stop" for s in suspect)
     if damaged:  # nothing is added: only what is there is judged
-        search = Search(bench, around(bench, nothing, ()), nothing, 1.0, policy)
+        search = Search(bench, linearise(bench, nothing, ()), nothing, 1.0, policy)
         table = replace(search.table(), damaged=True)
     else:
-        near = around(bench, nothing, [c.id for c in tried])
+        near = linearise(bench, nothing, [c.id for c in tried])
         if (turned := with_starts(bench, near)) is not None:
             bench, nothing = _laid_out(turned, model, tried)
-            near = around(bench, nothing, [c.id for c in tried])
+            near = linearise(bench, nothing, [c.id for c in tried])
         search = search_sets(bench, near, policy, (bootstraps, seed), tell)
         tell("looking for what is beyond the library")
         table = gather(search, nothing, bench, laws, policy)

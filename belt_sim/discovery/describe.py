@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.diagnosis.describe import label
-from belt_sim.diagnosis.errors.own_errors import errors_of
+from belt_sim.diagnosis.errors.model_errors import errors_of
 from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.discovery.discover import FEWEST, Discovered
 from belt_sim.discovery.effect_file import parity

@@ -1,4 +1,4 @@
-"""The search for unknown laws, as a diagnosis asks for it (``belt_sim.diagnosis.unknown``)."""
+"""The search for unknown laws, as a diagnosis asks for it (``belt_sim.diagnosis.evidence``)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

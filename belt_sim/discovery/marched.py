@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from belt_sim.diagnosis.errors.own_errors import errors_of
+from belt_sim.diagnosis.errors.model_errors import errors_of
 from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.discovery.choose import MODELLED, Choice
 from belt_sim.discovery.evidence import Course

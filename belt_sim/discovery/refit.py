@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from belt_sim.diagnosis.fits.candidate import has_diverged
 from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.plausibility import has_diverged
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.discovery.effect_file import Written, written

@@ -8,10 +8,10 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.quality.kinematics import span_of
-from belt_sim.diagnosis.answer.nextrun import Outlook
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.readings.effect_hints import SLOWEST
+from belt_sim.diagnosis.next_run import Outlook
+from belt_sim.diagnosis.readings.candidates import SLOWEST
 from belt_sim.foresight.harm import harm_warnings
 from belt_sim.foresight.sheet_evidence import sheet_suspicions
 from belt_sim.foresight.sizes import best_column

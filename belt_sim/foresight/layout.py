@@ -6,9 +6,9 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import metric_of, nuisance_shapes
-from belt_sim.diagnosis.noise.noise import Levels
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.base import Effect
@@ -24,7 +24,7 @@ def laid_out(
     samples = samples_of(campaign)
     forward = Forward(samples, model, classes)
     null, every = forward.null(), np.eye(forward.size)
-    values, slopes = forward.lanes(np.repeat(null[None], forward.size, axis=0), every)
+    values, slopes = forward.values_and_slopes(np.repeat(null[None], forward.size, axis=0), every)
     shapes, shared = nuisance_shapes(campaign, samples, values[0], slopes[-len(NUISANCES) :])
     finder = LevelFinder(samples, shapes)
     levels = finder(samples.y - values[0]) if finder.repeats and not planned else Levels()

@@ -14,7 +14,7 @@ import numpy as np
 
 from belt_sim.api.resolve import candidates_of, fitted_model
 from belt_sim.campaign import Campaign, read_campaign
-from belt_sim.diagnosis.readings import linear_readings
+from belt_sim.diagnosis.readings import additive_effects
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 
@@ -73,7 +73,7 @@ def table_of(campaign: Campaign, base: str) -> Table:
     """Residual and columns of a campaign; every record relieved of its mean."""
     model, samples = fitted_model(base), samples_of(campaign)
     classes = candidates_of(None, model)
-    free = linear_readings.terms(classes, samples)
+    free = additive_effects.harmonics_of(classes, samples)
     forward = Forward(samples, model, classes, terms=dict.fromkeys(free, 0))  # what is linear needs no march
     vector = forward.null()
     steps = np.eye(forward.size)[: len(forward.slots)]
@@ -83,9 +83,9 @@ def table_of(campaign: Campaign, base: str) -> Table:
         changes = np.nan_to_num(values[1:] - values[0], nan=AWAY, posinf=AWAY, neginf=-AWAY).clip(-AWAY, AWAY)
     owner = [(s.effect.id, s.name, s.scale) for s in forward.slots]
     for cls in (c for c in classes if c.is_additive()):
-        names = linear_readings.fitted(cls, free)
+        names = additive_effects.parameter_names(cls, free)
         scales = [cls.parameters[name].scale for name in names]
-        shapes = linear_readings.columns(samples, cls, ())[: len(names)]
+        shapes = additive_effects.columns(samples, cls, ())[: len(names)]
         changes = np.concatenate([changes, shapes * np.reshape(scales, (-1, 1, 1, 1))])
         owner += [(cls.id, name, scale) for name, scale in zip(names, scales, strict=True)]
     flat = [_centred(x, there) for x in (samples.y - values[0], *changes)]

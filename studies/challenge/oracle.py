@@ -14,7 +14,7 @@ import numpy as np
 from belt_sim import si
 from belt_sim.api.resolve import fitted_model
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.errors.own_errors import OwnErrors
+from belt_sim.diagnosis.errors.model_errors import ErrorsWithoutNuisances
 from belt_sim.diagnosis.fits.heldout import conditions
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.readings.samples import samples_of
@@ -38,7 +38,7 @@ def least_error(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -> 
         return None
     bench = workbench(campaign, fitted_model(truth.base), ())
     left = bench.samples.y - samples_of(noise_free(campaign, truth), leave_out_bad=False).y
-    own = OwnErrors(bench.at_levels(bench.finder(left)))
+    own = ErrorsWithoutNuisances(bench.at_levels(bench.finder(left)))
     found, untold = conditions(bench), error.get("held_out_untestable", error.get("untestable", ()))
     told = [out for name, out in found.items() if name not in untold] or list(found.values())
     return {

@@ -10,7 +10,7 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.nodes import nested_parse_with_titles
 
-from belt_sim.diagnosis.readings.effect_hints import ONLY_WHEN_NAMED
+from belt_sim.diagnosis.readings.candidates import ONLY_WHEN_NAMED
 from belt_sim.effects.base import HOOKS, Effect, overrides
 from belt_sim.effects.library import library, title_of
 from studies.site.effect_table import table

@@ -1,6 +1,6 @@
 """The model x effect table, computed for the site: which model can represent which effect."""
 
-from belt_sim.diagnosis.readings.effect_hints import ONLY_WHEN_NAMED
+from belt_sim.diagnosis.readings.candidates import ONLY_WHEN_NAMED
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
 from belt_sim.model import Model, SteadyModel

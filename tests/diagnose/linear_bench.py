@@ -6,9 +6,9 @@ import numpy as np
 
 from belt_sim.campaign import SignalSheet
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import metric_of
-from belt_sim.diagnosis.noise.noise import Levels
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Parameter
 
@@ -51,7 +51,7 @@ class Sum:
     def values(self, vectors):
         return np.einsum("ck,krsn->crsn", vectors, self.rows)
 
-    def lanes(self, vectors, directions):
+    def values_and_slopes(self, vectors, directions):
         return self.values(vectors), self.values(directions)
 
 

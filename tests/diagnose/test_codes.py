@@ -13,18 +13,18 @@ def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
     forward = Forward(samples_of(campaign("nothing")), MODEL, (Taper, Crown, Weld))
     sizes = [k for k, s in enumerate(forward.slots) if not s.effect.parameters[s.name].modifier]
     along = np.eye(forward.size)[sizes]
-    marched = Forward._marched
+    marched = Forward._march_groups
     asked: list[frozenset[str]] = []
 
     def noted(self, vector, groups, samples):
         asked.append(groups)
         return marched(self, vector, groups, samples)
 
-    monkeypatch.setattr(Forward, "_marched", noted)
-    forward.lanes(np.repeat(forward.null()[None], len(along), axis=0), along)
+    monkeypatch.setattr(Forward, "_march_groups", noted)
+    forward.values_and_slopes(np.repeat(forward.null()[None], len(along), axis=0), along)
     assert set(asked) == {frozenset({LIGHT}), frozenset({HEAVY})}
     asked.clear()
     tapered = forward.null()
     tapered[forward.index("taper")] = 0.1
-    forward.lanes(np.repeat(tapered[None], len(along), axis=0), along)
+    forward.values_and_slopes(np.repeat(tapered[None], len(along), axis=0), along)
     assert set(asked) == {frozenset({LIGHT}), frozenset({LIGHT, HEAVY})}

@@ -7,7 +7,7 @@ from small_campaign import CLASSES, MODEL, SPREAD
 
 from belt_sim.api.inference import compare
 from belt_sim.campaign import suspicions
-from belt_sim.diagnosis.errors.setting_up import offsets
+from belt_sim.diagnosis.errors.misreadings import find_offsets
 from belt_sim.diagnosis.examine import examine
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.si import MM
@@ -30,7 +30,7 @@ def test_a_fault_that_acts_before_the_yaw_is_named_and_zero_is_not_doubted(zero_
     assert drift > 3.0 * SURE_OF_ZERO.zero
     assert suspicions(made) == ()
     found = examine(made, MODEL, FEW)
-    assert offsets(found.bench, found.nothing.values) == ()
+    assert find_offsets(found.bench, found.nothing.values) == ()
     assert (found.decision.verdict, list(found.decision.named)) == (Verdict.EXPLAINED, ["taper"])
 
 

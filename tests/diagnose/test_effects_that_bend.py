@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.fits.around import Around
+from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.search import joint_fits
 from belt_sim.diagnosis.search.joint_fits import bent, projected, screened
 
@@ -32,9 +32,9 @@ def _laid_out():
         hair = 1e-6
         return values(vectors), (values(vectors + hair * directions) - values(vectors)) / hair
 
-    forward.values, forward.lanes = values, lanes
+    forward.values, forward.values_and_slopes = values, lanes
     base = bench.fit([bench.start((), np.zeros(3))])[0]
-    return bench, Around(base, dict(enumerate(lanes(np.zeros((3, 3)), np.eye(3))[1])), {})
+    return bench, Linearisation(base, dict(enumerate(lanes(np.zeros((3, 3)), np.eye(3))[1])), {})
 
 
 def test_one_prediction_tells_which_effect_bends(laid_out):

@@ -5,10 +5,10 @@ import pytest
 from small_campaign import MODEL, campaign
 from test_linear_readings import with_edge
 
-from belt_sim.diagnosis.errors.own_errors import OwnErrors
-from belt_sim.diagnosis.fits.candidate import prior_sigma
+from belt_sim.diagnosis.errors.model_errors import ErrorsWithoutNuisances
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import HeldOut, held_out, with_harmonics
+from belt_sim.diagnosis.fits.plausibility import prior_sigma
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.effects.library import library
 
@@ -33,7 +33,7 @@ def test_a_faint_edge_predicts_better_than_none():
     """It takes a chi2 of 75 with 32 numbers; as free as a machine allows, they would predict worse."""
     bench, base, edge = fitted(3e-5)
     assert 60.0 < base.chi2 - edge.chi2 < 90.0
-    without, with_it, own = held_out(bench, base), held_out(bench, edge), OwnErrors(bench)
+    without, with_it, own = held_out(bench, base), held_out(bench, edge), ErrorsWithoutNuisances(bench)
     assert surprise(with_it) < surprise(without) - 20.0
     assert own.rms(with_it, with_it.tested) < 0.99 * own.rms(without, with_it.tested)
 

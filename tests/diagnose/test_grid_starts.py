@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from belt_sim.diagnosis.fits.alternatives import Alternatives
-from belt_sim.diagnosis.fits.around import best_of_grid
-from belt_sim.diagnosis.readings.as_set import Slot
+from belt_sim.diagnosis.fits.linearisation import best_of_grid
+from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.effects.base import Parameter
 
 N = 60

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.readings.linear_readings import that_show
+from belt_sim.diagnosis.readings.additive_effects import significant_harmonics
 
 LENGTH, N, RUNS, HARMONICS = 12.0, 240, 4, 12
 NOISE = 1.0
@@ -19,7 +19,7 @@ def told(seed, sizes, taken):
     y = np.tensordot(sizes, shapes, axes=1) + NOISE * np.random.default_rng(seed).normal(size=(RUNS, 1, N))
     roots = np.tile(np.eye(N) / (taken * NOISE), (RUNS, 1, 1, 1))
     samples = SimpleNamespace(travel=travel, y=y, cases=SimpleNamespace(rig=SimpleNamespace(belt_length=LENGTH)))
-    return that_show(samples, roots, shapes, y)
+    return significant_harmonics(samples, roots, shapes, y)
 
 
 @pytest.mark.parametrize("taken", [1.0, 4.0])

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.fits.candidate import spread_of
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.intervals import by_likelihood
+from belt_sim.diagnosis.fits.plausibility import spread_of
 from belt_sim.effects.base import Parameter
 from belt_sim.results.found import COVERAGE_95, Estimate
 

@@ -8,8 +8,8 @@ import pytest
 from noise_by_recursion import errors
 from small_campaign import CLASSES, MODEL, SHAPE, bench, campaign, examined, q_of
 
-from belt_sim.diagnosis.fits.around import around
 from belt_sim.diagnosis.fits.heldout import conditions
+from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.search.best_first import MAX_EFFECTS
 from belt_sim.diagnosis.search.joint_fits import best_of
@@ -38,7 +38,7 @@ def test_a_larger_set_never_fits_worse(two):
 def test_every_candidate_fits_at_least_as_well_as_what_it_stands_beside(two):
     """Guard: sag_roll, whose derivative at null is zero, once stopped above the model without it."""
     base = two.fit([two.start((), two.forward.null())])[0]
-    near = around(two, base, ["sag_roll", "slip", "taper"])
+    near = linearise(two, base, ["sag_roll", "slip", "taper"])
     assert "sag_roll" in near.weak
     fits = best_of(two, near, ["sag_roll", "slip", "taper"], 0.0, {})
     assert all(f.chi2 <= base.chi2 for f in fits.values())

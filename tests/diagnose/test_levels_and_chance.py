@@ -3,7 +3,7 @@
 import numpy as np
 from linear_bench import REPEATS, WHITE
 
-from belt_sim.diagnosis.fits.simulated import rough_wander
+from belt_sim.diagnosis.fits.null_simulation import rough_wander
 from belt_sim.diagnosis.noise.contrasts import WINDOW
 
 DRAWS = 4000

@@ -8,7 +8,7 @@ from small_campaign import MODEL, campaign
 
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.readings.added_readings import only_added
+from belt_sim.diagnosis.readings.additive_effects import select_addable
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.base import Effect, Parameter, effect
@@ -69,7 +69,7 @@ def test_derivatives_are_those_of_the_whole_prediction():
         vector[k] = {"e": 1.5, "g1": 2.0, "g4": -1.0, "delay": 3.0, "cos2": 1.0}.get(slot.name, vector[k])
     wanted = [forward.index("edge_profile")[k] for k in (0, 3, 17)]
     directions = np.eye(forward.size)[wanted]
-    found = forward.lanes(np.repeat(vector[None], 3, axis=0), directions)[1]
+    found = forward.values_and_slopes(np.repeat(vector[None], 3, axis=0), directions)[1]
     there, here = (forward.values(vector + h * directions) for h in (0.5, -0.5))
     np.testing.assert_allclose(found, there - here, atol=SAME * np.abs(found).max())
     assert np.abs(found).max(axis=(1, 2, 3)).min() > 1e-6
@@ -79,8 +79,8 @@ def test_an_edge_is_added_to_a_march_without_it():
     """As a march with the edge in it has it, which is compiled only beside a sensor that shows no gain."""
     samples, rng = samples_of(campaign("nothing")), np.random.default_rng(3)
     apart, within = (Forward(samples, MODEL, classes, terms={"edge_profile": 4}) for classes in (CLASSES, ODD))
-    assert only_added(CLASSES)
-    assert not only_added(ODD)
+    assert select_addable(CLASSES)
+    assert not select_addable(ODD)
     vector = apart.null() + 0.3 * rng.standard_normal((2, apart.size)) * (np.arange(apart.size) < len(apart.slots))
     beside = np.insert(vector, len(apart.slots), 0.0, axis=1)
     assert within.slots[len(apart.slots)].effect is Cubed

@@ -7,9 +7,9 @@ import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
 from belt_sim.campaign import Suspicion
-from belt_sim.diagnosis.errors.setting_up import believed, misread, set_up
+from belt_sim.diagnosis.errors.misreadings import confirm_signs, find_faults, find_misread_run
+from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.metric import metric_of
-from belt_sim.diagnosis.noise.noise import Levels
 
 COUNT = 40
 S = np.arange(COUNT) / COUNT
@@ -27,7 +27,7 @@ def laid_out(y):
 
 
 def told(y):
-    return [(s.kind, s.run, s.signal, s.severity) for s in misread(laid_out(y), PATHS)]
+    return [(s.kind, s.run, s.signal, s.severity) for s in find_misread_run(laid_out(y), PATHS)]
 
 
 @pytest.fixture
@@ -71,20 +71,20 @@ def test_a_turned_sign_is_believed_where_it_explains_most_of_what_is_left(y, fau
     y[2, 1] *= -1.0
     y[2, 1] -= fault * np.sin(3.0 * S) ** 2
     seen = Suspicion(run=SPREAD[2].name, signals=("y4",), kind="wrong_sign", sentence="turned")
-    assert [s.severity for s in believed(laid_out(y), PATHS, [seen])] == [severity]
+    assert [s.severity for s in confirm_signs(laid_out(y), PATHS, [seen])] == [severity]
 
 
 @pytest.mark.parametrize("severity", ["stop", "look"])
 def test_a_column_that_is_turned_in_every_run_is_believed_if_turning_it_back_helps(y, severity):
     y[:, 1] *= -1.0 if severity == "stop" else -1.0 - 8.0 * S
     seen = Suspicion(run=None, signals=("y4",), kind="wrong_sign", sentence="turned")
-    assert [s.severity for s in believed(laid_out(y), PATHS, [seen])] == [severity]
+    assert [s.severity for s in confirm_signs(laid_out(y), PATHS, [seen])] == [severity]
 
 
 def test_what_is_seen_at_first_glance_and_confirmed_stops(y):
     y[2, 1] *= -1.0
     seen = Suspicion(run=SPREAD[2].name, signals=("y4",), kind="wrong_sign", sentence="turned", severity="look")
-    assert [s.severity for s in set_up(laid_out(y), PATHS, [seen])] == ["stop", "look"]
+    assert [s.severity for s in find_faults(laid_out(y), PATHS, [seen])] == ["stop", "look"]
 
 
 def test_two_records_that_are_nearly_alike_and_exchanged(y):
@@ -93,6 +93,6 @@ def test_two_records_that_are_nearly_alike_and_exchanged(y):
     alike[:, 1] = 0.5 * PATHS[:, 0]
     y += alike - PATHS
     y[3] = y[3, ::-1]
-    found = misread(laid_out(y), alike)
+    found = find_misread_run(laid_out(y), alike)
     assert [(s.kind, s.run) for s in found] == [("swapped", SPREAD[3].name)]
-    assert misread(laid_out(y[:, ::-1]), alike) == ()
+    assert find_misread_run(laid_out(y[:, ::-1]), alike) == ()

@@ -8,10 +8,10 @@ import pytest
 from scipy.special import ndtr
 from small_campaign import CLASSES, MODEL, TENSIONS, campaign
 
-from belt_sim.diagnosis.answer import nextrun
-from belt_sim.diagnosis.answer.nextrun import Outlook, Rival, menu, next_runs, twofold
+from belt_sim.diagnosis import next_run
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import workbench
+from belt_sim.diagnosis.next_run import Outlook, Rival, menu, next_runs, twofold
 from belt_sim.results.found import APART, RESOLVED
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, grid
@@ -73,9 +73,9 @@ def test_two_changes_at_once_are_tried_where_one_is_not_enough(one_sided, monkey
     bench, offset, gain = one_sided
     pairs = [Rival("yaw_offset_tail", "sensor_gain", 0.1, gain)]
     one = next_runs(bench, offset, pairs)
-    assert one[0].sigma_after > nextrun.APART
+    assert one[0].sigma_after > next_run.APART
     assert not any(", twice as long" in a.action for a in one)
-    monkeypatch.setattr(nextrun, "APART", np.inf)
+    monkeypatch.setattr(next_run, "APART", np.inf)
     two = next_runs(bench, offset, pairs)
     assert len(two) == len(one)
     assert two[0].sigma_after > one[0].sigma_after
@@ -97,7 +97,7 @@ def test_a_run_in_which_the_belt_leaves_its_pulleys_promises_nothing(one_sided, 
     bench, offset, gain = one_sided
     outlook = Outlook(bench, offset)
     before, wanted = outlook.separations(offset, gain)
-    lanes = outlook.forward.lanes
+    lanes = outlook.forward.values_and_slopes
 
     def off(vectors, directions, samples):
         values, slopes = lanes(vectors, directions, samples)
@@ -105,7 +105,7 @@ def test_a_run_in_which_the_belt_leaves_its_pulleys_promises_nothing(one_sided, 
             values[:, 1, :, 5:], slopes[:, 1, :, 5:] = np.inf, np.nan
         return values, slopes
 
-    monkeypatch.setattr(outlook.forward, "lanes", off)
+    monkeypatch.setattr(outlook.forward, "values_and_slopes", off)
     outlook.metric = outlook._metric(offset.vector)
     _, found = outlook.separations(offset, gain)
     assert found[1] == before < wanted[1]
@@ -159,12 +159,12 @@ def test_no_pair_no_advice():
 def test_a_fit_that_has_ended_is_not_marched_again(one_sided, monkeypatch):
     bench, offset, _ = one_sided
     outlook = Outlook(bench, offset)
-    values, slopes = bench.forward.lanes(
+    values, slopes = bench.forward.values_and_slopes(
         np.repeat(offset.vector[None], len(offset.free), axis=0), np.eye(bench.forward.size)[offset.free]
     )
     np.testing.assert_array_equal(outlook.here(offset)[0], values[0])
     np.testing.assert_allclose(outlook.here(offset)[1], slopes, rtol=1e-4, atol=1e-4 * np.abs(slopes).max())
-    moved = nextrun._stepped(offset, np.full(len(offset.free), 0.1))
+    moved = next_run._stepped(offset, np.full(len(offset.free), 0.1))
     assert not np.allclose(outlook.here(moved)[0], values[0], rtol=1e-6, atol=0.0)
     monkeypatch.setattr(type(bench.forward), "lanes", None)
     outlook.here(offset)

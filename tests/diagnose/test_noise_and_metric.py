@@ -8,11 +8,11 @@ from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
 from belt_sim.campaign import Quantity
-from belt_sim.diagnosis.errors.where import cells, validation_uncertainty
+from belt_sim.diagnosis.errors.failure_map import cells, validation_uncertainty
+from belt_sim.diagnosis.noise.covariance import Levels, Reach, covariance
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import metric_of, nuisance_shapes, stiffness_sigma
-from belt_sim.diagnosis.noise.noise import Levels, Reach, covariance
-from belt_sim.diagnosis.readings.as_set import NUISANCES
+from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
 
 DRAWS = 600
 SIGMAS = 4.5  # a handful of figures, each beyond this once in 150,000

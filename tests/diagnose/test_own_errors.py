@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, linear_bench
 
-from belt_sim.diagnosis.errors.own_errors import OwnErrors, errors_of
+from belt_sim.diagnosis.errors.model_errors import ErrorsWithoutNuisances, errors_of
 from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.diagnosis.noise.metric import metric_of
 
@@ -29,7 +29,7 @@ def drawn():
 
 
 def test_a_perfect_model_leaves_the_floor(drawn):
-    own = OwnErrors(bench_with_zeros(drawn))
+    own = ErrorsWithoutNuisances(bench_with_zeros(drawn))
     left = own.less(drawn, np.ones(len(SPREAD), dtype=bool))
     assert own.floor == pytest.approx(1e-5 * np.sqrt(1.0 - 1.0 / COUNT), rel=1e-3)
     assert np.sqrt(np.mean(left**2)) == pytest.approx(own.floor, rel=4.0 / np.sqrt(2 * drawn.size))

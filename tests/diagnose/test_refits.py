@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from linear_bench import NUMBER, SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.fits.around import Around
-from belt_sim.diagnosis.fits.candidate import has_diverged
 from belt_sim.diagnosis.fits.fit import Fit, fit_sets
+from belt_sim.diagnosis.fits.linearisation import Linearisation
+from belt_sim.diagnosis.fits.plausibility import has_diverged
 from belt_sim.diagnosis.search.joint_fits import JointFits, best_of
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
@@ -22,7 +22,7 @@ class Saturating:
     size = 1
     sides = np.array([-np.inf]), np.array([np.inf])
 
-    def lanes(self, points, along):
+    def values_and_slopes(self, points, along):
         q = points[:, :, None, None]
         return SHARP * np.arctan(q), SHARP * along[:, :, None, None] / (1.0 + q**2)
 
@@ -43,7 +43,7 @@ class Bent:
     size = 2
     sides = np.array([-np.inf, -np.inf]), np.array([np.inf, np.inf])
 
-    def lanes(self, points, along):
+    def values_and_slopes(self, points, along):
         a, b = points.T
         across, down = along.T
         values = np.stack([SHARP * (b - 0.5 * a**2), 10.0 * a], axis=1)
@@ -103,13 +103,13 @@ def test_a_direction_in_which_the_belt_runs_away_is_none():
     rng = np.random.default_rng(4)
     one, other = WHITE.white * rng.normal(size=(2, len(SPREAD), 1, 40))
     bench = linear_bench(SPREAD, y=3.0 * one, shapes={"one": one, "other": other})
-    lanes = bench.forward.lanes
+    lanes = bench.forward.values_and_slopes
 
     def running_away(vectors, directions):
         values, slopes = lanes(vectors, directions)
         return values, np.where(directions[:, 1, None, None, None] != 0.0, np.inf, slopes)
 
-    bench.forward.lanes = running_away
+    bench.forward.values_and_slopes = running_away
     fit = bench.fit([bench.start(("one", "other"), np.zeros(2))])[0]
     assert fit.done
     assert fit.vector == pytest.approx([3.0, 0.0], abs=1e-6)
@@ -122,7 +122,7 @@ def test_an_effect_is_at_null_where_all_that_is_better_with_it_has_diverged():
     one, other = WHITE.white * rng.normal(size=(2, len(SPREAD), 1, 40))
     bench = linear_bench(SPREAD, y=30.0 * one, shapes={"faint": 1e-3 * one, "other": other})
     current = bench.fit([bench.start(("other",), np.zeros(2))])[0]
-    null = Around(current, {0: 1e-3 * one}, {}).with_effect(bench, "faint")
+    null = Linearisation(current, {0: 1e-3 * one}, {}).with_effect(bench, "faint")
     far = bench.fit([bench.start((), np.array([0.0, 50.0]))])[0]
     near = SimpleNamespace(fit=current, with_effect=lambda *_: null, starts=lambda *_: [null, far])
     assert has_diverged(bench.fit([null])[0])
@@ -131,7 +131,7 @@ def test_an_effect_is_at_null_where_all_that_is_better_with_it_has_diverged():
     assert (best.chi2, best.vector[0], best.ids) == (current.chi2, 0.0, ("other", "faint"))
 
 
-NOWHERE = Around(Fit(ids=(), free=[], vector=np.zeros(1)), {}, {})
+NOWHERE = Linearisation(Fit(ids=(), free=[], vector=np.zeros(1)), {}, {})
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ import pytest
 from linear_bench import SPACING, SPREAD, WHITE, linear_bench, run
 from scipy.linalg import toeplitz
 
-from belt_sim.diagnosis.fits.simulated import NoiseSource
+from belt_sim.diagnosis.fits.null_simulation import NoiseSource
+from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.noise import Levels
 from belt_sim.diagnosis.noise.signal_levels import of_wander
 
 LENGTH, COUNT = 20, 160  # samples

@@ -7,9 +7,15 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.fits.candidate import ends, estimates, is_plausible, numbers
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.within import each_alone, within
+from belt_sim.diagnosis.fits.plausibility import (
+    ends,
+    estimates,
+    estimates_of_single_sizes,
+    is_plausible,
+    numbers,
+    prefer_plausible,
+)
 from belt_sim.effects.base import Parameter
 from belt_sim.results.found import Estimate, FoundEffect
 
@@ -39,7 +45,7 @@ class Bent:
     def values(self, vectors):
         return 1e-4 * np.stack([self.of(v) for v in vectors])
 
-    def lanes(self, vectors, directions):
+    def values_and_slopes(self, vectors, directions):
         ahead, behind = self.values(vectors + HAIR * directions), self.values(vectors - HAIR * directions)
         return self.values(vectors), (ahead - behind) / (2.0 * HAIR)
 
@@ -67,30 +73,30 @@ def at(bench, *numbers):
 def test_numbers_known_only_together_are_as_a_machine_has_them():
     bench = bench_of(load_cell(), (0.0, 0.2), noise=1.0)
     free = bench.start(("bent",), np.array([19.8, -19.4]))
-    rows = bench.metric.whiten(bench.forward.lanes(np.zeros((2, 2)), np.eye(2))[1])
+    rows = bench.metric.whiten(bench.forward.values_and_slopes(np.zeros((2, 2)), np.eye(2))[1])
     rest = bench.metric.whiten(bench.fitted.y - bench.forward.values(free.vector[None])[0])
     far = replace(free, columns=rows, residual=rest, chi2=float(rest @ rest))
     best = at(bench, 0.0, 0.0)
     far = replace(far, chi2=best.chi2 - 1.0)  # as if chance had bent the valley so
     assert not is_plausible(bench.forward, far)
-    found = within(bench, [far])[0]
+    found = prefer_plausible(bench, [far])[0]
     assert is_plausible(bench.forward, found)
     assert np.sum(found.vector) == pytest.approx(0.2, abs=0.01)
     assert np.all(np.abs(found.vector) <= 0.6)
-    assert within(bench, [replace(far, chi2=best.chi2 - 20.0)])[0].vector[0] == pytest.approx(19.8)
+    assert prefer_plausible(bench, [replace(far, chi2=best.chi2 - 20.0)])[0].vector[0] == pytest.approx(19.8)
 
 
 def test_each_of_two_that_do_the_same_is_told_as_if_it_were_alone():
     bench = bench_of(load_cell(), (0.0, 0.2), noise=1.0)
     fit = at(bench, 0.1, 0.1)
-    alone = each_alone(bench, fit, "bent")
+    alone = estimates_of_single_sizes(bench, fit, "bent")
     assert set(alone) == {"gain", "zero"}
     assert alone["zero"].value == pytest.approx(0.2, abs=3.0 * alone["zero"].u)
     assert alone["zero"].u < 0.01
     apart = bench_of(
         Bent(lambda v: v[0] + v[1] * np.linspace(-1, 1, COUNT) * NEARLY, a=number(-1, 1), b=number(-1, 1)), (0.2, 0.5)
     )
-    assert each_alone(apart, at(apart, 0.0, 0.0), "bent") == {}  # neither does what both do
+    assert estimates_of_single_sizes(apart, at(apart, 0.0, 0.0), "bent") == {}  # neither does what both do
 
 
 def test_a_number_that_saturates_is_possible_though_none_is_told():
@@ -98,7 +104,7 @@ def test_a_number_that_saturates_is_possible_though_none_is_told():
     far = at(bench, 9.0)
     assert estimates(bench.forward, far) == {"bent": {}}
     assert not is_plausible(bench.forward, far)
-    found = within(bench, [far])[0]
+    found = prefer_plausible(bench, [far])[0]
     assert found.vector[0] <= 2.0
     assert is_plausible(bench.forward, found)
 
@@ -117,7 +123,7 @@ def test_a_number_on_its_bound_is_possible_however_it_was_rounded(beside, possib
 def test_a_well_known_number_beyond_any_machine_stays_impossible():
     bench = bench_of(Bent(lambda v: v[0] * NEARLY, c=number(0.0, 1.0)), (3.0,), noise=1.0)
     fit = at(bench, 0.0)
-    assert within(bench, [fit])[0] is fit
+    assert prefer_plausible(bench, [fit])[0] is fit
     assert not is_plausible(bench.forward, fit)
     assert numbers(bench.forward, fit)["bent"]["c"].value == pytest.approx(3.0, rel=0.02)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_discovery import fitted, surveyed
 
-from belt_sim.diagnosis.fits.simulated import NoiseSource
+from belt_sim.diagnosis.fits.null_simulation import NoiseSource
 from belt_sim.discovery import tables
 from belt_sim.discovery.evidence import LENGTHS, basis_of
 from belt_sim.discovery.operators import single

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fits.around import Around
+from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.noise import Levels
+from belt_sim.diagnosis.noise.covariance import Levels
 
 HARMONICS = 12  # of the belt's length, at most
 LARGEST = 1e-3  # [m], one sigma of the first harmonic of what comes round; that of others falls with their number
@@ -101,7 +101,7 @@ class Turning:
         return np.stack(best, axis=1), most
 
 
-def with_starts(bench: Workbench, near: Around) -> Campaign | None:
+def with_starts(bench: Workbench, near: Linearisation) -> Campaign | None:
     """The campaign with where on the belt its runs start; None where that is stated, or one place does as well."""
     runs = bench.samples.runs
     round_ones = any(c.comes_round for c in bench.forward.classes)
@@ -135,7 +135,7 @@ def places_tried(bench: Workbench) -> tuple[int, ...]:
     return tuple(max(1, round(length / (EVEN * r.start_u))) for r in bench.samples.runs if r.start_u > 0.0)
 
 
-def turning_of(bench: Workbench, near: Around) -> Turning:
+def turning_of(bench: Workbench, near: Linearisation) -> Turning:
     """What comes round in the readings that the fit of ``near`` leaves, beside what all other candidates could do.
 
     Noise is as stated (repeats that start elsewhere on the belt differ by more), or larger where all that may be there

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from belt_sim.diagnosis.linear_algebra import bounded_step
 from belt_sim.diagnosis.noise.metric import Metric
-from belt_sim.diagnosis.numerics.bounded import inside
 from belt_sim.diagnosis.readings.forward import Forward
 
 MAX_ROUNDS = 24
@@ -115,7 +115,7 @@ def _advance(forward, metric, fits: list[Fit], target, sides: Sides) -> None:
     points = [f.vector if b else _proposal(f, sides) for f, b in zip(fits, begin, strict=True)]
     along = [_directions(f, forward.size) for f in fits]
     at = np.concatenate([np.repeat(p[None], len(d), axis=0) for p, d in zip(points, along, strict=True)])
-    values, slopes = forward.lanes(at, np.concatenate(along))
+    values, slopes = forward.values_and_slopes(at, np.concatenate(along))
     start = 0
     for fit, b, point, rows in zip(fits, begin, points, along, strict=True):
         here = slice(start, start + len(rows))
@@ -229,7 +229,7 @@ def _proposal(fit: Fit, sides) -> np.ndarray:
     space = [side / unit for side in room(fit, sides)]
 
     def damped(damping: float) -> np.ndarray:
-        return np.where(seen, unit * inside(normal + (damping + 1e-12) * np.eye(len(unit)), along, *space), 0.0)
+        return np.where(seen, unit * bounded_step(normal + (damping + 1e-12) * np.eye(len(unit)), along, *space), 0.0)
 
     step, low, high = damped(LEAST), np.log(LEAST), -np.log(LEAST)
     length = np.linalg.norm(step * sizes)

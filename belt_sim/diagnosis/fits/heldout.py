@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.diagnosis.fits.candidate import prior_sigma
 from belt_sim.diagnosis.fits.fit import Fit, room
+from belt_sim.diagnosis.fits.plausibility import prior_sigma
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.numerics.bounded import inside
-from belt_sim.diagnosis.readings.as_set import Slot
+from belt_sim.diagnosis.linear_algebra import bounded_step
+from belt_sim.diagnosis.readings.parameter_vector import Slot
 
 # How large the many harmonics of a linear effect are before a reading: they fall as their scales do, all together.
 #
@@ -189,7 +189,7 @@ def _refit(columns: np.ndarray, residual: np.ndarray, sigma: np.ndarray, away: n
     along = columns @ residual - away / sigma**2
     step = root.T @ (root @ along)
     if np.any((step < space[0]) | (step > space[1])):
-        step = scale * inside(information, scale * along, space[0] / scale, space[1] / scale)
+        step = scale * bounded_step(information, scale * along, space[0] / scale, space[1] / scale)
     return step, root
 
 

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from belt_sim.diagnosis.fits.candidate import is_told, spread_of
 from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.plausibility import is_told, spread_of
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.results.found import COVERAGE_95, Estimate
 

@@ -8,13 +8,12 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit, Race, Sides, fit_sets
+from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import Metric, metric_of, nuisance_shapes
-from belt_sim.diagnosis.noise.noise import Levels
 from belt_sim.diagnosis.noise.settings import settled
-from belt_sim.diagnosis.readings.forward import NUISANCES, Forward
-from belt_sim.diagnosis.readings.linear_readings import as_they_show
-from belt_sim.diagnosis.readings.march_error import MarchError, march_error
+from belt_sim.diagnosis.readings.additive_effects import choose_harmonics
+from belt_sim.diagnosis.readings.forward import NUISANCES, Forward, MarchError, march_error
 from belt_sim.diagnosis.readings.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
 
@@ -87,7 +86,7 @@ class Workbench:
     def slopes(self, vector: np.ndarray, positions: Sequence[int]) -> np.ndarray:
         """Derivatives of the predictions at ``vector`` along ``positions``, shape (k, R, S, n)."""
         directions = np.eye(self.forward.size)[list(positions)]
-        return self.forward.lanes(np.repeat(vector[None], len(directions), axis=0), directions)[1]
+        return self.forward.values_and_slopes(np.repeat(vector[None], len(directions), axis=0), directions)[1]
 
 
 def workbench(
@@ -133,7 +132,7 @@ def _as_stated(
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
     metric = metric_of(fitted, levels, shapes, shared)
-    terms = as_they_show(forward, fitted, metric.roots, values) if terms is None else forward.terms
+    terms = choose_harmonics(forward, fitted, metric.roots, values) if terms is None else forward.terms
     if terms != forward.terms:
         forward = Forward(samples, model, classes, march.step, terms)
     bench = Workbench(
@@ -165,7 +164,7 @@ def _noise_only(samples: Samples):
 def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.ndarray):
     directions = np.eye(forward.size)[-len(NUISANCES) :]
     asked = len(NUISANCES) if any(run.start_u for run in samples.runs) else NUISANCES.index("start")
-    values, slopes = forward.lanes(np.repeat(vector[None], asked, axis=0), directions[:asked])
+    values, slopes = forward.values_and_slopes(np.repeat(vector[None], asked, axis=0), directions[:asked])
     slopes[1] /= 1.0 + forward.tension[:, None, None]
     return *nuisance_shapes(campaign, samples, values[0], slopes), values[0]
 
@@ -176,7 +175,7 @@ def _reachable(forward: Forward, vector: np.ndarray) -> np.ndarray:
     along = np.eye(forward.size)[sizes]
     sized = along[~forward.linear[sizes]]
     starts, still = np.repeat(vector[None], len(along), axis=0), 0.0 * sized
-    values, slopes = forward.lanes(np.concatenate([starts, vector + sized]), np.concatenate([along, still]))
+    values, slopes = forward.values_and_slopes(np.concatenate([starts, vector + sized]), np.concatenate([along, still]))
     secants = values[len(along) :] - values[0] if len(along) else slopes
     return np.concatenate([slopes[: len(along)], secants[np.isfinite(secants).all(axis=(1, 2, 3))]])
 

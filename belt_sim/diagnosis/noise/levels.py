@@ -16,8 +16,8 @@ import numpy as np
 
 from belt_sim.campaign import Run
 from belt_sim.diagnosis.noise.contrasts import Contrast, contrast, scatter
+from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.metric import AT_ONCE
-from belt_sim.diagnosis.noise.noise import Levels
 from belt_sim.diagnosis.noise.signal_levels import LENGTH_SPREAD, LEVEL_SPREAD, Level, SignalLevels, favours
 from belt_sim.diagnosis.readings.samples import Samples
 

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from belt_sim.campaign import Campaign, SignalSheet
-from belt_sim.diagnosis.noise.noise import FREE_ZERO, Levels, covariance, whitener
+from belt_sim.diagnosis.noise.covariance import FREE_ZERO, Levels, covariance, whitener
 from belt_sim.diagnosis.readings.samples import Samples, zero_is_read
 
 AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach

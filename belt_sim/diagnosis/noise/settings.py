@@ -11,8 +11,8 @@ import numpy as np
 
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.noise.metric import Metric, length_sigma
+from belt_sim.diagnosis.readings.additive_effects import columns
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward
-from belt_sim.diagnosis.readings.linear_readings import columns
 from belt_sim.diagnosis.readings.samples import Samples
 
 ROUNDS = 2
@@ -43,7 +43,7 @@ def settled(
         there = forward.set_to(tension, yaw, length * longer)
         slopes = _slopes(there, vector, np.array([*sigma, length]))
         by_length = slopes[2]
-        expanded = there.less(np.einsum("kr,krsn->rsn", off, slopes[:2]) + longer * by_length)
+        expanded = there.minus(np.einsum("kr,krsn->rsn", off, slopes[:2]) + longer * by_length)
         values = expanded.values(vector[None])[0]
     if not np.isfinite(values).all() or np.linalg.norm(metric.noise_white(values - before)) < SEEN:
         return forward
@@ -82,6 +82,6 @@ def _slopes(forward: Forward, vector: np.ndarray, sigma: np.ndarray) -> np.ndarr
     """What one sigma of tension, of yaw and of the belt's length do (3, R, S, n) where the runs are set."""
     wanted = [forward.size - len(NUISANCES) + NUISANCES.index(n) for n in ("tension", "yaw", "belt_length")]
     directions = np.eye(forward.size)[wanted]
-    slopes = forward.lanes(np.repeat(vector[None], len(wanted), axis=0), directions)[1]
+    slopes = forward.values_and_slopes(np.repeat(vector[None], len(wanted), axis=0), directions)[1]
     slopes[0] /= 1.0 + forward.tension[:, None, None]
     return sigma[:, None, None, None] * slopes

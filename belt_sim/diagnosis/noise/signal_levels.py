@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.campaign import SignalSheet
 from belt_sim.diagnosis.noise.contrasts import Contrast, Scatter
-from belt_sim.diagnosis.noise.noise import FLOOR, SMOOTH, Reach
+from belt_sim.diagnosis.noise.covariance import FLOOR, SMOOTH, Reach
 
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
 LEVEL_SPREAD = 0.35

@@ -11,8 +11,8 @@ import jax
 import numpy as np
 
 from belt_sim.campaign.types import elsewhere
-from belt_sim.diagnosis.readings.elsewhere import places_of
 from belt_sim.diagnosis.readings.samples import MAX_SAMPLES, Samples
+from belt_sim.diagnosis.readings.sensor_places import places_of
 from belt_sim.jax_setup import WORKERS
 
 COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code

@@ -13,7 +13,7 @@ compilation serves campaigns of any number of runs, samples, travel and step.
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import jax
@@ -24,13 +24,20 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march_open, plan_steps
 from belt_sim.case import Case, Settings
 from belt_sim.curves import Elsewhere
-from belt_sim.diagnosis.readings import linear_readings
-from belt_sim.diagnosis.readings.added_readings import compiled_added, of_readings, only_added
-from belt_sim.diagnosis.readings.as_set import NUISANCES, Slot, lengthened, run_at
+from belt_sim.diagnosis.readings.additive_effects import (
+    bin_attenuation,
+    compile_additions,
+    harmonics_of,
+    parameter_names,
+    select_addable,
+    select_for_readings,
+    slopes_of_additive,
+)
 from belt_sim.diagnosis.readings.batches import Work, finish, in_batches
-from belt_sim.diagnosis.readings.effect_hints import SLOW
-from belt_sim.diagnosis.readings.elsewhere import check_places, places_of, reading_at
+from belt_sim.diagnosis.readings.candidates import SLOW
+from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, effects_and_case, lengthen_belt
 from belt_sim.diagnosis.readings.samples import Samples
+from belt_sim.diagnosis.readings.sensor_places import check_places, places_of, reading_at
 from belt_sim.effects.base import Effect, overrides
 from belt_sim.effects.pipeline import indicate
 from belt_sim.jax_setup import PROGRAMS, compiled
@@ -86,15 +93,15 @@ class Forward:
         compiling is to be quick."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         check_places(samples, model, self.classes)
-        self.terms = linear_readings.terms(classes, samples) if terms is None else dict(terms)
-        self.slots = tuple(Slot(c, name) for c in self.classes for name in linear_readings.fitted(c, self.terms))
+        self.terms = harmonics_of(classes, samples) if terms is None else dict(terms)
+        self.slots = tuple(Slot(c, name) for c in self.classes for name in parameter_names(c, self.terms))
         self.linear = np.array([s.effect.is_additive() for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
         self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
         ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
         self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
         self._groups = [group_of(s.effect) for s in self.slots]
-        self._added = only_added(self.classes)
+        self._added = select_addable(self.classes)
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._march = travel / steps, steps
@@ -103,7 +110,7 @@ class Forward:
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.longer = 0.0
         self.offset: np.ndarray | float = 0.0
-        self.columns: dict[tuple, np.ndarray] = {}  # of linear effects, as far as they are known (linear_readings)
+        self.columns: dict[tuple, np.ndarray] = {}  # of linear effects, as far as they are known (additive_effects)
 
     def set_to(self, tension: np.ndarray, yaw: np.ndarray, longer: float = 0.0) -> "Forward":
         """The same with every run (R,) set off by these [relative, rad], and a belt that is so much longer [1]."""
@@ -116,13 +123,13 @@ class Forward:
             yaw=replace(settings.yaw, change=change),
         )
         found = copy(self)
-        rig = lengthened(self.samples.cases.rig, (1.0 + longer) / (1.0 + self.longer) - 1.0)
+        rig = lengthen_belt(self.samples.cases.rig, (1.0 + longer) / (1.0 + self.longer) - 1.0)
         found.samples = replace(self.samples, cases=replace(self.samples.cases, settings=settings, rig=rig))
         found.tension, found.yaw, found.longer, found.offset = tension, yaw, longer, 0.0
         found.columns = {}
         return found
 
-    def less(self, offset: np.ndarray) -> "Forward":
+    def minus(self, offset: np.ndarray) -> "Forward":
         """The same with ``offset`` (R, S, n) taken off all predictions of its own runs."""
         found = copy(self)
         found.offset = offset
@@ -145,16 +152,16 @@ class Forward:
 
     def values(self, vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size)."""
-        return self._composed(vector, self._active(vector), samples)
+        return self._compose(vector, self._active_groups(vector), samples)
 
-    def _composed(self, vector: np.ndarray, codes: Sequence[Groups], samples: Samples | None) -> np.ndarray:
+    def _compose(self, vector: np.ndarray, codes: Sequence[Groups], samples: Samples | None) -> np.ndarray:
         """The same by the code of some groups of effects each."""
         samples = samples or self.samples
         places = {code: np.flatnonzero([c == code for c in codes]) for code in dict.fromkeys(codes)}
-        marched = [(rows, self._marched(vector[rows], code, samples)) for code, rows in places.items()]
+        marched = [(rows, self._march_groups(vector[rows], code, samples)) for code, rows in places.items()]
         own = [k for k, s in enumerate(self.slots) if s.effect in self._added]
         rows = np.flatnonzero(np.any(vector[:, own] != self._null[own], axis=1))
-        of, shown = self._shown(vector[rows], samples) if len(rows) else (rows, None)
+        of, shown = self._add_readings(vector[rows], samples) if len(rows) else (rows, None)
         finish([*(work for _, work in marched), *([shown] if shown else [])])
         found = np.empty((len(vector), *samples.y.shape))
         for here, work in marched:
@@ -163,55 +170,55 @@ class Forward:
             found[rows] += shown.found[of]
         return found - self.offset if samples is self.samples else found
 
-    def lanes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
+    def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
         points, of = np.unique(vector, axis=0, return_inverse=True)
         read = np.any(directions[:, self.linear], axis=1) & ~np.any(directions[:, ~self.linear], axis=1)
         along = np.where(read[:, None], 0.0, directions)
-        codes = self._codes(points, of.reshape(-1), along)
+        codes = self._groups_of_derivatives(points, of.reshape(-1), along)
         starts = list(dict.fromkeys(zip(of.reshape(-1).tolist(), codes, strict=True)))
         start = [starts.index(key) for key in zip(of.reshape(-1).tolist(), codes, strict=True)]
         moving = np.flatnonzero(np.any(along, axis=1))
         least = np.array([DIFFERENCE] * len(self.slots) + list(DIFFERENCES))
         step = np.min(least / np.maximum(np.abs(along[moving]), 1e-30), axis=1, initial=np.inf)[:, None]
         asked = np.concatenate([points[[k for k, _ in starts]], vector[moving] + step * along[moving]])
-        found = self._composed(asked, [c for _, c in starts] + [codes[k] for k in moving], samples)
+        found = self._compose(asked, [c for _, c in starts] + [codes[k] for k in moving], samples)
         values = found[start]
         slopes = np.zeros_like(values)
         slopes[moving] = (found[len(starts) :] - values[moving]) / step[..., None, None]
         if read.any():
-            slopes[read] = linear_readings.slopes(self, vector[read], directions[read], samples or self.samples)
+            slopes[read] = slopes_of_additive(self, vector[read], directions[read], samples or self.samples)
         return values, slopes
 
-    def _active(self, vector: np.ndarray) -> list[Groups]:
+    def _active_groups(self, vector: np.ndarray) -> list[Groups]:
         """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
         off = vector[:, : len(self.slots)] != self._null[: len(self.slots)]
         out = {READ, *map(group_of, self._added)}
         return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - out for row in off]
 
-    def _codes(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
+    def _groups_of_derivatives(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
         """By which code each derivative is taken: one for all cheap ones of a point, and what is dear by itself."""
-        there, moved = self._active(points), self._active(self._null + along)
+        there, moved = self._active_groups(points), self._active_groups(self._null + along)
         shared = [
             groups.union(*(moved[k] & {LIGHT} for k in np.flatnonzero(of == p))) for p, groups in enumerate(there)
         ]
         return [(there if groups - {LIGHT} else shared)[p] | groups for p, groups in zip(of, moved, strict=True)]
 
-    def _marched(self, vector: np.ndarray, groups: Groups, samples: Samples) -> Work:
+    def _march_groups(self, vector: np.ndarray, groups: Groups, samples: Samples) -> Work:
         """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
         within = set(members(self.classes, groups))
         kept = [k for k, s in enumerate(self.slots) if s.effect in within]
         others = places_of(samples)
         tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
-        march = _compiled(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, self.brief, others)
+        march = _compile_march(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, self.brief, others)
         scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
-        return in_batches(march, vector, _shown_by_bins([self.slots[k] for k in kept], samples), samples, self._march)
+        return in_batches(march, vector, _attenuation([self.slots[k] for k in kept], samples), samples, self._march)
 
-    def _shown(self, vector: np.ndarray, samples: Samples) -> tuple[np.ndarray, Work]:
+    def _add_readings(self, vector: np.ndarray, samples: Samples) -> tuple[np.ndarray, Work]:
         """What effects that only add to the readings add to them, by one program for any harmonics: of each of (C,)
         where it stands in what is found."""
-        slots = tuple(Slot(c, name) for c in of_readings(self.classes, self._added) for name in c.parameters)
+        slots = tuple(Slot(c, name) for c in select_for_readings(self.classes, self._added) for name in c.parameters)
         numbers = np.tile([*(s.null for s in slots), *np.zeros(len(NUISANCES))], (len(vector), 1))
         numbers[:, len(slots) :] = vector[:, len(self.slots) :]
         place = {slot: k for k, slot in enumerate(slots)}
@@ -219,8 +226,8 @@ class Forward:
             if slot in place:
                 numbers[:, place[slot]] = vector[:, k] * slot.scale
         different, of = np.unique(numbers, axis=0, return_inverse=True)
-        program = compiled_added(slots, self._added, places_of(samples))
-        return of.reshape(-1), in_batches(program, different, _shown_by_bins(slots, samples), samples)
+        program = compile_additions(slots, self._added, places_of(samples))
+        return of.reshape(-1), in_batches(program, different, _attenuation(slots, samples), samples)
 
     def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
         """The effects ``ids`` with the numbers of a parameter vector."""
@@ -230,14 +237,14 @@ class Forward:
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
 
 
-def _shown_by_bins(slots: Sequence[Slot], samples: Samples) -> np.ndarray:
+def _attenuation(slots: Sequence[Slot], samples: Samples) -> np.ndarray:
     """How much of each number, and of each nuisance behind them, every run shows, (R, k)."""
-    shown = linear_readings.shown_by_bins([(s.effect, s.name) for s in slots], samples)
+    shown = bin_attenuation([(s.effect, s.name) for s in slots], samples)
     return np.concatenate([shown, np.ones((len(shown), len(NUISANCES)))], axis=1)
 
 
 @lru_cache(PROGRAMS)
-def _compiled(
+def _compile_march(
     model: Composition,
     slots: tuple[Slot, ...],
     room: int,
@@ -256,10 +263,10 @@ def _compiled(
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:
     """Records and slots of the wrap's history that compiled code has, for so many."""
-    return _doubled(ROOM, steps + 2), _doubled(SLOTS, slots)
+    return _double_until(ROOM, steps + 2), _double_until(SLOTS, slots)
 
 
-def _doubled(size: int, least: int) -> int:
+def _double_until(size: int, least: int) -> int:
     """``size``, doubled until it is at least ``least``."""
     while size < least:
         size *= 2
@@ -271,7 +278,7 @@ def _one_run(
     model, slots, room, history, only, others,
 ):  # fmt: skip
     """Readings (6, n) of one run at every place, and (k, n) at the ``others``; (4, n) where ``only`` has no tilt."""
-    effects, case = run_at(vector * shown, slots, Case(rig=rig, belt=belt, settings=settings))
+    effects, case = effects_and_case(vector * shown, slots, Case(rig=rig, belt=belt, settings=settings))
     curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only, inside=others)
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
     clock = jnp.append(time, yaw_at / case.settings.speed)
@@ -283,3 +290,30 @@ def _one_run(
         y = reading_at(place, curves, case, effects, stated, clock)
         rows.append((y[:-1] - y[-1])[None])
     return jnp.concatenate(rows) if len(rows) > 1 else rows[0]
+
+
+# The step of the march: as short as its own error asks for, by halving it on the campaign's own runs.
+
+WANTED = 0.1  # length of the march's error, whitened over the whole campaign: noise alone has one per reading
+HALVINGS = 3
+ORDER = 4.0  # error of a step over that of half the step: the march is of second order
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarchError:
+    """step [m] that was taken; error (R, S, n) [m or rad] that it leaves; size: its length, whitened."""
+
+    step: float
+    error: np.ndarray
+    size: float
+
+
+def march_error(samples: Samples, model: Composition, whiten) -> MarchError:
+    """The longest step, of STEP and its halves, whose error is no longer than WANTED; ``whiten`` as in ``Metric``."""
+    finer = Forward(samples, model, (), STEP / 2)
+    coarse, fine = (f.values(f.null()[None])[0] for f in (Forward(samples, model, (), STEP, like=finer), finer))
+    error = (coarse - fine) * ORDER / (ORDER - 1.0)
+    size = float(np.linalg.norm(whiten(error)))
+    halvings = 0 if size <= WANTED else min(int(np.ceil(np.log(size / WANTED) / np.log(ORDER))), HALVINGS)
+    part = ORDER**-halvings
+    return MarchError(step=STEP / 2**halvings, error=part * error, size=part * size)

@@ -37,7 +37,7 @@ class Samples:
         """Longest travel of any run [m]."""
         return float(np.nanmax(self.travel))
 
-    def averaged(self, harmonics: np.ndarray) -> np.ndarray:
+    def bin_attenuation(self, harmonics: np.ndarray) -> np.ndarray:
         """What the mean over a bin leaves of waves with so many (k,) periods a belt length, (R, k)."""
         many, length = self.per_bin[:, None], float(np.max(self.cases.rig.belt_length))
         half = np.pi * np.outer(self._widths / self.per_bin, harmonics) / length  # of the phase between two readings
@@ -82,7 +82,7 @@ def samples_of(campaign: Campaign, *, leave_out_bad: bool = True) -> Samples:
         y[k, :, : len(s)] = values
         for j in lateral:
             y[k, j] -= reading_at_yaw(s - runs[k].yaw_at, values[j])
-        y[k, jump, : len(s)] = np.where(_jumping(runs[k], s, per_bin), np.nan, y[k, jump, : len(s)])
+        y[k, jump, : len(s)] = np.where(_near_jumps(runs[k], s, per_bin), np.nan, y[k, jump, : len(s)])
     return Samples(
         runs=runs,
         signals=campaign.signals,
@@ -108,7 +108,7 @@ def zero_is_read(samples: Samples, signal: SignalSheet) -> np.ndarray:
     return (samples.travel[:, 0] < samples.yaw_at) & (signal.kind == "lateral")
 
 
-def _jumping(run: Run, travel: np.ndarray, per_bin: int) -> np.ndarray:
+def _near_jumps(run: Run, travel: np.ndarray, per_bin: int) -> np.ndarray:
     """Which samples (n,) at ``travel``, means of ``per_bin``, are of before and after the start or a change of yaw."""
     half = 0.5 * float(np.median(np.diff(travel))) if per_bin > 1 and len(travel) > 1 else 0.0
     near = max(JUMP, half)
@@ -124,7 +124,7 @@ def _thin(run: Run, names: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarra
         return run.travel, time, values, 1
     whole = len(run.travel) // per_bin * per_bin
 
-    def binned(x):
+    def bin_means(x):
         return x[..., :whole].reshape(*x.shape[:-1], -1, per_bin).mean(axis=-1)
 
-    return binned(run.travel), binned(time), binned(values), per_bin
+    return bin_means(run.travel), bin_means(time), bin_means(values), per_bin

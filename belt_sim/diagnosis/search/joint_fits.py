@@ -11,12 +11,11 @@ from typing import Self
 
 import numpy as np
 
-from belt_sim.diagnosis.fits.around import Around, around
-from belt_sim.diagnosis.fits.candidate import has_diverged, is_plausible
 from belt_sim.diagnosis.fits.fit import Fit, hoped
-from belt_sim.diagnosis.fits.within import within
+from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
+from belt_sim.diagnosis.fits.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.numerics.products import apart, basis
+from belt_sim.diagnosis.linear_algebra import basis, project_out
 from belt_sim.errors import RunFailed
 
 # Pairs of candidates, all at once in the linear range: where a third effect looks like the sum of two, a search that
@@ -83,7 +82,7 @@ def beside(columns: np.ndarray, residual: np.ndarray, others: Mapping[str, np.nd
     derivatives are ``columns`` (K, N), refitted along.
     """
     own = basis(columns)
-    further = {name: basis(apart(rows, own)) for name, rows in others.items()}
+    further = {name: basis(project_out(rows, own)) for name, rows in others.items()}
     return {name: _along(rows, residual) + _along(own, residual) for name, rows in further.items()}
 
 
@@ -118,7 +117,7 @@ class JointFits:
 
     bench: Workbench
     price: float
-    near: Around
+    near: Linearisation
     starts: dict[frozenset, Fit] = field(default_factory=dict)
     fits: dict[frozenset, Fit] = field(default_factory=dict)
     tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
@@ -143,7 +142,7 @@ class JointFits:
         pairs, moments = self._pairs(self.near)
         return pairs.best(moments, self.price, count)
 
-    def _pairs(self, near: Around) -> tuple[Pairs, np.ndarray]:
+    def _pairs(self, near: Linearisation) -> tuple[Pairs, np.ndarray]:
         """All pairs of candidates about the base model, and the products of their columns with what that leaves."""
         shapes = {n: self.bench.metric.whiten(near.here(self.bench, n)) for n in self.names}
         ends = np.cumsum([0, *map(len, shapes.values())])
@@ -178,7 +177,7 @@ class JointFits:
         if key not in self.tried:
             current = self.fit(ids)
             others = [n for n in self.names if n not in key]
-            near = self.near if current is self.near.fit else around(self.bench, current, others, self.near)
+            near = self.near if current is self.near.fit else linearise(self.bench, current, others, self.near)
             beside = screened(self.bench, near, others, self.price, self._known(key, others))
             self.tried[key] = [self._trial(current, name, fit) for name, fit in beside.items()]
         return self.tried[key]
@@ -210,7 +209,7 @@ class JointFits:
         for (key, _), fit in zip(begun, self.bench.fit([start for _, start in begun]) if begun else [], strict=True):
             if key not in best or (fit.done, -fit.chi2) > (best[key].done, -best[key].chi2):
                 best[key] = fit
-        self.fits |= dict(zip(best, within(self.bench, list(best.values())), strict=True))
+        self.fits |= dict(zip(best, prefer_plausible(self.bench, list(best.values())), strict=True))
 
     def _begun(self, key: frozenset, ids: Ids) -> list[Fit]:
         """Where a set begins: where it stood, or where a larger one has its effects; or else at null, and where each of
@@ -250,7 +249,7 @@ def _elsewhere(fit: Fit, bench: Workbench) -> Fit:
 
 
 def screened(
-    bench: Workbench, near: Around, names: Sequence[str], price: float, known: Mapping[str, Fit]
+    bench: Workbench, near: Linearisation, names: Sequence[str], price: float, known: Mapping[str, Fit]
 ) -> dict[str, Fit]:
     """Every candidate beside what ``near`` is around; refitted where its column promises enough."""
     found = {name: projected(bench, near, name) for name in names}
@@ -263,7 +262,7 @@ def screened(
 
 
 def best_of(
-    bench: Workbench, near: Around, names: Sequence[str], price: float, known: Mapping[str, Fit]
+    bench: Workbench, near: Linearisation, names: Sequence[str], price: float, known: Mapping[str, Fit]
 ) -> dict[str, Fit]:
     """The best joint fit of what ``near`` is around with each of ``names``; several starts for nonlinear effects.
 
@@ -279,10 +278,10 @@ def best_of(
         fits[k] = fit
     best = _best(bench, near, owners, fits)
     ahead = [n for n, f in best.items() if f.done and near.fit.chi2 - f.chi2 > price]
-    return best | dict(zip(ahead, within(bench, [best[n] for n in ahead]), strict=True))
+    return best | dict(zip(ahead, prefer_plausible(bench, [best[n] for n in ahead]), strict=True))
 
 
-def _best(bench: Workbench, near: Around, owners: Sequence[str], fits: Sequence[Fit]) -> dict[str, Fit]:
+def _best(bench: Workbench, near: Linearisation, owners: Sequence[str], fits: Sequence[Fit]) -> dict[str, Fit]:
     """The best fit of every owner, of those that have not diverged; at null where these are worse than without it."""
     best: dict[str, Fit] = {}
     for name, fit in zip(owners, fits, strict=True):
@@ -369,12 +368,12 @@ class Race:
 BENT = 0.3  # of what a step should do, by which it may do something else
 
 
-def projected(bench: Workbench, near: Around, name: str) -> Fit:
+def projected(bench: Workbench, near: Linearisation, name: str) -> Fit:
     """The best of what ``near`` is around with one more effect, one step from null and from points of its grid."""
     return min(map(_stepped, near.linear_starts(bench, name)), key=lambda fit: fit.chi2)
 
 
-def bent(bench: Workbench, near: Around, stepped: Mapping[str, Fit]) -> list[str]:
+def bent(bench: Workbench, near: Linearisation, stepped: Mapping[str, Fit]) -> list[str]:
     """Those of effects beside what ``near`` is around that do something else at the ends of their steps than the step
     foresaw; none that a machine has on the other side of null only.
     """

@@ -3,12 +3,12 @@
 An effect that declares itself ``linear`` (a free edge profile: eighty numbers) is fitted like any other, but its
 columns come from travel and places alone, and only those harmonics stand in the parameter vector that show. It must
 declare its parameters in the order in which they are to be taken, in pairs (cosine, sine) of 1, 2, ... waves a belt
-length. Of short waves the mean over a bin of readings shows less (``shown_by_bins``).
+length. Of short waves the mean over a bin of readings shows less (``bin_attenuation``).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -17,13 +17,15 @@ from scipy.interpolate import BSpline
 from scipy.special import chdtrc
 
 from belt_sim.campaign.types import elsewhere
-from belt_sim.case import Case
-from belt_sim.diagnosis.readings.added_readings import READ_BY
-from belt_sim.diagnosis.readings.elsewhere import passes_earlier, places_of, sensed
+from belt_sim.case import Case, Settings
+from belt_sim.curves import Elsewhere
+from belt_sim.diagnosis.readings.candidates import AFFINE
+from belt_sim.diagnosis.readings.parameter_vector import Slot, effects_and_case
 from belt_sim.diagnosis.readings.samples import Samples
+from belt_sim.diagnosis.readings.sensor_places import indicate_place, places_of, travel_lead
 from belt_sim.effects.base import Effect, apply_hook, overrides, uses
 from belt_sim.effects.pipeline import true_travel
-from belt_sim.jax_setup import in_float64
+from belt_sim.jax_setup import PROGRAMS, compiled, in_float64
 from belt_sim.laws.drive import Reading
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
@@ -32,14 +34,14 @@ FEWEST = 3  # harmonics that are always asked for
 SMOOTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
 
 
-def resolved(cls: type[Effect], samples: Samples) -> int:
+def resolvable_harmonics(cls: type[Effect], samples: Samples) -> int:
     """How many harmonics of the belt length the lateral readings can be asked for (not more than the effect has)."""
     lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
     readings = np.isfinite(samples.y[:, lateral]).sum()
     return int(np.clip(readings / (2 * READINGS_A_NUMBER), FEWEST, len(cls.parameters) // 2))
 
 
-def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual: np.ndarray) -> int:
+def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual: np.ndarray) -> int:
     """How many harmonics a residual (R, S, n) calls for, beside all that moves slowly.
 
     Where there are any by less than one chance in as many as there are readings (of a single one that is Schwarz's
@@ -52,7 +54,7 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
     length = float(np.max(samples.cases.rig.belt_length))
     white, left, slow_ones = [], [], 0
     for r, travel in enumerate(samples.travel):
-        slow = _slow(travel, length / SMOOTH)
+        slow = _slow_splines(travel, length / SMOOTH)
         for root, shape, y in zip(roots[r], shapes[:, r].swapaxes(0, 1), residual[r], strict=True):
             known = np.isfinite(y)
             own = np.linalg.qr(root[:, known] @ slow[known])[0]
@@ -63,7 +65,7 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
             slow_ones += own.shape[1]
     columns, residual = np.concatenate(white), np.concatenate(left)
     gains = np.cumsum(np.square(np.linalg.qr(columns)[0].T @ residual))[1::2]
-    gains /= _too_much(residual @ residual - gains[-1], len(residual) - columns.shape[1] - slow_ones)
+    gains /= _noise_excess(residual @ residual - gains[-1], len(residual) - columns.shape[1] - slow_ones)
     harmonics = np.arange(1, len(gains) + 1)
     readings = np.isfinite(samples.y).sum()
     if not np.any(chdtrc(2 * harmonics, gains) < 1.0 / readings):
@@ -73,12 +75,12 @@ def that_show(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual:
     return int(min(max(FEWEST, best), len(gains)))
 
 
-def _too_much(chi2_left: float, numbers: int) -> float:
+def _noise_excess(chi2_left: float, numbers: int) -> float:
     """By what factor noise was taken to have too much variance, if so: an edge that is there may have passed for it."""
     return min(1.0, max(chi2_left, 1e-3 * numbers) / numbers) if numbers > 0 else 1.0
 
 
-def _slow(travel: np.ndarray, spacing: float) -> np.ndarray:
+def _slow_splines(travel: np.ndarray, spacing: float) -> np.ndarray:
     """Cubic splines (n, k) with knots every ``spacing`` [m]."""
     low, high = float(np.min(travel)), float(np.max(travel))
     inner = np.linspace(low, high, max(2, round((high - low) / spacing) + 1))
@@ -86,12 +88,12 @@ def _slow(travel: np.ndarray, spacing: float) -> np.ndarray:
     return BSpline.design_matrix(travel, knots, 3).toarray()
 
 
-def terms(classes: Sequence[type[Effect]], samples: Samples) -> dict[str, int]:
+def harmonics_of(classes: Sequence[type[Effect]], samples: Samples) -> dict[str, int]:
     """Harmonics of every linear effect that the samples resolve."""
-    return {c.id: resolved(c, samples) for c in classes if c.is_additive()}
+    return {c.id: resolvable_harmonics(c, samples) for c in classes if c.is_additive()}
 
 
-def fitted(cls: type[Effect], terms: Mapping[str, int]) -> list[str]:
+def parameter_names(cls: type[Effect], terms: Mapping[str, int]) -> list[str]:
     """Names of the parameters of an effect that stand in the parameter vector; terms: harmonics of linear effects."""
     names = list(cls.parameters)
     return names[: 2 * terms[cls.id]] if cls.is_additive() and cls.id in terms else names
@@ -106,12 +108,12 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
     """
     runs, signals, n = samples.y.shape
     shapes = np.zeros((len(cls.parameters), runs, signals, n))
-    by_bins = shown_by_bins([(cls, name) for name in cls.parameters], samples).T[:, :, None]
+    by_bins = bin_attenuation([(cls, name) for name in cls.parameters], samples).T[:, :, None]
 
     others = places_of(samples)
 
     def one(settings, stated):
-        return _shown(cls, effects, replace(samples.cases, settings=settings), stated, others)
+        return _columns_of_run(cls, effects, replace(samples.cases, settings=settings), stated, others)
 
     stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
     shown = np.asarray(jax.vmap(one)(samples.cases.settings, stated)).swapaxes(0, 1)
@@ -123,20 +125,20 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
     return shapes
 
 
-def shown_by_bins(parameters: Sequence[tuple[type[Effect], str]], samples: Samples) -> np.ndarray:
+def bin_attenuation(parameters: Sequence[tuple[type[Effect], str]], samples: Samples) -> np.ndarray:
     """How much of every parameter the readings of each run show, (R, k): of a harmonic what the mean over a bin leaves,
     of all else the whole."""
     places = {cls: {name: k for k, name in enumerate(cls.parameters)} for cls, _ in parameters if cls.is_additive()}
     harmonics = [1 + places[cls][name] // 2 if cls.is_additive() else 0 for cls, name in parameters]
-    return samples.averaged(np.array(harmonics))
+    return samples.bin_attenuation(np.array(harmonics))
 
 
-def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray, others) -> jax.Array:
+def _columns_of_run(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray, others) -> jax.Array:
     """Columns (k, 4 + j, n) at encoder travels (n,), at points 1-4 and j others, as the sensors after ``cls`` show
     them."""
     seen = apply_hook(effects, "seen", true_travel(effects, case, jnp.asarray(stated)), case)
     own = cls.columns(seen, case)
-    beside = [cls.columns(seen + passes_earlier(p, case), case)[:, p.point] for p in others]
+    beside = [cls.columns(seen + travel_lead(p, case), case)[:, p.point] for p in others]
     after = [e for e in uses(effects, "sensor") if type(e) is not cls]  # in proportion to y: gains, not offsets
     if not after:
         return jnp.concatenate([own, *(rows[:, None] for rows in beside)], axis=1)
@@ -146,7 +148,7 @@ def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.
         return apply_hook(after, "sensor", reading, case).y
 
     def read_beside(place, y):
-        return sensed(place, y, case, after, jnp.asarray(stated), seen, 0.0 * seen)
+        return indicate_place(place, y, case, after, jnp.asarray(stated), seen, 0.0 * seen)
 
     found = [jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))]
     for place, rows in zip(others, beside, strict=True):
@@ -155,7 +157,7 @@ def _shown(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.
     return jnp.concatenate(found, axis=1)
 
 
-def slopes(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples) -> np.ndarray:
+def slopes_of_additive(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples) -> np.ndarray:
     """Derivatives (C, R, S, n) of the readings at parameter vectors (C, size) along directions (C, size) that touch
     nothing but linear effects; forward: a ``Forward``."""
     found = np.zeros((len(vector), *samples.y.shape))
@@ -166,11 +168,11 @@ def slopes(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples
         for cls in (c for c in forward.classes if c.is_additive()):
             own = forward.index(cls.id)
             sizes = directions[np.ix_(rows, own)] * [forward.slots[j].scale for j in own]
-            found[rows] += np.tensordot(sizes, _kept(forward, samples, cls, acting)[: len(own)], axes=1)
+            found[rows] += np.tensordot(sizes, _cached_columns(forward, samples, cls, acting)[: len(own)], axes=1)
     return found
 
 
-def _kept(forward, samples: Samples, cls: type[Effect], acting: Sequence[Effect]) -> np.ndarray:
+def _cached_columns(forward, samples: Samples, cls: type[Effect], acting: Sequence[Effect]) -> np.ndarray:
     """``columns``, once for all points at which encoder and sensors are alike."""
     if samples is not forward.samples:
         return columns(samples, cls, acting)
@@ -185,11 +187,69 @@ def _kept(forward, samples: Samples, cls: type[Effect], acting: Sequence[Effect]
     return found
 
 
-def as_they_show(forward, samples: Samples, roots: np.ndarray, values: np.ndarray) -> dict[str, int]:
+def choose_harmonics(forward, samples: Samples, roots: np.ndarray, values: np.ndarray) -> dict[str, int]:
     """Harmonics of every linear effect that the readings call for beside predictions ``values`` (R, S, n)."""
     acting = forward.effects_at(forward.null(), [c.id for c in forward.classes])
     return {
-        c.id: that_show(samples, roots, columns(samples, c, acting)[: len(forward.index(c.id))], samples.y - values)
+        c.id: significant_harmonics(
+            samples, roots, columns(samples, c, acting)[: len(forward.index(c.id))], samples.y - values
+        )
         for c in forward.classes
         if c.is_additive()
     }
+
+
+# What linear effects add to the readings, without the march: then their harmonics make no march another program.
+#
+# That is exact where every other sensor law shows a gain times the reading and an offset; beside any other law, one of
+# a gauge that sticks for instance, a linear effect is compiled into the march.
+
+READ_BY = ("encoder", "seen", "sensor")  # hooks by which readings are what they are
+
+
+def select_addable(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
+    """Those of ``classes`` whose readings can be added to those of a march without them."""
+    sensors = [c for c in classes if overrides(c, ("sensor",))]
+    simple = all(c.is_additive() or c.id in AFFINE for c in sensors)
+    return tuple(c for c in classes if c.is_additive()) if simple else ()
+
+
+def select_for_readings(classes: Sequence[type[Effect]], adding: Sequence[type[Effect]]) -> list[type[Effect]]:
+    """The effects on which it depends what ``adding`` add."""
+    return [c for c in classes if c in adding or overrides(c, READ_BY)]
+
+
+@lru_cache(PROGRAMS)
+def compile_additions(slots: tuple[Slot, ...], adding: tuple[type[Effect], ...], others: tuple[Elsewhere, ...] = ()):
+    """What the effects ``adding`` add to the readings of a batch of points and runs."""
+    one = partial(_additions_of_run, slots=slots, adding=adding, others=others)
+    return compiled(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None)))
+
+
+def _additions_of_run(vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, *, slots, adding, others):
+    """What effects add to the readings of one run at every place, (6, n), and at the ``others``, (k, n).
+
+    Readings show as much of each number as ``shown`` says; where the sensors were zeroed all of it stood.
+    """
+
+    def added(numbers, travel, time):
+        effects, case = effects_and_case(numbers, slots, Case(rig=rig, belt=belt, settings=settings))
+        return _additions(effects, adding, case, travel, time, others)
+
+    zero = added(vector, yaw_at[None], yaw_at[None] / settings.speed)
+    found = added(vector * shown, travel, time) - zero
+    return jnp.concatenate([found[:4], jnp.zeros((2, found.shape[1])), found[4:]])
+
+
+def _additions(effects: Sequence[Effect], adding: Sequence[type[Effect]], case: Case, stated, time, others):
+    """What those of ``effects`` that are of the classes ``adding`` add to y at points 1-4 and at the ``others``, shape
+    (4 + k, n), at encoder travels ``stated`` [m] and times ``time`` [s], both (n,)."""
+    seen = apply_hook(effects, "seen", true_travel(effects, case, stated), case)
+
+    def shown(some):
+        none = jnp.zeros((4, len(stated)))
+        reading = Reading(travel=stated, seen=seen, time=time, y=none, tilt=none[:2])
+        beside = [indicate_place(place, none[0], case, some, stated, seen, time)[None] for place in others]
+        return jnp.concatenate([apply_hook(some, "sensor", reading, case).y, *beside])
+
+    return shown(effects) - shown([e for e in effects if type(e) not in adding])

@@ -34,14 +34,14 @@ def shapes_a_span(effect: Effect | type[Effect]) -> bool:
     return bool(overrides(effect, INSIDE))
 
 
-def inside_a_span(signals: Sequence[SignalSheet]) -> Elsewhere | None:
+def first_place_inside_span(signals: Sequence[SignalSheet]) -> Elsewhere | None:
     """The first place of a sensor inside a span; None where none stands there."""
     return next((place for place in (elsewhere(s.at) for s in signals) if place and not place.on_wrap), None)
 
 
 def shows_places(signals: Sequence[SignalSheet], model: Composition) -> bool:
     """Whether a model says what sensors inside the spans read."""
-    return inside_a_span(signals) is None or not any(shapes_a_span(e) for e in model.built_in)
+    return first_place_inside_span(signals) is None or not any(shapes_a_span(e) for e in model.built_in)
 
 
 def check_places(samples: Samples, model: Composition, classes: Sequence[type[Effect]]) -> None:
@@ -52,7 +52,7 @@ def check_places(samples: Samples, model: Composition, classes: Sequence[type[Ef
     if late:
         remedy = f"a sensor at = {places[0]} moves at once with the yaw: begin the record {BEFORE:g} m before it"
         raise InputError(f"runs.csv, {late.name}: yaw_at_m", late.yaw_at, "m", remedy)
-    inside = inside_a_span(samples.signals)
+    inside = first_place_inside_span(samples.signals)
     acting: Sequence[Effect | type[Effect]] = (*model.built_in, *classes)
     unfit = [e.id for e in acting if shapes_a_span(e)]
     if inside and unfit:
@@ -62,7 +62,7 @@ def check_places(samples: Samples, model: Composition, classes: Sequence[type[Ef
         )
 
 
-def passes_earlier(place: Elsewhere, case: Case):
+def travel_lead(place: Elsewhere, case: Case):
     """Travel [m] by which the belt passes the place before it passes the point that belongs to it; negative: after."""
     sign = 1.0 if place.where in ("upper_span", "head_wrap") else -1.0
     return sign * case.settings.direction * place.distance
@@ -72,19 +72,19 @@ def reading_at(place: Elsewhere, curves: Curves, case: Case, effects: Sequence[E
     """Reading [m] at encoder travels ``shown`` [m] and times [s], both (n,); curves: of ``march_open``."""
     seen = apply_hook(effects, "seen", true_travel(effects, case, shown), case)
     assert curves.extra is not None
-    row = curves.extra[str(place)] + (_on_wrap(place, curves, case) if place.on_wrap else 0.0)
-    return sensed(place, looked_up(curves.travel, row[None], seen)[0], case, effects, shown, seen, time)
+    row = curves.extra[str(place)] + (_wrap_position(place, curves, case) if place.on_wrap else 0.0)
+    return indicate_place(place, looked_up(curves.travel, row[None], seen)[0], case, effects, shown, seen, time)
 
 
-def sensed(place: Elsewhere, y, case: Case, effects: Sequence[Effect], shown, seen, time):
+def indicate_place(place: Elsewhere, y, case: Case, effects: Sequence[Effect], shown, seen, time):
     """What the instruments make of true positions y (n,) at a place."""
     four = jnp.broadcast_to(y, (4, len(shown)))
-    earlier = seen + passes_earlier(place, case)
+    earlier = seen + travel_lead(place, case)
     reading = Reading(travel=shown, seen=earlier, time=time, y=four, tilt=jnp.zeros((2, len(shown))))
     return apply_hook(effects, "sensor", reading, case).y[place.point]
 
 
-def _on_wrap(place: Elsewhere, curves: Curves, case: Case):
+def _wrap_position(place: Elsewhere, curves: Curves, case: Case):
     """True positions (records,) on a wrap: as the belt ran up, and the pulley's own way from one point to the other."""
     tail = place.where == "tail_wrap"
     around = case.rig.wrap_tail if tail else case.rig.wrap_head

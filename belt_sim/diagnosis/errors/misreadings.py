@@ -11,7 +11,7 @@ from belt_sim.campaign import Campaign, Suspicion
 from belt_sim.campaign.quality.cross_run import check_starts, counted_from_yaw
 from belt_sim.campaign.quality.record import records_of
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.noise import FREE_ZERO
+from belt_sim.diagnosis.noise.covariance import FREE_ZERO
 
 CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
 ALONE = 0.1  # share of it that the same may clear in another run: what an effect does, it does in several
@@ -20,14 +20,14 @@ UNDONE = 0.5  # share of the chi2 beyond noise that a turned sign must at least 
 LEFT = 0.05  # share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly
 
 
-def with_free_zeros(campaign: Campaign, suspicions: Sequence[Suspicion]) -> Campaign:
+def free_zeros(campaign: Campaign, suspicions: Sequence[Suspicion]) -> Campaign:
     """The campaign with any zero allowed to signals whose runs begin further from zero than the sheet allows."""
     free = {name for s in suspicions if s.kind == "zero" for name in s.signals}
     signals = tuple(replace(s, zero=max(s.zero, FREE_ZERO)) if s.name in free else s for s in campaign.signals)
     return replace(campaign, signals=signals) if free else campaign
 
 
-def believed(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
+def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
     """``suspicions`` of the data by themselves; a sign that explains less of what ``values`` (R, S, n) leave than it
     does not is to be looked at only: a fault of the machine larger than the yaw turns readings as well.
     """
@@ -38,15 +38,15 @@ def believed(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicio
     )
 
 
-def set_up(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
+def find_faults(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
     """What is wrong, worst first: ``suspicions`` of the data by themselves, and what ``values`` (R, S, n) show."""
-    seen = believed(bench, values, suspicions)
+    seen = confirm_signs(bench, values, suspicions)
     if all(s.kind == "dropout" and s.severity == "look" for s in seen):  # what was left out says nothing of the rest
-        seen = (*seen, *offsets(bench, values))
-    return seen if any(s.severity == "stop" for s in seen) else (*misread(bench, values), *seen)
+        seen = (*seen, *find_offsets(bench, values))
+    return seen if any(s.severity == "stop" for s in seen) else (*find_misread_run(bench, values), *seen)
 
 
-def misread(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
+def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
     """The run in which a single record with its sign turned, or two exchanged, is all that the model does not explain.
 
     What a machine does shows in more than one record; what a hand did is undone to within noise.
@@ -128,7 +128,7 @@ def _other_ways(bench: Workbench) -> Iterator[Way]:
                 yield r, Suspicion(run=run.name, signals=both, kind="swapped", sentence=words), read
 
 
-def offsets(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
+def find_offsets(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
     """Runs that do not begin where ``values`` (R, S, n) do, by more than the sheet's errors allow."""
     samples = bench.samples
     rest = samples.y - values

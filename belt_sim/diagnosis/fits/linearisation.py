@@ -6,11 +6,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from belt_sim.diagnosis.fits.alternatives import Alternatives, Point, on_grids, shapes_at
-from belt_sim.diagnosis.fits.candidate import is_possible
 from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.plausibility import is_possible
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.numerics.bounded import inside
-from belt_sim.diagnosis.numerics.products import inverse
+from belt_sim.diagnosis.linear_algebra import bounded_step, pseudo_inverse
 
 # From which points of a grid a search begins: the best of those that say different things.
 #
@@ -31,7 +30,7 @@ def best_of_grid(
     """
     columns = bench.metric.whiten(alternatives.columns)
     own = fit.columns.reshape(len(fit.free), columns.shape[1])
-    onto = columns @ own.T @ inverse((own @ own.T)[None])[0][0]
+    onto = columns @ own.T @ pseudo_inverse((own @ own.T)[None])[0][0]
     gram, pull = columns @ columns.T - onto @ (own @ columns.T), columns @ fit.residual - onto @ (own @ fit.residual)
     choices = np.stack(alternatives.choices)
     free = [k for k in bench.forward.index(name) if k not in bench.forward.grids(name)]
@@ -62,11 +61,11 @@ def _steps(
     bench: Workbench, fit: Fit, free: Sequence[int], gram: np.ndarray, pull: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """The best numbers (p, k) at every point, on the side of null where a machine has them, and their sigmas."""
-    inverted, _ = inverse(gram)
+    inverted, _ = pseudo_inverse(gram)
     steps = np.einsum("pkl,pl->pk", inverted, pull)
     low, high = (side[list(free)] - fit.vector[list(free)] for side in bench.forward.sides)
     for k in np.flatnonzero(np.any((steps < low) | (steps > high), axis=1)):
-        steps[k] = inside(gram[k], pull[k], low, high)
+        steps[k] = bounded_step(gram[k], pull[k], low, high)
     return steps, np.sqrt(np.maximum(np.diagonal(inverted, axis1=1, axis2=2), 0.0))
 
 
@@ -74,7 +73,7 @@ STARTS = 3  # points of a grid from which a refit starts
 
 
 @dataclass(frozen=True)
-class Around:
+class Linearisation:
     """slopes: position in the parameter vector -> shape (R, S, n) per unit; where the derivative at null vanishes while
     a plausible size moves the readings, the secant to that size stands in its place, and weak (effect id -> points,
     each pairs of position and value) says from where a search may start. alternatives: effect id -> shapes of its
@@ -157,7 +156,7 @@ def _with_numbers(null: Fit, known: Fit, taken: Sequence[int]) -> Fit:
     return replace(null, vector=vector, slopes=slopes, chi2=np.inf, true=False)
 
 
-def around(bench: Workbench, fit: Fit, ids: Sequence[str], before: Around | None = None) -> Around:
+def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisation | None = None) -> Linearisation:
     """Derivatives of the predictions near ``fit`` along every parameter of the effects ``ids``.
 
     before: about another fit, whose shapes on grids serve here too, but which of them are best is asked of what is left
@@ -165,7 +164,7 @@ def around(bench: Workbench, fit: Fit, ids: Sequence[str], before: Around | None
     """
     positions = [k for i in ids for k in bench.forward.index(i)]
     if not positions:
-        return Around(fit, {}, {})
+        return Linearisation(fit, {}, {})
     slopes, sized, shows = shapes_at(bench, fit, positions, None if before is None else before.shows)
     if before is None:
         grids = on_grids(bench, fit, ids)
@@ -175,7 +174,7 @@ def around(bench: Workbench, fit: Fit, ids: Sequence[str], before: Around | None
     points = {i: [grids[i][1][k] for k in best[i]] for i in grids}
     shaped = {grids[i][1][k]: _shaped(bench, i, grids[i][0], k) for i in grids for k in best[i]}
     weak = {i: [(s,) for s in sized if s[0] in bench.forward.index(i)] + points.get(i, []) for i in ids}
-    return Around(
+    return Linearisation(
         fit, slopes, {i: found for i, found in weak.items() if found},
         alternatives={i: found for i, (found, _) in grids.items()}, tried={i: tried for i, (_, tried) in grids.items()},
         points=points, shaped=shaped, sized=sized, shows=shows,

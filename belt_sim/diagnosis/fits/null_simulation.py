@@ -8,16 +8,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from belt_sim.diagnosis.fits.around import Around
+from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.noise import SMOOTH
-from belt_sim.diagnosis.numerics.products import halves
+from belt_sim.diagnosis.linear_algebra import inverse_roots
+from belt_sim.diagnosis.noise.covariance import SMOOTH
 
 BATCH = 250
 SINGLE = np.float32  # of what is drawn: rounded, it is another draw a hair's breadth aside
 
 
-def inflation(bench: Workbench, near: Around, base: np.ndarray, names: Sequence[str], count: int, seed: int) -> float:
+def inflation(
+    bench: Workbench, near: Linearisation, base: np.ndarray, names: Sequence[str], count: int, seed: int
+) -> float:
     """Mean chi2 that candidates ``names`` gain by chance, over their degrees of freedom; at least 1.
 
     base (R, S, n): predictions with nothing missing; count: of simulated campaigns. It is more than 1 where noise
@@ -25,7 +27,7 @@ def inflation(bench: Workbench, near: Around, base: np.ndarray, names: Sequence[
     """
     source = NoiseSource(bench, bench.samples.y - base, np.random.default_rng(seed))
     columns = {n: bench.metric.whiten(near.here(bench, n)) for n in names}
-    bases = {n: (half[0], int(rank[0])) for n, c in columns.items() for half, rank in [halves((c @ c.T)[None])]}
+    bases = {n: (half[0], int(rank[0])) for n, c in columns.items() for half, rank in [inverse_roots((c @ c.T)[None])]}
     total = dict.fromkeys(names, 0.0)
     for start in range(0, count, BATCH):
         white = bench.metric.whiten(source.draw(min(BATCH, count - start)))

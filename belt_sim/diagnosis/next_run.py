@@ -235,7 +235,9 @@ class Outlook:
         if fit.done:
             return fit.values, fit.slopes
         directions = np.eye(self.bench.forward.size)[fit.free]
-        values, slopes = self.bench.forward.lanes(np.repeat(fit.vector[None], len(directions), axis=0), directions)
+        values, slopes = self.bench.forward.values_and_slopes(
+            np.repeat(fit.vector[None], len(directions), axis=0), directions
+        )
         return values[0], slopes
 
     def predict(self, fit: Fit, free: list[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -245,10 +247,12 @@ class Outlook:
         for k, position in enumerate(free):
             directions[k, position] = 1.0
         flip = self._flip()
-        values, slopes = self.forward.lanes(np.repeat(fit.vector[None], count, axis=0), directions, self.samples)
+        values, slopes = self.forward.values_and_slopes(
+            np.repeat(fit.vector[None], count, axis=0), directions, self.samples
+        )
         turned = np.flatnonzero([a.turned_over for a in self.actions])
         samples, over = self.samples.of_runs(turned), np.repeat((fit.vector * flip)[None], count, axis=0)
-        values[:, turned], slopes[:, turned] = self.forward.lanes(over, directions * flip, samples)
+        values[:, turned], slopes[:, turned] = self.forward.values_and_slopes(over, directions * flip, samples)
         return values[0], slopes[: len(free)]
 
     def _flip(self) -> np.ndarray:
@@ -264,7 +268,7 @@ class Outlook:
     def _metric(self, vector: np.ndarray) -> Metric:
         directions = np.eye(self.forward.size)[-len(NUISANCES) :]
         vectors = np.repeat(vector[None], len(NUISANCES), axis=0)
-        values, slopes = self.forward.lanes(vectors, directions, self.samples)
+        values, slopes = self.forward.values_and_slopes(vectors, directions, self.samples)
         stays = np.logical_and.reduce([_finite(x) for x in (values[0], *slopes)])
         values, slopes = _where(stays, values), _where(stays, slopes)
         shapes, shared = nuisance_shapes(self.bench.campaign, self.samples, values[0], slopes)

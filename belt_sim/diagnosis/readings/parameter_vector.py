@@ -44,20 +44,20 @@ class Slot:
         return ends[0] / self.scale, ends[1] / self.scale
 
 
-def run_at(vector, slots: Sequence[Slot], case: Case) -> tuple[tuple[Effect, ...], Case]:
+def effects_and_case(vector, slots: Sequence[Slot], case: Case) -> tuple[tuple[Effect, ...], Case]:
     """Effects with their numbers, and the case as it was really set."""
     numbers: dict[type[Effect], dict] = {}
     for k, slot in enumerate(slots):
         numbers.setdefault(slot.effect, {})[slot.name] = vector[k]
-    return tuple(cls(**values) for cls, values in numbers.items()), _as_set(case, vector[len(slots) :])
+    return tuple(cls(**values) for cls, values in numbers.items()), _actual_case(case, vector[len(slots) :])
 
 
-def lengthened(rig: Rig, longer: Numbers) -> Rig:
+def lengthen_belt(rig: Rig, longer: Numbers) -> Rig:
     """The rig with a belt that is so much longer [1], all in its spans: what comes once a turn does not feel where."""
     return replace(rig, centre_distance=rig.centre_distance + 0.5 * longer * rig.belt_length)
 
 
-def _as_set(case: Case, nuisance) -> Case:
+def _actual_case(case: Case, nuisance) -> Case:
     """The case as it was really set: stiffness, tension, yaw, its place, the belt's length and where on it a run
     starts off by ``nuisance``."""
     stiffness, tension, yaw, late, longer, further = nuisance
@@ -68,4 +68,4 @@ def _as_set(case: Case, nuisance) -> Case:
     head = replace(case.settings.yaw_head, at=case.settings.yaw_head.at + late)
     settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned, yaw_head=head)
     settings = replace(settings, start=case.settings.start + further)
-    return Case(rig=lengthened(case.rig, longer), belt=belt, settings=settings)
+    return Case(rig=lengthen_belt(case.rig, longer), belt=belt, settings=settings)

@@ -7,7 +7,7 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.results.found import RequiredAngle, Unknown
 
 
-def shape_card(bench: Workbench, fit: Fit, failed: tuple[str, ...], nearest: tuple[str, str] | None) -> Unknown:
+def describe_unknown(bench: Workbench, fit: Fit, failed: tuple[str, ...], nearest: tuple[str, str] | None) -> Unknown:
     """What the unknown beside a fit looks like.
 
     failed: by what it shows; nearest: the known effects that come nearest, and why they are not the answer.

@@ -134,7 +134,7 @@ def boundary(found: list[Cell]) -> tuple[float | None, str]:
     return at, f"Adequate {side} {at:.3g} N/mm2 (|E| <= {k:.1f} u_val; measured at {span})."
 
 
-def where(bench: Workbench, values: np.ndarray) -> Where:
+def locate_failure(bench: Workbench, values: np.ndarray) -> Where:
     """The worst cell, the boundary in tension, and both in a sentence, for predictions ``values`` (R, S, n)."""
     found = cells(bench, values)
     worst, (at, words) = worst_cell(found), boundary(found)

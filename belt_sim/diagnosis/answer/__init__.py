@@ -1,1 +1,0 @@
-"""What is told: the verdict, what it cannot be told apart from, and the next run to make."""

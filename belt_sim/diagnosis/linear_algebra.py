@@ -1,0 +1,113 @@
+"""Products of columns that are fitted together, on the scale of the noise, and their inverses."""
+
+import numpy as np
+from scipy.linalg.lapack import dpocon, dpotrf, dpotrs
+
+FAINT = 1e-2  # a column this small, in sigma, cannot be seen in these readings
+DEPENDENT = 1e-12  # of the largest eigenvalue of columns of unit length: those below are sums of the others
+SMALL = 1e-6  # of the largest direction of several rows; what is smaller is not in these readings
+
+
+def pseudo_inverse(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Inverses (U, k, k) over the columns that can be seen and told apart, and how many those are (U,)."""
+    half, rank = inverse_roots(gram)
+    return half @ half.swapaxes(-1, -2), rank
+
+
+def inverse_roots(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same inverses as products of such halves (U, k, k) and their transposes: a column of one is a sum of columns
+    that is of unit length and at a right angle to the others, or zero.
+    """
+    if not gram.shape[-1]:
+        return np.zeros(gram.shape), np.zeros(len(gram), dtype=int)
+    size = np.sqrt(np.maximum(np.diagonal(gram, axis1=1, axis2=2), 0.0))
+    scale = np.where(size > FAINT, 1.0 / np.maximum(size, FAINT), 0.0)
+    values, vectors = np.linalg.eigh(gram * scale[:, :, None] * scale[:, None, :])
+    kept = values > DEPENDENT * np.maximum(values[:, -1:], 1e-300)
+    roots = np.sqrt(np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0))
+    return scale[:, :, None] * vectors * roots[:, None, :], kept.sum(axis=1)
+
+
+def basis(rows: np.ndarray) -> np.ndarray:
+    """Orthonormal rows that span ``rows`` (k, ...) flattened, by the small Gram matrix."""
+    if not len(rows):
+        return rows.reshape(0, rows.shape[-1])
+    rows = rows.reshape(len(rows), -1)
+    size = np.linalg.norm(rows, axis=1, keepdims=True)
+    rows = rows[size[:, 0] > SMALL] / size[size[:, 0] > SMALL]
+    if not len(rows):
+        return rows
+    values, vectors = np.linalg.eigh(rows @ rows.T)
+    keep = values > SMALL * values[-1]
+    return (vectors[:, keep] / np.sqrt(values[keep])).T @ rows
+
+
+def project_out(rows: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Rows (k, N) without what lies along orthonormal ``bounded_step``."""
+    inside = inside.astype(rows.dtype)
+    return rows - (rows @ inside.T) @ inside if len(inside) else rows
+
+
+# The best step of a fit where numbers have to stay on their sides.
+
+FEW_UNKNOWNS = 16  # numbers, up to which it costs nothing to look at all directions of a system
+WELL_CONDITIONED = (
+    1e-6  # of the largest direction of a system: where it has more of all, any way to solve it is as exact
+)
+NEGLIGIBLE = 1e-10  # the same, what is as good as none
+LEAST_GAIN = 1e-6  # chi2, which letting go of a held number has to be worth
+
+
+def bounded_step(system: np.ndarray, along: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The step (k,) between ``low`` and ``high`` (k,) that is best by the quadratic of ``system`` and ``along``.
+
+    Numbers that a free step takes beyond their sides are held there, and let go again where the others then pull them
+    back: of two that are known only together, the corner where both end may lie far from their valley.
+    """
+    step, held = np.zeros(len(along)), np.zeros(len(along), dtype=bool)
+    while not held.all():
+        step[~held] = _solve_free(system, along, step, held)
+        beyond = ~held & ((step < low) | (step > high))
+        if not beyond.any():
+            break
+        step = np.where(beyond, np.clip(step, low, high), step)
+        held |= beyond
+    for _ in range(2 * np.count_nonzero(held)):
+        pull = along - system @ step
+        back = held & (low < high) & np.where(step <= low, pull > 0.0, pull < 0.0)
+        gains = np.where(back, pull**2 / np.maximum(np.diag(system), 1e-30), 0.0)
+        if not np.max(gains) > LEAST_GAIN:
+            break
+        held[np.argmax(gains)] = False
+        _descend(system, along, step, held, low, high)
+    return step
+
+
+def _descend(system, along, step: np.ndarray, held: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
+    """Move a ``step`` within its sides to the best of what is not ``held``, holding what comes to a side on the way."""
+    while not held.all():
+        move = np.zeros(len(step))
+        move[~held] = _solve_free(system, along, step, held) - step[~held]
+        side = np.where(move > 0.0, high, low)
+        share = np.full(len(step), np.inf)
+        np.divide(side - step, move, out=share, where=move != 0.0)
+        far = min(float(np.min(share)), 1.0)
+        step += far * move
+        ends = (share <= far) & (far < 1.0)
+        if not ends.any():
+            break
+        step[ends], held[ends] = side[ends], True
+
+
+def _solve_free(system: np.ndarray, along: np.ndarray, step: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """What solves the system for numbers that are not ``held``, the others where they are."""
+    return _least_norm_solution(system[np.ix_(~held, ~held)], along[~held] - system[np.ix_(~held, held)] @ step[held])
+
+
+def _least_norm_solution(system: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """The shortest solution (k,) of a symmetric system (k, k) without the directions that it has next to nothing of."""
+    if len(right) > FEW_UNKNOWNS:
+        root, failed = dpotrf(system)
+        if not failed and dpocon(root, np.abs(system).sum(axis=0).max())[0] > WELL_CONDITIONED:
+            return dpotrs(root, right)[0]
+    return np.linalg.lstsq(system, right, rcond=NEGLIGIBLE)[0]
