@@ -43,7 +43,7 @@ def least_error(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -> 
     told = [out for name, out in found.items() if name not in untold] or list(found.values())
     return {
         "plain_mm": _rms([left[out][own.there[out]] for out in told]),
-        "beside_settings_mm": _rms([own.less(left[out], out)[own.there[out]] for out in told]),
+        "beside_settings_mm": _rms([own.remove_nuisances(left[out], out)[own.there[out]] for out in told]),
     }
 
 

@@ -166,7 +166,7 @@ def test_a_fit_that_has_ended_is_not_marched_again(one_sided, monkeypatch):
     np.testing.assert_allclose(outlook.here(offset)[1], slopes, rtol=1e-4, atol=1e-4 * np.abs(slopes).max())
     moved = next_run._stepped(offset, np.full(len(offset.free), 0.1))
     assert not np.allclose(outlook.here(moved)[0], values[0], rtol=1e-6, atol=0.0)
-    monkeypatch.setattr(type(bench.forward), "lanes", None)
+    monkeypatch.setattr(type(bench.forward), "values_and_slopes", None)
     outlook.here(offset)
     with pytest.raises(TypeError):
         outlook.here(moved)

@@ -123,7 +123,7 @@ class ErrorsWithoutNuisances:
         lateral = np.array([s.kind == "lateral" for s in samples.signals])
         self.there = np.isfinite(samples.y) & lateral[None, :, None]
 
-    def minus(self, errors: np.ndarray, runs: np.ndarray) -> np.ndarray:
+    def remove_nuisances(self, errors: np.ndarray, runs: np.ndarray) -> np.ndarray:
         """Errors (r, S, n) of some runs (R,) without what their nuisances most likely make of them."""
         size = np.einsum("rksn,rsn->rk", self.taken[runs], np.where(np.isfinite(errors), errors, 0.0))
         return errors - np.einsum("rk,krsn->rsn", size, self.shapes[:, runs])
@@ -144,7 +144,7 @@ class ErrorsWithoutNuisances:
     def rms(self, held: HeldOut, names: Sequence[str]) -> float:
         """Of the lateral errors of the held-out conditions ``names`` [m]."""
         parts = [held.conditions[n] for n in names]
-        return _rms(np.concatenate([self.minus(c.left, c.out)[self.there[c.out]] for c in parts]))
+        return _rms(np.concatenate([self.remove_nuisances(c.left, c.out)[self.there[c.out]] for c in parts]))
 
 
 def errors_of(bench: Workbench, base: Fit, base_held: HeldOut, fit: Fit, held: HeldOut) -> Errors:
