@@ -185,7 +185,7 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     say(stage="drawing")
     write_diagnosis(folder, found)
     draw_diagnosis(folder, found)
-    effects = [{"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
+    effects = [e.as_setting() for e in found.effects if e.source_file is None]
     verdict = {"verdict": str(found.verdict), "headline": found.verdict.headline}
     _leave(folder, **verdict, lines=[found.sentence], effects=effects)
 

@@ -110,7 +110,7 @@ def write_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
 
 
 def write_diagnosis(folder: Path, d: Diagnosis) -> None:
-    """diagnosis.json, drawings.json, report.html, effects.yaml; what was discovered, with its effect file."""
+    """diagnosis.json, drawings.json, report.html, effects.yaml; what was discovered."""
     from belt_sim.api.resolve import effects_of
     from belt_sim.effects.load import save_effects
     from belt_sim.reports.page import write_report
@@ -125,9 +125,9 @@ def write_diagnosis(folder: Path, d: Diagnosis) -> None:
 
 
 def write_discovery(folder: Path, d: Discovery) -> None:
-    """discovery.json, and found_effect.py where a law was found."""
-    if d.effect_file:
-        write_text(folder / "found_effect.py", d.effect_file)
+    """discovery.json, and found_law.yaml where a law was found."""
+    if d.law_file:
+        write_text(folder / "found_law.yaml", d.law_file)
     write_json(folder / "discovery.json", discovery_json(d))
 
 

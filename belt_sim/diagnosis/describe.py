@@ -18,6 +18,8 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.next_run import Rival
 from belt_sim.diagnosis.search.best_first import row_of
 from belt_sim.diagnosis.search.joint_fits import Trial
+from belt_sim.effects.generic_law import GenericLaw
+from belt_sim.effects.law_file import law_entry
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
 from belt_sim.results.errors import CampaignLabel
@@ -132,6 +134,7 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
             confusable_with=decision.confusable.get(name, ()),
             rejected=decision.verdict.rejects_model,
             source_file=getattr(type(there[name]), "source_file", None),
+            law=law_entry(there[name]) if isinstance(there[name], GenericLaw) else None,
             alone=estimates_of_single_sizes(bench, named, name) if not seen[name] else {},
         )
         for name in named.ids

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.forms import SHAPED, STATED
+from belt_sim.discovery.forms import SHAPED, STATED, limit_of
 from belt_sim.discovery.loop import Closed, closed, states_with
-from belt_sim.discovery.places import BY_THE_BELT, STIFFNESS, Place, place_columns
+from belt_sim.discovery.places import place_columns
 from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import (
     WITHIN,
@@ -26,7 +26,8 @@ from belt_sim.discovery.search import (
     refined,
     singles,
 )
-from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.survey import Survey
+from belt_sim.effects.law_terms import BY_THE_BELT, STIFFNESS, Law, Place, Term
 
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
 PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
@@ -63,7 +64,7 @@ def choose(survey: Survey, course: Course) -> Choice:
     everything = _merged(ones, _judged(loop, seconds))
     more = [closed(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
     everything = _merged(everything, [*(c for c in more if c is not None), *(bent(loop, ones) if firsts else [])])
-    leading = {c.law.says: c for c in (everything[0], _simple(everything))}  # in the march the second may win
+    leading = {c.law.family: c for c in (everything[0], _simple(everything))}  # in the march the second may win
     for made in leading.values():
         everything = _merged(everything, _judged(loop, _alike(survey, made)))
     best = everything[0]
@@ -103,9 +104,9 @@ def bent(loop: Loop, ones: Sequence[Closed]) -> list[Closed]:
 def _both_slopes(one: Closed) -> tuple[Law, np.ndarray]:
     """A law of one term as a straight one and one that saturates, and their sizes."""
     term, size = one.law.terms[0], float(one.sizes[0])
-    straight = replace(term.form, shape="x", knee=None)
-    law = Law(tuple(replace(term, form=f) for f in (straight, replace(term.form, shape="saturated"))))
-    return law, np.array([size, -size] if term.form.shape == "beyond" else [0.0, size])
+    straight = replace(term.form, shape="linear", knee=None)
+    law = Law(tuple(replace(term, form=f) for f in (straight, replace(term.form, shape="saturation"))))
+    return law, np.array([size, -size] if term.form.shape == "dead_zone" else [0.0, size])
 
 
 def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> list[Closed]:
@@ -118,8 +119,8 @@ def _judged(loop: Loop, tried: Iterable[tuple[Survey, Sequence[Scored]]]) -> lis
             made = closed(loop, fine.law, sizes)
             if made is not None and (plain := _plain(survey, made.law)) != made.law:
                 made = closed(loop, plain, made.sizes)
-            if made is not None and (made.law.says not in found or made.score > found[made.law.says].score):
-                found[made.law.says] = made
+            if made is not None and (made.law.family not in found or made.score > found[made.law.family].score):
+                found[made.law.family] = made
     return sorted(found.values(), key=lambda c: -c.score)
 
 
@@ -127,7 +128,7 @@ def _plain(survey: Survey, law: Law) -> Law:
     """A law without the numbers that have run out of range."""
     end, cell = survey.states.s[-1], survey.states.s[1]
     paces = [float(np.min(survey.states.speed)) if t.form.timed else 1.0 for t in law.terms]
-    forms = [t.form.plainer(float(end / pace), float(cell / pace)) for t, pace in zip(law.terms, paces, strict=True)]
+    forms = [limit_of(t.form, float(end / pace), float(cell / pace)) for t, pace in zip(law.terms, paces, strict=True)]
     return Law(tuple(replace(t, form=form or t.form) for t, form in zip(law.terms, forms, strict=True)))
 
 
@@ -147,8 +148,8 @@ def _merged(some: Sequence[Closed], more: Sequence[Closed]) -> list[Closed]:
     """All of both, best first, of those that say the same the best."""
     found: dict[tuple, Closed] = {}
     for c in (*some, *more):
-        if c.law.says not in found or c.score > found[c.law.says].score:
-            found[c.law.says] = c
+        if c.law.family not in found or c.score > found[c.law.family].score:
+            found[c.law.family] = c
     return sorted(found.values(), key=lambda c: -c.score)
 
 
@@ -180,7 +181,7 @@ def _alike(survey: Survey, best: Closed) -> list[tuple[Survey, list[Scored]]]:
 
 def _elsewhere(survey: Survey, terms: Sequence[Term], which: Collection[int]) -> list[Law]:
     """Laws with those of the ``terms`` that are asked for at one other place, going with the tension in any way."""
-    old, steady = terms[min(which)].place, {terms[k].form.variable for k in which} <= {"one", "set"}
+    old, steady = terms[min(which)].place, {terms[k].form.variable for k in which} <= {"none", "yaw_set"}
     carried = all(terms[k].form.carried for k in which)
     return [
         Law(tuple(Term(place, t.form, n) if k in which else t for k, t in enumerate(terms)))
@@ -195,7 +196,7 @@ def _said_of(place: Place, steady: bool, carried: bool) -> bool:
     """Whether a term may be of a place; carried: it goes round with the belt, so that both pulleys do not feel it
     alike."""
     if carried:
-        return (steady and place.kind in STIFFNESS) or (place.kind in BY_THE_BELT and place.pulleys != "both")
+        return (steady and place.kind in STIFFNESS) or (place.kind in BY_THE_BELT and place.where != "both")
     return not place.carried and (steady or place.kind not in STATED)
 
 

@@ -1,6 +1,5 @@
 """From the search to the result: what a discovery hands out."""
 
-import textwrap
 from typing import Any
 
 import numpy as np
@@ -9,13 +8,12 @@ from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.errors.model_errors import errors_of
 from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.discovery.discover import FEWEST, Discovered
-from belt_sim.discovery.effect_file import parity
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, UNITS, Form, stop, travel_of, variable
-from belt_sim.discovery.forms import formula as evaluated
-from belt_sim.discovery.refit import effect_file
+from belt_sim.discovery.forms import travel_of, variable
 from belt_sim.discovery.states import States
-from belt_sim.discovery.words import CALLED, formula, looks_like, sentence
+from belt_sim.discovery.words import formula, looks_like, sentence
+from belt_sim.effects.law_terms import VARIABLES, Form
+from belt_sim.effects.load import save_effects
 from belt_sim.provenance import provenance
 from belt_sim.results import words
 from belt_sim.results.discovery import Discovery, FoundLaw, LawPoints, PlaceEvidence, RivalLaw, UnknownCourse
@@ -57,7 +55,7 @@ def describe(found: Discovered, probability: float, *, config: Any = None) -> Di
         against=points,
         curve=curve,
         error=error,
-        effect_file=_file(found, said, probability),
+        law_file=_law_file(found, said, probability),
     )
 
 
@@ -129,9 +127,9 @@ def _law(found: Discovered) -> FoundLaw:
     return FoundLaw(
         formula=formula(law, numbers),
         place=words.listed(list(dict.fromkeys(t.place.words for t in law.terms))),
-        variable=CALLED[first.form.variable],
-        variable_unit=UNITS[first.form.variable],
-        parity=parity(law),
+        variable=VARIABLES[first.form.variable][1],
+        variable_unit=VARIABLES[first.form.variable][0],
+        parity=law.parity,
         exponent=Estimate(*found.refit.exponent, "1", True) if many else None,
         parameters=made,
         share=min(1.0, found.refit.gain / max(found.choice.possible, 1e-9)),
@@ -158,17 +156,17 @@ def _against(found: Discovered) -> tuple[tuple[LawPoints, ...], LawPoints | None
     numbers = found.refit.estimates()
     part, u = term.place.parts[0][1], course.inputs(s.ops.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]
-    by_travel = term.form.variable in STATELESS
+    by_travel = not term.form.reads_belt
     x = np.broadcast_to(_travelled(s.states, term.form, part), u.shape)
     if not by_travel:
         x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
     if term.form.variable == "sigma":
-        slack = slack * evaluated(SHAPES[term.form.shape])(x=s.states.tension[:, None], p=term.form.knee, xp=np)
+        slack = slack * term.form.shaped(s.states.tension[:, None], None, np)
     if term.form.variable == "beta":
         slack = slack * s.states.beta
-    elif not by_travel and term.form.course != "always":
+    elif not by_travel and term.form.course != "constant":
         along = travel_of(s.states, term.form, part) if term.form.carried else s.states.s[None]
-        slack = slack * _course_of(term.form.course, numbers, along)
+        slack = slack * _course_of(term.form, numbers, along)
     told = np.abs(slack) > 0.2 * np.abs(slack).max()
     reduced = np.where(told, u / np.where(told, slack, 1.0), np.nan)
     points = []
@@ -188,26 +186,22 @@ def _travelled(states: States, form: Form, part: int | None) -> np.ndarray:
     return states.belt * (states.met[:, part or 0] % 1.0) if form.carried else states.s
 
 
-def _course_of(course: str, numbers, s: np.ndarray) -> np.ndarray:
+def _course_of(form: Form, numbers, s: np.ndarray) -> np.ndarray:
     at, wide = (numbers.get(n, (None,))[0] for n in ("at", "wide"))
-    return evaluated(COURSES[course])(s=s, p=at, q=wide, xp=np)
+    return np.asarray(form.along(s, np, at, wide))
 
 
 def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
     """The law's own u along ``line``."""
     assert found.refit is not None
     numbers, form = found.refit.estimates(), found.refit.scored.law.terms[0].form
-    at = numbers.get("at", (form.at or 1.0,))[0]
-    if form.waving:
-        halves = (evaluated(COURSES[c])(s=line, p=at, q=numbers.get("wide", (None,))[0], xp=np)
-                  for c in (form.course, form.sine().course))  # fmt: skip
-        return sum(numbers[n][0] * half for n, half in zip(("cos", "sin"), halves, strict=True))
+    if form.is_wave:
+        halves = {"cos": form, "sin": form.sine()}
+        return np.asarray(sum(numbers[n][0] * _course_of(half, numbers, line) for n, half in halves.items()))
     if by_travel:
-        return numbers["size"][0] * evaluated(COURSES[form.course])(
-            s=line / found.survey.states.belt if form.carried else line, p=at, q=numbers.get("wide", (None,))[0], xp=np
-        )
-    knee = numbers.get("knee", (form.knee,))[0]
-    return numbers["size"][0] * evaluated(SHAPES[form.shape])(x=line, p=knee, s=line, xp=np, stop=stop)
+        s = line / found.survey.states.belt if form.carried else line
+        return np.asarray(numbers["size"][0] * _course_of(form, numbers, s))
+    return np.asarray(numbers["size"][0] * form.shaped(line, line, np, numbers.get("knee", (None,))[0]))
 
 
 def _errors(found: Discovered) -> Errors:
@@ -227,20 +221,15 @@ def got_worse(error: Errors) -> str:
     return ""
 
 
-def _file(found: Discovered, said: str, probability: float) -> str:
-    """The text of found_effect.py with the numbers of the closed loop."""
+def _law_file(found: Discovered, said: str, probability: float) -> str:
+    """The text of found_law.yaml, with the numbers of the march."""
     assert found.refit is not None
     assert found.choice is not None
     r, campaign = found.refit, found.survey.bench.campaign
-    numbers = r.estimates()
-    sizes = [numbers[n.name][0] for n in r.written.numbers if not n.modifier]
     data = f"{campaign.title} ({len(campaign.runs)} runs"
     data += f", SHA-256 {campaign.sha256[:12]})" if campaign.sha256 else ")"
     beside = ", ".join(found.survey.fit.ids) or f"the {found.survey.bench.forward.model.name} model alone"
     sure = f"probability {probability:.3g}; first again in {found.choice.frequency:.0%} of repetitions"
-    text = "\n\n    ".join(_wrapped(t) for t in (said, f"Discovered in: {data}, beside {beside}; {sure}.")) + "\n    "
-    return effect_file(found.survey, r.as_fitted, sizes, text, final=True).text
-
-
-def _wrapped(text: str) -> str:
-    return textwrap.fill(text, 110, subsequent_indent="    ")
+    spread = {name: u for name, (_, u, _) in r.estimates().items()}
+    notes = (said, f"Found in: {data}, beside {beside}; {sure}.")
+    return save_effects([r.fitted_effect], {r.effect.id: spread}, notes)

@@ -13,7 +13,8 @@ import numpy as np
 from belt_sim.campaign import Run
 from belt_sim.discovery.ground import Ground
 from belt_sim.discovery.operators import Operators
-from belt_sim.discovery.places import Place, place_columns
+from belt_sim.discovery.places import place_columns
+from belt_sim.effects.law_terms import Place
 
 if TYPE_CHECKING:
     from belt_sim.discovery.states import States

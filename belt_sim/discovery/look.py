@@ -84,5 +84,5 @@ def _law(scored: Scored) -> LawEvidence:
         words=f"{terms[0].place.words}: {formula(scored.law)}",
         gain=scored.gain,
         cost=scored.gain - scored.score,
-        sizes=sum(2 if t.form.waving else 1 for t in terms),
+        sizes=sum(t.sizes for t in terms),
     )

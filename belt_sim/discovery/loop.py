@@ -13,7 +13,8 @@ import numpy as np
 from belt_sim.discovery.rounds import Loop, Run, run, states_at_work
 from belt_sim.discovery.search import Scored, cost, fitted
 from belt_sim.discovery.states import States
-from belt_sim.discovery.survey import Law, Survey
+from belt_sim.discovery.survey import Survey
+from belt_sim.effects.law_terms import Law
 
 STEPS = 8  # of the fit
 ENOUGH, SAME = 0.05, 1e-4  # chi2 and share of it, between steps
@@ -105,7 +106,7 @@ def _numbers(law: Law, sizes) -> np.ndarray:
 
 
 def _sizes(law: Law) -> int:
-    return sum(2 if t.form.waving else 1 for t in law.terms)
+    return sum(t.sizes for t in law.terms)
 
 
 def _moved(law: Law, numbers: np.ndarray) -> np.ndarray:

@@ -15,13 +15,12 @@ from belt_sim.diagnosis.errors.model_errors import errors_of
 from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.discovery.choose import MODELLED, Choice
 from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.forms import Form
 from belt_sim.discovery.loop import closed
-from belt_sim.discovery.places import STIFFNESS, TENSION, TRAVEL
 from belt_sim.discovery.refit import Refit, refits
 from belt_sim.discovery.rounds import Loop
 from belt_sim.discovery.search import WITHIN, Scored, fitted
-from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.survey import Survey
+from belt_sim.effects.law_terms import STIFFNESS, TENSION, TRAVEL, Form, Law, Term
 
 PROMISE = 0.5  # of the best law's gain, that a law of which the first order is known has to show
 LEADING = 5  # laws whose courses are tried for the tension
@@ -160,8 +159,13 @@ def _courses_of(survey: Survey, choice: Choice, likeliest: Course) -> list[Score
     """
     there = [p for p in survey.places if p.name == TENSION]
     leading = [*choice.judged[:LEADING], *[s for s in choice.judged if _like_a_pull(s.law)][:1]]
-    terms = [t for s in leading for t in s.law.terms if t.form.variable != "one" and not t.form.carried]
-    forms = {f.family: f for t in reversed(terms) for f in (_course(t.form),) if f.course not in ("always", "ring")}
+    terms = [t for s in leading for t in s.law.terms if t.form.variable != "none" and not t.form.carried]
+    forms = {
+        f.family: f
+        for t in reversed(terms)
+        for f in (_course(t.form),)
+        if f.course not in ("constant", "decaying_wave")
+    }
     laws = [Law((Term(place, form),)) for place, form in product(there, forms.values())]
     loop, read = Loop(survey), survey.informed(likeliest)
     made = [closed(loop, law, fitted(read, read.columns(law))[1]) for law in laws]
@@ -170,12 +174,12 @@ def _courses_of(survey: Survey, choice: Choice, likeliest: Course) -> list[Score
 
 def _like_a_pull(law: Law) -> bool:
     """Whether a law turns the belt in proportion to how it is bent at both pulleys, as a change of the tension does."""
-    return [t.says[:3] for t in law.terms] == [("turn_both", "kappa", "x")]
+    return [t.family[:3] for t in law.terms] == [("turn_both", "kappa", "linear")]
 
 
 def _course(form: Form) -> Form:
     """The course of a form alone."""
-    return Form("one", course=form.course, at=form.at, wide=form.wide, timed=form.timed)
+    return Form("none", course=form.course, at=form.at, wide=form.wide, timed=form.timed)
 
 
 def places(law: Law) -> frozenset[str]:
@@ -185,5 +189,5 @@ def places(law: Law) -> frozenset[str]:
 
 def _key(law: Law) -> tuple:
     """What tells laws apart: what they say, and the lengths of waves to a tenth."""
-    lengths = tuple(round(10.0 * float(np.log(t.form.at))) if t.form.waving and t.form.at else 0 for t in law.terms)
-    return law.says, tuple(t.exponent for t in law.terms), lengths
+    lengths = tuple(round(10.0 * float(np.log(t.form.at))) if t.form.is_wave and t.form.at else 0 for t in law.terms)
+    return law.family, tuple(t.exponent for t in law.terms), lengths

@@ -1,6 +1,6 @@
 """The closed loop: a law put into the march as an effect and fitted with all that was chosen, from its linear sizes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,9 +9,10 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import has_diverged
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.discovery.effect_file import Written, written
 from belt_sim.discovery.search import WITHIN, Scored, cost, fitted
-from belt_sim.discovery.survey import Law, Survey
+from belt_sim.discovery.survey import Survey
+from belt_sim.effects.generic_law import GenericLaw, law_effect
+from belt_sim.effects.law_terms import SizedLaw
 from belt_sim.jax_setup import map_in_threads
 
 ROUND = 2.0  # sigma
@@ -21,11 +22,11 @@ HALVINGS = 20  # to a millionth, as good as nothing
 
 @dataclass(frozen=True)
 class Refit:
-    """A law in closed loop: what was written, its workbench and joint fit, and the chi2 it explains; exponent: of the
+    """A law in closed loop: its effect, its workbench and joint fit, and the chi2 it explains; exponent: of the
     first term with the tension, value and u, as a fit has it that leaves it free."""
 
     scored: Scored
-    written: Written
+    effect: type[GenericLaw]
     bench: Workbench
     fit: Fit
     gain: float
@@ -38,7 +39,7 @@ class Refit:
 
     def estimates(self) -> dict[str, tuple[float, float, str]]:
         """Parameter -> value, u (one sigma), unit; u is 0 of a number that was held."""
-        forward, cls = self.bench.forward, self.written.cls
+        forward, cls = self.bench.forward, self.effect
         covariance = self.fit.covariance
         found = {}
         for position in forward.index(cls.id):
@@ -50,18 +51,16 @@ class Refit:
         return found
 
     @property
-    def as_fitted(self) -> Scored:
-        """The law with the numbers that it has in the march."""
-        numbers = self.estimates()
-        sizes = tuple(numbers[n.name][0] for n in self.written.numbers if not n.modifier)
-        return Scored(with_numbers(self.scored.law, numbers), self.gain, self.worth, sizes)
+    def fitted_effect(self) -> GenericLaw:
+        """The effect with the numbers that it has in the march."""
+        return self.effect(**{name: value for name, (value, _, _) in self.estimates().items()})
 
     def certain(self, sigmas: float) -> bool:
         """Whether the size of every term lies that far from zero, its knee being where it is; of a wave, its two sizes
         together. Of what is beyond its knee nearly always, readings know size times knee and none of the two.
         """
         squares = dict[str, float]()
-        for n in self.written.numbers:
+        for n in self.effect.numbers:
             if not n.modifier:
                 tag = n.name.partition("_")[2]
                 value, u = self._beside(n.name, f"knee_{tag}" if tag else "knee")
@@ -71,7 +70,7 @@ class Refit:
     def limit(self, tag: str) -> tuple[float, float]:
         """Size times knee of a term, and its u: what it comes to beyond its knee."""
         forward, free = self.bench.forward, self.fit.free
-        at = [next(p for p in forward.index(self.written.cls.id) if forward.slots[p].name == f"{n}{tag}")
+        at = [next(p for p in forward.index(self.effect.id) if forward.slots[p].name == f"{n}{tag}")
               for n in ("size", "knee")]  # fmt: skip
         size, knee = (float(self.fit.vector[p]) * forward.slots[p].scale for p in at)
         slope = np.zeros(len(free))
@@ -83,7 +82,7 @@ class Refit:
     def _beside(self, name: str, other: str) -> tuple[float, float]:
         """A number and its u, in units of its scale, another number being what it is."""
         forward, free, covariance = self.bench.forward, self.fit.free, self.fit.covariance
-        at = {forward.slots[p].name: p for p in forward.index(self.written.cls.id)}
+        at = {forward.slots[p].name: p for p in forward.index(self.effect.id)}
         if at[name] not in free:
             return float(self.fit.vector[at[name]]), 0.0
         k = free.index(at[name])
@@ -101,41 +100,41 @@ def refits(survey: Survey, laws: Sequence[Scored]) -> list[Refit | None]:
     return map_in_threads(lambda s: refit(survey, s), laws)
 
 
-def refit(survey: Survey, scored: Scored, said: str = "Found in data.") -> Refit | None:
+def refit(survey: Survey, scored: Scored) -> Refit | None:
     """Fit a law in closed loop; None where the belt of the march runs away with it, however small it is."""
     sizes = fitted(survey, survey.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
-    file = effect_file(survey, scored, sizes, said)
+    effect = law_effect(SizedLaw(scored.law, tuple(float(s) for s in sizes), survey.tension))
     old = survey.bench.forward
     chosen = [c for c in old.classes if c.id in survey.fit.ids]
-    forward = Forward(survey.bench.samples, old.model, [*chosen, file.cls], old.step, old.terms, brief=True)
+    forward = Forward(survey.bench.samples, old.model, [*chosen, effect], old.step, old.terms, brief=True)
     bench = replace(survey.bench, forward=forward)
     vector, free, own = forward.null(), [], []
     for cls in chosen:
         for new, before in zip(forward.index(cls.id), old.index(cls.id), strict=True):
             vector[new] = survey.fit.vector[before]
             free += [new] if before in survey.fit.free else []
-    names = [forward.slots[k].name for k in forward.index(file.cls.id)]
-    for number in file.numbers:
-        position = forward.index(file.cls.id)[names.index(number.name)]
+    names = [forward.slots[k].name for k in forward.index(effect.id)]
+    for number in effect.numbers:
+        position = forward.index(effect.id)[names.index(number.name)]
         vector[position] = number.value / forward.slots[position].scale
         own += [] if number.modifier else [position]
         if not (number.name.startswith("exponent") and len(np.unique(survey.stated_tension)) == 1):
             free.append(position)
-    ids = (*[c.id for c in chosen], file.cls.id)
+    ids = (*[c.id for c in chosen], effect.id)
     start = _on_its_pulleys(bench, vector, own)
     if start is None:
         return None
     moved = bench.moved_to(start).at_levels(survey.bench.levels)
-    made = _fitted(survey, scored, file, moved, Fit(ids=ids, free=free, vector=start))
+    made = _fitted(survey, scored, effect, moved, Fit(ids=ids, free=free, vector=start))
     return None if made is None else _held(survey, made)
 
 
-def _fitted(survey: Survey, scored: Scored, file: Written, bench: Workbench, start: Fit) -> Refit | None:
+def _fitted(survey: Survey, scored: Scored, effect: type[GenericLaw], bench: Workbench, start: Fit) -> Refit | None:
     fit = bench.fit([start])[0]
     if has_diverged(fit):
         return None
     left = float(survey.bench.metric.chi2(survey.bench.fitted.y - fit.values))
-    made = Refit(scored, file, bench, fit, survey.fit.chi2 - min(left, fit.chi2), (0.0, 0.0))
+    made = Refit(scored, effect, bench, fit, survey.fit.chi2 - min(left, fit.chi2), (0.0, 0.0))
     return replace(made, exponent=made.estimates()["exponent"][:2])
 
 
@@ -146,10 +145,10 @@ def _held(survey: Survey, free: Refit) -> Refit:
     A number that says nothing costs much where a tension was left out: what is left may not know it at all.
     """
     numbers, forward = free.estimates(), free.bench.forward
-    positions = dict(zip((forward.slots[k].name for k in forward.index(free.written.cls.id)),
-                         forward.index(free.written.cls.id), strict=True))  # fmt: skip
+    positions = dict(zip((forward.slots[k].name for k in forward.index(free.effect.id)),
+                         forward.index(free.effect.id), strict=True))  # fmt: skip
     vector, held = free.fit.vector.copy(), set()
-    for n in free.written.numbers:
+    for n in free.effect.numbers:
         round_one = _round(*numbers[n.name][:2], n.value) if n.name.startswith("exponent") else None
         if round_one is not None:
             vector[positions[n.name]] = round_one / forward.slots[positions[n.name]].scale
@@ -157,23 +156,8 @@ def _held(survey: Survey, free: Refit) -> Refit:
     if not held:
         return free
     start = Fit(ids=free.fit.ids, free=[p for p in free.fit.free if p not in held], vector=vector)
-    made = _fitted(survey, free.scored, free.written, free.bench, start)
+    made = _fitted(survey, free.scored, free.effect, free.bench, start)
     return free if made is None or made.gain < free.gain - WITHIN else replace(made, exponent=free.exponent)
-
-
-def with_numbers(law: Law, numbers: Mapping[str, tuple[float, float, str]]) -> Law:
-    """The law with numbers of the closed loop."""
-    terms = []
-    for k, t in enumerate(law.terms):
-        tag = "" if k == 0 else f"_{k + 1}"
-        form = replace(
-            t.form,
-            knee=numbers[f"knee{tag}"][0] if t.form.knee is not None else None,
-            at=numbers[f"at{tag}"][0] if t.form.at is not None else None,
-            wide=numbers[f"wide{tag}"][0] if t.form.wide is not None else None,
-        )
-        terms.append(replace(t, form=form, exponent=numbers[f"exponent{tag}"][0]))
-    return Law(tuple(terms))
 
 
 def _round(value: float, u: float, searched: float) -> float | None:
@@ -194,10 +178,3 @@ def _on_its_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> n
         if float(np.max(np.abs(bench.forward.values(point[None])))) < furthest:  # nan is no less
             return point
     return None
-
-
-def effect_file(survey: Survey, scored: Scored, sizes, said: str, *, final: bool = False) -> Written:
-    """The effect file of a law with these sizes; final: they are the defaults of its parameters."""
-    signals = survey.bench.samples.signals
-    points = {s.name: int(s.at[-1]) - 1 for s in signals if s.kind == "lateral"}
-    return written(scored.law, sizes, survey.tension, said=said, points=points, final=final)

@@ -19,8 +19,8 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.batches import ROWS
 from belt_sim.diagnosis.readings.forward import room_for
 from belt_sim.discovery.channels import CHANNELS, Pulse
-from belt_sim.discovery.places import RELATIVE
 from belt_sim.effects.base import Effect, apply_hook, overrides
+from belt_sim.effects.law_terms import RELATIVE
 from belt_sim.effects.pipeline import as_driven, true_travel
 from belt_sim.jax_setup import PROGRAMS, compiled, in_float64
 from belt_sim.laws.span import CHANGES, changed, log_of_change, response

@@ -12,12 +12,13 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from belt_sim.discovery.channels import CHANNELS, drift_at
-from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
+from belt_sim.discovery.forms import travel_of, variable
 from belt_sim.discovery.operators import kept_row, relative_turn, single
-from belt_sim.discovery.places import WRAPPED, place_columns
+from belt_sim.discovery.places import place_columns
 from belt_sim.discovery.responses import MOMENT
 from belt_sim.discovery.states import States
-from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.survey import Survey
+from belt_sim.effects.law_terms import WRAPPED, Form, Law, Term, stop
 
 ROUNDS = 60  # at most, of whole ones; those of a Volterra equation converge
 PART = 0.3  # of a round's way, where whole rounds do not end
@@ -55,7 +56,7 @@ class Loop:
     def _row(self, run: int, name: str, where: int, channel: str) -> np.ndarray:
         s, grid = self.survey, self.survey.ops.grid
         row = where if name != "kappa" else MOMENT + where
-        if name == "shown":
+        if name == "reading":
             row = kept_row(s.bench.samples.signals[where].at, s.bench.samples.runs[run].direction)
         pulse = s.answers.pulses[run, CHANNELS.index(channel)]
         if name in s.states.relative:
@@ -72,7 +73,7 @@ def run(loop: Loop, laws: Sequence[Sized], begin: States | None = None) -> Run |
     survey, law = loop.survey, laws[0][0]
     base, reads = survey.states, _read_by(law, survey.states)
     inputs = _inputs(survey, laws)
-    largest = {r: float(np.abs(base.read(r[0])).max()) + 1e-12 for r in reads if r[0] != "rate"}
+    largest = {r: float(np.abs(base.read(r[0])).max()) + 1e-12 for r in reads if r[0] != "reading_rate"}
     at = {read: _at(begin or base, read) for read in reads}
     still = _added(loop, _acting(law, inputs(at), reading=False), reads)
     unread = {read: _at(base, read) + still[read] for read in reads}
@@ -123,7 +124,7 @@ def states_at_work(loop: Loop, law: Law, sizes: np.ndarray, states: States) -> S
     felt = _inputs(survey, [(law, sizes)])({r: _at(states, r) for r in _read_by(law, states)})
     sensors = [k for k, s in enumerate(survey.bench.samples.signals) if s.kind == "lateral"]
     reads = [(n, k) for n in ("y", "alpha", "kappa", *states.bent) for k in (0, 1)]
-    reads += [(n, k) for k in sensors for n in ("shown", "rate")]
+    reads += [(n, k) for k in sensors for n in ("reading", "reading_rate")]
     added = _added(loop, _acting(law, felt), reads)
     return _with(survey.states, {r: _at(survey.states, r)[:, 0] + added[r][:, 0] for r in reads})
 
@@ -134,7 +135,7 @@ def _inputs(survey: Survey, laws: Sequence[Sized]) -> Callable[[dict[Read, np.nd
     left, sizes = 0, np.stack([s for _, s in laws])
     factors: list[list[np.ndarray]] = []
     for k, t in enumerate(first.terms):
-        count = 2 if t.form.waving else 1
+        count = t.sizes
         forms, own = [law.terms[k].form for law, _ in laws], sizes[:, left : left + count]
         left += count
         factors.append([_factor(survey, t, forms, own, *part) for part in t.place.parts])
@@ -155,16 +156,16 @@ def _factor(survey: Survey, t: Term, forms: list[Form], sizes: np.ndarray, chann
     """Everything in a term's input (R, F, J) that the state has no hand in."""
     states = survey.states
     s = travel_of(states, t.form, part)[:, None]
-    halves = [t.form.course, t.form.sine().course][: sizes.shape[1]]
+    halves = [t.form, t.form.sine()][: sizes.shape[1]]
     with np.errstate(over="ignore"):  # of what has faded away
         course = sum(
-            size[:, None] * formula(COURSES[half])(s=s, p=_column(forms, "at"), q=_column(forms, "wide"), xp=np)
+            size[:, None] * half.along(s, np, _column(forms, "at"), _column(forms, "wide"))
             for half, size in zip(halves, sizes.T, strict=True)
         )
     found = course * survey.weight(t.exponent)[:, None, None]
     lever = np.asarray(states.share(t.place, part) if t.place.relative else states.lever(t.place, channel, part))
     found = found * (lever[:, None] if lever.ndim else lever)
-    if t.form.variable not in STATELESS:
+    if t.form.reads_belt:
         return found
     return found * _shaped(forms, variable(states, t.form.variable, part, channel)[:, None])
 
@@ -180,11 +181,10 @@ def _driven(states: States, t: Term, forms: list[Form], u: np.ndarray, at: dict[
 
 def _shaped(forms: list[Form], x: np.ndarray) -> np.ndarray:
     """The shape of what is read (R, F, J), or (R, 1, J) where every set reads the same."""
-    shape = forms[0].shape
-    if shape == "stuck":
+    if forms[0].shape == "stick":
         rows = np.broadcast_to(x, (len(x), len(forms), x.shape[-1]))
         return np.stack([stop(rows[:, f], form.knee or 0.0) for f, form in enumerate(forms)], axis=1)
-    return x if shape == "x" else formula(SHAPES[shape])(x=x, p=_column(forms, "knee"), xp=np)
+    return forms[0].shaped(x, None, np, _column(forms, "knee"))
 
 
 def _column(forms: list[Form], number: str) -> np.ndarray | None:
@@ -194,22 +194,21 @@ def _column(forms: list[Form], number: str) -> np.ndarray | None:
 
 def _reading(t: Term) -> bool:
     """Whether what a term does goes with the state: it reads that, or it acts where the belt is bent."""
-    return t.form.variable not in STATELESS or bool(t.place.relative)
+    return t.form.reads_belt or bool(t.place.relative)
 
 
 def _reads(t: Term, states: States, channel: str, part: int | None) -> tuple[Read | None, Read | None]:
     """The variable that a term reads, and how far what it changes bends the span; None where it does not."""
     where = states.signals.index(channel) if part is None else part
-    return None if t.form.variable in STATELESS else (t.form.variable, where), (
-        (t.place.relative, where) if t.place.relative else None
-    )
+    variable_read = (t.form.variable, where) if t.form.reads_belt else None
+    return variable_read, (t.place.relative, where) if t.place.relative else None
 
 
 def _read_by(law: Law, states: States) -> list[Read]:
     """What a law reads; with the rate of a signal the signal itself."""
     every = [r for t in law.terms for part in t.place.parts for r in _reads(t, states, *part) if r is not None]
     found = dict.fromkeys(every)
-    return list(dict.fromkeys([*found, *(("shown", where) for name, where in found if name == "rate")]))
+    return list(dict.fromkeys([*found, *(("reading", where) for name, where in found if name == "reading_rate")]))
 
 
 def _largest(x: dict[Read, np.ndarray], unit: dict[Read, float]) -> float:
@@ -249,11 +248,13 @@ def _added(loop: Loop, acting: list[tuple[str, np.ndarray]], reads: Sequence[Rea
         if name == "alpha":  # dy/ds = -alpha + drift
             drift = sum(u for channel, u in acting if channel == drift_at(where))
             found[name, where] = drift - np.gradient(seen("y", where), spacing, axis=-1)
-        elif name != "rate":
+        elif name != "reading_rate":
             found[name, where] = seen(name, where)
-        if ("rate", where) in reads and name == "shown":
-            found["rate", where] = np.gradient(found[name, where], spacing, axis=-1) * states.speed[:, None, None]
-        if name == "shown":
+        if ("reading_rate", where) in reads and name == "reading":
+            found["reading_rate", where] = (
+                np.gradient(found[name, where], spacing, axis=-1) * states.speed[:, None, None]
+            )
+        if name == "reading":
             found[name, where] = found[name, where] - _where_yawed(loop.survey, found[name, where])
     return found
 

@@ -10,10 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from belt_sim.discovery.forms import Form
-from belt_sim.discovery.places import Place
-from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.survey import Survey
 from belt_sim.discovery.tables import Across, Products, products
+from belt_sim.effects.law_terms import Form, Law, Place, Term
 
 WITHIN = 6.0  # chi2: a likelihood ratio of 20
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)
@@ -63,7 +62,7 @@ def ranked(tables: list[tuple[Place, list[Form], float]], gains: list[np.ndarray
     known: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # of a list of forms
     for _, forms, exponent in tables:
         if id(forms) not in known:
-            known[id(forms)] = np.array([_price(f, 0.0) for f in forms]), np.array([1 + f.waving for f in forms])
+            known[id(forms)] = np.array([_price(f, 0.0) for f in forms]), np.array([1 + f.is_wave for f in forms])
         price, half = known[id(forms)]
         prices.append(price + EXPONENT * (exponent != 0.0))
         halves.append(half)
@@ -80,7 +79,7 @@ def cost(law: Law) -> float:
 
 def _price(form: Form, exponent: float) -> float:
     """Of the numbers of one term."""
-    return NUMBER * form.numbers + EXPONENT * (exponent != 0.0) + (WAVE if form.waving else 0.0)
+    return NUMBER * form.numbers + EXPONENT * (exponent != 0.0) + (WAVE if form.is_wave else 0.0)
 
 
 def gain_of(survey: Survey, law: Law) -> float:
@@ -161,7 +160,7 @@ def distinct(scored: Iterable[Scored], count: int, each: int = 1) -> list[Scored
     seen: dict = {}
     kept = []
     for s in scored:
-        key = s.law.says
+        key = s.law.family
         seen[key] = seen.get(key, 0) + 1
         if seen[key] <= each:
             kept.append(s)
@@ -237,8 +236,8 @@ def _neighbour(survey: Survey, form: Form) -> float:
     end = float(survey.states.s[-1]) / (float(np.min(survey.states.speed)) if form.timed else 1.0)
     if form.carried:
         return 1.0 + 0.5 * float(form.wide or 1.0) / float(form.at or 1.0)
-    if form.waving:
+    if form.is_wave:
         return 1.0 + 0.5 * float(form.at or 1.0) / end
-    if form.course in ("after", "during"):
+    if form.course in ("step", "interval"):
         return 1.0 + end / 12.0 / float(form.at or 1.0)
     return 2.0

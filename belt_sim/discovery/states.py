@@ -10,16 +10,17 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.channels import CHANNELS, drift_at
 from belt_sim.discovery.evidence import Course
 from belt_sim.discovery.operators import kept_row, relative_turn
-from belt_sim.discovery.places import SPANS, TRAVEL, WRAPPED, Place
 from belt_sim.discovery.responses import MOMENT, Relative, Responses
+from belt_sim.effects.law_terms import SPANS, TRAVEL, WRAPPED, Place
 
 
 @dataclass(frozen=True, kw_only=True)
 class States:
     """Along every run, on the grid s (J,) [m].
 
-    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw; set
-    (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): shown [m] and rate [m/s]; tension,
+    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw;
+    yaw_set (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): reading [m] and its rate
+    reading_rate [m/s]; tension,
     speed (R,); bent: kind of relative change -> what one adds to kappa (R, 2, J), and relative: how it does;
     forward (R,): whether the upper span runs up the tail pulley; met (R, 2, J): which
     part of the belt runs up, in belt lengths from the one that is at the tail pulley when a forward run starts; later,
@@ -32,10 +33,10 @@ class States:
     alpha: np.ndarray
     kappa: np.ndarray
     beta: np.ndarray
-    set: np.ndarray
+    yaw_set: np.ndarray
     since: np.ndarray
-    shown: np.ndarray
-    rate: np.ndarray
+    reading: np.ndarray
+    reading_rate: np.ndarray
     tension: np.ndarray
     speed: np.ndarray
     bent: Mapping[str, np.ndarray]
@@ -71,17 +72,17 @@ class States:
         """What an input of 1 at a place is to one of its channels: 1, (R, J), or (R, 1)."""
         if place.relative:
             return self.bent[place.relative][:, pulley] * self.share(place, pulley)
-        if place.pulleys in SPANS:
+        if place.where in SPANS:
             return self.share(place, pulley)
         if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
-            return np.gradient(self.shown[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
+            return np.gradient(self.reading[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
         return 1.0
 
     def share(self, place: Place, pulley: int | None) -> np.ndarray | float:
         """Of what acts on one span: 1 in the runs (R, 1) in which that span runs up a pulley; else 1."""
-        if place.pulleys not in SPANS or pulley is None:
+        if place.where not in SPANS or pulley is None:
             return 1.0
-        return (self.forward[:, None] == (SPANS[pulley] == place.pulleys)).astype(float)
+        return (self.forward[:, None] == (SPANS[pulley] == place.where)).astype(float)
 
     def read(self, name: str) -> np.ndarray:
         """A variable (R, k, J), or what a kind of relative change adds to kappa."""
@@ -115,7 +116,7 @@ def states_of(
     yaw, head = np.asarray(settings.yaw.last()), np.asarray(settings.yaw_head.last())
     since = grid[None] - np.array([[r.yaw_at] for r in runs])
     at = [[kept_row(s.at, r.direction) for s in bench.samples.signals] for r in runs]
-    shown = np.stack([[rows[r, k] - np.interp(runs[r].yaw_at, grid, rows[r, k]) if k < 4 else 0.0 * grid for k in ks]
+    reading = np.stack([[rows[r, k] - np.interp(runs[r].yaw_at, grid, rows[r, k]) if k < 4 else 0.0 * grid for k in ks]
                       for r, ks in enumerate(at)])  # fmt: skip
     speed, forward = np.array([r.speed for r in runs]), np.array([r.direction > 0 for r in runs])
     rig = bench.samples.cases.rig
@@ -125,10 +126,10 @@ def states_of(
         alpha=drift - np.gradient(y[:, :2], spacing, axis=-1),
         kappa=rows[:, MOMENT : MOMENT + 2] / bending,
         beta=np.where(since >= 0.0, (yaw + head)[:, None], 0.0),
-        set=np.where(since >= 0.0, 1.0, 0.0),
+        yaw_set=np.where(since >= 0.0, 1.0, 0.0),
         since=np.maximum(since, 0.0),
-        shown=shown,
-        rate=np.gradient(shown, spacing, axis=-1) * speed[:, None, None],
+        reading=reading,
+        reading_rate=np.gradient(reading, spacing, axis=-1) * speed[:, None, None],
         tension=np.asarray(settings.tension),
         speed=speed,
         bent={kind: relative_turn(x.per_end[:, :3], rows) for kind, x in relative.items()},

@@ -9,38 +9,13 @@ import numpy as np
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.evidence import Course, basis_of, courses
-from belt_sim.discovery.forms import Form, dictionary, seldom, stretches
+from belt_sim.discovery.forms import dictionary, form_values, seldom, stretches
 from belt_sim.discovery.ground import Ground, ground_of
 from belt_sim.discovery.operators import Operators, operators, shapes
-from belt_sim.discovery.places import Place, place_columns, places_of
+from belt_sim.discovery.places import place_columns, places_of
 from belt_sim.discovery.responses import Responses, relative_answers, responses
 from belt_sim.discovery.states import States, states_of
-
-
-@dataclass(frozen=True)
-class Term:
-    """One term of a law: size x form x (tension / unit tension)^exponent at a place."""
-
-    place: Place
-    form: Form
-    exponent: float = 0.0
-
-    @property
-    def says(self) -> tuple[str, str, str, str]:
-        """Place and family of form, without numbers."""
-        return self.place.name, *self.form.family
-
-
-@dataclass(frozen=True)
-class Law:
-    """One or two terms whose sizes are free."""
-
-    terms: tuple[Term, ...]
-
-    @property
-    def says(self) -> tuple[tuple[str, str, str, str], ...]:
-        """What the law says, without numbers."""
-        return tuple(t.says for t in self.terms)
+from belt_sim.effects.law_terms import SPAN, TRAVEL, Form, Law, Place
 
 
 @dataclass(frozen=True)
@@ -91,7 +66,9 @@ class Survey:
     @property
     def tried(self) -> tuple[Place, ...]:
         """The places to try."""
-        return self.places if self.wide else tuple(p for p in self.places if not p.seldom)
+        return (
+            self.places if self.wide else tuple(p for p in self.places if not (p.kind in (SPAN, TRAVEL) or p.carried))
+        )
 
     @property
     def periods(self) -> tuple[float, ...]:
@@ -104,7 +81,7 @@ class Survey:
         """Whitened columns (F, R, m) of forms of size 1 at a place, without dependence on tension."""
         inputs, states = [], self.states.read_at(place)
         for channel, part in place.parts:
-            one = np.stack([f.values(states, part, channel) for f in forms])
+            one = np.stack([form_values(f, states, part, channel) for f in forms])
             inputs.append(one * self.states.lever(place, channel, part))  # forms know which part of the belt is there
         return place_columns(self.ops, place, inputs)
 
@@ -121,7 +98,7 @@ class Survey:
         """Whitened columns (k, R, m) of a law's terms; a wave has two."""
         found = []
         for t in law.terms:
-            forms = [t.form, t.form.sine()] if t.form.waving else [t.form]
+            forms = [t.form, t.form.sine()] if t.form.is_wave else [t.form]
             found.append(self.rows(t.place, forms) * self.weight(t.exponent)[None, :, None])
         return np.concatenate(found).astype(float)
 

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.discovery.forms import COURSES, SHAPES, STATELESS, Form, formula, stop, travel_of, variable
+from belt_sim.discovery.forms import travel_of, variable
 from belt_sim.discovery.operators import single
-from belt_sim.discovery.places import TRAVEL, WRAPPED, Place
 from belt_sim.discovery.states import States
 from belt_sim.discovery.survey import Survey
+from belt_sim.effects.law_terms import TRAVEL, WRAPPED, Form, Place
 
 CANCELS = 1e-4  # of what its cells do one by one: a column that is smaller is multiplied in double precision
 
@@ -103,11 +103,11 @@ def _blocks(survey: Survey, place: Place) -> tuple[list[Form], list[Block]]:
 
 def _reads(form: Form) -> bool:
     """Whether a form is another at another pulley: it reads the state, or which part of the belt is there."""
-    return form.variable not in STATELESS or form.carried
+    return form.reads_belt or form.carried
 
 
 def _block(forms: list[Form]) -> Block:
-    waves = np.array([k for k, f in enumerate(forms) if f.waving], dtype=int)
+    waves = np.array([k for k, f in enumerate(forms) if f.is_wave], dtype=int)
     return Block(forms, [*forms, *(forms[k].sine() for k in waves)], waves)
 
 
@@ -121,9 +121,9 @@ def inputs_of(states: States, forms: Sequence[Form], part: int | None, signal: s
             what, when = (f.variable, f.shape, f.knee), (f.variable, f.course, f.at, f.wide, f.timed)
             if what not in shaped:
                 x = variable(states, f.variable, part, signal)
-                shaped[what] = formula(SHAPES[f.shape])(x=x, p=f.knee, s=states.s, xp=np, stop=stop)
+                shaped[what] = f.shaped(x, states.s, np)
             if when not in courses:
-                courses[when] = formula(COURSES[f.course])(s=travel_of(states, f, part), p=f.at, q=f.wide, xp=np)
+                courses[when] = f.along(travel_of(states, f, part), np)
             np.multiply(shaped[what], courses[when], out=found[:, k])
     return found
 

@@ -5,11 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.discovery.effect_file import size_unit
-from belt_sim.discovery.forms import UNITS
-from belt_sim.discovery.places import SPAN, STIFFNESS, TENSION, TRAVEL
-from belt_sim.discovery.refit import Refit, with_numbers
-from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.forms import form_values
+from belt_sim.discovery.refit import Refit
+from belt_sim.discovery.survey import Survey
+from belt_sim.effects.law_terms import SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Law, Term, tagged
 from belt_sim.results import words
 from belt_sim.results.discovery import FoundLaw
 from belt_sim.results.errors import Change
@@ -18,29 +17,18 @@ from belt_sim.si import N_PER_MM2
 MOST = 5  # tensions that are told
 SLIGHT = 1e-3  # relative change that is none
 KNOWN = 2.0  # sigma from zero, below which a size is not known by itself
-PLAIN = ("always", "rise", "fade", "after", "during")  # courses without a unit
+PLAIN = ("constant", "rise", "decay", "step", "interval")  # courses without a unit
 NEAR = 0.01  # of a wavelength, within which it is called that of a machine part
 SYMBOLS = {
-    "one": "",
-    "set": "",
+    "none": "",
+    "yaw_set": "",
     "sigma": "σ",
     "beta": "β",
     "y": "y",
     "alpha": "α",
     "kappa": "κ",
-    "shown": "y",
-    "rate": "dy/dt",
-}
-CALLED = {
-    "one": "travel alone",
-    "set": "travel since the yaw was set",
-    "sigma": "the tension σ",
-    "beta": "the commanded yaw β",
-    "y": "the belt's place y on the pulley",
-    "alpha": "the contact angle α",
-    "kappa": "the curvature κ at the run-up (the entry moment)",
-    "shown": "the place y that the sensor sees",
-    "rate": "the speed dy/dt that the sensor sees",
+    "reading": "y",
+    "reading_rate": "dy/dt",
 }
 
 
@@ -58,39 +46,39 @@ def _term(t: Term, tag: str, numbers) -> str:
             return words.with_u(value, u, unit)
         return f"{words.number(fallback)} {unit}".strip()
 
-    knee = number("knee", form.knee, UNITS[form.variable] if form.variable not in ("one", "set") else "")
+    knee = number("knee", form.knee, VARIABLES[form.variable][0] if form.variable not in ("none", "yaw_set") else "")
     if form.variable == "sigma":
         knee = f"{(numbers or {}).get(f'knee{tag}', (form.knee,))[0] / N_PER_MM2:.3g} N/mm²"
     unit = "s" if form.timed else "" if form.carried else "m"
     at, wide = number("at", form.at, unit), number("wide", form.wide, unit)
-    s = ("t" if form.timed else "s") + "′" * (x == "" and form.variable == "set")
+    s = ("t" if form.timed else "s") + "′" * (x == "" and form.variable == "yaw_set")
     shape = {
-        "x": x,
-        "x|x|": f"{x}|{x}|",
-        "x^2": f"{x}²",
-        "x^3": f"{x}³",
-        "saturated": f"{x}, saturating at {knee}",
-        "stuck": f"what of {x} is stuck within ±{knee}",
-        "beyond": f"the part of {x} beyond ±{knee}",
-        "|x|": f"|{x}|",
-        "past": f"the part of |{x}| beyond {knee}",
+        "linear": x,
+        "signed_square": f"{x}|{x}|",
+        "square": f"{x}²",
+        "cube": f"{x}³",
+        "saturation": f"{x}, saturating at {knee}",
+        "stick": f"what of {x} is stuck within ±{knee}",
+        "dead_zone": f"the part of {x} beyond ±{knee}",
+        "magnitude": f"|{x}|",
+        "magnitude_beyond": f"the part of |{x}| beyond {knee}",
         "below": f"(1 − {x}/({knee})) below {knee}",
         "above": f"({x}/({knee}) − 1) above {knee}",
     }[form.shape]
     course = {
-        "always": "",
-        "travel": s,
-        "square": f"{s}²",
-        "root": f"√{s}",
+        "constant": "",
+        "linear": s,
+        "quadratic": f"{s}²",
+        "square_root": f"√{s}",
         "rise": f"(1 − exp(−{s}/({at})))",
-        "fade": f"exp(−{s}/({at}))",
-        "after": f"after {at}",
-        "during": f"from {at} on for {wide}",
-        "stretch": f"once a revolution on {wide} of the belt",
+        "decay": f"exp(−{s}/({at}))",
+        "step": f"after {at}",
+        "interval": f"from {at} on for {wide}",
+        "belt_section": f"once a revolution on {wide} of the belt",
         "wave": f"a wave of {at}",
-        "ring": f"a wave of {at} that fades over {wide}",
+        "decaying_wave": f"a wave of {at} that fades over {wide}",
     }[form.course]
-    parts = [p for p in (shape, course) if p] or ["a step" if form.variable == "set" else "a constant"]
+    parts = [p for p in (shape, course) if p] or ["a step" if form.variable == "yaw_set" else "a constant"]
     return f"{_size(t, tag, numbers or {})}{' '.join(parts)}{_power(t, tag, numbers or {})}"
 
 
@@ -106,7 +94,7 @@ def _size(t: Term, tag: str, numbers) -> str:
     """The size of a term, before its shape; empty where nothing has been fitted."""
     if f"size{tag}" in numbers:
         value, u, _ = numbers[f"size{tag}"]
-        unit = size_unit(t)
+        unit = t.size_unit
         return f"{_sized(value, u)} {'' if unit == '1' else unit + ' '}× "
     if f"cos{tag}" in numbers:
         (c, u, _), (s, v, _) = numbers[f"cos{tag}"], numbers[f"sin{tag}"]
@@ -131,23 +119,25 @@ def looks_like(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, 
     kind, v, shape, course = t.place.kind, t.form.variable, t.form.shape, t.form.course
     if t.place.kind in STIFFNESS:
         return _stiffness(t)
-    if course == "ring":
+    if course == "decaying_wave":
         return "something that swings out after a step"
-    if course == "stretch":
+    if course == "belt_section":
         return "a stretch of the belt that is unlike the rest: greasy, worn or mended"
     if course == "wave":
         return _wave(survey, float(t.form.at or 0.0))
-    if v in ("one", "set"):
+    if v in ("none", "yaw_set"):
         slow = (
-            "it warms up or settles" if course in ("travel", "square", "root", "rise") else "it was changed in the run"
+            "it warms up or settles"
+            if course in ("linear", "quadratic", "square_root", "rise")
+            else "it was changed in the run"
         )
         return f"{_thing(kind)}: {slow}"
     if kind == "sensor":
         return (
             "a sensor that answers late"
-            if v == "rate"
+            if v == "reading_rate"
             else "a sensor that sticks"
-            if shape == "stuck"
+            if shape == "stick"
             else "a sensor whose scale is not straight"
         )
     if v == "beta":
@@ -155,9 +145,9 @@ def looks_like(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, 
     if v == "y":
         return "a pulley whose radius varies across the belt, as a crown does"
     grip = "the grip of belt and pulley"
-    if shape in ("saturated", "beyond"):
+    if shape in ("saturation", "dead_zone"):
         return f"{grip}: play, or a limit of what it holds"
-    return f"{grip}, which changes in the run" if course != "always" else f"{grip}, as soft covers and slip have it"
+    return f"{grip}, which changes in the run" if course != "constant" else f"{grip}, as soft covers and slip have it"
 
 
 def _thing(kind: str) -> str:
@@ -169,12 +159,12 @@ def _thing(kind: str) -> str:
 
 def _steady_rate(survey: Survey, t: Term, numbers: dict[str, tuple[float, float, str]]) -> str:
     """The rate at which a term of time alone, or of the yaw, grows all along the record; empty where it does not."""
-    if t.form.variable not in ("one", "set", "beta") or "size" not in numbers or t.form.timed:
+    if t.form.variable not in ("none", "yaw_set", "beta") or "size" not in numbers or t.form.timed:
         return ""
     at = numbers.get("at", (0.0,))[0]
-    if t.form.course != "travel" and not (t.form.course == "rise" and at > float(survey.states.s[-1])):
+    if t.form.course != "linear" and not (t.form.course == "rise" and at > float(survey.states.s[-1])):
         return ""
-    rate = numbers["size"][0] / (1.0 if t.form.course == "travel" else at)
+    rate = numbers["size"][0] / (1.0 if t.form.course == "linear" else at)
     unit = "1" if t.form.variable == "beta" and t.place.unit == "rad" else t.place.unit
     per = " per rad of yaw" if t.form.variable == "beta" and unit != "1" else ""
     return f"{words.number(abs(rate), 2)} {f'{unit} per m' if unit != '1' else 'per m'}{per}"
@@ -182,11 +172,11 @@ def _steady_rate(survey: Survey, t: Term, numbers: dict[str, tuple[float, float,
 
 def _stiffness(t: Term) -> str:
     """What changes how easily a span bends or twists, or how hard it is pulled."""
-    if t.form.course in ("stretch", "wave"):
+    if t.form.course in ("belt_section", "wave"):
         return "a stretch of the belt that is softer or stiffer than the rest: a joint, a repair, cracked edges"
     if t.place.kind == "pull":
         return "something between the pulleys that carries part of the pull: a support, a scraper, a bearing"
-    if t.form.course != "always":
+    if t.form.course != "constant":
         return "a belt that warms up, settles or cracks"
     if t.form.variable in ("y", "kappa"):
         return "edges that go slack, or touch something, where the belt goes far"
@@ -239,7 +229,7 @@ def _place_and_terms(survey: Survey, refit: Refit) -> str:
 def _by_how_much(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
     """By how much a stiffness is lower or higher than in the model, at every tension (five at most)."""
     change = _change(survey, law, numbers)
-    steady = all(t.form.course == "always" and t.form.variable in ("one", "sigma") for t in law.terms)
+    steady = all(t.form.course == "constant" and t.form.variable in ("none", "sigma") for t in law.terms)
     tensions = np.unique(survey.stated_tension)
     some = tensions[np.unique(np.linspace(0, len(tensions) - 1, MOST).round().astype(int))]
     found = []
@@ -262,12 +252,9 @@ def _change(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, str
     found: list[np.ndarray] = []
     for _, part in law.terms[0].place.parts:
         total: Any = 0.0
-        for k, t in enumerate(with_numbers(law, numbers).terms):
-            tag = "" if k == 0 else f"_{k + 1}"
-            halves = (
-                [(f"cos{tag}", t.form), (f"sin{tag}", t.form.sine())] if t.form.waving else [(f"size{tag}", t.form)]
-            )
-            own = sum(numbers[name][0] * f.values(survey.states, part, None) for name, f in halves)
+        for k, t in enumerate(law.with_numbers({name: value for name, (value, *_) in numbers.items()}).terms):
+            halves = [("cos", t.form), ("sin", t.form.sine())] if t.form.is_wave else [("size", t.form)]
+            own = sum(numbers[tagged(n, k)][0] * form_values(f, survey.states, part, None) for n, f in halves)
             total = total + own * survey.weight(t.exponent)[:, None]
         found.append(np.asarray(total))
     return np.maximum(np.where(np.abs(found[0]) >= np.abs(found[1]), *found), -1.0)
@@ -292,7 +279,7 @@ def _limits(refit: Refit, numbers: dict[str, tuple[float, float, str]]) -> str:
     said = ""
     for k, t in enumerate(refit.scored.law.terms):
         tag = "" if k == 0 else f"_{k + 1}"
-        if t.form.shape == "saturated" and t.form.course in PLAIN:
+        if t.form.shape == "saturation" and t.form.course in PLAIN:
             size, u, _ = numbers[f"size{tag}"]
             if abs(size) < KNOWN * u:
                 product = words.with_u(*refit.limit(tag), t.place.unit)

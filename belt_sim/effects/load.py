@@ -1,4 +1,4 @@
-"""Effects as people name them: ids, Python files of their own, mappings with numbers, or an effects.yaml."""
+"""Effects as people name them: ids, Python files of their own, mappings with numbers, or YAML files of these."""
 
 import difflib
 import importlib.util
@@ -15,51 +15,62 @@ from typing import Any
 import yaml
 
 from belt_sim.effects.base import HOOKS, LAW_OF_HOOK, Effect, line_of, overrides, wrong_file
+from belt_sim.effects.generic_law import ID as LAW
+from belt_sim.effects.generic_law import GenericLaw, law_effect
+from belt_sim.effects.law_file import law_lines, law_of_entry, yaml_number
 from belt_sim.effects.library import effects_in, library
 from belt_sim.errors import InputError
 
-SCHEMA = "belt-effects/1"
+SCHEMA, WITH_LAWS = "belt-effects/1", "belt-effects/2"  # version 2 may hold laws that were found
 BEYOND = 100.0  # times the largest plausible value: more is a slip of the pen
 
 
 def load_classes(spec: Any) -> dict[str, type[Effect]]:
-    """Effect classes named by ``spec`` (ids and .py files); the whole library when it is None."""
+    """Effect classes that ``spec`` names (ids, .py and .yaml files, laws); the whole library when it is None."""
     if spec is None:
         return dict(library())
     classes: dict[str, type[Effect]] = {}
     for item in _entries(spec):
-        classes |= _classes_of(_split_entry(item)[0])
+        classes |= _read_entry(item)[0]
     return classes
 
 
 def load_effects(spec: Any) -> tuple[Effect, ...]:
     """Effects with numbers, ready for a model.
 
-    spec: None; an effects.yaml; or a list of ids, .py files and mappings {id: taper, kappa_t: 2e-5}. An id without
-    numbers takes the effect's own default. Raises InputError for unknown names, wrong numbers, and for an effect
-    that would do nothing.
+    spec: None; an effects.yaml; or a list of ids, .py and .yaml files and mappings {id: taper, kappa_t: 2e-5}. An id
+    without numbers takes the effect's own default. Raises InputError for unknown names, wrong numbers, and for an
+    effect that would do nothing.
     """
     loaded: list[Effect] = []
     for item in _entries(spec) if spec is not None else []:
-        name, numbers = _split_entry(item)
-        loaded += [_build(cls, numbers) for cls in _classes_of(name).values()]
+        classes, numbers = _read_entry(item)
+        loaded += [_build(cls, numbers) for cls in classes.values()]
     ids = [e.id for e in loaded]
     for twice in {i for i in ids if ids.count(i) > 1}:
         raise InputError("effects", twice, "", "name each effect once")
     return tuple(loaded)
 
 
-def save_effects(effects: Sequence[Effect], uncertainty: Mapping[str, Mapping[str, float]] | None = None) -> str:
-    """The text of an effects.yaml that load_effects reads back; uncertainties stand beside as comments."""
-    lines = [f"schema: {SCHEMA}", "effects:" if effects else "effects: []"]
+def save_effects(
+    effects: Sequence[Effect],
+    uncertainty: Mapping[str, Mapping[str, float]] | None = None,
+    notes: Sequence[str] = (),
+) -> str:
+    """The text of an effects.yaml that load_effects reads back; comments: uncertainties, and notes on a law."""
+    schema = WITH_LAWS if any(isinstance(e, GenericLaw) for e in effects) else SCHEMA
+    lines = [f"schema: {schema}", "effects:" if effects else "effects: []"]
     for e in effects:
+        if isinstance(e, GenericLaw):
+            lines += law_lines(e, (uncertainty or {}).get(e.id, {}), notes)
+            continue
         origin = getattr(type(e), "source_file", None)
         lines.append(f"  - id: {origin or e.id}")
         lines.append("    parameters:")
         for name, p in e.parameters.items():
             u = (uncertainty or {}).get(e.id, {}).get(name)
             beside = f"  # +- {u:.2g} {p.unit}" if u is not None else f"  # {p.unit}"
-            lines.append(f"      {name}: {float(getattr(e, name))!r}{beside}")
+            lines.append(f"      {name}: {yaml_number(getattr(e, name))}{beside}")
     return "\n".join(lines) + "\n"
 
 
@@ -71,13 +82,22 @@ def _entries(spec: Any) -> list:
         return [text]
     if isinstance(spec, Mapping):
         return _listed(spec["effects"]) if "effects" in spec else [spec]
-    return _listed(spec)
+    found = [_entries(item) if isinstance(item, str | Path) else [item] for item in _listed(spec)]
+    return [entry for entries in found for entry in entries]
 
 
 def _listed(spec: Any) -> list:
     if not isinstance(spec, Sequence) or isinstance(spec, str):
         raise InputError("effects", spec, "", "give a list, as [taper, my_effect.py], or an effects.yaml")
     return list(spec)
+
+
+def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
+    """The effect classes of an entry by id, and its numbers."""
+    if isinstance(item, Mapping) and item.get("id") == LAW:
+        return {LAW: law_effect(law_of_entry(item))}, {}
+    name, numbers = _split_entry(item)
+    return _classes_of(name), numbers
 
 
 def _split_entry(item: Any) -> tuple[str, dict[str, Any]]:
@@ -100,7 +120,7 @@ def _read_yaml(path: Path) -> list:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise InputError("effects", str(path), "", f"not readable as YAML: {str(error).splitlines()[0]}") from error
-    if not isinstance(content, Mapping) or content.get("schema") != SCHEMA or "effects" not in content:
+    if not isinstance(content, Mapping) or content.get("schema") not in (SCHEMA, WITH_LAWS) or "effects" not in content:
         raise InputError("effects", str(path), "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
     return [_relative_to(path, item) for item in _listed(content["effects"] or [])]
 
@@ -116,6 +136,8 @@ def _relative_to(path: Path, item: Any) -> Any:
 def _classes_of(name: str) -> dict[str, type[Effect]]:
     if name.endswith(".py"):
         return own_effects(Path(name))
+    if name == LAW:
+        raise InputError("effects", name, "", "give the file of the law; a diagnosis writes one as found_law.yaml")
     known = library()
     if name not in known:
         raise InputError("effects", name, "", f"use one of {', '.join(known)}, or a .py file of your own")

@@ -68,7 +68,7 @@ def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
     elif d.unknown is not None and d.unknown.nearest:
         out.print(f"nearest known effect: {d.unknown.nearest}, but {d.unknown.why}")
     out.print("")
-    law = ("found_effect.py",) if found is not None and found.effect_file else ()
+    law = ("found_law.yaml",) if found is not None and found.law_file else ()
     for name in ("report.html", "effects.yaml", "diagnosis.json", *law):
         out.print(str(folder / name), soft_wrap=True)
 

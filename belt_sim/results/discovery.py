@@ -73,7 +73,7 @@ class Discovery(Display):
     """What was discovered, if anything.
 
     found: whether something is missing; probability: of that; law: None where no generic law describes it; unit: of u;
-    limits: what these runs cannot show; effect_file: text of found_effect.py.
+    limits: what these runs cannot show; law_file: text of found_law.yaml.
     """
 
     base_model: str
@@ -91,7 +91,7 @@ class Discovery(Display):
     curve: LawPoints | None = None
     error: Errors | None = None
     limits: tuple[str, ...] = ()
-    effect_file: str = ""
+    law_file: str = ""
     provenance: Free = field(default_factory=dict)
 
     def lines(self) -> list[str]:

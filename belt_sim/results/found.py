@@ -82,9 +82,9 @@ class FoundEffect:
     """An effect that the model lacks; numbers: every parameter in SI; parameters: those that the readings can see.
 
     probability: its weight against what could stand in its place; confusable_with: that, effects that stand there
-    together joined by +; source_file: of an effect of one's own; rejected: even with it the model fails, so that its
-    numbers are effective values; alone: what each of several numbers would be without the others, where only together
-    they are known.
+    together joined by +; source_file: of an effect of one's own; law: of a law that was given, its entry in an
+    effects.yaml; rejected: even with it the model fails, so that its numbers are effective values; alone: what each of
+    several numbers would be without the others, where only together they are known.
     """
 
     id: str
@@ -94,6 +94,7 @@ class FoundEffect:
     confusable_with: tuple[str, ...] = ()
     rejected: Annotated[bool, Field(exclude=True)] = False
     source_file: Annotated[str | None, file_field("source_file", omit_empty=True)] = None
+    law: Annotated[Mapping[str, Any] | None, file_field("law", omit_empty=True)] = None
     alone: Annotated[Mapping[str, Estimate], file_field("alone", omit_empty=True)] = field(default_factory=dict)
 
     @model_validator(mode="before")
@@ -119,6 +120,8 @@ class FoundEffect:
 
     def as_setting(self) -> dict[str, Any]:
         """The effect as an entry of an effects.yaml."""
+        if self.law is not None:
+            return dict(self.law)
         return {"id": self.source_file or self.id, "parameters": dict(self.numbers)}
 
     def __str__(self) -> str:

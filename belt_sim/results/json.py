@@ -26,7 +26,8 @@ from belt_sim.results.simulation import POINTS, SPANS, Simulation
 
 DIAGNOSIS, COMPARISON, SUMMARY = "belt-diagnosis/1", "belt-comparison/1", "belt-summary/1"
 RUNS = "belt-run-errors/2"  # version 1 called every unit mm
-DRAWINGS, DISCOVERY, CHECK = "belt-drawings/1", "belt-discovery/1", "belt-check/1"
+DRAWINGS, DISCOVERY, CHECK = "belt-drawings/1", "belt-discovery/2", "belt-check/1"
+DISCOVERY_1 = "belt-discovery/1"  # held the law as code; what else it held is read
 DIGITS, DISCOVERY_DIGITS = 6, 8  # significant digits of a drawing, of a discovery
 WRITTEN: dict[str, Any] = {
     CHECK: Check,
@@ -198,7 +199,7 @@ def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
 def read_discovery(content: Mapping[str, Any]) -> Discovery:
     """Build a discovery from the content of discovery.json; raise InputError if damaged or of another version."""
     try:
-        if content["schema"] != DISCOVERY:
+        if content["schema"] not in (DISCOVERY, DISCOVERY_1):
             raise KeyError("schema")
         known = content if "probability" in content else dict(content) | {"probability": 1.0 - content["p"]}
         found: Discovery = adapter(Discovery).validate_python(known, by_alias=False, by_name=True, context=IN_SI)

@@ -57,7 +57,7 @@ def source(name: str) -> Draw:
 Answer = Callable[[Path, int, int, str], dict[str, Any]]
 #: parts of an answer that no score looks at, and that are long
 _LONG = ("per_run", "runs_schema", "schema", "where", "provenance", "admitted")
-_CURVES = ("courses", "against", "curve", "effect_file", "campaign", "base_model")
+_CURVES = ("courses", "against", "curve", "effect_file", "law_file", "campaign", "base_model")
 
 
 def diagnose_folder(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:

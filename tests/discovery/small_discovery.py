@@ -12,6 +12,8 @@ from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.discovery.describe import describe
 from belt_sim.discovery.discover import Discovered, discover
 from belt_sim.discovery.survey import Survey, survey_of
+from belt_sim.effects.generic_law import ID, GenericLaw, law_effect
+from belt_sim.effects.law_terms import Law, SizedLaw
 from belt_sim.results.discovery import Discovery
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, Plan, grid
@@ -60,3 +62,8 @@ def discovered(hidden: str = "", seed: int = 3) -> Discovered:
 def described(hidden: str = "", seed: int = 3) -> Discovery:
     """Its result."""
     return describe(discovered(hidden, seed), 1.0)
+
+
+def effect_of(survey: Survey, law: Law, sizes, id: str = ID) -> type[GenericLaw]:
+    """The effect of a law with these sizes."""
+    return law_effect(SizedLaw(law, tuple(map(float, sizes)), survey.tension), id)

@@ -5,21 +5,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_discovery import MODEL, both_ways
+from small_discovery import MODEL, both_ways, effect_of
 
 from belt_sim.discovery.choose import _elsewhere, choose
 from belt_sim.discovery.describe import _drawn, _travelled
-from belt_sim.discovery.forms import Form
+from belt_sim.discovery.forms import form_values
 from belt_sim.discovery.places import places_of
-from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.search import Scored
-from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.survey import Survey
 from belt_sim.discovery.words import formula, sentence
+from belt_sim.effects.law_terms import Form, Law, Term
 from belt_sim.results.errors import Change
 from studies.challenge.laws import generator_place, pairs
 
-GREASE = Form("alpha", course="stretch", at=1.2, wide=0.1)
-BENT = Form("one", course="stretch", at=0.8, wide=0.1)
+GREASE = Form("alpha", course="belt_section", at=1.2, wide=0.1)
+BENT = Form("none", course="belt_section", at=0.8, wide=0.1)
 
 
 def law_of(survey: Survey, place: str, form: Form) -> Law:
@@ -59,7 +59,7 @@ def test_a_course_is_felt_at_the_head_pulley_later_or_once_round():
 def test_the_file_of_such_a_law_does_in_the_march_what_the_search_says(name, form, size):
     bench, survey = both_ways()
     law = law_of(survey, name, form)
-    cls = effect_file(survey, Scored(law, 0.0, 0.0), [size], "A test.").cls
+    cls = effect_of(survey, law, [size])
     forward = replace(bench, forward=type(bench.forward)(bench.samples, MODEL, [cls], bench.forward.step)).forward
     at = [slot.name for slot in forward.slots].index("size")
     vector = forward.null()
@@ -76,7 +76,7 @@ def test_what_the_belt_carries_is_found_and_told_from_what_either_pulley_does():
     noise = np.random.default_rng(0).standard_normal(row.shape)
     hidden = replace(survey, ground=replace(survey.ground, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={})
     (term,) = choose(hidden, hidden.courses()[0]).best.law.terms
-    assert term.says == ("drift_carried", "alpha", "x", "stretch")
+    assert term.family == ("drift_carried", "alpha", "linear", "belt_section")
     assert term.form.at % 1.0 == pytest.approx(GREASE.at % 1.0, abs=0.02)
 
 
@@ -88,7 +88,7 @@ def test_elsewhere_it_is_carried_past_one_pulley_and_nothing_else_is_carried():
         return {made.terms[0].place.name for made in _elsewhere(survey, law.terms, (0,))}
 
     assert moved(GREASE, "drift_carried") == {"drift_tail", "drift_head", "turn_tail", "turn_head", "turn_carried"}
-    assert not {n for n in moved(Form("one"), "drift_tail") if n.endswith("carried")}
+    assert not {n for n in moved(Form("none"), "drift_tail") if n.endswith("carried")}
 
 
 def test_a_free_course_of_what_the_belt_carries_is_kept_from_known_effects():
@@ -128,4 +128,4 @@ def test_a_law_of_the_belt_alone_is_drawn_where_it_was_met():
     found = SimpleNamespace(survey=survey, refit=refit)
     for run in range(len(states.met)):
         drawn = _drawn(found, _travelled(states, BENT, 0)[run], by_travel=True)
-        assert np.allclose(drawn, BENT.values(states, 0, None)[run], atol=1e-6)
+        assert np.allclose(drawn, form_values(BENT, states, 0, None)[run], atol=1e-6)

@@ -7,10 +7,10 @@ import pytest
 from small_discovery import surveyed
 
 from belt_sim.discovery.choose import bent, choose
-from belt_sim.discovery.forms import Form
 from belt_sim.discovery.loop import closed
 from belt_sim.discovery.rounds import Loop
-from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.survey import Survey
+from belt_sim.effects.law_terms import Form, Law, Term
 
 
 def made_with(*terms: tuple[str, Form, float]) -> Survey:
@@ -27,35 +27,35 @@ def term(survey: Survey, name: str, form: Form) -> Term:
 
 
 def test_what_dies_away_after_a_step_without_a_swing_is_one_law():
-    survey = made_with(("turn_tail", Form("beta", course="fade", at=9.0), 60.0))
+    survey = made_with(("turn_tail", Form("beta", course="decay", at=9.0), 60.0))
     (best,) = choose(survey, survey.courses()[0]).best.law.terms
-    assert best.says == ("turn_tail", "beta", "x", "fade")
+    assert best.family == ("turn_tail", "beta", "linear", "decay")
     assert best.form.at == pytest.approx(9.0, rel=0.1)
 
 
 @pytest.mark.long
 def test_the_simple_law_is_tried_elsewhere_too_where_one_of_two_terms_is_ahead():
     survey = made_with(
-        ("turn_tail", Form("beta", course="fade", at=9.0), 60.0),
-        ("turn_tail", Form("one", course="wave", at=5.0), 20.0),
+        ("turn_tail", Form("beta", course="decay", at=9.0), 60.0),
+        ("turn_tail", Form("none", course="wave", at=5.0), 20.0),
     )
     choice = choose(survey, survey.courses()[0])
     assert len(choice.best.law.terms) == 2
     laws = [s.law.terms[0] for s in choice.judged if len(s.law.terms) == 1]
-    assert len({t.place.name for t in laws if t.says[1:] == ("beta", "x", "fade")}) > 4
+    assert len({t.place.name for t in laws if t.family[1:] == ("beta", "linear", "decay")}) > 4
 
 
 def test_a_law_that_bends_is_sought_with_a_slope_on_either_side():
     """Neither of its terms by itself says much of it: they nearly cancel, and each is a poor start for the other."""
     survey = surveyed("yaw_creep")
     loop, knee = Loop(survey), 0.2 * float(np.abs(survey.states.alpha).max())
-    straight, flat = Form("alpha"), Form("alpha", shape="saturated", knee=knee)
+    straight, flat = Form("alpha"), Form("alpha", shape="saturation", knee=knee)
     terms = [term(survey, "drift_tail", form) for form in (straight, flat)]
     made = closed(loop, Law(tuple(terms)), [0.5, -1.2], steps=0)
     loop = Loop(replace(survey, ground=replace(survey.ground, residual=made.readings), kept={}))
-    one = closed(loop, Law((term(survey, "drift_tail", replace(flat, shape="beyond")),)), [0.3])
+    one = closed(loop, Law((term(survey, "drift_tail", replace(flat, shape="dead_zone")),)), [0.3])
     (found,) = bent(loop, [one])
-    assert [t.form.shape for t in found.law.terms] == ["x", "saturated"]
+    assert [t.form.shape for t in found.law.terms] == ["linear", "saturation"]
     assert found.gain > one.gain + 10.0
     assert found.sizes == pytest.approx([0.5, -1.2], rel=0.1)
     assert bent(loop, [closed(loop, Law((terms[0],)), [0.3])]) == []

@@ -2,34 +2,32 @@
 
 import numpy as np
 import pytest
-from small_discovery import MODEL, campaign, fitted, surveyed
+from small_discovery import MODEL, campaign, effect_of, fitted, surveyed
 
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.discovery.channels import Pulse
-from belt_sim.discovery.forms import Form
-from belt_sim.discovery.refit import effect_file
-from belt_sim.discovery.search import Scored
-from belt_sim.discovery.survey import Law, Term, survey_of
+from belt_sim.discovery.survey import survey_of
+from belt_sim.effects.law_terms import Form, Law, Term
 
 SAME = 0.999  # cosine; cells of 0.2 m against steps of 0.1 m leave a few per mille
 SIZE = 0.01
 RATE = 0.99  # the same where a reading is differentiated over its samples, half a metre apart
 TERMS = {
     "yaw_tail": Form("beta", course="rise", at=8.0),
-    "yaw_both": Form("one", course="wave", at=9.0),
-    "turn_both": Form("kappa", shape="saturated", knee=1e-5),
-    "drift_head": Form("alpha", course="after", at=12.0),
+    "yaw_both": Form("none", course="wave", at=9.0),
+    "turn_both": Form("kappa", shape="saturation", knee=1e-5),
+    "drift_head": Form("alpha", course="step", at=12.0),
     "shift_tail": Form("y"),
     "shift_head": Form("alpha"),
-    "twist_both": Form("kappa", course="during", at=10.0, wide=6.0),
-    "tension": Form("one", course="rise", at=10.0),
-    "travel": Form("one", course="travel"),
-    "turn_tail": Form("beta", course="ring", at=9.0, wide=12.0),
-    "drift_tail": Form("set", course="rise", at=8.0),
-    "twist_head": Form("set", course="fade", at=20.0, timed=True),
-    "sensor_y1": Form("shown", shape="x^2"),
-    "sensor_y4": Form("shown", shape="stuck", knee=2e-4),
-    "sensor_all": Form("rate"),
+    "twist_both": Form("kappa", course="interval", at=10.0, wide=6.0),
+    "tension": Form("none", course="rise", at=10.0),
+    "travel": Form("none", course="linear"),
+    "turn_tail": Form("beta", course="decaying_wave", at=9.0, wide=12.0),
+    "drift_tail": Form("yaw_set", course="rise", at=8.0),
+    "twist_head": Form("yaw_set", course="decay", at=20.0, timed=True),
+    "sensor_y1": Form("reading", shape="square"),
+    "sensor_y4": Form("reading", shape="stick", knee=2e-4),
+    "sensor_all": Form("reading_rate"),
 }
 
 
@@ -40,9 +38,7 @@ def marched():
     places = {p.name: p for p in survey.places}
     for name, form in TERMS.items():
         law = Law((Term(places[name], form, -1.0),))
-        cls = effect_file(survey, Scored(law, 0.0, 0.0), [1.0, 1.0][: 1 + form.waving], "A test.").cls
-        cls.id = f"found_{name}"
-        classes[name] = cls
+        classes[name] = effect_of(survey, law, [1.0] * law.terms[0].sizes, f"found_{name}")
     bench = workbench(campaign("yaw_creep"), MODEL, list(classes.values()))
     null = bench.forward.null()
     found = {"survey": survey_of(bench, bench.fit([bench.start((), null)])[0])}
@@ -61,7 +57,7 @@ def test_columns_are_those_of_the_march_with_the_written_effect(name, marched):
     own = survey.columns(Law((Term(place, TERMS[name], -1.0),))).reshape(len(marched[name]), -1)
     there = survey.ground.white(marched[name]).reshape(len(own), -1)
     for a, b in zip(own, there, strict=True):
-        same = RATE if TERMS[name].variable == "rate" else SAME
+        same = RATE if TERMS[name].variable == "reading_rate" else SAME
         assert a @ b > same * np.linalg.norm(a) * np.linalg.norm(b)
         assert np.linalg.norm(a) == pytest.approx(np.linalg.norm(b), rel=SIZE + 1.0 - same)
 

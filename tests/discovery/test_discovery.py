@@ -55,7 +55,7 @@ def test_the_held_out_error_falls():
 def test_the_written_effect_lets_the_error_fall_in_a_comparison(tmp_path):
     write_discovery(tmp_path, described("yaw_creep"))
     draw_discovery(tmp_path, described("yaw_creep"))
-    compared = bs.compare(campaign("yaw_creep"), "strip", [str(tmp_path / "found_effect.py")], drawn=False)
+    compared = bs.compare(campaign("yaw_creep"), "strip", [str(tmp_path / "found_law.yaml")], drawn=False)
     assert compared.error.fit.after < 0.8 * compared.error.fit.before
     assert {p.name for p in tmp_path.glob("*.png")} == {f"{n}.png" for n in discovery_by_kind(described("yaw_creep"))}
     content = json.loads((tmp_path / "discovery.json").read_text())
@@ -99,12 +99,6 @@ def test_the_fall_of_the_rms_error_is_told_in_millimetres():
     before, after = (thousandths(x) for x in (told.error.fit.before, told.error.fit.after))
     assert f"the rms error falls from {before} to {after} mm" in told.sentence
     assert "explains" not in told.sentence
-
-
-def test_the_written_effect_holds_nothing_that_it_does_not_call():
-    text = described("yaw_creep").effect_file
-    assert "_since(case" in text
-    assert [word for word in ("_rate", "response", "import jax\n") if word in text] == []
 
 
 def test_too_few_runs_are_said_and_no_law_is_guessed():

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from small_discovery import surveyed
 
-from belt_sim.discovery.forms import Form, dictionary, seldom
+from belt_sim.discovery.forms import dictionary, form_values, limit_of, seldom
+from belt_sim.effects.law_terms import Form
 
 YAW = 1e-3  # rad
 
@@ -13,14 +14,14 @@ YAW = 1e-3  # rad
 def test_powers_of_the_yaw_are_tried_where_its_sizes_differ():
     """Where settings put one stated yaw run by run there is one size of it: its cube is no law of its own."""
     states = surveyed("yaw_creep").states
-    on = states.set * np.where(np.arange(len(states.beta)) % 2, 1.0, -1.0)[:, None]
+    on = states.yaw_set * np.where(np.arange(len(states.beta)) % 2, 1.0, -1.0)[:, None]
 
     def powers(sizes):
         return {f.shape for f in dictionary(replace(states, beta=on * sizes[:, None]), "yaw") if f.variable == "beta"}
 
     count = len(states.beta)
-    assert powers(YAW * (1.0 + 1e-3 * np.arange(count) / count)) == {"x"}
-    assert "x^3" in powers(YAW * np.linspace(0.5, 1.0, count))
+    assert powers(YAW * (1.0 + 1e-3 * np.arange(count) / count)) == {"linear"}
+    assert "cube" in powers(YAW * np.linspace(0.5, 1.0, count))
 
 
 def test_what_a_yaw_leaves_behind_may_be_as_much_whatever_its_size():
@@ -28,9 +29,9 @@ def test_what_a_yaw_leaves_behind_may_be_as_much_whatever_its_size():
     sign = np.where(np.arange(len(states.beta)) % 2, 1.0, -1.0)[:, None]
 
     def left(sizes):
-        moved = replace(states, beta=states.set * sign * sizes[:, None])
-        forms = [f for f in seldom(moved, "turn", ()) if f.variable == "beta" and f.shape == "saturated"]
-        return [f.values(moved, 0, None) for f in forms if f.course == "fade"]
+        moved = replace(states, beta=states.yaw_set * sign * sizes[:, None])
+        forms = [f for f in seldom(moved, "turn", ()) if f.variable == "beta" and f.shape == "saturation"]
+        return [form_values(f, moved, 0, None) for f in forms if f.course == "decay"]
 
     assert not left(np.full(len(sign), YAW))
     (row, *_) = left(YAW * np.where(np.arange(len(sign)) % 3, 0.5, 1.0))
@@ -39,6 +40,6 @@ def test_what_a_yaw_leaves_behind_may_be_as_much_whatever_its_size():
 
 
 def test_what_fades_over_many_records_stays():
-    form = Form("beta", course="fade", at=30.0)
-    assert form.plainer(10.0, 0.1) == Form("beta")
-    assert form.plainer(20.0, 0.1) is None
+    form = Form("beta", course="decay", at=30.0)
+    assert limit_of(form, 10.0, 0.1) == Form("beta")
+    assert limit_of(form, 20.0, 0.1) is None

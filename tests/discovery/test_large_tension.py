@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_discovery import surveyed
+from small_discovery import effect_of, surveyed
 
 from belt_sim.campaign import case_of
-from belt_sim.discovery.forms import Form, seldom
-from belt_sim.discovery.refit import _round, effect_file
-from belt_sim.discovery.search import Scored
-from belt_sim.discovery.survey import Law, Term
+from belt_sim.discovery.forms import seldom
+from belt_sim.discovery.refit import _round
+from belt_sim.effects.law_terms import Form, Law, Term
 from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.span import response, strip
 
@@ -43,7 +42,7 @@ def bent_by(name, share, case):
     """Curvature (2,) that the file of a law of a constant relative change adds at the run-ups."""
     survey = surveyed("yaw_creep")
     place = next(p for p in survey.places if p.name == name)
-    cls = effect_file(survey, Scored(Law((Term(place, Form("one")),)), 0.0, 0.0), [share], "A test.").cls
+    cls = effect_of(survey, Law((Term(place, Form("none")),)), [share])
     effect = cls(size=share)
     boundary = BoundaryValues(travel=5.0, start=0.0, ends=ENDS, direction=1.0)
     return effect.bend(no_bend(), boundary, effect.influence(strip(case), case), case).runup
@@ -61,4 +60,4 @@ def test_waves_in_time_are_tried_where_speeds_differ():
     alike = seldom(replace(states, speed=np.full_like(states.speed, 0.5)), "yaw", periods)
     differ = seldom(replace(states, speed=np.linspace(0.5, 1.0, len(states.speed))), "yaw", periods)
     assert not any(f.timed for f in alike)
-    assert {f.course for f in differ if f.timed and f.waving} == {"wave", "ring"}
+    assert {f.course for f in differ if f.timed and f.is_wave} == {"wave", "decaying_wave"}

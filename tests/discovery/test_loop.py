@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from small_discovery import MODEL, campaign, surveyed
+from small_discovery import MODEL, campaign, effect_of, surveyed
 
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.discovery.forms import Form, stop
 from belt_sim.discovery.loop import closed, states_with
-from belt_sim.discovery.refit import effect_file
 from belt_sim.discovery.rounds import Loop
-from belt_sim.discovery.search import Scored, fitted
-from belt_sim.discovery.survey import Law, Term
+from belt_sim.discovery.search import fitted
+from belt_sim.effects.law_terms import Form, Law, Term, stop
 
 #: a crown that steers the belt [1/m^2], and a belt that slides by much of its angle: what they make is not what the
 #: base model's states would
@@ -34,7 +32,7 @@ def law_of(place: str, form: Form) -> Law:
 def marched(law: Law, size: float) -> np.ndarray:
     """Whitened readings that a law adds in the march."""
     survey = surveyed("yaw_creep")
-    cls = effect_file(survey, Scored(law, 0.0, 0.0), [size], "A test.").cls
+    cls = effect_of(survey, law, [size])
     forward = workbench(campaign("yaw_creep"), MODEL, [cls]).forward
     names = [slot.name for slot in forward.slots]
     vector = forward.null()
@@ -86,7 +84,7 @@ def test_what_sticks_follows_and_slides():
 
 def test_a_pull_acts_where_the_belt_is_bent_as_it_is_then():
     """At first order in the pull, which is no first order in where the belt runs."""
-    survey, law, size = surveyed("yaw_creep"), law_of("tension", Form("one")), -0.05
+    survey, law, size = surveyed("yaw_creep"), law_of("tension", Form("none")), -0.05
     whole = marched(law, size)
     off = [np.linalg.norm(r - whole) for r in (closed(Loop(survey), law, [size], steps=0).readings,
                                                size * survey.columns(law)[0])]  # fmt: skip

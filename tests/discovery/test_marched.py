@@ -6,10 +6,9 @@ import pytest
 from small_discovery import surveyed
 
 from belt_sim.discovery.choose import Choice, _elsewhere
-from belt_sim.discovery.forms import Form
 from belt_sim.discovery.marched import COURSES, LEADING, March, elsewhere, of_first_order, places
 from belt_sim.discovery.search import Scored, cost
-from belt_sim.discovery.survey import Law, Term
+from belt_sim.effects.law_terms import Form, Law, Term
 
 WAVE = 5.0  # m
 
@@ -43,27 +42,27 @@ def chosen(*judged):
 
 def test_the_course_of_what_bends_the_belt_is_tried_for_the_tension(survey):
     best = scored(law(survey, ("turn_tail", Form("kappa", course="wave", at=WAVE))), 200.0)
-    faint = scored(law(survey, ("tension", Form("one"))), 20.0)
+    faint = scored(law(survey, ("tension", Form("none"))), 20.0)
     choice = chosen(best, faint)
     assert of_first_order(survey, choice, likely(survey, "turn_tail")) == []
     tried = [s.law.terms[0] for s in of_first_order(survey, choice, likely(survey, "tension"))]
-    assert [(t.place.name, t.form.course) for t in tried] == [("tension", "always"), ("tension", "wave")]
+    assert [(t.place.name, t.form.course) for t in tried] == [("tension", "constant"), ("tension", "wave")]
     assert tried[1].form.at == pytest.approx(WAVE, rel=0.02)  # as the closed loop has it
 
 
 def test_of_laws_behind_the_leading_ones_what_acts_as_a_pull_does_is_tried_for_the_tension(survey):
     before = [scored(law(survey, ("yaw_tail", Form("y"))), 200.0 - k) for k in range(LEADING)]
-    bent = scored(law(survey, ("turn_both", Form("kappa", course="after", at=12.0))), 150.0)
+    bent = scored(law(survey, ("turn_both", Form("kappa", course="step", at=12.0))), 150.0)
     tried = of_first_order(survey, chosen(*before, bent), likely(survey, "tension"))
-    assert "after" in {s.law.terms[0].form.course for s in tried}
+    assert "step" in {s.law.terms[0].form.course for s in tried}
 
 
 def test_two_courses_are_tried_for_the_tension(survey):
     """A pull that swings by half is far from what the first order makes of it, by which courses are ranked."""
     forms = (
         Form("kappa", course="wave", at=WAVE),
-        Form("kappa", course="after", at=12.0),
-        Form("kappa", course="root"),
+        Form("kappa", course="step", at=12.0),
+        Form("kappa", course="square_root"),
     )
     choice = chosen(*(scored(law(survey, ("turn_both", f)), 200.0 - k) for k, f in enumerate(forms)))
     tried = [s.law.terms[0] for s in of_first_order(survey, choice, likely(survey, "tension"))]
@@ -71,22 +70,22 @@ def test_two_courses_are_tried_for_the_tension(survey):
 
 
 def test_a_law_of_the_encoder_that_promises_half_is_tried(survey):
-    best = scored(law(survey, ("drift_tail", Form("alpha", course="travel"))), 200.0)
+    best = scored(law(survey, ("drift_tail", Form("alpha", course="linear"))), 200.0)
     for score, count in ((150.0, 1), (50.0, 0)):
-        other = scored(law(survey, ("travel", Form("one", course="square"))), score)
+        other = scored(law(survey, ("travel", Form("none", course="quadratic"))), score)
         assert len(of_first_order(survey, chosen(best, other), likely(survey, "drift_tail"))) == count
 
 
 def test_several_courses_of_the_encoder_are_tried(survey):
     """Against an edge's short waves a long way is far from what the first order makes of it."""
-    forms = [Form("one", course=c, at=a) for c, a in (("wave", WAVE), ("after", WAVE), ("square", None))]
+    forms = [Form("none", course=c, at=a) for c, a in (("wave", WAVE), ("step", WAVE), ("quadratic", None))]
     choice = chosen(*(scored(law(survey, ("travel", f)), 200.0 - 60.0 * k) for k, f in enumerate(forms)))
     tried = of_first_order(survey, choice, likely(survey, "drift_tail"))
-    assert [s.law.terms[0].form.course for s in tried] == ["wave", "after", "square"]
+    assert [s.law.terms[0].form.course for s in tried] == ["wave", "step", "quadratic"]
 
 
 def test_what_wins_in_the_march_is_told_with_the_best_of_other_places_first(survey):
-    kappa, y, one = (Form(v) for v in ("kappa", "y", "one"))
+    kappa, y, one = (Form(v) for v in ("kappa", "y", "none"))
     best = scored(law(survey, ("turn_tail", kappa)), 200.0)
     pair = scored(law(survey, ("turn_tail", kappa), ("yaw_tail", y)), 199.0)
     same = scored(law(survey, ("turn_tail", y)), 198.0)
@@ -96,7 +95,7 @@ def test_what_wins_in_the_march_is_told_with_the_best_of_other_places_first(surv
     march = March(survey, chosen(best, pair, same, close, far, first_order), 0.0)
     march.put = None
     for s, score in ((best, 210.0), (first_order, 212.0)):
-        march.tried[s.law.says, (0.0,), (0,)] = fitted(s, score)
+        march.tried[s.law.family, (0.0,), (0,)] = fitted(s, score)
     won = march.winner()
     assert won.scored is first_order
     told = march.near(won)
@@ -107,7 +106,8 @@ def test_what_wins_in_the_march_is_told_with_the_best_of_other_places_first(surv
 
 
 def test_terms_of_one_place_are_moved_together(survey):
-    two = law(survey, ("yaw_tail", Form("one", course="wave", at=WAVE)), ("yaw_tail", Form("one", course="root")))
+    wave, root = Form("none", course="wave", at=WAVE), Form("none", course="square_root")
+    two = law(survey, ("yaw_tail", wave), ("yaw_tail", root))
     moved = _elsewhere(survey, two.terms, range(2))
     assert all(len(places(m)) == 1 for m in moved)
     assert {"yaw_head", "drift_tail"} <= {m.terms[0].place.name for m in moved}
@@ -118,7 +118,7 @@ def test_a_close_law_is_told_where_the_first_predicts_worse_than_none(survey, mo
     first, second, far = (scored(law(survey, (n, Form("kappa"))), 200.0) for n in ("turn_tail", "yaw_tail", "yaw_head"))
     march = March(survey, chosen(first, second, far), 0.0)
     for s, score in ((first, 200.0), (second, 195.0), (far, 150.0)):
-        march.tried[s.law.says] = fitted(s, score)
+        march.tried[s.law.family] = fitted(s, score)
     won = march.winner()
     assert won.scored is first
     for falling, told in (((first, second), first), ((second, far), second), ((far,), first)):

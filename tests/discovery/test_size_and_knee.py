@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from small_discovery import surveyed
 
-from belt_sim.discovery.effect_file import Number
-from belt_sim.discovery.forms import Form
 from belt_sim.discovery.refit import Refit
 from belt_sim.discovery.search import Scored
-from belt_sim.discovery.survey import Law, Term
 from belt_sim.discovery.words import sentence
+from belt_sim.effects.law_terms import Form, Law, LawNumber, Term
 from belt_sim.results.errors import Change
 
 SIZE, KNEE, U = -1.6, 2e-6, 0.02
@@ -22,14 +20,13 @@ def fitted(apart: float, product: float = U) -> Refit:
     turned = np.array([[1.0, 1.0], [1.0, -1.0]]) / 2.0
     slots = [SimpleNamespace(name=n, scale=abs(v)) for n, v in (("size", SIZE), ("knee", KNEE))]
     forward = SimpleNamespace(slots=slots, index=lambda name: range(2))
-    numbers = [Number("size", "1", "", SIZE), Number("knee", "1/m", "", KNEE, True)]
-    cls = SimpleNamespace(id="found_effect", parameters={n.name: n for n in numbers})
+    numbers = [LawNumber("size", "1", "", SIZE), LawNumber("knee", "1/m", "", KNEE, True)]
+    cls = SimpleNamespace(id="generic_law", numbers=numbers, parameters={n.name: n for n in numbers})
     covariance = turned.T @ np.diag([apart**2, product**2]) @ turned
     fit = SimpleNamespace(vector=np.array([-1.0, 1.0]), free=[0, 1], covariance=covariance)
     place = next(p for p in surveyed("yaw_creep").places if p.name == "turn_both")
-    law = Law((Term(place, Form("kappa", shape="saturated", knee=KNEE)),))
-    return Refit(Scored(law, 400.0, 397.0), SimpleNamespace(numbers=numbers, cls=cls),
-                 SimpleNamespace(forward=forward), fit, 400.0, (0.0, 0.0))  # fmt: skip
+    law = Law((Term(place, Form("kappa", shape="saturation", knee=KNEE)),))
+    return Refit(Scored(law, 400.0, 397.0), cls, SimpleNamespace(forward=forward), fit, 400.0, (0.0, 0.0))
 
 
 def told(made: Refit) -> str:

@@ -3,15 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
-from small_discovery import MODEL, both_ways, surveyed
+from small_discovery import MODEL, both_ways, effect_of, surveyed
 
 from belt_sim.discovery.choose import choose
-from belt_sim.discovery.forms import Form
-from belt_sim.discovery.refit import effect_file
-from belt_sim.discovery.search import Scored
-from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.survey import Survey
+from belt_sim.effects.law_terms import Form, Law, Term
 
-WAVE = Form("one", course="wave", at=3.0)
+WAVE = Form("none", course="wave", at=3.0)
 SIZES = [2e-6, 1e-6]
 
 
@@ -26,7 +24,7 @@ def made_by(survey: Survey, law: Law) -> np.ndarray:
 
 def test_spans_are_places_where_the_belt_has_travelled_both_ways():
     assert not [p for p in surveyed("yaw_creep").places if p.kind == "span"]
-    assert [p.pulleys for p in both_ways()[1].places if p.kind == "span"] == ["upper", "lower"]
+    assert [p.where for p in both_ways()[1].places if p.kind == "span"] == ["upper", "lower"]
 
 
 def test_a_span_is_bent_on_the_pulley_that_it_runs_up():
@@ -42,7 +40,7 @@ def test_a_span_is_bent_on_the_pulley_that_it_runs_up():
 def test_the_file_of_a_law_of_a_span_does_in_the_march_what_the_search_says():
     bench, survey = both_ways()
     law = law_of(survey, "span_lower")
-    cls = effect_file(survey, Scored(law, 0.0, 0.0), SIZES, "A test.").cls
+    cls = effect_of(survey, law, SIZES)
     forward = replace(bench, forward=type(bench.forward)(bench.samples, MODEL, [cls], bench.forward.step)).forward
     names = [slot.name for slot in forward.slots]
     vector = forward.null()
@@ -59,4 +57,4 @@ def test_a_load_on_a_span_is_told_from_what_a_pulley_does():
     noise = np.random.default_rng(0).standard_normal(row.shape)
     hidden = replace(survey, ground=replace(survey.ground, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={})
     (term,) = choose(hidden, hidden.courses()[0]).best.law.terms
-    assert term.says == ("span_lower", "one", "x", "wave")
+    assert term.family == ("span_lower", "none", "linear", "wave")

@@ -7,10 +7,10 @@ import pytest
 from small_discovery import surveyed
 
 from belt_sim.discovery.choose import choose
-from belt_sim.discovery.forms import Form
 from belt_sim.discovery.rounds import Loop, run
-from belt_sim.discovery.survey import Law, Survey, Term
+from belt_sim.discovery.survey import Survey
 from belt_sim.discovery.words import _by_how_much, formula
+from belt_sim.effects.law_terms import Form, Law, Term
 
 SHARE, POWER = -0.1, -1.0
 SETTINGS = 0.15  # runs are not at the tension at which they were set, and two digits are told
@@ -25,7 +25,7 @@ def law_of(survey: Survey, name: str, form: Form, exponent: float = 0.0) -> Law:
 def hidden(name: str, exponent: float) -> Survey:
     """A survey of a campaign that hides a change of a stiffness by SHARE, at the unit of tension."""
     survey = surveyed()
-    made = run(Loop(survey), [(law_of(survey, name, Form("one"), exponent), np.array([SHARE]))])
+    made = run(Loop(survey), [(law_of(survey, name, Form("none"), exponent), np.array([SHARE]))])
     row = made[0][0]
     noise = np.random.default_rng(0).standard_normal(row.shape)
     residual = noise + SIZE * row / np.linalg.norm(row)
@@ -53,7 +53,7 @@ def test_the_loop_has_a_change_that_is_not_small():
 
 def test_by_how_much_a_stiffness_changes_is_told_at_every_tension():
     survey = surveyed()
-    law = law_of(survey, "torsion_upper", Form("one"), POWER)
+    law = law_of(survey, "torsion_upper", Form("none"), POWER)
     numbers = {"size": (SHARE, 0.01, "1"), "exponent": (POWER, 0.1, "1")}
     said = _by_how_much(survey, law, numbers)
     assert said.startswith("lower than in the model by ")

@@ -282,12 +282,12 @@ def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
         rivals=[SimpleNamespace(formula="κ|κ|", place="turn of the belt")],
         limits=["one speed only"],
         error=replace(explained.error),
-        effect_file="text",
+        law_file="text",
     )
     told = replace(explained, discovery=found)
     text = render(told)
     page = Page(text)
-    for said in (found.sentence, "yaw of the tail pulley", "κ|κ|", "one speed only", "found_effect.py"):
+    for said in (found.sentence, "yaw of the tail pulley", "κ|κ|", "one speed only", "found_law.yaml"):
         assert said in page.text
     assert "fits best at another place (yaw of the tail pulley)" in page.text  # the bars rank it first
     top = text[text.index("<h1>") : text.index("</header>")]

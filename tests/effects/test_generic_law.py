@@ -1,0 +1,201 @@
+"""A law as data: its curves, its file, and what is said of a file that is wrong."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+import belt_sim as bs
+from belt_sim.analytic.model import analytic_model
+from belt_sim.effects.generic_law import law_effect
+from belt_sim.effects.law_file import law_entry, law_of_entry, yaml_number
+from belt_sim.effects.law_terms import COURSES, SHAPES, VARIABLES, Form, Law, SizedLaw, Term, fixed_places, sensor_place
+from belt_sim.effects.load import load_effects, save_effects
+from belt_sim.errors import BeltError, CannotRepresent
+
+SAME = 1e-12  # [m]; curves of millimetres, whose sums may be taken in another order
+CURVES = json.loads(
+    (Path(__file__).parent / "laws_as_code.json").read_text()
+)  # of the Python code once written of a law
+EVERY = 50  # records
+PLACES = fixed_places() | {
+    "sensor_y1": sensor_place("y1", {"y1": 1}),
+    "sensor_y4": sensor_place("y4", {"y4": 4}),
+    "sensor_all": sensor_place("all", {"y1": 1, "y4": 4}),
+}
+#: law -> (place, form, exponent of the tension, sizes) of its terms
+LAWS = {
+    "pulleys": [
+        ("yaw_tail", Form("beta", course="rise", at=8.0), -1.0, (0.02,)),
+        ("yaw_both", Form("none", course="wave", at=9.0), 0.0, (1e-4, -5e-5)),
+        ("yaw_head", Form("yaw_set", course="step", at=3.0), 1.0, (1e-4,)),
+        ("turn_both", Form("kappa", shape="saturation", knee=1e-5), -1.0, (0.1,)),
+        ("turn_tail", Form("beta", course="decaying_wave", at=9.0, wide=12.0), 0.0, (1e-3, 2e-3)),
+        ("turn_head", Form("none", course="interval", at=10.0, wide=6.0), 0.0, (2e-6,)),
+        ("turn_carried", Form("none", course="belt_section", at=0.8, wide=0.1), 0.0, (2e-6,)),
+        ("drift_head", Form("alpha", course="step", at=12.0), 0.5, (0.1,)),
+        ("drift_tail", Form("yaw_set", course="rise", at=8.0), 0.0, (1e-5,)),
+        ("drift_both", Form("y", course="square_root"), 0.0, (1e-3,)),
+        ("drift_carried", Form("alpha", course="belt_section", at=1.2, wide=0.1), 0.0, (0.05,)),
+        ("turn_tail", Form("y", shape="signed_square"), -2.0, (0.5,)),
+        ("turn_head", Form("y", shape="dead_zone", knee=5e-4), 0.0, (0.02,)),
+    ],
+    "wraps": [
+        ("shift_tail", Form("y"), -1.0, (1e-3,)),
+        ("shift_head", Form("alpha", shape="square"), 0.0, (1.0,)),
+        ("shift_both", Form("none", course="linear"), 0.0, (1e-6,)),
+        ("twist_both", Form("kappa", course="interval", at=10.0, wide=6.0), 0.0, (0.02,)),
+        ("twist_head", Form("yaw_set", course="decay", at=20.0, timed=True), 0.0, (1e-5,)),
+        ("twist_tail", Form("kappa", shape="cube"), 0.0, (1e7,)),
+    ],
+    "spans": [
+        ("tension", Form("none", course="rise", at=10.0), -1.0, (0.1,)),
+        ("pull_upper", Form("none"), 0.0, (-0.05,)),
+        ("bending_both", Form("sigma", shape="below", knee=1.5e7), 0.0, (0.2,)),
+        ("torsion_lower", Form("y", shape="magnitude"), 0.0, (20.0,)),
+        ("bending_upper", Form("kappa", shape="magnitude_beyond", knee=1e-6), 0.0, (1e3,)),
+        ("torsion_both", Form("kappa", shape="square"), 0.0, (1e8,)),
+        ("bending_lower", Form("none", course="belt_section", at=0.6, wide=0.2), 0.0, (-0.1,)),
+        ("pull_lower", Form("sigma", shape="above", knee=5e6), 0.0, (0.03,)),
+        ("span_upper", Form("none", course="wave", at=3.0), 0.0, (2e-6, 1e-6)),
+        ("span_lower", Form("none", course="quadratic", timed=True), 0.0, (1e-9,)),
+    ],
+    "instruments": [
+        ("sensor_y1", Form("reading", shape="square"), 0.0, (5.0,)),
+        ("sensor_y4", Form("reading", shape="stick", knee=2e-4), 0.0, (0.5,)),
+        ("sensor_all", Form("reading_rate"), 0.0, (0.3,)),
+        ("sensor_y4", Form("reading", shape="saturation", knee=1e-3), 1.0, (0.02,)),
+        ("sensor_all", Form("yaw_set", course="rise", at=5.0, timed=True), 0.0, (1e-4,)),
+        ("travel", Form("none", course="linear"), 0.0, (1e-3,)),
+        ("travel", Form("none", course="wave", at=4.0), 0.0, (1e-2, 5e-3)),
+    ],
+}
+TERM = "{place: yaw_tail, variable: beta, course: rise, at: 8.0, size: 0.02}"
+
+
+def law_of(name: str) -> SizedLaw:
+    terms = tuple(Term(PLACES[place], form, exponent) for place, form, exponent, _ in LAWS[name])
+    return SizedLaw(Law(terms), tuple(size for *_, sizes in LAWS[name] for size in sizes), 1e7)
+
+
+def case_of(direction: float):
+    return bs.make_case(rig="test_rig", tension=10, yaw=[{"at": 3.0, "yaw": -0.042}], direction=direction)
+
+
+def curves_of(content: SizedLaw, direction: float) -> np.ndarray:
+    return np.asarray(analytic_model("strip").run(case_of(direction), (law_effect(content)(),), travel=25.0).y)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_does_what_the_code_once_written_of_it_did(name):
+    for direction in (1, -1):
+        stored = np.array(CURVES[f"{name} {direction:+d}"])
+        assert np.abs(curves_of(law_of(name), direction)[:, ::EVERY] - stored).max() < SAME
+
+
+def test_the_stored_laws_have_every_place_shape_course_and_variable():
+    terms = [t for name in LAWS for t in law_of(name).law.terms]
+    assert {t.place.kind for t in terms} == {p.kind for p in PLACES.values()}
+    assert {t.form.shape for t in terms} == set(SHAPES)
+    assert {t.form.course for t in terms} == {c for c in COURSES if not c.endswith("_sine")}
+    assert {t.form.variable for t in terms} == set(VARIABLES)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_is_written_and_read_back(name, tmp_path):
+    effect, path = law_effect(law_of(name))(), tmp_path / "found_law.yaml"
+    path.write_text(save_effects([effect], {"generic_law": {"size": 1e-9}}, ["A sentence."]), encoding="utf-8")
+    (read,) = load_effects([str(path)])
+    assert law_entry(read) == law_entry(effect)
+    assert read.numbers == effect.numbers
+    assert "# A sentence." in path.read_text()
+    assert type(load_effects(str(path))[0]) is type(read)  # one class a law, so that it is compiled once
+
+
+def test_numbers_are_written_so_that_yaml_reads_them_back():
+    for value in (1e-5, -3e22, 0.1, 1 / 3, 5.0, 1e7):
+        assert yaml.safe_load(yaml_number(value)) == value
+
+
+def test_a_law_with_other_numbers_is_another():
+    cls = law_effect(law_of("wraps"))
+    first = law_of("wraps").sizes[0]
+    assert cls().as_law() == law_of("wraps")
+    assert cls(size=2.0 * first).as_law().sizes[0] == 2.0 * first
+    assert cls.null().is_null()
+
+
+def test_the_yaw_is_read_along_the_readings_of_a_sensor():
+    """Half of the commanded yaw, in metres, is added where the yaw was set."""
+    term = Term(PLACES["sensor_y1"], Form("beta"), 0.0)
+    with_law = curves_of(SizedLaw(Law((term,)), (0.5,), 1e7), 1)
+    without = np.asarray(analytic_model("strip").run(case_of(1), (), travel=25.0).y)
+    added = np.deg2rad(-0.042) * 0.5
+    assert with_law[0, -1] - without[0, -1] == pytest.approx(added, abs=1e-9)
+    assert np.array_equal(with_law[1:], without[1:])
+
+
+def test_laws_stand_beside_other_effects(tmp_path):
+    path = tmp_path / "found_law.yaml"
+    path.write_text(save_effects([law_effect(law_of("wraps"))()]), encoding="utf-8")
+    effects = [{"id": "taper", "kappa_t": 1e-6}, str(path)]
+    found = bs.simulate(model="strip", effects=effects, tension=10, travel=2.0)
+    assert [e.id for e in found.effects] == ["taper", "generic_law"]
+
+
+def test_a_3d_belt_takes_laws_of_instruments_and_refuses_the_others():
+    from belt_sim.registry import model_named
+
+    space = model_named("mujoco_rope")
+    assert space.refusal(law_effect(law_of("instruments"))) is None
+    with pytest.raises(CannotRepresent, match="no geometry"):
+        space.admit([law_effect(law_of("wraps"))()])
+
+
+@pytest.mark.parametrize(
+    ("entry", "says"),
+    [
+        ("{id: generic_law}", "tension = nothing"),
+        (f"{{id: generic_law, tension: -1.0, terms: [{TERM}]}}", "above 0"),
+        ("{id: generic_law, tension: 1.0e+7, terms: []}", "list of terms"),
+        ("{id: generic_law, tension: 1.0e+7, terms: [5]}", r"terms\[1\] = 5"),
+        (f"{{id: generic_law, tension: 1.0e+7, law: 3, terms: [{TERM}]}}", "no such entry"),
+        ("generic_law", "found_law.yaml"),
+        (TERM.replace("yaw_tail", "yaw_tial"), "use one of yaw_tail"),
+        (TERM.replace("beta", "gamma"), "use one of none"),
+        (TERM.replace("beta", "reading"), "use one of none"),
+        (TERM.replace("rise", "fall"), "use one of constant"),
+        (TERM.replace("at: 8.0", "at: -8.0"), r"terms\[1\].at = -8.0: give a number above 0"),
+        (TERM.replace("at: 8.0, ", ""), "at = nothing"),
+        (TERM.replace("size", "cos"), "no such number"),
+        (TERM.replace("at: 8.0", "at: 8.0, wide: 2.0"), "no such number"),
+        (TERM.replace("0.02", "2e-2x"), "finite number"),
+        (TERM.replace("0.02", ".nan"), "finite number"),
+        (TERM.replace("0.02", "0.0"), "would do nothing"),
+        (TERM.replace("0.02", "0.02, knee: 1.0"), "no such number"),
+        (TERM.replace("0.02", "0.02, exponent: 50"), "at most 10"),
+        (TERM.replace("0.02", "0.02, timed: later"), "true or false"),
+        (TERM.replace("0.02", "0.02, points: [1]"), "only place: sensor"),
+        (TERM.replace("yaw_tail", "sensor"), "give the points"),
+        (TERM.replace("yaw_tail", "sensor, points: [1, 1]"), "once"),
+        (TERM.replace("yaw_tail", "sensor, points: [7]"), "give the points"),
+        (TERM.replace("yaw_tail", "turn_carried"), "belt_section"),
+        ("{place: travel, course: belt_section, at: 0.5, wide: 0.1, size: 1.0e-6}", "met at pulleys"),
+        ("{place: turn_tail, variable: y, shape: stick, knee: 1.0e-3, size: 1.0}", "only the reading"),
+    ],
+)
+def test_a_law_that_cannot_be_read_is_one_line(entry, says, tmp_path):
+    if "generic_law" not in entry:
+        entry = f"{{id: generic_law, tension: 1.0e+7, terms: [{entry}]}}"
+    path = tmp_path / "found_law.yaml"
+    path.write_text(f"schema: belt-effects/2\neffects:\n  - {entry}\n", encoding="utf-8")
+    with pytest.raises(BeltError, match=says) as caught:
+        load_effects(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_an_entry_is_plain_data():
+    entry = law_entry(law_effect(law_of("spans"))())
+    assert law_of_entry(json.loads(json.dumps(entry))).sizes == law_of("spans").sizes
