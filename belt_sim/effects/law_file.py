@@ -89,8 +89,8 @@ def _clock(form: Form) -> str:
 
 def _beside(n: LawNumber, uncertainty: Mapping[str, float]) -> str:
     u = uncertainty.get(n.name)
-    spread = f", +- {u:.2g}" if u else ""
-    return f"{n.unit}, {n.meaning}{spread}"
+    parts = [n.unit if n.unit != "1" else "", n.meaning, f"+- {u:.2g}" if u else ""]
+    return ", ".join(part for part in parts if part)
 
 
 def yaml_number(value: float) -> str:

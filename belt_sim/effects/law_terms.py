@@ -397,17 +397,16 @@ def law_numbers(sized: SizedLaw) -> tuple[LawNumber, ...]:
     found, left = [], list(sized.sizes)
     for k, term in enumerate(sized.law.terms):
         form, unit, along = term.form, term.size_unit, "s" if term.form.timed else "1" if term.form.carried else "m"
-        what = f"size of the {form.shape} {form.variable} ({form.course})"
-        if form.is_wave:
-            found += [LawNumber(tagged(n, k), unit, f"{what}, {n}", float(left.pop(0))) for n in ("cos", "sin")]
-        else:
-            found.append(LawNumber(tagged("size", k), unit, what, float(left.pop(0))))
+        halves = (
+            {"cos": "amplitude of the cosine", "sin": "amplitude of the sine"} if form.is_wave else {"size": "size"}
+        )
+        found += [LawNumber(tagged(n, k), unit, meaning, float(left.pop(0))) for n, meaning in halves.items()]
         at = _MEANINGS.get(form.course, "travel of its course")
         shaping = (
-            ("knee", VARIABLES[form.variable][0], f"{form.variable} at its knee", form.knee),
+            ("knee", VARIABLES[form.variable][0], f"{form.variable} where its shape bends", form.knee),
             ("at", along, at, form.at),
             ("wide", along, "how long it lasts", form.wide),
-            ("exponent", "1", "of the tension", term.exponent),
+            ("exponent", "1", "power of the tension", term.exponent),
         )
         found += [LawNumber(tagged(n, k), u, m, float(v), modifier=True) for n, u, m, v in shaping if v is not None]
     return tuple(found)
