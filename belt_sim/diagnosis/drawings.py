@@ -40,19 +40,34 @@ def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> tu
     return tuple(panels)
 
 
+#: Tensions that a map or a chart tells apart.
+MOST_LEVELS = 12
+
+
+def tension_levels(tension: np.ndarray) -> np.ndarray:
+    """Tension (n,) that each is drawn at: its own, or of more than MOST_LEVELS the mean of those close to it."""
+    if len(np.unique(tension)) <= MOST_LEVELS:
+        return tension
+    edges = np.geomspace(tension.min(), tension.max(), MOST_LEVELS + 1)[1:-1]
+    level = np.searchsorted(edges, tension)
+    number = np.maximum(np.bincount(level), 1)
+    return (np.bincount(level, weights=tension) / number)[level]
+
+
 def maps(bench: Workbench, values: np.ndarray) -> tuple[FailureMap, ...]:
     """E/u_val over tension and travel windows, one map a signal and yaw sign."""
     found, edges = cells(bench, values), window_edges(bench)
+    levels = tension_levels(np.array([c.tension for c in found]))
     result = []
     for signal in bench.samples.signals:
         for sign, name in ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0")):
-            mine = [c for c in found if c.signal == signal.name and c.sign == sign]
-            tensions = sorted({c.tension for c in mine})
+            mine = [(c, t) for c, t in zip(found, levels, strict=True) if c.signal == signal.name and c.sign == sign]
+            tensions = sorted({t for _, t in mine})
             if not tensions:
                 continue
             ratio = np.full((len(tensions), len(edges) - 1), np.nan)
-            for c in mine:
-                row, column = tensions.index(c.tension), int(np.argmin(np.abs(edges[:-1] - c.window[0])))
+            for c, tension in mine:
+                row, column = tensions.index(tension), int(np.argmin(np.abs(edges[:-1] - c.window[0])))
                 if not abs(ratio[row, column]) > c.ratio:  # the worst of repeated runs
                     ratio[row, column] = c.signed
             title = f"{signal.name}, {name}"
@@ -92,11 +107,11 @@ LIMIT = 3.0  # a model that asks for more than three times the stated value, or 
 
 
 def stiffness_drift(bench: Workbench, vector: np.ndarray, name: str = "Young's modulus") -> Drift | None:
-    """Young's modulus [GPa] that each tension asks for by itself; None with fewer than two tensions.
+    """Young's modulus [GPa] that each level of tension asks for by itself; None with fewer than two tensions.
 
     Only F/EI enters a beam: a wrong tension, width or thickness shows here as well.
     """
-    stress = np.array([r.tension for r in bench.samples.runs])
+    stress = tension_levels(np.array([r.tension for r in bench.samples.runs]))
     tensions = np.unique(stress)
     if len(tensions) < 2 or not bench.forward.model.moments:
         return None

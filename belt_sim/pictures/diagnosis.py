@@ -21,6 +21,7 @@ AROUND = {"left": 0.8, "right": 0.15, "top": 0.75, "bottom": 1.75, "across": 0.8
 RESIDUAL = 0.4  # height of a panel's residual (model - measured), in heights of the panel
 
 DOTS = 100  # measured samples shown in one panel
+MOST_PANELS = 36  # of a picture; more are too small to read
 
 
 @style.picture
@@ -31,7 +32,14 @@ def overlay_picture(
     *,
     names: Mapping[str, str] | None = None,
 ) -> Path:
-    """Small multiples of measured against modelled; names = {"base": ..., "final": ...} for the legend."""
+    """Small multiples of measured against modelled, of many panels those with the largest misfit.
+
+    names = {"base": ..., "final": ...} for the legend.
+    """
+    if len(panels) > MOST_PANELS:
+        title = f"{title}: the {MOST_PANELS} largest misfits of {len(panels)} records"
+        least = sorted((p.misfit for p in panels), reverse=True)[MOST_PANELS - 1]
+        panels = [p for p in panels if p.misfit >= least][:MOST_PANELS]
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
     fig, axes = style.figure(max(4.0 * columns, 6.5), 3.5 * rows + 1.0, rows, columns, layout=None, sharex=True)
@@ -141,7 +149,7 @@ def _map(ax, one: FailureMap):
             "va": "center",
         }
         ax.text(middle[j], i + 0.5, f"{ratio[i, j]:.0f}" if abs(ratio[i, j]) >= 1.0 else "·", **ink)
-    ax.set_yticks(rows[:-1] + 0.5, [f"{t:g}" for t in one.tension])
+    ax.set_yticks(rows[:-1] + 0.5, [f"{t:.4g}" for t in one.tension])
     ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm$^2$]", title=one.title)
     ax.grid(False)
     return mesh
@@ -187,7 +195,7 @@ def _drift(ax, before: Drift, after: Drift | None) -> None:
             ax.errorbar(np.asarray(drift.tension) * aside, drift.value, 2 * np.asarray(drift.u), label=label, **bars)
     ax.set_xscale("log")
     ticks = np.unique(before.tension)
-    ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
     ax.set_xticks([], minor=True)
     label = f"{axis_label(before.parameter, before.unit)}, bars 2u"
     ax.set(xlabel="tension [N/mm$^2$]", ylabel=label, title=before.parameter)
@@ -220,7 +228,7 @@ def ranking_picture(
     ax.set_xscale("symlog", linthresh=LINEAR)
     top = max(2.0, 2.2 * float(ratio.max()))
     ticks = [0.0, 0.5, *[t for p in range(8) for t in (10**p, 3 * 10**p) if t < top]]
-    ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
     ax.set_xticks([], minor=True)
     ax.set(
         xlim=(0.0, top),

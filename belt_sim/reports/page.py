@@ -195,12 +195,7 @@ def bars(ranking: Sequence[Candidate]) -> list[dict]:
 
 def worst(panels: Sequence[Panel]) -> int:
     """The panel whose model before is farthest out of its band: the one to show first."""
-    if not panels:
-        return 0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = [np.abs(p.base - p.measured) / np.maximum(p.band, 1e-12) for p in panels]
-    means = [float(np.mean(r[np.isfinite(r)])) if np.isfinite(r).any() else 0.0 for r in ratios]
-    return int(np.argmax(means))
+    return max(range(len(panels)), key=lambda k: panels[k].misfit, default=0)
 
 
 def _plotly() -> str:

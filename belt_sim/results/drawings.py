@@ -34,6 +34,13 @@ class Panel:
     def __post_init__(self) -> None:
         _check_shapes(self, ("travel", "measured", "base", "band", "final"), (len(self.travel),))
 
+    @property
+    def misfit(self) -> float:
+        """Mean of |base - measured| over the half width of the band; 0 where nothing was measured."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.abs(self.base - self.measured) / np.maximum(self.band, 1e-12)
+        return float(np.mean(ratio[np.isfinite(ratio)])) if np.isfinite(ratio).any() else 0.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class FailureMap:
