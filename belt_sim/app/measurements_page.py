@@ -20,7 +20,7 @@ from belt_sim.campaign.types import PLACES
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
 from belt_sim.importing.types import ROLES
-from belt_sim.reports.importing import noise_table, runs_table
+from belt_sim.reports.importing import noise_table, run_noise_table, runs_table
 from belt_sim.results import words
 from belt_sim.results.display import Table
 
@@ -250,7 +250,8 @@ POINTS = (
     "3 and 4: lower and upper end at the head pulley."
 )
 WHERE = {"": "–"} | {p: p.replace("_", " ") for p in PLACES}
-EXAMPLES = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "direction": "1", "yaw_at": "0 m"}
+EXAMPLES = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "direction": "1"}
+EXAMPLES |= {"yaw_at": "0 m", "start": "3.2 m"}
 
 
 @dataclass
@@ -368,6 +369,7 @@ def _understood(now: Import) -> None:
         widgets.table(runs_table(now.proposal.campaign))
         if now.proposal.noise:
             widgets.table(noise_table(now.proposal))
+            widgets.table(run_noise_table(now.proposal))
         for note in now.proposal.notes:
             ui.label(str(note)).classes("soft small")
 

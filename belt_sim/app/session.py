@@ -21,7 +21,7 @@ from belt_sim.importing.sheets import known_names
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
 GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known
-OF_RUN = ("tension", "yaw", "speed", "direction", "yaw_at")
+OF_RUN = ("tension", "yaw", "speed", "direction", "yaw_at", "start")
 
 
 @dataclass

@@ -95,5 +95,6 @@ def _correction(logged: Logged, proposal: Proposal, out: Console) -> Question:
         key = Prompt.ask("What of it?", console=out, choices=["role", "unit", "at", "sign", "factor", "name"])
         examples = {"role": ", ".join(ROLES), "at": "point_1 .. point_4", "sign": "-1", "factor": "0.001"}
         return Question(path=("columns", name, key), text=f"{name}: {key}?", example=examples.get(key, "mm"))
-    key = Prompt.ask("What of it?", console=out, choices=["tension", "yaw", "speed", "direction", "yaw_at"])
+    choices = ["tension", "yaw", "speed", "direction", "yaw_at", "start"]
+    key = Prompt.ask("What of it?", console=out, choices=choices)
     return Question(path=("runs", name, key), text=f"{name}: {key}?", example="with its unit, as 10 N/mm2")

@@ -1,5 +1,6 @@
 """What a campaign's runs leave open whatever they measure: no second tension, no opposite yaw, no repeat ..."""
 
+from collections import defaultdict
 from dataclasses import replace
 from itertools import combinations
 
@@ -8,6 +9,7 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.quality.kinematics import span_of
+from belt_sim.campaign.quality.record import records_of
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.next_run import Outlook
@@ -18,6 +20,7 @@ from belt_sim.foresight.sizes import best_column
 from belt_sim.results.check import Doubt, Pair, Visible
 from belt_sim.results.found import RESOLVED
 
+NOISY = 2.0  # times the usual scatter
 SPANS = 3.0  # a record shorter than so many spans shows the start of the movement only
 
 
@@ -29,7 +32,24 @@ def doubts(campaign: Campaign, model: Composition, *, planned: bool) -> tuple[Do
         for s in (*slips, *sheet_suspicions(campaign, model, slips)):
             found.append(Doubt(kind=s.kind, sentence=str(s), stops=s.severity == "stop"))
     found += [Doubt(kind="harm", sentence=s) for s in harm_warnings(campaign)]
+    found += [Doubt(kind="noise", sentence=s) for s in noisy_runs(campaign)]
     return (*found, *(Doubt(kind="plan", sentence=s) for s in _lacking(campaign)), *_sheet(campaign))
+
+
+def noisy_runs(campaign: Campaign) -> list[str]:
+    """Runs in which a signal scatters far more than in the others."""
+    levels: dict[str, dict[str, float]] = defaultdict(dict)
+    for record in records_of(campaign):
+        levels[record.sheet.name][record.run.name] = record.measured_noise
+    found = []
+    for signal, of_run in levels.items():
+        usual = float(np.median([*of_run.values()]))
+        noisy = [f"{run} ({level / usual:.2g} times)" for run, level in of_run.items() if level > NOISY * usual > 0.0]
+        if noisy:
+            found.append(
+                f"{signal} scatters more in {', '.join(noisy)} than in the other runs; look at its sensor there"
+            )
+    return found
 
 
 def _lacking(campaign: Campaign) -> list[str]:

@@ -120,6 +120,7 @@ class RunEntry(MappingPart):
     yaw_at: Text | None = None
     yaw_at_u: Text | None = None
     yaw_at_time: Text | None = None
+    start: Text | None = None
     repeat_of: Text | None = None
     use: Literal["fit", "hold_out"] | None = None
     skip: bool = False

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from belt_sim.campaign import Run
-from belt_sim.campaign.quality.record import MAD_TO_SIGMA
+from belt_sim.campaign.quality.record import resolution, scatter
 from belt_sim.importing.types import NoiseRead
 
 FEWEST = 20  # samples from which anything is read
@@ -34,7 +34,8 @@ class Trace:
 def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     """Noise of one signal from all runs that have it; span [m]."""
     own = [r for r in runs if signal in r.signals and np.isfinite(r.signals[signal]).sum() >= 3]
-    white = float(np.median([_white(r.signals[signal]) for r in own])) if own else 0.0
+    by_run = {r.name: _white(_there(r, signal)) for r in own}
+    white = float(np.median([*by_run.values()])) if own else 0.0
     told = f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}"
     pairs = _pairs(own, signal)
     traces, source = [_detrend(t) for t in pairs], f"{len(pairs)} pair{'s' if len(pairs) != 1 else ''} of repeats"
@@ -43,7 +44,8 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
         traces = [t for t in traces if len(t.travel) >= FEWEST]
         source = "what a smooth curve leaves of single runs: a lower bound; repeat a run to know better"
     wander, length, white = _levels(traces, white)
-    white = max(white, _resolution(own, signal) / float(np.sqrt(12.0)), 1e-9)
+    steps = [resolution(_there(r, signal)) for r in own]
+    white = max(white, min((s for s in steps if s > 0.0), default=0.0) / float(np.sqrt(12.0)), 1e-9)
     wander = wander if wander > FAINT * white else 0.0
     zero, zero_from = _zero(own, signal, white, wander)
     return NoiseRead(
@@ -54,24 +56,18 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
         white_from=told,
         wander_from=source,
         zero_from=zero_from,
+        by_run=by_run,
     )
+
+
+def _there(run: Run, signal: str) -> np.ndarray:
+    """The readings that are not blank."""
+    return run.signals[signal][np.isfinite(run.signals[signal])]
 
 
 def _white(y: np.ndarray) -> float:
     """Scatter from sample to sample by the median second difference, by their rms where most are rounded away."""
-    bend = np.abs(np.diff(y[np.isfinite(y)], 2))
-    if not len(bend):
-        return 0.0
-    by_median = MAD_TO_SIGMA * float(np.median(bend))
-    return (by_median or float(np.sqrt(np.mean(bend**2)))) / np.sqrt(6.0)
-
-
-def _resolution(runs: list[Run], signal: str) -> float:
-    """The smallest step between two readings."""
-    steps = [np.diff(np.unique(r.signals[signal][np.isfinite(r.signals[signal])])) for r in runs]
-    found = np.concatenate(steps) if steps else np.empty(0)
-    found = found[found > 1e-12]
-    return float(found.min()) if len(found) else 0.0
+    return scatter(y) or float(np.sqrt(np.mean(np.diff(y, 2) ** 2) / 6.0))
 
 
 def _trace(run: Run, signal: str) -> Trace:

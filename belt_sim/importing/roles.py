@@ -34,12 +34,13 @@ PLAUSIBLE: dict[str, tuple[tuple[str, ...], float, float]] = {
     "yaw": (("deg", "mrad", "rad", "urad"), 2e-5, 0.02),
     "yaw_head": (("deg", "mrad", "rad", "urad"), 2e-5, 0.02),
     "yaw_at": (("m", "mm"), 0.1, 1e3),
+    "start": (("m", "mm"), 0.1, 1e3),
     "signal": (("mm", "m", "um"), 2e-5, 0.2),
     "tilt": (("mrad", "deg", "rad"), 2e-5, 0.5),
 }
 DAY = 86400.0  # [s]
 #: Columns that a table has once.
-ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "yaw_at", "u_rate")
+ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "yaw_at", "start", "u_rate")
 #: dimension that a place measures, and unit in which its signals are written
 DIMENSION = {"lateral": "length", "tilt": "angle"}
 WRITTEN = {"lateral": "mm", "tilt": "mrad"}

@@ -33,12 +33,14 @@ KINDS: dict[str, tuple[tuple[str, ...], str, plausible.Range]] = {
     "yaw_at": (("length",), "m", plausible.TRAVEL),
     "yaw_at_u": (("length",), "m", plausible.YAW_AT_U),
     "yaw_at_time": (("time",), "s", plausible.TIME),
+    "start": (("length",), "m", plausible.TRAVEL),
 }
 RATES = ("rate1", "rate2", "rate3", "rate4")
 #: A yaw that moves by less than this share of its largest value stands still.
 STILL = 0.05
 #: Digits that a logged setting is rounded to; and those of one setting, within SAME of each other in several runs.
 DIGITS, SAME_DIGITS, SAME = 4, 3, 0.01
+START_DIGITS = 7  # of up to 20000 m
 _NAMED = {
     "tension": re.compile(r"(\d+(?:[.,]\d+)?) ?_?(N_?(?:/|p|per)?_?mm-?[2²]|MPa)", re.IGNORECASE),
     "yaw": re.compile(r"([+-]?(?<![\d.,])\d+(?:[.,]\d+)?) ?_?(mrad|urad|mdeg|deg|grad|°)", re.IGNORECASE),
@@ -289,7 +291,8 @@ def _table_settings(
 
 
 def _column_settings(block: LoggedBlock, travel: Travel, section: float, known: Settings) -> Settings:
-    """Settings that columns of the record hold: the mean tension, the direction, the yaw with the place of its step."""
+    """Settings that columns of the record hold: the mean tension, the direction, the yaw with the place of its
+    step, where on the belt the run starts."""
     found: Settings = {}
     keep, s = travel.keep, travel.travel
 
@@ -316,6 +319,10 @@ def _column_settings(block: LoggedBlock, travel: Travel, section: float, known: 
             mean = _stress(mean, section, "tension")
         mean = _round(mean)
         found["tension"] = Setting(value=mean, text=f"{mean / N_PER_MM2:g} N/mm2", origin=Origin.MEAN)
+    values = logged("start")
+    if values is not None:
+        first = _round(float(values[np.isfinite(values)][0]), START_DIGITS)
+        found["start"] = Setting(value=first, text=f"{first:g} m", origin=Origin.COLUMN)
     values = logged("direction")
     if values is not None:
         sign = float(np.sign(np.nanmedian(values))) or 1.0

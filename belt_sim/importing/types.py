@@ -22,6 +22,7 @@ ROLES: dict[str, tuple[str, ...]] = {
     "yaw_head": ("angle",),
     "direction": ("number",),
     "yaw_at": ("length",),
+    "start": ("length",),
     "signal": ("length", "angle"),
     "rate1": ("angle",),
     "rate2": ("angle",),
@@ -161,7 +162,10 @@ class ColumnUse:
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseRead:
-    """What was read off one signal: white, wander, zero [SI], wander length [m], each with where it comes from."""
+    """What was read off one signal: white, wander, zero [SI], wander length [m], each with where it comes from.
+
+    by_run: white noise [SI] of every run that has the signal.
+    """
 
     white: float
     wander: float
@@ -170,6 +174,7 @@ class NoiseRead:
     white_from: str
     wander_from: str
     zero_from: str
+    by_run: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

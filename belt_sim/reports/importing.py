@@ -22,6 +22,7 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
         out.print(rich_table(runs_table(proposal.campaign)))
         if proposal.noise:
             out.print(rich_table(noise_table(proposal)))
+            out.print(rich_table(run_noise_table(proposal)))
     if proposal.unknown:
         names = ", ".join(q.path[1] for q in proposal.unknown)
         example = f'columns: {{"{proposal.unknown[0].path[1]}": {{at: point_1}}}}'
@@ -72,11 +73,12 @@ def runs_table(campaign: Campaign) -> Table:
             f"{r.yaw_at:.3g}" + (f" +-{r.yaw_at_u:.2g}" if r.yaw_at_u else ""),
             f"{r.travel[-1]:.4g}" if len(r.travel) else "",
             f"{len(r.travel)}",
+            "" if r.start is None else f"{r.start:.6g}",
             r.repeat_of or "",
         )
         for r in campaign.runs
     ]
-    columns = ("run", "N/mm2", "yaw deg", "m/s", "direction", "yaw at m", "travel m", "samples", "repeats")
+    columns = ("run", "N/mm2", "yaw deg", "m/s", "direction", "yaw at m", "travel m", "samples", "start m", "repeats")
     return Table(title="Runs", columns=columns, rows=rows, left=("run", "repeats"))
 
 
@@ -88,6 +90,17 @@ def noise_table(proposal: Proposal) -> Table:
         rows.append((name, white, wander, f"{n.length:.3g}", zero, n.wander_from))
     columns = ("signal", "white", "wander", "over m", "zero", "wander read off")
     return Table(title="Noise (mm or mrad, one sigma)", columns=columns, rows=rows, left=("signal", "wander read off"))
+
+
+def run_noise_table(proposal: Proposal) -> Table:
+    """White noise of every run, in mm or mrad; blank where a run lacks the signal."""
+    runs = dict.fromkeys(run for n in proposal.noise.values() for run in n.by_run)
+    rows = [
+        (run, *(f"{np.round(n.by_run[run] / MM, 6):.3g}" if run in n.by_run else "" for n in proposal.noise.values()))
+        for run in runs
+    ]
+    columns = ("run", *proposal.noise)
+    return Table(title="White noise of each run (mm or mrad)", columns=columns, rows=rows, left=("run",))
 
 
 def tell_plan(planned: Sequence[Planned], folder: Path, travel: float) -> None:

@@ -12,7 +12,9 @@ from belt_sim.api.campaigns import draft_text
 from belt_sim.campaign import read_campaign
 from belt_sim.commands.import_ import ask_in_terminal
 from belt_sim.errors import BeltError
+from belt_sim.foresight.doubts import noisy_runs
 from belt_sim.importing import read, understand, write
+from belt_sim.reports.importing import run_noise_table
 
 RUN = {"tension": "10 N/mm2", "yaw": "-0.73 mrad"}
 L = log(length=10.0)
@@ -77,6 +79,30 @@ def test_clock_times_are_kept(tmp_path):
     (tmp_path / "out" / "runs.csv").write_text(runs.replace("2024-05-13T", "Monday "))
     with pytest.raises(BeltError, match=r"runs\.csv:3: started = Monday 13:00:00: write a date"):
         read_campaign(tmp_path / "out")
+
+
+def test_a_column_says_where_on_the_belt_a_run_starts(tmp_path):
+    for k, mark in enumerate((3.25, 17.5)):
+        columns = [L.travel, L.y1, (L.travel + mark) % 23.0]
+        (tmp_path / f"r{k}.csv").write_text(table(["travel [m]", "y1 [mm]", "Belt start [m]"], columns))
+    proposal = understand(read(sorted(tmp_path.glob("r*.csv"))), MAPPING | {"all_runs": RUN})
+    write(proposal, tmp_path / "out")
+    assert [r.start for r in read_campaign(tmp_path / "out").runs] == [3.25, 17.5]
+    stated = MAPPING | {"all_runs": RUN, "runs": {"r1": {"start": "1200 mm"}}}
+    assert understand(proposal.logged, stated).complete().runs[1].start == pytest.approx(1.2)
+
+
+def test_the_white_noise_of_each_run_is_shown(tmp_path):
+    for k, white in enumerate((0.02, 0.08, 0.02)):
+        one = log(yaw=0.5 + k, white=white, seed=k)
+        (tmp_path / f"r{k}.csv").write_text(table(["travel [m]", "y1 [mm]"], [one.travel, one.y1]))
+    runs = {f"r{k}": {"yaw": f"{0.5 + k} mrad"} for k in range(3)}
+    mapping = MAPPING | {"all_runs": {"tension": "10"}, "runs": runs, "step_m": "0.05"}
+    proposal = understand(read(sorted(tmp_path.glob("r*.csv"))), mapping)
+    shown = [float(row[1]) for row in run_noise_table(proposal).rows]
+    assert shown == pytest.approx([0.02, 0.08, 0.02], rel=0.25)  # 600 readings show a level to 6 %
+    (said,) = noisy_runs(proposal.complete())
+    assert "y1 scatters more in r1 (" in said
 
 
 def test_a_unit_that_is_not_the_files_is_told(tmp_path):

@@ -67,19 +67,29 @@ class Record:
     @property
     def measured_noise(self) -> float:
         """Standard deviation of the scatter from sample to sample, from the median second difference."""
-        second = np.abs(np.diff(self.readings, 2))
-        return MAD_TO_SIGMA * float(np.median(second)) / math.sqrt(6.0) if second.size else 0.0
+        return scatter(self.readings)
 
     @property
     def digit(self) -> float:
         """Smallest step between distinct readings, an upper bound of invisible scatter; 0 if all are equal."""
-        steps = np.diff(np.unique(self.readings))
-        return float(steps.min()) if steps.size else 0.0
+        return resolution(self.readings)
 
     @property
     def drift_error(self) -> float:
         """One sigma of zero, wander and white noise together."""
         return math.hypot(self.sheet.zero, self.sheet.wander_sd, self.sheet.white)
+
+
+def scatter(y: np.ndarray) -> float:
+    """Return one sigma of the scatter from sample to sample of readings (n,), from the median second difference."""
+    second = np.abs(np.diff(y, 2))
+    return MAD_TO_SIGMA * float(np.median(second)) / math.sqrt(6.0) if second.size else 0.0
+
+
+def resolution(y: np.ndarray) -> float:
+    """Return the smallest step between distinct readings (n,); 0 if all are equal."""
+    steps = np.diff(np.unique(y))
+    return float(steps.min()) if steps.size else 0.0
 
 
 def records_of(campaign: Campaign) -> list[Record]:
@@ -252,14 +262,13 @@ def _jumps(y: np.ndarray, least: float) -> np.ndarray:
     Near the ends the neighbours are those of the nearest whole window, carried on along their median slope. 0 where
     nothing scatters.
     """
-    second = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(y, 2)))) / math.sqrt(6.0)
     windows = np.lib.stride_tricks.sliding_window_view(y, 2 * LONGEST_SPIKE + 1)
     place = np.arange(len(y)) - LONGEST_SPIKE
     near = np.clip(place, 0, len(windows) - 1)
     slope = np.median(np.diff(windows, axis=1), axis=1)
     local = np.median(windows, axis=1)[near] + slope[near] * (place - near)
-    scatter = max(second, least)
-    return np.abs(y - local) / scatter if scatter > 0.0 else np.zeros(len(y))
+    noise = max(scatter(y), least)
+    return np.abs(y - local) / noise if noise > 0.0 else np.zeros(len(y))
 
 
 def spike_mask(readings: np.ndarray) -> np.ndarray:
@@ -272,8 +281,7 @@ def spike_mask(readings: np.ndarray) -> np.ndarray:
     y = readings[there]
     if len(y) < FEWEST:
         return mask
-    steps = np.diff(np.unique(y))
-    out = _jumps(y, float(steps.min()) if steps.size else 0.0) > SPIKE
+    out = _jumps(y, resolution(y)) > SPIKE
     if out.mean() < MOST_SPIKES:
         mask[there[out]] = True
     return mask
@@ -313,9 +321,9 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
     """
     ratios: dict[str, dict[str, float]] = defaultdict(dict)
     for record in records:
-        scatter = record.measured_noise or record.digit  # a slip may leave no more of it than the last digits show
-        if len(record.readings) >= FEWEST and scatter > 0.0:
-            ratios[record.sheet.name][record.run.name] = scatter / record.stated_noise
+        noise = record.measured_noise or record.digit  # a slip may leave no more of it than the last digits show
+        if len(record.readings) >= FEWEST and noise > 0.0:
+            ratios[record.sheet.name][record.run.name] = noise / record.stated_noise
     found = []
     for signal, of_run in ratios.items():
         off = {run: r for run, r in of_run.items() if _slipped(r)}
