@@ -1,7 +1,6 @@
 """The page of one's own measurements: drop files, see what was understood, compare, diagnose, read, download."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -254,32 +253,38 @@ EXAMPLES = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "dir
 EXAMPLES |= {"yaw_at": "0 m", "start": "3.2 m"}
 
 
-@dataclass
+@dataclass(frozen=True)
 class AnswerForm:
-    """Fields of the card: place in the mapping, how to read it, and what it showed; sent together.
+    """Fields of the card; what is written in one is noted in ``draft`` at once, so that a page loaded anew shows it.
 
-    A place may have two fields, in the table and in a question: the one that was changed counts.
+    A place may have two fields, in the table and in a question: the one that was changed last counts.
     """
 
-    fields: list[tuple[Place, Callable[[], Any], str]] = field(default_factory=list)
+    draft: dict[Place, str]
 
-    def changed(self) -> dict[Place, Any]:
-        """What somebody wrote or chose since the card was drawn."""
-        said = ((place, value() or "", shown) for place, value, shown in self.fields)
-        return {place: text for place, text, shown in said if text != shown}
+    def note(self, place: Place, value: object, shown: str) -> None:
+        """Keep what stands in a field now, unless it is what stood there at first."""
+        text = str(value or "").strip()
+        if text != shown:
+            self.draft[place] = text
+        else:
+            self.draft.pop(place, None)
 
     def select(self, place: Place, options: dict[str, str], value: str, label: str | None = None) -> None:
         """A choice."""
-        shown = options if value in options else {value: value} | options
-        made = ui.select(shown, value=value, label=label).props(f"dense data-name='{_name(place)}'").classes("w-full")
-        self.fields.append((place, lambda: made.value, value))
+        now = self.draft.get(place, value)
+        shown = options if now in options else {now: now} | options
+        made = ui.select(shown, value=now, label=label, on_change=lambda e: self.note(place, e.value, value))
+        made.props(f"dense data-name='{_name(place)}'").classes("w-full")
 
     def input(self, place: Place, value: str, example: str, shown: str | None = None) -> None:
         """A line of text; ``shown``: what stands there at first without being an answer yet."""
-        made = ui.input(value=value if shown is None else shown, placeholder=example)
+        now = self.draft.get(place, value if shown is None else shown)
+        if shown and shown != value:
+            self.draft.setdefault(place, shown)  # taken unless it is changed
+        made = ui.input(value=now, placeholder=example, on_change=lambda e: self.note(place, e.value, value))
         made.props(f"dense outlined hide-bottom-space data-name='{_name(place)}' aria-label='{_name(place)}'")
         made.classes("w-full")
-        self.fields.append((place, lambda: str(made.value or "").strip(), value))
 
 
 def import_view(session: Session) -> None:
@@ -287,13 +292,13 @@ def import_view(session: Session) -> None:
     now = session.importing
     if now is None:
         return
-    form = AnswerForm()
+    form = AnswerForm(now.draft)
 
     async def again() -> None:
-        await run.io_bound(session.answer, form.changed())
+        await run.io_bound(session.answer, dict(now.draft))
 
     async def take() -> None:
-        await run.io_bound(session.take, form.changed())
+        await run.io_bound(session.take, dict(now.draft))
 
     why = "Mend what is wrong, answer what is asked, and look again until it is right. Then take it."
     with widgets.card("2. What your files seem to say", why):

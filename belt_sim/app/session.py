@@ -26,11 +26,14 @@ OF_RUN = ("tension", "yaw", "speed", "direction", "yaw_at", "start")
 
 @dataclass
 class Import:
-    """Files as read, and what they mean with ``answers``; asked: questions that were put; said: what is wrong."""
+    """Files as read, and what they mean with ``answers``; draft: answers that are not applied yet; asked: questions
+    that were put; said: what is wrong.
+    """
 
     logged: Logged
     base: Mapping[str, Any]
     answers: dict[Place, str] = field(default_factory=dict)
+    draft: dict[Place, str] = field(default_factory=dict)
     asked: dict[Place, Question] = field(default_factory=dict)
     proposal: Proposal | None = None
     said: list[str] = field(default_factory=list)
@@ -54,6 +57,7 @@ class Import:
                 self.answers[place] = text
             else:
                 self.answers.pop(place, None)
+        self.draft.clear()
         self.understand()
 
     @property

@@ -52,10 +52,12 @@ def test_why_no_campaign_can_be_made_is_said(logged):
 
 
 def test_of_two_fields_of_one_place_the_changed_one_counts():
-    form = AnswerForm()
     place = ("columns", "Kanal 7", "at")
-    form.fields += [(place, lambda: "point_1", ""), (place, lambda: "", "")]
-    assert form.changed() == {place: "point_1"}
+    form = AnswerForm({})
+    form.note(place, "point_1", "")
+    assert form.draft == {place: "point_1"}
+    form.note(place, None, "")
+    assert not form.draft
 
 
 def test_a_wrong_answer_is_said_and_can_be_taken_back(logged):

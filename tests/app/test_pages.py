@@ -8,6 +8,7 @@ import pytest
 from belt_sim.app.security import MAX_UPLOAD
 
 CURVE = "document.querySelector('[data-name=curves]')?.data?.[0]?.y"
+NOTED = 2000  # [ms] until the server has heard of what was written, on a busy machine
 DRAWN = "[data-name={}] .scatterlayer path.js-line"
 
 
@@ -170,7 +171,12 @@ def test_a_loggers_files_become_a_campaign(measurements, small, tmp_path):
     for group, known in (("machine", "test_rig"), ("belt", "paper_belt")):
         measurements.locator(f"[data-name={group}]").click()
         measurements.get_by_role("option", name=known).click()
-    measurements.locator(".grid.runs").get_by_placeholder("-0.042 deg").nth(1).fill("-0.042 deg")
+    yaw = measurements.locator(".grid.runs").get_by_placeholder("-0.042 deg").nth(1)
+    yaw.fill("-0.042 deg")
+    measurements.wait_for_timeout(NOTED)
+    measurements.reload()  # before anybody asked for another look: the answers stay
+    yaw.wait_for()
+    assert yaw.input_value() == "-0.042 deg"
     measurements.get_by_role("button", name="Look again").click()
     measurements.wait_for_selector(DRAWN.format("measured"), state="attached")
     take.click()

@@ -15,8 +15,11 @@ from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
 from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.virtual_rig.hidden import specified_hidden
 from belt_sim.virtual_rig.make import make_campaign
+from belt_sim.virtual_rig.observe import TrueErrors, true_line
 from belt_sim.virtual_rig.plan import Plan, RunSetting
+from belt_sim.virtual_rig.travel import march
 
 STRIP, ROPE, BEAM_TH1, BEAM_TH2 = map(fitted_model, ("strip", "rope", "beam_th1", "beam_th2"))
 YAW_AT = 2.0  # [m]
@@ -114,6 +117,58 @@ def test_inside_a_span_it_is_what_the_differential_equation_says(model, measured
         solved = solve_bvp(bending, partial(ends, wanted), x, np.zeros((4, len(x))), tol=1e-8)
         there = found["z0"][0][np.argmin(np.abs(samples.travel[0] - s))]
         assert there == pytest.approx(float(solved.sol(length - at)[0]), abs=1e-5)
+
+
+def read_inside(share: float, fault: dict) -> np.ndarray:
+    """Readings (runs, n) [m] of the virtual rig's finite elements at a share of the upper span, counted from the tail.
+
+    The rig has sensors at the points only: here its fields are read where its span stands between its ends.
+    """
+    faults = specified_hidden([fault], lambda: None).faults
+    line = true_line(PLAN, "strip", TrueErrors())
+    for one in faults:
+        line = one.set(line)
+    history = march(line, faults, PLAN.length)
+    travel = np.broadcast_to(PLAN.travel[:, None], (len(PLAN.travel), len(PLAN.runs)))
+
+    def position(s):
+        here, (tail_off, head_off) = history.at(s), history.wrap_exit(s)
+        yaw, yaw_head = (history.interpolate(rows, s) for rows in (history.tail_yaw, history.head_yaw))
+        forward = line.direction > 0  # then the upper span runs to the tail, else to the head pulley
+        off = np.where(forward, [head_off[0], head_off[1] + yaw_head], [tail_off[0], tail_off[1] - yaw])
+        up = np.where(forward, [here[0], here[1] + yaw], [here[2], here[3] - yaw_head])
+        nodes = [np.where(forward, 1.0 - share, share) * (span.nodes.shape[1] - 1) for span in history.spans]
+        to_tail, to_head = (
+            np.stack([span.nodes[k, round(float(at[k])), 0] for k in range(len(at))])
+            for span, at in zip(history.spans, nodes, strict=True)
+        )
+        field = np.where(forward[:, None], to_tail, to_head)  # (runs, 4): y there per unit of y and slope at the ends
+        return field[:, 0] * off[0] + field[:, 1] * off[1] + field[:, 2] * up[0] + field[:, 3] * up[1]
+
+    return (position(travel) - position(np.full((1, len(PLAN.runs)), YAW_AT - 1e-6))).T
+
+
+#: [m] of 3 mm: two marches of other orders, and 64 elements a span against a field in closed form
+TWO_CODES = 2e-6
+
+
+@pytest.mark.parametrize(
+    ("effect", "numbers"),
+    [("yaw_offset_tail", {"beta_0": 1e-4}), ("taper", {"kappa_t": 1e-5})],
+)
+def test_inside_a_span_it_is_what_the_virtual_rig_says(effect, numbers, measured):
+    """Finite elements that share no code with the laws, in both directions, with a fault of a pulley."""
+    share = 19 / 64  # 30 % of the span from the tail, at a node of the rig's elements
+    length = float(case_of(measured, measured.runs[0]).rig.span_length)
+    wanted = read_inside(share, {"id": effect, **numbers})
+    samples, found = shown(
+        with_places(measured, f"upper_span at {share * length} m"), STRIP, (library()[effect],), **numbers
+    )
+    judged = np.isfinite(samples.y[:, -1]).all(axis=0)
+    assert np.ptp(wanted, axis=1).min() > 1e-3
+    gap = (found["z0"] - wanted)[:, judged]
+    assert np.ptp(gap, axis=1).max() < TWO_CODES  # where zero is aside, between two records of a march
+    assert np.abs(gap).max() < 10.0 * TWO_CODES
 
 
 def test_a_place_is_written_and_read_and_has_an_end(measured, tmp_path):
