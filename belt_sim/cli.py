@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterable
 from importlib.metadata import version
 from importlib.util import find_spec
+from io import TextIOWrapper
 from pathlib import Path
 
 import yaml
@@ -48,6 +49,8 @@ def main() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by who started us
             setattr(sys, name, os.fdopen(os.dup(nowhere), "w"))
+        if isinstance(stream := getattr(sys, name), TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a pipe on Windows cannot write ±, ² and →
     try:
         status = run(sys.argv[1:])
         sys.stdout.flush()
@@ -101,15 +104,14 @@ def run(arguments: list[str]) -> int:
 
 
 def _new_effect(arguments: list[str]) -> int:
-
     if len(arguments) != 1 or arguments[0].startswith("-"):
         return _complain("new-effect: give one name, as in belt-sim new-effect side_wind")
     try:
         path = new_effect(arguments[0])
     except BeltError as error:
         return _complain(str(error))
-    print(f"{path}: change its law, then belt-sim simulate 'effects=[{{id: {path}, load: 0.01}}]'")
-    print(f"to test it: python -c \"import belt_sim as bs; print(*bs.check_effect('{path}'), sep='\\n')\"")
+    print(f"{path}: change its law, then belt-sim simulate 'effects=[{{id: {path.as_posix()}, load: 0.01}}]'")
+    print(f"to test it: python -c \"import belt_sim as bs; print(*bs.check_effect('{path.as_posix()}'), sep='\\n')\"")
     return 0
 
 
@@ -240,11 +242,12 @@ def demo(run: Callable[[list[str]], int]) -> int:
     started = time.perf_counter()
     print("A belt at 7 to 40 N/mm2, measured after a yaw step, against the beam model that controllers use.\n")
     folder, again = FOLDER / "diagnosis", FOLDER / "comparison"
-    status = run(["diagnose", *CASE, f"hydra.run.dir={folder}"])
+    status = run(["diagnose", *CASE, f"hydra.run.dir={folder.as_posix()}"])
     if status:
         return status
     print("\nThe effect, added to the model:\n")
-    status = run(["compare", *CASE, f"effects={folder / 'effects.yaml'}", f"hydra.run.dir={again}"])
+    effects = (folder / "effects.yaml").as_posix()
+    status = run(["compare", *CASE, f"effects={effects}", f"hydra.run.dir={again.as_posix()}"])
     if status:
         return status
     print(f"\nDone in {time.perf_counter() - started:.0f} s. What to look at:")
