@@ -40,7 +40,7 @@ from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.discovery.describe import describe as describe_discovery
 from belt_sim.discovery.discover import Discovered
 from belt_sim.discovery.discover import discover as search
-from belt_sim.discovery.look import LawSearch, beyond
+from belt_sim.discovery.look import LawSearch, unknown_evidence
 from belt_sim.discovery.survey import survey_of
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, whole
@@ -149,7 +149,7 @@ def _discovery(findings: Findings, config: Any) -> Discovery | None:
     """What the search for laws has found, where it was made."""
     if findings.law is None:
         return None
-    return findings.law.described(findings.decision.probability_of_unknown, config)
+    return findings.law.describe(findings.decision.probability_of_unknown, config)
 
 
 def _drawings(findings: Findings) -> Drawings:
@@ -196,7 +196,7 @@ def discover(
     fit: Fit = bench.fit([bench.start([e.id for e in acting], vector)])[0]
     tell("fitted what is known")
     survey = survey_of(bench, fit)
-    probability = probability_of_unknown(beyond(survey), POLICY)
+    probability = probability_of_unknown(unknown_evidence(survey), POLICY)
     if 1.0 - probability > POLICY.alarm:
         return describe_discovery(Discovered(survey=survey, courses=()), probability, config=config)
     return describe_discovery(search(survey, tell), probability, config=config)

@@ -34,15 +34,15 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
     Raises InputError naming the first thing that is wrong.
     """
     case = case_of(campaign, campaign.runs[0])
-    _declared(cls)
-    _null(cls, model, case)
+    _check_declarations(cls)
+    _check_null_limit(cls, model, case)
     lines = [f"{cls.id}: null parameters change nothing, bit for bit; units declared"]
-    lines += _parity(cls, model, case)
-    lines += _exponent(cls, model, case)
-    return lines + _collinear(cls, model, campaign)
+    lines += _check_parity(cls, model, case)
+    lines += _check_exponent(cls, model, case)
+    return lines + _check_collinearity(cls, model, campaign)
 
 
-def _declared(cls: type[Effect]) -> None:
+def _check_declarations(cls: type[Effect]) -> None:
     for name, p in cls.parameters.items():
         where = f"{cls.id}.parameters.{name}"
         if not p.unit or not p.meaning:
@@ -53,7 +53,7 @@ def _declared(cls: type[Effect]) -> None:
             raise InputError(f"{where}.scale", p.scale, p.unit, "give a size that matters on a real machine")
 
 
-def _null(cls: type[Effect], model: Composition, case: Case) -> None:
+def _check_null_limit(cls: type[Effect], model: Composition, case: Case) -> None:
     """March, readings and scene must be the same to the last bit (to rounding where JAX fuses, see jax_setup)."""
     without, null = march(case, model, travel=TRAVEL), cls.null()
     within = march(case, model, (null,), travel=TRAVEL)
@@ -76,7 +76,7 @@ def _contribution(cls: type[Effect], model: Composition, case: Case) -> np.ndarr
     return np.asarray(indicate(curves, case, (at_scale,), curves.travel).y) - march(case, model, travel=TRAVEL).y
 
 
-def _parity(cls: type[Effect], model: Composition, case: Case) -> list[str]:
+def _check_parity(cls: type[Effect], model: Composition, case: Case) -> list[str]:
     if cls.parity == "mixed":
         return [f"{cls.id}: parity not declared (mixed)"]
     if cls.parity not in ("odd", "even"):
@@ -93,7 +93,7 @@ def _parity(cls: type[Effect], model: Composition, case: Case) -> list[str]:
     return [f"{cls.id}: {cls.parity} in yaw, as declared ({off:.1%} off)"]
 
 
-def _exponent(cls: type[Effect], model: Composition, case: Case) -> list[str]:
+def _check_exponent(cls: type[Effect], model: Composition, case: Case) -> list[str]:
     if cls.tension_exponent is None:
         return []
     sizes = []
@@ -108,14 +108,14 @@ def _exponent(cls: type[Effect], model: Composition, case: Case) -> list[str]:
     return [f"{cls.id}: late rate ~ tension^{measured:.2f}, declared {cls.tension_exponent:g}"]
 
 
-def _collinear(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str]:
+def _check_collinearity(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str]:
     """Largest cosine between this effect's shapes and each library effect's, after the nuisances."""
     others = [c for c in library().values() if model.refusal(c) is None and c is not cls]
     bench = workbench(campaign, model, [cls, *others])
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     ids = [cls.id, *(c.id for c in others)]
     near = linearise(bench, base, ids)
-    bases = {i: _orthonormal(bench.metric.whiten(near.here(bench, i))) for i in ids}
+    bases = {i: _orthonormal(bench.metric.whiten(near.shapes_of(bench, i))) for i in ids}
     own = bases.pop(cls.id)
     if not own.shape[1]:
         raise InputError(cls.id, "no change", "", "at its scale these readings cannot see it; give a larger scale")

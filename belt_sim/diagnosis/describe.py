@@ -12,8 +12,8 @@ from belt_sim.diagnosis.errors.unknown_shape import describe_unknown
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import held_out
-from belt_sim.diagnosis.fits.intervals import by_likelihood
-from belt_sim.diagnosis.fits.plausibility import estimates, estimates_of_single_sizes, is_plausible, numbers
+from belt_sim.diagnosis.fits.intervals import profile_intervals
+from belt_sim.diagnosis.fits.plausibility import estimate_all, estimates, estimates_of_single_sizes, is_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.next_run import Rival
 from belt_sim.diagnosis.search.best_first import row_of
@@ -40,7 +40,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         verdict=decision.verdict,
         sentence=_sentence(d),
         effects=_effects(d),
-        ranking=_ranking(d),
+        ranking=_rank_candidates(d),
         considered=decision.explanations,
         error=errors_of(final, d.nothing, held_out(d.bench, d.nothing), fit, held_out(final, fit)),
         where=locate_failure(d.bench, d.nothing.values),
@@ -94,7 +94,7 @@ def _sentence(d: Findings) -> str:
     if decision.verdict == Verdict.ADEQUATE and d.table.visible is not None:
         hidden = [n for n in d.search.fits.names if n not in d.table.visible]
         return decision.verdict.sentence(model, ()) + _what_would_show(len(d.table.visible), hidden)
-    named = [_or_alike(decision, name) for name in decision.named]
+    named = [_name_with_alike(decision, name) for name in decision.named]
     alike = decision.like_one_change_of_the_span(d.policy)
     more = f" Or one change of the span, in its bending or twisting, stands in the place of {listed(alike)}."
     return decision.verdict.sentence(model, named, _damage(d.suspicions)) + (more if alike else "")
@@ -111,7 +111,7 @@ def _damage(suspicions: tuple[Suspicion, ...]) -> str:
     return str(min(suspicions, key=lambda s: s.severity != "stop")) if suspicions else ""
 
 
-def _or_alike(decision: Decision, name: str) -> str:
+def _name_with_alike(decision: Decision, name: str) -> str:
     """An effect with what these readings cannot tell from it: no name is said surer than it is."""
     alike = decision.confusable.get(name, ())
     more = ", ..." if len(alike) > ALIKE_SHOWN else ""
@@ -122,8 +122,8 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
     decision, bench, named = d.decision, d.fitted_bench, d.named
     seen = estimates(bench.forward, named)
     if decision.verdict == Verdict.EXPLAINED:  # elsewhere numbers are effective ones
-        every = numbers(bench.forward, named)
-        seen = by_likelihood(bench, named, {i: own or every[i] for i, own in seen.items()})
+        every = estimate_all(bench.forward, named)
+        seen = profile_intervals(bench, named, {i: own or every[i] for i, own in seen.items()})
     there = {e.id: e for e in bench.forward.effects_at(named.vector, named.ids)}
     return tuple(
         FoundEffect(
@@ -141,13 +141,13 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
     )
 
 
-def _ranking(d: Findings) -> tuple[Candidate, ...]:
+def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     """Every candidate by itself, those first that are likeliest to be there, alone or with others."""
     fits, rows = d.search.fits, d.decision.explanations
     tried = fits.trials(()) if d.decision.verdict != Verdict.CANNOT_SAY else []
     without = held_out(d.fitted_bench, fits.fit(())).chi2
     found = [_candidate(d, t, min(sum(e.probability for e in rows if t.id in e.effects), 1.0), without) for t in tried]
-    rms = {other.name: other.rms for other in d.table.instead}
+    rms = {other.name: other.rms for other in d.table.other_models}
     instead = [_as_candidate(e, rms[e.instead]) for e in rows if e.instead]
     return tuple(sorted([*instead, *found], key=lambda c: (-round(c.probability, 6), -c.gain)))
 

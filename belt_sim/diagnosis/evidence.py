@@ -9,11 +9,11 @@ import numpy as np
 from belt_sim.analytic.model import MODELS
 from belt_sim.diagnosis.decision.decide import explanations, would_show
 from belt_sim.diagnosis.decision.policy import Policy
-from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Ids, Instead, LawEvidence
+from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, LawEvidence, OtherModel, UnknownEvidence
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.linearisation import Linearisation
-from belt_sim.diagnosis.fits.null_simulation import inflation
-from belt_sim.diagnosis.fits.workbench import Workbench, predicted
+from belt_sim.diagnosis.fits.null_simulation import chance_inflation
+from belt_sim.diagnosis.fits.workbench import Workbench, predict_alone
 from belt_sim.diagnosis.readings.sensor_places import shows_places
 from belt_sim.diagnosis.search.best_first import Search, row_of
 from belt_sim.diagnosis.search.joint_fits import Trial
@@ -26,7 +26,7 @@ DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less lea
 # What a search for laws beyond the library hands to the diagnosis, which does not import the search.
 
 
-class LawFinding(Protocol):
+class LawResult(Protocol):
     """What a search has found beside a fit: perhaps a law."""
 
     @property
@@ -41,17 +41,17 @@ class LawFinding(Protocol):
     def bench(self) -> Workbench:
         """The workbench of that fit."""
 
-    def described(self, probability: float, config: object = None) -> Discovery:
+    def describe(self, probability: float, config: object = None) -> Discovery:
         """The result; probability: that something unknown is there."""
 
 
 class LawFinder(Protocol):
     """A search for laws beyond the library."""
 
-    def beyond(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Beyond:
+    def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
 
-    def law(self, bench: Workbench, fit: Fit) -> LawFinding:
+    def law(self, bench: Workbench, fit: Fit) -> LawResult:
         """The law of what is seen beside a fit."""
 
 
@@ -64,7 +64,7 @@ def search_sets(
     """
     names, nothing = [c.id for c in bench.forward.classes], near.fit
     tell("asking what chance does")
-    search = Search(bench, near, nothing, inflation(bench, near, nothing.values, names, *chance), policy)
+    search = Search(bench, near, nothing, chance_inflation(bench, near, nothing.values, names, *chance), policy)
     tell("fitting sets of effects")
     search.run()
     return search
@@ -81,26 +81,26 @@ def gather(search: Search, nothing: Fit, bench: Workbench, laws: LawFinder | Non
     table = replace(
         table,
         additive=frozenset(c.id for c in bench.forward.classes if c.is_additive()),
-        instead=tuple(base_models(bench, nothing, search, frozenset(likeliest))),
+        other_models=tuple(base_models(bench, nothing, search, frozenset(likeliest))),
     )
     if laws is None:
         return table
     visible = frozenset(t.id for t in search.fits.trials(()) if _would_show(t, search, table, policy))
-    return replace(table, visible=visible, beyond=tuple(_beyond(search, likeliest, laws)))
+    return replace(table, visible=visible, unknown=tuple(_unknown_evidence(search, likeliest, laws)))
 
 
 def _would_show(trial: Trial, search: Search, table: EvidenceTable, policy: Policy) -> bool:
     return would_show(row_of(search.fits.bench, trial.fit, checked=False), table, policy)
 
 
-def _beyond(search: Search, likeliest: Sequence[str], laws: LawFinder) -> Iterator[Beyond]:
+def _unknown_evidence(search: Search, likeliest: Sequence[str], laws: LawFinder) -> Iterator[UnknownEvidence]:
     """What is seen beside nothing, beside the likeliest set, and beside that without one of its members."""
     sets = [(), likeliest, *(tuple(i for i in likeliest if i != name) for name in likeliest)]
     for ids in dict.fromkeys(map(tuple, sets)):
-        yield laws.beyond(search.fits.bench, search.fits.fit(ids), likeliest)
+        yield laws.evidence_of_unknown(search.fits.bench, search.fits.fit(ids), likeliest)
 
 
-def base_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[Instead]:
+def base_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[OtherModel]:
     """The other base models with nothing fitted, those that explain most of what this one does not.
 
     likeliest: effects; a model that is the base model with just these says the same, and is none.
@@ -110,12 +110,12 @@ def base_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) 
     others = [m for m in (MODELS[n] for n in BASE_MODELS if n != asked.name) if shows_places(bench.samples.signals, m)]
     found = []
     for model in others:
-        values = predicted(bench.campaign, model)
+        values = predict_alone(bench.campaign, model)
         gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
         same = likeliest and likeliest <= model.contains - asked.contains
         if np.isfinite(gain) and gain > DESCRIBED * beyond_noise and not same:
             chi2 = float(search.fits.bench.metric.chi2(bench.fitted.y - values))
             lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
             rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))
-            found.append(Instead(name=f"model={model.name}", chi2=chi2, rms=rms, tried=len(others)))
+            found.append(OtherModel(name=f"model={model.name}", chi2=chi2, rms=rms, tried=len(others)))
     return found

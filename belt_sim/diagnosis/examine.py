@@ -9,8 +9,8 @@ from belt_sim.diagnosis.decision.decide import Decision, decide
 from belt_sim.diagnosis.decision.policy import POLICY, Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
 from belt_sim.diagnosis.errors.misreadings import find_faults, free_zeros
-from belt_sim.diagnosis.evidence import LawFinder, LawFinding, gather, search_sets
-from belt_sim.diagnosis.fits.belt_starts import with_starts
+from belt_sim.diagnosis.evidence import LawFinder, LawResult, gather, search_sets
+from belt_sim.diagnosis.fits.belt_starts import find_starts
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
@@ -37,7 +37,7 @@ class Findings:
     named: Fit
     suspicions: tuple[Suspicion, ...]
     policy: Policy = POLICY
-    law: LawFinding | None = None
+    law: LawResult | None = None
 
     @property
     def fitted_bench(self) -> Workbench:
@@ -68,27 +68,27 @@ def examine(
     if first_place_inside_span(campaign.signals):
         tried = [c for c in tried if not shapes_a_span(c)]
     of_data = suspicions(campaign)
-    bench, nothing = _laid_out(free_zeros(campaign, of_data), model, tried)
+    bench, nothing = _lay_out(free_zeros(campaign, of_data), model, tried)
     suspect = (*doubts, *find_faults(bench, nothing.values, of_data))
     if (freed := free_zeros(bench.campaign, suspect)).signals != bench.campaign.signals:
-        bench, nothing = _laid_out(freed, model, tried)
+        bench, nothing = _lay_out(freed, model, tried)
     damaged = any(s.severity == "stop" for s in suspect)
     if damaged:  # nothing is added: only what is there is judged
         search = Search(bench, linearise(bench, nothing, ()), nothing, 1.0, policy)
         table = replace(search.table(), damaged=True)
     else:
         near = linearise(bench, nothing, [c.id for c in tried])
-        if (turned := with_starts(bench, near)) is not None:
-            bench, nothing = _laid_out(turned, model, tried)
+        if (turned := find_starts(bench, near)) is not None:
+            bench, nothing = _lay_out(turned, model, tried)
             near = linearise(bench, nothing, [c.id for c in tried])
         search = search_sets(bench, near, policy, (bootstraps, seed), tell)
         tell("looking for what is beyond the library")
         table = gather(search, nothing, bench, laws, policy)
-    decision, found = decide(table, policy), dict[Ids, LawFinding]()
+    decision, found = decide(table, policy), dict[Ids, LawResult]()
     if laws is not None and not damaged and decision.suspects_something_unknown(policy):
         tell("looking for the law of what is left")
-        found = _laws_beside(search, table, decision, laws)
-        decision = decide(table := _with_laws(table, found), policy)
+        found = _find_laws(search, table, decision, laws)
+        decision = decide(table := _add_laws(table, found), policy)
     named = search.fits.fit(tuple(decision.named))
     return Findings(
         bench=bench, nothing=nothing, search=search, table=table, decision=decision, named=named, policy=policy,
@@ -96,13 +96,13 @@ def examine(
     )  # fmt: skip
 
 
-def _laid_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> tuple[Workbench, Fit]:
+def _lay_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> tuple[Workbench, Fit]:
     """The campaign laid out at the base model, and the fit of no effect there."""
     bench = workbench(campaign, model, classes)
     return bench, bench.fit([bench.start((), bench.forward.null())])[0]
 
 
-def _laws_beside(search: Search, table: EvidenceTable, decision: Decision, laws: LawFinder) -> dict[Ids, LawFinding]:
+def _find_laws(search: Search, table: EvidenceTable, decision: Decision, laws: LawFinder) -> dict[Ids, LawResult]:
     """The laws beside nothing, and beside the effects that may stay with something unknown.
 
     A crooked edge takes on part of an unknown that comes round with the belt: only a law alone tells that it is none.
@@ -112,11 +112,11 @@ def _laws_beside(search: Search, table: EvidenceTable, decision: Decision, laws:
     return {ids: laws.law(search.fits.bench, fit) for ids, fit in fits.items()}
 
 
-def _with_laws(table: EvidenceTable, found: Mapping[Ids, LawFinding]) -> EvidenceTable:
+def _add_laws(table: EvidenceTable, found: Mapping[Ids, LawResult]) -> EvidenceTable:
     """The table with the evidence of laws in the march."""
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
-    rows = [replace(b, laws=(*b.laws, in_march[b.beside])) if b.beside in in_march else b for b in table.beyond]
-    return replace(table, beyond=tuple(rows))
+    rows = [replace(b, laws=(*b.laws, in_march[b.beside])) if b.beside in in_march else b for b in table.unknown]
+    return replace(table, unknown=tuple(rows))
 
 
 def is_long_enough(campaign: Campaign, cls: type[Effect]) -> bool:

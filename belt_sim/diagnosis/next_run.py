@@ -53,7 +53,7 @@ class Action:
 def menu(template: Run) -> list[Action]:
     """Actions derived from one run of the campaign, on a record as long as that run's unless said otherwise."""
     base = _fresh(template)
-    return [_made(base, *c) for c in [*_changes(base), _LONGER]]
+    return [_make_action(base, *c) for c in [*_changes(base), _LONGER]]
 
 
 def twofold(template: Run) -> list[Action]:
@@ -62,7 +62,7 @@ def twofold(template: Run) -> list[Action]:
     changes = {c[0]: c for c in _changes(base)}
     longer = [(c, _LONGER) for words, c in changes.items() if words != "turn the belt over"]
     back = [(c, changes["run with travel reversed"]) for words, c in changes.items() if "tension" in words]
-    return [_made(base, *_both(one, other)) for one, other in longer + back]
+    return [_make_action(base, *_both(one, other)) for one, other in longer + back]
 
 
 Change = tuple[str, Callable[[Run], Run], dict[str, bool]]
@@ -99,7 +99,7 @@ def _fresh(template: Run) -> Run:
     return replace(template, travel=travel, time=None, signals={}, repeat_of=None, use="fit")
 
 
-def _made(base: Run, words: str, change: Callable[[Run], Run], more: dict[str, bool]) -> Action:
+def _make_action(base: Run, words: str, change: Callable[[Run], Run], more: dict[str, bool]) -> Action:
     run = change(base)
     return Action(f"{words} ({_settings(run)})", run, **more)
 
@@ -131,14 +131,14 @@ def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) 
         return []
     template = bench.samples.runs[_liveliest(bench, chosen)]
     advice = _best(Outlook(bench, chosen, menu(template)), chosen, pairs, keep)
-    unsure = [p for p in pairs if max(a.sigma_after for a in advice if _about(a, p)) < APART]
+    unsure = [p for p in pairs if max(a.sigma_after for a in advice if _separates(a, p)) < APART]
     if unsure:
         advice += _best(Outlook(bench, chosen, twofold(template)), chosen, unsure, keep)
     advice = sorted(advice, key=lambda a: -a.sigma_after)
     return [a for k, a in enumerate(advice) if sum(a.separates == b.separates for b in advice[:k]) < keep]
 
 
-def _about(advice: NextRun, pair: Rival) -> bool:
+def _separates(advice: NextRun, pair: Rival) -> bool:
     return advice.separates == (pair.effect, pair.other)
 
 
@@ -149,14 +149,14 @@ def _best(outlook: "Outlook", chosen: Fit, pairs: list[Rival], keep: int) -> lis
         before, after = outlook.separations(chosen, pair.fit)
         promised += [(pair, k, before, float(after[k])) for k in np.argsort(-after)[:keep]]
 
-    def marched(pair: Rival, k: int, before: float, sigma: float) -> NextRun:
+    def march_pair(pair: Rival, k: int, before: float, sigma: float) -> NextRun:
         if sigma >= RESOLVED:
-            alone = outlook.alone(k)
-            sigma = min(sigma, alone.refitted(chosen, pair.fit), alone.refitted(pair.fit, chosen))
+            alone, both = outlook.single(k), ((chosen, pair.fit), (pair.fit, chosen))
+            sigma = min(sigma, *(alone.separation_after_refit(right, other) for right, other in both))
         action = outlook.actions[k]
         return NextRun(action.words, (pair.effect, pair.other), before, sigma, action.settings)
 
-    return map_in_threads(lambda one: marched(*one), promised)
+    return map_in_threads(lambda one: march_pair(*one), promised)
 
 
 class Outlook:
@@ -201,18 +201,18 @@ class Outlook:
         ]
         return before, np.array(after)
 
-    def alone(self, action: int) -> "Outlook":
+    def single(self, action: int) -> "Outlook":
         """One of the actions by itself."""
         one = copy(self)
         one.actions, one.samples = [self.actions[action]], self.samples.of_runs(np.array([action]))
         one.metric = one._metric(self.chosen.vector)
         return one
 
-    def refitted(self, right: Fit, other: Fit) -> float:
+    def separation_after_refit(self, right: Fit, other: Fit) -> float:
         """sigma with all actions that refitting ``other`` leaves, were ``right`` right: by numbers that march."""
         there, least, fit, step = self.predict(right, [])[0], np.inf, other, np.zeros(len(other.free))
         for _ in range(STEPS):
-            values, slopes = self.here(tried := _stepped(fit, step) if step.any() else fit)
+            values, slopes = self.here(tried := _with_step(fit, step) if step.any() else fit)
             new, along = self.predict(tried, tried.free)
             size = np.inf
             if all(np.isfinite(x).all() for x in (values, slopes, there, new, along)):
@@ -232,7 +232,7 @@ class Outlook:
 
     def here(self, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
         """Values (R, S, n) and slopes (k, R, S, n) of the campaign's own runs; a fit that has ended has them."""
-        if fit.done:
+        if fit.is_converged:
             return fit.values, fit.slopes
         directions = np.eye(self.bench.forward.size)[fit.free]
         values, slopes = self.bench.forward.values_and_slopes(
@@ -256,7 +256,7 @@ class Outlook:
         return values[0], slopes[: len(free)]
 
     def _flip(self) -> np.ndarray:
-        turns = [s.effect.on_belt and not s.effect.parameters[s.name].modifier for s in self.forward.slots]
+        turns = [s.effect.on_belt and not s.only_shapes for s in self.forward.slots]
         signs = [-1.0 if t else 1.0 for t in turns]
         return np.array(signs + [1.0] * len(NUISANCES))
 
@@ -318,7 +318,7 @@ def _hypothetical(bench: Workbench, actions: list[Action]) -> Samples:
     )
 
 
-def _stepped(fit: Fit, step: np.ndarray) -> Fit:
+def _with_step(fit: Fit, step: np.ndarray) -> Fit:
     """A fit with its numbers a step (k,) further."""
     vector = fit.vector.copy()
     vector[fit.free] += step

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.diagnosis.decision.table import Beyond, LawEvidence
+from belt_sim.diagnosis.decision.table import LawEvidence, UnknownEvidence
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.describe import describe
@@ -43,7 +43,7 @@ class MarchedLaw:
         made = self.discovered.refit
         return self.discovered.survey.bench if made is None else made.bench
 
-    def described(self, probability: float, config: Any = None) -> Discovery:
+    def describe(self, probability: float, config: Any = None) -> Discovery:
         """The result; probability: that something unknown is there."""
         return describe(self.discovered, probability, config=config)
 
@@ -54,23 +54,23 @@ class LawSearch:
 
     tell: Callable[[str], None] = lambda text: None
 
-    def beyond(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Beyond:
+    def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range."""
-        return beyond(survey_of(bench, fit, among))
+        return unknown_evidence(survey_of(bench, fit, among))
 
     def law(self, bench: Workbench, fit: Fit) -> MarchedLaw:
         """The law of what is seen beside a fit."""
         return MarchedLaw(discover(survey_of(bench, fit), self.tell))
 
 
-def beyond(survey: Survey) -> Beyond:
+def unknown_evidence(survey: Survey) -> UnknownEvidence:
     """The evidence of free courses and of single laws.
 
     A course at one sensor that is another in every run is no law: it is that instrument's wander.
     """
     ones = singles(survey)
     courses = [c.gain for c in survey.courses() if not (c.place.kind == "sensor" and c.pool == "each run")]
-    return Beyond(
+    return UnknownEvidence(
         beside=frozenset(survey.fit.ids),
         courses=np.array(courses),
         laws=tuple(_law(s) for s in distinct(ones, LAWS)),

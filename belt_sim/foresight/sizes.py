@@ -34,7 +34,7 @@ def best_column(bench: Workbench, fit: Fit, name: str) -> int:
 def reach(bench: Workbench, position: int) -> float:
     """The largest plausible size of a parameter, in units of its scale, about null."""
     slot = bench.forward.slots[position]
-    declared = slot.effect.parameters[slot.name]
+    declared = slot.declared
     return max(abs(bound - declared.null) for bound in declared.plausible) / slot.scale
 
 
@@ -42,7 +42,7 @@ def _share(bench: Workbench, fit: Fit, position: int, least: float) -> float:
     """Smallest visible size over the largest that a machine could have; infinite where nothing shows."""
     slot = bench.forward.slots[position]
     length = float(np.linalg.norm(fit.columns[position]))
-    if slot.effect.parameters[slot.name].modifier or length < 1e-9 * least:
+    if slot.only_shapes or length < 1e-9 * least:
         return math.inf
     return least / (length * reach(bench, position))
 
@@ -50,7 +50,7 @@ def _share(bench: Workbench, fit: Fit, position: int, least: float) -> float:
 def _visible(bench: Workbench, fit: Fit, name: str, least: float) -> Visible:
     best = best_column(bench, fit, name)
     slot = bench.forward.slots[best]
-    declared, share = slot.effect.parameters[slot.name], _share(bench, fit, best, least)
+    declared, share = slot.declared, _share(bench, fit, best, least)
     most = reach(bench, best) * slot.scale
     return Visible(
         effect=name,

@@ -9,6 +9,7 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Parameter
 
@@ -35,7 +36,7 @@ class Sum:
         self.classes = tuple(
             SimpleNamespace(id=i, parameters={"size": NUMBER}, is_additive=lambda: False) for i in shapes
         )
-        self.slots = tuple(SimpleNamespace(effect=c, name="size", scale=1.0) for c in self.classes)
+        self.slots = tuple(Slot(c, "size") for c in self.classes)
         self.rows, self.size = np.stack(list(shapes.values())), len(shapes)
         self.sides = np.full(self.size, -np.inf), np.full(self.size, np.inf)
 

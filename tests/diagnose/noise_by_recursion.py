@@ -14,7 +14,7 @@ def errors(
     y = np.zeros((count, *samples.y.shape))
     levels = levels or Levels(white=white, wander=wander)
     for s, signal in enumerate(samples.signals):
-        white, wander, (length, _) = levels.of(s)
+        white, wander, (length, _) = levels.of_signal(s)
         for r, travel in enumerate(samples.travel):
             y[:, r, s] = (
                 wander * signal.wander_sd * _recursion(np.diff(travel) / (length * signal.wander_length), count, rng)

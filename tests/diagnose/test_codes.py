@@ -11,7 +11,7 @@ from belt_sim.effects.pulley_shape import Crown, Taper
 
 def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
     forward = Forward(samples_of(campaign("nothing")), MODEL, (Taper, Crown, Weld))
-    sizes = [k for k, s in enumerate(forward.slots) if not s.effect.parameters[s.name].modifier]
+    sizes = [k for k, s in enumerate(forward.slots) if not s.only_shapes]
     along = np.eye(forward.size)[sizes]
     marched = Forward._march_groups
     asked: list[frozenset[str]] = []

@@ -6,13 +6,13 @@ from math import exp, log
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.decision.decide import decide, evidence, explanations, needed_gain, occam, would_show
+from belt_sim.diagnosis.decision.decide import decide, explanations, log_evidence, needed_gain, occam, would_show
 from belt_sim.diagnosis.decision.policy import POLICY, Policy
-from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Instead, LawEvidence, Row
+from belt_sim.diagnosis.decision.table import EvidenceTable, LawEvidence, OtherModel, Row, UnknownEvidence
 from belt_sim.results.diagnosis import Verdict
 
 CANDIDATES = 30
-NO_COURSE = Beyond(beside=frozenset(), courses=np.zeros(60), laws=(), tried=7000.0)
+NO_COURSE = UnknownEvidence(beside=frozenset(), courses=np.zeros(60), laws=(), tried=7000.0)
 
 
 def row(*ids: str, gain: float = 0.0, plausible: bool = True, rise: float = 0.0, sigmas: float = 3.0) -> Row:
@@ -35,8 +35,8 @@ def table(*rows: Row, **more) -> EvidenceTable:
     return EvidenceTable(candidates=CANDIDATES, inflation=1.0, damaged=False, rows=(row(), *rows), **more)
 
 
-def unknown(evidence: float, *beside: str) -> Beyond:
-    """A course at one of 60 places whose evidence is ``evidence`` more than none, all paid."""
+def unknown(evidence: float, *beside: str) -> UnknownEvidence:
+    """A course at one of 60 places whose evidence is ``log_evidence`` more than none, all paid."""
     courses = np.full(60, -np.inf)
     courses[0] = evidence + POLICY.chance + log(60.0)
     return replace(NO_COURSE, beside=frozenset(beside), courses=courses)
@@ -95,21 +95,21 @@ def test_something_unknown_is_told_where_it_is_likelier():
     worth = 0.5 * 100.0 - 0.5 * needed_gain(crown, table(crown), POLICY)
     for more, verdict in ((-1.0, Verdict.EXPLAINED), (1.0, Verdict.NONE_KNOWN)):
         seen = unknown(worth + log(POLICY.unknown) + more)
-        assert decide(table(crown, beyond=(seen,)), POLICY).verdict is verdict
+        assert decide(table(crown, unknown=(seen,)), POLICY).verdict is verdict
 
 
 def test_what_only_adds_to_readings_is_named_beside_the_unknown_and_nothing_else_is():
     both = row("crown", gain=100.0), row("sensor_drift", gain=100.0)
     seen = tuple(unknown(80.0, *r.ids) for r in both)
     additive = frozenset({"sensor_drift"})
-    verdicts = [decide(table(r, beyond=(b,), additive=additive), POLICY) for r, b in zip(both, seen, strict=True)]
+    verdicts = [decide(table(r, unknown=(b,), additive=additive), POLICY) for r, b in zip(both, seen, strict=True)]
     assert [d.verdict for d in verdicts] == [Verdict.NONE_KNOWN, Verdict.PARTLY]
     assert set(verdicts[1].named) == additive
 
 
 def test_the_best_of_many_laws_pays_for_their_number():
     law = LawEvidence(words="", gain=60.0, cost=0.0, sizes=1)
-    few, many = (evidence(replace(NO_COURSE, laws=(law,), tried=n), 1.0, POLICY) for n in (100.0, 10000.0))
+    few, many = (log_evidence(replace(NO_COURSE, laws=(law,), tried=n), 1.0, POLICY) for n in (100.0, 10000.0))
     assert few - many == pytest.approx(log(100.0), abs=0.05)
 
 
@@ -136,10 +136,10 @@ def test_a_crown_beside_a_load_cell_may_be_one_change_of_the_span():
 
 
 def test_another_base_model_is_told_of_instead_of_effects():
-    other = Instead(name="model=strip", chi2=900.0)
-    decision = decide(table(row("crown", gain=100.0), instead=(other,)), POLICY)
+    other = OtherModel(name="model=strip", chi2=900.0)
+    decision = decide(table(row("crown", gain=100.0), other_models=(other,)), POLICY)
     assert (decision.verdict, decision.instead) == (Verdict.NONE_KNOWN, "model=strip")
-    assert decide(table(row("crown", gain=140.0), instead=(other,)), POLICY).verdict is Verdict.EXPLAINED
+    assert decide(table(row("crown", gain=140.0), other_models=(other,)), POLICY).verdict is Verdict.EXPLAINED
 
 
 def test_a_law_is_sought_where_the_linear_range_cannot_tell_it_from_effects():
@@ -148,7 +148,7 @@ def test_a_law_is_sought_where_the_linear_range_cannot_tell_it_from_effects():
     worth = explanations(table(pair), POLICY)[0].log_posterior + log(POLICY.unknown)
     asked = []
     for behind in (19.0, 21.0):
-        decision = decide(table(pair, beyond=(unknown(worth - behind),)), POLICY)
+        decision = decide(table(pair, unknown=(unknown(worth - behind),)), POLICY)
         assert decision.verdict is Verdict.EXPLAINED
         asked.append(decision.suspects_something_unknown(POLICY))
     assert asked == [True, False]
@@ -179,7 +179,7 @@ def test_uncertain_noise_makes_every_difference_count_less():
 def test_probabilities_follow_from_the_columns():
     """log odds = likelihood - occam + unknown + prior: a pocket calculator will do."""
     crown, taper = row("crown", gain=20.0), row("taper", gain=16.0)
-    found = explanations(table(crown, taper, beyond=(unknown(1.0),)), POLICY)
+    found = explanations(table(crown, taper, unknown=(unknown(1.0),)), POLICY)
     odds = [e.likelihood - e.occam + e.unknown_evidence + e.prior for e in found]
     whole = sum(map(exp, odds))
     assert [e.probability for e in found] == pytest.approx([exp(o) / whole for o in odds])
@@ -192,7 +192,7 @@ def test_every_constant_moves_a_decision(change):
     cases = [
         table(row("crown", gain=100.0), row("crown", "taper", gain=130.0)),
         table(row("crown", gain=24.0)),
-        table(beyond=(unknown(8.0),)),
+        table(unknown=(unknown(8.0),)),
     ]
     before, after = (
         [(d.verdict, set(d.named)) for d in (decide(t, p) for t in cases)] for p in (POLICY, Policy(**change))

@@ -6,7 +6,7 @@ from linear_bench import SPREAD, WHITE, linear_bench
 
 from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.search import joint_fits
-from belt_sim.diagnosis.search.joint_fits import bent, projected, screened
+from belt_sim.diagnosis.search.joint_fits import best_gauss_newton_step, find_nonlinear, screen
 
 
 @pytest.fixture(name="laid_out")
@@ -39,28 +39,28 @@ def _laid_out():
 
 def test_one_prediction_tells_which_effect_bends(laid_out):
     bench, near = laid_out
-    stepped = {n: projected(bench, near, n) for n in ("soft", "straight", "other")}
-    assert bent(bench, near, stepped) == ["soft"]
-    assert bent(bench, near, {n: stepped[n] for n in ("straight", "other")}) == []
+    stepped = {n: best_gauss_newton_step(bench, near, n) for n in ("soft", "straight", "other")}
+    assert find_nonlinear(bench, near, stepped) == ["soft"]
+    assert find_nonlinear(bench, near, {n: stepped[n] for n in ("straight", "other")}) == []
 
 
 def test_what_a_machine_has_on_the_other_side_only_is_not_asked_for(laid_out):
     bench, near = laid_out
-    stepped = {"soft": projected(bench, near, "soft")}
+    stepped = {"soft": best_gauss_newton_step(bench, near, "soft")}
     assert stepped["soft"].vector[0] > 0.0
     bench.forward.sides[1][0] = 0.0
-    assert bent(bench, near, stepped) == []
+    assert find_nonlinear(bench, near, stepped) == []
 
 
 def test_it_is_refitted_though_others_promise_more(laid_out, monkeypatch):
     bench, near = laid_out
     monkeypatch.setattr(joint_fits, "REFITTED", 1)
     names = ("soft", "straight", "other")
-    promised = {n: near.fit.chi2 - projected(bench, near, n).chi2 for n in names}
-    found = screened(bench, near, names, 10.0, {})
+    promised = {n: near.fit.chi2 - best_gauss_newton_step(bench, near, n).chi2 for n in names}
+    found = screen(bench, near, names, 10.0, {})
     gains = {n: near.fit.chi2 - f.chi2 for n, f in found.items()}
     assert max(promised, key=promised.get) == "straight"
     assert max(gains, key=gains.get) == "soft"
     assert gains["soft"] > 2.0 * promised["soft"]
-    assert found["soft"].done
+    assert found["soft"].is_converged
     assert found["other"].taken == 0

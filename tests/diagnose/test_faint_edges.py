@@ -7,7 +7,7 @@ from test_linear_readings import with_edge
 
 from belt_sim.diagnosis.errors.model_errors import ErrorsWithoutNuisances
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.heldout import HeldOut, held_out, with_harmonics
+from belt_sim.diagnosis.fits.heldout import HeldOut, held_out, shrink_harmonics
 from belt_sim.diagnosis.fits.plausibility import prior_sigma
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.effects.library import library
@@ -35,7 +35,7 @@ def test_a_faint_edge_predicts_better_than_none():
     assert 60.0 < base.chi2 - edge.chi2 < 90.0
     without, with_it, own = held_out(bench, base), held_out(bench, edge), ErrorsWithoutNuisances(bench)
     assert surprise(with_it) < surprise(without) - 20.0
-    assert own.rms(with_it, with_it.tested) < 0.99 * own.rms(without, with_it.tested)
+    assert own.rms(with_it, with_it.testable_conditions) < 0.99 * own.rms(without, with_it.testable_conditions)
 
 
 def test_no_edge_predicts_no_better():
@@ -50,7 +50,7 @@ def test_the_common_size_is_that_of_the_harmonics(first):
     bench, _, edge = fitted(first)
     machine = prior_sigma(bench.forward, edge.free)
     slots = [bench.forward.slots[k] for k in edge.free]
-    found = with_harmonics(slots, edge.vector[edge.free], np.diag(edge.covariance), machine)
+    found = shrink_harmonics(slots, edge.vector[edge.free], np.diag(edge.covariance), machine)
     assert np.ptp(found) == 0.0
     assert found[0] == pytest.approx(first / 2e-4 / np.sqrt(2.0), rel=0.3)
     assert (found < machine).all()

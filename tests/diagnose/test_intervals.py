@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.intervals import by_likelihood
-from belt_sim.diagnosis.fits.plausibility import spread_of
+from belt_sim.diagnosis.fits.intervals import profile_intervals
+from belt_sim.diagnosis.fits.plausibility import covariance_of
+from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.effects.base import Parameter
 from belt_sim.results.found import COVERAGE_95, Estimate
 
@@ -40,7 +41,7 @@ class Bench:
     def forward(self):
         cls = type("Curved", (Curved,), {"parameters": dict(Curved.parameters)})
         cls.parameters["a"] = replace(cls.parameters["a"], plausible=self.plausible)
-        slots = [SimpleNamespace(effect=cls, name=n, scale=1.0) for n in ("a", "b")]
+        slots = [Slot(cls, n) for n in ("a", "b")]
         return SimpleNamespace(slots=slots, values=self.values)
 
     def values(self, vector):
@@ -68,9 +69,9 @@ def interval_of(bend, slope, plausible=WIDE):
     bench = Bench(bend, plausible)
     columns = np.array([[slope, 0.0], [1.0, 1.0]])
     fit = Fit(ids=("curved",), free=[0, 1], vector=np.zeros(2), chi2=0.0, columns=columns)
-    u = np.sqrt(np.diag(spread_of(columns)))
+    u = np.sqrt(np.diag(covariance_of(columns)))
     found = {"curved": {n: Estimate(0.0, float(u[k]), "1", True) for k, n in enumerate("ab")}}
-    return by_likelihood(bench, fit, found)["curved"]
+    return profile_intervals(bench, fit, found)["curved"]
 
 
 def test_a_straight_number_keeps_its_even_interval():
@@ -97,6 +98,6 @@ def test_a_number_of_which_readings_exclude_nothing_is_not_told():
 
 def test_two_numbers_that_do_the_same_are_not_known():
     alike = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0 + 1e-9]])
-    assert np.sqrt(spread_of(alike)[0, 0]) > 1e3
+    assert np.sqrt(covariance_of(alike)[0, 0]) > 1e3
     faint = np.array([[1e-5, 0.0], [0.0, 1e5]])
-    assert np.sqrt(np.diag(spread_of(faint))) == pytest.approx([1e5, 1e-5])
+    assert np.sqrt(np.diag(covariance_of(faint))) == pytest.approx([1e5, 1e-5])

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.fits.heldout import conditions
 from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.search.best_first import MAX_EFFECTS
-from belt_sim.diagnosis.search.joint_fits import best_of
+from belt_sim.diagnosis.search.joint_fits import fit_best
 from belt_sim.paper import TEST_RIG
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02
@@ -40,7 +40,7 @@ def test_every_candidate_fits_at_least_as_well_as_what_it_stands_beside(two):
     base = two.fit([two.start((), two.forward.null())])[0]
     near = linearise(two, base, ["sag_roll", "slip", "taper"])
     assert "sag_roll" in near.weak
-    fits = best_of(two, near, ["sag_roll", "slip", "taper"], 0.0, {})
+    fits = fit_best(two, near, ["sag_roll", "slip", "taper"], 0.0, {})
     assert all(f.chi2 <= base.chi2 for f in fits.values())
 
 

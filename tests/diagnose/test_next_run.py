@@ -88,7 +88,7 @@ def test_an_action_by_itself_says_what_it_says_among_others(one_sided):
     turned = next(k for k, a in enumerate(outlook.actions) if a.turned_over)
     for k in (0, turned):
         _, among = outlook.separations(offset, gain)
-        _, alone = outlook.alone(k).separations(offset, gain)
+        _, alone = outlook.single(k).separations(offset, gain)
         assert alone == pytest.approx(among[k], rel=1e-6)
 
 
@@ -141,7 +141,7 @@ def test_a_promise_is_kept_by_what_marches_and_not_by_derivatives(bent, left):
         bench=bench, predict=predict, white=lambda x: x, here=lambda fit: (still, np.zeros((1, 1)))
     )
     right, other = SimpleNamespace(values=still), Fit(ids=("a",), free=[0], vector=np.array([0.1]))
-    assert Outlook.refitted(outlook, right, other) == pytest.approx(left, abs=0.01)
+    assert Outlook.separation_after_refit(outlook, right, other) == pytest.approx(left, abs=0.01)
 
 
 def test_a_promise_that_tells_two_apart_is_kept_in_97_of_100_campaigns():
@@ -164,7 +164,7 @@ def test_a_fit_that_has_ended_is_not_marched_again(one_sided, monkeypatch):
     )
     np.testing.assert_array_equal(outlook.here(offset)[0], values[0])
     np.testing.assert_allclose(outlook.here(offset)[1], slopes, rtol=1e-4, atol=1e-4 * np.abs(slopes).max())
-    moved = next_run._stepped(offset, np.full(len(offset.free), 0.1))
+    moved = next_run._with_step(offset, np.full(len(offset.free), 0.1))
     assert not np.allclose(outlook.here(moved)[0], values[0], rtol=1e-6, atol=0.0)
     monkeypatch.setattr(type(bench.forward), "values_and_slopes", None)
     outlook.here(offset)

@@ -96,7 +96,7 @@ def test_what_settings_did_to_one_of_two_repeats_is_not_noise():
     shapes = (1e-4 * np.cos((1.0 + runs) * b.samples.travel[:, None, :] / 20.0))[None] + b.shapes
     drawn = errors(b, 1, np.random.default_rng(5))[0]
     off = 3.0 * np.random.default_rng(6).standard_normal(runs.shape)
-    finder = LevelFinder(b.samples, b.shapes).about(shapes)
+    finder = LevelFinder(b.samples, b.shapes).at_shapes(shapes)
     clean, set_off = (np.array([f.white, f.wander, f.length]) for f in map(finder, (drawn, drawn + off * shapes[0])))
     np.testing.assert_allclose(np.log(set_off), np.log(clean), atol=1e-9)
     assert np.all(LevelFinder(b.samples, b.shapes)(drawn + off * shapes[0]).wander > clean[1])
@@ -178,7 +178,7 @@ def test_an_error_of_twice_the_uncertainty_is_twice_the_uncertainty():
 def test_without_repeats_and_with_nothing_known_of_the_candidates_the_stated_levels_hold():
     b = bench()
     found = LevelFinder(b.samples, b.shapes)(b.samples.y)
-    assert [found.of(s) for s in range(len(b.samples.signals))] == [(1.0, 1.0, Reach())] * len(b.samples.signals)
+    assert [found.of_signal(s) for s in range(len(b.samples.signals))] == [(1.0, 1.0, Reach())] * len(b.samples.signals)
     assert "as stated" in found.sentence
 
 
@@ -193,8 +193,9 @@ def test_a_sensor_that_only_one_run_has_is_as_those_that_are_stated_alike():
     shapes = np.broadcast_to(b.shapes[:, :, :1], (len(b.shapes), *y.shape))
     levels = LevelFinder(replace(b.samples, signals=signals, y=y), shapes)(drawn)
     assert levels.white[0] > 1.3
-    np.testing.assert_allclose([*levels.of(1)[:2], levels.of(1)[2].length], [*levels.of(0)[:2], levels.of(0)[2].length])
-    assert levels.of(2)[:2] == (1.0, 1.0)
+    first, second = (levels.of_signal(s) for s in (0, 1))
+    np.testing.assert_allclose([*second[:2], second[2].length], [*first[:2], first[2].length])
+    assert levels.of_signal(2)[:2] == (1.0, 1.0)
     finder = LevelFinder(replace(b.samples, signals=signals, y=y), shapes)
     at_random, _ = finder.draw(drawn, 400, np.random.default_rng(1))
     np.testing.assert_array_equal(at_random[:, 1], at_random[:, 0])

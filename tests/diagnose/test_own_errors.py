@@ -30,7 +30,7 @@ def drawn():
 
 def test_a_perfect_model_leaves_the_floor(drawn):
     own = ErrorsWithoutNuisances(bench_with_zeros(drawn))
-    left = own.less(drawn, np.ones(len(SPREAD), dtype=bool))
+    left = own.remove_nuisances(drawn, np.ones(len(SPREAD), dtype=bool))
     assert own.floor == pytest.approx(1e-5 * np.sqrt(1.0 - 1.0 / COUNT), rel=1e-3)
     assert np.sqrt(np.mean(left**2)) == pytest.approx(own.floor, rel=4.0 / np.sqrt(2 * drawn.size))
     assert np.sqrt(np.mean(drawn**2)) > 20.0 * own.floor

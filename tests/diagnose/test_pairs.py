@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.search.joint_fits import Pairs, beside
+from belt_sim.diagnosis.search.joint_fits import Pairs, marginal_gains
 
 RNG = np.random.default_rng(3)
 A, B, OTHER = RNG.standard_normal((3, 200))
@@ -44,7 +44,7 @@ def test_a_pair_with_an_effect_that_bends_is_seen_by_what_it_does_where_it_was_f
     at_null = np.stack([1e-3 * COLUMNS[5], B, SUM])
     places, residual = {"bends": [0], "b": [1], "sum": [2]}, 3.0 * A + 3.0 * B
     gain = float((A @ residual) ** 2 / (A @ A))
-    further = beside(A[None], residual - (A @ residual) / (A @ A) * A, {"b": B[None]})["b"]
+    further = marginal_gains(A[None], residual - (A @ residual) / (A @ A) * A, {"b": B[None]})["b"]
     wanted = float(residual @ residual)  # of both together, all of it
     assert gain + further == pytest.approx(wanted)
     known = {frozenset(["bends"]): gain, frozenset(["bends", "b"]): gain + further}

@@ -10,7 +10,8 @@ from linear_bench import NUMBER, SPREAD, WHITE, linear_bench
 from belt_sim.diagnosis.fits.fit import Fit, fit_sets
 from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.plausibility import has_diverged
-from belt_sim.diagnosis.search.joint_fits import JointFits, best_of
+from belt_sim.diagnosis.readings.parameter_vector import Slot
+from belt_sim.diagnosis.search.joint_fits import JointFits, fit_best
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 UNIT = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))
@@ -55,7 +56,7 @@ def test_steps_along_a_bent_valley_are_as_long_as_they_may_be():
     """Guard: a step that had to be shorter was once damped so far that a refit crawled and ran out of rounds."""
     begun = Fit(ids=("a",), free=[0, 1], vector=np.array([-1.0, 0.5]))
     fit = fit_sets(Bent(), UNIT, [begun], np.zeros((1, 1, 2)))[0]
-    assert fit.done
+    assert fit.is_converged
     assert fit.chi2 < 0.03
 
 
@@ -70,11 +71,11 @@ def test_a_number_that_a_machine_has_on_one_side_of_null_stays_there():
     bench.forward.sides[0][0] = 0.0
     held = bench.fit([bench.start(("one", "other"), np.array([1.0, 0.0]))])[0]
     alone = bench.fit([bench.start(("other",), np.zeros(2))])[0]
-    assert held.done
+    assert held.is_converged
     assert held.vector == pytest.approx([0.0, alone.vector[1]], abs=1e-3)
     assert held.chi2 == pytest.approx(alone.chi2, abs=0.05)
     pushed = bench.fit([bench.start(("one",), np.zeros(2))], y=-one)[0]
-    assert (pushed.done, pushed.vector[0]) == (True, 0.0)
+    assert (pushed.is_converged, pushed.vector[0]) == (True, 0.0)
 
 
 def test_a_refit_of_a_sum_of_shapes_is_least_squares():
@@ -94,7 +95,7 @@ def test_a_faint_number_is_fitted_beside_one_that_moves_readings_by_far():
     one, other = WHITE.white * rng.normal(size=(2, len(SPREAD), 1, 40))
     bench = linear_bench(SPREAD, y=3.0 * one + 5.0 * other, shapes={"far": 1e4 * one, "faint": 3e-3 * other})
     fit = bench.fit([bench.start(("far", "faint"), np.zeros(2))])[0]
-    assert fit.done
+    assert fit.is_converged
     assert fit.vector == pytest.approx([3e-4, 5.0 / 3e-3], rel=1e-3)
 
 
@@ -111,7 +112,7 @@ def test_a_direction_in_which_the_belt_runs_away_is_none():
 
     bench.forward.values_and_slopes = running_away
     fit = bench.fit([bench.start(("one", "other"), np.zeros(2))])[0]
-    assert fit.done
+    assert fit.is_converged
     assert fit.vector == pytest.approx([3.0, 0.0], abs=1e-6)
     assert np.isfinite(fit.slopes).all()
 
@@ -127,7 +128,7 @@ def test_an_effect_is_at_null_where_all_that_is_better_with_it_has_diverged():
     near = SimpleNamespace(fit=current, with_effect=lambda *_: null, starts=lambda *_: [null, far])
     assert has_diverged(bench.fit([null])[0])
     assert far.chi2 > current.chi2 + 1000.0
-    best = best_of(bench, near, ["faint"], 0.0, {})["faint"]
+    best = fit_best(bench, near, ["faint"], 0.0, {})["faint"]
     assert (best.chi2, best.vector[0], best.ids) == (current.chi2, 0.0, ("other", "faint"))
 
 
@@ -140,7 +141,7 @@ class Sliding:
 
     about: float = 0.0
     metric = SimpleNamespace(whiten=lambda rows: rows)
-    slot = SimpleNamespace(effect=SimpleNamespace(id="a", parameters={"size": NUMBER}), name="size", scale=1.0)
+    slot = Slot(SimpleNamespace(id="a", parameters={"size": NUMBER}), "size")
     sides = np.full(1, -np.inf), np.full(1, np.inf)
     forward = SimpleNamespace(null=lambda: np.zeros(1), index=lambda name: [0], slots=[slot], sides=sides)
 
@@ -158,14 +159,14 @@ class Sliding:
 
 def test_settings_are_moved_until_they_stay():
     """Of a tension that is a quarter off, what is linear about none of it says too much."""
-    moved = JointFits(Sliding(), 5.0, NOWHERE).moved(("a",))
+    moved = JointFits(Sliding(), 5.0, NOWHERE).move_to(("a",))
     assert moved.bench.about == pytest.approx(9.1)
     assert moved.fit(("a",)).vector[0] == pytest.approx(9.73)
 
 
 def test_settings_are_moved_back_to_where_nothing_is_missing():
     """After a set that was dropped: nothing is fitted then that could slide."""
-    moved = JointFits(Sliding(9.1), 5.0, NOWHERE).moved(())
+    moved = JointFits(Sliding(9.1), 5.0, NOWHERE).move_to(())
     assert moved.bench.about == 0.0
     assert moved.fit(()).free == []
 
@@ -191,7 +192,7 @@ def test_what_a_search_has_found_is_not_looked_for_anew(moves):
     found = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0, taken=24)
     assert refits._trial(refits.fit(()), "a", found).gain == 99.0
     for _ in range(moves):
-        refits = refits.moved(())
+        refits = refits.move_to(())
     assert refits.fit(("a",)).vector[0] == 9.0
     assert refits.fit(()).chi2 - refits.fit(("a",)).chi2 == 99.0
 

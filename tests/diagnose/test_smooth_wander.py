@@ -34,7 +34,7 @@ def test_repeats_tell_which_wander_it_is(correlation, smooth):
     drawn = [readings(correlation, rng) for _ in range(20)]
     found = [linear_bench(REPEATS, SIGNAL, count=COUNT, y=y).finder(y) for y in drawn]
     assert np.mean([lv.smooth == smooth for lv in found]) >= 0.9
-    of_its_kind = [lv.of(0) for lv in found if lv.smooth == smooth]
+    of_its_kind = [lv.of_signal(0) for lv in found if lv.smooth == smooth]
     assert np.mean(np.log([wander for _, wander, _ in of_its_kind])) == pytest.approx(0.0, abs=0.3)
     assert np.mean(np.log([reach.length for *_, reach in of_its_kind])) == pytest.approx(0.0, abs=0.5)
 

@@ -8,7 +8,7 @@ from small_campaign import CLASSES, MODEL, SPREAD
 
 from belt_sim.campaign import read_campaign, write_campaign
 from belt_sim.diagnosis.examine import examine
-from belt_sim.diagnosis.fits.belt_starts import Turning, with_starts
+from belt_sim.diagnosis.fits.belt_starts import PeriodicWaves, find_starts
 from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.results.diagnosis import Verdict
@@ -26,10 +26,10 @@ def test_runs_of_one_shape_are_turned_until_they_fit():
     """Readings without noise of three pairs of waves, by runs that start elsewhere."""
     rates = 2.0 * np.pi * np.array([[1.0, 2.0, 5.0]] * 3) / LENGTH
     gram = 1e8 * np.repeat(np.eye(6)[None], 3, axis=0)
-    turning = Turning(gram, np.zeros((3, 6)), rates)
+    turning = PeriodicWaves(gram, np.zeros((3, 6)), rates)
     numbers, starts = np.array([1.0, 0.5, -0.3, 0.8, 0.2, 0.4]), np.array([0.0, 7.0, 19.5])
-    moments = [1e8 * turning.turned(r, starts[r : r + 1])[0] @ numbers for r in range(3)]
-    found, _ = replace(turning, moments=np.array(moments)).aligned(LENGTH * np.arange(400) / 400)
+    moments = [1e8 * turning.rotations(r, starts[r : r + 1])[0] @ numbers for r in range(3)]
+    found, _ = replace(turning, moments=np.array(moments)).align(LENGTH * np.arange(400) / 400)
     first = int(np.argmin(found[:, 1]))
     assert found[first].tolist() == [0.0, 0.0]
     apart = (found[:, 0] - (starts - starts[first]) + LENGTH / 2) % LENGTH - LENGTH / 2
@@ -61,7 +61,7 @@ def test_runs_that_start_at_one_place_are_left_there():
     made = make_campaign(hidden=EDGE, seed=4, plan=SPREAD)[0]
     bench = workbench(made, MODEL, FEW)
     near = linearise(bench, bench.fit([bench.start((), bench.forward.null())])[0], [c.id for c in FEW])
-    assert with_starts(bench, near) is None
+    assert find_starts(bench, near) is None
 
 
 def test_a_start_that_is_stated_is_taken(tmp_path):

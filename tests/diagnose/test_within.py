@@ -9,13 +9,14 @@ from linear_bench import SPREAD, WHITE, linear_bench
 
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import (
-    ends,
+    estimate_all,
     estimates,
     estimates_of_single_sizes,
     is_plausible,
-    numbers,
+    plausible_bounds,
     prefer_plausible,
 )
+from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.effects.base import Parameter
 from belt_sim.results.found import Estimate, FoundEffect
 
@@ -33,7 +34,7 @@ class Bent:
     def __init__(self, of, **parameters):
         effect = SimpleNamespace(id="bent", parameters=parameters, is_additive=lambda: False)
         self.of, self.classes, self.size = of, (effect,), len(parameters)
-        self.slots = tuple(SimpleNamespace(effect=effect, name=n, scale=1.0) for n in parameters)
+        self.slots = tuple(Slot(effect, n) for n in parameters)
         self.sides = np.full(self.size, -np.inf), np.full(self.size, np.inf)
 
     def index(self, name):
@@ -112,7 +113,7 @@ def test_a_number_that_saturates_is_possible_though_none_is_told():
 @pytest.mark.parametrize(("beside", "possible"), [(0.0, True), (1e-12, True), (-1e-12, True), (1e-3, False)])
 def test_a_number_on_its_bound_is_possible_however_it_was_rounded(beside, possible):
     forward = load_cell()
-    bound = ends(forward.slots[0])[1]
+    bound = plausible_bounds(forward.slots[0])[1]
     same = np.array([[1.0, 0.0, 1.0], [1.0, 0.0, 1.0]])
     fit = Fit(ids=("bent",), free=[0, 1], vector=np.array([bound + beside, 0.0]), chi2=1.0, columns=same)
     fit.values = np.zeros(1)
@@ -125,7 +126,7 @@ def test_a_well_known_number_beyond_any_machine_stays_impossible():
     fit = at(bench, 0.0)
     assert prefer_plausible(bench, [fit])[0] is fit
     assert not is_plausible(bench.forward, fit)
-    assert numbers(bench.forward, fit)["bent"]["c"].value == pytest.approx(3.0, rel=0.02)
+    assert estimate_all(bench.forward, fit)["bent"]["c"].value == pytest.approx(3.0, rel=0.02)
 
 
 def test_what_is_known_only_together_is_said_so():

@@ -10,12 +10,12 @@ from small_discovery import MODEL, D, campaign, described, discovered, fitted, s
 import belt_sim as bs
 from belt_sim.api.plot import discovery_by_kind, draw_discovery
 from belt_sim.commands.outputs import write_discovery
-from belt_sim.diagnosis.decision.decide import evidence
+from belt_sim.diagnosis.decision.decide import log_evidence
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.discovery.describe import describe, got_worse
 from belt_sim.discovery.discover import discover
-from belt_sim.discovery.look import LawSearch, beyond
+from belt_sim.discovery.look import LawSearch, unknown_evidence
 from belt_sim.discovery.survey import survey_of
 from belt_sim.discovery.words import sentence
 from belt_sim.errors import InputError
@@ -65,7 +65,7 @@ def test_the_written_effect_lets_the_error_fall_in_a_comparison(tmp_path):
 
 
 def test_something_unknown_is_likely_where_it_is_and_only_there():
-    odds = [evidence(beyond(surveyed(name)), 1.0, POLICY) for name in ("yaw_creep", "")]
+    odds = [log_evidence(unknown_evidence(surveyed(name)), 1.0, POLICY) for name in ("yaw_creep", "")]
     assert odds[0] > 0.25 * D**2 > 20.0
     assert odds[1] < 0.0
 

@@ -14,7 +14,7 @@ from math import comb, log
 import numpy as np
 
 from belt_sim.diagnosis.decision.policy import Policy
-from belt_sim.diagnosis.decision.table import Beyond, EvidenceTable, Ids, Instead, Row
+from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, OtherModel, Row, UnknownEvidence
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.results.found import Explanation
 from belt_sim.results.words import TOGETHER
@@ -97,34 +97,34 @@ def decide(table: EvidenceTable, policy: Policy) -> Decision:
     silent = table.visible is not None and not table.visible  # nothing said by readings that could say nothing
     verdict = verdict or (Verdict.NONE_KNOWN if best.unknown else Verdict.CANNOT_SAY if silent else Verdict.ADEQUATE)
     named = {i: min(sum(e.probability for e in found if i in e.effects), 1.0) for i in sorted(ids)}
-    alike = _confusable(ids, credible(found, policy)) if ids and not best.unknown else {}
+    alike = _confusable(ids, credible_sets(found, policy)) if ids and not best.unknown else {}
     return Decision(verdict, named, alike, found)
 
 
 def explanations(table: EvidenceTable, policy: Policy) -> tuple[Explanation, ...]:
     """Every explanation with its probability, likeliest first; of two alike the one of fewer effects."""
-    found = list(_compared(table, policy))
+    found = list(_compare(table, policy))
     score = np.array([-np.inf if e.refused else e.log_posterior for e in found])
     share = np.exp(score - np.logaddexp.reduce(score))
     made = [replace(e, probability=float(p)) for e, p in zip(found, share, strict=True)]
     return tuple(sorted(made, key=lambda e: (bool(e.refused), -e.log_posterior, len(e.effects))))
 
 
-def _compared(table: EvidenceTable, policy: Policy) -> Iterator[Explanation]:
+def _compare(table: EvidenceTable, policy: Policy) -> Iterator[Explanation]:
     nothing = next(row for row in table.rows if not row.ids)
-    each = {row.ids: _of_effects(row, nothing, table, policy) for row in table.rows}
+    each = {row.ids: _explain_by_effects(row, nothing, table, policy) for row in table.rows}
     yield from each.values()
-    for b in table.beyond:
+    for b in table.unknown:
         alone = each[b.beside]
         if not alone.implausible:
             more = log(policy.unknown) + (log(policy.further) if b.beside else 0.0)  # it is one fault more
-            seen = evidence(b, table.inflation, policy)
+            seen = log_evidence(b, table.inflation, policy)
             yield replace(alone, unknown=True, unknown_evidence=seen, prior=alone.prior - more, refused="")
-    for other in table.instead:
-        yield _instead(other, nothing, table, policy)
+    for other in table.other_models:
+        yield _explain_by_model(other, nothing, table, policy)
 
 
-def _of_effects(row: Row, nothing: Row, table: EvidenceTable, policy: Policy) -> Explanation:
+def _explain_by_effects(row: Row, nothing: Row, table: EvidenceTable, policy: Policy) -> Explanation:
     count = len(row.ids)
     prior = -log(comb(table.candidates, count)) - log(policy.further) * (count - 1) if count else 0.0
     rise = sum(value - nothing.held_out[name] for name, value in row.held_out.items()) if count else 0.0
@@ -142,7 +142,7 @@ def _of_effects(row: Row, nothing: Row, table: EvidenceTable, policy: Policy) ->
     )
 
 
-def _instead(other: Instead, nothing: Row, table: EvidenceTable, policy: Policy) -> Explanation:
+def _explain_by_model(other: OtherModel, nothing: Row, table: EvidenceTable, policy: Policy) -> Explanation:
     """Of another base model: nothing is fitted."""
     prior = -log(policy.further) - log(other.tried)
     gain = nothing.chi2 - other.chi2
@@ -181,13 +181,13 @@ def occam(row: Row, inflation: float, policy: Policy) -> float:
     chosen = dict.fromkeys(owners, float(scales[len(scales) // 2]))
     among: dict[str, float] = {}  # what the choice of each scale costs
     for _, name in product(range(ROUNDS), owners):
-        cost = np.array([_at_scales(row, chosen | {name: float(s)}, inflation) for s in scales])
+        cost = np.array([_occam_at_scales(row, chosen | {name: float(s)}, inflation) for s in scales])
         chosen[name] = float(scales[int(np.argmin(cost))])
         among[name] = log(len(scales)) - float(np.logaddexp.reduce(cost.min() - cost))
-    return _at_scales(row, chosen, inflation) + sum(among.values()) + sum(map(log, row.scanned))
+    return _occam_at_scales(row, chosen, inflation) + sum(among.values()) + sum(map(log, row.scanned))
 
 
-def _at_scales(row: Row, scales: Mapping[str, float], inflation: float) -> float:
+def _occam_at_scales(row: Row, scales: Mapping[str, float], inflation: float) -> float:
     """The same with Gaussian priors of these scales of what is plausible."""
     if not len(row.away):
         return 0.0
@@ -202,21 +202,21 @@ def _scales(policy: Policy) -> np.ndarray:
     return 10.0 ** np.linspace(-policy.decades, 0.0, int(policy.decades * policy.per_decade) + 1)
 
 
-def evidence(beyond: Beyond, inflation: float, policy: Policy) -> float:
+def log_evidence(unknown: UnknownEvidence, inflation: float, policy: Policy) -> float:
     """log evidence of something beyond the library: any free course at any place, or any law of the dictionary.
 
     The best of so many pays for their number.
     """
-    course = np.logaddexp.reduce(beyond.courses / inflation) - log(len(beyond.courses)) - policy.chance
+    course = np.logaddexp.reduce(unknown.courses / inflation) - log(len(unknown.courses)) - policy.chance
     laws = [
-        free_size(law.gain / inflation, law.sizes, policy) - 0.5 * law.cost - log(beyond.tried) for law in beyond.laws
+        free_size(law.gain / inflation, law.sizes, policy) - 0.5 * law.cost - log(unknown.tried) for law in unknown.laws
     ]
     return float(np.logaddexp.reduce([course, *laws]))
 
 
-def probability_of_unknown(beyond: Beyond, policy: Policy, inflation: float = 1.0) -> float:
+def probability_of_unknown(unknown: UnknownEvidence, policy: Policy, inflation: float = 1.0) -> float:
     """Probability that something unknown is there beside effects that are known to be."""
-    odds = evidence(beyond, inflation, policy) - log(policy.unknown)
+    odds = log_evidence(unknown, inflation, policy) - log(policy.unknown)
     return float(1.0 / (1.0 + np.exp(-np.clip(odds, -700.0, 700.0))))
 
 
@@ -227,7 +227,7 @@ def free_size(gain: float, sizes: int, policy: Policy) -> float:
     return float(np.logaddexp.reduce(each)) - log(len(each))
 
 
-def credible(found: Iterable[Explanation], policy: Policy) -> list[Ids]:
+def credible_sets(found: Iterable[Explanation], policy: Policy) -> list[Ids]:
     """The sets of the likeliest explanations that together hold enough of the probability, likeliest first."""
     sets, held = list[Ids](), 0.0
     for e in found:

@@ -33,7 +33,7 @@ class Row:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Instead:
+class OtherModel:
     """Another base model in the place of effects, with nothing fitted.
 
     name: as the user would set it; chi2: on the same metric; rms: of its lateral errors [m]; tried: how many were.
@@ -56,7 +56,7 @@ class LawEvidence:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Beyond:
+class UnknownEvidence:
     """What is seen beside a set of named effects.
 
     courses: log evidence of a free course of the unknown at every place and way of pooling runs, over that of none;
@@ -83,7 +83,7 @@ class EvidenceTable:
     inflation: float
     damaged: bool
     rows: tuple[Row, ...]
-    beyond: tuple[Beyond, ...] = ()
-    instead: tuple[Instead, ...] = ()
+    unknown: tuple[UnknownEvidence, ...] = ()
+    other_models: tuple[OtherModel, ...] = ()
     additive: Ids = frozenset()
     visible: Ids | None = None

@@ -134,7 +134,7 @@ class ErrorsWithoutNuisances:
         samples, levels = self.bench.samples, self.bench.levels
         variance = np.zeros(samples.y.shape)
         for s, signal in enumerate(samples.signals):
-            white, wander, _ = levels.of(s)
+            white, wander, _ = levels.of_signal(s)
             variance[:, s] = (wander * signal.wander_sd) ** 2
             variance[:, s] += ((white * signal.white) ** 2 / samples.per_bin)[:, None]
         variance -= np.einsum("krsn,rkl,lrsn->rsn", self.shapes, self.posterior, self.shapes)
@@ -151,11 +151,11 @@ def errors_of(bench: Workbench, base: Fit, base_held: HeldOut, fit: Fit, held: H
     """The fall of the error from ``base`` to ``fit``, on ``bench``, over the conditions that hold-out can test."""
     over_all = overall_errors(bench, base.values, fit.values)
     assert over_all is not None  # a diagnosis has a lateral signal
-    own, tested = ErrorsWithoutNuisances(bench), held.tested
+    own, tested = ErrorsWithoutNuisances(bench), held.testable_conditions
     return Errors(
         noise_floor=over_all.noise_floor,
         fit=over_all.fit,
-        held_out=Change(before=base_held.over(tested), after=held.over(tested)),
+        held_out=Change(before=base_held.rms_over(tested), after=held.rms_over(tested)),
         by_condition={n: Change(before=base_held.by_condition[n], after=rms) for n, rms in held.by_condition.items()},
         untestable=held.untestable,
         own=OwnChange(before=own.rms(base_held, tested), after=own.rms(held, tested), floor=own.floor),

@@ -41,19 +41,19 @@ def shapes_at(bench: Workbench, fit: Fit, positions: Sequence[int], shows: Mappi
     shows: such sizes, about another fit; by default all are tried.
     """
     slopes: dict[int, np.ndarray] = dict.fromkeys(positions, np.zeros_like(fit.values))
-    asked = [k for k in positions if not _only_shapes(bench, k)]
+    asked = [k for k in positions if not bench.forward.slots[k].only_shapes]
     rows = bench.slopes(fit.vector, asked)
     slopes |= dict(zip(asked, rows, strict=True))
     length = np.linalg.norm(bench.metric.whiten(rows), axis=1)
     faint = [k for k, seen in zip(asked, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]
     of_known = {k: shows[k] for k in faint if shows is not None and k in shows}
-    moved = _moved(bench, fit, [(k, size) for k, sizes in of_known.items() for size in sizes])
-    moved |= _that_show(bench, fit, [k for k in faint if k not in of_known])
+    moved = _changes(bench, fit, [(k, size) for k, sizes in of_known.items() for size in sizes])
+    moved |= _changes_by_size(bench, fit, [k for k in faint if k not in of_known])
     first: dict[int, float] = {}
     best: dict[int, tuple[float, float]] = {}
     for k, size in sorted(moved):
         white = bench.metric.whiten(moved[k, size])
-        if not _strong(moved[k, size][None], white[None])[0]:
+        if not _is_visible(moved[k, size][None], white[None])[0]:
             continue
         first.setdefault(k, size)
         fall = fit.chi2 - float(np.sum((fit.residual - white) ** 2))  # of chi2, were the parameter of that size
@@ -64,17 +64,17 @@ def shapes_at(bench: Workbench, fit: Fit, positions: Sequence[int], shows: Mappi
     return slopes | secants, sized, found
 
 
-def _that_show(bench: Workbench, fit: Fit, faint: Sequence[int]) -> dict[tuple[int, float], np.ndarray]:
+def _changes_by_size(bench: Workbench, fit: Fit, faint: Sequence[int]) -> dict[tuple[int, float], np.ndarray]:
     """What sizes of parameters that do not show by their slopes do to the predictions, by (position, size); the smaller
     ones where the largest shows, or is too much for a belt.
     """
-    moved = _moved(bench, fit, [(k, SIZES[-1]) for k in faint])
+    moved = _changes(bench, fit, [(k, SIZES[-1]) for k in faint])
     white = {key: np.linalg.norm(bench.metric.whiten(m)) for key, m in moved.items()}
     more = [k for k, size in moved if white[k, size] > STRONG or not np.isfinite(moved[k, size]).all()]
-    return moved | _moved(bench, fit, [(k, size) for k in more for size in SIZES[:-1]])
+    return moved | _changes(bench, fit, [(k, size) for k in more for size in SIZES[:-1]])
 
 
-def _moved(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> dict[tuple[int, float], np.ndarray]:
+def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> dict[tuple[int, float], np.ndarray]:
     """What numbers at (position, size) change of the predictions (R, S, n), one at a time."""
     if not tried:
         return {}
@@ -84,13 +84,7 @@ def _moved(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> di
     return dict(zip(tried, bench.forward.values(points) - fit.values, strict=True))
 
 
-def _only_shapes(bench: Workbench, position: int) -> bool:
-    """Whether a parameter only shapes what others of its effect do, and so moves nothing while that is null."""
-    slot = bench.forward.slots[position]
-    return slot.effect.parameters[slot.name].modifier
-
-
-def on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, tuple[Alternatives, list[Point]]]:
+def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, tuple[Alternatives, list[Point]]]:
     """Shapes of effects about ``fit`` at every point of their grids, and these points as pairs of position and value.
 
     A parameter that feels only one of several numbers on a grid (the swing of one pulley) is computed for that alone;
@@ -127,7 +121,7 @@ def on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, tupl
 
 def _shapes_of(bench: Workbench, fit: Fit, asked: Sequence[tuple[int, Point]]) -> dict[tuple[int, Point], np.ndarray]:
     """Shape of each parameter asked for, by position, with other numbers at a point of a grid; all at once."""
-    still = {key: np.zeros_like(fit.values) for key in asked if _only_shapes(bench, key[0])}
+    still = {key: np.zeros_like(fit.values) for key in asked if bench.forward.slots[key[0]].only_shapes}
     asked = [key for key in asked if key not in still]
     if not asked:
         return still
@@ -147,13 +141,13 @@ def _shapes_of(bench: Workbench, fit: Fit, asked: Sequence[tuple[int, Point]]) -
     faint = rows[np.linalg.norm(bench.metric.whiten(slopes), axis=1) < STRONG]
     for size in reversed(SECANTS):  # the smallest that shows counts; what does not at the largest is not asked for more
         secants = size * per_unit(faint, size) if len(faint) else slopes[:0]
-        strong = _strong(secants, bench.metric.whiten(secants)) if len(faint) else np.zeros(0, dtype=bool)
+        strong = _is_visible(secants, bench.metric.whiten(secants)) if len(faint) else np.zeros(0, dtype=bool)
         slopes[faint[strong]] = secants[strong]
         faint = faint[strong | ~np.isfinite(secants).all(axis=(1, 2, 3))]
     return still | dict(zip(asked, slopes, strict=True))
 
 
-def _strong(moved: np.ndarray, white: np.ndarray) -> np.ndarray:
+def _is_visible(moved: np.ndarray, white: np.ndarray) -> np.ndarray:
     """Which changes (k, R, S, n), whitened (k, N), are seen and keep every belt on its pulleys."""
     return (np.linalg.norm(white, axis=1) > STRONG) & np.isfinite(moved).all(axis=(1, 2, 3))
 

@@ -31,7 +31,7 @@ REFERENCES = 3  # runs whose own shape may begin
 
 
 @dataclass(frozen=True)
-class Turning:
+class PeriodicWaves:
     """Waves in all runs: gram (R, P, P) and moments (R, P) of whitened pairs of cosine and sine, in units of one sigma,
     with what is left of the readings; rates (R, P/2): by how many radians a metre of start turns a pair; left: chi2 a
     reading that neither waves nor other candidates take up.
@@ -42,7 +42,7 @@ class Turning:
     rates: np.ndarray
     left: float = 1.0
 
-    def turned(self, r: int, starts: np.ndarray) -> np.ndarray:
+    def rotations(self, r: int, starts: np.ndarray) -> np.ndarray:
         """Matrices (k, P, P) that turn common numbers into those of a run that starts at ``starts`` (k,)."""
         angle = starts[:, None] * self.rates[r]
         found = np.zeros((len(starts), *self.gram.shape[1:]))
@@ -51,18 +51,18 @@ class Turning:
         found[:, even, odd], found[:, odd, even] = np.sin(angle), -np.sin(angle)
         return found
 
-    def common(self, starts: np.ndarray, runs: Sequence[int]) -> tuple[np.ndarray, float]:
+    def fit_common(self, starts: np.ndarray, runs: Sequence[int]) -> tuple[np.ndarray, float]:
         """The likeliest common numbers (P,) of some runs that start at ``starts`` (R,), and what they gain [chi2]."""
-        turns = {r: self.turned(r, starts[r : r + 1])[0] for r in runs}
+        turns = {r: self.rotations(r, starts[r : r + 1])[0] for r in runs}
         gram = np.eye(self.gram.shape[1]) + sum(t.T @ self.gram[r] @ t for r, t in turns.items())
         moments = sum(t.T @ self.moments[r] for r, t in turns.items())
         numbers = np.linalg.solve(gram, moments)
         return numbers, float(moments @ numbers)
 
-    def likeliest(self, r: int, numbers: np.ndarray, places: np.ndarray) -> float:
+    def likeliest_start(self, r: int, numbers: np.ndarray, places: np.ndarray) -> float:
         """Where a run starts if the common numbers are so: the best of evenly spaced ``places``, between its
         neighbours by a parabola."""
-        own = self.turned(r, places) @ numbers
+        own = self.rotations(r, places) @ numbers
         gain = 2.0 * own @ self.moments[r] - np.einsum("ki,ij,kj->k", own, self.gram[r], own)
         k = int(np.argmax(gain))
         before, here, after = gain[k - 1], gain[k], gain[(k + 1) % len(gain)]
@@ -71,10 +71,10 @@ class Turning:
 
     def sigmas(self, starts: np.ndarray, first: int) -> np.ndarray:
         """One sigma of every start (R,), the common numbers being as uncertain; 0 of the run whose start is 0."""
-        numbers, others = self.common(starts, range(len(starts)))[0], [r for r in range(len(starts)) if r != first]
+        numbers, others = self.fit_common(starts, range(len(starts)))[0], [r for r in range(len(starts)) if r != first]
         gram, cross, own = np.eye(len(numbers)), [], []
         for r in range(len(starts)):
-            here, beyond = self.turned(r, starts[r] + np.array([0.0, MOVED]))
+            here, beyond = self.rotations(r, starts[r] + np.array([0.0, MOVED]))
             shape = (beyond - here) @ numbers / MOVED
             gram += here.T @ self.gram[r] @ here
             cross.append(here.T @ self.gram[r] @ shape)
@@ -85,36 +85,36 @@ class Turning:
         found[others] = np.sqrt(np.diagonal(np.linalg.pinv(normal, hermitian=True)))
         return found
 
-    def aligned(self, places: np.ndarray) -> tuple[np.ndarray, float]:
+    def align(self, places: np.ndarray) -> tuple[np.ndarray, float]:
         """Starts and their sigmas (R, 2) that have most in common, those of one run 0, and what they gain [chi2]."""
         runs = range(len(self.gram))
         none = np.zeros(len(self.gram))
-        alone = [self.common(none, [r])[1] for r in runs]
+        alone = [self.fit_common(none, [r])[1] for r in runs]
         best, most = (none, none), -np.inf
         for first in np.argsort(alone)[::-1][:REFERENCES]:
-            starts, numbers = none, self.common(none, [first])[0]
+            starts, numbers = none, self.fit_common(none, [first])[0]
             for _ in range(ROUNDS):
-                starts = np.array([0.0 if r == first else self.likeliest(r, numbers, places) for r in runs])
-                numbers, gain = self.common(starts, runs)
+                starts = np.array([0.0 if r == first else self.likeliest_start(r, numbers, places) for r in runs])
+                numbers, gain = self.fit_common(starts, runs)
             if gain > most:
                 best, most = (starts, self.sigmas(starts, first)), gain
         return np.stack(best, axis=1), most
 
 
-def with_starts(bench: Workbench, near: Linearisation) -> Campaign | None:
+def find_starts(bench: Workbench, near: Linearisation) -> Campaign | None:
     """The campaign with where on the belt its runs start; None where that is stated, or one place does as well."""
     runs = bench.samples.runs
     round_ones = any(c.comes_round for c in bench.forward.classes)
     if not round_ones or len(runs) < 2 or any(run.start is not None for run in runs):
         return None
-    turning = turning_of(bench, near)
+    turning = periodic_waves(bench, near)
     if turning.left > MOST_LEFT:
         return None
     rig = bench.samples.cases.rig
     length, shortest = float(np.max(rig.belt_length)), 2.0 * np.pi / float(turning.rates.max())
     count = int(np.clip(np.ceil(PARTS * length / shortest), *PLACES))
-    same = turning.common(np.zeros(len(runs)), range(len(runs)))[1]
-    starts, gain = turning.aligned(length * np.arange(count) / count)
+    same = turning.fit_common(np.zeros(len(runs)), range(len(runs)))[1]
+    starts, gain = turning.align(length * np.arange(count) / count)
     if 0.5 * (gain - same) <= CHANCE * (len(runs) - 1) * np.log(count):
         return None
     least, most = length / count / EVEN, length / EVEN
@@ -135,7 +135,7 @@ def places_tried(bench: Workbench) -> tuple[int, ...]:
     return tuple(max(1, round(length / (EVEN * r.start_u))) for r in bench.samples.runs if r.start_u > 0.0)
 
 
-def turning_of(bench: Workbench, near: Linearisation) -> Turning:
+def periodic_waves(bench: Workbench, near: Linearisation) -> PeriodicWaves:
     """What comes round in the readings that the fit of ``near`` leaves, beside what all other candidates could do.
 
     Noise is as stated (repeats that start elsewhere on the belt differ by more), or larger where all that may be there
@@ -165,7 +165,7 @@ def turning_of(bench: Workbench, near: Linearisation) -> Turning:
     rows = np.concatenate([*pairs, (samples.y - near.fit.values)[None]])
     grams, moments, left, count = [], [], 0.0, 0
     for r in range(len(samples.runs)):
-        white, beside = (_of_run(metric, x, r) for x in (rows, known))
+        white, beside = (_whitened_run(metric, x, r) for x in (rows, known))
         size, taken = np.linalg.svd(beside, full_matrices=False)[1:]
         taken = taken[size > 1e-6 * size.max(initial=1e-300)]
         white = white - (white @ taken.T) @ taken
@@ -174,10 +174,10 @@ def turning_of(bench: Workbench, near: Linearisation) -> Turning:
         rest = white[-1] @ white[-1] - moments[-1] @ np.linalg.solve(grams[-1] + np.eye(len(grams[-1])), moments[-1])
         left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - len(taken) - len(grams[-1])
     noise = max(1.0, left / max(count, 1))
-    return Turning(np.array(grams) / noise, np.array(moments) / noise, np.concatenate(rates, axis=1), noise)
+    return PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, np.concatenate(rates, axis=1), noise)
 
 
-def _of_run(metric, rows: np.ndarray, r: int) -> np.ndarray:
+def _whitened_run(metric, rows: np.ndarray, r: int) -> np.ndarray:
     """Rows (k, R, S, n) of one run, whitened by noise alone, (k, S n)."""
     filled = np.where(np.isfinite(rows[:, r]), rows[:, r], 0.0)
     return np.einsum("snm,ksm->ksn", metric.roots[r], filled).reshape(len(rows), -1)

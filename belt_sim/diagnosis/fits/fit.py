@@ -32,7 +32,7 @@ class Fit:
 
     ids; free: positions in vector that were fitted; vector: the best point; chi2: of the whitened residual;
     columns (k, N): whitened derivatives along free; slopes (k, R, S, n): the same as predicted; residual (N,):
-    whitened; values (R, S, n): predictions; due (k,): derivatives that have to be taken where the fit stands; true:
+    whitened; values (R, S, n): predictions; due (k,): derivatives that have to be taken where the fit stands; exact:
     all were taken where they hold; radius: longest step, in sigmas; settled: nothing more is gained; failed: proposals
     since the last step; taken: steps.
     """
@@ -46,16 +46,16 @@ class Fit:
     residual: np.ndarray = field(default_factory=lambda: np.empty(0))
     values: np.ndarray = field(default_factory=lambda: np.empty(0))
     due: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=bool))
-    true: bool = True
+    exact: bool = True
     radius: float = np.inf
     settled: bool = False
     failed: int = 0
     taken: int = 0
 
     @property
-    def done(self) -> bool:
+    def is_converged(self) -> bool:
         """Whether this is the best point, with derivatives that hold there."""
-        return self.settled and self.true
+        return self.settled and self.exact
 
     @property
     def covariance(self) -> np.ndarray:
@@ -82,7 +82,7 @@ def fit_sets(
     """
     target = metric.samples.y if y is None else y
     sides = forward.sides if sides is None else sides
-    fits = [_begun(f) for f in starts]
+    fits = [_resume(f) for f in starts]
     for _ in range(MAX_ROUNDS):
         active = [f for f in fits if not f.settled]
         if not active:
@@ -91,21 +91,21 @@ def fit_sets(
         if race is not None:
             race(fits)
         else:
-            _made_true(fits)
+            _require_derivatives(fits)
     return fits
 
 
-def _begun(start: Fit) -> Fit:
+def _resume(start: Fit) -> Fit:
     """A fit that goes on from where ``start`` stands; all derivatives are due where it has none."""
-    none = len(start.slopes) != len(start.free) or (start.settled and not start.true)
+    none = len(start.slopes) != len(start.free) or (start.settled and not start.exact)
     due = np.full(len(start.free), none) if none or not len(start.due) else start.due.copy()
     return replace(start, vector=np.array(start.vector), due=due, settled=False, failed=0, taken=0)
 
 
-def _made_true(fits: Sequence[Fit]) -> None:
+def _require_derivatives(fits: Sequence[Fit]) -> None:
     """Derivatives are due where a fit has ended with learned ones."""
     for fit in fits:
-        if fit.settled and not fit.true:
+        if fit.settled and not fit.exact:
             fit.due, fit.settled = np.ones(len(fit.free), dtype=bool), False
 
 
@@ -121,9 +121,9 @@ def _advance(forward, metric, fits: list[Fit], target, sides: Sides) -> None:
         here = slice(start, start + len(rows))
         start += len(rows)
         if b:
-            _take(fit, metric, values[here][0], slopes[here][: int(fit.due.sum())], target, sides)
+            _take_derivatives(fit, metric, values[here][0], slopes[here][: int(fit.due.sum())], target, sides)
         else:
-            _judge(fit, point, metric, values[here][0], target, sides)
+            _accept_or_reject(fit, point, metric, values[here][0], target, sides)
 
 
 def _directions(fit: Fit, size: int) -> np.ndarray:
@@ -133,7 +133,7 @@ def _directions(fit: Fit, size: int) -> np.ndarray:
     return np.eye(size)[np.array(fit.free)[fit.due]]
 
 
-def _take(fit: Fit, metric, values, slopes, target, sides) -> None:
+def _take_derivatives(fit: Fit, metric, values, slopes, target, sides) -> None:
     """Derivatives that are due at the point where the fit stands; at its start the residual too."""
     begins = not np.isfinite(fit.chi2)
     if begins:
@@ -146,17 +146,17 @@ def _take(fit: Fit, metric, values, slopes, target, sides) -> None:
         fit.residual, fit.values, fit.chi2 = residual, values, chi2
     known = np.isfinite(slopes).all(axis=(1, 2, 3), keepdims=True)  # a hair further on the belt runs away: no direction
     slopes, due, k = np.where(known, slopes, 0.0), fit.due, len(fit.free)
-    fit.true = bool(due.all()) or (fit.true and not begins)
+    fit.exact = bool(due.all()) or (fit.exact and not begins)
     if due.all():
         fit.slopes, fit.columns = slopes, metric.whiten(slopes) if k else np.empty((0, len(fit.residual)))
     elif due.any():
         fit.slopes, fit.columns = fit.slopes.copy(), fit.columns.copy()
         fit.slopes[due], fit.columns[due] = slopes, metric.whiten(slopes)
     fit.due = np.zeros(k, dtype=bool)
-    fit.settled = not k or (not begins and hoped(fit, sides) < _enough(fit))
+    fit.settled = not k or (not begins and predicted_gain(fit, sides) < _negligible_gain(fit))
 
 
-def _judge(fit: Fit, proposal, metric, values, target, sides) -> None:
+def _accept_or_reject(fit: Fit, proposal, metric, values, target, sides) -> None:
     """Take a proposal if it lowers chi2; otherwise a shorter step comes next, at last with derivatives that hold."""
     with np.errstate(over="ignore", invalid="ignore"):  # a step too far may end anywhere
         residual = metric.whiten(target - values)
@@ -167,11 +167,11 @@ def _judge(fit: Fit, proposal, metric, values, target, sides) -> None:
     there = np.isfinite(values).all()  # whitening takes nan for a reading that is missing
     if not there or not chi2 <= fit.chi2:
         along = float(step @ (fit.columns @ fit.residual))
-        _fail(fit, foretold, length, along / (chi2 - fit.chi2 + 2.0 * along) if there else 0.0)
+        _shorten_step(fit, foretold, length, along / (chi2 - fit.chi2 + 2.0 * along) if there else 0.0)
         return
     gained = fit.chi2 - chi2
     if abs(foretold - gained) > TOLERANCE:
-        _learn(fit, step, foreseen - residual, values - fit.values)
+        _broyden_update(fit, step, foreseen - residual, values - fit.values)
         if gained < POOR * foretold:
             fit.radius = 0.5 * length
     if gained > GOOD * foretold:
@@ -181,22 +181,23 @@ def _judge(fit: Fit, proposal, metric, values, target, sides) -> None:
     if gained > TOLERANCE:
         fit.due = _sizes(fit) < FAINT  # what moved nothing may do so now
     if not fit.due.any():
-        fit.settled = hoped(fit, sides) < (TOLERANCE if gained > _enough(fit) else _enough(fit))
+        negligible = _negligible_gain(fit)
+        fit.settled = predicted_gain(fit, sides) < (TOLERANCE if gained > negligible else negligible)
 
 
-def _fail(fit: Fit, foretold: float, length: float, bottom: float) -> None:
+def _shorten_step(fit: Fit, foretold: float, length: float, bottom: float) -> None:
     """A step of a ``length`` that should have gained something ended higher: the next is as long as it is to the
     ``bottom`` of the parabola through both ends.
     """
     fit.failed += 1
     fit.radius = length * float(np.clip(bottom, *SHORTER))
-    if fit.true:
+    if fit.exact:
         fit.settled = foretold < 0.5 * TOLERANCE
-    elif fit.failed >= PATIENCE or foretold < _enough(fit):
+    elif fit.failed >= PATIENCE or foretold < _negligible_gain(fit):
         fit.due = np.ones(len(fit.free), dtype=bool)
 
 
-def _learn(fit: Fit, step: np.ndarray, more: np.ndarray, moved: np.ndarray) -> None:
+def _broyden_update(fit: Fit, step: np.ndarray, more: np.ndarray, moved: np.ndarray) -> None:
     """Derivatives change along a ``step`` (k,) so that they have what it did: ``moved`` (R, S, n) in predictions,
     whitened ``more`` (N,) than they had.
     """
@@ -206,15 +207,15 @@ def _learn(fit: Fit, step: np.ndarray, more: np.ndarray, moved: np.ndarray) -> N
         share = weights / size
         fit.columns = fit.columns + share[:, None] * more
         fit.slopes = fit.slopes + share[:, None, None, None] * (moved - np.tensordot(step, fit.slopes, axes=1))
-    fit.true = False
+    fit.exact = False
 
 
-def _enough(fit: Fit) -> float:
+def _negligible_gain(fit: Fit) -> float:
     """A gain of chi2 that is not worth a step: far from any good fit, a share of what is amiss."""
     return TOLERANCE + 1e-3 * max(fit.chi2 - len(fit.residual), 0.0)
 
 
-def hoped(fit: Fit, sides) -> float:
+def predicted_gain(fit: Fit, sides) -> float:
     """chi2 that the next step should take away."""
     step = (_proposal(fit, sides) - fit.vector)[fit.free]
     return fit.chi2 - float(np.sum((fit.residual - step @ fit.columns) ** 2))
@@ -226,16 +227,16 @@ def _proposal(fit: Fit, sides) -> np.ndarray:
     seen = sizes > FAINT
     unit = 1.0 / np.where(seen, sizes, 1.0)  # with columns as they are, a long one hides that short ones are there
     normal, along = (fit.columns @ fit.columns.T) * np.outer(unit, unit), unit * (fit.columns @ fit.residual)
-    space = [side / unit for side in room(fit, sides)]
+    space = [side / unit for side in step_bounds(fit, sides)]
 
-    def damped(damping: float) -> np.ndarray:
+    def solve_damped(damping: float) -> np.ndarray:
         return np.where(seen, unit * bounded_step(normal + (damping + 1e-12) * np.eye(len(unit)), along, *space), 0.0)
 
-    step, low, high = damped(LEAST), np.log(LEAST), -np.log(LEAST)
+    step, low, high = solve_damped(LEAST), np.log(LEAST), -np.log(LEAST)
     length = np.linalg.norm(step * sizes)
     while length > CLOSE * fit.radius or (length < fit.radius / CLOSE and high < -np.log(LEAST)):
         middle = 0.5 * (low + high)
-        step = damped(np.exp(middle))
+        step = solve_damped(np.exp(middle))
         length = np.linalg.norm(step * sizes)
         low, high = (middle, high) if length > fit.radius else (low, middle)
         if high - low < 0.05:
@@ -250,7 +251,7 @@ def _sizes(fit: Fit) -> np.ndarray:
     return np.linalg.norm(fit.columns, axis=1)
 
 
-def room(fit: Fit, sides: Sides) -> tuple[np.ndarray, np.ndarray]:
+def step_bounds(fit: Fit, sides: Sides) -> tuple[np.ndarray, np.ndarray]:
     """How far each free number (k,) may go down and up from where the fit stands, to the ``sides`` a machine has."""
     low, high = (side[fit.free] - fit.vector[fit.free] for side in sides)
     return low, high

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.diagnosis.fits.fit import Fit, room
+from belt_sim.diagnosis.fits.fit import Fit, step_bounds
 from belt_sim.diagnosis.fits.plausibility import prior_sigma
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.linear_algebra import bounded_step
@@ -25,7 +25,7 @@ from belt_sim.diagnosis.readings.parameter_vector import Slot
 SIZES = np.geomspace(1e-3, 1e3, 121)  # that are tried, beside a typical number and its sigma
 
 
-def with_harmonics(slots: Sequence[Slot], numbers: np.ndarray, variance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+def shrink_harmonics(slots: Sequence[Slot], numbers: np.ndarray, variance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     """``sigma`` (k,), of numbers before any reading, where those of a linear effect are Gaussian with a common size:
     that at which numbers (k,) as they were fitted, of such variance (k,), are likeliest; all in units of their scales.
     """
@@ -87,11 +87,11 @@ class HeldOut:
         return {name: c.rms for name, c in self.conditions.items()}
 
     @property
-    def tested(self) -> tuple[str, ...]:
+    def testable_conditions(self) -> tuple[str, ...]:
         """Conditions that test something; all where none does."""
         return tuple(n for n in self.conditions if n not in self.untestable) or tuple(self.conditions)
 
-    def over(self, names: Sequence[str]) -> float:
+    def rms_over(self, names: Sequence[str]) -> float:
         """rms [m] over some conditions."""
         return float(np.sqrt(np.mean(np.concatenate([self.conditions[n].errors for n in names]) ** 2)))
 
@@ -125,8 +125,8 @@ def conditions(bench: Workbench) -> dict[str, np.ndarray]:
 
 def held_out(bench: Workbench, fit: Fit) -> HeldOut:
     """Prediction error of ``fit`` on each condition when that condition is left out."""
-    before = prior_before(bench, fit)
-    found = {name: _left_out(bench, fit, out, *before) for name, out in conditions(bench).items()}
+    before = prior_of_fit(bench, fit)
+    found = {name: _predict_left_out(bench, fit, out, *before) for name, out in conditions(bench).items()}
     errors = np.concatenate([c.errors for c in found.values()])
     rms = float(np.sqrt(np.sum(errors**2) / max(errors.size, 1)))
     return HeldOut(sum(c.surprise for c in found.values()), rms, found)
@@ -138,7 +138,7 @@ def lateral_readings(bench: Workbench, out: np.ndarray) -> np.ndarray:
     return np.isfinite(bench.samples.y[out]) & lateral[None, :, None]
 
 
-def prior_before(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def prior_of_fit(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of the free numbers (k,) of a fit: one sigma before any reading, the same as harmonics fall, and how far off null
     they are.
     """
@@ -146,10 +146,10 @@ def prior_before(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np
     away = fit.vector[fit.free] - bench.forward.null()[fit.free]
     slots = [bench.forward.slots[k] for k in fit.free]
     variance = np.diag(fit.covariance) if any(s.effect.is_additive() for s in slots) else allowed
-    return allowed, with_harmonics(slots, away, variance, allowed), away
+    return allowed, shrink_harmonics(slots, away, variance, allowed), away
 
 
-def _left_out(
+def _predict_left_out(
     bench: Workbench, fit: Fit, out: np.ndarray, allowed: np.ndarray, sigma: np.ndarray, away: np.ndarray
 ) -> Condition:
     runs, there = len(bench.samples.runs), lateral_readings(bench, out)
@@ -161,7 +161,7 @@ def _left_out(
         return Condition(float(left @ left), errors[there], np.empty((0, len(record))), record, out, errors)
     columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
     here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
-    step, root = _refit(rest, blocks[~out].ravel(), sigma, away, room(fit, bench.forward.sides))
+    step, root = _refit(rest, blocks[~out].ravel(), sigma, away, step_bounds(fit, bench.forward.sides))
     left = blocks[out].ravel() - step @ here
     errors = bench.samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
     return Condition(
@@ -217,7 +217,7 @@ def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.nd
     """
     off = float(np.linalg.norm(root @ here))
 
-    def known(own: np.ndarray) -> bool:
+    def knows(own: np.ndarray) -> bool:
         least = float(np.linalg.norm(root[:, own] @ here[own]))
         before, whole = (
             float(np.linalg.norm(sigma[own, None] * here[own])),
@@ -225,4 +225,4 @@ def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.nd
         )
         return least < VISIBLE or min(off, least) < min(KNOWN * before, whole)
 
-    return off < VISIBLE or all(known(np.array([o == name for o in owners])) for name in set(owners))
+    return off < VISIBLE or all(knows(np.array([o == name for o in owners])) for name in set(owners))

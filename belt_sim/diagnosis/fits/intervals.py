@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.plausibility import is_told, spread_of
+from belt_sim.diagnosis.fits.plausibility import covariance_of, is_constrained
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.results.found import COVERAGE_95, Estimate
 
@@ -25,7 +25,7 @@ LEAST = 0.3  # share of the way to a place where chi2 is far too large, at least
 Found = Mapping[str, Mapping[str, Estimate]]
 
 
-def by_likelihood(bench: Workbench, fit: Fit, found: Found) -> dict[str, dict[str, Estimate]]:
+def profile_intervals(bench: Workbench, fit: Fit, found: Found) -> dict[str, dict[str, Estimate]]:
     """The estimates ``found`` of a fit, with intervals of their own where 1.96 u either way is not what chi2 says; only
     those of which the readings then say something.
     """
@@ -33,13 +33,13 @@ def by_likelihood(bench: Workbench, fit: Fit, found: Found) -> dict[str, dict[st
     rows = [k for k, s in enumerate(slots) if s.name in found.get(s.effect.id, {})]
     sides = [_Side(bench, fit, k, way) for k in rows for way in (-1.0, 1.0)]
     for side, rise in zip(sides, _rises(bench, fit, sides), strict=True):
-        side.told(rise)
-    crooked = {side.row for side in sides if side.crooked}
+        side.record(rise)
+    crooked = {side.row for side in sides if side.is_nonquadratic}
     for _ in range(ROUNDS if crooked else 0):
-        due = [side for side in sides if side.row in crooked and not side.known]
+        due = [side for side in sides if side.row in crooked and not side.is_bracketed]
         held = [bench.start(fit.ids, side.start(), [p for p in fit.free if p != fit.free[side.row]]) for side in due]
         for side, other in zip(due, bench.fit(held) if held else [], strict=True):
-            side.told(np.sqrt(max(other.chi2 - fit.chi2, 0.0)), other.vector)
+            side.record(np.sqrt(max(other.chi2 - fit.chi2, 0.0)), other.vector)
     told = {i: dict(numbers) for i, numbers in found.items()}
     for low, high in zip(sides[::2], sides[1::2], strict=True):
         if low.row in crooked:
@@ -49,7 +49,7 @@ def by_likelihood(bench: Workbench, fit: Fit, found: Found) -> dict[str, dict[st
             own[slot.name] = replace(own[slot.name], interval=(ends[0], ends[1]))
     for slot in slots:
         own = told.get(slot.effect.id, {})
-        if slot.name in own and not is_told(slot, own[slot.name]):
+        if slot.name in own and not is_constrained(slot, own[slot.name]):
             del own[slot.name]
     return told
 
@@ -59,16 +59,16 @@ class _Side:
 
     def __init__(self, bench: Workbench, fit: Fit, row: int, way: float) -> None:
         slot = bench.forward.slots[fit.free[row]]
-        covariance = spread_of(fit.columns)
+        covariance = covariance_of(fit.columns)
         self.row, self.position, self.way, self.best = row, fit.free[row], way, fit.vector
         self.value, self.u = float(fit.vector[self.position]), float(np.sqrt(covariance[row, row]))
-        bound = way * (slot.effect.parameters[slot.name].plausible[int(way > 0)] / slot.scale - self.value)
+        bound = way * (slot.declared.plausible[int(way > 0)] / slot.scale - self.value)
         self.most = bound if bound > 0.0 else COVERAGE_95 * self.u  # what no machine has needs no interval
         self.at = min(COVERAGE_95 * self.u, self.most)
         self.along = np.zeros_like(fit.vector)
         self.along[fit.free] = covariance[row] / max(covariance[row, row], 1e-300)
         self.rises: list[tuple[float, float]] = [(0.0, 0.0)]
-        self.inside, self.straight_rise = fit.vector, np.inf
+        self.inside, self.quadratic_rise = fit.vector, np.inf
 
     def start(self) -> np.ndarray:
         """Where to begin a fit with the number held at the next place: from the farthest that is within."""
@@ -76,17 +76,17 @@ class _Side:
         nearest[self.position] = self.value + self.way * self.at
         return nearest
 
-    def straight(self) -> np.ndarray:
+    def quadratic_point(self) -> np.ndarray:
         """The point that a parabola has there."""
         return self.best + self.way * self.at * self.along
 
     @property
-    def crooked(self) -> bool:
+    def is_nonquadratic(self) -> bool:
         """Whether the first place says that chi2 is no parabola."""
-        return not abs(self.straight_rise - self.at / max(self.u, 1e-300)) < LINEAR * COVERAGE_95
+        return not abs(self.quadratic_rise - self.at / max(self.u, 1e-300)) < LINEAR * COVERAGE_95
 
     @property
-    def known(self) -> bool:
+    def is_bracketed(self) -> bool:
         """Whether the rise that ends the interval has been met, or cannot be."""
         at, rise = self.rises[-1]
         return len(self.rises) > 1 and (abs(rise - COVERAGE_95) < CLOSE or (at >= self.most and rise < COVERAGE_95))
@@ -97,10 +97,10 @@ class _Side:
         open_ended = all(rise < COVERAGE_95 - CLOSE for _, rise in self.rises)
         return self.value + self.way * (self.most if open_ended else self.at)
 
-    def told(self, rise: float, vector: np.ndarray | None = None) -> None:
+    def record(self, rise: float, vector: np.ndarray | None = None) -> None:
         """Root of the rise of chi2 at the place asked for; the next place follows from all that are known."""
         if vector is None:
-            self.straight_rise = rise
+            self.quadratic_rise = rise
             return
         self.rises.append((self.at, rise))
         if rise <= COVERAGE_95:
@@ -123,7 +123,7 @@ def _rises(bench: Workbench, fit: Fit, sides: list[_Side]) -> list[float]:
     """Root of the rise of chi2 at the point that a parabola has on each side."""
     if not sides:
         return []
-    values = bench.forward.values(np.stack([side.straight() for side in sides]))
+    values = bench.forward.values(np.stack([side.quadratic_point() for side in sides]))
     with np.errstate(over="ignore", invalid="ignore"):  # a step too far may end anywhere
         chi2 = bench.metric.chi2(bench.fitted.y - values)
     there = np.isfinite(values).all(axis=(1, 2, 3))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from belt_sim.diagnosis.fits.alternatives import Alternatives, Point, on_grids, shapes_at
+from belt_sim.diagnosis.fits.alternatives import Alternatives, Point, shapes_at, shapes_on_grids
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import is_possible
 from belt_sim.diagnosis.fits.workbench import Workbench
@@ -92,13 +92,13 @@ class Linearisation:
     sized: dict[tuple[int, float], np.ndarray] = field(default_factory=dict)
     shows: dict[int, tuple[float, ...]] = field(default_factory=dict)
 
-    def here(self, bench: Workbench, name: str) -> np.ndarray:
+    def shapes_of(self, bench: Workbench, name: str) -> np.ndarray:
         """Shapes (k, R, S, n) of all parameters of one effect where the fit stands."""
         return np.stack([self.slopes[k] for k in bench.forward.index(name)])
 
     def with_effect(self, bench: Workbench, name: str) -> Fit:
         """The fit with one more effect at null, evaluated already."""
-        fit, shapes = self.fit, self.here(bench, name)
+        fit, shapes = self.fit, self.shapes_of(bench, name)
         white = bench.metric.whiten(shapes)
         return Fit(
             ids=(*fit.ids, name),
@@ -119,18 +119,18 @@ class Linearisation:
         """
         null, points = self.with_effect(bench, name), self.weak.get(name, [])
         if known is None or not points:
-            return [null, *(self._from(bench, null, point) for point in points)]
+            return [null, *(self._start_at(bench, null, point) for point in points)]
         if set(known.ids) == set(null.ids):
             return [null, _with_numbers(null, known, null.free)]
         own = _with_numbers(null, known, bench.forward.index(name))
-        return [null, own, *(self._from(bench, null, point) for point in points)]
+        return [null, own, *(self._start_at(bench, null, point) for point in points)]
 
     def linear_starts(self, bench: Workbench, name: str) -> list[Fit]:
         """Where one step may begin: from null, and from the best points of a grid, whose shapes are known there."""
         null = self.with_effect(bench, name)
-        return [null, *(self._from(bench, null, p) for p in self.points.get(name, []) if p in self.shaped)]
+        return [null, *(self._start_at(bench, null, p) for p in self.points.get(name, []) if p in self.shaped)]
 
-    def _from(self, bench: Workbench, null: Fit, point: Point) -> Fit:
+    def _start_at(self, bench: Workbench, null: Fit, point: Point) -> Fit:
         """The fit ``null`` with numbers at a point, as far as it is known there: without a prediction of its own."""
         vector, slopes, due = null.vector.copy(), null.slopes.copy(), np.zeros(len(null.free), dtype=bool)
         for position, value in point:
@@ -138,12 +138,12 @@ class Linearisation:
         if point in self.shaped:
             for k, position in enumerate(null.free):
                 slopes[k] = self.shaped[point].get(position, slopes[k])
-            return replace(null, vector=vector, slopes=slopes, columns=bench.metric.whiten(slopes), true=False)
+            return replace(null, vector=vector, slopes=slopes, columns=bench.metric.whiten(slopes), exact=False)
         values = self.sized[point[0]]
         residual = bench.metric.whiten(bench.fitted.y - values)
         due[len(self.fit.free) :] = True
         chi2 = float(residual @ residual)
-        return replace(null, vector=vector, values=values, residual=residual, chi2=chi2, due=due, true=False)
+        return replace(null, vector=vector, values=values, residual=residual, chi2=chi2, due=due, exact=False)
 
 
 def _with_numbers(null: Fit, known: Fit, taken: Sequence[int]) -> Fit:
@@ -153,7 +153,7 @@ def _with_numbers(null: Fit, known: Fit, taken: Sequence[int]) -> Fit:
     for k, position in enumerate(null.free):
         if position in taken:
             slopes[k] = known.slopes[known.free.index(position)]
-    return replace(null, vector=vector, slopes=slopes, chi2=np.inf, true=False)
+    return replace(null, vector=vector, slopes=slopes, chi2=np.inf, exact=False)
 
 
 def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisation | None = None) -> Linearisation:
@@ -167,12 +167,12 @@ def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisat
         return Linearisation(fit, {}, {})
     slopes, sized, shows = shapes_at(bench, fit, positions, None if before is None else before.shows)
     if before is None:
-        grids = on_grids(bench, fit, ids)
+        grids = shapes_on_grids(bench, fit, ids)
     else:
         grids = {i: (before.alternatives[i], before.tried[i]) for i in ids if i in before.alternatives}
     best = {i: best_of_grid(bench, fit, i, *grid, STARTS) for i, grid in grids.items()}
     points = {i: [grids[i][1][k] for k in best[i]] for i in grids}
-    shaped = {grids[i][1][k]: _shaped(bench, i, grids[i][0], k) for i in grids for k in best[i]}
+    shaped = {grids[i][1][k]: _shapes_at_point(bench, i, grids[i][0], k) for i in grids for k in best[i]}
     weak = {i: [(s,) for s in sized if s[0] in bench.forward.index(i)] + points.get(i, []) for i in ids}
     return Linearisation(
         fit, slopes, {i: found for i, found in weak.items() if found},
@@ -181,7 +181,7 @@ def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisat
     )  # fmt: skip
 
 
-def _shaped(bench: Workbench, name: str, grid: Alternatives, point: int) -> dict[int, np.ndarray]:
+def _shapes_at_point(bench: Workbench, name: str, grid: Alternatives, point: int) -> dict[int, np.ndarray]:
     """Position -> shape of each parameter of an effect at a point of its grid; none of what is on the grid."""
     tried = bench.forward.grids(name)
     others = [k for k in bench.forward.index(name) if k not in tried]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.special import chdtri
 
-from belt_sim.diagnosis.fits.fit import Fit, Sides, room
+from belt_sim.diagnosis.fits.fit import Fit, Sides, step_bounds
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.forward import Forward, Slot
 from belt_sim.results.found import COVERAGE_95, Estimate
@@ -19,17 +19,17 @@ EDGE = 2.0  # what a machine could have is a judgement, good to this factor
 
 def estimates(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
     """Effect id -> parameter -> Estimate, where the readings say more of a number than its plausible range does."""
-    return _by_effect(fit, [(s, e) for s, e in _judged(*_with_sigma(forward, fit)) if is_told(s, e)])
+    return _by_effect(fit, [(s, e) for s, e in _judge(*_numbers_with_sigma(forward, fit)) if is_constrained(s, e)])
 
 
-def numbers(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
+def estimate_all(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
     """Effect id -> parameter -> Estimate whatever the readings say of it."""
-    return _by_effect(fit, _judged(*_with_sigma(forward, fit)))
+    return _by_effect(fit, _judge(*_numbers_with_sigma(forward, fit)))
 
 
-def is_told(slot: Slot, estimate: Estimate) -> bool:
+def is_constrained(slot: Slot, estimate: Estimate) -> bool:
     """Whether readings exclude something of what a machine could have."""
-    (low, high), (least, most) = slot.effect.parameters[slot.name].plausible, estimate.interval_95
+    (low, high), (least, most) = slot.declared.plausible, estimate.interval_95
     return least > low or most < high
 
 
@@ -40,28 +40,28 @@ def _by_effect(fit: Fit, found: Sequence[tuple[Slot, Estimate]]) -> dict[str, di
     return told
 
 
-def _with_sigma(forward: Forward, fit: Fit) -> tuple[list[Slot], np.ndarray, np.ndarray]:
+def _numbers_with_sigma(forward: Forward, fit: Fit) -> tuple[list[Slot], np.ndarray, np.ndarray]:
     """What a fit says: slots, numbers and one sigma of each, in units of their scales."""
-    return [forward.slots[p] for p in fit.free], fit.vector[fit.free], np.sqrt(np.diag(spread_of(fit.columns)))
+    return [forward.slots[p] for p in fit.free], fit.vector[fit.free], np.sqrt(np.diag(covariance_of(fit.columns)))
 
 
-def spread_of(columns: np.ndarray) -> np.ndarray:
+def covariance_of(columns: np.ndarray) -> np.ndarray:
     """Covariance (k, k) of numbers with whitened derivatives ``columns`` (k, N), large along what no reading shows."""
     size = np.maximum(np.linalg.norm(columns, axis=1), 1e-30)
     alike = columns / size[:, None]
     return np.linalg.inv(alike @ alike.T + ALIKE * np.eye(len(size))) / np.outer(size, size)
 
 
-def _judged(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> list[tuple[Slot, Estimate]]:
+def _judge(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> list[tuple[Slot, Estimate]]:
     """Numbers and their sigmas, given in units of their scales, each with whether a real machine could have it.
 
     What the only size of an effect is, its gain comes from. One of several may be hardly bound by the readings and far
     out at the best fit by chance, as what only shapes others: what a machine has then fits as well.
     """
     found = []
-    sizes = Counter(s.effect.id for s in slots if not s.effect.parameters[s.name].modifier)
+    sizes = Counter(s.effect.id for s in slots if not s.only_shapes)
     for slot, x, u in zip(slots, values, spread, strict=True):
-        declared, (lowest, highest) = slot.effect.parameters[slot.name], ends(slot)
+        declared, (lowest, highest) = slot.declared, plausible_bounds(slot)
         one_of_several = declared.modifier or sizes[slot.effect.id] > 1
         reach = COVERAGE_95 * u if one_of_several else 0.0
         there = lowest - reach <= x <= highest + reach or abs(x - declared.null / slot.scale) <= 2.0 * u
@@ -69,9 +69,9 @@ def _judged(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> li
     return found
 
 
-def ends(slot: Slot) -> tuple[float, float]:
+def plausible_bounds(slot: Slot) -> tuple[float, float]:
     """Lowest and highest that a number of a real machine could be, in units of its scale."""
-    declared = slot.effect.parameters[slot.name]
+    declared = slot.declared
     null, (low, high) = declared.null, declared.plausible
     lowest, highest = _with_slack(low - null, -EDGE), _with_slack(high - null, EDGE)
     return (null + lowest) / slot.scale, (null + highest) / slot.scale
@@ -89,7 +89,7 @@ def is_plausible(forward: Forward, fit: Fit) -> bool:
     That an effect is there says its gain. Its numbers need not be known for that: of two that do the same only their
     sum is, of one that saturates only that it is large.
     """
-    return not has_diverged(fit) and is_possible(*_with_sigma(forward, fit), everywhere=True)
+    return not has_diverged(fit) and is_possible(*_numbers_with_sigma(forward, fit), everywhere=True)
 
 
 def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray, everywhere: bool = False) -> bool:
@@ -97,10 +97,11 @@ def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray, e
     ``everywhere``: in the linear range it may be anything as well.
     """
     seen = spread > 0.0
-    judged = _judged([s for s, there in zip(slots, seen, strict=True) if there], values[seen], spread[seen])
-    if not all(e.plausible for s, e in judged if is_told(s, e)):
+    judged = _judge([s for s, there in zip(slots, seen, strict=True) if there], values[seen], spread[seen])
+    if not all(e.plausible for s, e in judged if is_constrained(s, e)):
         return False
-    return not everywhere or all(_is_within(ends(s), e.value / s.scale) for s, e in judged if not is_told(s, e))
+    loose = [(s, e) for s, e in judged if not is_constrained(s, e)]
+    return not everywhere or all(_is_within(plausible_bounds(s), e.value / s.scale) for s, e in loose)
 
 
 def _is_within(bounds: tuple[float, float], x: float) -> bool:
@@ -122,7 +123,7 @@ def prior_sigma(forward: Forward, free: Sequence[int]) -> np.ndarray:
     reach = []
     for position in free:
         slot = forward.slots[position]
-        declared = slot.effect.parameters[slot.name]
+        declared = slot.declared
         reach.append(max(abs(bound - declared.null) for bound in declared.plausible) / slot.scale)
     return np.array(reach)
 
@@ -140,22 +141,23 @@ SELDOM = 0.05  # of campaigns, in which truth is further from the best fit
 
 def prefer_plausible(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     """``fits``, each as a machine could have it where that explains the readings as well."""
-    low, high = sides = _sides(bench)
+    low, high = sides = _plausible_sides(bench)
     again = [k for k, fit in enumerate(fits) if _may_be_a_valley(bench, fit, sides)]
     if not again:
         return list(fits)
-    begun = [bench.start(f.ids, np.clip(_nearest(bench, f), low, high), f.free) for f in (fits[k] for k in again)]
+    nearest = [np.clip(_least_along_valley(bench, fits[k]), low, high) for k in again]
+    begun = [bench.start(fits[k].ids, vector, fits[k].free) for k, vector in zip(again, nearest, strict=True)]
     found = list(fits)
     for k, inner in zip(again, bench.fit(begun, sides=sides), strict=True):
         beyond = np.sum((fits[k].vector < low) | (fits[k].vector > high))
-        if inner.done and inner.chi2 - fits[k].chi2 < chdtri(max(beyond, 1), SELDOM):
+        if inner.is_converged and inner.chi2 - fits[k].chi2 < chdtri(max(beyond, 1), SELDOM):
             found[k] = inner
     return found
 
 
 def estimates_of_single_sizes(bench: Workbench, fit: Fit, name: str) -> Mapping[str, Estimate]:
     """What each size of an effect would be if its other sizes were nothing, for those that explain as much so."""
-    own = [k for k in bench.forward.index(name) if not _only_shapes(bench, k)]
+    own = [k for k in bench.forward.index(name) if not bench.forward.slots[k].only_shapes]
     if len(own) < 2:
         return {}
     null, begun = bench.forward.null(), []
@@ -166,21 +168,16 @@ def estimates_of_single_sizes(bench: Workbench, fit: Fit, name: str) -> Mapping[
         begun.append(bench.start(fit.ids, vector, [k for k in fit.free if k not in others]))
     found = {}
     for kept, alone in zip(own, bench.fit(begun), strict=True):
-        if alone.done and alone.chi2 - fit.chi2 < chdtri(len(own) - 1, SELDOM):
-            slot, u = bench.forward.slots[kept], np.sqrt(np.diag(spread_of(alone.columns)))[alone.free.index(kept)]
+        if alone.is_converged and alone.chi2 - fit.chi2 < chdtri(len(own) - 1, SELDOM):
+            slot, u = bench.forward.slots[kept], np.sqrt(np.diag(covariance_of(alone.columns)))[alone.free.index(kept)]
             told = float(alone.vector[kept] * slot.scale), float(u * slot.scale)
-            found[slot.name] = Estimate(*told, slot.effect.parameters[slot.name].unit, True)
+            found[slot.name] = Estimate(*told, slot.declared.unit, True)
     return found
-
-
-def _only_shapes(bench: Workbench, position: int) -> bool:
-    slot = bench.forward.slots[position]
-    return slot.effect.parameters[slot.name].modifier
 
 
 def _may_be_a_valley(bench: Workbench, fit: Fit, sides: Sides) -> bool:
     """Whether numbers are impossible, but not the well-known one of an effect that has no other."""
-    down, up = room(fit, sides)
+    down, up = step_bounds(fit, sides)
     if has_diverged(fit) or (np.all(down <= 0.0) and np.all(up >= 0.0)):
         return False
     known = estimates(bench.forward, fit)
@@ -188,16 +185,16 @@ def _may_be_a_valley(bench: Workbench, fit: Fit, sides: Sides) -> bool:
     return not any(not e.plausible for i in single for e in known[i].values())
 
 
-def _sides(bench: Workbench) -> Sides:
+def _plausible_sides(bench: Workbench) -> Sides:
     """Lowest and highest of every number."""
     low, high = (np.array(side) for side in bench.forward.sides)
-    reached = np.array([ends(slot) for slot in bench.forward.slots]).reshape(-1, 2)
+    reached = np.array([plausible_bounds(slot) for slot in bench.forward.slots]).reshape(-1, 2)
     low[: len(reached)] = np.maximum(low[: len(reached)], reached[:, 0])
     high[: len(reached)] = np.minimum(high[: len(reached)], reached[:, 1])
     return low, high
 
 
-def _nearest(bench: Workbench, fit: Fit) -> np.ndarray:
+def _least_along_valley(bench: Workbench, fit: Fit) -> np.ndarray:
     """The point along the valley, as the derivatives have it, where numbers are least for what machines have."""
     weight = prior_sigma(bench.forward, fit.free) ** -2.0
     away = (fit.vector - bench.forward.null())[fit.free]

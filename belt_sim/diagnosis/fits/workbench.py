@@ -11,7 +11,7 @@ from belt_sim.diagnosis.fits.fit import Fit, Race, Sides, fit_sets
 from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import Metric, metric_of, nuisance_shapes
-from belt_sim.diagnosis.noise.settings import settled
+from belt_sim.diagnosis.noise.settings import expand_at_likely_settings
 from belt_sim.diagnosis.readings.additive_effects import choose_harmonics
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward, MarchError, march_error
 from belt_sim.diagnosis.readings.samples import Samples, samples_of
@@ -51,23 +51,25 @@ class Workbench:
         Itself where a belt runs away at ``vector``, or a hair beside it.
         """
         here = _shapes(self.campaign, self.samples, self.forward, vector)
-        return self._about(self.forward, *here)._settled(vector) if _finite(*here) else self
+        return self._with_shapes(self.forward, *here)._at_likely_settings(vector) if _finite(*here) else self
 
-    def _settled(self, vector: np.ndarray) -> "Workbench":
+    def _at_likely_settings(self, vector: np.ndarray) -> "Workbench":
         """The workbench, laid out at ``vector``, with every run's settings where they most likely were."""
-        forward = self.settled(vector)
+        forward = self.forward_at_likely_settings(vector)
         if forward is self.forward:
             return self
         there = _shapes(self.campaign, self.samples, forward, vector)
-        return self._about(forward, *there) if _finite(*there) else self
+        return self._with_shapes(forward, *there) if _finite(*there) else self
 
-    def settled(self, vector: np.ndarray) -> Forward:
+    def forward_at_likely_settings(self, vector: np.ndarray) -> Forward:
         """The model with every run's settings where they most likely were; the workbench is laid out at ``vector``."""
-        return settled(self.campaign, self.fitted, self.forward, self.metric, self.shapes, self.shared, vector)
+        return expand_at_likely_settings(
+            self.campaign, self.fitted, self.forward, self.metric, self.shapes, self.shared, vector
+        )
 
-    def _about(self, forward: Forward, shapes: np.ndarray, shared: np.ndarray, values: np.ndarray) -> "Workbench":
+    def _with_shapes(self, forward: Forward, shapes: np.ndarray, shared: np.ndarray, values: np.ndarray) -> "Workbench":
         """The workbench where nuisances have these shapes: what settings did to one of two repeats is not noise."""
-        finder = self.finder.about(shapes)
+        finder = self.finder.at_shapes(shapes)
         levels = finder(self.samples.y - values)
         metric = metric_of(self.fitted, levels, shapes, shared)
         return replace(self, forward=forward, shapes=shapes, shared=shared, finder=finder, levels=levels, metric=metric)
@@ -99,20 +101,20 @@ def workbench(
 
     terms: effect id -> harmonics that are fitted; by default as many as show.
     """
-    bench, _ = _as_stated(campaign, model, classes, terms)
-    return bench._settled(bench.forward.null()) if _finite(bench.shapes, bench.shared) else bench
+    bench, _ = _lay_out_as_stated(campaign, model, classes, terms)
+    return bench._at_likely_settings(bench.forward.null()) if _finite(bench.shapes, bench.shared) else bench
 
 
-def predicted(campaign: Campaign, model: Composition) -> np.ndarray:
+def predict_alone(campaign: Campaign, model: Composition) -> np.ndarray:
     """What ``model`` by itself says of all runs (R, S, n), their settings where they most likely were."""
-    bench, stated = _as_stated(campaign, model, ())
+    bench, stated = _lay_out_as_stated(campaign, model, ())
     if not _finite(bench.shapes, bench.shared):
         return stated
-    found = bench.settled(bench.forward.null()).values(bench.forward.null()[None])[0]
+    found = bench.forward_at_likely_settings(bench.forward.null()).values(bench.forward.null()[None])[0]
     return found if np.isfinite(found).all() else stated
 
 
-def _as_stated(
+def _lay_out_as_stated(
     campaign: Campaign,
     model: Composition,
     classes: Sequence[type[Effect]],
@@ -125,7 +127,7 @@ def _as_stated(
     vector = forward.null()
     shapes, shared, values = _shapes(campaign, samples, forward, vector)
     turned = [k for k, s in enumerate(_sizes(forward)) if forward.slots[s].effect.comes_round]
-    reachable = _reachable(forward, vector)
+    reachable = _candidate_shapes(forward, vector)
     coming_round = reachable[turned] if any(run.start_u for run in samples.runs) else None
     finder = LevelFinder(samples, shapes, np.concatenate([shared, reachable]), coming_round)
     levels = finder(samples.y - values)
@@ -169,7 +171,7 @@ def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.n
     return *nuisance_shapes(campaign, samples, values[0], slopes), values[0]
 
 
-def _reachable(forward: Forward, vector: np.ndarray) -> np.ndarray:
+def _candidate_shapes(forward: Forward, vector: np.ndarray) -> np.ndarray:
     """What candidates could do to the readings (k, R, S, n): derivatives, and what a plausible size of each does."""
     sizes = _sizes(forward)
     along = np.eye(forward.size)[sizes]
@@ -182,4 +184,4 @@ def _reachable(forward: Forward, vector: np.ndarray) -> np.ndarray:
 
 def _sizes(forward: Forward) -> list[int]:
     """Positions of all numbers that do something by themselves."""
-    return [k for k, s in enumerate(forward.slots) if not s.effect.parameters[s.name].modifier]
+    return [k for k, s in enumerate(forward.slots) if not s.only_shapes]

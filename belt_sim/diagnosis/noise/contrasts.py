@@ -43,11 +43,11 @@ class Contrast:
         """Samples that are averaged."""
         return _bin_size(len(self.keep))
 
-    def read(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def project(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Readings (B, R, S, n) -> slow (B, m) and fast (B, windows, f), with the stated white noise of unit size."""
         sums = np.einsum("r,brn->bn", self.weights, errors[:, list(self.runs), self.signal][..., self.keep])
         sums = sums * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
-        slow = np.sqrt(self.bin_size) * _binned(sums, self.bin_size) @ self.free
+        slow = np.sqrt(self.bin_size) * _bin_means(sums, self.bin_size) @ self.free
         windows = 0 if self.bin_size == 1 else sums.shape[1] // WINDOW
         return slow, sums[:, : windows * WINDOW].reshape(len(sums), windows, WINDOW) @ _FAST
 
@@ -69,7 +69,7 @@ def _wander(sheet: SignalSheet, travel: bytes, per_bin: float, q: int, reach: Re
     size, at = per_bin / max(sheet.white, FLOOR) ** 2, np.frombuffer(travel)
     kernel = size * wander_kernel(sheet, at, reach)
     near = size * wander_kernel(sheet, float(np.median(np.diff(at))) * np.arange(WINDOW), reach)
-    return q * _averaged(kernel, q), np.linalg.eigh(_FAST.T @ near @ _FAST)
+    return q * _bin_covariance(kernel, q), np.linalg.eigh(_FAST.T @ near @ _FAST)
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class Scatter:
         """Windows of all sums."""
         return len(self.weights) * (len(self.keep) // WINDOW)
 
-    def read(self, errors: np.ndarray) -> np.ndarray:
+    def project(self, errors: np.ndarray) -> np.ndarray:
         """Readings (B, R, S, n) -> (B, windows, f), with the stated white noise of unit size."""
         here = errors[:, :, self.signal][..., self.keep[: len(self.keep) // WINDOW * WINDOW]]
         there = np.where(np.isfinite(here), here, 0.0)  # what runs of no weight here have not measured
@@ -153,7 +153,7 @@ def contrast(
     q = _bin_size(len(keep))
     per_bin = float(1.0 / np.sum(np.square(weights) / samples.per_bin[list(runs)]))
     sheet, travel = samples.signals[s], samples.travel[runs[0], keep]
-    noise = _averaged(wander_kernel(sheet, travel, Reach()), q)
+    noise = _bin_covariance(wander_kernel(sheet, travel, Reach()), q)
     noise += np.eye(len(noise)) * max(sheet.white, FLOOR) ** 2 / (per_bin * q)
     known = np.einsum("r,krn->rkn", weights, columns[:, list(runs), s][..., keep]).reshape(-1, len(keep))
     return Contrast(
@@ -164,7 +164,7 @@ def contrast(
         keep=keep,
         travel=travel,
         per_bin=per_bin,
-        free=_beside(_binned(known, q), noise),
+        free=_free_directions(_bin_means(known, q), noise),
     )
 
 
@@ -172,19 +172,19 @@ def _bin_size(count: int) -> int:
     return -(-count // BINS)
 
 
-def _binned(rows: np.ndarray, q: int) -> np.ndarray:
+def _bin_means(rows: np.ndarray, q: int) -> np.ndarray:
     """Means of every ``q`` samples of rows (k, n)."""
     whole = rows.shape[1] // q * q
     return rows[:, :whole].reshape(len(rows), -1, q).mean(axis=2)
 
 
-def _averaged(kernel: np.ndarray, q: int) -> np.ndarray:
+def _bin_covariance(kernel: np.ndarray, q: int) -> np.ndarray:
     """Covariance of the means of every ``q`` samples."""
     whole = len(kernel) // q * q
     return kernel[:whole, :whole].reshape(whole // q, q, whole // q, q).mean(axis=(1, 3))
 
 
-def _beside(rows: np.ndarray, noise: np.ndarray) -> np.ndarray:
+def _free_directions(rows: np.ndarray, noise: np.ndarray) -> np.ndarray:
     """Orthonormal directions (b, m) beside a constant and all that rows (k, b) can do to a noise of covariance (b, b)
     that could be seen.
     """

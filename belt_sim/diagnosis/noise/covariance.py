@@ -59,7 +59,7 @@ class Levels:
             "told from what the model lacks. Repeat two runs."
         )
 
-    def of(self, s: int) -> tuple[float, float, Reach]:
+    def of_signal(self, s: int) -> tuple[float, float, Reach]:
         """White noise, wander and its reach of signal ``s``; one beyond those that were read is like the first."""
         each = (x if isinstance(x, tuple) else (x,) for x in (self.white, self.wander, self.length))
         white, wander, length = (float(x[s if s < len(x) else 0]) for x in each)
@@ -68,7 +68,7 @@ class Levels:
 
 def covariance(signal: SignalSheet, travel: np.ndarray, per_bin: float, levels: Levels, s: int = 0) -> np.ndarray:
     """Covariance (n, n) of one run's samples of one signal, the ``s``-th, without what a run shares."""
-    white, wander, reach = levels.of(s)
+    white, wander, reach = levels.of_signal(s)
     noise = (white * max(signal.white, FLOOR)) ** 2 / per_bin
     return wander**2 * wander_kernel(signal, travel, reach) + noise * np.eye(len(travel))
 

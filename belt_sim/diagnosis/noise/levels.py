@@ -89,7 +89,7 @@ class LevelFinder:
         each = list(zip(samples.signals, of_signal, fast, strict=True))
         self.signals, self.smooth = ([SignalLevels(*one, smooth=kind) for one in each] for kind in (False, True))
 
-    def about(self, shapes: np.ndarray) -> "LevelFinder":
+    def at_shapes(self, shapes: np.ndarray) -> "LevelFinder":
         """The same where predictions are taken elsewhere: one of two repeats may have been set 3 sigma off the other,
         and what they leave follows the ``shapes`` there; to others it looks like wander.
         """
@@ -102,8 +102,8 @@ class LevelFinder:
     def many(self, errors: np.ndarray) -> list[Levels]:
         """The same for many sets of readings (B, R, S, n)."""
         share = self.smooth_share(errors)
-        read = [self._read(pair, errors, share) for pair in zip(self.signals, self.smooth, strict=True)]
-        best = [_as_others([read[s] for s in alike], read[k]) for k, alike in enumerate(self.like)]
+        read = [self._estimate(pair, errors, share) for pair in zip(self.signals, self.smooth, strict=True)]
+        best = [_mean_of_alike([read[s] for s in alike], read[k]) for k, alike in enumerate(self.signals_alike)]
         found = []
         for k in range(len(errors)):
             white, wander, length = zip(*(b[k] for b in best), strict=True)
@@ -127,7 +127,7 @@ class LevelFinder:
         odds = sum((favours(*pair, errors) for pair in pairs), np.full(len(errors), -RARER))
         return 1.0 / (1.0 + np.exp(-0.5 * odds.clip(-100.0, 100.0)))
 
-    def _read(self, pair: tuple[SignalLevels, SignalLevels], errors: np.ndarray, share: np.ndarray) -> list[Level]:
+    def _estimate(self, pair: tuple[SignalLevels, SignalLevels], errors: np.ndarray, share: np.ndarray) -> list[Level]:
         """Of one signal, in every set: of the likelier kind the levels nearest to the mean spectrum of all of both."""
         found: list[Level] = []
         for start in range(0, len(errors), AT_ONCE):
@@ -150,13 +150,13 @@ class LevelFinder:
         for kind, signals in ((smooth, self.smooth), (~smooth, self.signals)):
             for k, signal in enumerate(signals if kind.any() else []):
                 each[kind, k] = signal.draw(errors, int(kind.sum()), rng)
-        for k, alike in enumerate(self.like):
+        for k, alike in enumerate(self.signals_alike):
             if alike:
                 each[:, k] = each[np.arange(count), rng.choice(alike, size=count)]
         return each, smooth
 
     @cached_property
-    def like(self) -> list[list[int]]:
+    def signals_alike(self) -> list[list[int]]:
         """For every signal of which nothing was read, those that were read and are stated alike; none for others."""
         read = [k for k, signal in enumerate(self.signals) if signal.contrasts]
         stated = [(s.kind, s.white, s.wander_sd, s.wander_length) for s in self.samples.signals]
@@ -166,7 +166,7 @@ class LevelFinder:
         ]
 
 
-def _as_others(others: list[list[Level]], own: list[Level]) -> list[Level]:
+def _mean_of_alike(others: list[list[Level]], own: list[Level]) -> list[Level]:
     """(white, wander, length) of one signal in every set of readings: the means of others, in logarithm, if any."""
     if not others:
         return own

@@ -35,20 +35,20 @@ class Metric:
         many, (runs, signals, n) = int(np.prod(x.shape[:-3])), x.shape[-3:]
         each = filled.reshape(many, runs, signals, n).transpose(1, 2, 0, 3)
         # all of them by one matrix product a record
-        white = np.matmul(each, self._as(x.dtype).roots.swapaxes(-1, -2)).transpose(2, 0, 1, 3)
+        white = np.matmul(each, self._in_precision(x.dtype).roots.swapaxes(-1, -2)).transpose(2, 0, 1, 3)
         return white.reshape(*x.shape[:-2], signals * n)
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
         """Unit-covariance vector (..., N) of readings or shapes (..., R, S, n)."""
         many = int(np.prod(x.shape[:-3]))
         each, found = x.reshape(many, *x.shape[-3:]), np.empty((many, int(np.prod(x.shape[-3:]))), x.dtype)
-        own = self._as(x.dtype)
+        own = self._in_precision(x.dtype)
         for start in range(0, many, AT_ONCE):
             white = own.noise_white(each[start : start + AT_ONCE])
             found[start : start + AT_ONCE] = _shrink(_shrink_runs(white, *own.local), *own.shared)
         return found.reshape(*x.shape[:-3], found.shape[1])
 
-    def _as(self, dtype: np.dtype) -> "Metric":
+    def _in_precision(self, dtype: np.dtype) -> "Metric":
         """The same in single precision where that is asked for."""
         return self._single if dtype == np.float32 else self
 
@@ -59,7 +59,7 @@ class Metric:
         local, shared = ((a.astype(np.float32), b.astype(np.float32)) for a, b in (self.local, self.shared))
         return replace(self, roots=self.roots.astype(np.float32), local=local, shared=shared)
 
-    def back(self, white: np.ndarray) -> np.ndarray:
+    def adjoint(self, white: np.ndarray) -> np.ndarray:
         """Rows (k, R, S, n) whose products with readings are those of vectors (k, N) with whitened readings, so that
         many sets of these need not be whitened.
         """

@@ -20,7 +20,7 @@ FURTHEST = 2.5  # sigma: further off, what the model lacks is taken for a settin
 SEEN = 0.1  # whitened length, below which the second order does not matter
 
 
-def settled(
+def expand_at_likely_settings(
     campaign: Campaign,
     fitted: Samples,
     forward: Forward,

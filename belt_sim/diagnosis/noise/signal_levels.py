@@ -64,7 +64,7 @@ class SignalLevels:
 
     def _of_contrasts(self, errors: np.ndarray) -> np.ndarray:
         cost = np.repeat(self.prior[None], len(errors), axis=0)
-        read = [c.read(errors) for c in self.contrasts]
+        read = [c.project(errors) for c in self.contrasts]
         for k, modes in enumerate(self.modes):
             squares = sum(
                 (m.squares(z) @ place for m, z, place in zip(modes, read, self.places[k], strict=True)),
@@ -78,7 +78,7 @@ class SignalLevels:
         shape = len(FACTORS), len(FACTORS)
         cost = np.zeros((len(errors), len(self.lengths), *shape))
         for part, of_lengths in zip(self.fast, self._fast_grids, strict=True):
-            z = part.read(errors)
+            z = part.project(errors)
             products = z.swapaxes(1, 2) @ z  # of all windows together: there are few directions, and many windows
             for k, (modes, logs, weights) in enumerate(of_lengths):
                 squares = np.sum((products @ modes) * modes, axis=1)
@@ -152,7 +152,7 @@ def favours(one: SignalLevels, other: SignalLevels, errors: np.ndarray) -> np.nd
     """2 log odds (B,) of one kind of wander against another, all levels together, after readings (B, R, S, n); 0 of
     readings without any noise, as of a campaign that is planned.
     """
-    if not any(np.any(part) for c in one.contrasts for part in c.read(errors)):
+    if not any(np.any(part) for c in one.contrasts for part in c.project(errors)):
         return np.zeros(len(errors))
     costs = [kind._of_contrasts(errors) for kind in (one, other)]
     if one.fast:

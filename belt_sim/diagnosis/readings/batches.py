@@ -60,7 +60,7 @@ def rows_of(samples: Samples) -> list[int]:
     return [rows.index(elsewhere(s.at) or s.at) for s in samples.signals]
 
 
-def in_batches(
+def plan_batches(
     program: Callable[..., Any], vector: np.ndarray, shown: np.ndarray, samples: Samples, more: tuple = ()
 ) -> Work:
     """What a ``program`` of one run is to show of all runs at points (C, k); shown (R, k): how much of each number the

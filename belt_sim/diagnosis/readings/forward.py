@@ -33,7 +33,7 @@ from belt_sim.diagnosis.readings.additive_effects import (
     select_for_readings,
     slopes_of_additive,
 )
-from belt_sim.diagnosis.readings.batches import Work, finish, in_batches
+from belt_sim.diagnosis.readings.batches import Work, finish, plan_batches
 from belt_sim.diagnosis.readings.candidates import SLOW
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, effects_and_case, lengthen_belt
 from belt_sim.diagnosis.readings.samples import Samples
@@ -141,7 +141,7 @@ class Forward:
 
     def grids(self, effect_id: str) -> dict[int, tuple[float, ...]]:
         """Positions of an effect's parameters that are tried on a grid, and the values there."""
-        declared = {k: self.slots[k].effect.parameters[self.slots[k].name] for k in self.index(effect_id)}
+        declared = {k: self.slots[k].declared for k in self.index(effect_id)}
         belt = float(self.samples.cases.rig.belt_length)
         units = {k: (belt if p.of_belt else 1.0) / p.scale for k, p in declared.items()}
         return {k: tuple(v * units[k] for v in p.grid) for k, p in declared.items() if p.grid}
@@ -213,7 +213,7 @@ class Forward:
         march = _compile_march(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, self.brief, others)
         scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
-        return in_batches(march, vector, _attenuation([self.slots[k] for k in kept], samples), samples, self._march)
+        return plan_batches(march, vector, _attenuation([self.slots[k] for k in kept], samples), samples, self._march)
 
     def _add_readings(self, vector: np.ndarray, samples: Samples) -> tuple[np.ndarray, Work]:
         """What effects that only add to the readings add to them, by one program for any harmonics: of each of (C,)
@@ -227,7 +227,7 @@ class Forward:
                 numbers[:, place[slot]] = vector[:, k] * slot.scale
         different, of = np.unique(numbers, axis=0, return_inverse=True)
         program = compile_additions(slots, self._added, places_of(samples))
-        return of.reshape(-1), in_batches(program, different, _attenuation(slots, samples), samples)
+        return of.reshape(-1), plan_batches(program, different, _attenuation(slots, samples), samples)
 
     def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
         """The effects ``ids`` with the numbers of a parameter vector."""

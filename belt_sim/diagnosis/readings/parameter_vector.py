@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case, Rig, Schedule
-from belt_sim.effects.base import Effect
+from belt_sim.effects.base import Effect, Parameter
 from belt_sim.jax_setup import Numbers
 
 NUISANCES = ("stiffness", "tension", "yaw", "yaw_at", "belt_length", "start")
@@ -21,12 +21,22 @@ class Slot:
     name: str
 
     @property
+    def declared(self) -> Parameter:
+        """What the effect says of it."""
+        return self.effect.parameters[self.name]
+
+    @property
     def scale(self) -> float:
-        return self.effect.parameters[self.name].scale
+        return self.declared.scale
 
     @property
     def null(self) -> float:
-        return self.effect.parameters[self.name].null
+        return self.declared.null
+
+    @property
+    def only_shapes(self) -> bool:
+        """Whether it only shapes what others of its effect do, and so moves nothing while these are null."""
+        return self.declared.modifier
 
     @property
     def side(self) -> tuple[float, float]:
@@ -36,10 +46,9 @@ class Slot:
         to say. What only shapes an effect ends where no machine goes on: a weld of many metres is a camber, and one of
         a hair's breadth is whatever noise did when it passed.
         """
-        declared = self.effect.parameters[self.name]
-        low, high = declared.plausible
+        low, high = self.declared.plausible
         ends = self.null if self.null <= low else -np.inf, self.null if self.null >= high else np.inf
-        if declared.modifier:
+        if self.only_shapes:
             ends = min(low, self.null), max(high, self.null)
         return ends[0] / self.scale, ends[1] / self.scale
 

@@ -9,7 +9,7 @@ from belt_sim.diagnosis.decision.policy import Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, Row
 from belt_sim.diagnosis.fits.belt_starts import places_tried
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.heldout import held_out, prior_before
+from belt_sim.diagnosis.fits.heldout import held_out, prior_of_fit
 from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.plausibility import is_plausible, prior_sigma
 from belt_sim.diagnosis.fits.workbench import Workbench
@@ -63,7 +63,7 @@ class Search:
     def _move(self, best: Ids) -> None:
         """Take noise, settings and all subsets about a set."""
         ids = self.fits.fits[best].ids
-        self.fits, self.about = self.fits.moved(ids), best
+        self.fits, self.about = self.fits.move_to(ids), best
         self.fits.fit_all([part for k in range(len(ids) + 1) for part in combinations(ids, k)])
 
 
@@ -78,11 +78,11 @@ def row_of(bench: Workbench, fit: Fit, checked: bool) -> Row:
     away, sigma = fit.vector[fit.free] - bench.forward.null()[fit.free], prior_sigma(bench.forward, fit.free)
     harmonics = np.array([s.effect.is_additive() for s in slots], dtype=np.bool_)
     if harmonics.any():
-        sigma = np.where(harmonics, prior_before(bench, fit)[1], sigma)
+        sigma = np.where(harmonics, prior_of_fit(bench, fit)[1], sigma)
     scanned = {position: len(values) for name in fit.ids for position, values in bench.forward.grids(name).items()}
     turned = places_tried(bench) if any(s.effect.comes_round for s in slots) else ()
     kept = [k for k, position in enumerate(fit.free) if position not in scanned]
-    sized = np.array([not s.effect.parameters[s.name].modifier for s in slots], dtype=bool) & ~harmonics
+    sized = np.array([not s.only_shapes for s in slots], dtype=bool) & ~harmonics
     return Row(
         ids=frozenset(fit.ids),
         chi2=float(fit.chi2),

@@ -11,7 +11,7 @@ from typing import Self
 
 import numpy as np
 
-from belt_sim.diagnosis.fits.fit import Fit, hoped
+from belt_sim.diagnosis.fits.fit import Fit, predicted_gain
 from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
 from belt_sim.diagnosis.fits.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
@@ -77,16 +77,16 @@ class Pairs:
         return found
 
 
-def beside(columns: np.ndarray, residual: np.ndarray, others: Mapping[str, np.ndarray]) -> dict[str, float]:
+def marginal_gains(columns: np.ndarray, residual: np.ndarray, others: Mapping[str, np.ndarray]) -> dict[str, float]:
     """chi2 that each of ``others``, by its shapes (k, N), would take of what a fit leaves (N,), its own numbers, whose
     derivatives are ``columns`` (K, N), refitted along.
     """
     own = basis(columns)
     further = {name: basis(project_out(rows, own)) for name, rows in others.items()}
-    return {name: _along(rows, residual) + _along(own, residual) for name, rows in further.items()}
+    return {name: _projected_chi2(rows, residual) + _projected_chi2(own, residual) for name, rows in further.items()}
 
 
-def _along(rows: np.ndarray, residual: np.ndarray) -> float:
+def _projected_chi2(rows: np.ndarray, residual: np.ndarray) -> float:
     return float(np.sum((rows @ residual) ** 2))
 
 
@@ -111,8 +111,8 @@ class JointFits:
 
     price: chi2 that one effect must promise; near: what is about the base fit; starts: set -> where a fit may begin
     (trials that were not carried to their end, and all that was fitted elsewhere); fits: set -> its best joint fit;
-    tried: set -> every other candidate beside it; bent: gains of single effects that are not linear, and of pairs with
-    one.
+    tried: set -> every other candidate beside it; nonlinear_gains: gains of single effects that are not
+    linear, and of pairs with one.
     """
 
     bench: Workbench
@@ -121,7 +121,7 @@ class JointFits:
     starts: dict[frozenset, Fit] = field(default_factory=dict)
     fits: dict[frozenset, Fit] = field(default_factory=dict)
     tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
-    bent: dict[frozenset, float] = field(default_factory=dict)
+    nonlinear_gains: dict[frozenset, float] = field(default_factory=dict)
 
     @property
     def names(self) -> Ids:
@@ -144,31 +144,32 @@ class JointFits:
 
     def _pairs(self, near: Linearisation) -> tuple[Pairs, np.ndarray]:
         """All pairs of candidates about the base model, and the products of their columns with what that leaves."""
-        shapes = {n: self.bench.metric.whiten(near.here(self.bench, n)) for n in self.names}
+        shapes = {n: self.bench.metric.whiten(near.shapes_of(self.bench, n)) for n in self.names}
         ends = np.cumsum([0, *map(len, shapes.values())])
         rows = np.concatenate(list(shapes.values()))
         places = {n: range(a, b) for n, (a, b) in zip(shapes, pairwise(ends), strict=True)}
         for t in self.tried.get(frozenset(), []):  # there is none about another set: what was found before is kept
             if t.gain > self.price and t.id in near.weak:
                 others = {n: s for n, s in shapes.items() if n != t.id}
-                gains = beside(t.fit.columns, t.fit.residual, others)
-                self.bent |= {frozenset([t.id]): t.gain} | {frozenset([t.id, n]): t.gain + g for n, g in gains.items()}
-        return Pairs(places, rows @ rows.T, self.bent), rows @ self.fit(()).residual
+                gains = marginal_gains(t.fit.columns, t.fit.residual, others)
+                self.nonlinear_gains[frozenset([t.id])] = t.gain
+                self.nonlinear_gains |= {frozenset([t.id, n]): t.gain + gain for n, gain in gains.items()}
+        return Pairs(places, rows @ rows.T, self.nonlinear_gains), rows @ self.fit(()).residual
 
-    def moved(self, ids: Ids) -> Self:
+    def move_to(self, ids: Ids) -> Self:
         """The same with nuisances and noise taken at the fit of a set, which is another there: until it stays."""
-        moved = self._moved(ids)
+        moved = self._move_once(ids)
         for _ in range(MOVES):
-            if _same(self.fits[frozenset(ids)], moved.fit(ids)):
+            if _agree(self.fits[frozenset(ids)], moved.fit(ids)):
                 break
-            self, moved = moved, moved._moved(ids)
+            self, moved = moved, moved._move_once(ids)
         return moved
 
-    def _moved(self, ids: Ids) -> Self:
+    def _move_once(self, ids: Ids) -> Self:
         bench = self.bench.moved_to(self.fit(ids).vector)
         known = {key: f for key, f in self.starts.items() if key not in self.fits}
         known |= {key: f for key, f in self.fits.items() if np.isfinite(f.chi2)}
-        starts = {key: _elsewhere(f, bench) for key, f in known.items()}
+        starts = {key: _transfer(f, bench) for key, f in known.items()}
         return replace(self, bench=bench, starts=starts, fits={}, tried={})
 
     def trials(self, ids: Ids) -> list[Trial]:
@@ -178,11 +179,11 @@ class JointFits:
             current = self.fit(ids)
             others = [n for n in self.names if n not in key]
             near = self.near if current is self.near.fit else linearise(self.bench, current, others, self.near)
-            beside = screened(self.bench, near, others, self.price, self._known(key, others))
+            beside = screen(self.bench, near, others, self.price, self._known_fits(key, others))
             self.tried[key] = [self._trial(current, name, fit) for name, fit in beside.items()]
         return self.tried[key]
 
-    def _known(self, key: frozenset, names: Sequence[str]) -> dict[str, Fit]:
+    def _known_fits(self, key: frozenset, names: Sequence[str]) -> dict[str, Fit]:
         """A fit with each of ``names`` beside ``key``, or else beside something else, where there is one."""
         fits = self.starts | self.fits
         found = {n: f for own, f in fits.items() for n in names if n in own}
@@ -192,7 +193,7 @@ class JointFits:
         key = frozenset(fit.ids)
         if key in self.fits and _better(self.bench, self.fits[key], fit):
             fit = self.fits[key]
-        elif fit.done:
+        elif fit.is_converged:
             self.fits[key] = fit
         elif fit.settled or fit.taken:  # one that ran out of rounds is nearer than null is
             self.starts[key] = fit
@@ -204,14 +205,14 @@ class JointFits:
     def _fit(self, sets: Sequence[Ids]) -> None:
         """Refit those sets that were not yet, from where they stood before, or else from the nearest superset."""
         new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in self.fits}
-        begun = [(key, start) for key, ids in new.items() for start in self._begun(key, ids)]
+        begun = [(key, start) for key, ids in new.items() for start in self._starts_of(key, ids)]
         best: dict[frozenset, Fit] = {}
         for (key, _), fit in zip(begun, self.bench.fit([start for _, start in begun]) if begun else [], strict=True):
-            if key not in best or (fit.done, -fit.chi2) > (best[key].done, -best[key].chi2):
+            if key not in best or (fit.is_converged, -fit.chi2) > (best[key].is_converged, -best[key].chi2):
                 best[key] = fit
         self.fits |= dict(zip(best, prefer_plausible(self.bench, list(best.values())), strict=True))
 
-    def _begun(self, key: frozenset, ids: Ids) -> list[Fit]:
+    def _starts_of(self, key: frozenset, ids: Ids) -> list[Fit]:
         """Where a set begins: where it stood, or where a larger one has its effects; or else at null, and where each of
         them stood by itself: a gap or a place that is off by far keeps a refit from the best point.
         """
@@ -234,7 +235,7 @@ class JointFits:
         return vector
 
 
-def _same(one: Fit, other: Fit) -> bool:
+def _agree(one: Fit, other: Fit) -> bool:
     """Whether two fits of one set have the same numbers, as far as readings tell."""
     if not other.free:
         return True
@@ -242,26 +243,26 @@ def _same(one: Fit, other: Fit) -> bool:
     return bool(apart @ apart < RISE)
 
 
-def _elsewhere(fit: Fit, bench: Workbench) -> Fit:
+def _transfer(fit: Fit, bench: Workbench) -> Fit:
     """A fit to go on from on another workbench, with the derivatives that it had."""
     columns = bench.metric.whiten(fit.slopes) if fit.free else fit.columns
-    return replace(fit, chi2=np.inf, columns=columns, true=False, settled=False)
+    return replace(fit, chi2=np.inf, columns=columns, exact=False, settled=False)
 
 
-def screened(
+def screen(
     bench: Workbench, near: Linearisation, names: Sequence[str], price: float, known: Mapping[str, Fit]
 ) -> dict[str, Fit]:
     """Every candidate beside what ``near`` is around; refitted where its column promises enough."""
-    found = {name: projected(bench, near, name) for name in names}
+    found = {name: best_gauss_newton_step(bench, near, name) for name in names}
     promise = {n: near.fit.chi2 - f.chi2 for n, f in found.items()}
     hopeful = [n for n in names if promise[n] > PROMISING * price]
     first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
-    doubtful = {*near.weak, *bent(bench, near, {n: found[n] for n in hopeful if n not in first})}
+    doubtful = {*near.weak, *find_nonlinear(bench, near, {n: found[n] for n in hopeful if n not in first})}
     chosen = [n for n in hopeful if n in first or n in doubtful]  # one step says little of what is not linear
-    return found | best_of(bench, near, chosen, price, known)
+    return found | fit_best(bench, near, chosen, price, known)
 
 
-def best_of(
+def fit_best(
     bench: Workbench, near: Linearisation, names: Sequence[str], price: float, known: Mapping[str, Fit]
 ) -> dict[str, Fit]:
     """The best joint fit of what ``near`` is around with each of ``names``; several starts for nonlinear effects.
@@ -273,11 +274,11 @@ def best_of(
     owners, starts = [name for name, _ in begun], [start for _, start in begun]
     race = Race(near.fit.chi2, owners, dict.fromkeys(names, price), bench.forward.sides)
     fits = bench.fit(starts, race=race) if starts else []
-    ends = [k for k in race.ahead(fits) if not fits[k].done]
+    ends = [k for k in race.leaders(fits) if not fits[k].is_converged]
     for k, fit in zip(ends, bench.fit([fits[k] for k in ends]) if ends else [], strict=True):
         fits[k] = fit
     best = _best(bench, near, owners, fits)
-    ahead = [n for n, f in best.items() if f.done and near.fit.chi2 - f.chi2 > price]
+    ahead = [n for n, f in best.items() if f.is_converged and near.fit.chi2 - f.chi2 > price]
     return best | dict(zip(ahead, prefer_plausible(bench, [best[n] for n in ahead]), strict=True))
 
 
@@ -305,7 +306,7 @@ MET = 0.02  # of a number, or its scale: two fits of a candidate so near each ot
 TRIED = 2  # steps that every fit is given
 
 
-def _together(one: Fit, other: Fit) -> bool:
+def _have_met(one: Fit, other: Fit) -> bool:
     """Whether two fits of one set have met."""
     return bool(np.allclose(one.vector, other.vector, rtol=MET, atol=MET))
 
@@ -330,13 +331,14 @@ class Race:
         seen: list[tuple[str, Fit]] = []
         for name, fit in sorted(zip(self.owners, fits, strict=True), key=lambda pair: pair[1].chi2):
             if not (fit.settled or fit.due.any() or fit.taken < TRIED):
-                at_once = hoped(replace(fit, radius=np.inf), self.sides)  # a step that failed made the next ones short
-                reach = fit.chi2 - max(HORIZON * hoped(fit, self.sides), at_once)
-                met = any(n == name and _together(fit, other) for n, other in seen)
+                # a step that failed made the next ones short
+                at_once = predicted_gain(replace(fit, radius=np.inf), self.sides)
+                reach = fit.chi2 - max(HORIZON * predicted_gain(fit, self.sides), at_once)
+                met = any(n == name and _have_met(fit, other) for n, other in seen)
                 fit.settled = met or self._score(name, reach) < least
             seen.append((name, fit))
 
-    def ahead(self, fits: Sequence[Fit]) -> list[int]:
+    def leaders(self, fits: Sequence[Fit]) -> list[int]:
         """Which fits are the best of candidates near the front, or as good."""
         best, least = self._front(fits)
         near = [
@@ -368,22 +370,22 @@ class Race:
 BENT = 0.3  # of what a step should do, by which it may do something else
 
 
-def projected(bench: Workbench, near: Linearisation, name: str) -> Fit:
+def best_gauss_newton_step(bench: Workbench, near: Linearisation, name: str) -> Fit:
     """The best of what ``near`` is around with one more effect, one step from null and from points of its grid."""
-    return min(map(_stepped, near.linear_starts(bench, name)), key=lambda fit: fit.chi2)
+    return min(map(_gauss_newton_step, near.linear_starts(bench, name)), key=lambda fit: fit.chi2)
 
 
-def bent(bench: Workbench, near: Linearisation, stepped: Mapping[str, Fit]) -> list[str]:
+def find_nonlinear(bench: Workbench, near: Linearisation, stepped: Mapping[str, Fit]) -> list[str]:
     """Those of effects beside what ``near`` is around that do something else at the ends of their steps than the step
     foresaw; none that a machine has on the other side of null only.
     """
     null, (low, high) = bench.forward.null(), bench.forward.sides
     ends = {n: np.clip(f.vector, low, high) for n, f in stepped.items()}
-    asked = [n for n in stepped if _curves(bench, n) and (ends[n] != null)[bench.forward.index(n)].any()]
+    asked = [n for n in stepped if _is_nonlinear(bench, n) and (ends[n] != null)[bench.forward.index(n)].any()]
     if not asked:
         return []
     there = bench.forward.values(np.stack([ends[n] for n in asked]))
-    foreseen = np.stack([_foreseen(stepped[n], ends[n]) for n in asked])
+    foreseen = np.stack([_predict_linear(stepped[n], ends[n]) for n in asked])
     does, by_slopes = (bench.metric.whiten(v - near.fit.values) for v in (there, foreseen))
     with np.errstate(over="ignore", invalid="ignore"):  # a step may end anywhere
         off, size = (np.linalg.norm(rows, axis=1) for rows in (does - by_slopes, by_slopes))
@@ -391,16 +393,16 @@ def bent(bench: Workbench, near: Linearisation, stepped: Mapping[str, Fit]) -> l
     return [n for n, o, s, k in zip(asked, off, size, known, strict=True) if not (k and o <= BENT * s)]
 
 
-def _curves(bench: Workbench, name: str) -> bool:
+def _is_nonlinear(bench: Workbench, name: str) -> bool:
     return not all(bench.forward.linear[k] for k in bench.forward.index(name))
 
 
-def _foreseen(fit: Fit, vector: np.ndarray) -> np.ndarray:
+def _predict_linear(fit: Fit, vector: np.ndarray) -> np.ndarray:
     """What a step's derivatives have at another point."""
     return fit.values + np.einsum("k,krsn->rsn", (vector - fit.vector)[fit.free], fit.slopes)
 
 
-def _stepped(start: Fit) -> Fit:
+def _gauss_newton_step(start: Fit) -> Fit:
     size = np.linalg.norm(start.columns, axis=1)
     scale = np.where(size > 1e-6, 1.0 / np.maximum(size, 1e-6), 0.0)
     step = scale * np.linalg.lstsq((start.columns * scale[:, None]).T, start.residual, rcond=1e-8)[0]
