@@ -121,7 +121,7 @@ def _of_comparison(c: Comparison) -> dict[str, Draw]:
 def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
     title, panels = d.campaign.title, d.drawings.overlays
     there = _overlay(d, title) | _maps(d, title, d.where.sentence)
-    first = [p for p in panels if p.title.startswith(f"{d.where.worst.run} ")][:2]
+    first = [p for p in panels if p.run == d.where.worst.run][:2]
     said = d.sentence.split(";")[0]
     there["headline"] = lambda p: overlay_picture(p, first, said, names=_names(d))
     if d.ranking:

@@ -1,5 +1,6 @@
 """From findings to the result: what a diagnosis hands out."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
 from belt_sim.results.errors import CampaignLabel
 from belt_sim.results.found import Candidate, Confusable, Explanation, FoundEffect, NoiseLevels, Unknown
-from belt_sim.results.words import TOGETHER, listed
+from belt_sim.results.words import listed, together
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence
 SILENT = "These readings could not show any effect at a plausible size: record longer, at more tensions and yaws."
@@ -71,16 +72,16 @@ def rivals(d: Findings) -> list[Rival]:
     found, fits = [], d.search.fits.fits
     for effect, others in d.decision.confusable.items():
         for other in others:
-            ids = frozenset(d.named.ids) - {effect} | set(other.split(TOGETHER))
+            ids = frozenset(d.named.ids) - {effect} | set(other)
             fit = fits.get(ids) or _nearest_fit(fits, effect, other)
             if fit is not None:
-                found.append(Rival(effect, other, float(np.sqrt(abs(fit.chi2 - d.named.chi2))), fit))
+                found.append(Rival(effect, together(other), float(np.sqrt(abs(fit.chi2 - d.named.chi2))), fit))
     return found
 
 
-def _nearest_fit(fits: dict[frozenset, Fit], effect: str, other: str) -> Fit | None:
+def _nearest_fit(fits: dict[frozenset, Fit], effect: str, other: Sequence[str]) -> Fit | None:
     """The best fit with ``other`` and without ``effect``."""
-    come = set(other.split(TOGETHER))
+    come = set(other)
     there = [f for ids, f in fits.items() if come <= ids and (effect in come or effect not in ids)]
     return min(there, key=lambda f: f.chi2, default=None)
 
@@ -115,7 +116,7 @@ def _name_with_alike(decision: Decision, name: str) -> str:
     """An effect with what these readings cannot tell from it: no name is said surer than it is."""
     alike = decision.confusable.get(name, ())
     more = ", ..." if len(alike) > ALIKE_SHOWN else ""
-    return f"{name} (or {', '.join(alike[:ALIKE_SHOWN])}{more})" if alike else name
+    return f"{name} (or {', '.join(map(together, alike[:ALIKE_SHOWN]))}{more})" if alike else name
 
 
 def _effects(d: Findings) -> tuple[FoundEffect, ...]:

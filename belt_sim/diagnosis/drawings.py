@@ -28,6 +28,7 @@ def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> tu
             title = f"{run.name} {signal.name}, {words.tension(run.tension)} N/mm², {words.yaw(run.yaw)}°"
             panels.append(
                 Panel(
+                    run=run.name,
                     title=title + ("" if run.use == "fit" else ", held out"),
                     travel=bench.samples.travel[r][keep],
                     measured=bench.samples.y[r, s][keep] * KILO,

@@ -262,16 +262,16 @@ def plant_card(e: FoundEffect) -> Card:
         sizes=_sizes(e),
         sure=sureness(e.probability),
         unsure=e.probability < LIKELY,
-        others=tuple(fault_of(name) for name in e.confusable_with),
+        others=tuple(map(fault_of, e.confusable_with)),
         check=check.format(pulley=pulley or "tail or head"),
         of_model=bool(cause and cause.of_model),
         stamp=e.stamp,
     )
 
 
-def fault_of(name: str) -> str:
-    """Return the fault of an effect, or of several joined by +, with the id in brackets."""
-    classes = [library().get(one.strip()) for one in name.split("+")]
+def fault_of(ids: Sequence[str]) -> str:
+    """Return the faults of effects that act together, with their ids in brackets."""
+    classes, name = [library().get(one) for one in ids], words.together(ids)
     said = [c.cause.phrase.format(pulley="tail or head") for c in classes if c is not None and c.cause is not None]
     return f"{' and '.join(said)} ({name})" if said else name
 

@@ -1,8 +1,10 @@
 """What pictures and reports draw of a comparison, in the units people read."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from pydantic import model_validator
 
 from belt_sim.results.fields import Array
 
@@ -17,12 +19,13 @@ def _check_shapes(what: object, names: tuple[str, ...], shape: tuple[int, ...]) 
 
 @dataclass(frozen=True, kw_only=True)
 class Panel:
-    """One run and signal: ``travel`` [m], ``measured``, ``base``, ``final`` (the last may be None), ``band``.
+    """One ``run`` and signal: ``travel`` [m], ``measured``, ``base``, ``final`` (the last may be None), ``band``.
 
     All arrays have shape (n,); values are in ``unit`` ("mm" or "mrad"). ``band`` is the half width about the model,
     where model and measurement cannot be told apart (k u_val). ``title`` says which run, signal and condition.
     """
 
+    run: str
     title: str
     travel: Array
     measured: Array
@@ -33,6 +36,12 @@ class Panel:
 
     def __post_init__(self) -> None:
         _check_shapes(self, ("travel", "measured", "base", "band", "final"), (len(self.travel),))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_file(cls, row: Any) -> Any:
+        """Return the fields; earlier files named the run at the head of the title only."""
+        return {"run": row["title"].split(" ")[0]} | row
 
     @property
     def misfit(self) -> float:

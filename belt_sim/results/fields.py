@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import (
     AfterValidator,
+    BeforeValidator,
     Field,
     InstanceOf,
     PlainSerializer,
@@ -19,6 +20,7 @@ from pydantic import (
 )
 
 from belt_sim.effects.base import Effect
+from belt_sim.results.words import together
 
 IN_SI = {"units": "SI"}  # context of reading a file that has our own names and SI throughout
 SETTING_DIGITS = 12  # significant digits of what somebody has set: fewer than a change of units leaves
@@ -56,6 +58,12 @@ Array = Annotated[
     PlainValidator(lambda value: np.array(value, dtype=float)),
     PlainSerializer(lambda value: np.asarray(value, float).tolist(), return_type=list),
     WithJsonSchema({"type": "array"}),
+]
+#: ids of effects that act together; one text in files, a + b
+EffectSet = Annotated[
+    tuple[str, ...],
+    BeforeValidator(lambda text: tuple(text.split(" + "))),
+    PlainSerializer(together, return_type=str),
 ]
 #: what has no layout of its own: names with whatever stands beside them
 Free = Annotated[dict[str, Any], PlainValidator(dict), PlainSerializer(dict, return_type=dict[str, Any])]

@@ -17,7 +17,7 @@ from pydantic import (
 from belt_sim import si
 from belt_sim.effects.library import library
 from belt_sim.results import words
-from belt_sim.results.fields import Array, file_field, is_empty
+from belt_sim.results.fields import Array, EffectSet, file_field, is_empty
 
 COVERAGE_95 = 1.96
 
@@ -81,17 +81,17 @@ def number_texts(effect: str, numbers: Mapping[str, Estimate]) -> dict[str, str]
 class FoundEffect:
     """An effect that the model lacks; numbers: every parameter in SI; parameters: those that the readings can see.
 
-    probability: its weight against what could stand in its place; confusable_with: that, effects that stand there
-    together joined by +; source_file: of an effect of one's own; law: of a law that was given, its entry in an
-    effects.yaml; rejected: even with it the model fails, so that its numbers are effective values; alone: what each of
-    several numbers would be without the others, where only together they are known.
+    probability: its weight against what could stand in its place; confusable_with: that, sets of effects; source_file:
+    of an effect of one's own; law: of a law that was given, its entry in an effects.yaml; rejected: even with it the
+    model fails, so that its numbers are effective values; alone: what each of several numbers would be without the
+    others, where only together they are known.
     """
 
     id: str
     numbers: Mapping[str, float]
     parameters: Mapping[str, Estimate]
     probability: float
-    confusable_with: tuple[str, ...] = ()
+    confusable_with: tuple[EffectSet, ...] = ()
     rejected: Annotated[bool, Field(exclude=True)] = False
     source_file: Annotated[str | None, file_field("source_file", omit_empty=True)] = None
     law: Annotated[Mapping[str, Any] | None, file_field("law", omit_empty=True)] = None
@@ -125,7 +125,9 @@ class FoundEffect:
         return {"id": self.source_file or self.id, "parameters": dict(self.numbers)}
 
     def __str__(self) -> str:
-        alike = f"; confusable with {', '.join(self.confusable_with)}" if self.confusable_with else ""
+        alike = (
+            f"; confusable with {', '.join(map(words.together, self.confusable_with))}" if self.confusable_with else ""
+        )
         stamp = f" ({self.stamp})" if self.stamp else ""
         return f"{self.id}: {', '.join(self.sizes)}; probability {words.decimal(self.probability, 2)}{alike}{stamp}"
 

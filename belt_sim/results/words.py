@@ -8,7 +8,6 @@ from belt_sim import si
 
 KILO = 1e3  # m -> mm, rad -> mrad
 NONE = "–"
-TOGETHER = " + "  # between effects of one set
 
 
 def number(value: Any, digits: int = 3) -> str:
@@ -82,6 +81,11 @@ def with_u(value: Any, u: Any, unit: str = "") -> str:
 def range_words(low: float, high: float, unit: str = "") -> str:
     """low to high to three digits, with the unit."""
     return f"{number(low)} to {number(high)}" + ("" if unit in ("", "1") else f" {unit}")
+
+
+def together(ids: Sequence[str]) -> str:
+    """Effects of one set: a + b."""
+    return " + ".join(ids)
 
 
 def listed(names: Sequence[str]) -> str:

@@ -6,7 +6,6 @@ from enum import StrEnum
 from typing import Any
 
 from belt_sim import si
-from belt_sim.results.words import TOGETHER
 from studies.challenge.laws import law_right, place_right
 
 SURE = 0.9  # probability from which a name is said with confidence
@@ -121,7 +120,7 @@ class ScoredCase:
 
 
 def _as_set(alias: str | Sequence[str]) -> tuple[str, ...]:
-    return tuple(alias.split(TOGETHER) if isinstance(alias, str) else alias)
+    return tuple(alias.split(" + ") if isinstance(alias, str) else alias)
 
 
 def score_case(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None) -> ScoredCase:

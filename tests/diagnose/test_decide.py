@@ -118,14 +118,14 @@ def test_sets_that_hold_95_percent_are_told_and_no_more():
     decision = decide(table(*rows), POLICY)
     shares = np.exp(-np.array([0.0, 1.0, 2.0, 5.0]))
     assert decision.named["a"] == pytest.approx(shares[0] / shares.sum(), rel=1e-6)
-    assert decision.confusable == {"a": ("b", "c")}
+    assert decision.confusable == {"a": (("b",), ("c",))}
     assert shares[:3].sum() / shares.sum() > POLICY.credible > shares[:2].sum() / shares.sum()
 
 
 def test_a_pair_in_the_place_of_a_pair_is_told_of_both_members():
     """A tail yaw offset with a taper is a pair of tapers on a stiff span."""
     decision = decide(table(row("a", "b", gain=200.0), row("c", "d", gain=199.0)), POLICY)
-    assert decision.confusable == {"a": ("c + d",), "b": ("c + d",)}
+    assert decision.confusable == {"a": (("c", "d"),), "b": (("c", "d"),)}
 
 
 def test_a_crown_beside_a_load_cell_may_be_one_change_of_the_span():

@@ -44,7 +44,7 @@ def test_the_pulley_is_the_one_whose_number_stands_out():
 
 
 def test_an_improbable_cause_is_marked_and_said_to_be_possible_only():
-    unsure = plant_card(replace(TAPER, probability=LIKELY - 0.01, confusable_with=("crown + cant",)))
+    unsure = plant_card(replace(TAPER, probability=LIKELY - 0.01, confusable_with=(("crown", "cant"),)))
     assert unsure.unsure
     assert "(crown + cant)" in unsure.others[0]
     assert plant_headline(Said(Verdict.EXPLAINED), [unsure]).startswith("Perhaps")

@@ -51,7 +51,7 @@ EFFECTS = st.builds(
     numbers=st.dictionaries(NAMES, NUMBERS, max_size=3),
     parameters=PARAMETERS,
     probability=SHARES,
-    confusable_with=st.lists(NAMES, max_size=3, unique=True).map(tuple),
+    confusable_with=st.lists(st.lists(NAMES, min_size=1, max_size=2).map(tuple), max_size=3, unique=True).map(tuple),
     rejected=st.booleans(),
     source_file=st.none() | st.just("mine.py"),
     law=st.none() | st.just({"id": "generic_law", "tension": 1e7, "terms": [{"place": "yaw_tail", "size": 1e-4}]}),

@@ -17,21 +17,20 @@ from belt_sim.diagnosis.decision.policy import Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, OtherModel, Row, UnknownEvidence
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.results.found import Explanation
-from belt_sim.results.words import TOGETHER
 
 ROUNDS = 3  # over the scales of all effects of a set, one after the other
 
 
 @dataclass(frozen=True)
 class Decision:
-    """verdict; named: effect -> probability; confusable: effect -> what may stand in its place, effects that stand
-    there together joined by +; explanations: all that were compared, likeliest first; instead: the name of another base
+    """verdict; named: effect -> probability; confusable: effect -> sets of effects that may stand in its place;
+    explanations: all that were compared, likeliest first; instead: the name of another base
     model, where that is the likeliest.
     """
 
     verdict: Verdict
     named: Mapping[str, float]
-    confusable: Mapping[str, tuple[str, ...]]
+    confusable: Mapping[str, tuple[tuple[str, ...], ...]]
     explanations: tuple[Explanation, ...]
     instead: str = ""
 
@@ -239,17 +238,17 @@ def credible_sets(found: Iterable[Explanation], policy: Policy) -> list[Ids]:
     return sets
 
 
-def _confusable(ids: Ids, sets: Iterable[Ids]) -> dict[str, tuple[str, ...]]:
+def _confusable(ids: Ids, sets: Iterable[Ids]) -> dict[str, tuple[tuple[str, ...], ...]]:
     """Effect -> what stands in its place in other sets: one or several effects, or itself with one more.
 
     Where several effects give way to others, these stand in the place of each of them.
     """
-    found: dict[str, list[str]] = {}
+    found: dict[str, list[tuple[str, ...]]] = {}
     for other in sets:
         gone, come = sorted(ids - other), sorted(other - ids)
         for name in gone if come else ():
-            found.setdefault(name, []).append(TOGETHER.join(come))
+            found.setdefault(name, []).append(tuple(come))
         if not gone and come:
             last = max(ids)
-            found.setdefault(last, []).append(TOGETHER.join([last, *come]))
+            found.setdefault(last, []).append((last, *come))
     return {name: tuple(dict.fromkeys(others)) for name, others in found.items()}
