@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.jax_setup import Numbers
 
 #: natural in-plane curvature [1/m] at places s [m] along the belt
 Camber = Callable[[np.ndarray], np.ndarray]
@@ -21,7 +20,8 @@ Camber = Callable[[np.ndarray], np.ndarray]
 class PulleySurface:
     """A pulley nearly cylindrical about an axis nearly along +y.
 
-    radius [m], to the belt's middle surface; taper = (dR/dy)/R [1/m]; crown c [1/m2]: local taper -c y;
+    radius [m], to the belt's middle surface; taper = (dR/dy)/R [1/m]; crown c [1/m2]: local taper -c y, so that the
+    radius at y is R (1 + taper y - c y^2 / 2);
     cant [rad]: roll of the axis about +x; yaw_offset [rad]: added to the commanded yaw; wobble [rad]: half angle of
     the cone that the axis describes about the bearings' axis: yaw wobble cos(spin + wobble_phase), roll wobble
     sin(spin + wobble_phase), where ``spin`` is the rotation since travel 0, which takes the top towards +x;
@@ -36,23 +36,6 @@ class PulleySurface:
     wobble: float = 0.0
     wobble_phase: float = 0.0
     yaw_compliance: float = 0.0
-
-    def radius_at(self, y: Numbers) -> Numbers:
-        """Radius [m] at lateral position y [m]: R (1 + taper y - crown y^2 / 2)."""
-        return self.radius * (1.0 + y * (self.taper - 0.5 * self.crown * y))
-
-    def axes(self, yaw: float, share: float = 1.0, spin: float = 0.0, askew: float = 1.0) -> np.ndarray:
-        """Rotation matrix (3, 3) from the pulley's frame (y along its axis, not spinning) to the world at this yaw.
-
-        share: how much of yaw offset and cant acts (0 before travel 0, where the machine is aligned); spin [rad];
-        askew: how much of the wobble acts (all of it, but while the belt is being laid).
-        """
-        cone, phase = askew * self.wobble, spin + self.wobble_phase
-        turn = yaw + share * self.yaw_offset + cone * math.cos(phase)
-        roll = share * self.cant + cone * math.sin(phase)
-        c, s = math.cos(turn), math.sin(turn)
-        cg, sg = math.cos(roll), math.sin(roll)
-        return np.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
 
 
 @dataclass(frozen=True, kw_only=True)

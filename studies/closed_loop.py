@@ -14,11 +14,10 @@ import numpy as np
 import belt_sim as bs
 from belt_sim.config import make_case
 from belt_sim.files import write_with
-from belt_sim.mujoco3d.engine import Engine, SpaceRun
-from belt_sim.mujoco3d.machine import Drive
+from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.options import Options, fit_options
-from belt_sim.mujoco3d.recording import Recorder, reading
-from belt_sim.mujoco3d.stages import Stage
+from belt_sim.mujoco3d.recording import Recorder
+from belt_sim.mujoco3d.stages import Drive, Stage
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.si import DEGREE, MM
 from belt_sim.watch.observers import ProgressObserver
@@ -50,7 +49,7 @@ class Steered:
     """A stage whose tail pulley is turned by the controller as well, from travel 0 on; told keeps travel and angle."""
 
     stage: Stage
-    engine: Engine
+    recorder: Recorder
     controller: Lead
     told: list[tuple[float, float]]
 
@@ -67,7 +66,7 @@ class Steered:
         for drive in self.stage.drives(state):
             angle = 0.0
             if self.recorded and drive.travel > 0.0:
-                angle = self.controller.angle(drive.travel, float(reading(self.engine.scene, state)[0]))
+                angle = self.controller.angle(drive.travel, float(self.recorder.reading(state)[0]))
                 self.told.append((drive.travel, angle))
             yield replace(drive, yaw=drive.yaw + np.array([0.0, angle]))
 
@@ -82,7 +81,7 @@ def in_space(config: dict[str, Any]) -> dict[str, np.ndarray]:
     for observer in recorder.observers:
         observer.start(case, config["travel"])
     for stage in run.stages(config["travel"]):
-        run.through(Steered(stage, run.engine, controller, told), recorder)
+        run.through(Steered(stage, recorder, controller, told), recorder)
     curves, (at, angle) = recorder.curves(), np.array(told).T
     yaw = np.interp(np.asarray(curves.travel), at, angle) / DEGREE
     return {"travel_m": curves.travel, "y1_mm": curves.y[0] / MM, "y3_mm": curves.y[2] / MM, "yaw_deg": yaw}

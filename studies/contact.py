@@ -27,7 +27,7 @@ from belt_sim.jax_setup import prepare
 from belt_sim.laws.span import torsional_stiffness
 from belt_sim.mujoco3d.calibration import matching_width
 from belt_sim.mujoco3d.mesh import Membrane
-from belt_sim.mujoco3d.mujoco_4 import compile_model
+from belt_sim.mujoco3d.mujoco_interface import compile_model
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.rolling_contact import ContactLaw, build_contact
 from belt_sim.pictures import style

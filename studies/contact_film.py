@@ -17,7 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 from belt_sim.config import make_case
 from belt_sim.files import MODELS, write_with
 from belt_sim.mujoco3d.machine import HEAD_YAW, TAIL_YAW
-from belt_sim.mujoco3d.mujoco_4 import compile_model, silence_expected_warnings
+from belt_sim.mujoco3d.mujoco_interface import compile_model, silence_expected_warnings
 from belt_sim.si import MM
 
 EXAGGERATED = 60.0

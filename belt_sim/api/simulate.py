@@ -152,7 +152,7 @@ def scene(case: Case | None = None, *, model: ModelSpec = "mujoco_flex", **setti
 
 def scene_text(case: Case, model: Any) -> str:
     """The same as MJCF, commented."""
-    from belt_sim.mujoco3d.mujoco_4 import compile_model, mjcf
+    from belt_sim.mujoco3d.mujoco_interface import compile_model, mjcf
     from belt_sim.mujoco3d.rolling_contact import STORY
 
     spec = scene(case, model=model)

@@ -9,41 +9,28 @@ import mujoco
 import numpy as np
 from mujoco import mjx
 
-from belt_sim.belt_mechanics.belt import ActiveFeatures, BatchShape, BeltArrays, active_features, belt_arrays
-from belt_sim.belt_mechanics.pulleys import lay_belt
-from belt_sim.belt_mechanics.wrap import PoseArrays, WrapArrays
 from belt_sim.case import Case
 from belt_sim.jax_setup import Numbers as Array
 from belt_sim.jax_setup import in_float64, pytree
-from belt_sim.mjx.mujoco_mjx import plain_model, to_mjx
+from belt_sim.mjx.mjx_interface import plain_model, to_mjx
+from belt_sim.mujoco3d.batch import lay_pulleys
+from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, active_features, belt_arrays
 from belt_sim.mujoco3d.machine import (
     HEAD_SPIN,
     STATION_JOINTS,
-    TAIL_SLIDE,
     TAIL_SPIN,
-    Drive,
     SceneLayout,
     build_scene,
+    laid_coordinates,
     lay_out,
     station_mass,
 )
-from belt_sim.mujoco3d.mesh import BeltModel, Grid, Membrane
-from belt_sim.mujoco3d.options import TAIL_DAMPING_RATIO, Options
-from belt_sim.mujoco3d.stages import run_stages
+from belt_sim.mujoco3d.mesh import BELT_MODELS
+from belt_sim.mujoco3d.options import Options, fit_options
+from belt_sim.mujoco3d.pulleys import TailPulley
+from belt_sim.mujoco3d.stages import Drive, run_stages
+from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
 from belt_sim.scene_parts import SceneParts
-
-BELTS: dict[str, type[BeltModel]] = {"grid": Grid, "flex": Membrane}
-
-
-class Tail(NamedTuple):
-    """The tail pulley: mass [kg] on its slide, inertia [kg m2] about its axis, drags [N s/m], [N m s] on deviations
-    from steady motion, x [m] of its slide's zero."""
-
-    mass: Array
-    inertia: Array
-    slide_drag: Array
-    spin_drag: Array
-    x: Array
 
 
 @pytree
@@ -54,7 +41,7 @@ class MjxModel:
 
     mjx: mjx.Model
     belt: BeltArrays
-    tail: Tail
+    tail: TailPulley
     settle: Array
     shape: BatchShape = field(metadata={"static": True})
 
@@ -68,7 +55,7 @@ class MjxData(NamedTuple):
     """What moves. mjx: MJX's data, which MuJoCo's renderer and viewer take through mjx.get_data; wraps, pose: of head
     and tail; on_tail (2,): force along x [N] and moment about its axis [N m] that the belt does to the tail pulley;
     travel [m]: of the belt; turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in
-    belt_mechanics/layer.py, None without one; reading (20,): of the instruments, READING says what of."""
+    mujoco3d/wrap.py, None without one; reading (20,): of the instruments, READING says what of."""
 
     mjx: mjx.Data
     wraps: WrapArrays
@@ -142,43 +129,32 @@ def prepare(
     belt: "flex" or "grid"; options: fitted to a case, or to be fitted; parts: the scenes as effects change them;
     features: in the batch, None = in these cases; edit: adds actuators and sensors to the scene before it is compiled.
     """
-    from belt_sim.mujoco3d.options import fit_options
-
     options = options or Options()
     several = parts or [SceneParts.undisturbed(case, options.friction) for case in cases]
     features = features or active_features(several)
     own = [
         fit_options(options, case, "flex") for case in cases
     ]  # the step is implicit in bonds across their direction, too
-    spec, _ = build_scene(cases[0], BELTS[belt](), own[0], replace(several[0], edge_guides=()))
+    spec, _ = build_scene(cases[0], BELT_MODELS[belt](), own[0], replace(several[0], edge_guides=()))
     if edit is not None:
         edit(spec)
     compiled = plain_model(spec, own[0].dt)
     shared = to_mjx(compiled, compiled.qpos0)
-    scenes = [lay_out(c, BELTS[belt](), o, p) for c, o, p in zip(cases, own, several, strict=True)]
+    scenes = [lay_out(c, BELT_MODELS[belt](), o, p) for c, o, p in zip(cases, own, several, strict=True)]
     return [_prepare_one(scene, belt, features, compiled, *shared) for scene in scenes]
 
 
 def _prepare_one(
     scene: SceneLayout, belt: str, features: ActiveFeatures, compiled: mujoco.MjModel, m: mjx.Model, d: mjx.Data
 ) -> PreparedCase:
-    shape, arrays = belt_arrays(scene, belt, features)
-    nodes, wraps, pose = lay_belt(scene)
-    case, mesh = scene.case, scene.mesh
+    shape, arrays = belt_arrays(scene, features)
+    wraps, pose = lay_pulleys(scene, arrays)
+    case = scene.case
     m = with_numbers_of(m, scene, compiled)
-    qpos = np.array(d.qpos)
-    qpos[-nodes.size :] = (mesh.laid - mesh.rest).ravel()
-    qpos[TAIL_SLIDE] = scene.loop.centre_distance - float(case.rig.centre_distance)
-    qpos[HEAD_SPIN], qpos[TAIL_SPIN] = pose.spin
-    tail = [compiled.body(f"tail-{name}").id for name in ("carriage", "fork", "pulley")]
-    mass = float(np.asarray(m.body_mass)[tail].sum())
-    stretch = 2.0 * mesh.line_stiffness.sum() / float(case.rig.span_length)
-    drag = 2.0 * TAIL_DAMPING_RATIO * (stretch * mass) ** 0.5
-    inertia = float(np.asarray(m.dof_armature)[TAIL_SPIN] + compiled.body_inertia[tail[-1], 1])
-    numbers = mass, inertia, drag, drag * scene.parts.tail.radius**2, float(case.rig.centre_distance)
-    model = MjxModel(m, arrays, Tail(*map(np.array, numbers)), np.array(max(scene.options.settle, 1e-9)), shape)
+    tail = TailPulley.of(scene, compiled, np.asarray(m.body_mass), np.asarray(m.dof_armature))
+    model = MjxModel(m, arrays, TailPulley(*map(np.array, tail)), np.array(max(scene.options.settle, 1e-9)), shape)
     data = MjxData(
-        mjx=d.replace(qpos=jnp.asarray(qpos)),
+        mjx=d.replace(qpos=jnp.asarray(laid_coordinates(scene, *pose.spin))),
         wraps=wraps,
         pose=pose,
         on_tail=np.array([-2.0 * float(case.tension_force), 0.0]),

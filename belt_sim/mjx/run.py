@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 import jax
 import numpy as np
 
-from belt_sim.belt_mechanics.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
-from belt_sim.belt_mechanics.belt import ActiveFeatures, active_features
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, RunFailed
 from belt_sim.frame import Observer
 from belt_sim.jax_setup import Numbers as Array
 from belt_sim.jax_setup import in_float64
+from belt_sim.mjx.mjx_interface import stack_cases
 from belt_sim.mjx.model import (
     READING,
     Command,
@@ -26,8 +25,9 @@ from belt_sim.mjx.model import (
     plan_run,
     prepare,
 )
-from belt_sim.mjx.mujoco_mjx import stack_cases
 from belt_sim.mjx.step import step
+from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
+from belt_sim.mujoco3d.belt import ActiveFeatures, active_features
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.mujoco3d.recording import curves_of, frame_of
 from belt_sim.scene_parts import SceneParts

@@ -16,41 +16,38 @@ import jax
 import jax.numpy as jnp
 from mujoco import mjx
 
-from belt_sim.belt_mechanics.block_tridiagonal import factorise, solve_chain
-from belt_sim.belt_mechanics.chain import (
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mjx.mjx_interface import advance, apply_actuators, compute_multibody, node_masses, read_sensors
+from belt_sim.mjx.model import Command, MjxData, MjxModel, flat_of, nodes_of
+from belt_sim.mujoco3d.block_tridiagonal import factorise, solve_chain
+from belt_sim.mujoco3d.chain import (
     ChainLayout,
     anchor_positions,
     chain_forces,
     chain_stiffness,
-    couple_stiffness,
     cut_chain,
     pull_on_nodes,
     spans_blocks,
 )
-from belt_sim.belt_mechanics.loads import guide_forces, load_forces
-from belt_sim.belt_mechanics.pulleys import depth_at_ends, pose_of, reading, tail_derivatives, yaw_moments
-from belt_sim.belt_mechanics.wrap import (
-    FIRST,
+from belt_sim.mujoco3d.loads import guide_forces, load_forces
+from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
+from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
+from belt_sim.mujoco3d.pulleys import depth_at_ends, pose_of, tail_derivatives, yaw_moments
+from belt_sim.mujoco3d.recording import reading
+from belt_sim.mujoco3d.wrap import (
     HEAD,
-    LAST,
     TAIL,
     PoseArrays,
     WrapArrays,
     land_stations,
-    relax_layer,
-    release_station,
+    relax_layers,
+    release_stations,
     roll_anchors,
-    sink_ends,
+    sink_wraps,
     update_tangents,
 )
-from belt_sim.jax_setup import Numbers as Array
-from belt_sim.mjx.model import Command, MjxData, MjxModel, flat_of, nodes_of
-from belt_sim.mjx.mujoco_mjx import advance, apply_actuators, compute_multibody, node_masses, read_sensors
-from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
-from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
 
 _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
-_ENDS = (FIRST, LAST)
 
 
 def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
@@ -91,17 +88,14 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     goal = flat_of((joints - q[:STATION_JOINTS]) / h, (after - before) / h)
     d = read_sensors(m, advance(m, there.replace(qpos=q, qvel=v), (goal - v) / h))
     on_tail = _on_tail(model, data, command, after[..., places.stations], wraps, pose, places)
-    wraps = jax.vmap(lambda w, p: update_tangents(shape, w, p, after, h / SPAN_TIME))(wraps, pose)
-    wraps = land_stations(shape, belt, wraps, (data.pose, before), (pose, after), data.layer, moved, shaped)
-    for end in _ENDS:
-        wraps = jax.vmap(lambda w, s, p, end=end: release_station(shape, w, s, p, end, belt.chord))(
-            wraps, belt.surfaces, pose
-        )
+    wraps = jax.vmap(lambda w, p: update_tangents(w, p, after, h / SPAN_TIME))(wraps, pose)
+    wraps = land_stations(belt, wraps, (data.pose, before), (pose, after), data.layer, moved, shaped)
+    wraps = release_stations(belt, wraps, pose)
     layer = data.layer
     if layer is not None:
-        layer = relax_layer(belt, layer, wraps, pose, after, command.share, jnp.minimum(h / LAYER_TIME, 1.0))
+        layer = relax_layers(belt, layer, wraps, pose, after, command.share, jnp.minimum(h / LAYER_TIME, 1.0))
     tail_x = pose.centre[TAIL, 0]
-    read = reading(shape, belt, after, wraps, tail_x, command.share)
+    read = reading(shape, belt, after, wraps.first, wraps.last, tail_x, command.share)
     read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])
     return MjxData(d, wraps, pose, on_tail, command.travel, turned, layer, read)
 
@@ -126,18 +120,16 @@ def _move_pulleys(
     """Forces on all coordinates [N, N m], and the pulleys' joints after the step (5,); see machine.py."""
     belt, tail, h, sign = model.belt, model.tail, model.dt, model.shape.sign
     q, v = data.mjx.qpos, data.mjx.qvel
-    radius = belt.surfaces.radius
-    slide = belt.load + data.on_tail[0] - tail.slide_drag * v[TAIL_SLIDE] + actuators[TAIL_SLIDE]
-    rim = sign * (command.speed - command.acceleration * h) / radius[TAIL]
-    moment = data.on_tail[1] + tail.inertia * sign * command.acceleration / radius[TAIL]
-    moment = moment - tail.spin_drag * (v[TAIL_SPIN] - rim) + actuators[TAIL_SPIN]
+    rim, rates = sign * (command.speed - command.acceleration * h), (v[TAIL_SLIDE], v[TAIL_SPIN])
+    slide, moment = tail.forces(belt.load, data.on_tail, rates, rim, sign * command.acceleration)
+    slide, moment = slide + actuators[TAIL_SLIDE], moment + actuators[TAIL_SPIN]
     applied = jnp.zeros_like(q).at[TAIL_SLIDE].set(slide).at[TAIL_SPIN].set(moment)
     free = 1.0 - belt.length  # 0 where the slide is fixed
     yaw = command.yaw if turned is None else command.yaw + turned
     joints = q[:STATION_JOINTS]
     joints = joints.at[TAIL_SLIDE].add(free * h * (v[TAIL_SLIDE] + h * slide / tail.mass))
     joints = joints.at[TAIL_SPIN].add(h * (v[TAIL_SPIN] + h * moment / tail.inertia))
-    joints = joints.at[HEAD_SPIN].set(sign * command.travel / radius[HEAD])
+    joints = joints.at[HEAD_SPIN].set(sign * command.travel / belt.surfaces.radius[HEAD])
     return applied, joints.at[HEAD_YAW].set(yaw[HEAD]).at[TAIL_YAW].set(yaw[TAIL])
 
 
@@ -158,11 +150,7 @@ def _sink_wraps(
         stands = (command.speed == 0.0) & (command.travel >= 0.0)
         rolled = jnp.where(stands, pose.axes[:, 2, 1] - data.pose.axes[:, 2, 1], 0.0)
         wraps = jax.vmap(roll_anchors)(belt.surfaces, wraps, pose, rolled)
-    for end in _ENDS:
-        wraps = jax.vmap(lambda w, s, p, end=end: sink_ends(shape, w, s, p, end, belt.chord, moved, shaped))(
-            wraps, belt.surfaces, pose
-        )
-    return wraps
+    return sink_wraps(shape, belt, wraps, pose, moved, shaped)
 
 
 def _implicit(
@@ -209,7 +197,8 @@ def _implicit(
 
 def _twist(model: MjxModel, data: MjxData, wraps: WrapArrays, pose: PoseArrays, places: ChainLayout) -> Array:
     tension = jnp.maximum(-0.5 * data.on_tail[0], 0.0)
-    return couple_stiffness(model.belt, depth_at_ends(model.shape, wraps, model.belt, pose), places, tension)
+    behind = depth_at_ends(wraps, model.belt, pose)
+    return model.belt.twist.of_cells(model.belt.chord, places.ends, behind, tension, model.shape.stations)
 
 
 def _on_tail(

@@ -1,9 +1,10 @@
 """The belt in three dimensions: MuJoCo scenes of ropes, grids of bonded particles and flex membranes.
 
-mesh: where the nodes are and what ties them; wrap: the belt on a pulley; loads: what else acts on the nodes; machine:
-the scene and its pulleys; run: the stages, one step, what is recorded. state.py is what a step reads and writes,
-options.py how a run is made, mujoco_4.py all that is assumed of MuJoCo. model.py, which nothing else here needs, makes
-it a model that effects act on.
+The scene: loop (where a belt at rest lies), mesh (its nodes and what ties them), machine (the MJCF), options, stages.
+The mechanics, once for NumPy and JAX (arrays): belt (a case as arrays), wrap (the belt on a pulley), rope (one without
+bending stiffness), loads, pulleys, recording (readings). For the engines on JAX alone: elastic, chain,
+block_tridiagonal, batch. The engine in time: engine, contact, friction, state, mujoco_interface (all that is assumed of
+MuJoCo); rolling_contact is MuJoCo's contact instead. model makes it a model that effects act on.
 """
 
 from typing import TYPE_CHECKING, Any

@@ -1,10 +1,12 @@
 """A run in three dimensions: case in, curves out. One step is pulleys, springs, forces, MuJoCo, contact."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
+import jax
 import mujoco
 import numpy as np
 
@@ -13,128 +15,101 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.files import write_text
 from belt_sim.frame import Observer, SceneObserver
+from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays, active_features, belt_arrays, surfaces_of
+from belt_sim.mujoco3d.contact import lay_wraps, update_contact
+from belt_sim.mujoco3d.elastic import twist_forces
 from belt_sim.mujoco3d.friction import WrapStiffness
-from belt_sim.mujoco3d.loads import (
-    DistributedLoads,
-    EdgeGuideSprings,
-    NodeLoad,
-    PushLoads,
-    Torsion,
-    loads_on_pulleys,
-    pull_on_nodes,
-)
-from belt_sim.mujoco3d.machine import Drive, Pulleys, SceneLayout, build_scene
-from belt_sim.mujoco3d.mesh import BeltModel, Chain, Grid, Membrane, Mesh, drag_coefficients
-from belt_sim.mujoco3d.mujoco_4 import Solver, Springs, compile_model, mjcf
+from belt_sim.mujoco3d.loads import guide_forces, load_forces
+from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
+from belt_sim.mujoco3d.mesh import BELT_MODELS, Mesh, drag_coefficients
+from belt_sim.mujoco3d.mujoco_interface import Solver, Springs, compile_model, mjcf
 from belt_sim.mujoco3d.options import (
     BELTS,
     CONTACTS,
-    FURTHEST_KINK,
     KINK_STATIONS,
+    LAYER_TIME,
     Options,
     contact_options,
     fit_options,
     is_limp,
 )
+from belt_sim.mujoco3d.pulleys import Pulleys, laid_poses, loads_on_pulleys
 from belt_sim.mujoco3d.recording import Recorder
 from belt_sim.mujoco3d.rolling_contact import Edited, build_contact, run_contact
-from belt_sim.mujoco3d.stages import Stage, run_stages
-from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, RunState, Wrap, cylinder_coordinates
+from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
+from belt_sim.mujoco3d.stages import Drive, Stage, run_stages
+from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.stress_free import RestLengths
 from belt_sim.mujoco3d.wrap import (
     FIRST,
+    HEAD,
     LAST,
-    BendingLayer,
-    depth,
-    held_displacements,
-    lay_wraps,
-    move_anchors,
-    shape_pulleys,
-    update_contact,
+    TAIL,
+    anchor_places,
+    layer_displacements,
+    layer_of_fibres,
+    outer_depth,
+    sink_ends,
 )
 from belt_sim.scene_parts import SceneParts
 
-# How a belt without bending stiffness meets and leaves a pulley between two stations, and what damps its sway.
-#
-# Where such a belt runs off it has a kink, from the direction of the stations that lie on the pulley to that of the
-# span. If the span simply began at the last station held, each release would let its beginning jump by kink x chord
-# (10-18 um at 25 mm and a yaw of 0.042 deg). The spans of a limp belt ring with these jumps, and as the stations land
-# in step with them, each landing catches the same phase: the rate of drift comes out wrong by as much as a fifth. So
-# the span of a limp belt begins at the tangent point: the last station held stands on the straight line through the
-# tangent point and the first free station.
-#
-# At the run-up a yaw step makes such a kink. The belt on the pulley turns with it, and the span goes on from the
-# tangent point, which does not move. The outermost station held is up to half a chord before or behind that point and
-# the pulley would take it aside by yaw x this distance, and the span with it (15 um at 40 mm), for a span length of
-# travel. Before the tangent point a station belongs to the span and is not taken along; behind it, it is, but the
-# span's line goes through the tangent point until the next station lands.
-#
-# Belts with bending stiffness have no kink and need none of this.
+
+class NodeLoad(Protocol):
+    """Something that acts on the nodes during a step."""
+
+    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
+        """[N], shape (n, m, 3); springs: those that hold the nodes during the step."""
 
 
-def run_off(wrap: Wrap, sign: int) -> int:
-    """The last station held where the belt leaves; sign: +1 or -1, travel along station numbers."""
-    return wrap.last if sign > 0 else wrap.first
+@dataclass(frozen=True)
+class SectionCouples:
+    """The couples on the sections of the free spans that lines lack (elastic.TwistStiffness).
 
-
-def place_run_off_stations(mesh: Mesh, state: RunState, springs: Springs, sign: int) -> None:
-    """Before a step: put the last stations on the lines through the tangent points.
-
-    A station that has just become the last is moved there at once: the line then does not notice the change.
+    rest_roll [m], shape (n,): height of the first line above the last in the stress-free places.
     """
-    n = mesh.stations
-    for which, (wrap, pose) in enumerate(zip(state.wraps, state.poses, strict=True)):
-        last = run_off(wrap, sign)
-        k, landed, free = last % n, (last - sign) % n, (last + sign) % n
-        r, y, angle = cylinder_coordinates(mesh.at(springs.rest, [k, landed]), pose)
-        state.kink_slope[which] = slope = (y[1] - y[0]) / mesh.chord
-        beyond = _beyond_tangent(
-            mesh, mesh.at(state.slides, (last + sign * KINK_STATIONS) % n), pose, sign, r[0], angle[0]
+
+    belt: BeltArrays
+    surfaces: Sequence[SurfaceArrays]
+    rest_roll: np.ndarray
+
+    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
+        """The couples as vertical forces on the outer nodes; ``springs`` hold the landed sections."""
+        belt, n = self.belt, len(state.slides)
+        tension = max(-0.5 * float(state.loads[TAIL, 0]), 0.0)
+        ends = np.array([[w.first, w.last] for w in state.wraps])
+        behind = np.array(
+            [
+                [outer_depth(*pulley, end) for end in (FIRST, LAST)]
+                for pulley in zip(state.wraps, self.surfaces, state.poses, strict=True)
+            ]
         )
-        tangent = y[0] + slope * beyond
-        y_free = cylinder_coordinates(mesh.at(state.slides, free), pose)[1]
-        move = tangent + (y_free - tangent) * beyond / (beyond + mesh.chord) - y[0]
-        aside = move[:, None] * pose.axes[:, 1]
-        springs.rest[k] += aside
-        if last != state.run_off_stations[which]:
-            state.slides[k] += aside
-            state.run_off_stations[which] = last
+        stiffness = belt.twist.of_cells(belt.chord, ends, behind, tension, n)
+        roll = self.rest_roll + state.slides[:, 0, 2] - state.slides[:, -1, 2]
+        couple = twist_forces(roll, stiffness, belt.twist.cubic)
+        forces = np.zeros_like(state.slides)
+        forces[:, 0, 2] = couple - np.roll(couple, 1)
+        forces[:, -1, 2] = -forces[:, 0, 2]
+        return forces
 
 
-def hold_run_up_ends(mesh: Mesh, state: RunState, springs: Springs, sign: int) -> None:
-    """Before a step: keep the spans' ends at the tangent points while the pulleys at their run-ups are yawed."""
-    end = FIRST if sign > 0 else LAST
-    for which, (wrap, pose) in enumerate(zip(state.wraps, state.poses, strict=True)):
-        outer, yaw = run_off(wrap, -sign), math.atan2(-pose.axes[0, 1], pose.axes[1, 1])
-        if outer != state.run_up_stations[which]:
-            state.run_up_stations[which], state.run_up_offset[which] = outer, 0.0
-        k = outer % mesh.stations
-        inside = float(depth(wrap, pose, wrap.angle[k].mean(), end))
-        ahead = -end * inside * math.cos(wrap.tangent[(end + 1) // 2])  # along x
-        taken = (yaw - state.run_up_yaw[which]) * ahead
-        state.run_up_yaw[which] = yaw
-        if inside < 0.0:
-            wrap.y[k] -= taken
-            springs.rest[k] -= taken * pose.axes[:, 1]
-        else:
-            state.run_up_offset[which] += taken
-        springs.rest[k] -= state.run_up_offset[which] * pose.axes[:, 1]
+@dataclass(frozen=True)
+class SpanLoads:
+    """Loads at a place of the spans or all along them, as they set in."""
 
+    belt: BeltArrays
+    mesh: Mesh
 
-def _beyond_tangent(mesh: Mesh, far: np.ndarray, pose: Pose, sign: int, r: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """How far the last nodes held, at radius r and material angle, are beyond the tangent point [m], shape (m,).
-
-    far [m], shape (m, 3): nodes further along the span, to which it runs straight.
-    """
-    r_far, _, angle_far = cylinder_coordinates(far, pose)
-    ahead = r_far * np.sin(sign * (angle_far - angle))
-    beyond = r * np.arctan2(r_far * np.cos(angle_far - angle) - r, ahead)
-    return np.clip(beyond, -FURTHEST_KINK * mesh.chord, FURTHEST_KINK * mesh.chord)
+    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
+        belt = self.belt
+        assert belt.loads is not None
+        nodes = self.mesh.nodes(state.slides)
+        forces = load_forces(belt.loads, belt.chord, belt.stiffness, belt.line_y, belt.mass, nodes)
+        return state.share * np.moveaxis(forces, -1, 0)
 
 
 @dataclass(frozen=True)
 class SwayDrag:
-    """What is added to the drag of the nodes' slides, so that it acts against waves only.
+    """What is added to the drag of the slides of a limp belt's nodes, so that it acts against waves only.
 
     sign: +1 or -1, travel along station numbers; drag [N s/m], shape (m,): sideways damping of a node; dt [s].
     """
@@ -149,16 +124,15 @@ class SwayDrag:
 
         At the tangent point (theta its direction) that is v (theta + slope), at the run-up it is the pulley's.
         """
-        mesh, forces = self.mesh, np.zeros_like(state.slides)
+        mesh, forces, y = self.mesh, np.zeros_like(state.slides), self.mesh.rest[..., 1] + state.slides[..., 1]
         if state.speed == 0.0:
             return forces
         for begins, ends in ((HEAD, TAIL), (TAIL, HEAD)):
             wrap, first = state.wraps[ends], state.run_off_stations[begins]
-            landed = wrap.first if self.sign > 0 else wrap.last
+            landed = (wrap.first, wrap.last)[run_up_end(self.sign)]
             links = self.sign * (landed - first) % mesh.stations
             k = (first + self.sign * np.arange(1, links + 1)) % mesh.stations
-            y = mesh.at(state.slides, k[-1])[:, 1]
-            theta = (y - mesh.at(state.slides, k[0])[:, 1]) / (mesh.chord * (links - 1))
+            theta = (y[k[-1]] - y[k[0]]) / (mesh.chord * (links - 1))
             at_run_off = state.speed * (theta + state.kink_slope[begins])
             at_run_up = (springs.rest[k[-1]] - state.slides[k[-1]])[:, 1] / self.dt
             share = np.arange(1, links)[:, None] / links
@@ -169,78 +143,66 @@ class SwayDrag:
 @dataclass(frozen=True)
 class Engine:
     """What acts on a state. tangent: None for a belt that only sticks; rest_lengths: None without camber and residual
-    stress; limp: without bending stiffness in its spans; layer: None for a belt that leaves a pulley like a thread."""
+    stress; shape, belt, surfaces: the case as arrays."""
 
     scene: SceneLayout
     solver: Solver
+    shape: BatchShape
+    belt: BeltArrays
+    surfaces: Sequence[SurfaceArrays]
     pulleys: Pulleys
     loads: tuple[NodeLoad, ...]
-    guides: EdgeGuideSprings
     tangent: WrapStiffness | None
     rest_lengths: RestLengths | None
-    limp: bool
-    layer: BendingLayer | None
 
     @staticmethod
-    def of(scene: SceneLayout, solver: Solver, limp: bool) -> "Engine":
+    def of(scene: SceneLayout, solver: Solver) -> "Engine":
         """For a compiled scene."""
-        mesh, options = scene.mesh, scene.options
-        pulleys = Pulleys.of(scene, solver)
-        loads: list[NodeLoad] = []
+        mesh, options, parts = scene.mesh, scene.options, scene.parts
+        shape, belt = belt_arrays(scene, active_features([parts])._replace(slips=False))
+        belt = jax.tree.map(lambda v: v if v.ndim else float(v), belt)
+        surfaces, loads = surfaces_of(belt), list[NodeLoad]()
         if mesh.across > 1:
-            loads.append(Torsion.of(scene.case.belt, mesh))
-        parts = scene.parts
-        if parts.pushes:
-            loads.append(PushLoads(parts.pushes, mesh))
-        if parts.lean or parts.roll:
-            loads.append(DistributedLoads(parts.lean * parts.gravity, parts.roll, mesh))
-        if limp:
-            loads.append(SwayDrag(mesh, int(pulleys.sign), options.damping * mesh.mass, options.dt))
+            loads.append(SectionCouples(belt, surfaces, mesh.rest[:, 0, 2] - mesh.rest[:, -1, 2]))
+        if belt.loads is not None:
+            loads.append(SpanLoads(belt, mesh))
+        if shape.limp:
+            loads.append(SwayDrag(mesh, shape.sign, options.damping * mesh.mass, options.dt))
         curved = parts.camber is not None or mesh.residual
         rest_lengths = RestLengths.of(mesh, solver) if curved else None
         if rest_lengths is not None and mesh.residual:
             solver.set_rest_lengths(rest_lengths.lengths(0.0))
         slides = math.isfinite(parts.friction) or options.tensioning == "koller"
-        return Engine(
-            scene=scene,
-            solver=solver,
-            pulleys=pulleys,
-            loads=tuple(loads),
-            guides=EdgeGuideSprings(parts.edge_guides, mesh),
-            tangent=WrapStiffness.of(mesh, scene.loop, solver, options.dt) if slides else None,
-            rest_lengths=rest_lengths,
-            limp=limp,
-            layer=BendingLayer.of(scene.case, mesh, parts.lift_off, options.dt) if parts.lift_off else None,
-        )
+        tangent = WrapStiffness.of(mesh, scene.loop, solver, options.dt) if slides else None
+        pulleys = Pulleys.of(scene, surfaces, solver.model)
+        return Engine(scene, solver, shape, belt, surfaces, pulleys, tuple(loads), tangent, rest_lengths)
 
     def lay(self) -> RunState:
         """The belt laid round the pulleys, at rest."""
-        scene, poses = self.scene, self.pulleys.laid()
-        mesh = scene.mesh
-        slides = mesh.laid - mesh.rest
-        radii = scene.parts.head.radius, scene.parts.tail.radius
-        wraps = lay_wraps(mesh, scene.loop, slides, poses, radii)
-        pull = pull_on_nodes(mesh, self.solver, slides, scene.parts.gravity)
-        joints = self.pulleys.joints(poses)
-        return RunState(
+        scene, mesh, sign, poses = self.scene, self.scene.mesh, self.shape.sign, laid_poses(self.scene)
+        wraps = lay_wraps(scene, self.belt, poses)
+        joints, slides = np.split(laid_coordinates(scene, poses[HEAD].spin, poses[TAIL].spin), [STATION_JOINTS])
+        state = RunState(
             joints=joints,
             joint_rates=np.zeros_like(joints),
-            slides=slides,
-            slide_rates=np.zeros_like(slides),
+            slides=slides.reshape(mesh.rest.shape),
+            slide_rates=np.zeros(mesh.rest.shape),
             poses=poses,
             wraps=wraps,
-            loads=loads_on_pulleys(mesh, slides, pull, wraps, poses),
-            run_off_stations=[run_off(wrap, int(self.pulleys.sign)) for wrap in wraps],
-            kink_slope=np.zeros((2, mesh.across)),
-            run_up_stations=[run_off(wrap, -int(self.pulleys.sign)) for wrap in wraps],
+            layers=[np.zeros((2, mesh.across, 2)) for _ in wraps],
+            slip_increments=[np.zeros((mesh.across, 2, mesh.stations)) for _ in wraps],
             travel=-scene.early,
+            kinks=[RopeKinks.of(wrap, sign) for wrap in wraps],
+            run_off_stations=[(wrap.first, wrap.last)[run_off_end(sign)] for wrap in wraps],
+            kink_slope=np.zeros((2, mesh.across)),
         )
+        state.loads = loads_on_pulleys(state, mesh.nodes(state.slides), self._pull(state))
+        return state
 
     def step(self, state: RunState, drive: Drive) -> None:
         """One step of the state, whose travel, speed, time and yaw are those of its end already (``command``)."""
-        scene, solver = self.scene, self.solver
-        joint_forces = self.pulleys.advance(state, drive, scene.options.dt)
-        move_anchors(state, scene.mesh.chord)
+        scene, solver, belt, dt = self.scene, self.solver, self.belt, self.scene.options.dt
+        joint_forces = self.pulleys.advance(state, drive, dt)
         springs = self._springs(state)
         forces = np.zeros_like(state.slides)
         for load in self.loads:
@@ -252,36 +214,80 @@ class Engine:
         if solver.diverged:
             raise RunFailed(f"the belt's acceleration grew without bound at {state.time:.3f} s: halve options.dt")
         self.pulleys.read(state)
-        for wrap in state.wraps:
-            state.slides[wrap.stations] = springs.rest[wrap.stations]
-        pull = pull_on_nodes(scene.mesh, solver, state.slides, scene.parts.gravity)
-        state.loads = loads_on_pulleys(scene.mesh, state.slides, pull, state.wraps, state.poses)
-        update_contact(scene.mesh, state, pull, scene.options.dt, drive.friction, self.tangent)
-        if self.layer is not None:
-            self.layer.follow(state)
+        for which in (HEAD, TAIL):
+            held = state.held(which)
+            state.slides[held] = springs.rest[held]
+        nodes, pull = scene.mesh.nodes(state.slides), self._pull(state)
+        state.loads = loads_on_pulleys(state, nodes, pull)
+        update_contact(belt, self.surfaces, state, nodes, pull, dt, drive.friction, self.tangent)
+        if belt.fibres is not None:
+            for layer, *pulley in zip(state.layers, state.wraps, self.surfaces, state.poses, strict=True):
+                layer += (layer_of_fibres(belt, state.share, nodes, *pulley) - layer) * min(dt / LAYER_TIME, 1.0)
+
+    def _pull(self, state: RunState) -> np.ndarray:
+        """Forces of belt and weight [N] on the nodes, shape (m, 3, n)."""
+        pull = self.solver.elastic_forces(state.slides)
+        pull[..., 2] -= self.scene.mesh.mass * self.scene.parts.gravity
+        return np.moveaxis(pull, 0, -1)
 
     def _springs(self, state: RunState) -> Springs:
-        """All that holds nodes in the coming step: anchors on the pulleys, and guides beside the spans."""
-        mesh, springs = self.scene.mesh, Springs.none(state.slides.shape)
-        for wrap, pose in zip(state.wraps, state.poses, strict=True):
-            springs.rest[wrap.stations] = wrap.place(pose) - mesh.rest[wrap.stations]
-            if self.layer is not None:
-                springs.rest[wrap.stations] += held_displacements(wrap, pose, mesh)
-            springs.stiffness[wrap.stations] = self.scene.options.hold_stiffness
-        if self.limp:
-            hold_run_up_ends(mesh, state, springs, int(self.pulleys.sign))
-            place_run_off_stations(mesh, state, springs, int(self.pulleys.sign))
-        self.guides.press(state, springs)
+        """All that holds nodes in the coming step: anchors on the pulleys, where these will be at its end, and guides
+        beside the spans."""
+        mesh, belt, limp, springs = self.scene.mesh, self.belt, self.shape.limp, Springs.none(state.slides.shape)
+        for which, pose in enumerate(state.poses):
+            wrap, surface, moved = state.wraps[which], self.surfaces[which], state.rolled[which]
+            zone = int(surface.sinking) + 2
+            for end in (FIRST, LAST):
+                wrap = sink_ends(wrap, surface, pose, end, zone, belt.chord, moved, state.shaped)
+            if limp:
+                wrap, state.kinks[which] = hold_run_up_end(wrap, surface, pose, state.kinks[which], self.shape.sign)
+            state.wraps[which], k = wrap, state.held(which)
+            turned = wrap.angle[:, k] + pose.spin
+            places = anchor_places(wrap.r[:, k], wrap.y[:, k], turned, pose.axes[..., None], pose.centre[:, None])
+            if belt.fibres is not None:
+                places += layer_displacements(belt, wrap, surface, pose, state.layers[which], k)
+            springs.rest[k] = np.moveaxis(places, -1, 0) - mesh.rest[k]
+            springs.stiffness[k] = self.scene.options.hold_stiffness
+            if limp:
+                self._straighten_ends(state, which, springs)
+        if belt.guides is not None:
+            self._press_guides(state, springs)
         return springs
+
+    def _straighten_ends(self, state: RunState, which: int, springs: Springs) -> None:
+        """Put the outermost stations of a limp belt on the lines through the tangent points.
+
+        A station that has just become the last is moved there at once: the line then does not notice the change.
+        """
+        wrap, pose, kink, sign = state.wraps[which], state.poses[which], state.kinks[which], self.shape.sign
+        n, mesh = self.shape.stations, self.scene.mesh
+        springs.rest[kink.station % n] -= kink.offset * pose.axes[:, 1]
+        last = (wrap.first, wrap.last)[run_off_end(sign)]
+        free, far = (mesh.rest[k] + state.slides[k] for k in ((last + sign * i) % n for i in (1, KINK_STATIONS)))
+        move, state.kink_slope[which] = run_off_line(wrap, pose, sign, free, far, self.belt.chord)
+        aside = move[:, None] * pose.axes[:, 1]
+        springs.rest[last % n] += aside
+        if last != state.run_off_stations[which]:
+            state.slides[last % n] += aside
+            state.run_off_stations[which] = last
+
+    def _press_guides(self, state: RunState, springs: Springs) -> None:
+        """A free node beyond a roller's face gets a spring that pushes the edge back to it."""
+        belt, nodes = self.belt, self.scene.mesh.nodes(state.slides)
+        assert belt.guides is not None
+        free = np.ones(self.shape.stations, bool)
+        for which in (HEAD, TAIL):
+            free[state.held(which)] = False
+        press = guide_forces(belt.guides, belt.chord, belt.stiffness / belt.stiffness.sum(), nodes, free)
+        k = np.flatnonzero(press.stiffness[0])
+        springs.stiffness[k, :, 1] = press.stiffness[:, k].T
+        springs.rest[k, :, 1] = state.slides[k, :, 1] + (press.force[:, k] / press.stiffness[:, k]).T
 
 
 def apply_command(state: RunState, drive: Drive, dt: float) -> None:
     """What the machine is told counts from the beginning of the step."""
     state.time += dt
     state.travel, state.speed, state.yaw, state.share = drive.travel, drive.speed, drive.yaw, drive.share
-
-
-BELT_MODELS: dict[str, Callable[[], BeltModel]] = {"rope": Chain, "grid": Grid, "flex": Membrane}
 
 
 def simulate(
@@ -354,7 +360,7 @@ class SpaceRun:
         model = compile_model(spec)
         if scene_path is not None:
             write_text(scene_path, mjcf(spec))
-        engine = Engine.of(scene, Solver(model, scene.mesh.rest.shape), is_limp(belt, options))
+        engine = Engine.of(scene, Solver(model, scene.mesh.rest.shape))
         return SpaceRun(scene, engine, engine.lay())
 
     def stages(self, travel: float) -> list[Stage]:
@@ -386,7 +392,7 @@ class SpaceRun:
             apply_command(state, drive, scene.options.dt)
             if stage.recorded and recorder.start is None and state.travel >= 0.0:
                 recorder.begin(state)
-                shape_pulleys(state, scene.parts)
+                state.shaped = 1.0
             self.engine.step(state, drive)
             if stage.recorded:
                 recorder.step(state)

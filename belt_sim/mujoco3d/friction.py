@@ -12,8 +12,7 @@ import numpy as np
 
 from belt_sim.mujoco3d.loop import LaidLoop
 from belt_sim.mujoco3d.mesh import Mesh
-from belt_sim.mujoco3d.mujoco_4 import Solver
-from belt_sim.mujoco3d.state import Wrap
+from belt_sim.mujoco3d.mujoco_interface import Solver
 
 _PROBE = 1e-6  # [m], a strain of 4e-5 of a link
 _IN_PLANE = (1, 0)  # y and x of the upper span: along the axis and along the turn on a pulley
@@ -171,21 +170,3 @@ def _newton(force, limit, stiffness, slip) -> tuple[np.ndarray, float]:
         if share <= _SHORTEST:
             return slip, 0.0
     return slip + share * change, share
-
-
-def slide_anchors(wrap: Wrap, holding: np.ndarray, friction: float, tangent: WrapStiffness) -> float:
-    """Move the anchors of nodes whose tangential force exceeds friction [1] x pressure; mean lateral slip [m].
-
-    A return mapping on the holding forces of a wrap, as one system, without inertia. holding [N], shape (held, m, 3):
-    forces of the pulley on the nodes outwards, along the axis, along the turn.
-    """
-    k = wrap.stations
-    limit = friction * np.maximum(holding[..., 0], 0.0)
-    if np.all(np.hypot(holding[..., 1], holding[..., 2]) <= limit):
-        wrap.slip_increment[k] = 0.0
-        return 0.0
-    stiffness, guess = tangent.wrap(wrap.first, len(k)), wrap.slip_increment[k]
-    increment = slip_increments(holding[..., 1:].reshape(-1, 2), limit.ravel(), stiffness, guess.reshape(-1, 2))
-    increment = increment.reshape(guess.shape)
-    wrap.slip(increment)
-    return float(increment[..., 0].mean())

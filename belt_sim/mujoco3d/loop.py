@@ -7,6 +7,8 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.arrays import library_of
 
 _TANGENT_SWEEPS = 16  # each shrinks the error of the tangent points by (pulley radius) x (curvature of the span)
 
@@ -73,37 +75,34 @@ def sinking_chords(chord: float, radius: float) -> int:
     return min(max(int(0.5 * math.pi * radius / chord) - 3, 1), _SINKING)
 
 
-def lift(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
+def lift(depth: Array, chord: Array, radius: Array, along: Array | None = None) -> Array:
     """Height above the circle [m] of stations that lie ``depth`` [m] behind the place where the belt meets the pulley.
 
-    Straight up to half a chord, then a cubic to 0 with the slope of either side.
+    Straight up to half a chord, then a cubic to 0 with the slope of either side; along: ``sinking_chords``.
     """
-    along = sinking_chords(chord, radius)
-    straight = radius / np.cos(np.minimum(depth, 0.5 * chord) / radius) - radius
-    t = _sunk_share(depth, chord, radius)
-    left = (1.0 - t) * (1.0 - t)
-    return straight * left * (1.0 + 2.0 * t) + (0.5 * chord**2 / radius * along) * t * left
+    xp = library_of(depth)
+    along = sinking_chords(chord, radius) if along is None else along
+    straight = radius / xp.cos(xp.minimum(depth, 0.5 * chord) / radius) - radius
+    t = _sunk_share(depth, chord, along)
+    return straight * fade(depth, chord, along) + (0.5 * chord**2 / radius * along) * t * (1.0 - t) ** 2
 
 
-def fade(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
+def fade(depth: Array, chord: Array, along: Array) -> Array:
     """From 1 on the straight part of the path to 0 on the circle, with level ends."""
-    t = _sunk_share(depth, chord, radius)
-    return (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t)
+    t = _sunk_share(depth, chord, along)
+    return (1.0 - t) ** 2 * (1.0 + 2.0 * t)
 
 
-def _sunk_share(depth: np.ndarray, chord: float, radius: float) -> np.ndarray:
+def _sunk_share(depth: Array, chord: Array, along: Array) -> Array:
     """Share of the way from the straight part of the path to the circle."""
-    return np.minimum(np.maximum((depth / chord - 0.5) / sinking_chords(chord, radius), 0.0), 1.0)
+    xp = library_of(depth)
+    return xp.minimum(xp.maximum((depth / chord - 0.5) / along, 0.0), 1.0)
 
 
-def chord_angle(chord, across, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
-    """Angle [rad] between places ``chord`` [m] from another, at radii r1, r2 and ``across`` [m] along the axis."""
-    return chord_angle_flat(chord**2 - across**2, r1, r2)
-
-
-def chord_angle_flat(flat: np.ndarray, r1: np.ndarray, r2: np.ndarray) -> np.ndarray:
-    """The same for chords whose square, without what goes along the axis, is ``flat`` [m2]."""
-    return 2.0 * np.arcsin(np.sqrt((flat - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
+def chord_angle(square: Array, r1: Array, r2: Array) -> Array:
+    """Angle [rad] between places at radii r1, r2 [m]; square [m2]: of their distance in the plane of the pulley."""
+    xp = library_of(r1)
+    return 2.0 * xp.arcsin(xp.sqrt((square - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
 
 
 _CHORD_SWEEPS = 12  # the chord is right to rounding after a few
@@ -239,6 +238,6 @@ def _wrap_stations(
     angle = turn.copy()
     for _ in range(_PATH_SWEEPS):
         r = circle + sum(path(radius * depth, chord, radius) for depth in (angle - meets[0], meets[1] - angle))
-        steps = np.concatenate([[0.0], np.cumsum(chord_angle(chord, 0.0, r[1:], r[:-1]))])
+        steps = np.concatenate([[0.0], np.cumsum(chord_angle(chord**2, r[1:], r[:-1]))])
         angle = turn[middle] + steps - steps[middle]
     return np.stack([x + r * np.sin(angle), r * np.cos(angle)], axis=1)

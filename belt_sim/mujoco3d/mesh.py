@@ -15,7 +15,7 @@ from belt_sim.case import Case
 from belt_sim.errors import InputError
 from belt_sim.mujoco3d.calibration import calibrate, matching_width, zigzag
 from belt_sim.mujoco3d.loop import LaidLoop
-from belt_sim.mujoco3d.mujoco_4 import STRETCH_ONLY
+from belt_sim.mujoco3d.mujoco_interface import STRETCH_ONLY
 from belt_sim.mujoco3d.options import Options
 
 _NODE_RADIUS = 2e-3  # [m], only seen
@@ -68,13 +68,15 @@ class Mesh:
         ends = np.clip((np.arange(self.across + 1) - 0.5) / max(self.across - 1, 1), 0.0, 1.0) - 0.5
         return self.residual * (1.0 - 4.0 * np.diff(ends**3) / np.diff(ends))
 
-    def at(self, slides: np.ndarray, stations) -> np.ndarray:
-        """Positions [m] of the nodes of stations when all have slid by ``slides`` [m], shape (n, m, 3)."""
-        return self.rest[stations] + slides[stations]
+    def nodes(self, slides: np.ndarray) -> np.ndarray:
+        """Places of the nodes [m], shape (m, 3, n), that have slid by ``slides`` [m], shape (n, m, 3)."""
+        return np.moveaxis(self.rest + slides, 0, -1)
 
 
 class BeltModel(Protocol):
-    """Builds one kind of belt."""
+    """Builds one kind of belt: "rope", "grid" or "flex"."""
+
+    kind: str
 
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         """Where the nodes are."""
@@ -137,6 +139,8 @@ def add_nodes(spec: mujoco.MjSpec, mesh: Mesh, *, sites: bool) -> None:
 class Chain:
     """One line of particles; every link is a spatial tendon of stiffness EA / length."""
 
+    kind = "rope"
+
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         return lay_mesh(case, loop, float(case.belt.width), 1)
 
@@ -160,6 +164,8 @@ def add_bond(spec: mujoco.MjSpec, mesh: Mesh, one: tuple[int, int], other: tuple
 
 class Grid:
     """Every bond is a spatial tendon, a spring along the line between two nodes."""
+
+    kind = "grid"
 
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         m = options.across
@@ -197,6 +203,8 @@ class Grid:
 class Membrane:
     """Flex triangles between the stations, diagonals alternating so that the mesh has no preferred side."""
 
+    kind = "flex"
+
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         if options.across < 2:
             raise InputError("options.across", options.across, "nodes", "a membrane needs 2 or more")
@@ -220,3 +228,6 @@ class Membrane:
         flex.contype = flex.conaffinity = 0
         flex.radius = 1e-3
         flex.rgba = [0.75, 0.78, 0.82, 1.0]
+
+
+BELT_MODELS: dict[str, type[BeltModel]] = {belt.kind: belt for belt in (Chain, Grid, Membrane)}

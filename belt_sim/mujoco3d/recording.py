@@ -3,17 +3,21 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
-from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.frame import Frame, Observer
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.arrays import library_of
+from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, belt_arrays
+from belt_sim.mujoco3d.elastic import strains
 from belt_sim.mujoco3d.machine import SceneLayout
-from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import AXIS_STATIONS, RUNAWAY, RUNUP_LINKS
-from belt_sim.mujoco3d.state import HEAD, TAIL, RunState
+from belt_sim.mujoco3d.state import RunState
+from belt_sim.mujoco3d.wrap import HEAD, TAIL
 
 #: rows of a reading
 POINTS, ANGLES, MOMENTS, EDGES, TILTS, SAGS, TENSION = (
@@ -28,74 +32,64 @@ POINTS, ANGLES, MOMENTS, EDGES, TILTS, SAGS, TENSION = (
 READING_SIZE = 17
 
 
-def reading(scene: SceneLayout, state: RunState) -> np.ndarray:
-    """y of points 1-4 [m], their angles [rad], entry moments [N m] and slack-edge stress [Pa] at the run-ups of the
-    upper and lower span, tilts [rad], sags [m], tension [N] at the upper run-up; shape (17,)."""
-    case, mesh, slides = scene.case, scene.mesh, state.slides
-    head, tail = state.wraps[HEAD], state.wraps[TAIL]
-    sign, tail_x, n = float(case.settings.direction), float(state.poses[TAIL].centre[0]), mesh.stations
-    out = np.empty(READING_SIZE)
-    for k, (station, x) in enumerate(((tail.first, tail_x), (tail.last, tail_x), (head.first, 0.0), (head.last, 0.0))):
-        out[k], slope = _at_axis(mesh, slides, station, x)
-        out[4 + k] = sign * slope
-    runups = (tail.first, head.first) if sign > 0 else (head.last, tail.last)
-    for k, station in enumerate(runups):
-        first = station - RUNUP_LINKS - 1 if sign > 0 else station + 1
-        tension, out[8 + k] = _section_forces(mesh, slides, first, float(case.belt.bending_stiffness))
-        out[10 + k] = _slack_edge(case, tension, out[8 + k])
-        if k == 0:
-            out[TENSION] = tension
+def reading(
+    shape: BatchShape, belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: Array, share: Array | float
+) -> Array:
+    """y of points 1-4 [m], their angles [rad], entry moments [N m] and slack-edge stresses [Pa] at the run-ups of the
+    upper and lower span, tilts [rad], sags [m], tension [N] at the upper run-up; shape (17,).
+
+    nodes [m], (m, 3, n); first, last, (2,): ends of the wraps of head and tail; tail_x [m]; share: of the camber.
+    """
+    xp, n, zero = library_of(nodes), shape.stations, 0.0 * tail_x
+    points = ((first[TAIL], tail_x), (last[TAIL], tail_x), (first[HEAD], zero), (last[HEAD], zero))
+    found = [_at_axis(belt, nodes, station, x) for station, x in points]
+    runups = (first[TAIL], first[HEAD]) if shape.sign > 0 else (last[HEAD], last[TAIL])
+    begins = [s - RUNUP_LINKS - 1 if shape.sign > 0 else s + 1 for s in runups]
+    forces = [_section_forces(belt, nodes, s, share) for s in begins]
+    edges = [t / belt.area - 6.0 * abs(m) / (belt.area * belt.width) for t, m in forces]
     # before the belt has gone round the numbers of the head's wrap lie below the tail's
-    head_lower = head.first + n * round((tail.last - head.first) / n + 0.5)
-    upper, lower = ((head.last + tail.first) // 2) % n, ((tail.last + head_lower) // 2) % n
-    out[TILTS] = [_tilt(mesh.at(slides, upper)), _tilt(mesh.at(slides, lower))]
-    level = scene.loop.radius_head
-    out[SAGS] = [level - mesh.at(slides, upper)[:, 2].mean(), -level - mesh.at(slides, lower)[:, 2].mean()]
-    return out
+    lower_head = first[HEAD] + n * xp.rint((last[TAIL] - first[HEAD]) / n + 0.5).astype(int)
+    middles = [((last[HEAD] + first[TAIL]) // 2) % n, ((last[TAIL] + lower_head) // 2) % n]
+    across = [nodes[0, :, k] - nodes[-1, :, k] for k in middles]
+    heights = [nodes[:, 2, k].mean() for k in middles]
+    return xp.stack(
+        [
+            *(y for y, _ in found),
+            *(shape.sign * slope for _, slope in found),
+            *(moment for _, moment in forces),
+            *edges,
+            *(xp.arctan2(a[2], a[1]) for a in across),
+            belt.level - heights[0],
+            -belt.level - heights[1],
+            forces[0][0],
+        ]
+    )
 
 
-def _nodes_from(mesh: Mesh, slides: np.ndarray, first: int, count: int) -> np.ndarray:
-    return mesh.at(slides, np.arange(first, first + count) % mesh.stations)
-
-
-def _at_axis(mesh: Mesh, slides: np.ndarray, station: int, x: float) -> tuple[float, float]:
+def _at_axis(belt: BeltArrays, nodes: Array, station: Array, x: Array) -> tuple[Array, Array]:
     """y and dy/ds of the centre line (s along station numbers) where the belt passes the pulley's axis."""
-    centre = _nodes_from(mesh, slides, station - AXIS_STATIONS, 2 * AXIS_STATIONS + 1).mean(axis=1)
-    ahead = centre[:, 0] - x
-    crossing = np.flatnonzero(ahead[1:-2] * ahead[2:-1] <= 0.0)
-    i = 1 + (int(crossing[0]) if len(crossing) else AXIS_STATIONS - 1)
+    xp = library_of(nodes)
+    k = (station - AXIS_STATIONS + np.arange(2 * AXIS_STATIONS + 1)) % nodes.shape[-1]
+    centre = nodes[:, :, k].mean(axis=0)
+    ahead = centre[0] - x
+    crosses = ahead[1:-2] * ahead[2:-1] <= 0.0
+    i = 1 + xp.where(crosses.any(), xp.argmax(crosses), AXIS_STATIONS - 1)
     share = ahead[i] / (ahead[i] - ahead[i + 1])
-    y = centre[i, 1] + share * (centre[i + 1, 1] - centre[i, 1])
-    slope = (centre[i + 2, 1] - centre[i - 1, 1]) / (3.0 * mesh.chord)
-    return float(y), float(slope)
+    y = centre[1, i] + share * (centre[1, i + 1] - centre[1, i])
+    return y, (centre[1, i + 2] - centre[1, i - 1]) / (3.0 * belt.chord)
 
 
-def _section_forces(mesh: Mesh, slides: np.ndarray, first: int, bending_stiffness: float) -> tuple[float, float]:
+def _section_forces(belt: BeltArrays, nodes: Array, first: Array, share: Array | float) -> tuple[Array, Array]:
     """Tension [N] and in-plane bending moment EI (kappa - kappa_c) [N m], mean over RUNUP_LINKS links.
 
     kappa = y'', kappa_c the natural curvature.
     """
-    nodes = _nodes_from(mesh, slides, first, RUNUP_LINKS + 1)
-    free = mesh.lengths[np.arange(first, first + RUNUP_LINKS) % mesh.stations]
-    strain = (np.linalg.norm(np.diff(nodes, axis=0), axis=2) / free - 1.0).mean(axis=0)
-    tension = float(mesh.line_stiffness @ strain)
-    if mesh.across == 1:
-        return tension, 0.0
-    weight = mesh.line_stiffness * mesh.line_y
-    return tension, -bending_stiffness * float(weight @ strain) / float(weight @ mesh.line_y)
-
-
-def _slack_edge(case: Case, tension: float, moment: float) -> float:
-    """Stress of the slacker edge of the real strip [Pa]: N / (b h) - 6 |M| / (b^2 h)."""
-    area, width = float(case.belt.area), float(case.belt.width)
-    return tension / area - 6.0 * abs(moment) / (area * width)
-
-
-def _tilt(nodes: np.ndarray) -> float:
+    k = (first + np.arange(RUNUP_LINKS + 1)) % nodes.shape[-1]
+    strain = strains(belt.ties, nodes, k, share)
     if len(nodes) == 1:
-        return 0.0
-    across = nodes[0] - nodes[-1]
-    return float(np.arctan2(across[2], across[1]))
+        return belt.stiffness[0] * strain[0], 0.0 * strain[0]
+    weight = belt.stiffness * belt.line_y
+    return belt.stiffness @ strain, -belt.bending * (weight @ strain) / (weight @ belt.line_y)
 
 
 def belt_edges(scene: SceneLayout, slides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -135,6 +129,17 @@ class Recorder:
     next_row: float = 0.0
     next_frame: float = -math.inf
 
+    @cached_property
+    def arrays(self) -> tuple[BatchShape, BeltArrays]:
+        """The belt that is read."""
+        return belt_arrays(self.scene, ActiveFeatures(cambered=self.scene.parts.camber is not None))
+
+    def reading(self, state: RunState) -> np.ndarray:
+        """Shape (17,), as ``reading``."""
+        nodes, x = self.scene.mesh.nodes(state.slides), float(state.poses[TAIL].centre[0])
+        first, last = np.array([[w.first for w in state.wraps], [w.last for w in state.wraps]])
+        return reading(*self.arrays, nodes, first, last, x, state.share)
+
     def begin(self, state: RunState) -> None:
         """Travel 0 has been reached: y counts from here."""
         self.start = self._read(state, 0.0)
@@ -169,16 +174,16 @@ class Recorder:
             self._frame(state, read, options.frame)
 
     def _read(self, state: RunState, travel: float) -> np.ndarray:
-        read, case = reading(self.scene, state), self.scene.case
+        read = self.reading(state)
         if not np.all(np.isfinite(read)):
             raise RunFailed(f"positions are not finite at travel {travel:.2f} m: halve options.dt")
-        if np.abs(read[POINTS]).max() > RUNAWAY * float(case.belt.width):
+        if np.abs(read[POINTS]).max() > RUNAWAY * float(self.scene.case.belt.width):
             where = int(np.argmax(np.abs(read[POINTS]))) + 1
             raise RunFailed(
                 f"y at point {where} = {read[where - 1]:.3f} m at travel {travel:.2f} m: the belt has run off its "
                 "pulleys; turn the yaw back earlier or shorten travel"
             )
-        sliding = [np.mean(wrap.sliding) for wrap in state.wraps]
+        sliding = [state.sliding_share(pulley) for pulley in (HEAD, TAIL)]
         tail_x = float(state.poses[TAIL].centre[0])
         return np.concatenate([read, state.slip, sliding, [tail_x, self.steps, state.speed, travel]])
 

@@ -24,16 +24,18 @@ from belt_sim.mujoco3d.machine import (
     STATION_JOINTS,
     TAIL_SLIDE,
     SceneLayout,
-    YawPlan,
-    add_cameras,
-    add_station,
+    laid_coordinates,
     lay_out,
+    pulleys_specification,
 )
 from belt_sim.mujoco3d.mesh import BeltModel, Mesh, node_name
-from belt_sim.mujoco3d.mujoco_4 import compile_model, mjcf, set_contact_solver, silence_expected_warnings
+from belt_sim.mujoco3d.mujoco_interface import compile_model, mjcf, set_contact_solver, silence_expected_warnings
 from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.pulleys import laid_poses
 from belt_sim.mujoco3d.recording import Recorder
-from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, RunState, Wrap
+from belt_sim.mujoco3d.stages import YawPlan
+from belt_sim.mujoco3d.state import RunState
+from belt_sim.mujoco3d.wrap import HEAD, TAIL, WrapArrays
 from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.si import DEGREE, N_PER_MM2
 
@@ -108,15 +110,8 @@ def build_contact(
     """
     _refuse_shapes(parts)
     scene = lay_out(case, belt, options, parts, path=_on_the_circle)
-    case, mesh, loop = scene.case, scene.mesh, scene.loop
-    spec = mujoco.MjSpec()
-    spec.modelname = "belt on two pulleys"
+    case, mesh, loop, spec = scene.case, scene.mesh, scene.loop, pulleys_specification(scene)
     set_contact_solver(spec, options.dt, parts.gravity)
-    spec.stat.extent = 2.0
-    spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
-    add_cameras(spec, float(case.rig.centre_distance))
-    add_station(spec, "head", 0.0, parts.head, loop.radius_head, case, options)
-    add_station(spec, "tail", float(case.rig.centre_distance), parts.tail, loop.radius_tail, case, options)
     belt.tie(spec, mesh, case, options)
     contact = contact or ContactLaw.of(options.dt, parts.friction, bool(spec.tendons))
     _add_defaults(spec, contact, loop.chord)
@@ -254,9 +249,7 @@ def _add_keys(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """``laid``: at rest, the sliders at the speed and the tension of the case; ``running``: at its speed, about to be
     yawed as the case's schedule ends."""
     mesh, case, settings = scene.mesh, scene.case, scene.case.settings
-    joints = np.zeros(STATION_JOINTS)
-    joints[TAIL_SLIDE] = scene.loop.centre_distance - float(case.rig.centre_distance)
-    qpos = np.concatenate([joints, (mesh.laid - mesh.rest).ravel()])
+    qpos = laid_coordinates(scene)
     pace = scene.options.run_speed * float(np.sign(float(settings.direction)))
     way = np.roll(mesh.laid, -1, axis=0) - np.roll(mesh.laid, 1, axis=0)
     way /= np.linalg.norm(way, axis=2, keepdims=True)
@@ -327,14 +320,15 @@ class ContactRun:
     def _laid(self) -> RunState:
         """The belt laid round the pulleys, at its speed, ``scene.early`` before travel 0."""
         mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key("running").id)
-        mesh, parts, qpos, qvel = self.scene.mesh, self.scene.parts, self.data.qpos, self.data.qvel
+        mesh, qpos, qvel = self.scene.mesh, self.data.qpos, self.data.qvel
         n, m = mesh.stations, mesh.across
-        wraps = Wrap.empty(parts.head, 0.0, n, m), Wrap.empty(parts.tail, 0.0, n, m)
-        poses = Pose(np.zeros(3), np.eye(3), 0.0), Pose(np.zeros(3), np.eye(3), 0.0)
+        nothing = np.zeros((m, 0))  # what holds a station is MuJoCo's contact: the wraps say only which lie there
         return RunState(
             joints=qpos[:STATION_JOINTS], joint_rates=qvel[:STATION_JOINTS],
             slides=qpos[STATION_JOINTS:].reshape(n, m, 3), slide_rates=qvel[STATION_JOINTS:].reshape(n, m, 3),
-            poses=poses, wraps=wraps, travel=-self.scene.early,
+            poses=laid_poses(self.scene), travel=-self.scene.early, layers=[],
+            wraps=[WrapArrays(0, 0, nothing, nothing, nothing, np.zeros(0), np.zeros(2)) for _ in range(2)],
+            slip_increments=[np.zeros((m, 2, n)) for _ in range(2)],
         )  # fmt: skip
 
     def go(self, travel: float, observers: Sequence[Observer] = ()) -> Curves:
@@ -376,15 +370,12 @@ class ContactRun:
         """The state with what is read seldom: where the pulleys are, and which stations lie on them."""
         state, mesh = self.state, self.scene.mesh
         tail_x = float(self.scene.case.rig.centre_distance) + float(self.data.qpos[TAIL_SLIDE])
-        state.poses[TAIL].centre[0] = tail_x
+        state.poses[TAIL] = state.poses[TAIL]._replace(centre=np.array([tail_x, 0.0, 0.0]))
         x = (mesh.rest + state.slides).mean(axis=1)[:, 0]
-        for wrap, on in ((state.wraps[HEAD], x <= 0.0), (state.wraps[TAIL], x >= tail_x)):
-            at = np.flatnonzero(on)
-            wrap.first, wrap.last = _wrap_ends(at, mesh.stations)
-            wrap.renumber()
-        if state.wraps[TAIL].first < state.wraps[HEAD].last:  # the upper span runs from head to tail
-            state.wraps[TAIL].first += mesh.stations
-            state.wraps[TAIL].last += mesh.stations
+        ends = [_wrap_ends(np.flatnonzero(on), mesh.stations) for on in (x <= 0.0, x >= tail_x)]
+        later = mesh.stations if ends[TAIL][0] < ends[HEAD][1] else 0  # the upper span runs from head to tail
+        for which, (first, last) in enumerate(ends):
+            state.wraps[which] = state.wraps[which]._replace(first=first + later * which, last=last + later * which)
         return state
 
 

@@ -1,17 +1,95 @@
 """The stages of a run in order: rest, tensioning, and running with a stop for every yaw step.
 
-A stage gives the machine's command (Drive) step by step, and reads the state that results.
+A stage gives the machine's command (Drive) step by step, and reads the state that results. Yaw steps are made while the
+belt stands still, yaw ramps over travel.
 """
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
-from belt_sim.mujoco3d.machine import Drive, SceneLayout, YawPlan, smoothstep
+import numpy as np
+
+from belt_sim.case import Schedule, Settings
+from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import REST_DRAG, Options, accelerate
-from belt_sim.mujoco3d.state import TAIL, RunState
+from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.tensioning import FRICTION, KollerPlan
+from belt_sim.mujoco3d.wrap import TAIL
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """Boundary values of a step, at its end.
+
+    travel [m], speed [m/s], acceleration [m/s2]: of the belt, along its direction; yaw [rad], shape (2,): commanded,
+    head and tail; share: how much of yaw offsets, cants and camber acts; slide_speed [m/s]: of a tail pulley that is
+    moved, 0 = fixed, None = it follows the forces; lead [m/s]: how much faster than the belt the tail pulley's rim
+    steadily goes; friction [1], inf = sticking; drag [1/s]: of the belt per unit of its mass, along x and across it.
+    """
+
+    travel: float
+    speed: float = 0.0
+    acceleration: float = 0.0
+    yaw: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    share: float = 0.0
+    slide_speed: float | None = None
+    lead: float = 0.0
+    friction: float
+    drag: tuple[float, float]
+
+
+#: entries of a schedule: at [m], over [m], change [rad]
+_Entries = tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class YawPlan:
+    """What the head and the tail pulley are to be turned by."""
+
+    head: _Entries
+    tail: _Entries
+
+    @staticmethod
+    def of(settings: Settings) -> "YawPlan":
+        """As it is set."""
+        return YawPlan(_schedule_entries(settings.yaw_head), _schedule_entries(settings.yaw))
+
+    def stops(self, until: float) -> set[float]:
+        """Travels [m] of the steps within the run."""
+        return {at for at, over, change in (*self.head, *self.tail) if over <= 0.0 and change and at < until}
+
+    def angles(self, travel: float, done: float) -> np.ndarray:
+        """Yaw [rad] of both at ``travel`` [m] when the steps up to travel ``done`` [m] have been made, shape (2,)."""
+        return np.array([_yaw_angle(entries, travel, done) for entries in (self.head, self.tail)])
+
+    def turning(self, travel: float, done: float, share: float) -> np.ndarray:
+        """Yaw [rad] of both when ``share`` (0..1) of the step at ``travel`` [m] has been made, shape (2,)."""
+        before = self.angles(travel, done)
+        return before + share * (self.angles(travel, travel) - before)
+
+
+def _schedule_entries(schedule: Schedule) -> _Entries:
+    columns = (np.asarray(v, float).tolist() for v in (schedule.at, schedule.over, schedule.change))
+    return tuple(zip(*columns, strict=True))
+
+
+def _yaw_angle(entries: _Entries, travel: float, done: float) -> float:
+    total = 0.0
+    for at, over, change in entries:
+        if over <= 0.0:
+            total += change if at <= done else 0.0
+        else:
+            total += change * min(max((travel - at) / over, 0.0), 1.0)
+    return total
+
+
+def smoothstep(u: float) -> float:
+    """From 0 at u = 0 to 1 at 1 and beyond, 3 u^2 - 2 u^3."""
+    u = min(u, 1.0)
+    return u * u * (3.0 - 2.0 * u)
+
 
 _FRAMES = 40  # while the pulleys move apart
 _NEVER = math.inf
@@ -77,8 +155,8 @@ class RestStage:
             )
         if self.forgets:
             state.slip[:] = 0.0
-            for wrap in state.wraps:
-                wrap.slip_increment[:] = 0.0
+            for increments in state.slip_increments:
+                increments[:] = 0.0
 
 
 @dataclass

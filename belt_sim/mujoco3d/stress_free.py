@@ -12,7 +12,7 @@ import numpy as np
 
 from belt_sim.errors import RunFailed
 from belt_sim.mujoco3d.mesh import Mesh
-from belt_sim.mujoco3d.mujoco_4 import Solver
+from belt_sim.mujoco3d.mujoco_interface import Solver
 
 _NEWTON_STEPS = 60
 _CLOSE = 1e-9  # of the chord; a belt at 7 N/mm2 is strained by 3e-5

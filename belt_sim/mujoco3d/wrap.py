@@ -22,294 +22,411 @@ of the springs: the springs also make up for what the integrator's tangent misse
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
+import jax
 import numpy as np
 
-from belt_sim.case import Case
-from belt_sim.errors import RunFailed
-from belt_sim.mujoco3d.friction import WrapStiffness, slide_anchors
-from belt_sim.mujoco3d.loop import LaidLoop, chord_angle, chord_angle_flat, fade, lift, sinking_chords
-from belt_sim.mujoco3d.mesh import Mesh
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.arrays import library_of, put
+from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays
+from belt_sim.mujoco3d.elastic import strains
+from belt_sim.mujoco3d.loop import chord_angle, fade, lift
 from belt_sim.mujoco3d.options import (
     CATCH_DISTANCE,
     FORGETTING,
     HYSTERESIS,
-    LAYER_TIME,
-    RESIDUAL_TORSION,
     RUNUP_LINKS,
     SLACKEST_FIBRE,
     SPAN_STATIONS,
-    SPAN_TIME,
 )
-from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, RunState, Wrap, cylinder_coordinates
-from belt_sim.scene_parts import PulleySurface, SceneParts
 
-FIRST, LAST = -1, 1
-_TURN = 2.0 * math.pi
-
-
-def depth(wrap: Wrap, pose: Pose, angle: np.ndarray, end: int) -> np.ndarray:
-    """How far behind the belt's tangent at ``end`` stations of material angle ``angle`` [rad], shape (...), lie [m]."""
-    ahead = angle + pose.spin - wrap.tangent[(end + 1) // 2]
-    return -end * (ahead - _TURN * np.rint(ahead / _TURN)) * wrap.surface.radius
+HEAD, TAIL = 0, 1
+FIRST, LAST = 0, 1  # ends of a wrap
+OUTWARDS = (-1, 1)  # along station numbers
 
 
-def sink_ends(wrap: Wrap, pose: Pose, end: int, chord: float, moved: float) -> None:
-    """Put the outermost stations at ``end`` on their path for the pulley's present place.
+class PoseArrays(NamedTuple):
+    """Where a pulley is: centre [m], (3,); axes (3, 3), pulley frame to world; spin [rad]."""
 
-    chord [m] at rest; moved [m]: how far the pulley has turned since the last time.
+    centre: Array
+    axes: Array
+    spin: Array
+
+
+class WrapArrays(NamedTuple):
+    """The stations that lie on a pulley: consecutive numbers first..last (modulo n), and their anchors.
+
+    Anchors are cylinder coordinates in the spinning pulley: r, y [m], angle [rad] from the top towards +x, shape
+    (m, n), valid for held stations only; landing_lift [m], (n,): how much higher than its path a station was caught;
+    tangent [rad], (2,): where the belt meets the pulley, at ``first`` and at ``last``, from the top towards +x and not
+    turning.
     """
-    outer = wrap.first if end == FIRST else wrap.last
-    zone = sinking_chords(chord, wrap.surface.radius) + 2  # stations that may be off the circle; the next one never is
-    k = (outer - end * np.arange(zone + 1)) % len(wrap.landing_lift)
-    off, r, angle = k[:-1], wrap.r[k], wrap.angle[k]
-    flat = (r[1:] - r[:-1]) ** 2 + 4.0 * r[1:] * r[:-1] * np.sin(0.5 * (angle[1:] - angle[:-1])) ** 2
-    wrap.landing_lift[off] *= math.exp(-moved / (FORGETTING * chord))
-    inside = depth(wrap, pose, 0.5 * (angle[:-1, 0] + angle[:-1, -1]), end)
-    high = lift(inside, chord, wrap.surface.radius) + wrap.landing_lift[off]
-    r[:-1] = wrap.radius_at(wrap.y[off]) + high[:, None]
-    turned = chord_angle_flat(flat, r[:-1], r[1:])
-    wrap.r[off] = r[:-1]
-    wrap.angle[off] = angle[-1] + end * turned[::-1].cumsum(axis=0)[::-1]
+
+    first: Array
+    last: Array
+    r: Array
+    y: Array
+    angle: Array
+    landing_lift: Array
+    tangent: Array
 
 
-def is_caught(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, chord: float) -> bool:
-    """Whether a free station with nodes at [m], shape (m, 3), has come close enough to be held."""
-    _, _, angle = cylinder_coordinates(nodes, pose)
-    return float(depth(wrap, pose, 0.5 * (angle[0] + angle[-1]), end)) > -CATCH_DISTANCE * chord
+def wrapped_angle(angle: Array) -> Array:
+    """The same direction between -pi and pi [rad]."""
+    return angle - math.tau * library_of(angle).rint(angle / math.tau)
 
 
-def is_released(wrap: Wrap, pose: Pose, end: int, chord: float) -> bool:
-    """Whether the outermost station at ``end`` has come far enough to be free."""
-    outer = (wrap.first if end == FIRST else wrap.last) % len(wrap.landing_lift)
-    return (
-        float(depth(wrap, pose, 0.5 * (wrap.angle[outer, 0] + wrap.angle[outer, -1]), end))
-        < -(CATCH_DISTANCE + HYSTERESIS) * chord
+def axes_of(surface: SurfaceArrays, yaw: Array, share: Array, spin: Array, askew: Array | float = 1.0) -> Array:
+    """Rotation (3, 3) from a pulley's frame (y along its axis, not spinning) to the world.
+
+    yaw [rad]: commanded, and by compliance; share: how much of yaw offset and cant acts (0 before travel 0, where the
+    machine is aligned); spin [rad]; askew: how much of the wobble acts (all of it, but while the belt is being laid).
+    """
+    phase, cone = spin + surface.wobble_phase, askew * surface.wobble
+    xp = library_of(phase)
+    turn = yaw + share * surface.yaw_offset + cone * xp.cos(phase)
+    roll = share * surface.cant + cone * xp.sin(phase)
+    c, s, cg, sg = xp.cos(turn), xp.sin(turn), xp.cos(roll), xp.sin(roll)
+    return xp.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
+
+
+def radius_at(surface: SurfaceArrays, shaped: Array | float, y: Array) -> Array:
+    """Radius of a station's circle [m]; shaped: 1 where the pulley is what it is, 0 while it is a plain cylinder."""
+    uneven = y * (surface.taper - 0.5 * surface.crown * y)
+    return surface.radius + shaped * surface.radius * uneven + surface.extra
+
+
+def roll_anchors(surface: SurfaceArrays, wrap: WrapArrays, pose: PoseArrays, rolled: Array) -> WrapArrays:
+    """The anchors after the axis has rolled by a small angle [rad] under a belt at rest, which does not go with it:
+    where a cant begins to act, the belt has been laid straight on the canted pulley."""
+    there = wrap.y + rolled * wrap.r * library_of(wrap.r).cos(wrap.angle + pose.spin)
+    wider = radius_at(surface, 1.0, there) - radius_at(surface, 1.0, wrap.y)
+    return wrap._replace(y=there, r=wrap.r + wider)
+
+
+def slide_anchors(
+    surface: SurfaceArrays, wrap: WrapArrays, shaped: Array | float, k: Array, increment: Array
+) -> WrapArrays:
+    """The anchors of stations k moved on the surface by slip increments [m], (m, 2, k): along the axis, the turn."""
+    y, r = wrap.y[:, k], wrap.r[:, k]
+    there = y + increment[:, 0]
+    wider = radius_at(surface, shaped, there) - radius_at(surface, shaped, y)
+    at = (slice(None), k)
+    return wrap._replace(
+        y=put(wrap.y, at, there),
+        angle=put(wrap.angle, at, wrap.angle[at] + increment[:, 1] / r),
+        r=put(wrap.r, at, r + wider),
     )
 
 
-def land_station(wrap: Wrap, pose: Pose, end: int, nodes: np.ndarray, beside: np.ndarray, chord: float) -> int:
-    """Anchor the station next to ``end`` at its mean height and at its distance from the one landed before.
+def surface_components(wrap: WrapArrays, pose: PoseArrays, k: Array, vectors: Array) -> tuple[Array, Array, Array]:
+    """Parts (m, k) of world vectors (m, 3, k) at the anchors of stations k: outwards, along the axis, the turn."""
+    xp, turned = library_of(vectors), wrap.angle[:, k] + pose.spin
+    sin, cos = xp.sin(turned), xp.cos(turned)
+    x, y, z = (pose.axes.T @ vectors).swapaxes(0, 1)
+    return x * sin + z * cos, y, x * cos - z * sin
 
-    nodes, beside: positions of the nodes of both [m], shape (m, 3). Returns the station's number.
+
+def cylinder_coordinates(places: Array, pose: PoseArrays) -> tuple[Array, Array, Array]:
+    """r, y [m] and material angle [rad] of places (m, 3, ...), each (m, ...)."""
+    xp, shape = library_of(places), (len(places), *places.shape[2:])
+    local = pose.axes.T @ (places.reshape(len(places), 3, -1) - pose.centre[:, None])
+    x, y, z = (local[:, i].reshape(shape) for i in range(3))
+    return xp.sqrt(x * x + z * z), y, xp.arctan2(x, z) - pose.spin
+
+
+def anchor_places(r: Array, y: Array, turned: Array, axes: Array, centre: Array) -> Array:
+    """World places [m], (m, 3, k), of anchors r, y [m] at angles ``turned`` [rad] from the top, each (m, k).
+
+    axes (3, 3, k), centre (3, k): of the pulley of each; k may be 1 there.
     """
-    outer = wrap.first if end == FIRST else wrap.last
-    station, neighbour = ((outer + i * end) % len(wrap.landing_lift) for i in (1, 0))
-    r, y, angle = cylinder_coordinates(nodes, pose)
-    circle = wrap.radius_at(y)
-    high = float(np.mean(r - circle))
-    wrap.landing_lift[station] = high - lift(depth(wrap, pose, angle.mean(), end), chord, wrap.surface.radius)
-    wrap.y[station], wrap.r[station] = y, circle + high
-    length = np.linalg.norm(nodes - beside, axis=1)
-    turned = chord_angle(length, y - wrap.y[neighbour], wrap.r[station], wrap.r[neighbour])
-    wrap.angle[station] = wrap.angle[neighbour] + end * turned
-    wrap.first, wrap.last = (wrap.first - 1, wrap.last) if end == FIRST else (wrap.first, wrap.last + 1)
-    wrap.renumber()
-    return int(station)
+    xp = library_of(r)
+    local = r * xp.sin(turned), y, r * xp.cos(turned)
+    return xp.stack([sum(axes[i, j] * local[j] for j in range(3)) + centre[i] for i in range(3)], axis=1)
 
 
-def anchor_station(wrap: Wrap, pose: Pose, station: int, nodes: np.ndarray) -> None:
-    """Anchor a station where its nodes are, at their mean height (used before the run)."""
-    r, y, angle = cylinder_coordinates(nodes, pose)
-    circle = wrap.radius_at(y)
-    wrap.y[station], wrap.angle[station], wrap.r[station] = y, angle, circle + np.mean(r - circle)
+def depth(wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, angle: Array, end: int) -> Array:
+    """How far behind the belt's tangent at ``end`` stations of material angle ``angle`` [rad] lie [m]."""
+    return -OUTWARDS[end] * wrapped_angle(angle + pose.spin - wrap.tangent[end]) * surface.radius
 
 
-def tangent_angle(pose: Pose, along: np.ndarray) -> float:
-    """Angle [rad] from the top towards +x of the place where a belt that runs along a vector, shape (3,), meets it."""
-    local = along @ pose.axes
-    return float(np.arctan2(-local[2], local[0]))
+def outer_depth(wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, end: int) -> Array:
+    """How far behind the belt's tangent at ``end`` the outermost held station lies [m]."""
+    k = (wrap.first, wrap.last)[end] % wrap.r.shape[-1]
+    return depth(wrap, surface, pose, 0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]), end)
 
 
-def fibre_share(case: Case, residual: float) -> float:
-    """Share [1] of the torsional stiffness that is the fibres' tension; residual [1]: as of a Mesh."""
-    belt, force = case.belt, float(case.tension_force)
-    tense = force * float(belt.width) ** 2 / 12.0
-    still = float(belt.shear_modulus) * float(belt.width) * float(belt.thickness) ** 3 / 3.0
-    locked = RESIDUAL_TORSION * residual * float(belt.youngs_modulus) * float(belt.area) * float(belt.width) ** 2 / 12.0
-    return tense / (tense + still - locked)
+def sink_ends(
+    wrap: WrapArrays,
+    surface: SurfaceArrays,
+    pose: PoseArrays,
+    end: int,
+    zone: int,
+    chord: Array,
+    moved: Array,
+    shaped: Array | float,
+) -> WrapArrays:
+    """The outermost stations at ``end`` on their path for the pulley's present place.
 
-
-@dataclass(frozen=True)
-class BendingLayer:
-    """The layer of one belt.
-
-    plate [N m]: D of a fibre, per width; thickness [m]; modulus [Pa]; own [1]: share of the torsional stiffness that
-    is the fibres' tension, the rest resists that they lift off apart; dt [s]: of a step.
+    zone: stations that may be off the circle; moved [m]: how far the pulley has turned since the last time.
     """
-
-    mesh: Mesh
-    plate: float
-    thickness: float
-    modulus: float
-    own: float
-    dt: float
-
-    @staticmethod
-    def of(case: Case, mesh: Mesh, strength: float, dt: float) -> "BendingLayer":
-        """Of a belt of two or more lines; strength [1] multiplies l^2 and l^3."""
-        belt = case.belt
-        return BendingLayer(
-            mesh=mesh,
-            plate=float(belt.plate_stiffness),
-            thickness=float(belt.thickness),
-            modulus=float(belt.youngs_modulus),
-            own=strength * fibre_share(case, mesh.residual),
-            dt=dt,
-        )
-
-    def follow(self, state: RunState) -> None:
-        """After a step: move the displacements of both pulleys' ends on to what the fibres beside them say."""
-        for wrap, pose in zip(state.wraps, state.poses, strict=True):
-            for i, end in enumerate((FIRST, LAST)):
-                wanted = state.share * self.displacements(state.slides, wrap, pose, end)
-                wrap.layer[i] += (wanted - wrap.layer[i]) * min(self.dt / LAYER_TIME, 1.0)
-
-    def displacements(self, slides: np.ndarray, wrap: Wrap, pose: Pose, end: int) -> np.ndarray:
-        """How far the lines are outside the circle, and drawn into the pulley, beyond their mean [m], shape (m, 2)."""
-        mesh, radius = self.mesh, wrap.surface.radius
-        begin = wrap.first - 1 - RUNUP_LINKS if end == FIRST else wrap.last + 1
-        stations = np.arange(begin, begin + RUNUP_LINKS + 1) % mesh.stations
-        links = np.diff(mesh.at(slides, stations), axis=0)
-        strain = (np.linalg.norm(links, axis=2) / mesh.lengths[stations[:-1]]).mean(axis=0) - 1.0
-        stress = self.modulus * np.maximum(strain, SLACKEST_FIBRE * max(strain.mean(), 1e-12))
-        along = links.sum(axis=0)
-        meets = wrap.tangent[(end + 1) // 2]
-        steeper = np.array([end * math.remainder(tangent_angle(pose, line) - meets, math.tau) for line in along])
-        layer = np.sqrt(self.plate / (stress * self.thickness))
-        out = layer**2 / (2.0 * radius)
-        drawn = layer**3 / (12.0 * radius**2) - out.mean() * (steeper - steeper.mean())
-        both = np.stack([out, drawn], axis=1)
-        return self.own * (both - both.mean(axis=0))
+    xp = library_of(wrap.r)
+    outward, outer, n = OUTWARDS[end], (wrap.first, wrap.last)[end], wrap.r.shape[-1]
+    k = (outer - outward * np.arange(zone + 1)) % n
+    off, r, angle = k[:-1], wrap.r[:, k], wrap.angle[:, k]
+    flat = (r[:, 1:] - r[:, :-1]) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * xp.sin(0.5 * (angle[:, 1:] - angle[:, :-1])) ** 2
+    lifted = wrap.landing_lift[off] * xp.exp(-moved / (FORGETTING * chord))
+    inside = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1])[:-1], end)
+    high = lift(inside, chord, surface.radius, surface.sinking) + lifted
+    r = put(r, (slice(None), slice(zone)), radius_at(surface, shaped, wrap.y[:, off]) + high)
+    turned = chord_angle(flat, r[:, :-1], r[:, 1:])
+    behind = turned[:, ::-1].cumsum(axis=1)[:, ::-1]
+    at = (slice(None), off)
+    return wrap._replace(
+        landing_lift=put(wrap.landing_lift, off, lifted),
+        r=put(wrap.r, at, r[:, :-1]),
+        angle=put(wrap.angle, at, angle[:, -1:] + outward * behind),
+    )
 
 
-def held_displacements(wrap: Wrap, pose: Pose, mesh: Mesh) -> np.ndarray:
-    """By how much the layer displaces the held nodes [m], shape (held, m, 3)."""
-    moved = np.zeros((len(wrap.stations), mesh.across, 3))
-    zone = min(sinking_chords(mesh.chord, wrap.surface.radius) + 2, len(moved))
+def update_tangents(wrap: WrapArrays, pose: PoseArrays, nodes: Array, share: Array | float) -> WrapArrays:
+    """The places where the belt meets the pulley, moved by ``share`` of the way to where the spans' directions say.
+
+    nodes [m], (m, 3, n).
+    """
+    xp, n, tangent = library_of(nodes), nodes.shape[-1], []
+    for end, outer in enumerate((wrap.first, wrap.last)):
+        inner, beyond = ((outer + i * OUTWARDS[end]) % n for i in (1, SPAN_STATIONS))
+        along = (nodes[:, :, beyond] - nodes[:, :, inner]).sum(axis=0) * OUTWARDS[end]
+        local = along @ pose.axes
+        ahead = xp.arctan2(-local[2], local[0]) - wrap.tangent[end]
+        tangent.append(wrap.tangent[end] + share * wrapped_angle(ahead))
+    return wrap._replace(tangent=xp.stack(tangent))
+
+
+def is_released(wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, end: int, chord: Array) -> Array:
+    """Whether the outermost station at ``end`` has come far enough to be free."""
+    return outer_depth(wrap, surface, pose, end) < -(CATCH_DISTANCE + HYSTERESIS) * chord
+
+
+class Approach(NamedTuple):
+    """A free station and the outermost one held beside it, at one instant: depth [m], (), of the free one behind the
+    tangent point; its r, y [m] and material angle [rad], (m,); square [m2], (m,): of its distance from the other."""
+
+    depth: Array
+    r: Array
+    y: Array
+    angle: Array
+    square: Array
+
+    def is_caught(self, chord: Array) -> Array:
+        """Whether it has come close enough to be held."""
+        return self.depth > -CATCH_DISTANCE * chord
+
+
+def approach_of(
+    belt: BeltArrays,
+    wrap: WrapArrays,
+    surface: SurfaceArrays,
+    pose: PoseArrays,
+    layer: Array | None,
+    nodes: Array,
+    end: int,
+) -> Approach:
+    """The station next to ``end`` of a belt with nodes [m], (m, 3, n)."""
+    pair = thread_places(belt, wrap, surface, pose, layer, nodes, end)
+    r, y, angle = cylinder_coordinates(pair[..., 0], pose)
+    behind = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1]), end)
+    return Approach(behind, r, y, angle, ((pair[..., 0] - pair[..., 1]) ** 2).sum(axis=1))
+
+
+def land_station(
+    wrap: WrapArrays,
+    surface: SurfaceArrays,
+    pose: PoseArrays,
+    before: Approach,
+    after: Approach,
+    end: int,
+    chord: Array,
+    moved: Array,
+    shaped: Array | float,
+) -> WrapArrays:
+    """With the station next to ``end``, where it has come close enough in the step: at its mean height and at its
+    distance from the one landed before, edge by edge.
+
+    before, after: that station at both ends of the step, of ``moved`` [m]. It is caught on the way between them, where
+    it comes close enough, as if steps were short; else a slack belt would be as the step catches it, early or late.
+    """
+    xp, outward, n = library_of(wrap.r), OUTWARDS[end], wrap.r.shape[-1]
+    outer = (wrap.first, wrap.last)[end]
+    k, beside = (outer + outward) % n, outer % n
+    lands, nearer = after.is_caught(chord), after.depth - before.depth
+    passed = lands & (nearer > 0.0) & (before.depth < -CATCH_DISTANCE * chord)
+    left = xp.where(passed, (after.depth + CATCH_DISTANCE * chord) / xp.where(passed, nearer, 1.0), 0.0)
+    _, r, y, _, square = (b - left * (b - a) for a, b in zip(before, after, strict=True))
+    circle = radius_at(surface, shaped, y)
+    high = (r - circle).mean()
+    inside = depth(wrap, surface, pose, after.angle.mean(), end) - left * nearer
+    forgotten = xp.exp(-left * moved / (FORGETTING * chord))
+    lifted = (high - lift(inside, chord, surface.radius, surface.sinking)) * forgotten
+    turned = chord_angle(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
+    new = {"r": circle + high, "y": y, "angle": wrap.angle[:, beside] + outward * turned}
+
+    def landed(there: Array, here: Array) -> Array:
+        return xp.where(lands, there, here)
+
+    at = (slice(None), k)
+    anchors = {f: put(v := getattr(wrap, f), at, landed(new[f], v[at])) for f in new}
+    heights = put(wrap.landing_lift, k, landed(lifted, wrap.landing_lift[k]))
+    return wrap._replace(landing_lift=heights, **anchors, **{("first", "last")[end]: landed(outer + outward, outer)})
+
+
+# The bending layer. Its displacements [m], (2, m, 2): how far the lines are displaced outwards and into the pulley at
+# ``first`` and at ``last``; the anchors of a wrap are those without it.
+
+_AHEAD = 2.0  # chords before the tangent point: what lies further is on the other side of the pulley
+
+
+def layer_of_fibres(
+    belt: BeltArrays, share: Array | float, nodes: Array, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays
+) -> Array:
+    """Displacements (2, m, 2) [m] that the fibres beside a pulley lead to; share: of the layer and of the camber."""
+    ends = [line_displacements(belt, share, nodes, wrap, surface.radius, pose, end) for end in (FIRST, LAST)]
+    return share * library_of(nodes).stack(ends)
+
+
+def line_displacements(
+    belt: BeltArrays, share: Array | float, nodes: Array, wrap: WrapArrays, radius: Array, pose: PoseArrays, end: int
+) -> Array:
+    """How far the lines are outside the circle, and drawn into the pulley, beyond their mean [m], (m, 2).
+
+    nodes [m], (m, 3, n); share: of the camber; radius [m].
+    """
+    xp, fibres, n = library_of(nodes), belt.fibres, nodes.shape[-1]
+    assert fibres is not None
+    begin = wrap.first - 1 - RUNUP_LINKS if end == FIRST else wrap.last + 1
+    k = (begin + np.arange(RUNUP_LINKS + 1)) % n
+    strain = strains(belt.ties, nodes, k, share) - fibres.residual
+    stress = fibres.modulus * xp.maximum(strain, SLACKEST_FIBRE * xp.maximum(strain.mean(), 1e-12))
+    local = (nodes[:, :, k[-1]] - nodes[:, :, k[0]]) @ pose.axes
+    steeper = OUTWARDS[end] * wrapped_angle(xp.arctan2(-local[:, 2], local[:, 0]) - wrap.tangent[end])
+    layer = xp.sqrt(fibres.plate / (stress * fibres.thickness))
+    out = layer**2 / (2.0 * radius)
+    drawn = layer**3 / (12.0 * radius**2) - out.mean() * (steeper - steeper.mean())
+    both = xp.stack([out, drawn], axis=1)
+    return fibres.own * (both - both.mean(axis=0))
+
+
+def station_displacement(
+    belt: BeltArrays, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, layer: Array, inside: Array, end: int
+) -> Array:
+    """By how much the layer at ``end`` displaces stations ``inside`` [m] behind the tangent point, (k,): (m, 3, k) [m].
+
+    Sections that are drawn in unequally turn, and with them the line that they stand on; wholly on the straight part
+    of the path, less along the stations that sink onto the circle.
+    """
+    line_y, chord, xp = belt.line_y, belt.chord, library_of(inside)
+    outward, (out, drawn), at = OUTWARDS[end], layer[end].T, wrap.tangent[end]
+    turned = (drawn @ line_y) / (line_y @ line_y)
+    fading = xp.where(inside > -_AHEAD * chord, fade(inside, chord, surface.sinking), 0.0)
+    ones = xp.ones_like(inside)
+    x = out * xp.sin(at) - outward * drawn * xp.cos(at)
+    z = out * xp.cos(at) + outward * drawn * xp.sin(at)
+    aside = xp.broadcast_to(-turned * inside, (len(line_y), *inside.shape))
+    local = xp.stack([x[:, None] * ones, aside, z[:, None] * ones], axis=1)
+    return xp.einsum("mjk,ij->mik", fading * local, pose.axes)
+
+
+def layer_displacements(
+    belt: BeltArrays, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, layer: Array, k: Array
+) -> Array:
+    """By how much the layer displaces the anchors of stations k [m], (m, 3, k); those inside the wrap not at all."""
+    angle = wrap.angle[:, k].mean(axis=0)
+    first, last = (
+        station_displacement(belt, wrap, surface, pose, layer, depth(wrap, surface, pose, angle, end), end)
+        for end in (FIRST, LAST)
+    )
+    return first + last
+
+
+def thread_places(
+    belt: BeltArrays,
+    wrap: WrapArrays,
+    surface: SurfaceArrays,
+    pose: PoseArrays,
+    layer: Array | None,
+    nodes: Array,
+    end: int,
+) -> Array:
+    """Where the station next to ``end`` and the outermost held one would be without the layer [m], (m, 3, 2)."""
+    k = ((wrap.first, wrap.last)[end] + OUTWARDS[end] * np.array([1, 0])) % nodes.shape[-1]
+    pair = nodes[:, :, k]
+    if layer is None:
+        return pair
+    angle = cylinder_coordinates(pair, pose)[2].mean(axis=0)
+    inside = depth(wrap, surface, pose, angle, end)
+    return pair - station_displacement(belt, wrap, surface, pose, layer, inside, end)
+
+
+# Both pulleys at once, compiled: every leaf of wraps and poses with a leading axis of head and tail.
+
+
+def sink_wraps(
+    shape: BatchShape, belt: BeltArrays, wraps: WrapArrays, pose: PoseArrays, moved: Array, shaped: Array
+) -> WrapArrays:
+    """The stations on the pulleys on their paths for where the pulleys will be; moved [m]: in the step."""
     for end in (FIRST, LAST):
-        k = np.arange(zone) if end == FIRST else len(moved) - 1 - np.arange(zone)
-        moved[k] += station_displacement(
-            wrap, pose, end, depth(wrap, pose, wrap.angle[wrap.stations[k]].mean(axis=1), end), mesh
+        wraps = jax.vmap(
+            lambda w, s, p, end=end: sink_ends(w, s, p, end, shape.zone, belt.chord, moved, shaped)
+        )(wraps, belt.surfaces, pose)  # fmt: skip
+    return wraps
+
+
+def release_stations(belt: BeltArrays, wraps: WrapArrays, pose: PoseArrays) -> WrapArrays:
+    """The wraps without their outermost stations, where these have come far enough to be free."""
+
+    def one(wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, end: int) -> WrapArrays:
+        outer, goes = (wrap.first, wrap.last)[end], is_released(wrap, surface, pose, end, belt.chord)
+        return wrap._replace(**{("first", "last")[end]: outer - OUTWARDS[end] * goes})
+
+    for end in (FIRST, LAST):
+        wraps = jax.vmap(lambda *of, end=end: one(*of, end))(wraps, belt.surfaces, pose)
+    return wraps
+
+
+def land_stations(
+    belt: BeltArrays,
+    wraps: WrapArrays,
+    before: tuple[PoseArrays, Array],
+    after: tuple[PoseArrays, Array],
+    layers: Array | None,
+    moved: Array,
+    shaped: Array,
+) -> WrapArrays:
+    """The wraps with the stations that they have caught in a step of ``moved`` [m].
+
+    before, after: poses and nodes [m], (m, 3, n), at both ends of the step; shaped: 1 where the pulleys are what they
+    are, 0 while they are plain cylinders.
+    """
+
+    def one(
+        wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, old: PoseArrays, layer: Array | None, end: int
+    ) -> WrapArrays:
+        was, now = (
+            approach_of(belt, wrap, surface, at, layer, nodes, end)
+            for at, nodes in ((old, before[1]), (pose, after[1]))
         )
-    return moved
+        return land_station(wrap, surface, pose, was, now, end, belt.chord, moved, shaped)
+
+    for end in (FIRST, LAST):
+        wraps = jax.vmap(lambda *of, end=end: one(*of, end))(wraps, belt.surfaces, after[0], before[0], layers)
+    return wraps
 
 
-def station_displacement(wrap: Wrap, pose: Pose, end: int, inside: np.ndarray, mesh: Mesh) -> np.ndarray:
-    """By how much the layer at ``end`` displaces stations ``inside`` [m] behind the tangent point, shape (k,), there.
-
-    [m], shape (k, m, 3). Sections that are drawn in unequally turn, and with them the line that they stand on; wholly
-    on the straight part of the path, less along the stations that sink onto the circle.
-    """
-    out, drawn = wrap.layer[(end + 1) // 2].T
-    turned = float(drawn @ mesh.line_y) / float(mesh.line_y @ mesh.line_y)
-    at = wrap.tangent[(end + 1) // 2]
-    local = np.empty((len(inside), len(out), 3))
-    local[..., 0] = out * np.sin(at) - end * drawn * np.cos(at)
-    local[..., 1] = -turned * inside[:, None]
-    local[..., 2] = out * np.cos(at) + end * drawn * np.sin(at)
-    return (fade(inside, mesh.chord, wrap.surface.radius)[:, None, None] * local) @ pose.axes.T
-
-
-def thread_places(wrap: Wrap, pose: Pose, end: int, mesh: Mesh, slides: np.ndarray) -> np.ndarray:
-    """Where the station next to ``end`` and the outermost held one would be without the layer [m], shape (2, m, 3)."""
-    outer = wrap.first if end == FIRST else wrap.last
-    nodes = mesh.at(slides, np.array([outer + end, outer]) % mesh.stations)
-    if not wrap.layer.any():
-        return nodes
-    angle = cylinder_coordinates(nodes, pose)[2].mean(axis=1)
-    return nodes - station_displacement(wrap, pose, end, depth(wrap, pose, angle, end), mesh)
-
-
-_NEITHER = -1
-_FEWEST = 3  # links on a pulley
-
-
-def lay_wraps(
-    mesh: Mesh, loop: LaidLoop, slides: np.ndarray, poses: tuple[Pose, Pose], radii: tuple[float, float]
-) -> tuple[Wrap, Wrap]:
-    """The stations that were laid on the pulleys, of radii [m], anchored there; they are plain cylinders so far."""
-    wraps = []
-    for radius, circle, laid, pose in (
-        (radii[HEAD], loop.radius_head, loop.on_head, poses[HEAD]),
-        (radii[TAIL], loop.radius_tail, loop.on_tail, poses[TAIL]),
-    ):
-        wrap = Wrap.empty(PulleySurface(radius=radius), circle - radius, mesh.stations, mesh.across, pose.spin)
-        on = np.flatnonzero(laid)
-        jump = np.flatnonzero(np.diff(on) > 1)
-        wrap.first = int(on[jump[0] + 1]) - mesh.stations if len(jump) else int(on[0])
-        wrap.last = int(on[jump[0]]) if len(jump) else int(on[-1])
-        wrap.renumber()
-        for k in wrap.stations:
-            anchor_station(wrap, pose, k, mesh.at(slides, k))
-        _update_tangents(mesh, slides, wrap, pose, 1.0)
-        for end in (FIRST, LAST):
-            _change_end(mesh, slides, wrap, pose, end)
-        wraps.append(wrap)
-    return wraps[HEAD], wraps[TAIL]
-
-
-def shape_pulleys(state: RunState, parts: SceneParts) -> None:
-    """From now on stations land on the pulleys as they are."""
-    for wrap, surface in zip(state.wraps, (parts.head, parts.tail), strict=True):
-        wrap.surface = surface
-
-
-def move_anchors(state: RunState, chord: float) -> None:
-    """Before a step: the anchors run along the path that the pulleys, where they will be at its end, give them."""
-    for wrap, pose in zip(state.wraps, state.poses, strict=True):
-        moved = abs(pose.spin - wrap.anchored_spin) * wrap.surface.radius
-        wrap.anchored_spin = pose.spin
-        for end in (FIRST, LAST):
-            sink_ends(wrap, pose, end, chord, moved)
-
-
-def update_contact(
-    mesh: Mesh, state: RunState, pull: np.ndarray, dt: float, friction: float, tangent: WrapStiffness | None
-) -> None:
-    """After a step, with held nodes on their anchors: let them slip, land and go.
-
-    pull [N], shape (n, m, 3): of belt and weight on the nodes; dt [s]; friction [1], inf = sticking; tangent: None for
-    a belt that never slips.
-
-    When both belts slide as a whole they take turns, since each reckons with the other standing still.
-    """
-    if math.isinf(friction):
-        tangent = None
-    if tangent is not None:
-        sliding = all(wrap.sliding.mean() > 0.5 for wrap in state.wraps)
-        state.waiting_pulley = _NEITHER if not sliding else TAIL if state.waiting_pulley == HEAD else HEAD
-    for which, (wrap, pose) in enumerate(zip(state.wraps, state.poses, strict=True)):
-        if tangent is not None and state.waiting_pulley != which:
-            holding = -wrap.components(pose, pull[wrap.stations])
-            holding[..., 0] -= mesh.mass * state.speed**2 / wrap.surface.radius
-            state.slip[which] += slide_anchors(wrap, holding, friction, tangent)
-        _update_tangents(mesh, state.slides, wrap, pose, dt / SPAN_TIME)
-        for end in (FIRST, LAST):
-            _change_end(mesh, state.slides, wrap, pose, end)
-
-
-def _update_tangents(mesh: Mesh, slides: np.ndarray, wrap: Wrap, pose: Pose, share: float) -> None:
-    """Move the places where the belt meets a pulley by ``share`` of the way to where the spans' directions say."""
-    n = mesh.stations
-    for i, (inner, outer) in enumerate(
-        ((wrap.first - 1, wrap.first - SPAN_STATIONS), (wrap.last + 1, wrap.last + SPAN_STATIONS))
-    ):
-        along = (mesh.at(slides, outer % n) - mesh.at(slides, inner % n)).sum(axis=0) * (-1.0 if i == 0 else 1.0)
-        ahead = tangent_angle(pose, along) - wrap.tangent[i]
-        wrap.tangent[i] += share * math.remainder(ahead, 2.0 * math.pi)
-
-
-def _change_end(mesh: Mesh, slides: np.ndarray, wrap: Wrap, pose: Pose, end: int) -> None:
-    """Land a station or let one go."""
-    outer = wrap.first if end == FIRST else wrap.last
-    nodes, beside = thread_places(wrap, pose, end, mesh, slides)
-    if is_caught(wrap, pose, end, nodes, mesh.chord):
-        land_station(wrap, pose, end, nodes, beside, mesh.chord)
-    elif is_released(wrap, pose, end, mesh.chord):
-        wrap.slip_increment[outer % mesh.stations] = 0.0
-        if wrap.last - wrap.first < _FEWEST:
-            raise RunFailed("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
-        wrap.first, wrap.last = (wrap.first + 1, wrap.last) if end == FIRST else (wrap.first, wrap.last - 1)
-        wrap.renumber()
+def relax_layers(
+    belt: BeltArrays, layers: Array, wraps: WrapArrays, pose: PoseArrays, nodes: Array, share: Array, rate: Array
+) -> Array:
+    """Displacements (2, 2, m, 2) [m] moved by ``rate`` of the way to what the fibres beside the pulleys say."""
+    wanted = jax.vmap(lambda w, s, p: layer_of_fibres(belt, share, nodes, w, s, p))(wraps, belt.surfaces, pose)
+    return layers + rate * (wanted - layers)

@@ -14,10 +14,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.belt_mechanics.belt import BatchShape, BeltArrays, SurfaceArrays, wrap_chain
-from belt_sim.belt_mechanics.block_tridiagonal import factorise, solve_chain, sweep_inverse
-from belt_sim.belt_mechanics.wrap import PoseArrays, WrapArrays, radius_at
 from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays, wrap_chain
+from belt_sim.mujoco3d.block_tridiagonal import factorise, solve_chain, sweep_inverse
+from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays, slide_anchors, surface_components
 
 _ITERATIONS = 20
 _SHARES = np.array([1.0, 0.5, 0.25, 0.1, 0.03])  # of a Newton step: whole ones alone may go in circles
@@ -163,21 +163,13 @@ def _slide_wrap(
     at = jnp.arange(shape.held)
     k = (wrap.first + at) % shape.stations
     held = at < count
-    turned = wrap.angle[:, k] + pose.spin
-    local = jnp.einsum("mik,ij->mjk", pull[:, :, k], pose.axes)
-    sin, cos = jnp.sin(turned), jnp.cos(turned)
-    outwards = local[:, 0] * sin + local[:, 2] * cos
-    holding = -jnp.stack([local[:, 1], local[:, 0] * cos - local[:, 2] * sin], axis=1)
+    outwards, across, along = surface_components(wrap, pose, k, pull[:, :, k])
+    holding = -jnp.stack([across, along], axis=1)
     limit = jnp.where(held & jnp.isfinite(belt.friction), belt.friction * jnp.maximum(-outwards, 0.0), jnp.inf)
     chain = wrap_chain(belt.sliding_stiffness, wrap.first, count, shape.held)
     way, residual = slip_increments(jnp.where(held, holding, 0.0), limit, chain, slip.increment[:, :, k])
     residual = jnp.where(count > shape.held, jnp.inf, residual)
-    y, angle, r = wrap.y[:, k], wrap.angle[:, k], wrap.r[:, k]
-    there = y + way[:, 0], angle + way[:, 1] / r
-    wider = radius_at(surface, shaped, there[0]) - radius_at(surface, shaped, y)
-    moved = wrap._replace(
-        y=wrap.y.at[:, k].set(there[0]), angle=wrap.angle.at[:, k].set(there[1]), r=wrap.r.at[:, k].add(wider)
-    )
+    moved = slide_anchors(surface, wrap, shaped, k, way)
     lines = shape.lines
     return moved, SlipState(
         increment=jnp.zeros_like(slip.increment).at[:, :, k].set(way),

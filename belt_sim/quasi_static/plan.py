@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from belt_sim.belt_mechanics.wrap import PoseArrays, WrapArrays
 from belt_sim.case import Settings
 from belt_sim.jax_setup import Numbers as Array
-from belt_sim.mujoco3d.machine import YawPlan, smoothstep
 from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.rope import RopeKinks
+from belt_sim.mujoco3d.stages import YawPlan, smoothstep
+from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
 from belt_sim.quasi_static.friction import SlipState
-from belt_sim.quasi_static.rope import RopeKinks
 
 
 class TravelState(NamedTuple):

@@ -10,48 +10,54 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.belt_mechanics.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
-from belt_sim.belt_mechanics.belt import ActiveFeatures, BatchShape, BeltArrays, active_features, belt_arrays
-from belt_sim.belt_mechanics.block_tridiagonal import Level, factorise, solve_chain
-from belt_sim.belt_mechanics.chain import (
+from belt_sim.case import Case
+from belt_sim.curves import Curves
+from belt_sim.errors import CannotRepresent, RunFailed
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.jax_setup import in_float64
+from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys, lay_pulleys
+from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, active_features, belt_arrays
+from belt_sim.mujoco3d.block_tridiagonal import Level, factorise, solve_chain
+from belt_sim.mujoco3d.chain import (
     ChainLayout,
     anchor_positions,
     chain_forces,
     chain_stiffness,
-    couple_stiffness,
     cut_chain,
     divide_chain,
     pull_on_nodes,
     spans_blocks,
     station_weight,
 )
-from belt_sim.belt_mechanics.loads import GuideForce, guide_forces, load_forces
-from belt_sim.belt_mechanics.pulleys import depth_at_ends, lay_belt, pose_of, reading, tail_derivatives, yaw_moments
-from belt_sim.belt_mechanics.wrap import (
-    FIRST,
-    LAST,
+from belt_sim.mujoco3d.loads import GuideForce, guide_forces, load_forces
+from belt_sim.mujoco3d.machine import lay_out
+from belt_sim.mujoco3d.mesh import BELT_MODELS
+from belt_sim.mujoco3d.options import (
+    COMPLIANCE_TIME,
+    KINK_STATIONS,
+    LAYER_TIME,
+    SPAN_TIME,
+    Options,
+    fit_options,
+    is_limp,
+)
+from belt_sim.mujoco3d.pulleys import depth_at_ends, pose_of, tail_derivatives, yaw_moments
+from belt_sim.mujoco3d.recording import curves_of, reading
+from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
+from belt_sim.mujoco3d.wrap import (
+    HEAD,
     TAIL,
     PoseArrays,
     WrapArrays,
     land_stations,
-    relax_layer,
-    release_station,
+    relax_layers,
+    release_stations,
     roll_anchors,
-    sink_ends,
+    sink_wraps,
     update_tangents,
 )
-from belt_sim.case import Case
-from belt_sim.curves import Curves
-from belt_sim.errors import CannotRepresent, RunFailed
-from belt_sim.jax_setup import Numbers as Array
-from belt_sim.jax_setup import in_float64
-from belt_sim.mujoco3d.machine import lay_out
-from belt_sim.mujoco3d.mesh import BeltModel, Chain, Grid, Membrane
-from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME, Options, fit_options, is_limp
-from belt_sim.mujoco3d.recording import curves_of
 from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, SlipState, slide_wraps, worst_residual
 from belt_sim.quasi_static.plan import TravelCommand, TravelPlan, TravelState, plan_run
-from belt_sim.quasi_static.rope import RopeKinks, end_offsets, hold_run_up_ends
 from belt_sim.scene_parts import SceneParts
 
 # One step of travel: pulleys, anchors, prediction, equilibrium, landing.
@@ -210,7 +216,8 @@ def _newton_iteration(
 ) -> tuple[Array, Array, Array, Array]:
     """One Newton iteration: the free nodes, slide and spin of the tail pulley, tension of the spans, and how far a node
     moved at most. ``taut`` [m]: the chain in its last equilibrium."""
-    twist = couple_stiffness(belt, depth_at_ends(shape, wraps, belt, pose), places, state.tension)
+    behind = depth_at_ends(wraps, belt, pose)
+    twist = belt.twist.of_cells(belt.chord, places.ends, behind, state.tension, shape.stations)
     press = None
     if belt.guides is not None:
         shares = belt.stiffness / belt.stiffness.sum()
@@ -274,23 +281,19 @@ def step(shape: BatchShape, belt: BeltArrays, state: TravelState, command: Trave
         rolled = jnp.where(stands, pose.axes[:, 2, 1] - state.pose.axes[:, 2, 1], 0.0)
         wraps = jax.vmap(roll_anchors)(belt.surfaces, wraps, pose, rolled)
     if kinks is not None:
-        wraps, kinks = hold_run_up_ends(shape, wraps, belt.surfaces, pose, kinks)
-    for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: sink_ends(shape, w, s, p, end, belt.chord, moved, shaped))(
-            wraps, belt.surfaces, pose
-        )
+        wraps, kinks = jax.vmap(lambda *of: hold_run_up_end(*of, shape.sign))(wraps, belt.surfaces, pose, kinks)
+    wraps = sink_wraps(shape, belt, wraps, pose, moved, shaped)
     places = cut_chain(shape, wraps)
     taut = state.nodes[..., places.stations]
     anchors = anchor_positions(belt, wraps, pose, state.layer, places)
     nodes = predict(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
-    for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda w, s, p, end=end: release_station(shape, w, s, p, end, belt.chord))(
-            wraps, belt.surfaces, pose
-        )
+    wraps = release_stations(belt, wraps, pose)
     places = divide_chain(shape, wraps, places.stations)
     if state.layer is not None:
         anchors = anchor_positions(belt, wraps, pose, state.layer, places)
-    aside = end_offsets(shape, wraps, pose, places, taut, moved / belt.chord, kinks, belt.chord)
+    chords, aside = moved / belt.chord, 0.0
+    if kinks is not None:
+        aside = end_offsets(shape, wraps, pose, places, taut, chords, kinks, belt.chord)
     nodes = jnp.where(places.free, nodes, anchors + aside)
     found = find_equilibrium(shape, belt, wraps, nodes, tail, places, state, command, aside)
     nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found.nodes)
@@ -319,14 +322,36 @@ def _land_step(
         return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.run_speed * time), 1.0), 1.0)
 
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
-    wraps = jax.vmap(lambda w, p: update_tangents(shape, w, p, nodes, over(SPAN_TIME)))(wraps, pose)
-    wraps = land_stations(shape, belt, wraps, (state.pose, state.nodes), (pose, nodes), layer, moved, shaped)
+    wraps = jax.vmap(lambda w, p: update_tangents(w, p, nodes, over(SPAN_TIME)))(wraps, pose)
+    wraps = land_stations(belt, wraps, (state.pose, state.nodes), (pose, nodes), layer, moved, shaped)
     if layer is None:
         return wraps, None
-    return wraps, relax_layer(belt, layer, wraps, pose, nodes, command.share, over(LAYER_TIME))
+    return wraps, relax_layers(belt, layer, wraps, pose, nodes, command.share, over(LAYER_TIME))
 
 
-_BELTS: dict[str, type[BeltModel]] = {"rope": Chain, "grid": Grid, "flex": Membrane}
+def end_offsets(
+    shape: BatchShape,
+    wraps: WrapArrays,
+    poses: PoseArrays,
+    places: ChainLayout,
+    taut: Array,
+    moved: Array,
+    kinks: RopeKinks,
+    chord: Array,
+) -> Array:
+    """By how much held stations of the chain of a limp belt stand aside of their anchors [m], shape (m, 3, n).
+
+    taut [m], (m, 3, n): the chain in its last equilibrium; moved [1]: chords that it has been led on since.
+    """
+    sign, found = shape.sign, jnp.zeros_like(taut)
+    for pulley in (HEAD, TAIL):
+        wrap, pose, kink = (jax.tree.map(lambda v, p=pulley: v[p], tree) for tree in (wraps, poses, kinks))
+        last, first = places.ends[pulley, run_off_end(sign)], places.ends[pulley, run_up_end(sign)]
+        free, next_free, far = (taut[..., last + i * sign] for i in (1, 2, KINK_STATIONS))
+        move, _ = run_off_line(wrap, pose, sign, free + moved * (next_free - free), far, chord)
+        found = found.at[..., last].add(move[:, None] * pose.axes[:, 1])
+        found = found.at[..., first].add(-kink.offset * pose.axes[:, 1])
+    return found
 
 
 @dataclass(frozen=True)
@@ -368,19 +393,19 @@ def prepare_case(
     parts = parts or SceneParts.undisturbed(case, options.friction)
     refuse(belt, options, parts)
     options = fit_options(options, case, belt)
-    scene = lay_out(case, _BELTS[belt](), options, parts)
+    scene = lay_out(case, BELT_MODELS[belt](), options, parts)
     features = features or active_features([parts])
-    shape, arrays = belt_arrays(scene, belt, features)
-    nodes, wraps, pose = lay_belt(scene)
+    shape, arrays = belt_arrays(scene, features)
+    wraps, pose = lay_pulleys(scene, arrays)
     state = TravelState(
-        nodes=nodes,
+        nodes=np.moveaxis(scene.mesh.laid, 0, -1),
         wraps=wraps,
         pose=pose,
         tension=np.array(float(case.tension_force)),
         travel=np.array(-scene.early),
         correction=np.array(0.0),
         slip=SlipState.none(shape) if features.slips else None,
-        kinks=RopeKinks.none(wraps, shape.sign) if shape.limp else None,
+        kinks=RopeKinks.of(wraps, shape.sign) if shape.limp else None,
         compliance_yaw=np.zeros(2) if features.gives_way else None,
         layer=np.zeros((2, 2, shape.lines, 2)) if features.layered else None,
     )
@@ -452,7 +477,7 @@ def run_case(shape: BatchShape, belt: BeltArrays, state: TravelState, commands: 
     def one(state: TravelState, command: TravelCommand) -> tuple[TravelState, Array]:
         state = step(shape, belt, state, command)
         tail_x = state.pose.centre[TAIL, 0]
-        read = reading(shape, belt, state.nodes, state.wraps, tail_x, command.share)
+        read = reading(shape, belt, state.nodes, state.wraps.first, state.wraps.last, tail_x, command.share)
         most = [] if state.slip is None else [state.slip.columns()]
         return state, jnp.concatenate([read, jnp.stack([tail_x, state.travel, state.correction]), *most])
 

@@ -15,8 +15,8 @@ from belt_sim.mujoco3d.options import Options
 def main(rig: str, count: int, segments: int) -> None:
     """Prints seconds of preparation, tracing and compilation, milliseconds a step, memory."""
     from belt_sim.mjx import prepare as made
+    from belt_sim.mjx.mjx_interface import stack_cases
     from belt_sim.mjx.model import Command, plan_run
-    from belt_sim.mjx.mujoco_mjx import stack_cases
     from belt_sim.mjx.run import SEGMENT, carried_state, compile_batch
 
     begun = time.perf_counter()

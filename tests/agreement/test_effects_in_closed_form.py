@@ -298,7 +298,7 @@ def test_deflected_pulleys_are_hollow_in_proportion_to_the_pull():
     np.testing.assert_allclose(bent.y, as_crown.y, atol=EXACT * np.abs(as_crown.y).max())
     parts = PulleyDeflection(compliance=compliance).scene(SceneParts.undisturbed(case), case)
     assert parts.tail.crown == parts.head.crown == pytest.approx(hollow)
-    assert parts.tail.radius_at(0.1) > parts.tail.radius_at(0.0)  # hollow: thinner where it is loaded most
+    assert hollow < 0.0  # thinner where it is loaded most
 
 
 @pytest.mark.evidence(

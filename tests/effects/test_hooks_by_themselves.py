@@ -17,6 +17,7 @@ from belt_sim.files import ROOT
 from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.runup import State, Yaw
 from belt_sim.laws.span import beam_first_order, beam_second_order
+from belt_sim.mujoco3d.wrap import axes_of
 from belt_sim.scene_parts import SceneParts
 
 UNEQUAL = replace(RIG, head_radius=0.25, tail_radius=0.12)
@@ -82,7 +83,7 @@ def test_a_wobbling_pulley_is_the_same_in_the_law_and_in_the_scene(pulley, direc
     surface, still = (getattr(parts, ("tail", "head")[k]) for k in (own, other))
     above = 1.0 if (pulley == "tail") == (direction > 0) else -1.0  # where it runs up
     for travel in (0.0, 0.1, 0.3, 0.7):
-        axes = surface.axes(0.0, spin=direction * travel / surface.radius)
+        axes = axes_of(surface, 0.0, 1.0, direction * travel / surface.radius)
         found = wobble.yaw(Yaw.of(jnp.zeros(()), jnp.zeros(())), state(travel, direction), case)
         yawed = cos * np.cos(travel / surface.radius) + sin * np.sin(travel / surface.radius)
         assert float(getattr(found, pulley)) == pytest.approx(yawed, abs=SMALL)

@@ -1,17 +1,16 @@
 """A straight piece of a belt model with its ends held, pulled at its nodes until it rests."""
 
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 
 import mujoco
 import numpy as np
 from paper_cases import paper_case
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.loads import Torsion
+from belt_sim.mujoco3d.elastic import TwistStiffness, twist_forces
 from belt_sim.mujoco3d.loop import LaidLoop
 from belt_sim.mujoco3d.mesh import Mesh
-from belt_sim.mujoco3d.mujoco_4 import Motion, Solver, Springs, add_dummy_equality, compile_model, set_solver
+from belt_sim.mujoco3d.mujoco_interface import Motion, Solver, Springs, add_dummy_equality, compile_model, set_solver
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.stress_free import with_curvature
 from belt_sim.paper import ROPE_EXAMPLE
@@ -37,12 +36,15 @@ class Strip:
         return self.case.belt
 
     def settle(self, steps: int, *, torsion: bool = False) -> np.ndarray:
-        """Displacements [m] from the laid places after ``steps``; torsion: with the couples of torsion.py."""
-        loads = np.array([[0.0] * 3, [-2.0 * float(self.case.tension_force), 0.0, 0.0]])
-        state = SimpleNamespace(slides=self.motion.slides, loads=loads, wraps=(), poses=())
-        couples = Torsion.of(self.belt, self.mesh) if torsion else None
+        """Displacements [m] from the laid places after ``steps``; torsion: with the couples that lines lack."""
+        twist, tension = TwistStiffness.of(self.belt, self.mesh), float(self.case.tension_force)
+        stiffness = np.full(self.mesh.stations, tension * (twist.tense - twist.own) + twist.still - twist.locked)
         for _ in range(steps):
-            forces = self.pulls if couples is None else self.pulls + couples.forces(state, self.springs)
+            forces, height = self.pulls.copy(), (self.mesh.rest + self.motion.slides)[..., 2]
+            if torsion:
+                couple = twist_forces(height[:, 0] - height[:, -1], stiffness, twist.cubic)
+                forces[:, 0, 2] += couple - np.roll(couple, 1)
+                forces[:, -1, 2] -= couple - np.roll(couple, 1)
             self.solver.step(self.motion, self.springs, forces, np.zeros(1))
         return self.motion.slides - (self.mesh.laid - self.mesh.rest)
 

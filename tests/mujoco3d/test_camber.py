@@ -15,7 +15,7 @@ from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.machine import build_scene
 from belt_sim.mujoco3d.mesh import Grid, Membrane
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.mujoco_4 import Solver, compile_model, mjcf
+from belt_sim.mujoco3d.mujoco_interface import Solver, compile_model, mjcf
 from belt_sim.mujoco3d.stress_free import RestLengths as RestLengths
 from belt_sim.mujoco3d.stress_free import cell_distances
 from belt_sim.paper import ROPE_EXAMPLE

@@ -4,14 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from pulley_bench import empty_wrap, pose, surface
 
-from belt_sim.mujoco3d import wrap as contact
-from belt_sim.mujoco3d.engine import place_run_off_stations
-from belt_sim.mujoco3d.mesh import Mesh
-from belt_sim.mujoco3d.mujoco_4 import Springs
-from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, Wrap
-from belt_sim.mujoco3d.wrap import anchor_station
-from belt_sim.scene_parts import PulleySurface
+from belt_sim.mujoco3d import contact
+from belt_sim.mujoco3d.rope import run_off_line
+from belt_sim.mujoco3d.state import RunState
+from belt_sim.mujoco3d.wrap import HEAD, TAIL, axes_of, cylinder_coordinates, update_tangents
 
 R, CHORD, N = 0.17, 0.01, 120
 ARC = np.pi * R  # of the belt that lies on a pulley whose spans are level
@@ -31,121 +29,110 @@ def stations(travel):
     return np.stack(lines, axis=1), s
 
 
-def mesh_of(rest):
-    mass = np.full(2, 0.1)
-    return Mesh(rest=rest, laid=rest, line_stiffness=mass, line_y=np.array([0.05, -0.05]), mass=mass, chord=CHORD)
+BELT = SimpleNamespace(chord=CHORD, mass=np.full(2, 0.1))
+CYLINDER = surface(R, CHORD)
+
+
+def nodes_at(travel):
+    """Nodes (2, 3, N) [m], and how far each station is behind the place where the belt meets the pulley."""
+    places, s = stations(travel)
+    return np.moveaxis(places, 0, -1), s
 
 
 def laid(extra=0.0):
-    """A mesh, its wrap held from half a chord before the belt meets the pulley to half a chord behind, its pose."""
-    places, s = stations(extra)
-    wrap, pose = Wrap.empty(PulleySurface(radius=R), 0.0, N, 2), Pose(np.zeros(3), np.eye(3), extra / R)
+    """Nodes, their wrap held from half a chord before the belt meets the pulley to half a chord behind, its pose."""
+    (nodes, s), at = nodes_at(extra), pose(spin=extra / R)
     held = np.flatnonzero((s > -0.5 * CHORD) & (s < ARC + 0.5 * CHORD))
-    wrap.first, wrap.last = int(held[0]), int(held[-1])
-    wrap.renumber()
-    for k in held:
-        anchor_station(wrap, pose, k, places[k])
-    wrap.angle[held[-1]] = wrap.angle[held[-2]] + CHORD / R  # this one may stand in the straight part
+    wrap = empty_wrap(int(held[0]), int(held[-1]), N)
+    wrap.r[:, held], wrap.y[:, held], wrap.angle[:, held] = cylinder_coordinates(nodes[:, :, held], at)
+    wrap.angle[:, held[-1]] = wrap.angle[:, held[-2]] + CHORD / R  # this one may stand in the straight part
     wrap.tangent[:] = 0.0, np.pi
-    return mesh_of(places), wrap, pose
+    return nodes, wrap, at
 
 
-def running(mesh, wrap, pose):
-    return SimpleNamespace(
-        wraps=(wrap,), poses=(pose,), slides=np.zeros_like(mesh.rest), slip=np.zeros(2), waiting_pulley=-1, speed=0.0
-    )
+def running(wraps, poses, speed=0.0):
+    still = np.zeros((N, 2, 3))
+    return RunState(
+        joints=np.zeros(5), joint_rates=np.zeros(5), slides=still, slide_rates=still, poses=poses, wraps=wraps,
+        layers=[np.zeros((2, 2, 2)) for _ in wraps], slip_increments=[np.zeros((2, 2, N)) for _ in wraps], travel=0.0,
+        shaped=1.0, speed=speed,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_stations_land_where_the_belt_comes_in_and_go_where_it_leaves(sign):
     begun = 0.4 * CHORD
-    mesh, wrap, pose = laid(begun)
-    state, first, last = running(mesh, wrap, pose), [], []
+    _, wrap, at = laid(begun)
+    state, first, last = running([wrap], [at]), [], []
     for travel in begun + sign * np.arange(0.0, 5.0, 0.1) * CHORD:
-        places, s = stations(travel)
-        state.slides[:] = places - mesh.rest
-        pose.spin = travel / R
-        contact.update_contact(mesh, state, np.zeros_like(mesh.rest), STEP, np.inf, None)
-        first.append(s[wrap.first] / CHORD)
-        last.append((s[wrap.last] - ARC) / CHORD)
+        nodes, s = nodes_at(travel)
+        state.poses = [pose(spin=travel / R)]
+        contact.update_contact(BELT, [CYLINDER], state, nodes, np.zeros_like(nodes), STEP, np.inf, None)
+        first.append(s[state.wraps[0].first] / CHORD)
+        last.append((s[state.wraps[0].last] - ARC) / CHORD)
     for places in (first, last):  # in chords from where the belt meets the pulley
         assert np.abs(places).max() < 0.65
-    assert wrap.tangent == pytest.approx([0.0, np.pi], abs=SMALL)
+    assert state.wraps[0].tangent == pytest.approx([0.0, np.pi], abs=SMALL)
 
 
 def test_the_places_where_a_belt_meets_a_pulley_are_found_from_its_spans():
-    mesh, wrap, pose = laid()
-    state = running(mesh, wrap, pose)
+    nodes, wrap, at = laid()
     wrap.tangent[:] = 0.02, np.pi + 0.02
     errors = []
     for _ in range(200):
-        contact._update_tangents(mesh, state.slides, wrap, pose, 0.05)
+        wrap = update_tangents(wrap, at, nodes, 0.05)
         errors.append(np.abs(wrap.tangent - [0.0, np.pi]))
     assert np.all(np.diff(errors, axis=0) <= 1e-12)
     np.testing.assert_allclose(errors[-1], 0.0, atol=1e-5)
-
-
-class Sliding(SimpleNamespace):
-    """As much of a wrap as sliding asks for."""
-
-    def components(self, pose, vectors):
-        return vectors
 
 
 def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
     """On one pulley only it slides on in every step; how far counts for its own pulley."""
     asked = []
 
-    def slipped(wrap, holding, friction, tangent):
-        asked.append(wrap.name)
-        return 1.0 if wrap.name == "head" else 10.0
+    def slipped(belt, cylinder, state, which, *others):
+        asked.append(which)
+        return (1.0, 10.0)[which]
 
-    for name, fake in (
-        ("slide_anchors", slipped),
-        ("_update_tangents", lambda *a: None),
-        ("_change_end", lambda *a: None),
-    ):
-        monkeypatch.setattr(contact, name, fake)
-    head, tail = (Sliding(name=n, stations=np.arange(4), surface=SimpleNamespace(radius=R)) for n in ("head", "tail"))
-    state = SimpleNamespace(
-        wraps=(head, tail), poses=(None, None), slides=None, slip=np.zeros(2), waiting_pulley=-1, speed=0.5
-    )
-    mesh, pull = mesh_of(np.zeros((4, 2, 3))), np.zeros((4, 2, 3))
+    monkeypatch.setattr(contact, "slide_wrap", slipped)
+    monkeypatch.setattr(contact, "change_end", lambda belt, wrap, *others: wrap)
+    nodes, wrap, at = laid()
+    state = running([wrap, wrap], [at, at], speed=0.5)
 
     def step(head_slides, tail_slides):
         asked.clear()
-        head.sliding, tail.sliding = (np.full((4, 2), x) for x in (head_slides, tail_slides))
-        contact.update_contact(mesh, state, pull, STEP, 0.2, "some")
+        for which, slides in ((HEAD, head_slides), (TAIL, tail_slides)):
+            state.slip_increments[which][:] = float(slides)
+        contact.update_contact(BELT, [CYLINDER] * 2, state, nodes, 0.0 * nodes, STEP, 0.2, "some")
         return set(asked)
 
-    assert step(True, False) == step(False, True) == step(False, False) == {"head", "tail"}
+    assert step(True, False) == step(False, True) == step(False, False) == {HEAD, TAIL}
     assert state.slip.tolist() == [3.0, 30.0]
     turns = [step(True, True) for _ in range(4)]
     assert turns[0] != turns[1]
     assert turns == [turns[0], turns[1]] * 2
-    assert set.union(*turns) == {"head", "tail"}
+    assert set.union(*turns) == {HEAD, TAIL}
     assert all(len(t) == 1 for t in turns)
-    names = {"head": HEAD, "tail": TAIL}
-    assert names[next(iter(turns[-1]))] != state.waiting_pulley
+    assert next(iter(turns[-1])) != state.waiting_pulley
     assert state.slip.tolist() == [5.0, 50.0]
 
 
-def test_a_belt_presses_less_the_faster_it_runs(monkeypatch):
-    """T/R less rho v^2/R of a metre: at v^2 = T / (mass per length) nothing presses any more."""
-    seen = []
-    monkeypatch.setattr(contact, "slide_anchors", lambda wrap, holding, *a: seen.append(holding.copy()) or 0.0)
-    mesh, wrap, pose = laid()
-    tension = 2000.0  # [N] of a line of nodes
-    state = running(mesh, wrap, pose)
-    turned = wrap.angle[wrap.stations]
-    inwards = -tension * CHORD / R * np.stack([np.sin(turned), 0.0 * turned, np.cos(turned)], axis=-1)
-    pull = np.zeros_like(mesh.rest)
-    pull[wrap.stations] = inwards
-    for state.speed in (0.0, np.sqrt(tension / (mesh.mass[0] / CHORD))):
-        contact.update_contact(mesh, state, pull, STEP, 0.2, "some")
-    np.testing.assert_allclose(seen[0][..., 0], tension * CHORD / R, rtol=1e-12)
-    np.testing.assert_allclose(seen[1][..., 0], 0.0, atol=1e-9)
-    assert np.abs(seen[0][..., 1:]).max() < 1e-9
+def test_a_belt_presses_less_the_faster_it_runs():
+    """T/R less rho v^2/R of a metre: at v^2 = T / (mass per length) nothing presses, so that a small force slides."""
+    tension, aside, rigid = 2000.0, 1e-3, 1e8  # [N] of a line of nodes, [N], [N/m]
+    nodes, wrap, at = laid()
+    held = np.arange(wrap.first, wrap.last + 1)
+    turned, pull = wrap.angle[:, held], np.zeros_like(nodes)
+    pull[:, 0, held], pull[:, 2, held] = -tension * CHORD / R * np.array([np.sin(turned), np.cos(turned)])
+    pull[:, 1, held] = aside
+    tangent = SimpleNamespace(wrap=lambda first, count: rigid * np.eye(4 * count))
+    fast = np.sqrt(tension / (BELT.mass[0] / CHORD))
+    for share in (0.0, 0.5, 0.999):
+        limit = aside / (tension * CHORD / R * (1.0 - share**2))  # the friction at which it just holds
+        for near, slides in ((1.001, False), (0.9, True)):
+            state = running([wrap], [at], speed=share * fast)
+            moved = contact.slide_wrap(BELT, CYLINDER, state, 0, pull, near * limit, tangent)
+            assert (moved != 0.0) == slides
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -154,31 +141,17 @@ def test_a_limp_belt_leaves_on_the_line_from_the_tangent_point(sign, part):
     """Its lines lean by one angle on the pulley, by another in the span; the kink is at the tangent point, though
     the last station held is before or behind it."""
     on, off, turn = 1e-3, -4e-3, 5e-3
-    axes = PulleySurface(radius=R).axes(turn)
+    at = pose(axes_of(CYLINDER, turn, 0.0, 0.0), 0.3)
     k, end = (30 + int(ARC / CHORD), ARC) if sign > 0 else (30, 0.0)
     rest, s = stations(end + sign * part * CHORD - (k - 30) * CHORD)
     ahead = sign * (s - end)  # of the tangent point, along the travel; part of a chord at station k
     lean = np.where((ahead > 0.0) & (np.arange(N) != k), off, on) * ahead
     places = rest.copy()
     places[..., 1] += lean[:, None]
-    places, mesh = places @ axes.T, mesh_of(rest)
-    wrap, pose = Wrap.empty(PulleySurface(radius=R), 0.0, N, 2), Pose(np.zeros(3), axes, 0.3)
-    wrap.first, wrap.last = (k - 20, k) if sign > 0 else (k, k + 20)
-    wrap.renumber()
-    slides = places - rest
-    springs = Springs(slides.copy(), np.zeros_like(slides))
-    state = SimpleNamespace(
-        wraps=(wrap,), poses=(pose,), slides=slides.copy(), run_off_stations=[k - sign], kink_slope=[None]
-    )
-    place_run_off_stations(mesh, state, springs, sign)
-    moved = (springs.rest - slides) @ axes
-    assert not moved[np.arange(N) != k].any()
-    np.testing.assert_allclose(state.kink_slope[0], -on, rtol=1e-6)  # counted against the travel
+    nodes = np.moveaxis(places @ at.axes.T, 0, -1)
+    wrap = empty_wrap(*((k - 20, k) if sign > 0 else (k, k + 20)), N)
+    wrap.r[:], wrap.y[:], wrap.angle[:] = cylinder_coordinates(nodes, at)
+    move, slope = run_off_line(wrap, at, sign, nodes[..., k + sign], nodes[..., k + 8 * sign], CHORD)
+    np.testing.assert_allclose(slope, -on, rtol=1e-6)  # counted against the travel
     line = lean[k + sign] * part / (1.0 + part)  # from the tangent point to the first free station
-    np.testing.assert_allclose(moved[k, :, 1], line - lean[k], atol=NEAR * abs(off - on) * CHORD)
-    np.testing.assert_allclose(moved[k][:, [0, 2]], 0.0, atol=1e-15)
-    np.testing.assert_array_equal(state.slides, springs.rest)  # it has just become the last one
-    assert state.run_off_stations == [k]
-    before = state.slides.copy()
-    place_run_off_stations(mesh, state, springs, sign)
-    np.testing.assert_array_equal(state.slides, before)  # it is the last one still
+    np.testing.assert_allclose(move, line - lean[k], atol=NEAR * abs(off - on) * CHORD)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.belt_mechanics.belt import ActiveFeatures, belt_arrays
-from belt_sim.belt_mechanics.elastic import stretch_energy
 from belt_sim.effects.span_stiffness import Flatness
 from belt_sim.errors import CannotRepresent
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.engine import BELT_MODELS
+from belt_sim.mujoco3d.belt import ActiveFeatures, belt_arrays
+from belt_sim.mujoco3d.elastic import stretch_energy
 from belt_sim.mujoco3d.machine import lay_out
+from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import fit_options
 from belt_sim.paper import ROPE_EXAMPLE
@@ -45,7 +45,7 @@ def test_the_lines_share_a_parabola_without_resultant(across):
 def torsional_stiffness(amplitude, across, belt):
     """Couple over twist per metre [N m2] of all that acts between two stations under tension, mean of even and odd."""
     scene = scene_of(amplitude, across, belt)
-    shape, arrays = belt_arrays(scene, belt, ActiveFeatures())
+    shape, arrays = belt_arrays(scene, ActiveFeatures())
     strain = float(CASE.settings.tension / CASE.belt.youngs_modulus)
     numbers, m = np.arange(4), across
     nodes = np.zeros((m, 3, 4))
@@ -80,10 +80,10 @@ def test_none_of_it_is_the_belt_without_it_to_the_last_digit():
     plain = lay_out(CASE, BELT_MODELS["flex"](), fit_options(Options(dx=0.04, across=3), CASE, "flex"),
                     SpaceModel(options=Options(dx=0.04, across=3)).parts(CASE, []))  # fmt: skip
     null = scene_of(0.0, 3)
-    for one, other in zip(belt_arrays(plain, "flex", ActiveFeatures())[1].ties,
-                          belt_arrays(null, "flex", ActiveFeatures())[1].ties, strict=True):  # fmt: skip
+    for one, other in zip(belt_arrays(plain, ActiveFeatures())[1].ties,
+                          belt_arrays(null, ActiveFeatures())[1].ties, strict=True):  # fmt: skip
         np.testing.assert_array_equal(one, other)
-    assert belt_arrays(null, "flex", ActiveFeatures())[1].twist.locked == 0.0
+    assert belt_arrays(null, ActiveFeatures())[1].twist.locked == 0.0
     assert null.mesh.residual == 0.0
 
 

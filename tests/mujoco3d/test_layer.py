@@ -1,19 +1,22 @@
 """The bending layer in 3D: each line of nodes from its own stress and slope, and what the belt makes of it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from paper_cases import paper_case
+from pulley_bench import empty_wrap, pose, surface
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.contact import LiftOff
 from belt_sim.laws.span import torsional_stiffness
 from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.belt import LayerFibres
+from belt_sim.mujoco3d.elastic import Ties, TwistStiffness
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.state import Pose, Wrap
-from belt_sim.mujoco3d.wrap import FIRST, LAST, BendingLayer, depth, station_displacement, thread_places
+from belt_sim.mujoco3d.wrap import FIRST, LAST, OUTWARDS, depth, line_displacements, station_displacement, thread_places
 from belt_sim.paper import ROPE_EXAMPLE
-from belt_sim.scene_parts import PulleySurface
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
 
@@ -23,9 +26,12 @@ KAPPA, TWIST, ROLLED = 2e-6, 2e-3, 1e-9  # [1/m], [rad/m]
 CHANGE = 0.06  # of what the layer does to y: stations of 25 mm on a span of 2 m, moments read 50 mm off
 
 
+CYLINDER = surface(R, CHORD)
+
+
 def beside_a_pulley(case, end, across, kappa=0.0, twist=0.0):
     """A straight span along +x above (end FIRST) or along -x below a pulley at x = 0, bent and twisted in its links."""
-    side = -end  # +1: upper span, which comes to the tail; -1: lower span, which leaves it
+    side = -OUTWARDS[end]  # +1: upper span, which comes to the tail; -1: lower span, which leaves it
     y = 0.5 * float(case.belt.width) * np.linspace(1.0, -1.0, across)
     x = CHORD * (np.arange(N) - HELD) * side
     rest = np.zeros((N, across, 3))
@@ -35,11 +41,17 @@ def beside_a_pulley(case, end, across, kappa=0.0, twist=0.0):
     slides = np.zeros_like(rest)
     slides[..., 0] = x[:, None] * strain
     slides[..., 2] = side * R + twist * x[:, None] * y
-    wrap = Wrap.empty(PulleySurface(radius=R), 0.0, N, across)
-    wrap.first, wrap.last = (HELD, N - 1) if end == FIRST else (0, HELD)
-    wrap.renumber()
+    wrap = empty_wrap(*((HELD, N - 1) if end == FIRST else (0, HELD)), N, across)
     wrap.tangent[:] = 0.0 if end == FIRST else np.pi
-    return mesh, slides, wrap, Pose(np.zeros(3), np.eye(3), 0.0)
+    twist = TwistStiffness.of(case.belt, mesh)
+    belt = SimpleNamespace(
+        ties=Ties(None, np.ones((1, 1)), np.full((1, 1, 1), CHORD), np.zeros((1, 1, 1))), line_y=y, chord=CHORD,
+        fibres=LayerFibres.of(case, mesh, twist, 1.0),
+    )  # fmt: skip
+    if across > 1:
+        length = np.full((across - 1, 6, 1), CHORD)
+        belt.ties = belt.ties._replace(length=length, natural=0.0 * length)
+    return belt, mesh.nodes(slides), wrap
 
 
 def of_the_law(case):
@@ -53,15 +65,16 @@ def of_the_law(case):
 @pytest.mark.parametrize(("end", "across"), [(FIRST, 2), (LAST, 2), (FIRST, 5)])
 def test_a_bent_belt_tilts_and_turns_at_the_tangent_point(tension, end, across):
     case = paper_case(tension)
-    mesh, slides, wrap, pose = beside_a_pulley(case, end, across, kappa=KAPPA)
-    out, drawn = BendingLayer.of(case, mesh, 1.0, 1e-3).displacements(slides, wrap, pose, end).T
+    belt, nodes, wrap = beside_a_pulley(case, end, across, kappa=KAPPA)
+    layer = np.zeros((2, across, 2))
+    layer[end] = line_displacements(belt, 1.0, nodes, wrap, R, pose(), end)
+    out, drawn = layer[end].T
     lift, lean, torsion = of_the_law(case)
-    moment, y = float(case.belt.bending_stiffness) * KAPPA, mesh.line_y
+    moment, y = float(case.belt.bending_stiffness) * KAPPA, belt.line_y
     assert np.polyfit(y, out, 1)[0] == pytest.approx(lift * moment / torsion, rel=FIBRES)
     assert np.polyfit(y, drawn, 1)[0] == pytest.approx(lean * moment / torsion, rel=FIBRES)
-    wrap.layer[(end + 1) // 2] = np.stack([out, drawn], axis=1)
-    moved = station_displacement(wrap, pose, end, np.zeros(1), mesh)[0]
-    side = -end
+    moved = station_displacement(belt, wrap, CYLINDER, pose(), layer, np.zeros(1), end)[..., 0]
+    side = -OUTWARDS[end]
     assert np.polyfit(y, moved[:, 2], 1)[0] == pytest.approx(side * lift * moment / torsion, rel=FIBRES)
     assert moved[:, 0] == pytest.approx(drawn)  # into the tail pulley, at x > 0 of upper and lower span
     assert np.abs(out.mean()) + np.abs(drawn.mean()) < ROLLED
@@ -70,30 +83,31 @@ def test_a_bent_belt_tilts_and_turns_at_the_tangent_point(tension, end, across):
 @pytest.mark.parametrize("end", [FIRST, LAST])
 def test_a_twisted_belt_is_drawn_in_less_where_it_comes_steeper(end):
     case = paper_case(10)
-    mesh, slides, wrap, pose = beside_a_pulley(case, end, 2, twist=TWIST)
-    out, drawn = BendingLayer.of(case, mesh, 1.0, 1e-3).displacements(slides, wrap, pose, end).T
+    belt, nodes, wrap = beside_a_pulley(case, end, 2, twist=TWIST)
+    out, drawn = line_displacements(belt, 1.0, nodes, wrap, R, pose(), end).T
     lift, _, torsion = of_the_law(case)
     own = float(case.tension_force) * float(case.belt.width) ** 2 / 12.0 / torsion
     steeper = TWIST if end == FIRST else -TWIST  # the lower span's outside is below
-    assert np.polyfit(mesh.line_y, drawn, 1)[0] == pytest.approx(-lift * own * steeper, rel=FIBRES)
+    assert np.polyfit(belt.line_y, drawn, 1)[0] == pytest.approx(-lift * own * steeper, rel=FIBRES)
     assert np.abs(np.diff(out)).max() < 0.01 * np.abs(np.diff(drawn)).max()
 
 
 @pytest.mark.parametrize("end", [FIRST, LAST])
 def test_a_landing_station_is_put_back_by_what_the_layer_displaces_it(end):
-    mesh, slides, wrap, pose = beside_a_pulley(paper_case(10), end, 2)
-    wrap.angle[:] = wrap.tangent[(end + 1) // 2]
-    np.testing.assert_array_equal(
-        thread_places(wrap, pose, end, mesh, slides), (mesh.rest + slides)[[HELD + end, HELD]]
-    )
-    wrap.layer[(end + 1) // 2] = [[2e-5, 1e-6], [-2e-5, -1e-6]]
-    inside = np.array([-CHORD, 0.0])
-    thread = thread_places(wrap, pose, end, mesh, slides)
-    moved = station_displacement(wrap, pose, end, inside, mesh)
-    assert thread + moved == pytest.approx((mesh.rest + slides)[[HELD + end, HELD]], abs=2e-9)
-    assert moved[0, :, 1] == pytest.approx(1e-6 / mesh.line_y[0] * CHORD * np.ones(2))
-    assert station_displacement(wrap, pose, end, np.array([6 * CHORD]), mesh) == pytest.approx(0.0)
-    assert depth(wrap, pose, np.array([wrap.tangent[(end + 1) // 2]]), end) == pytest.approx(0.0)
+    belt, nodes, wrap = beside_a_pulley(paper_case(10), end, 2)
+    wrap.angle[:] = wrap.tangent[end]
+    pair, layer = nodes[..., [HELD + OUTWARDS[end], HELD]], np.zeros((2, 2, 2))
+    np.testing.assert_array_equal(thread_places(belt, wrap, CYLINDER, pose(), None, nodes, end), pair)
+    layer[end] = [[2e-5, 1e-6], [-2e-5, -1e-6]]
+    thread = thread_places(belt, wrap, CYLINDER, pose(), layer, nodes, end)
+
+    def displaced(*inside):
+        return station_displacement(belt, wrap, CYLINDER, pose(), layer, np.array(inside), end)
+
+    assert thread + displaced(-CHORD, 0.0) == pytest.approx(pair, abs=2e-9)
+    assert displaced(-CHORD)[:, 1, 0] == pytest.approx(1e-6 / belt.line_y[0] * CHORD * np.ones(2))
+    assert displaced(6 * CHORD) == pytest.approx(0.0)
+    assert depth(wrap, CYLINDER, pose(), wrap.tangent[end], end) == pytest.approx(0.0)
 
 
 @pytest.mark.evidence(

@@ -92,7 +92,7 @@ def test_the_checked_in_scene_is_what_the_command_writes():
 @pytest.mark.parametrize("belt", ["rope", "grid"])
 def test_belts_of_tendons_stay_on_their_pulleys(belt):
     spec = bs.scene(model=f"mujoco_{belt}", rig="rope_example", tension=40, yaw=0.0)
-    from belt_sim.mujoco3d.mujoco_4 import compile_model, silence_expected_warnings
+    from belt_sim.mujoco3d.mujoco_interface import compile_model, silence_expected_warnings
 
     model = compile_model(spec)
     data = mujoco.MjData(model)

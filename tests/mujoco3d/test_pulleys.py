@@ -4,19 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from pulley_bench import empty_wrap, places, surface
 
-from belt_sim.mujoco3d.loads import loads_on_pulleys
-from belt_sim.mujoco3d.machine import (
-    HEAD_SPIN,
-    HEAD_YAW,
-    STATION_JOINTS,
-    TAIL_SLIDE,
-    TAIL_SPIN,
-    TAIL_YAW,
-    Drive,
-    Pulleys,
-)
-from belt_sim.mujoco3d.state import HEAD, TAIL, Pose, Wrap
+from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
+from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, laid_poses, loads_on_pulleys
+from belt_sim.mujoco3d.stages import Drive
+from belt_sim.mujoco3d.state import RunState
+from belt_sim.mujoco3d.wrap import HEAD, TAIL, PoseArrays
 from belt_sim.scene_parts import PulleySurface, SceneParts
 
 APART, SPEED, STEP = 2.0, 0.5, 1e-3  # [m], [m/s], [s]
@@ -29,25 +23,23 @@ PARTS = SceneParts(
 STICKS = {"friction": np.inf, "drag": (0.0, 0.0)}
 
 
-def machine(sign=1.0, **changed):
-    case, options = SimpleNamespace(rig=SimpleNamespace(centre_distance=APART)), SimpleNamespace(settle=0.0)
-    scene = SimpleNamespace(parts=PARTS, case=case, options=options)
-    numbers = {"load": 0.0, "slide_mass": 20.0, "spin_inertia": 0.3, "slide_drag": 400.0, "spin_drag": 6.0}
-    return Pulleys(**{"scene": scene, "sign": sign, "fixed": False} | numbers | changed)
+SURFACES = [surface(p.radius, 0.025, yaw_compliance=p.yaw_compliance) for p in (PARTS.head, PARTS.tail)]
 
 
-def bare(surface):
-    """A pulley on which nothing lies."""
-    return Wrap.empty(surface, 0.0, 4, 2)
+def machine(sign=1.0, load=0.0, fixed=False, surfaces=SURFACES, **changed):
+    scene = SimpleNamespace(parts=PARTS, options=SimpleNamespace(settle=0.0))
+    tail = TailPulley(mass=20.0, inertia=0.3, slide_drag=400.0, spin_drag=6.0, radius=PARTS.tail.radius, x=APART)
+    return Pulleys(scene, surfaces, tail._replace(**changed), sign, load, fixed)
 
 
-def still():
-    poses = tuple(Pose(np.array([x, 0.0, 0.0]), np.eye(3), 0.0) for x in (0.0, APART))
+def still(stations=4):
+    """Pulleys on which nothing lies."""
     joints, rates = np.zeros((2, STATION_JOINTS))
-    return SimpleNamespace(
-        poses=poses, joints=joints, joint_rates=rates, loads=np.zeros((2, 3)), yaw=np.zeros(2),
-        compliance_yaw=np.zeros(2), share=1.0, time=1.0, speed=0.0, travel=0.0,
-        wraps=(bare(PARTS.head), bare(PARTS.tail)),
+    slides, slide_rates = np.zeros((2, stations, 2, 3))
+    return RunState(
+        poses=[PoseArrays(np.array([x, 0.0, 0.0]), np.eye(3), 0.0) for x in (0.0, APART)],
+        joints=joints, joint_rates=rates, slides=slides, slide_rates=slide_rates, layers=[], slip_increments=[],
+        wraps=[empty_wrap(0, -1, stations) for _ in range(2)], share=1.0, time=1.0, travel=0.0,
     )  # fmt: skip
 
 
@@ -55,8 +47,8 @@ def go(pulleys, state, drives, dt=STEP):
     """Steps in which the joints follow their forces, as MuJoCo has them do; the forces of the last one."""
     for drive in drives:
         forces = pulleys.advance(state, drive, dt)
-        state.joint_rates[TAIL_SLIDE] += dt * forces[TAIL_SLIDE] / pulleys.slide_mass
-        state.joint_rates[TAIL_SPIN] += dt * forces[TAIL_SPIN] / pulleys.spin_inertia
+        state.joint_rates[TAIL_SLIDE] += dt * forces[TAIL_SLIDE] / pulleys.tail.mass
+        state.joint_rates[TAIL_SPIN] += dt * forces[TAIL_SPIN] / pulleys.tail.inertia
         state.joints += dt * state.joint_rates
         foretold = state.poses[TAIL].spin, state.poses[TAIL].centre[0]
         pulleys.read(state)
@@ -76,7 +68,9 @@ def test_a_tail_pulley_that_spins_unlike_the_belt_is_brought_to_the_belts_speed(
     state.joint_rates[TAIL_SPIN] = begins * rim
     go(pulleys, state, steady(100))
     ahead = state.joint_rates[TAIL_SPIN] / rim - 1.0
-    assert ahead == pytest.approx((begins - 1.0) * np.exp(-0.1 * pulleys.spin_drag / pulleys.spin_inertia), rel=1e-3)
+    assert ahead == pytest.approx(
+        (begins - 1.0) * np.exp(-0.1 * pulleys.tail.spin_drag / pulleys.tail.inertia), rel=1e-3
+    )
     assert state.joint_rates[HEAD_SPIN] == pytest.approx(sign * SPEED / PARTS.head.radius)
     assert state.poses[HEAD].spin == pytest.approx(sign * 0.1 * SPEED / PARTS.head.radius)
 
@@ -97,7 +91,7 @@ def test_the_belts_moment_about_the_axis_turns_the_tail_pulley():
     pulleys, state = machine(spin_drag=0.0), still()
     state.loads[:] = [[9.0, 9.0, 0.0], [0.0, 0.6, 0.0]]
     go(pulleys, state, steady(100, lead=0.3))
-    assert state.joint_rates[TAIL_SPIN] == pytest.approx(0.6 / pulleys.spin_inertia * 0.1)
+    assert state.joint_rates[TAIL_SPIN] == pytest.approx(0.6 / pulleys.tail.inertia * 0.1)
 
 
 def test_a_rim_that_leads_runs_faster_than_the_belt_by_so_much():
@@ -113,7 +107,7 @@ def test_the_load_draws_the_tail_away_from_the_head_and_the_belt_holds_it():
     assert state.poses[TAIL].centre[0] == APART
     state.loads[TAIL, 0] = -600.0
     go(pulleys, state, steady(2000))
-    assert state.joint_rates[TAIL_SLIDE] == pytest.approx(200.0 / pulleys.slide_drag, rel=1e-6)
+    assert state.joint_rates[TAIL_SLIDE] == pytest.approx(200.0 / pulleys.tail.slide_drag, rel=1e-6)
     assert state.poses[TAIL].centre[0] > APART + 0.5
     assert state.poses[HEAD].centre[0] == 0.0
 
@@ -145,40 +139,37 @@ def test_a_pulley_gives_way_in_the_sense_of_the_moment_on_itself(which):
 
 def test_the_belt_loads_a_pulley_by_its_pull_and_its_moments_about_axis_and_z():
     """A tight edge at +y, drawn towards -x, turns the pulley about +z; drawn so at its top it spins it backwards."""
-    at, pull = np.zeros((2, 4, 2, 3))
-    at[1] = [[APART, 0.06, 0.12], [APART, -0.06, 0.12]]
-    pull[1] = [[-300.0, 7.0, 5.0], [-100.0, 7.0, 5.0]]
-    pull[3] = 1e6  # lies on neither
-    mesh = SimpleNamespace(at=lambda slides, k: slides[k])
-    wraps = SimpleNamespace(stations=np.array([0])), SimpleNamespace(stations=np.array([1]))
-    loads = loads_on_pulleys(mesh, at, pull, wraps, still().poses)
+    at, pull = np.zeros((2, 2, 3, 4))
+    at[..., 1] = [[APART, 0.06, 0.12], [APART, -0.06, 0.12]]
+    pull[..., 1] = [[-300.0, 7.0, 5.0], [-100.0, 7.0, 5.0]]
+    pull[..., 3] = 1e6  # lies on neither
+    state = still()
+    state.wraps = [empty_wrap(0, 0, 4), empty_wrap(1, 1, 4)]
+    loads = loads_on_pulleys(state, at, pull)
     np.testing.assert_allclose(loads, [[0.0] * 3, [-400.0, -0.12 * 400.0, 0.06 * 200.0]], atol=1e-12)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_laid_pulleys_have_turned_by_nothing_when_travel_0_is_reached(sign):
-    pulleys = machine(sign)
-    pulleys.scene.early, pulleys.scene.loop = 0.6, SimpleNamespace(centre_distance=1.9)
-    for pose, surface, x in zip(pulleys.laid(), (PARTS.head, PARTS.tail), (0.0, 1.9), strict=True):
-        assert pose.spin + sign * 0.6 / surface.radius == pytest.approx(0.0, abs=1e-12)
+    case, loop = SimpleNamespace(settings=SimpleNamespace(direction=sign)), SimpleNamespace(centre_distance=1.9)
+    poses = laid_poses(SimpleNamespace(parts=PARTS, early=0.6, case=case, loop=loop))
+    for pose, pulley, x in zip(poses, (PARTS.head, PARTS.tail), (0.0, 1.9), strict=True):
+        assert pose.spin + sign * 0.6 / pulley.radius == pytest.approx(0.0, abs=1e-12)
         assert pose.centre.tolist() == [x, 0.0, 0.0]
-    assert pulleys.joints(pulleys.laid())[TAIL_SLIDE] == pytest.approx(1.9 - APART)
 
 
 def test_a_belt_stays_where_it_is_when_its_pulley_begins_to_be_canted():
     """To second order in the angle; what runs goes with the pulley."""
-    surface = PulleySurface(radius=0.2, cant=1e-3)
+    canted = surface(0.2, 0.025, cant=1e-3)
     for speed, moved in ((0.0, 0.0), (0.5, 2e-4)):
-        state, wrap = still(), Wrap.empty(surface, 0.0, 3, 2)
-        wrap.last, wrap.r[:], wrap.angle[:] = 2, 0.2, np.array([[0.0], [0.5 * np.pi], [np.pi]])
-        wrap.y[:] = 0.3, -0.3
-        wrap.renumber()
-        state.wraps, state.speed, state.share = (bare(PARTS.head), wrap), speed, 0.0
-        pulleys = machine()
-        pulleys.scene.parts = SimpleNamespace(head=PARTS.head, tail=surface)
-        before = wrap.place(state.poses[TAIL])
+        state, wrap = still(3), empty_wrap(0, 2, 3)
+        wrap.r[:], wrap.angle[:] = 0.2, [0.0, 0.5 * np.pi, np.pi]
+        wrap.y[:] = [[0.3], [-0.3]]
+        state.wraps[TAIL], state.speed, state.share = wrap, speed, 0.0
+        pulleys = machine(surfaces=[SURFACES[HEAD], canted])
+        before = places(wrap, state.poses[TAIL])
         for state.share in (0.3, 1.0):
             pulleys.advance(state, Drive(travel=0.0, **STICKS), STEP)
-        y = (wrap.place(state.poses[TAIL]) - before)[..., 1]
+        y = (places(state.wraps[TAIL], state.poses[TAIL]) - before)[:, 1]
         assert state.poses[TAIL].axes[2, 1] == pytest.approx(1e-3, rel=1e-6)
-        np.testing.assert_allclose(y, np.outer([-moved, 0.0, moved], [1.0, 1.0]), atol=5e-7)
+        np.testing.assert_allclose(y, np.outer([1.0, 1.0], [-moved, 0.0, moved]), atol=5e-7)

@@ -13,8 +13,8 @@ from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.loop import Catenary, HangingBelt, free_length, lay_loop, lift
 from belt_sim.mujoco3d.options import fit_options
 from belt_sim.mujoco3d.recording import Recorder
-from belt_sim.mujoco3d.state import TAIL
 from belt_sim.mujoco3d.tensioning import KollerPlan
+from belt_sim.mujoco3d.wrap import TAIL
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 from belt_sim.registry import model_named
 from studies.tensionings import Before

@@ -1,12 +1,22 @@
 """Stations land at their distance, sink onto the circle without losing length, and leave the span on one line."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from pulley_bench import empty_wrap, places, pose, surface
 
 from belt_sim.mujoco3d.loop import lift
-from belt_sim.mujoco3d.state import Pose, Wrap
-from belt_sim.mujoco3d.wrap import FIRST, LAST, is_caught, is_released, land_station, sink_ends
-from belt_sim.scene_parts import PulleySurface
+from belt_sim.mujoco3d.wrap import (
+    FIRST,
+    LAST,
+    OUTWARDS,
+    approach_of,
+    is_released,
+    land_station,
+    radius_at,
+    sink_ends,
+)
 
 R, CHORD = 0.17, 0.025  # [m]
 CIRCLE = 0.5 * CHORD / np.sin(0.5 * CHORD / R)  # of the stations
@@ -14,36 +24,40 @@ ROUNDING = 1e-12  # [m], of coordinates below 1 m
 STRAIGHT = 5e-6  # [m]: the path is followed by angles one step old; on a circle the station would sink by 460 um
 
 
-def wrapped(stations=12, **surface):
+BELT = SimpleNamespace(chord=CHORD)
+ZONE = 6  # stations that may be off the circle
+
+
+def wrapped(stations=12, **shape):
     """A wrap of stations on the circle, the last of them half a chord behind the tangent at the top."""
-    wrap = Wrap.empty(PulleySurface(radius=R, **surface), CIRCLE - R, stations, 2)
-    wrap.first, wrap.last = 1, stations - 2
-    wrap.renumber()
-    k = np.arange(stations)
-    wrap.y[:] = [0.058, -0.058]
-    wrap.angle[:] = ((k - (stations - 2) - 0.5) * CHORD / R)[:, None]
-    wrap.r[:] = wrap.radius_at(wrap.y)
-    wrap.tangent[:] = wrap.angle[1, 0] + 0.5 * CHORD / R, 0.0
-    return wrap, Pose(np.zeros(3), np.eye(3), 0.0)
+    cylinder, wrap = surface(R, CHORD, CIRCLE - R, **shape), empty_wrap(1, stations - 2, stations)
+    wrap.y[:] = [[0.058], [-0.058]]
+    wrap.angle[:] = (np.arange(stations) - (stations - 2) - 0.5) * CHORD / R
+    wrap.r[:] = radius_at(cylinder, 1.0, wrap.y)
+    wrap.tangent[:] = wrap.angle[0, 1] + 0.5 * CHORD / R, 0.0
+    return wrap, cylinder, pose()
 
 
-def chords(wrap, pose):
-    return np.linalg.norm(np.diff(wrap.place(pose), axis=0), axis=2)
+def chords(wrap, at):
+    return np.linalg.norm(np.diff(places(wrap, at)), axis=1)
 
 
-@pytest.mark.parametrize("surface", [{}, {"taper": 1e-3}, {"crown": 0.05}])
-def test_landing_keeps_chord_and_mean_height(surface):
-    wrap, pose = wrapped(**surface)
-    beside = wrap.place(pose)[0]
-    nodes = beside + np.array([-0.0242, 1e-5, -0.0062]) + [[0.0, 0.0, 2e-6], [0.0, 0.0, -2e-6]]
-    length = np.linalg.norm(nodes - beside, axis=1)
-    assert land_station(wrap, pose, FIRST, nodes, beside, CHORD) == 0
-    placed = wrap.place(pose)
-    assert wrap.first == 0
-    assert np.linalg.norm(placed[0] - placed[1], axis=1) == pytest.approx(length, abs=ROUNDING)
-    above = np.diff(wrap.r[0] - wrap.radius_at(wrap.y[0]))
+@pytest.mark.parametrize("shape", [{}, {"taper": 1e-3}, {"crown": 0.05}])
+def test_landing_keeps_chord_and_mean_height(shape):
+    wrap, cylinder, at = wrapped(**shape)
+    wrap.tangent[FIRST] -= 1.2 * CHORD / R  # so that the next station is close enough
+    beside, nodes = places(wrap, at)[..., 0], np.zeros((2, 3, 12))
+    there = beside + np.array([-0.0242, 1e-5, -0.0062]) + [[0.0, 0.0, 2e-6], [0.0, 0.0, -2e-6]]
+    nodes[..., 0], nodes[..., 1] = there, beside
+    approach = approach_of(BELT, wrap, cylinder, at, None, nodes, FIRST)
+    landed = land_station(wrap, cylinder, at, approach, approach, FIRST, CHORD, 0.0, 1.0)
+    placed = places(landed, at)
+    assert landed.first == 0
+    length = np.linalg.norm(there - beside, axis=1)
+    assert np.linalg.norm(placed[..., 0] - placed[..., 1], axis=1) == pytest.approx(length, abs=ROUNDING)
+    above = np.diff(landed.r[:, 0] - radius_at(cylinder, 1.0, landed.y[:, 0]))
     assert above == pytest.approx(0.0, abs=ROUNDING)
-    assert np.linalg.norm(placed[0] - nodes, axis=1).max() < 1e-4
+    assert np.linalg.norm(placed[..., 0] - there, axis=1).max() < 1e-4
 
 
 def test_path_is_smooth_and_ends_on_the_circle():
@@ -59,31 +73,30 @@ def test_path_is_smooth_and_ends_on_the_circle():
 @pytest.mark.parametrize("end", [FIRST, LAST])
 def test_turning_pulley_keeps_lengths_and_lets_the_span_end_on_one_line(end):
     """The outermost station comes in (or goes out) along the tangent at the top while the pulley turns by a chord."""
-    wrap, pose = wrapped()
-    lengths, heights = chords(wrap, pose), []
-    tangent = wrap.tangent[(end + 1) // 2]
-    station = {FIRST: wrap.first, LAST: wrap.last}[end]
-    start = tangent - end * 0.5 * CHORD / R - wrap.angle[station, 0]
-    pose.spin = start
+    wrap, cylinder, at = wrapped()
+    lengths, heights, outward = chords(wrap, at), [], OUTWARDS[end]
+    tangent, station = wrap.tangent[end], (wrap.first, wrap.last)[end]
+    start = tangent - outward * 0.5 * CHORD / R - wrap.angle[0, station]
+
+    def sunk(spin):
+        return sink_ends(wrap, cylinder, pose(spin=spin), end, ZONE, CHORD, 0.0, 1.0), pose(spin=spin)
+
     for _ in range(8):  # from the circle onto the path
-        sink_ends(wrap, pose, end, CHORD, 0.0)
-    for step in np.linspace(0.0, 1.0, 41):
-        pose.spin = start + end * step * CHORD / R
-        sink_ends(wrap, pose, end, CHORD, 0.0)
-        r, angle = wrap.r[station, 0], wrap.angle[station, 0] + pose.spin
+        wrap, at = sunk(start)
+    for share in np.linspace(0.0, 1.0, 41):
+        wrap, at = sunk(start + outward * share * CHORD / R)
+        r, angle = wrap.r[0, station], wrap.angle[0, station] + at.spin
         heights.append(r * np.cos(angle - tangent))
-        assert chords(wrap, pose) == pytest.approx(lengths, abs=ROUNDING)
+        assert chords(wrap, at) == pytest.approx(lengths, abs=ROUNDING)
     assert np.ptp(heights) < STRAIGHT
-    assert is_released(wrap, pose, end, CHORD) is False
-    pose.spin += end * 0.05 * CHORD / R
-    assert is_released(wrap, pose, end, CHORD) is True
+    assert not is_released(wrap, cylinder, at, end, CHORD)
+    assert is_released(wrap, cylinder, pose(spin=at.spin + outward * 0.05 * CHORD / R), end, CHORD)
 
 
 def test_a_station_is_caught_half_a_chord_before_the_tangent():
-    wrap, pose = wrapped()
-    far, near = (
-        np.array([[R * np.sin(a), y, R * np.cos(a)] for y in (0.058, -0.058)])
-        for a in (wrap.tangent[0] - 0.6 * CHORD / R, wrap.tangent[0] - 0.4 * CHORD / R)
-    )
-    assert not is_caught(wrap, pose, FIRST, far, CHORD)
-    assert is_caught(wrap, pose, FIRST, near, CHORD)
+    wrap, cylinder, at = wrapped()
+    nodes = np.zeros((2, 3, 12))
+    for chords_before, caught in ((0.6, False), (0.4, True)):
+        a = wrap.tangent[0] - chords_before * CHORD / R
+        nodes[..., 0] = [[R * np.sin(a), y, R * np.cos(a)] for y in (0.058, -0.058)]
+        assert approach_of(BELT, wrap, cylinder, at, None, nodes, FIRST).is_caught(CHORD) == caught

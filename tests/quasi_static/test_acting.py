@@ -8,19 +8,14 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.belt_mechanics import loads
-from belt_sim.belt_mechanics import wrap as layer
-from belt_sim.belt_mechanics.belt import wrap_chain
 from belt_sim.effects.load import load_effects
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d.belt import wrap_chain
 from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.friction import slip_increments
-from belt_sim.mujoco3d.loads import DistributedLoads, EdgeGuideSprings, PushLoads
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.mujoco_4 import Springs
 from belt_sim.mujoco3d.options import fit_options
-from belt_sim.mujoco3d.wrap import BendingLayer, station_displacement
 from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.quasi_static import friction as coulomb
 from belt_sim.quasi_static.run import compliance_step, prepare_case, simulate_batch
@@ -110,44 +105,6 @@ def test_slip_is_that_of_the_convex_problem(both):
         assert costs[0] < costs[1] + SETTLED * abs(costs[1])
 
 
-@in_float64
-def test_guides_press_as_in_the_run_in_time(both):
-    run, ready = both
-    mesh, state = run.scene.mesh, run.state
-    slides = state.slides + np.array([0.0, 3e-4, 0.0])
-    springs = Springs.none(slides.shape)
-    EdgeGuideSprings(run.scene.parts.edge_guides, mesh).press(replace(state, slides=slides), springs)
-    free = np.ones(mesh.stations, bool)
-    for wrap in state.wraps:
-        free[wrap.stations] = False
-    shares = ready.belt.stiffness / ready.belt.stiffness.sum()
-    nodes = np.moveaxis(mesh.rest + slides, 0, -1)
-    press = loads.guide_forces(ready.belt.guides, ready.belt.chord, shares, nodes, free)
-    stiffness = springs.stiffness[..., 1]
-    assert np.count_nonzero(stiffness) > 2
-    assert np.asarray(press.stiffness) == pytest.approx(stiffness.T, rel=SAME)
-    assert np.asarray(press.force) == pytest.approx((stiffness * (springs.rest - slides)[..., 1]).T, rel=SAME)
-
-
-@in_float64
-def test_spans_are_loaded_as_in_the_run_in_time(both):
-    """Pushes at three places, one on the lower span, lean and roll; beside a case with one push only."""
-    run = both[0]
-    parts = scene_of(*LOADS)[1].with_push(span="lower", x=0.9, along=3.0, across=-2.0)
-    mesh, state = run.scene.mesh, run.state
-    slides = state.slides + 1e-4 * np.random.default_rng(5).normal(size=state.slides.shape)
-    nodes = jnp.asarray(np.moveaxis(mesh.rest + slides, 0, -1))
-    for some in (parts, scene_of(LOADS[0])[1]):
-        native = PushLoads(some.pushes, mesh), DistributedLoads(some.lean * some.gravity, some.roll, mesh)
-        wanted = sum(
-            load.forces(replace(state, slides=slides, share=1.0), Springs.none(slides.shape)) for load in native
-        )
-        found = loads.load_forces(
-            loads.LoadArrays.of(some, 4), mesh.chord, mesh.line_stiffness, mesh.line_y, mesh.mass, nodes
-        )  # fmt: skip
-        assert np.asarray(found) == pytest.approx(np.moveaxis(wanted, 0, -1), abs=SAME * np.abs(wanted).max())
-
-
 def test_a_loaded_belt_runs_as_in_time():
     """All of it at once, on a belt that is not yawed."""
     case = paper_case(20.0, 0.0, ROPE_EXAMPLE)
@@ -157,31 +114,6 @@ def test_a_loaded_belt_runs_as_in_time():
     y = np.array([np.interp(native.travel, found.travel, line) for line in found.y])
     assert np.abs(native.y).max() > LOADED
     assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
-
-
-@in_float64
-def test_the_layer_is_that_of_the_run_in_time(both):
-    run, ready = both
-    mesh, rng = run.scene.mesh, np.random.default_rng(1)
-    slides = run.state.slides + 2e-6 * rng.normal(size=run.state.slides.shape)
-    nodes = jnp.asarray(np.moveaxis(mesh.rest + slides, 0, -1))
-    law = BendingLayer.of(run.scene.case, mesh, 1.0, 1e-3)
-    for which, (wrap, pose) in enumerate(zip(run.state.wraps, run.state.poses, strict=True)):
-        arrays, surface = (
-            jax.tree.map(lambda v, w=which: jnp.asarray(v[w]), t) for t in (ready.state.wraps, ready.belt.surfaces)
-        )
-        at = layer.PoseArrays(jnp.asarray(pose.centre), jnp.asarray(pose.axes), jnp.asarray(pose.spin))
-        for index, end in enumerate((-1, 1)):
-            wanted = law.displacements(slides, wrap, pose, end)
-            found = layer.line_displacements(ready.belt, jnp.array(1.0), nodes, arrays, surface.radius, at, index)
-            assert np.asarray(found) == pytest.approx(wanted, rel=1e-5, abs=1e-7 * np.abs(wanted).max())
-            wrap.layer[index] = wanted
-            inside = np.array([-mesh.chord, 0.0, 2.5 * mesh.chord])
-            moved = station_displacement(wrap, pose, end, inside, mesh)
-            both_ends = jnp.stack([jnp.asarray(wanted), jnp.asarray(wanted)])
-            seen = layer.station_displacement(ready.belt, arrays, surface, at, both_ends, jnp.asarray(inside), index)
-            assert np.moveaxis(np.asarray(seen), -1, 0) == pytest.approx(moved, abs=SAME * np.abs(moved).max())
-            wrap.layer[index] = 0.0
 
 
 def test_a_giving_pulley_comes_to_rest_where_the_moment_holds_it(both):

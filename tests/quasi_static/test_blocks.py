@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.belt_mechanics.belt import ActiveFeatures, belt_arrays
-from belt_sim.belt_mechanics.block_tridiagonal import block_inverse, factorise, solve_chain
-from belt_sim.belt_mechanics.elastic import stretch_energy
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.belt import ActiveFeatures, belt_arrays
+from belt_sim.mujoco3d.block_tridiagonal import block_inverse, factorise, solve_chain
+from belt_sim.mujoco3d.elastic import stretch_energy
 from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.options import fit_options
 from belt_sim.paper import ROPE_EXAMPLE
@@ -53,7 +53,7 @@ def test_blocks_are_inverted(size):
 def test_forces_are_those_of_the_compiled_scene(kind, across):
     case = paper_case(20.0, rig=ROPE_EXAMPLE)
     run = SpaceRun.begin(case, kind, fit_options(Options(across=across, **COARSE), case, kind))
-    shape, belt = belt_arrays(run.scene, kind, ActiveFeatures())
+    shape, belt = belt_arrays(run.scene, ActiveFeatures())
     mesh = run.scene.mesh
     slides = mesh.laid - mesh.rest + 1e-5 * np.random.default_rng(2).normal(size=mesh.rest.shape)
     expected = run.engine.solver.elastic_forces(slides)

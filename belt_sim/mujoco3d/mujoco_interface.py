@@ -1,4 +1,4 @@
-"""Every assumption about MuJoCo 4.0 in one place, each with its own test in tests/mujoco3d/test_mujoco_4.py.
+"""Every assumption about MuJoCo 4.0 in one place, each with its own test in tests/mujoco3d/test_mujoco_interface.py.
 
 The discrete integrator treats joint springs implicitly, so that a landed node may be held by a spring of 1e13 N/m. A
 step is then one linear problem, which MuJoCo factorises only when the model has an equality: a dummy one, on the first

@@ -6,10 +6,19 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.belt_mechanics.belt import BatchShape, BeltArrays
-from belt_sim.belt_mechanics.elastic import stretch_energy, twist_energy
-from belt_sim.belt_mechanics.wrap import FIRST, HEAD, LAST, TAIL, PoseArrays, WrapArrays, layer_displacements
 from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.belt import BatchShape, BeltArrays
+from belt_sim.mujoco3d.elastic import stretch_energy, twist_energy
+from belt_sim.mujoco3d.wrap import (
+    FIRST,
+    HEAD,
+    LAST,
+    TAIL,
+    PoseArrays,
+    WrapArrays,
+    anchor_places,
+    layer_displacements,
+)
 
 
 class ChainLayout(NamedTuple):
@@ -47,39 +56,24 @@ def divide_chain(shape: BatchShape, wraps: WrapArrays, stations: Array) -> Chain
     return ChainLayout(stations, free, (at >= entry) & (at <= leaves), ends)
 
 
-def couple_stiffness(belt: BeltArrays, behind: Array, places: ChainLayout, tension: Array) -> Array:
-    """Stiffness of the couples of each cell [N/m], (n,); behind [m], (2, 2): how far the outermost stations lie behind
-    the tangent points, by pulley and end."""
-    whole = tension * belt.twist.tense + belt.twist.still
-    stiffness = jnp.full(len(places.stations), whole - tension * belt.twist.own - belt.twist.locked)
-    behind = jnp.clip(behind, -0.5 * belt.chord, 0.5 * belt.chord)
-    seems = whole * (belt.chord / (belt.chord - behind) - 1.0)
-    for pulley in (HEAD, TAIL):
-        stiffness = stiffness.at[places.ends[pulley, FIRST] - 1].add(seems[pulley, FIRST])
-        stiffness = stiffness.at[places.ends[pulley, LAST]].add(seems[pulley, LAST])
-    return stiffness
-
-
 def anchor_positions(
     belt: BeltArrays, wraps: WrapArrays, pose: PoseArrays, layer: Array | None, places: ChainLayout
 ) -> Array:
     """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
 
-    The same as wrap.placed, reckoned once a station and not for both pulleys: sines are what a step is slow at.
+    Reckoned once a station and not for both pulleys: sines are what a step is slow at.
     """
 
     def of(values: Array) -> Array:
         return jnp.where(places.on_tail, values[TAIL], values[HEAD])
 
     r, y, angle = (of(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
-    turned = angle + of(pose.spin[:, None])
-    local, axes = (r * jnp.sin(turned), y, r * jnp.cos(turned)), of(pose.axes[..., None])
-    turned_back = [sum(axes[i, j] * local[j] for j in range(3)) for i in range(3)]
-    found = jnp.stack(turned_back, axis=1) + of(pose.centre[..., None])
+    turned, axes = angle + of(pose.spin[:, None]), of(pose.axes[..., None])
+    found = anchor_places(r, y, turned, axes, of(pose.centre[..., None]))
     if layer is None:
         return found
-    moved = jax.vmap(lambda *one: layer_displacements(belt, *one))(wraps, belt.surfaces, pose, layer)
-    return found + of(moved[..., places.stations])
+    moved = jax.vmap(lambda *one: layer_displacements(belt, *one, places.stations))(wraps, belt.surfaces, pose, layer)
+    return found + of(moved)
 
 
 def chain_forces(

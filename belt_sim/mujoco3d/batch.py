@@ -7,12 +7,16 @@ from typing import Any, Protocol
 import jax
 import numpy as np
 
-from belt_sim.belt_mechanics.belt import active_features
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError, RunFailed
+from belt_sim.mujoco3d.belt import BeltArrays, active_features
+from belt_sim.mujoco3d.contact import lay_wraps
+from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import RUNAWAY, Options
+from belt_sim.mujoco3d.pulleys import laid_poses
 from belt_sim.mujoco3d.recording import POINTS
+from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
 from belt_sim.scene_parts import SceneParts
 
 _BYTES = 900  # of a case, a station and a pair of lines: 0.72-0.85 GB measured for 256 cases of the full rig
@@ -76,6 +80,13 @@ class BatchEngine:
         if isinstance(found, RunFailed):
             raise found
         return found
+
+
+def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> tuple[WrapArrays, PoseArrays]:
+    """Wraps and poses of the belt laid round both pulleys, at rest, before its run-in: head and tail stacked."""
+    poses = laid_poses(scene)
+    wraps, both = lay_wraps(scene, belt, poses), jax.tree.map(lambda *of: np.stack(of), *poses)
+    return jax.tree.map(lambda *of: np.stack(of), *wraps), both
 
 
 def cases_per_chunk(stations: int, lines: int) -> int:

@@ -10,7 +10,11 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.case import Belt
 from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.arrays import add_at, library_of
+from belt_sim.mujoco3d.mesh import Mesh
+from belt_sim.mujoco3d.options import RESIDUAL_TORSION
 
 #: corners a, b, c, d = 0 .. 3 at the ends of the six edges of a quadrilateral
 EDGES = ((0, 1), (1, 3), (0, 3), (1, 2), (2, 3), (0, 2))
@@ -85,14 +89,15 @@ def _link_energy(ties: Ties, places: Array, taut: Array | None) -> CellEnergy:
 
 def strains(ties: Ties, nodes: Array, k: Array, share: Array) -> Array:
     """Mean strain (m,) of the lines over the links between stations k; nodes [m], (m, 3, n); share: of the camber."""
-    links = jnp.diff(nodes[:, :, k])
+    xp, places = library_of(nodes), nodes[:, :, k]
+    links = places[:, :, 1:] - places[:, :, :-1]
     if len(nodes) == 1:
         free = ties.length[0]
     else:
         natural = ties.length + share * ties.natural
         natural = natural if natural.shape[-1] == 1 else natural[..., k[:-1]]
-        free = jnp.concatenate([natural[:, 5], natural[-1:, 1]])
-    return (jnp.sqrt((links * links).sum(axis=1)) / free - 1.0).mean(axis=1)
+        free = xp.concatenate([natural[:, 5], natural[-1:, 1]])
+    return (xp.sqrt((links * links).sum(axis=1)) / free - 1.0).mean(axis=1)
 
 
 def _edge_vectors(places: Array, j: int) -> Array:
@@ -125,7 +130,20 @@ def _curvature(by_square: Array, law: Array, by_corner: Array) -> Array:
 
 
 class TwistStiffness(NamedTuple):
-    """Torsion that lines lack, as mujoco3d.loads.Torsion. tense, own [1/m], still, locked [N/m], cubic [N/m3]."""
+    """Couples on the sections of the free spans that lines lack: C phi'', phi the roll of a section.
+
+    The strip has F b^2 / 12 + G b h^3 / 3; lines at y_j with shares w_j of the section have F sum(w_j y_j^2), and C is
+    the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. A twist also stretches the edges, by (y phi')^2 / 2. Of
+    the strip that is a couple E h b^5 phi'^3 / 360, of lines EA phi'^3 (sum(w_j y_j^4) - sum(w_j y_j^2)^2) / 2, nothing
+    for two. tense, own [1/m], still [N/m]: b^2 / 12, sum(w_j y_j^2) and G b h^3 / 3, all over chord b'^2, b' the
+    outer lines' distance; locked [N/m]: of the residual stress, what the lines have by themselves, as ``still`` has the
+    strip's; cubic [N/m3]: what the lines lack of the couple, as a force on them over the cube of what a link of the one
+    rises more than the other.
+
+    A strip does not roll where it meets the pulley. The last landed station is up to half a chord before or behind that
+    place, so that the next station rolls too little or too much, and the entry moment of a belt that tilts swings with
+    every landing. The couples on that station are those of a link as long as its distance from the right place.
+    """
 
     tense: Array
     own: Array
@@ -133,18 +151,59 @@ class TwistStiffness(NamedTuple):
     cubic: Array
     locked: Array
 
+    @staticmethod
+    def of(belt: Belt, mesh: Mesh) -> "TwistStiffness":
+        """Of a belt; zero for a rope."""
+        if mesh.across == 1:
+            return TwistStiffness(0.0, 0.0, 0.0, 0.0, 0.0)
+        width, thickness = float(belt.width), float(belt.thickness)
+        share = mesh.line_stiffness / mesh.line_stiffness.sum()
+        apart = float(mesh.line_y[0] - mesh.line_y[-1])
+        per = 1.0 / (mesh.chord * apart**2)
+        lacking = width**4 / 180.0 - float(share @ mesh.line_y**4) + float(share @ mesh.line_y**2) ** 2
+        stiffness = float(belt.youngs_modulus) * float(belt.area)
+        stress_free = RESIDUAL_TORSION * stiffness * mesh.residual * width**2 / 12.0
+        return TwistStiffness(
+            tense=per * width**2 / 12.0,
+            own=per * float(share @ mesh.line_y**2),
+            still=per * (float(belt.shear_modulus) * width * thickness**3 / 3.0 - stress_free),
+            cubic=0.5 * stiffness * lacking / (apart * (mesh.chord * apart) ** 3),
+            locked=per * stiffness * float((share * mesh.line_y**2) @ mesh.residual_strain),
+        )
+
+    def of_cells(self, chord: Array, ends: Array, behind: Array, tension: Array, cells: int) -> Array:
+        """Stiffness of the couples of each cell [N/m], (cells,), a cell being a station and the next.
+
+        ends (2, 2): places of the outermost stations held, by pulley and end; behind [m], (2, 2): how far they lie
+        behind the tangent points; tension [N].
+        """
+        xp = library_of(behind)
+        whole = tension * self.tense + self.still
+        behind = xp.clip(behind, -0.5 * chord, 0.5 * chord)
+        seems = whole * (chord / (chord - behind) - 1.0)
+        stiffness = xp.full(cells, whole - tension * self.own - self.locked)
+        for end in (0, 1):
+            stiffness = add_at(stiffness, (ends[:, end] - 1 + end) % cells, seems[:, end])
+        return stiffness
+
+
+def twist_forces(roll: Array, stiffness: Array, cubic: Array) -> Array:
+    """Force [N], (n,), of each cell on the first line at station i, upwards, and at i + 1, downwards; on the last line
+    the other way. roll [m], (n,): height of the first line above the last; stiffness [N/m], (n,); cubic [N/m3]."""
+    more = library_of(roll).roll(roll, -1) - roll
+    return stiffness * more + cubic * more**3
+
 
 def twist_energy(places: Array, stiffness: Array, cubic: Array, *, curved: bool) -> CellEnergy:
     """Couples on the sections: energy stiffness d^2 / 2 + cubic d^4 / 4, d by how much more the first line rises
     above the last at station i + 1 than at i [m]. stiffness [N/m], shape (n,); cubic [N/m3]."""
-    lines = places.shape[0]
-    roll = places[0, 2] - places[-1, 2]
-    more = jnp.roll(roll, -1) - roll
+    lines, roll = places.shape[0], places[0, 2] - places[-1, 2]
     by_height = np.zeros(6 * lines)
     by_height[[2, 3 * lines - 1, 3 * lines + 2, 6 * lines - 1]] = -1.0, 1.0, 1.0, -1.0
-    slope = by_height[:, None] * (stiffness * more + cubic * more**3)
+    slope = by_height[:, None] * twist_forces(roll, stiffness, cubic)
     if not curved:
         return CellEnergy(slope, None)
+    more = jnp.roll(roll, -1) - roll
     square = np.outer(by_height, by_height)[..., None]
     return CellEnergy(slope, square * (stiffness + 3.0 * cubic * more**2))
 

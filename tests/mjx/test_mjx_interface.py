@@ -1,4 +1,4 @@
-"""What belt_sim.mjx.mujoco_mjx assumes of MuJoCo MJX 3.17, one by one: a version that differs fails here first."""
+"""What belt_sim.mjx.mjx_interface assumes of MuJoCo MJX 3.17, one by one: a version that differs fails here first."""
 
 import jax
 import jax.numpy as jnp
@@ -10,9 +10,9 @@ from mujoco.mjx._src import scan
 from paper_cases import paper_case
 
 from belt_sim.jax_setup import in_float64
-from belt_sim.mjx import mujoco_mjx
+from belt_sim.mjx import mjx_interface
+from belt_sim.mjx.mjx_interface import advance, compute_multibody, node_masses, plain_model, to_mjx
 from belt_sim.mjx.model import prepare
-from belt_sim.mjx.mujoco_mjx import advance, compute_multibody, node_masses, plain_model, to_mjx
 from belt_sim.mujoco3d.machine import STATION_JOINTS, build_scene
 from belt_sim.mujoco3d.mesh import Membrane
 from belt_sim.mujoco3d.options import Options, fit_options
@@ -112,14 +112,14 @@ def test_one_compiled_scene_serves_every_case_of_its_mesh():
 
 
 def test_mjx_still_asks_for_all_coordinates_once_a_body(compiled, monkeypatch):
-    """When this fails, MJX no longer needs the memory of mujoco_mjx._once_a_model: take it out."""
+    """When this fails, MJX no longer needs the memory of mjx_interface._once_a_model: take it out."""
     asked = []
 
     def counted(m):
         asked.append(m)
         return np.asarray(compiled.jnt_bodyid)
 
-    monkeypatch.setattr(scan, mujoco_mjx.SLOW, counted)
+    monkeypatch.setattr(scan, mjx_interface.SLOW, counted)
     m, d = to_mjx(compiled, compiled.qpos0)
     jax.make_jaxpr(mjx.kinematics)(m, d)
     assert len(asked) >= compiled.nbody

@@ -1,4 +1,4 @@
-"""Every assumption about MuJoCo MJX 3.17 in one place, each with its own test in tests/mjx/test_mujoco_mjx.py.
+"""Every assumption about MuJoCo MJX 3.17 in one place, each with its own test in tests/mjx/test_mjx_interface.py.
 
 MJX (its JAX implementation) takes no flex and no discrete integrator, and its tendons and equalities have dense
 Jacobians. So a scene goes to MJX without these. MJX then supplies where bodies are, inertia, the springs and dampers of
@@ -16,7 +16,7 @@ from mujoco import mjx
 from mujoco.mjx._src import scan
 
 from belt_sim.jax_setup import Numbers as Array
-from belt_sim.mujoco3d.mujoco_4 import compile_model
+from belt_sim.mujoco3d.mujoco_interface import compile_model
 
 T = TypeVar("T")
 

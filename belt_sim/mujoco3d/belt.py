@@ -1,4 +1,4 @@
-"""A case as arrays: what the engines on JAX trace, read off the same scene that is compiled for MuJoCo."""
+"""A case as arrays, of which the mechanics is written: read off the same scene that is compiled for MuJoCo."""
 
 import math
 from collections.abc import Sequence
@@ -9,18 +9,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.belt_mechanics.elastic import Ties, TwistStiffness, membrane_law, stretch_energy
-from belt_sim.belt_mechanics.loads import GuideArrays, LoadArrays
 from belt_sim.case import Case
 from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.calibration import calibrate
+from belt_sim.mujoco3d.elastic import Ties, TwistStiffness, membrane_law, stretch_energy
 from belt_sim.mujoco3d.friction import WrapStiffness
-from belt_sim.mujoco3d.loads import Torsion
+from belt_sim.mujoco3d.loads import GuideArrays, LoadArrays
 from belt_sim.mujoco3d.loop import LaidLoop, sinking_chords
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.mesh import Mesh
-from belt_sim.mujoco3d.options import Options, is_limp
-from belt_sim.mujoco3d.wrap import fibre_share
+from belt_sim.mujoco3d.options import is_limp
 from belt_sim.scene_parts import SceneParts
 
 
@@ -55,8 +53,9 @@ def active_features(parts: Sequence[SceneParts]) -> ActiveFeatures:
 
 
 class LayerFibres(NamedTuple):
-    """plate [N m], thickness [m], modulus [Pa], own [1]: as in mujoco3d.wrap.BendingLayer; own 0 = like a thread;
-    residual [1], shape (m,): strain of the lines by residual stress, which the layer does not count."""
+    """plate [N m]: D of a fibre, per width; thickness [m]; modulus [Pa]; own [1]: share of the torsional stiffness that
+    is the fibres' tension, the rest resists that they lift off apart, 0 = like a thread; residual [1], shape (m,):
+    strain of the lines by residual stress, which the layer does not count."""
 
     plate: Array
     thickness: Array
@@ -65,9 +64,10 @@ class LayerFibres(NamedTuple):
     residual: Array
 
     @staticmethod
-    def of(case: Case, mesh: Mesh, strength: float) -> "LayerFibres":
+    def of(case: Case, mesh: Mesh, twist: TwistStiffness, strength: float) -> "LayerFibres":
         """Of a belt; strength [1] multiplies l^2 and l^3."""
-        belt, own = case.belt, strength * fibre_share(case, mesh.residual)
+        belt, tense = case.belt, float(case.tension_force) * twist.tense
+        own = strength * tense / (tense + twist.still)
         numbers = belt.plate_stiffness, belt.thickness, belt.youngs_modulus, own, mesh.residual_strain
         return LayerFibres(*map(np.array, numbers))
 
@@ -145,9 +145,9 @@ class BeltArrays(NamedTuple):
 
     chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
     gravity [m/s2]; load [N]: on the tail pulley's slide; length [1]: 1 where the slide is fixed instead, else 0;
-    pace [m/s]; level [m]: of the spans' ends above the axes; friction [1], inf = it sticks;
+    run_speed [m/s]; level [m]: of the spans' ends above the axes; friction [1], inf = it sticks;
     area [m2], width [m], bending [N m2]; holding [N m/rad]: how stiffly both spans hold a pulley against turning,
-    rather too large; grip, guides, fibres, loads: None where none of them acts in a batch.
+    rather too large; sliding_stiffness, guides, fibres, loads: None where none of them acts in a batch.
     """
 
     ties: Ties
@@ -188,27 +188,32 @@ class BatchShape(NamedTuple):
     canted: bool = False
 
 
-def belt_arrays(scene: SceneLayout, kind: str, features: ActiveFeatures) -> tuple[BatchShape, BeltArrays]:
-    """The arrays of a scene of ``kind`` "flex", "grid" or "rope"; options: fitted to its case."""
+def surfaces_of(belt: BeltArrays) -> list[SurfaceArrays]:
+    """The surfaces of head and tail in plain numbers."""
+    return [SurfaceArrays(*(float(values[pulley]) for values in belt.surfaces)) for pulley in (0, 1)]
+
+
+def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> tuple[BatchShape, BeltArrays]:
+    """The arrays of a scene; its options are fitted to its case."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
-    torsion = Torsion.of(case.belt, mesh) if mesh.across > 1 else None
+    twist = TwistStiffness.of(case.belt, mesh)
     surfaces = _surfaces(scene)
     shape = BatchShape(
         stations=mesh.stations,
         lines=mesh.across,
-        bonds=kind != "flex",
+        bonds=scene.kind != "flex",
         sign=int(np.sign(float(case.settings.direction))),
         zone=int(surfaces.sinking.max()) + 2,
         held=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if features.slips else 0,
-        limp=is_limp(kind, options),
+        limp=is_limp(scene.kind, options),
         canted=features.canted,
     )
-    ties = _ties(case, mesh, options, kind, scene)
+    ties = _ties(scene)
     if features.cambered:
         ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
     belt = BeltArrays(
         ties=ties,
-        twist=TwistStiffness(*(getattr(torsion, f, 0.0) for f in TwistStiffness._fields)),
+        twist=twist,
         surfaces=surfaces,
         chord=mesh.chord,
         mass=mesh.mass,
@@ -226,7 +231,7 @@ def belt_arrays(scene: SceneLayout, kind: str, features: ActiveFeatures) -> tupl
         holding=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
         sliding_stiffness=read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop) if features.slips else None,
         guides=GuideArrays.of(parts.edge_guides, features.guides) if features.guides else None,
-        fibres=LayerFibres.of(case, mesh, parts.lift_off) if features.layered else None,
+        fibres=LayerFibres.of(case, mesh, twist, parts.lift_off) if features.layered else None,
         loads=LoadArrays.of(parts, features.pushes) if features.pushes or features.leans else None,
     )
     return shape, jax.tree.map(lambda v: np.asarray(v, float), belt)
@@ -241,10 +246,11 @@ def _surfaces(scene: SceneLayout) -> SurfaceArrays:
     return SurfaceArrays(radius, wider, np.array([float(sinking_chords(chord, r)) for r in radius]), **same)
 
 
-def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: SceneLayout) -> Ties:
+def _ties(scene: SceneLayout) -> Ties:
     """Six edges a quadrilateral, in the order of elastic.EDGES; a bond is counted once. A rope has its links alone."""
+    case, mesh = scene.case, scene.mesh
     strips, chord = mesh.across - 1, mesh.chord
-    if kind == "rope":
+    if scene.kind == "rope":
         link = np.full((1, 1, 1), chord)
         return Ties(np.zeros((1, 1)), mesh.line_stiffness[:, None] / chord, link, np.zeros_like(link))
     w = -np.diff(mesh.line_y)
@@ -257,12 +263,12 @@ def _ties(case: Case, mesh: Mesh, options: Options, kind: str, scene: SceneLayou
         straight = _edge_lengths(chord * (1.0 - mesh.residual_strain)[:, None], w)
     law, spring = np.zeros((strips, 2, 6, 6)), np.zeros((strips, 6))
     for j in range(strips):
-        if kind == "flex":
+        if scene.kind == "flex":
             width = float(mesh.line_y[0] - mesh.line_y[-1])
             belt, thick = case.belt, float(case.belt.area) / width
             law[j] = membrane_law(chord, w[j], thick, float(belt.youngs_modulus), float(belt.poisson_ratio))
         else:
-            lattice = calibrate(case.belt, chord, mesh.across, options.bonds)
+            lattice = calibrate(case.belt, chord, mesh.across, scene.options.bonds)
             along = mesh.line_stiffness / chord
             cross = lattice.diagonal / diagonal[j]
             spring[j] = lattice.transverse / w[j], 0.0, cross, cross, 0.0, along[j]

@@ -1,4 +1,4 @@
-"""What belt_sim.mujoco3d.mujoco_4 assumes of MuJoCo 4.0, one by one: a version that differs fails here first."""
+"""What mujoco_interface assumes of MuJoCo 4.0, one by one: a version that differs fails here first."""
 
 import warnings
 from contextlib import nullcontext
@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from strip_bench import strip
 
-from belt_sim.mujoco3d import mujoco_4
+from belt_sim.mujoco3d import mujoco_interface
 from belt_sim.mujoco3d.mesh import Grid, Membrane
-from belt_sim.mujoco3d.mujoco_4 import mjcf, silence_expected_warnings
+from belt_sim.mujoco3d.mujoco_interface import mjcf, silence_expected_warnings
 
 STIFF = 1e13  # [N/m], as of landed nodes
 AT_ITS_PLACE = 1e-9  # [m], of a node that stiff springs hold; iterating leaves micrometres
@@ -87,7 +87,7 @@ def test_a_specification_warns_of_a_flex_without_equalities_and_we_do_not(monkey
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         held()
-    monkeypatch.setattr(mujoco_4, "_TIED_TO_NOTHING", "something else")
+    monkeypatch.setattr(mujoco_interface, "_TIED_TO_NOTHING", "something else")
     with pytest.warns(UserWarning, match=r"flex .* is not rigid"):
         held()
 
@@ -97,14 +97,14 @@ def test_the_preliminary_solve_is_warned_of_in_the_expected_words_only(monkeypat
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         held().settle(2)
-    monkeypatch.setattr(mujoco_4, "silence_expected_warnings", nullcontext)
+    monkeypatch.setattr(mujoco_interface, "silence_expected_warnings", nullcontext)
     mujoco.set_mju_user_warning(told.append)
     try:
         held().settle(2)
     finally:
         mujoco.set_mju_user_warning(None)
     assert told
-    assert all(mujoco_4._PRELIMINARY.search(text) for text in told)
+    assert all(mujoco_interface._PRELIMINARY.search(text) for text in told)
 
 
 @pytest.mark.parametrize("belt", BELTS)
@@ -134,7 +134,7 @@ def test_the_handler_of_warnings_is_as_it_was_whatever_happens():
     finally:
         mujoco.set_mju_user_warning(None)
     assert any("QVEL" in text or "QACC" in text for text in told)
-    assert not any(mujoco_4._PRELIMINARY.search(text) for text in told)
+    assert not any(mujoco_interface._PRELIMINARY.search(text) for text in told)
 
 
 @pytest.mark.parametrize("belt", BELTS)

@@ -1,0 +1,151 @@
+"""The belt on its pulleys in the engine in time: which stations lie there, and how they slide."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from belt_sim.errors import RunFailed
+from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays, surfaces_of
+from belt_sim.mujoco3d.friction import WrapStiffness, slip_increments
+from belt_sim.mujoco3d.machine import SceneLayout
+from belt_sim.mujoco3d.options import SPAN_TIME
+from belt_sim.mujoco3d.state import RunState
+from belt_sim.mujoco3d.wrap import (
+    FIRST,
+    HEAD,
+    LAST,
+    OUTWARDS,
+    TAIL,
+    PoseArrays,
+    WrapArrays,
+    approach_of,
+    cylinder_coordinates,
+    is_released,
+    land_station,
+    radius_at,
+    slide_anchors,
+    surface_components,
+    update_tangents,
+)
+
+_NEITHER = -1
+_FEWEST = 3  # links on a pulley
+
+
+def lay_wraps(scene: SceneLayout, belt: BeltArrays, poses: list[PoseArrays]) -> list[WrapArrays]:
+    """The stations that were laid on the pulleys, anchored there; the pulleys are plain cylinders so far."""
+    mesh, wraps = scene.mesh, []
+    nodes = np.moveaxis(mesh.laid, 0, -1)
+    for laid, surface, pose in zip((scene.loop.on_head, scene.loop.on_tail), surfaces_of(belt), poses, strict=True):
+        on = np.flatnonzero(laid)
+        jump = np.flatnonzero(np.diff(on) > 1)
+        first = int(on[jump[0] + 1]) - mesh.stations if len(jump) else int(on[0])
+        last = int(on[jump[0]]) if len(jump) else int(on[-1])
+        wraps.append(lay_wrap(surface, pose, belt, nodes, first, last))
+    return wraps
+
+
+def lay_wrap(
+    surface: SurfaceArrays, pose: PoseArrays, belt: BeltArrays, nodes: np.ndarray, first: int, last: int
+) -> WrapArrays:
+    """Stations first..last, anchored where their nodes [m], (m, 3, n), are, at their mean height."""
+    k, n = np.arange(first, last + 1) % nodes.shape[-1], nodes.shape[-1]
+    wrap = WrapArrays(first, last, *np.zeros((3, len(nodes), n)), np.zeros(n), np.zeros(2))
+    r, wrap.y[:, k], wrap.angle[:, k] = cylinder_coordinates(nodes[:, :, k], pose)
+    circle = radius_at(surface, 0.0, wrap.y[:, k])
+    wrap.r[:, k] = circle + (r - circle).mean(axis=0)
+    wrap = update_tangents(wrap, pose, nodes, 1.0)
+    for end in (FIRST, LAST):
+        wrap = change_end(belt, wrap, surface, pose, None, nodes, end, 0.0)
+    return wrap
+
+
+def change_end(
+    belt: BeltArrays,
+    wrap: WrapArrays,
+    surface: SurfaceArrays,
+    pose: PoseArrays,
+    layer: np.ndarray | None,
+    nodes: np.ndarray,
+    end: int,
+    shaped: float,
+) -> WrapArrays:
+    """The wrap after a station has landed at ``end``, or one has been let go, where they have come far enough."""
+    approach = approach_of(belt, wrap, surface, pose, layer, nodes, end)
+    if approach.is_caught(belt.chord):
+        wrap = land_station(wrap, surface, pose, approach, approach, end, belt.chord, 0.0, shaped)
+        return wrap._replace(first=int(wrap.first), last=int(wrap.last))
+    if not is_released(wrap, surface, pose, end, belt.chord):
+        return wrap
+    if wrap.last - wrap.first < _FEWEST:
+        raise RunFailed("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
+    outer = (wrap.first, wrap.last)[end]
+    return wrap._replace(**{("first", "last")[end]: outer - OUTWARDS[end]})
+
+
+def update_contact(
+    belt: BeltArrays,
+    surfaces: Sequence[SurfaceArrays],
+    state: RunState,
+    nodes: np.ndarray,
+    pull: np.ndarray,
+    dt: float,
+    friction: float,
+    tangent: WrapStiffness | None,
+) -> None:
+    """After a step, with held nodes on their anchors: let them slip, land and go.
+
+    nodes [m], pull [N], shape (m, 3, n): of belt and weight on the nodes; dt [s]; friction [1], inf = sticking;
+    tangent: None for a belt that never slips.
+
+    When both belts slide as a whole they take turns, since each reckons with the other standing still.
+
+    The forces between belt and pulleys are those that balance the belt's pull where it is, not those of the springs:
+    the springs also make up for what the integrator's tangent misses of links that turn within a step.
+    """
+    if math.isinf(friction):
+        tangent = None
+    if tangent is not None:
+        sliding = all(state.sliding_share(pulley) > 0.5 for pulley in (HEAD, TAIL))
+        state.waiting_pulley = _NEITHER if not sliding else TAIL if state.waiting_pulley == HEAD else HEAD
+    for which, (pose, surface) in enumerate(zip(state.poses, surfaces, strict=True)):
+        if tangent is not None and state.waiting_pulley != which:
+            state.slip[which] += slide_wrap(belt, surface, state, which, pull, friction, tangent)
+        wrap = update_tangents(state.wraps[which], pose, nodes, dt / SPAN_TIME)
+        layer = state.layers[which] if state.layers[which].any() else None
+        for end in (FIRST, LAST):
+            wrap = change_end(belt, wrap, surface, pose, layer, nodes, end, state.shaped)
+        state.wraps[which] = wrap
+
+
+def slide_wrap(
+    belt: BeltArrays,
+    surface: SurfaceArrays,
+    state: RunState,
+    which: int,
+    pull: np.ndarray,
+    friction: float,
+    tangent: WrapStiffness,
+) -> float:
+    """Move the anchors of nodes whose tangential force exceeds friction [1] x pressure; mean lateral slip [m].
+
+    A return mapping on the holding forces of a wrap, as one system, without inertia. pull [N], (m, 3, n).
+    """
+    k, increments = state.held(which), state.slip_increments[which]
+    outwards, across, along = (-v for v in surface_components(state.wraps[which], state.poses[which], k, pull[:, :, k]))
+    limit = friction * np.maximum(outwards - belt.mass[:, None] * state.speed**2 / surface.radius, 0.0)
+    state.slip_increments[which] = np.zeros_like(increments)
+    if np.all(np.hypot(across, along) <= limit):
+        return 0.0
+    force = np.stack([across, along], axis=1)  # (m, 2, held), of the pulley on the nodes
+
+    def by_node(values: np.ndarray) -> np.ndarray:
+        return np.moveaxis(values, -1, 0).reshape(-1, 2)
+
+    stiffness, guess = tangent.wrap(state.wraps[which].first, len(k)), increments[..., k]
+    moved = slip_increments(by_node(force), limit.T.ravel(), stiffness, by_node(guess))
+    moved = np.moveaxis(moved.reshape(len(k), -1, 2), 0, -1)
+    state.slip_increments[which][..., k] = moved
+    state.wraps[which] = slide_anchors(surface, state.wraps[which], state.shaped, k, moved)
+    return float(moved[:, 0].mean())

@@ -1,0 +1,191 @@
+"""The pulleys: where they are, how they are driven, and how the belt loads them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays
+from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
+from belt_sim.mujoco3d.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
+from belt_sim.mujoco3d.stages import Drive, smoothstep
+from belt_sim.mujoco3d.state import RunState
+from belt_sim.mujoco3d.wrap import HEAD, TAIL, PoseArrays, WrapArrays, axes_of, outer_depth, roll_anchors
+
+
+def laid_poses(scene: SceneLayout) -> list[PoseArrays]:
+    """Both pulleys aligned, and turned back by what comes before travel 0, so that they have turned by 0 there."""
+    sign = float(np.sign(float(scene.case.settings.direction)))
+    places = ((0.0, scene.parts.head), (scene.loop.centre_distance, scene.parts.tail))
+    return [PoseArrays(np.array([x, 0.0, 0.0]), np.eye(3), -sign * scene.early / s.radius) for x, s in places]
+
+
+def pose_of(
+    shape: BatchShape,
+    belt: BeltArrays,
+    travel: Array,
+    yaw: Array,
+    share: Array,
+    tail: Array,
+    turned: Array | None = None,
+    askew: Array | float = 1.0,
+) -> PoseArrays:
+    """Where the pulleys are, with the tail pulley at x [m] and spin [rad] ``tail``.
+
+    yaw [rad], (2,): commanded; share [1]: of what else turns them; turned [rad], (2,): by which they give way;
+    askew [1]: share of the wobble.
+    """
+    rolled = shape.sign * travel / belt.surfaces.radius
+    yaw = yaw if turned is None else yaw + turned
+    axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0, None))(belt.surfaces, yaw, share, rolled, askew)
+    return PoseArrays(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
+
+
+def depth_at_ends(wraps: WrapArrays, belt: BeltArrays, pose: PoseArrays) -> Array:
+    """How far the outermost stations lie behind the tangent points [m], by pulley and end (2, 2)."""
+    return jax.vmap(lambda *of: jnp.stack([outer_depth(*of, end) for end in (0, 1)]))(wraps, belt.surfaces, pose)
+
+
+def tail_derivatives(shape: BatchShape, wraps: WrapArrays, pose: PoseArrays) -> Array:
+    """How the tail's outermost stations move with its slide and its spin, (2, 3 m, 2)."""
+    wrap, at = (jax.tree.map(lambda v: v[TAIL], tree) for tree in (wraps, pose))
+    along, ends = jnp.tile(jnp.array([1.0, 0.0, 0.0]), shape.lines), []
+    for outer in (wrap.first, wrap.last):
+        k = outer % shape.stations
+        turned, r = wrap.angle[:, k] + at.spin, wrap.r[:, k]
+        local = jnp.stack([r * jnp.cos(turned), jnp.zeros_like(r), -r * jnp.sin(turned)], axis=1)
+        ends.append(jnp.stack([along, (local @ at.axes.T).ravel()], axis=1))
+    return jnp.stack(ends)
+
+
+def yaw_moments(shape: BatchShape, wraps: WrapArrays, pose: PoseArrays, nodes: Array, pull: Array) -> Array:
+    """Moments about z [N m] that the belt does to head and tail, (2,); nodes [m], pull [N], (m, 3, n)."""
+
+    def one(wrap: WrapArrays, pose: PoseArrays) -> Array:
+        count = (wrap.last - wrap.first) % shape.stations
+        held = (jnp.arange(shape.stations) - wrap.first) % shape.stations <= count
+        arms = nodes - pose.centre[:, None]
+        return jnp.where(held, arms[:, 0] * pull[:, 1] - arms[:, 1] * pull[:, 0], 0.0).sum()
+
+    return jax.vmap(one)(wraps, pose)
+
+
+class TailPulley(NamedTuple):
+    """The tail pulley: mass [kg] on its slide, inertia [kg m2] about its axis, drags [N s/m], [N m s] on deviations
+    from steady motion, radius [m], x [m] of its slide's zero."""
+
+    mass: Array
+    inertia: Array
+    slide_drag: Array
+    spin_drag: Array
+    radius: Array
+    x: Array
+
+    @staticmethod
+    def of(scene: SceneLayout, model: mujoco.MjModel, masses: np.ndarray, armature: np.ndarray) -> "TailPulley":
+        """With the inertia that the compiled pulleys have; masses [kg]: of the bodies; armature: of the joints."""
+        bodies = [model.body(f"tail-{name}").id for name in ("carriage", "fork", "pulley")]
+        mass, radius = float(masses[bodies].sum()), scene.parts.tail.radius
+        stiffness = 2.0 * scene.mesh.line_stiffness.sum() / float(scene.case.rig.span_length)
+        drag = 2.0 * TAIL_DAMPING_RATIO * (stiffness * mass) ** 0.5
+        inertia = float(armature[TAIL_SPIN] + model.body_inertia[bodies[-1], 1])
+        return TailPulley(mass, inertia, drag, drag * radius**2, radius, float(scene.case.rig.centre_distance))
+
+    def forces(
+        self, load: Array, on_tail: Array, rates: tuple[Array, Array], rim: Array, rim_acceleration: Array
+    ) -> tuple[Array, Array]:
+        """Force [N] on the slide and moment [N m] about the axis.
+
+        load [N]: that draws the slide; on_tail: force [N] and moment [N m] by the belt; rates [m/s], [rad/s]: of slide
+        and spin; rim [m/s], rim_acceleration [m/s2]: of a rim that goes steadily with the belt.
+        """
+        slide = load + on_tail[0] - self.slide_drag * rates[0]
+        moment = on_tail[1] + self.inertia * rim_acceleration / self.radius
+        return slide, moment - self.spin_drag * (rates[1] - rim / self.radius)
+
+
+@dataclass(frozen=True)
+class Pulleys:
+    """Both pulleys of a run in time: MuJoCo integrates the tail pulley's slide and spin; the rest is commanded.
+
+    sign: +1 or -1, direction of travel; load [N]: force on the slide; fixed: the slide is (tensioning by length).
+    """
+
+    scene: SceneLayout
+    surfaces: Sequence[SurfaceArrays]
+    tail: TailPulley
+    sign: float
+    load: float
+    fixed: bool
+
+    @staticmethod
+    def of(scene: SceneLayout, surfaces: Sequence[SurfaceArrays], model: mujoco.MjModel) -> "Pulleys":
+        """Of a compiled scene."""
+        tail = TailPulley.of(scene, model, model.body_mass, model.dof_armature)
+        sign, load = float(np.sign(float(scene.case.settings.direction))), 2.0 * float(scene.case.tension_force)
+        return Pulleys(scene, surfaces, tail, sign, load, fixed=scene.options.tensioning == "length")
+
+    def advance(self, state: RunState, drive: Drive, dt: float) -> np.ndarray:
+        """Move the poses to where they will be at the end of the step, and say which forces bring the joints there.
+
+        Returns forces [N or N m] on the joints, shape (5,); where a joint is commanded its rate is set instead.
+        """
+        (head, tail), rates, forces = state.poses, state.joint_rates, np.zeros(STATION_JOINTS)
+        slide_speed = 0.0 if self.fixed else drive.slide_speed
+        spin = self.sign * drive.travel / self.scene.parts.head.radius
+        rates[HEAD_SPIN] = (spin - head.spin) / dt
+        rim = self.sign * (drive.speed - drive.acceleration * dt) + drive.lead
+        slide_force, spin_moment = self.tail.forces(
+            self.load, state.loads[TAIL], (rates[TAIL_SLIDE], rates[TAIL_SPIN]), rim, self.sign * drive.acceleration
+        )
+        if slide_speed is not None:
+            slide_force, rates[TAIL_SLIDE] = 0.0, slide_speed
+        forces[TAIL_SLIDE], forces[TAIL_SPIN] = slide_force, spin_moment
+        tail_x = tail.centre[0] + dt * (rates[TAIL_SLIDE] + dt * slide_force / self.tail.mass)
+        tail_spin = tail.spin + dt * (rates[TAIL_SPIN] + dt * spin_moment / self.tail.inertia)
+        self._turn(state, (spin, tail_spin), tail_x, dt)
+        return forces
+
+    def _turn(self, state: RunState, spins: tuple[float, float], tail_x: float, dt: float) -> None:
+        """Move the poses; a belt at rest does not roll with an axis that begins to be canted."""
+        compliance = np.array([surface.yaw_compliance for surface in self.surfaces])
+        state.compliance_yaw += (compliance * state.loads[:, 2] - state.compliance_yaw) * min(dt / COMPLIANCE_TIME, 1.0)
+        turned = state.yaw + state.compliance_yaw
+        askew = smoothstep(state.time / max(0.5 * self.scene.options.settle, dt))
+        for which, (pose, surface, spin, x) in enumerate(
+            zip(state.poses, self.surfaces, spins, (0.0, tail_x), strict=True)
+        ):
+            axes = axes_of(surface, turned[which], state.share, spin, askew)
+            state.rolled[which] = abs(spin - pose.spin) * surface.radius
+            state.poses[which] = PoseArrays(np.array([x, 0.0, 0.0]), axes, spin)
+            if state.speed == 0.0 and state.travel >= 0.0 and axes[2, 1] != pose.axes[2, 1]:
+                rolled = axes[2, 1] - pose.axes[2, 1]
+                state.wraps[which] = roll_anchors(surface, state.wraps[which], state.poses[which], rolled)
+        state.joints[[HEAD_YAW, TAIL_YAW]] = turned
+        state.joint_rates[[HEAD_YAW, TAIL_YAW]] = 0.0
+
+    def read(self, state: RunState) -> None:
+        """After a step: the tail pulley is where it was brought."""
+        x = self.tail.x + state.joints[TAIL_SLIDE]
+        state.poses[TAIL] = state.poses[TAIL]._replace(
+            centre=np.array([x, 0.0, 0.0]), spin=float(state.joints[TAIL_SPIN])
+        )
+
+
+def loads_on_pulleys(state: RunState, nodes: np.ndarray, pull: np.ndarray) -> np.ndarray:
+    """Force along x [N], moment about the axis and about z [N m] that the belt does to either pulley, shape (2, 3).
+
+    nodes [m], pull [N], (m, 3, n)."""
+    loads = np.empty((2, 3))
+    for which, pose in enumerate(state.poses):
+        k = state.held(which)
+        arms, forces = (nodes[:, :, k] - pose.centre[:, None]).swapaxes(0, 1), pull[:, :, k].swapaxes(0, 1)
+        t = arms.reshape(3, -1) @ forces.reshape(3, -1).T  # arm x force by hand: numpy.cross takes 50 us
+        moment = np.array((t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]))
+        loads[which] = forces[0].sum(), moment @ pose.axes[:, 1], moment[2]
+    return loads

@@ -1,0 +1,85 @@
+"""How a belt without bending stiffness meets and leaves a pulley between two stations, and what damps its sway.
+
+Where such a belt runs off it has a kink, from the direction of the stations that lie on the pulley to that of the
+span. If the span simply began at the last station held, each release would let its beginning jump by kink x chord
+(10-18 um at 25 mm and a yaw of 0.042 deg). The spans of a limp belt ring with these jumps, and as the stations land
+in step with them, each landing catches the same phase: the rate of drift comes out wrong by as much as a fifth. So
+the span of a limp belt begins at the tangent point: the last station held stands on the straight line through the
+tangent point and the first free station.
+
+At the run-up a yaw step makes such a kink. The belt on the pulley turns with it, and the span goes on from the
+tangent point, which does not move. The outermost station held is up to half a chord before or behind that point and
+the pulley would take it aside by yaw x this distance, and the span with it (15 um at 40 mm), for a span length of
+travel. Before the tangent point a station belongs to the span and is not taken along; behind it, it is, but the
+span's line goes through the tangent point until the next station lands.
+
+Belts with bending stiffness have no kink and need none of this.
+"""
+
+from typing import NamedTuple
+
+from belt_sim.jax_setup import Numbers as Array
+from belt_sim.mujoco3d.arrays import add_at, library_of
+from belt_sim.mujoco3d.belt import SurfaceArrays
+from belt_sim.mujoco3d.options import FURTHEST_KINK
+from belt_sim.mujoco3d.wrap import FIRST, LAST, OUTWARDS, PoseArrays, WrapArrays, cylinder_coordinates, outer_depth
+
+
+def run_up_end(sign: int) -> int:
+    """The end of a wrap at which a belt comes that travels along (+1) or against (-1) station numbers."""
+    return FIRST if sign > 0 else LAST
+
+
+def run_off_end(sign: int) -> int:
+    """The end of a wrap at which it leaves."""
+    return run_up_end(-sign)
+
+
+class RopeKinks(NamedTuple):
+    """At the run-up of a pulley: station, the number of the one that met the pulley last; yaw [rad]; offset [m]: how
+    far the pulley would have taken the span's line since that station landed."""
+
+    station: Array
+    yaw: Array
+    offset: Array
+
+    @staticmethod
+    def of(wrap: WrapArrays, sign: int) -> "RopeKinks":
+        """Of a belt laid on a pulley that is square to it."""
+        outer = (wrap.first, wrap.last)[run_up_end(sign)]
+        return RopeKinks(outer, 0.0 * wrap.tangent[..., 0], 0.0 * wrap.tangent[..., 0])
+
+
+def hold_run_up_end(
+    wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, kink: RopeKinks, sign: int
+) -> tuple[WrapArrays, RopeKinks]:
+    """Before a step: the span's end stays at the tangent point while the pulley at its run-up is yawed."""
+    xp, end = library_of(wrap.y), run_up_end(sign)
+    outer, yaw = (wrap.first, wrap.last)[end], xp.arctan2(-pose.axes[0, 1], pose.axes[1, 1])
+    inside = outer_depth(wrap, surface, pose, end)
+    ahead = -OUTWARDS[end] * inside * xp.cos(wrap.tangent[end])  # along x
+    taken = (yaw - kink.yaw) * ahead
+    offset = xp.where(outer == kink.station, kink.offset, 0.0) + xp.where(inside < 0.0, 0.0, taken)
+    k = outer % wrap.y.shape[-1]
+    wrap = wrap._replace(y=add_at(wrap.y, (slice(None), k), xp.where(inside < 0.0, -taken, 0.0)))
+    return wrap, RopeKinks(outer, yaw, offset)
+
+
+def run_off_line(
+    wrap: WrapArrays, pose: PoseArrays, sign: int, free: Array, far: Array, chord: Array
+) -> tuple[Array, Array]:
+    """How far the last nodes held stand aside of their anchors [m], and the slope of y there against the travel, (m,).
+
+    free [m], (m, 3): first free nodes; far [m], (m, 3): nodes further along the span, to which it runs straight.
+    """
+    xp, n = library_of(wrap.y), wrap.y.shape[-1]
+    last = (wrap.first, wrap.last)[run_off_end(sign)]
+    k, landed = last % n, (last - sign) % n
+    r, y, angle = wrap.r[:, k], wrap.y[:, k], wrap.angle[:, k]
+    slope = (wrap.y[:, landed] - y) / chord
+    r_far, _, angle_far = cylinder_coordinates(far, pose)
+    ahead = r_far * xp.sin(sign * (angle_far - angle))
+    beyond = r * xp.arctan2(r_far * xp.cos(angle_far - angle) - r, ahead)
+    beyond = xp.clip(beyond, -FURTHEST_KINK * chord, FURTHEST_KINK * chord)  # of the tangent point
+    tangent, y_free = y + slope * beyond, cylinder_coordinates(free, pose)[1]
+    return tangent + (y_free - tangent) * beyond / (beyond + chord) - y, slope
