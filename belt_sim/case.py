@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from belt_sim.jax_setup import Numbers, pytree
+from belt_sim.pytrees import Numbers, pytree
 
 GRAVITY = 9.81  # [m/s2], the value behind the reference numbers of the physics sheet
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.files import write_with
-from belt_sim.jax_setup import Numbers, pytree
+from belt_sim.pytrees import Numbers, pytree
 
 #: The last share of a record over which the late slope is taken.
 LATE_SHARE = 0.2
@@ -39,7 +39,7 @@ class Curves:
 
 
 @dataclass(frozen=True)
-class Elsewhere:
+class SensorPlace:
     """A place of a lateral sensor that is none of points 1-4.
 
     distance [m]: in a span along it from the tail pulley; on a wrap along the surface from its upper point, 1 or 4.

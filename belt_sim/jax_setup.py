@@ -1,6 +1,6 @@
 """JAX as this project uses it. Importing this module changes nothing; what is needed is set where it is needed.
 
-- float64: ``compiled`` functions and ``in_float64`` blocks compute in it, whatever the caller's JAX is set to.
+- float64: ``jit_float64`` functions and ``in_float64`` blocks compute in it, whatever the caller's JAX is set to.
 - a cache of compiled code on disk: ``keep_programs()``, which the first use of ``bs.simulate`` and the like calls.
 - the CPU, and no fused multiply-adds: ``prepare()``, which the command line calls before anything else. Which sums a
   fused multiply-add lands on depends on what else is compiled in, so that an effect of no strength would change the
@@ -12,7 +12,6 @@
   together again whenever it is loaded, which then takes half as long again.
 """
 
-import dataclasses
 import functools
 import os
 import subprocess
@@ -48,13 +47,13 @@ def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
     """The function with BLAS in one thread while it runs: matrices here are small, and threads that wait burn time."""
 
     @functools.wraps(function)
-    def limited(*args: P.args, **kwargs: P.kwargs) -> R:
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
         from threadpoolctl import threadpool_limits
 
         with threadpool_limits(limits=1, user_api="blas"):
             return function(*args, **kwargs)
 
-    return limited
+    return call
 
 
 _CUDA = ("jax_cuda12_plugin", "jax_cuda13_plugin")
@@ -67,7 +66,7 @@ LEAST_EFFORT = {"xla_backend_optimization_level": 0}
 PROGRAMS = 64
 
 
-def compiled(function: Callable[..., Any], *, brief: bool = False, **options: Any) -> Callable[..., Any]:
+def jit_float64(function: Callable[..., Any], *, brief: bool = False, **options: Any) -> Callable[..., Any]:
     """``jax.jit(function, **options)`` that traces and runs in float64.
 
     brief: the function runs so seldom that compiling costs more: less effort gives code half as fast that rounds alike.
@@ -149,37 +148,3 @@ def _add_flags(*flags: str) -> None:
 def is_unfused() -> bool:
     """Whether results of this process can be compared bit for bit (see the module's text)."""
     return _UNFUSED in os.environ.get("XLA_FLAGS", "")
-
-
-#: a float, a NumPy array or a JAX array: physics is the same for one case and for many
-Numbers = Any
-C = TypeVar("C", bound=Any)
-
-
-def pytree(cls: type[C]) -> type[C]:
-    """Register a dataclass with JAX: every field is a leaf, unless ``field(metadata={"static": True})``.
-
-    The class's name is part of the structure: jax 0.10.2 compares the structures of registered dataclasses without
-    their type, and would hand the compiled code of one effect to another with as many numbers.
-    """
-    names = [f.name for f in dataclasses.fields(cls) if not f.metadata.get("static")]
-    static = [f.name for f in dataclasses.fields(cls) if f.metadata.get("static")]
-    mark = f"{cls.__module__}.{cls.__qualname__}"
-
-    def aux(x: C) -> tuple[Any, ...]:
-        return (mark, *(getattr(x, n) for n in static))
-
-    def flatten_with_keys(x: C) -> tuple[list[Any], tuple[Any, ...]]:
-        return [(jax.tree_util.GetAttrKey(n), getattr(x, n)) for n in names], aux(x)
-
-    def flatten(x: C) -> tuple[list[Any], tuple[Any, ...]]:
-        return [getattr(x, n) for n in names], aux(x)
-
-    def unflatten(marks: tuple[Any, ...], leaves: Iterable[Any]) -> C:
-        new = object.__new__(cls)
-        for name, value in (*zip(names, leaves, strict=True), *zip(static, marks[1:], strict=True)):
-            object.__setattr__(new, name, value)
-        return new
-
-    jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
-    return cls

@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case, Schedule
 from belt_sim.effects.contact import LiftOff
-from belt_sim.jax_setup import compiled
+from belt_sim.jax_setup import jit_float64
 from belt_sim.laws.influence import span_fields
 from belt_sim.laws.span import Span, beam_second_order, strip
 
@@ -47,7 +47,7 @@ def _inside(span: Span):
     return fields.x, fields.per_runup
 
 
-_answers, _fields = compiled(_end_curvatures), compiled(_inside)
+_answers, _fields = jit_float64(_end_curvatures), jit_float64(_inside)
 
 
 @dataclass(frozen=True)

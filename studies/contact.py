@@ -138,7 +138,7 @@ def model_of(contact: Contact) -> mujoco.MjModel:
     asked = Options(dx=contact.dx * MM, dt=contact.dt * 1e-3, belt_speed=contact.speed, friction=contact.friction)
     options = fit_options(asked, case, "flex")
     spec, _ = build_contact(
-        case, Membrane(), options, SceneParts.undisturbed(case, contact.friction), contact_law(contact)
+        case, Membrane(), options, SceneParts.from_case(case, contact.friction), contact_law(contact)
     )
     model = compile_model(spec)
     model.opt.impratio = contact.impratio

@@ -11,7 +11,7 @@ from rich.table import Table
 from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.spans import span_responses
 from belt_sim.effects.contact import LiftOff
-from belt_sim.jax_setup import compiled, prepare
+from belt_sim.jax_setup import jit_float64, prepare
 from belt_sim.laws.span import strip
 from belt_sim.paper import paper_case
 from belt_sim.si import N_PER_MM2
@@ -22,7 +22,7 @@ TRAVEL = 15.0  # [m]
 
 def spans() -> Table:
     """Entry moment, carry-over and mid-span tilt of the upper and the lower span."""
-    answers = compiled(span_responses)
+    answers = jit_float64(span_responses)
     names = ("entry", "carry-over", "tilt")
     table = Table("N/mm2", *(f"{n}, {span}" for span in ("upper", "lower") for n in names), title="change in %")
     for tension in TENSIONS:

@@ -21,7 +21,7 @@ from rich.table import Table
 from scipy.sparse.linalg import splu
 
 from belt_sim.case import Case
-from belt_sim.jax_setup import compiled, prepare
+from belt_sim.jax_setup import jit_float64, prepare
 from belt_sim.mujoco3d.calibration import matching_width, zigzag
 from belt_sim.mujoco3d.mesh import node_lines
 from belt_sim.paper import paper_case
@@ -121,7 +121,7 @@ class Part:
     @cached_property
     def _all(self) -> tuple[Callable, Callable, Callable]:
         ways = (self.of_one, jax.grad(self.of_one), jax.hessian(self.of_one))
-        energy, slope, curvature = (compiled(jax.vmap(way)) for way in ways)
+        energy, slope, curvature = (jit_float64(jax.vmap(way)) for way in ways)
         return energy, slope, curvature
 
     def energy(self, places: np.ndarray) -> float:

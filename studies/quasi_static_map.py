@@ -56,7 +56,7 @@ def quasi_static_map(cases: Sequence[Case], frictions: Sequence[float], travel: 
 
     begun, lines, failed = time.perf_counter(), [HEADER], 0
     for friction in frictions:  # belts that stick make a batch of their own: it is cheaper
-        parts = [SceneParts.undisturbed(case, friction) for case in cases]
+        parts = [SceneParts.from_case(case, friction) for case in cases]
         found = simulate_batch(cases, travel=travel, parts=parts)
         lines += [row(c, f, friction) for c, f in zip(cases, found, strict=True)]
         failed += sum(isinstance(f, RunFailed) for f in found)

@@ -18,7 +18,7 @@ from rich.table import Table
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case, Schedule
-from belt_sim.jax_setup import compiled, prepare
+from belt_sim.jax_setup import jit_float64, prepare
 from belt_sim.paper import paper_case
 from belt_sim.si import MM, N_PER_MM2
 
@@ -71,8 +71,8 @@ class WideSpan:
         self.fields[n + 1 : 2 * n : 2] = -0.5 * z * (length - 2.0 * self.nodes)
         self.fields[3 * n :] = float(case.settings.tension / case.belt.youngs_modulus)
         self.scale = np.where(self.free < 3 * n, 1.0, 1e-3)
-        self.energy, self.slope = compiled(self._energy), compiled(jax.grad(self._energy))
-        self.curve = compiled(jax.hessian(self._energy))
+        self.energy, self.slope = jit_float64(self._energy), jit_float64(jax.grad(self._energy))
+        self.curve = jit_float64(jax.hessian(self._energy))
 
     def _energy(self, free, given):
         """[J] of the free fields when v and its slopes at the ends are as given, shape (4,)."""

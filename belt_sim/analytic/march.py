@@ -6,23 +6,22 @@ laws, vmapped over cases, differentiable in every number of a case and of an eff
 """
 
 import math
-from dataclasses import fields, replace
-from functools import lru_cache, partial
+from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from numpy.typing import ArrayLike
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import Spans
-from belt_sim.case import Case, Schedule, Settings
-from belt_sim.curves import Curves, Elsewhere
+from belt_sim.case import Case
+from belt_sim.curves import Curves, SensorPlace
 from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.effects.pipeline import as_driven, as_numpy
 from belt_sim.errors import InputError, RunFailed
-from belt_sim.jax_setup import PROGRAMS, WORKERS, compiled, in_float64, map_in_threads
+from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
 from belt_sim.laws import drive
 from belt_sim.laws.runup import RunOff, RunUp, Yaw, delayed_runoff
 from belt_sim.si import N_PER_MM2
@@ -65,7 +64,7 @@ def march_driven(
         raise InputError("tension", f"{tension / N_PER_MM2:g}", "N/mm2", "effects leave none; make them weaker")
     records, stride, slots = plan
     spacing, roomy = travel / (records * stride), (_room_for(records), stride, slots)
-    rows = _marching(model, roomy, tuple(map(type, effects)))(case, tuple(effects), spacing)
+    rows = _compile_march(model, roomy, tuple(map(type, effects)))(case, tuple(effects), spacing)
     curves = _truncate(as_numpy(Curves(**dict(zip(RETURNED, rows, strict=True)))), records + 1)
     unfit = [n for n in RETURNED if not np.isfinite(getattr(curves, n)).all()]
     if unfit:
@@ -75,7 +74,9 @@ def march_driven(
 
 def march_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
     """Apply effects on the drive and march, for use inside jit and vmap; ``plan`` comes from ``plan_steps``."""
-    return _driven_traced(as_driven(case, effects), effects, travel, model=model, plan=plan)
+    records, stride, _ = plan
+    spacing = travel / (records * stride)
+    return _steps_traced(as_driven(case, effects), effects, spacing, model=model, plan=plan)
 
 
 def march_open(
@@ -88,7 +89,7 @@ def march_open(
     room: int,
     slots: int,
     only: tuple[str, ...] = ("y", "tilt"),
-    inside: tuple[Elsewhere, ...] = (),
+    inside: tuple[SensorPlace, ...] = (),
 ) -> Curves:
     """Like ``march_traced``, with traced ``steps`` and ``spacing`` [m]: one compilation serves any travel and step.
 
@@ -128,13 +129,7 @@ def march_open(
 def _spans(case: Case, effects, model: Composition) -> Spans:
     """Return the spans of a case with actual settings."""
     span = model.span(case)
-    return Spans.of(case, effects, apply_hook(effects, "span", span, case))
-
-
-def _driven_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
-    """March over ``travel`` [m]."""
-    records, stride, _ = plan
-    return _steps_traced(case, effects, travel / (records * stride), model=model, plan=plan)
+    return Spans.from_case(case, effects, apply_hook(effects, "span", span, case))
 
 
 def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> Curves:
@@ -159,14 +154,14 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
 
 
 @lru_cache(PROGRAMS)
-def _marching(model: Composition, plan, effects: tuple[type, ...]):
+def _compile_march(model: Composition, plan, effects: tuple[type, ...]):
     """Return a compiled function (case, effects, spacing) -> arrays of RETURNED."""
 
     def rows(*args):
         curves = _steps_traced(*args, model=model, plan=plan)
         return tuple(getattr(curves, name) for name in RETURNED)
 
-    return compiled(rows)
+    return jit_float64(rows)
 
 
 def _stepper(spans, spacing):
@@ -189,7 +184,7 @@ def _stepper(spans, spacing):
             y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
             yaw_end = _actual_yaw(effects, case, s0 + spacing, then)
             then = spans.state(s0 + spacing, now.travel, y, alpha, off1, yaw_end)
-            return spans.slid(then, off1, yaw_end), yaw_end
+            return spans.apply_slides(then, off1, yaw_end), yaw_end
 
         guess = (replace(now, travel=s0 + spacing), commanded)
         then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
@@ -222,7 +217,7 @@ def _nothing() -> RunUp:
 def _yaw(case, angle, *where) -> Yaw:
     """Return the commanded yaw of both pulleys by ``angle`` (at a travel, or the mean over a step)."""
     settings = case.settings
-    return Yaw.of(angle(settings.yaw, *where), angle(settings.yaw_head, *where))
+    return Yaw.without_roll(angle(settings.yaw, *where), angle(settings.yaw_head, *where))
 
 
 def _actual_yaw(effects, case, travel, now) -> Yaw:
@@ -263,11 +258,11 @@ def _partner(runoff):
 def _start(spans, slots):
     """The belt lies straight and sticks: y = 0 and alpha = 0 all round, whatever the yaw (paper eq. 11-13)."""
     zero = jnp.zeros(2)
-    off = RunOff.stuck(zero, zero, zero)
+    off = RunOff.without_slip(zero, zero, zero)
     yaw = _yaw(spans.case, drive.angle_at, 0.0)
     blank = spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw)
     yaw = _actual_yaw(spans.effects, spans.case, 0.0, blank)
-    now = spans.slid(spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw), off, yaw)
+    now = spans.apply_slides(spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw), off, yaw)
     return jnp.zeros((slots, 6)).at[0].set(_history_row(now)), now, off, yaw
 
 
@@ -339,123 +334,3 @@ def _truncate(curves: Curves, records: int) -> Curves:
     """Return the first ``records`` records of curves."""
     cut = {n: v[..., :records] for n, v in vars(curves).items() if v is not None and n not in ("extra", "sag")}
     return replace(curves, **cut)
-
-
-# Batches of cases: the march, vmapped and jitted once, run chunk by chunk in a few threads.
-#
-# A march is one long loop on one core. XLA releases Python's lock, so chunks run in parallel; a chunk is small enough
-# for its state to stay in a core's cache.
-
-
-CHUNK = 250  # cases
-Axes = Any  # 0 or None for every leaf of a case, or for whole branches of it
-
-
-def grid(case: Case, *, tensions: ArrayLike, yaws: ArrayLike) -> tuple[Case, Axes]:
-    """Return (cases, axes) of every tension [Pa] with every yaw step [rad] of the tail pulley at travel 0.
-
-    Row t * len(yaws) + k holds tensions[t] and yaws[k]; all else is as in ``case``, and shared.
-    """
-    tension, yaw = (x.ravel() for x in np.meshgrid(tensions, yaws, indexing="ij"))
-    zero = np.zeros(1)
-    schedule = Schedule(at=zero, over=zero, change=yaw[:, None])
-    axes = Case(
-        rig=None,  # type: ignore[arg-type]
-        belt=None,  # type: ignore[arg-type]
-        settings=Settings(
-            tension=0,
-            yaw=Schedule(at=None, over=None, change=0),
-            yaw_head=None,  # type: ignore[arg-type]
-            speed=None,
-            direction=None,
-            start=None,
-        ),
-    )
-    return replace(case, settings=replace(case.settings, tension=tension, yaw=schedule)), axes
-
-
-def march_many(
-    cases: Case,
-    model: Composition,
-    effects=(),
-    *,
-    travel: float,
-    step: float = STEP,
-    keep: float = KEEP,
-    axes: Axes = 0,
-    only: tuple[str, ...] = (),
-    chunk: int = CHUNK,
-    workers: int = WORKERS,
-) -> Curves:
-    """Return Curves of a batch, like ``march``; all arrays have a leading axis of cases (travel too).
-
-    Args:
-        axes: 0 for leaves of ``cases`` that carry a leading axis of cases, None for shared ones; a tree like ``cases``.
-        only: names of the arrays of Curves to keep besides travel; empty keeps all (a curve of ten thousand cases and
-            1000 records has 80 MB).
-        chunk: cases per chunk.
-        workers: number of threads.
-
-    Raises:
-        CannotRepresent, InputError: as ``march`` does.
-    """
-    model.admit(effects)
-    wanted = _checked_names(only)
-    plan = plan_steps(cases, travel=travel, step=step, keep=keep)
-    leaves, tree = jax.tree.flatten(cases)
-    spread = _spread(axes, cases)
-    run = partial(_batch, plan=plan, model=model, tree=tree, spread=spread, only=wanted)
-    number = next((len(leaf) for leaf, axis in zip(leaves, spread, strict=True) if axis == 0), 0)
-    if not number:
-        raise InputError("cases", number, "", "give at least one case, and the axes along which cases differ")
-    chunk = min(chunk, number)
-
-    def piece(start: int) -> tuple[np.ndarray, ...]:
-        rows = np.minimum(np.arange(start, start + chunk), number - 1)
-        part = tuple(np.asarray(x)[rows] if axis == 0 else x for x, axis in zip(leaves, spread, strict=True))
-        return run(part, tuple(effects), travel)
-
-    return _gather(piece, wanted, number, chunk, workers)
-
-
-def _gather(piece, wanted, number: int, chunk: int, workers: int) -> Curves:
-    """Run the chunks in threads and copy their rows into one array per curve."""
-    first = piece(0)  # compiles, once, before there are several threads
-    kept = [np.empty((number, *x.shape[1:])) for x in first]
-
-    def lay(start: int, arrays=None) -> None:
-        stop = min(start + chunk, number)
-        for whole, part in zip(kept, piece(start) if arrays is None else arrays, strict=True):
-            whole[start:stop] = np.asarray(part)[: stop - start]
-
-    lay(0, first)
-    map_in_threads(lay, range(chunk, number, chunk), workers)
-    return Curves(**({"y": None} | dict(zip(("travel", *wanted), kept, strict=True))))  # type: ignore[arg-type]
-
-
-def _spread(axes: Axes, cases: Case) -> tuple[int | None, ...]:
-    """Return the axis (0 or None) of every leaf of ``cases``."""
-
-    def shared(x) -> bool:
-        return x is None
-
-    return tuple(jax.tree.leaves(jax.tree.broadcast(axes, cases, is_leaf=shared), is_leaf=shared))
-
-
-def _checked_names(only: tuple[str, ...]) -> tuple[str, ...]:
-    known = tuple(f.name for f in fields(Curves) if f.name not in ("travel", "extra"))
-    for name in only:
-        if name not in known:
-            raise InputError("only", name, "", f"use some of {', '.join(known)}")
-    return tuple(only) or known
-
-
-@partial(compiled, static_argnames=("plan", "model", "tree", "spread", "only"))
-def _batch(leaves, effects, travel, *, plan, model: Composition, tree, spread, only):
-    """Return travel and the arrays ``only`` of a batch, each with a leading axis of cases."""
-
-    def one(*own):
-        curves = march_traced(jax.tree.unflatten(tree, own), effects, travel, model=model, plan=plan)
-        return tuple(getattr(curves, name) for name in ("travel", *only))
-
-    return jax.vmap(one, in_axes=spread)(*leaves)

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from belt_sim.case import Case
-from belt_sim.curves import Elsewhere
+from belt_sim.curves import SensorPlace
 from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.laws.influence import Bend, BoundaryValues, no_bend, place_row
 from belt_sim.laws.runup import Contact, RunOff, State, Yaw
@@ -31,7 +31,7 @@ class Spans:
     known: tuple[Any, ...]
 
     @staticmethod
-    def of(case: Case, effects: Sequence, span: Span) -> "Spans":
+    def from_case(case: Case, effects: Sequence, span: Span) -> "Spans":
         """Condense the span, once per march."""
         benders = tuple(uses(effects, "bend"))
         known = tuple(e.influence(span, case) for e in benders)
@@ -62,7 +62,7 @@ class Spans:
             direction=case.settings.direction + jnp.zeros(()),
         )
 
-    def slid(self, state: State, off: RunOff, yaw: Yaw) -> State:
+    def apply_slides(self, state: State, off: RunOff, yaw: Yaw) -> State:
         """Return the state after effects with the hook ``slide`` have moved the belt on the pulleys."""
         for e in uses(self.effects, "slide"):
             contact = call_hook(e, "slide", Contact(y=state.y, alpha=state.alpha), state, self.case)
@@ -86,7 +86,7 @@ class Spans:
             bend = call_hook(e, "bend", bend, boundary, known, self.case)
         return bend
 
-    def shape_at(self, place: Elsewhere) -> Callable[[State, RunOff, Yaw], jax.Array]:
+    def shape_at(self, place: SensorPlace) -> Callable[[State, RunOff, Yaw], jax.Array]:
         """Return a function (state, run-offs, yaw) -> y [m] at a place inside a span, effects there not counted.
 
         On a wrap it is what the pulley's yaw moves the place by since the belt ran up.

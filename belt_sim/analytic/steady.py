@@ -10,11 +10,11 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.jax_setup import compiled, in_float64
+from belt_sim.jax_setup import in_float64, jit_float64
 
 LIMPEST = 20.0  # chord over twice the catenary's parameter: such a rope hangs 10^7 chords deep
 
-_responses = compiled(span_responses)  # uncompiled it takes a second
+_responses = jit_float64(span_responses)  # uncompiled it takes a second
 
 
 @in_float64

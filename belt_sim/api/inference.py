@@ -22,7 +22,7 @@ from belt_sim.api.resolve import (
 )
 from belt_sim.campaign import Campaign, Run, case_of, leave_out_bad_readings, suspicions
 from belt_sim.campaign.read import is_plan, read_begun, read_plan
-from belt_sim.campaign.types import elsewhere
+from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
@@ -128,7 +128,7 @@ def diagnose(
 
 def beside_points(campaign: Campaign) -> list[str]:
     """Names of the signals that stand at none of points 1-4 and mid-span, which the search for laws does not know."""
-    return [s.name for s in campaign.signals if elsewhere(s.at)]
+    return [s.name for s in campaign.signals if sensor_place(s.at)]
 
 
 def _need_a_point(campaign: Campaign) -> None:

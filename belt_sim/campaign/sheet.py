@@ -27,9 +27,9 @@ from belt_sim.campaign.types import (
     SignalSheet,
     Source,
     SteadyRate,
-    elsewhere,
     kind_at,
     place_text,
+    sensor_place,
 )
 from belt_sim.errors import InputError
 from belt_sim.si import UNITS, to_si
@@ -294,7 +294,7 @@ def _beyond_their_ends(sheet: Sheet, marked: MarkedYaml) -> list[Problem]:
     machine, found = sheet.machine, []
     ends = {"tail_wrap": math.pi * machine.tail_radius.value, "head_wrap": math.pi * machine.head_radius.value}
     for signal in sheet.signals:
-        place = elsewhere(signal.at)
+        place = sensor_place(signal.at)
         end = ends.get(place.where, machine.centre_distance.value) if place else 0.0
         if place and place.distance > end:
             remedy = f"must be 0 to {end:.4g} m: the {place.where.replace('_', ' ')} is no longer"

@@ -10,7 +10,7 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
-from belt_sim.curves import Elsewhere
+from belt_sim.curves import SensorPlace
 from belt_sim.errors import InputError
 
 Kind = Literal["lateral", "tilt"]
@@ -31,18 +31,18 @@ _ELSEWHERE = re.compile(r"(upper_span|lower_span|tail_wrap|head_wrap) at ([0-9.]
 ELSEWHERE_EXAMPLE = "{span: upper, distance: 2.0} or {wrap: tail, distance: 0.2}"
 
 
-def elsewhere(at: str) -> Elsewhere | None:
+def sensor_place(at: str) -> SensorPlace | None:
     """The place that a text like ``upper_span at 2 m`` names; None for a point, a mid-span and all else."""
     found = _ELSEWHERE.fullmatch(at)
     try:
-        return Elsewhere(found[1], float(found[2])) if found else None  # type: ignore[arg-type]
+        return SensorPlace(found[1], float(found[2])) if found else None  # type: ignore[arg-type]
     except ValueError:
         return None
 
 
 def kind_at(at: str) -> Kind | None:
     """What a sensor at a place measures; None where there is no such place."""
-    return PLACES.get(at) or ("lateral" if elsewhere(at) else None)
+    return PLACES.get(at) or ("lateral" if sensor_place(at) else None)
 
 
 def place_text(at: Any) -> Any:
@@ -61,7 +61,7 @@ def place_text(at: Any) -> Any:
         metres = float("nan")
     if len(given) != 1 or side not in sides.get(what, ()) or not 0.0 <= metres < float("inf"):
         raise InputError("at", str(dict(at)), "", f"write a place by its name, or as {ELSEWHERE_EXAMPLE}, in m")
-    return str(Elsewhere(f"{side}_{what}", metres))  # type: ignore[arg-type]
+    return str(SensorPlace(f"{side}_{what}", metres))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, kw_only=True)

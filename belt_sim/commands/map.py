@@ -25,7 +25,7 @@ from belt_sim.config import case_from, model_settings
 from belt_sim.curves import Curves, late_rates, late_records
 from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.errors import InputError, whole
-from belt_sim.jax_setup import compiled, cores, map_in_threads
+from belt_sim.jax_setup import cores, jit_float64, map_in_threads
 from belt_sim.provenance import code_hash, config_hash, input_hashes, provenance
 
 POINTS = (1, 2, 3, 4)
@@ -71,7 +71,7 @@ def answers(case: Case, effects: tuple[Effect, ...], asked: MapTask, values: np.
     return told
 
 
-@partial(compiled, static_argnames=("asked",))
+@partial(jit_float64, static_argnames=("asked",))
 def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, asked: MapTask) -> Any:
     return jax.vmap(lambda own: _row(*place_values(case, effects, asked.keys, own), asked))(values)
 

@@ -22,7 +22,7 @@ from belt_sim.discovery.channels import CHANNELS, Pulse
 from belt_sim.effects.base import Effect, apply_hook, overrides
 from belt_sim.effects.law_terms import RELATIVE
 from belt_sim.effects.pipeline import as_driven, true_travel
-from belt_sim.jax_setup import PROGRAMS, compiled, in_float64
+from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
 from belt_sim.laws.span import CHANGES, changed, log_of_change, response
 
 RUNS = 8  # a batch, so that campaigns share compiled code
@@ -95,7 +95,7 @@ def _far(bench: Workbench, fit: Fit) -> float:
 def _compiled(model, classes, room: int, history: int):
     one = partial(_respond, model=model, room=room, history=history)
     axes = (None, Case(rig=None, belt=None, settings=0), None, None, None)  # type: ignore[arg-type]
-    return compiled(jax.vmap(one, in_axes=axes), brief=True)
+    return jit_float64(jax.vmap(one, in_axes=axes), brief=True)
 
 
 def _respond(effects: tuple[Effect, ...], case: Case, step, spacing, steps, *, model, room, history):
@@ -172,4 +172,4 @@ def _changed(model, classes):
         return {kind: grows(kind) for kind in dict.fromkeys(RELATIVE.values())}
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
-    return compiled(many)
+    return jit_float64(many)

@@ -15,11 +15,11 @@ from typing import Any, ClassVar
 
 from belt_sim.case import Case, Settings
 from belt_sim.errors import BeltError, InputError
-from belt_sim.jax_setup import pytree
 from belt_sim.laws.drive import Reading
 from belt_sim.laws.influence import Bend, BoundaryValues
 from belt_sim.laws.runup import Contact, RunOff, RunUp, State, Yaw
 from belt_sim.laws.span import Response, Span
+from belt_sim.pytrees import pytree
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import shop_unit
 

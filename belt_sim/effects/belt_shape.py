@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.effects.base import METRES, Cause, Effect, Parameter, effect
-from belt_sim.jax_setup import pytree
 from belt_sim.laws.influence import natural_curvature_rows, span_fields
+from belt_sim.pytrees import pytree
 
 HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27

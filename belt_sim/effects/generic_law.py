@@ -95,7 +95,7 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
         **hooks,
         **({"influence": _influence} if "bend" in hooks else {}),
     }
-    # JAX tells effects apart by their names (see belt_sim.jax_setup.pytree)
+    # JAX tells effects apart by their names (see belt_sim.pytrees.pytree)
     name = f"GenericLaw_{hashlib.sha256(repr((id, content)).encode()).hexdigest()[:16]}"
     fields = [(n.name, float, field(default=n.value)) for n in numbers]
     cls = make_dataclass(name, fields, bases=(GenericLaw,), namespace=namespace, frozen=True, kw_only=True)

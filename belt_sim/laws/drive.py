@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 
 from belt_sim.case import Schedule
-from belt_sim.jax_setup import pytree
+from belt_sim.pytrees import pytree
 
 
 def angle_at(schedule: Schedule, travel):

@@ -19,8 +19,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.jax_setup import pytree
 from belt_sim.laws.span import Span, condense, inverse
+from belt_sim.pytrees import pytree
 
 
 @pytree
@@ -190,13 +190,13 @@ class LoadResponse:
 
 def force_at(span: Span, share, fields: SpanFields) -> LoadResponse:
     """Return the response to one newton towards +y at ``share`` (0..1) of the length from the run-off."""
-    return _load_response(span, _at(fields, fields.place, fields.slope, share))
+    return _load_response(span, _interpolate(fields, fields.place, fields.slope, share))
 
 
 def couple_at(span: Span, share, fields: SpanFields) -> LoadResponse:
     """Return the response to a couple of 1 N m that turns x (along the travel) towards y, at ``share``."""
     curved = jnp.stack([fields.per_runup, fields.per_runoff, fields.per_couple])
-    return _load_response(span, _at(fields, fields.slope, curved - span.sag_curvature * fields.roll, share))
+    return _load_response(span, _interpolate(fields, fields.slope, curved - span.sag_curvature * fields.roll, share))
 
 
 def spread_force(span: Span, fields: SpanFields) -> LoadResponse:
@@ -236,7 +236,7 @@ def _load_response(span: Span, work) -> LoadResponse:
     return LoadResponse(runup=-work[0] / span.bending, runoff=work[1] / span.bending, tilt=work[2])
 
 
-def _at(fields: SpanFields, values, slopes, share):
+def _interpolate(fields: SpanFields, values, slopes, share):
     """Interpolate rows (3, n) at ``share`` of the length by cubic Hermite polynomials."""
     pieces = len(fields.x) - 1
     left = jnp.clip(jnp.floor(share * pieces).astype(int), 0, pieces - 1)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 
 from belt_sim.case import Case
-from belt_sim.jax_setup import pytree
+from belt_sim.pytrees import pytree
 
 
 @pytree
@@ -51,7 +51,7 @@ class Yaw:
     aside_runoff: jnp.ndarray
 
     @staticmethod
-    def of(tail, head) -> "Yaw":
+    def without_roll(tail, head) -> "Yaw":
         """Return pulleys with yaw only."""
         none = jnp.zeros(2)
         return Yaw(tail=tail, head=head, roll_runup=none, roll_runoff=none, aside_runup=none, aside_runoff=none)
@@ -122,7 +122,7 @@ class RunOff:
     turned: jnp.ndarray
 
     @staticmethod
-    def stuck(y, alpha, moment) -> "RunOff":
+    def without_slip(y, alpha, moment) -> "RunOff":
         """Return a belt that leaves as it landed."""
         return RunOff(y=y, alpha=alpha, moment=moment, turned=jnp.zeros(2))
 
@@ -142,4 +142,4 @@ def delayed_runoff(ring, step, arcs, spacing):
         near, far = ring[(step - whole) % slots], ring[(step - whole - 1) % slots]
         values.append(((1 - part) * near + part * far)[3 * pulley : 3 * pulley + 3])
     both = jnp.stack(values)
-    return RunOff.stuck(both[:, 0], both[:, 1], both[:, 2])
+    return RunOff.without_slip(both[:, 0], both[:, 1], both[:, 2])

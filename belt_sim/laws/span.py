@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 
 from belt_sim.case import Case
-from belt_sim.jax_setup import pytree
+from belt_sim.pytrees import pytree
 
 _SQUARINGS = 4  # transfer matrix of L/1024 -> L/64
 _DOUBLINGS = 5  # condensed L/64 -> L/2: fields along a span are known at 65 places

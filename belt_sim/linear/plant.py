@@ -27,7 +27,7 @@ from belt_sim.effects.base import AFTER_ENGINE, Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import as_driven
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.files import write_with
-from belt_sim.jax_setup import compiled, in_float64
+from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.laws.runup import RunOff, RunUp, Yaw
 from belt_sim.si import N_PER_MM2
 
@@ -307,7 +307,7 @@ def linear_belt(case: Case, model: Composition, effects: Sequence[Effect] = ()) 
 def _at_rest(case: Case, effects: tuple[Effect, ...], *, model: Composition):
     """dx/ds at x = 0 and its derivatives along x (4, 4), the delayed x (4, 4) and the yaws (4, 2)."""
     effects = (*model.built_in, *effects)
-    spans = Spans.of(case, effects, apply_hook(effects, "span", model.span(case), case))
+    spans = Spans.from_case(case, effects, apply_hook(effects, "span", model.span(case), case))
 
     def rate(x, late, yaws):
         return _rate(spans, x, late, yaws)
@@ -316,12 +316,12 @@ def _at_rest(case: Case, effects: tuple[Effect, ...], *, model: Composition):
     return rate(*zero), *jax.jacfwd(rate, argnums=(0, 1, 2))(*zero)
 
 
-_derivatives = compiled(_at_rest, static_argnames=("model",))
+_derivatives = jit_float64(_at_rest, static_argnames=("model",))
 
 
 def _rate(spans: Spans, x, late, yaws):
     """dx/ds of x = (y, alpha) at the tail's, then the head's run-up, when the wraps give ``late`` back."""
-    commanded = Yaw.of(yaws[0], yaws[1])
+    commanded = Yaw.without_roll(yaws[0], yaws[1])
     y, off = x[0::2], _stuck(late)
     yaw, alpha, zero = commanded, x[1::2], jnp.zeros(())
     for _ in range(_CORRECTIONS):
@@ -340,4 +340,4 @@ def _rate(spans: Spans, x, late, yaws):
 
 def _stuck(late) -> RunOff:
     """The run-off of a belt that sticks: y and alpha as they come off the tail, then off the head."""
-    return RunOff.stuck(late[0::2], late[1::2], jnp.zeros(2))
+    return RunOff.without_slip(late[0::2], late[1::2], jnp.zeros(2))

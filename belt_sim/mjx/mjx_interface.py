@@ -15,8 +15,8 @@ import numpy as np
 from mujoco import mjx
 from mujoco.mjx._src import scan
 
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.mujoco_interface import compile_model
+from belt_sim.pytrees import Numbers as Array
 
 T = TypeVar("T")
 

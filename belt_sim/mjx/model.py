@@ -10,8 +10,7 @@ import numpy as np
 from mujoco import mjx
 
 from belt_sim.case import Case
-from belt_sim.jax_setup import Numbers as Array
-from belt_sim.jax_setup import in_float64, pytree
+from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.mjx_interface import plain_model, to_mjx
 from belt_sim.mujoco3d.batch import lay_pulleys
 from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, active_features, belt_arrays
@@ -30,6 +29,8 @@ from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.pulleys import TailPulley
 from belt_sim.mujoco3d.stages import Drive, run_stages
 from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
+from belt_sim.pytrees import Numbers as Array
+from belt_sim.pytrees import pytree
 from belt_sim.scene_parts import SceneParts
 
 
@@ -130,7 +131,7 @@ def prepare(
     features: in the batch, None = in these cases; edit: adds actuators and sensors to the scene before it is compiled.
     """
     options = options or Options()
-    several = parts or [SceneParts.undisturbed(case, options.friction) for case in cases]
+    several = parts or [SceneParts.from_case(case, options.friction) for case in cases]
     features = features or active_features(several)
     own = [
         fit_options(options, case, "flex") for case in cases

@@ -11,7 +11,6 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, RunFailed
 from belt_sim.frame import Observer
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.mjx_interface import stack_cases
 from belt_sim.mjx.model import (
@@ -30,6 +29,7 @@ from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, 
 from belt_sim.mujoco3d.belt import ActiveFeatures, active_features
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.mujoco3d.recording import curves_of, frame_of
+from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
 SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 2 m/s
@@ -78,7 +78,7 @@ def prepare_case(
     from belt_sim.mujoco3d.loop import lay_loop
 
     options = options or Options()
-    parts = parts or SceneParts.undisturbed(case, options.friction)
+    parts = parts or SceneParts.from_case(case, options.friction)
     refuse(belt, options, parts)
     features = features or active_features([parts])
     stations = len(lay_loop(replace(case, rig=replace(case.rig, gravity=parts.gravity)), options.dx).x)

@@ -16,7 +16,6 @@ import jax
 import jax.numpy as jnp
 from mujoco import mjx
 
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mjx.mjx_interface import advance, apply_actuators, compute_multibody, node_masses, read_sensors
 from belt_sim.mjx.model import Command, MjxData, MjxModel, flat_of, nodes_of
 from belt_sim.mujoco3d.block_tridiagonal import factorise, solve_chain
@@ -46,6 +45,7 @@ from belt_sim.mujoco3d.wrap import (
     sink_wraps,
     update_tangents,
 )
+from belt_sim.pytrees import Numbers as Array
 
 _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
 

@@ -6,7 +6,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.jax_setup import Numbers as Array
+from belt_sim.pytrees import Numbers as Array
 
 
 def library_of(values: Array) -> ModuleType:

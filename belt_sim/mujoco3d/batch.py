@@ -63,7 +63,7 @@ class BatchEngine:
         observers of the first case (engine=mjx). Raises InputError for meshes with unlike numbers of stations.
         """
         options = options or Options()
-        parts = parts or [SceneParts.undisturbed(case, options.friction) for case in cases]
+        parts = parts or [SceneParts.from_case(case, options.friction) for case in cases]
         features = active_features(parts)
         ready = [
             self.prepare_case(c, belt=belt, travel=travel, options=options, parts=p, features=features)

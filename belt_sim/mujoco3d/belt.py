@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.calibration import calibrate
 from belt_sim.mujoco3d.elastic import Ties, TwistStiffness, membrane_law, stretch_energy
 from belt_sim.mujoco3d.friction import WrapStiffness
@@ -19,6 +18,7 @@ from belt_sim.mujoco3d.loop import LaidLoop, sinking_chords
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import is_limp
+from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
 

@@ -6,7 +6,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.belt import BatchShape, BeltArrays
 from belt_sim.mujoco3d.elastic import stretch_energy, twist_energy
 from belt_sim.mujoco3d.wrap import (
@@ -19,6 +18,7 @@ from belt_sim.mujoco3d.wrap import (
     anchor_places,
     layer_displacements,
 )
+from belt_sim.pytrees import Numbers as Array
 
 
 class ChainLayout(NamedTuple):

@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Belt
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.arrays import add_at, library_of
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import RESIDUAL_TORSION
+from belt_sim.pytrees import Numbers as Array
 
 #: corners a, b, c, d = 0 .. 3 at the ends of the six edges of a quadrilateral
 EDGES = ((0, 1), (1, 3), (0, 3), (1, 2), (2, 3), (0, 2))

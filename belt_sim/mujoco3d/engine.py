@@ -314,7 +314,7 @@ def simulate(
     if belt not in BELTS:
         raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
     options = options or Options()
-    parts = parts or SceneParts.undisturbed(case, options.friction)
+    parts = parts or SceneParts.from_case(case, options.friction)
     held = contact == CONTACTS[0]
     if held and math.isfinite(parts.friction) and is_limp(belt, options):
         raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
@@ -338,7 +338,7 @@ def simulate(
 def contact_scene(case: Case, belt: str, options: Options) -> mujoco.MjSpec:
     """The specification of a case's scene that MuJoCo's contacts carry."""
     options = fit_options(contact_options(options), case, belt)
-    return build_contact(case, BELT_MODELS[belt](), options, SceneParts.undisturbed(case, options.friction))[0]
+    return build_contact(case, BELT_MODELS[belt](), options, SceneParts.from_case(case, options.friction))[0]
 
 
 @dataclass
@@ -355,7 +355,7 @@ class SpaceRun:
     ) -> "SpaceRun":
         """Build the scene (and write its MJCF) with the belt laid round the pulleys; options: fitted to the case."""
         spec, scene = build_scene(
-            case, BELT_MODELS[belt](), options, parts or SceneParts.undisturbed(case, options.friction)
+            case, BELT_MODELS[belt](), options, parts or SceneParts.from_case(case, options.friction)
         )
         model = compile_model(spec)
         if scene_path is not None:

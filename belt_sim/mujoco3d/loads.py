@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.arrays import library_of
+from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import GuideRoller, SceneParts
 
 

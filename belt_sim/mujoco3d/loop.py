@@ -7,8 +7,8 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.arrays import library_of
+from belt_sim.pytrees import Numbers as Array
 
 _TANGENT_SWEEPS = 16  # each shrinks the error of the tangent points by (pulley radius) x (curvature of the span)
 

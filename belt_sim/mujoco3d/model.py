@@ -102,7 +102,7 @@ class SpaceModel:
 
     def parts(self, case: Case, effects: Sequence[Effect]) -> SceneParts:
         """The scene of a case as the effects change it."""
-        parts = SceneParts.undisturbed(case, self.options.friction)
+        parts = SceneParts.from_case(case, self.options.friction)
         for effect in effects:
             parts = call_hook(effect, "scene", parts, case)
         return parts

@@ -10,7 +10,6 @@ import numpy as np
 from belt_sim.curves import Curves
 from belt_sim.errors import RunFailed
 from belt_sim.frame import Frame, Observer
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.arrays import library_of
 from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, belt_arrays
 from belt_sim.mujoco3d.elastic import strains
@@ -18,6 +17,7 @@ from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import AXIS_STATIONS, RUNAWAY, RUNUP_LINKS
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL
+from belt_sim.pytrees import Numbers as Array
 
 #: rows of a reading
 POINTS, ANGLES, MOMENTS, EDGES, TILTS, SAGS, TENSION = (

@@ -18,11 +18,11 @@ Belts with bending stiffness have no kink and need none of this.
 
 from typing import NamedTuple
 
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.arrays import add_at, library_of
 from belt_sim.mujoco3d.belt import SurfaceArrays
 from belt_sim.mujoco3d.options import FURTHEST_KINK
 from belt_sim.mujoco3d.wrap import FIRST, LAST, OUTWARDS, PoseArrays, WrapArrays, cylinder_coordinates, outer_depth
+from belt_sim.pytrees import Numbers as Array
 
 
 def run_up_end(sign: int) -> int:

@@ -27,7 +27,6 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.arrays import library_of, put
 from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays
 from belt_sim.mujoco3d.elastic import strains
@@ -40,6 +39,7 @@ from belt_sim.mujoco3d.options import (
     SLACKEST_FIBRE,
     SPAN_STATIONS,
 )
+from belt_sim.pytrees import Numbers as Array
 
 HEAD, TAIL = 0, 1
 FIRST, LAST = 0, 1  # ends of a wrap

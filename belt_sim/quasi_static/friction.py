@@ -14,10 +14,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays, wrap_chain
 from belt_sim.mujoco3d.block_tridiagonal import factorise, solve_chain, sweep_inverse
 from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays, slide_anchors, surface_components
+from belt_sim.pytrees import Numbers as Array
 
 _ITERATIONS = 20
 _SHARES = np.array([1.0, 0.5, 0.25, 0.1, 0.03])  # of a Newton step: whole ones alone may go in circles

@@ -13,7 +13,6 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, RunFailed
-from belt_sim.jax_setup import Numbers as Array
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys, lay_pulleys
 from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, active_features, belt_arrays
@@ -56,6 +55,7 @@ from belt_sim.mujoco3d.wrap import (
     sink_wraps,
     update_tangents,
 )
+from belt_sim.pytrees import Numbers as Array
 from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, SlipState, slide_wraps, worst_residual
 from belt_sim.quasi_static.plan import TravelCommand, TravelPlan, TravelState, plan_run
 from belt_sim.scene_parts import SceneParts
@@ -390,7 +390,7 @@ def prepare_case(
     Raises CannotRepresent for what this engine cannot do.
     """
     options = options or Options()
-    parts = parts or SceneParts.undisturbed(case, options.friction)
+    parts = parts or SceneParts.from_case(case, options.friction)
     refuse(belt, options, parts)
     options = fit_options(options, case, belt)
     scene = lay_out(case, BELT_MODELS[belt](), options, parts)

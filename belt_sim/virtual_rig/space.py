@@ -217,7 +217,7 @@ def engine_for(case: Case, faults: Sequence[Fault], options: Options) -> str:
 
 def scene_parts(case: Case, faults: Sequence[Fault], options: Options) -> SceneParts:
     """The scene as the faults leave it."""
-    parts = SceneParts.undisturbed(case, options.friction)
+    parts = SceneParts.from_case(case, options.friction)
     for fault in faults:
         parts = fault.scene(parts, case)
     return parts

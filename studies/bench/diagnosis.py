@@ -27,7 +27,7 @@ from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.pipeline import indicate
 from belt_sim.files import ROOT
-from belt_sim.jax_setup import compiled
+from belt_sim.jax_setup import jit_float64
 from belt_sim.si import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Plan, grid
@@ -124,7 +124,7 @@ def _old(forward: Forward) -> Callable[[np.ndarray], np.ndarray]:
     plan = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
     one = partial(_one, plan=plan, length=travel, forward=forward)
     runs = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0), 0, 0))  # type: ignore[arg-type]
-    march = compiled(jax.vmap(runs, in_axes=(0, None, None, None)))
+    march = jit_float64(jax.vmap(runs, in_axes=(0, None, None, None)))
     points = [int(s.at[-1]) - 1 for s in samples.signals]
     return lambda v: np.asarray(march(v, samples.cases, samples.travel, samples.yaw_at))[:, :, points]
 

@@ -31,7 +31,7 @@ def main(kind: str) -> None:
     assert mjx_interface.SLOW
     case = make_case(rig="rope_example", tension=40.0, yaw=-0.042, travel=2.0)
     options = fit_options(Options(), case, kind)
-    spec, scene = build_scene(case, BELTS[kind](), options, SceneParts.undisturbed(case, np.inf))
+    spec, scene = build_scene(case, BELTS[kind](), options, SceneParts.from_case(case, np.inf))
     for element in list(spec.equalities):
         spec.delete(element)
     model = compile_model(spec)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim import si
-from belt_sim.analytic.march import grid, march_many
+from belt_sim.analytic.batch import grid, march_many
 from belt_sim.paper import paper_case
 from studies.bench.delay import DelayEquation
 from studies.bench.plain import plain_march

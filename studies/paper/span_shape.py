@@ -7,10 +7,10 @@ import numpy as np
 
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.case import Case
-from belt_sim.jax_setup import compiled, in_float64
+from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.laws.influence import span_fields
 
-_span_fields = compiled(span_fields)  # op by op it would take seconds
+_span_fields = jit_float64(span_fields)  # op by op it would take seconds
 
 
 @dataclass(frozen=True, kw_only=True)

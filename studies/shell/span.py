@@ -20,7 +20,7 @@ from belt_sim.case import Case
 from belt_sim.config import case_from
 from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.span_stiffness import Flatness
-from belt_sim.jax_setup import compiled
+from belt_sim.jax_setup import jit_float64
 from belt_sim.laws.span import strip
 from belt_sim.si import DEGREE, N_PER_MM2
 from studies.application import application
@@ -28,7 +28,7 @@ from studies.shell import ccx
 from studies.shell.span_deck import SIDES, Mesh, SpanDeck, span_deck
 
 SMALL = 0.0042 * DEGREE  # [rad], a turn at which every law is linear
-_answers = compiled(span_responses)
+_answers = jit_float64(span_responses)
 
 
 @dataclass(frozen=True)

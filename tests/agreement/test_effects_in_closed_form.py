@@ -296,7 +296,7 @@ def test_deflected_pulleys_are_hollow_in_proportion_to_the_pull():
         50.0,
     )
     np.testing.assert_allclose(bent.y, as_crown.y, atol=EXACT * np.abs(as_crown.y).max())
-    parts = PulleyDeflection(compliance=compliance).scene(SceneParts.undisturbed(case), case)
+    parts = PulleyDeflection(compliance=compliance).scene(SceneParts.from_case(case), case)
     assert parts.tail.crown == parts.head.crown == pytest.approx(hollow)
     assert hollow < 0.0  # thinner where it is loaded most
 
@@ -330,7 +330,7 @@ def test_unequal_tension_is_a_yaw_in_proportion_to_the_force():
     curves = affected(pairs, 50.0)
     for mine, plain in (curves[:2], curves[2:]):
         np.testing.assert_allclose(mine.y, plain.y, atol=EXACT * np.abs(plain.y).max())
-    parts = UnequalTension(yaw_per_force=per_force).scene(SceneParts.undisturbed(case), case)
+    parts = UnequalTension(yaw_per_force=per_force).scene(SceneParts.from_case(case), case)
     assert parts.tail.yaw_offset == pytest.approx(per_force * float(case.tension_force))
     assert parts.head.yaw_offset == 0.0
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from paper_cases import YAW, marched, paper_case, steered
 
-from belt_sim.analytic.march import grid, march, march_many
+from belt_sim.analytic.batch import grid, march_many
+from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.steady import steady_rate
 from belt_sim.case import Schedule

@@ -53,7 +53,7 @@ def test_a_weld_passes_the_points_where_its_place_on_the_belt_says(at, direction
         assert there == pytest.approx(2 * weld.angle / weld.length, rel=1e-6)  # the top of a raised cosine
         assert before == after == 0.0
     s = np.linspace(0.0, ROUND, 20001)
-    bent = weld.scene(SceneParts.undisturbed(case), case).camber(s)
+    bent = weld.scene(SceneParts.from_case(case), case).camber(s)
     assert s[np.argmax(bent)] == pytest.approx(at, abs=1e-3)
     assert np.trapezoid(bent, s) == pytest.approx(weld.angle, rel=1e-6)
 
@@ -78,7 +78,7 @@ def test_a_wobbling_pulley_is_the_same_in_the_law_and_in_the_scene(pulley, direc
     names = ("beta_cos", "beta_sin") if pulley == "tail" else ("beta_cos_head", "beta_sin_head")
     wobble = Wobble(**dict(zip(names, (cos, sin), strict=True)))
     case = paper_case(40, 0.0, rig=UNEQUAL, direction=direction)
-    parts = wobble.scene(SceneParts.undisturbed(case), case)
+    parts = wobble.scene(SceneParts.from_case(case), case)
     own, other = (0, 1) if pulley == "tail" else (1, 0)
     surface, still = (getattr(parts, ("tail", "head")[k]) for k in (own, other))
     above = 1.0 if (pulley == "tail") == (direction > 0) else -1.0  # where it runs up

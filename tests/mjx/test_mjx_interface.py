@@ -25,7 +25,7 @@ ROUNDING = 1e-12  # relative, of float64
 
 def scene(tension=40.0):
     case = paper_case(tension, rig=ROPE_EXAMPLE)
-    return build_scene(case, Membrane(), fit_options(COARSE, case, "flex"), SceneParts.undisturbed(case, np.inf))
+    return build_scene(case, Membrane(), fit_options(COARSE, case, "flex"), SceneParts.from_case(case, np.inf))
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ QUICK = Options(dx=0.04, dt=2e-3, run_in=0.2, settle=0.02, acceleration=3.0)
 
 def begun(case, belt, options, **parts):
     options = fit_options(options, case, belt)
-    return SpaceRun.begin(case, belt, options, replace(SceneParts.undisturbed(case, options.friction), **parts))
+    return SpaceRun.begin(case, belt, options, replace(SceneParts.from_case(case, options.friction), **parts))
 
 
 @pytest.mark.parametrize(

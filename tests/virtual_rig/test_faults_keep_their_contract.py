@@ -42,11 +42,11 @@ def typical(cls, **more):
 def disturbed_parts() -> list[SceneParts]:
     """Scenes with and without weight, and one in which everything is off already."""
     cases = [true_cases(PLAN, base, TrueErrors())[0] for base in BASES]
-    off = SceneParts.undisturbed(cases[0]).with_camber(np.cos)
+    off = SceneParts.from_case(cases[0]).with_camber(np.cos)
     shaped = {"taper": 1e-4, "crown": 0.1, "cant": 1e-3, "yaw_offset": 1e-4, "yaw_compliance": 1e-6}
     for pulley in ("head", "tail"):
         off = off.with_pulley(pulley, wobble=1e-3, wobble_phase=1.0, **shaped)
-    return [*(SceneParts.undisturbed(case) for case in cases), off]
+    return [*(SceneParts.from_case(case) for case in cases), off]
 
 
 @pytest.mark.parametrize("name", FAULTS)
@@ -102,7 +102,7 @@ def test_at_its_typical_size_it_shows(name, clean):
 def test_the_scene_is_changed_too_and_twice_is_more(name):
     """Faults add up, as on the line; of two frictions the smaller holds the belt, and a pulley has one wobble."""
     case = true_cases(PLAN, "strip", TrueErrors())[0]
-    plain = SceneParts.undisturbed(case)
+    plain = SceneParts.from_case(case)
     once = typical(SCENE[name]).scene(plain, case)
     twice = typical(SCENE[name]).scene(once, case)
     assert felt(once) != felt(plain)

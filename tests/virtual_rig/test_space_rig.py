@@ -43,7 +43,7 @@ def edited(name: str, direction: float = 1.0, **parameters):
     plan = replace(TINY, runs=(replace(TINY.runs[0], direction=direction),))
     fault = fault_from_spec({"id": name, **parameters})
     case = true_cases(plan, "beam_th2", TrueErrors())[0]
-    return fault.scene(SceneParts.undisturbed(case), case)
+    return fault.scene(SceneParts.from_case(case), case)
 
 
 @pytest.mark.parametrize(

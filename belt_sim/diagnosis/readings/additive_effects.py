@@ -16,16 +16,16 @@ import numpy as np
 from scipy.interpolate import BSpline
 from scipy.special import chdtrc
 
-from belt_sim.campaign.types import elsewhere
+from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case, Settings
-from belt_sim.curves import Elsewhere
+from belt_sim.curves import SensorPlace
 from belt_sim.diagnosis.readings.candidates import AFFINE
 from belt_sim.diagnosis.readings.parameter_vector import Slot, effects_and_case
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import indicate_place, places_of, travel_lead
 from belt_sim.effects.base import Effect, apply_hook, overrides, uses
 from belt_sim.effects.pipeline import true_travel
-from belt_sim.jax_setup import PROGRAMS, compiled, in_float64
+from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
 from belt_sim.laws.drive import Reading
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
@@ -120,7 +120,7 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
     places = [*(f"point_{k}" for k in (1, 2, 3, 4)), *others]
     for s, signal in enumerate(samples.signals):
         if signal.kind == "lateral":
-            rows = shown[:, :, places.index(elsewhere(signal.at) or signal.at)]
+            rows = shown[:, :, places.index(sensor_place(signal.at) or signal.at)]
             shapes[:, :, s] = rows[..., :-1] * by_bins - rows[..., -1:]
     return shapes
 
@@ -220,10 +220,10 @@ def select_for_readings(classes: Sequence[type[Effect]], adding: Sequence[type[E
 
 
 @lru_cache(PROGRAMS)
-def compile_additions(slots: tuple[Slot, ...], adding: tuple[type[Effect], ...], others: tuple[Elsewhere, ...] = ()):
+def compile_additions(slots: tuple[Slot, ...], adding: tuple[type[Effect], ...], others: tuple[SensorPlace, ...] = ()):
     """What the effects ``adding`` add to the readings of a batch of points and runs."""
     one = partial(_additions_of_run, slots=slots, adding=adding, others=others)
-    return compiled(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None)))
+    return jit_float64(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None)))
 
 
 def _additions_of_run(vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, *, slots, adding, others):

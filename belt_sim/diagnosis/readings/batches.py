@@ -10,7 +10,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from belt_sim.campaign.types import elsewhere
+from belt_sim.campaign.types import sensor_place
 from belt_sim.diagnosis.readings.samples import MAX_SAMPLES, Samples
 from belt_sim.diagnosis.readings.sensor_places import places_of
 from belt_sim.jax_setup import WORKERS
@@ -57,7 +57,7 @@ def _pool() -> ThreadPoolExecutor:
 def rows_of(samples: Samples) -> list[int]:
     """Row of a program's result that each signal shows: the points, the mid-spans, then what stands elsewhere."""
     rows = [*PLACES, *places_of(samples)]
-    return [rows.index(elsewhere(s.at) or s.at) for s in samples.signals]
+    return [rows.index(sensor_place(s.at) or s.at) for s in samples.signals]
 
 
 def plan_batches(

@@ -23,7 +23,7 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march_open, plan_steps
 from belt_sim.case import Case, Settings
-from belt_sim.curves import Elsewhere
+from belt_sim.curves import SensorPlace
 from belt_sim.diagnosis.readings.additive_effects import (
     bin_attenuation,
     compile_additions,
@@ -40,7 +40,7 @@ from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import check_places, places_of, reading_at
 from belt_sim.effects.base import Effect, overrides
 from belt_sim.effects.pipeline import indicate
-from belt_sim.jax_setup import PROGRAMS, compiled
+from belt_sim.jax_setup import PROGRAMS, jit_float64
 
 # Which effects are compiled into a march: few rows pay for what is null in them, and few programs serve all rows.
 #
@@ -251,14 +251,14 @@ def _compile_march(
     history: int,
     tilts: bool,
     brief: bool,
-    others: tuple[Elsewhere, ...] = (),
+    others: tuple[SensorPlace, ...] = (),
 ):
     """Predictions at a batch of points and runs; tilts: of roll as well, which a march feels; others: places of sensors
     beside the points."""
     only = ("y", "tilt") if tilts else ("y",)
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only, others=others)
     seldom = not all(s.effect.__module__.startswith("belt_sim.") for s in slots)  # a program of this campaign alone
-    return compiled(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), brief=brief and seldom)
+    return jit_float64(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), brief=brief and seldom)
 
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.case import Case, Rig, Schedule
 from belt_sim.effects.base import Effect, Parameter
-from belt_sim.jax_setup import Numbers
+from belt_sim.pytrees import Numbers
 
 NUISANCES = ("stiffness", "tension", "yaw", "yaw_at", "belt_length", "start")
 

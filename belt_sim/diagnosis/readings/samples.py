@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Run, SignalSheet, case_of, leave_out_bad_readings
 from belt_sim.campaign.quality.cross_run import reading_at_yaw
-from belt_sim.campaign.types import elsewhere
+from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case
 from belt_sim.errors import InputError
 
@@ -75,7 +75,7 @@ def samples_of(campaign: Campaign, *, leave_out_bad: bool = True) -> Samples:
     shape = (len(runs), len(names), n)
     travel, time, y = np.zeros(shape[::2]), np.zeros(shape[::2]), np.full(shape, np.nan)
     lateral = [k for k, s in enumerate(campaign.signals) if s.kind == "lateral"]
-    jump = [k for k, s in enumerate(campaign.signals) if s.kind == "tilt" or elsewhere(s.at)]
+    jump = [k for k, s in enumerate(campaign.signals) if s.kind == "tilt" or sensor_place(s.at)]
     for k, (s, t, values, per_bin) in enumerate(thinned):
         travel[k, : len(s)], travel[k, len(s) :] = s, s[-1]
         time[k, : len(s)], time[k, len(s) :] = t, t[-1]

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.campaign.types import SignalSheet, elsewhere
+from belt_sim.campaign.types import SignalSheet, sensor_place
 from belt_sim.case import Case
-from belt_sim.curves import Curves, Elsewhere
+from belt_sim.curves import Curves, SensorPlace
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import looked_up, true_travel
@@ -23,9 +23,9 @@ BEFORE = 0.5  # [m] of travel before the yaw, over which a sensor that moves wit
 INSIDE = ("bend", "hold")  # hooks of effects that shape a span between its ends, which readings there would show
 
 
-def places_of(samples: Samples) -> tuple[Elsewhere, ...]:
+def places_of(samples: Samples) -> tuple[SensorPlace, ...]:
     """Places of the signals that stand at none of the points, each once."""
-    found = (elsewhere(s.at) for s in samples.signals)
+    found = (sensor_place(s.at) for s in samples.signals)
     return tuple(dict.fromkeys(place for place in found if place is not None))
 
 
@@ -34,9 +34,9 @@ def shapes_a_span(effect: Effect | type[Effect]) -> bool:
     return bool(overrides(effect, INSIDE))
 
 
-def first_place_inside_span(signals: Sequence[SignalSheet]) -> Elsewhere | None:
+def first_place_inside_span(signals: Sequence[SignalSheet]) -> SensorPlace | None:
     """The first place of a sensor inside a span; None where none stands there."""
-    return next((place for place in (elsewhere(s.at) for s in signals) if place and not place.on_wrap), None)
+    return next((place for place in (sensor_place(s.at) for s in signals) if place and not place.on_wrap), None)
 
 
 def shows_places(signals: Sequence[SignalSheet], model: Composition) -> bool:
@@ -62,13 +62,13 @@ def check_places(samples: Samples, model: Composition, classes: Sequence[type[Ef
         )
 
 
-def travel_lead(place: Elsewhere, case: Case):
+def travel_lead(place: SensorPlace, case: Case):
     """Travel [m] by which the belt passes the place before it passes the point that belongs to it; negative: after."""
     sign = 1.0 if place.where in ("upper_span", "head_wrap") else -1.0
     return sign * case.settings.direction * place.distance
 
 
-def reading_at(place: Elsewhere, curves: Curves, case: Case, effects: Sequence[Effect], shown, time):
+def reading_at(place: SensorPlace, curves: Curves, case: Case, effects: Sequence[Effect], shown, time):
     """Reading [m] at encoder travels ``shown`` [m] and times [s], both (n,); curves: of ``march_open``."""
     seen = apply_hook(effects, "seen", true_travel(effects, case, shown), case)
     assert curves.extra is not None
@@ -76,7 +76,7 @@ def reading_at(place: Elsewhere, curves: Curves, case: Case, effects: Sequence[E
     return indicate_place(place, looked_up(curves.travel, row[None], seen)[0], case, effects, shown, seen, time)
 
 
-def indicate_place(place: Elsewhere, y, case: Case, effects: Sequence[Effect], shown, seen, time):
+def indicate_place(place: SensorPlace, y, case: Case, effects: Sequence[Effect], shown, seen, time):
     """What the instruments make of true positions y (n,) at a place."""
     four = jnp.broadcast_to(y, (4, len(shown)))
     earlier = seen + travel_lead(place, case)
@@ -84,7 +84,7 @@ def indicate_place(place: Elsewhere, y, case: Case, effects: Sequence[Effect], s
     return apply_hook(effects, "sensor", reading, case).y[place.point]
 
 
-def _wrap_position(place: Elsewhere, curves: Curves, case: Case):
+def _wrap_position(place: SensorPlace, curves: Curves, case: Case):
     """True positions (records,) on a wrap: as the belt ran up, and the pulley's own way from one point to the other."""
     tail = place.where == "tail_wrap"
     around = case.rig.wrap_tail if tail else case.rig.wrap_head
