@@ -94,7 +94,7 @@ class SceneParts:
         return turned or self.camber is not None or bool(self.lift_off or self.pushes or self.lean or self.roll)
 
     @staticmethod
-    def undisturbed(case: Case, friction: float = math.inf) -> "SceneParts":
+    def from_case(case: Case, friction: float = math.inf) -> "SceneParts":
         """A case's plain cylinders, its gravity and a straight belt."""
         rig = case.rig
         return SceneParts(

@@ -84,7 +84,7 @@ def test_a_wobbling_pulley_is_the_same_in_the_law_and_in_the_scene(pulley, direc
     above = 1.0 if (pulley == "tail") == (direction > 0) else -1.0  # where it runs up
     for travel in (0.0, 0.1, 0.3, 0.7):
         axes = axes_of(surface, 0.0, 1.0, direction * travel / surface.radius)
-        found = wobble.yaw(Yaw.of(jnp.zeros(()), jnp.zeros(())), state(travel, direction), case)
+        found = wobble.yaw(Yaw.without_roll(jnp.zeros(()), jnp.zeros(())), state(travel, direction), case)
         yawed = cos * np.cos(travel / surface.radius) + sin * np.sin(travel / surface.radius)
         assert float(getattr(found, pulley)) == pytest.approx(yawed, abs=SMALL)
         assert np.arctan2(-axes[0, 1], axes[1, 1]) == pytest.approx(yawed, abs=SMALL)
@@ -105,7 +105,7 @@ def test_a_wobbling_surface_never_carries_the_belt_sideways(direction):
     wobble = Wobble(beta_cos=3e-4, beta_sin=-2e-4, beta_cos_head=1e-4, beta_sin_head=4e-4, radius_error=0.01)
 
     def swung(travel):
-        return wobble.yaw(Yaw.of(jnp.zeros(()), jnp.zeros(())), state(travel, direction), case)
+        return wobble.yaw(Yaw.without_roll(jnp.zeros(()), jnp.zeros(())), state(travel, direction), case)
 
     moved, at = (jax.jacfwd(lambda s: (swung(s).aside_runup, swung(s).aside_runoff))(0.37), swung(0.37))
     np.testing.assert_allclose(moved[0] + at.runup, 0.0, atol=EXACT)
