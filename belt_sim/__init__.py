@@ -56,46 +56,35 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     load_campaign, load_diagnosis = read_campaign, read_diagnosis
     __version__: str
 
-_HOMES = {
-    "Belt": "belt_sim.case",
-    "BeltError": "belt_sim.errors",
-    "Campaign": "belt_sim.campaign",
-    "Case": "belt_sim.case",
-    "Check": "belt_sim.results.check",
-    "Comparison": "belt_sim.results.comparison",
-    "Curves": "belt_sim.curves",
-    "Diagnosis": "belt_sim.results.diagnosis",
-    "Discovery": "belt_sim.results.discovery",
-    "Effect": "belt_sim.effects.base",
-    "InputError": "belt_sim.errors",
-    "Rig": "belt_sim.case",
-    "Schedule": "belt_sim.case",
-    "Settings": "belt_sim.case",
-    "Simulation": "belt_sim.results.simulation",
-    "Verdict": "belt_sim.results.diagnosis",
-    "check": "belt_sim.api.inference",
-    "check_effect": "belt_sim.api.inference",
-    "compare": "belt_sim.api.inference",
-    "diagnose": "belt_sim.api.inference",
-    "discover": "belt_sim.api.inference",
-    "export": "belt_sim.api.plant",
-    "fit": "belt_sim.api.fit",
-    "import_files": "belt_sim.api.campaigns",
-    "library": "belt_sim.effects.library",
-    "linearise": "belt_sim.api.plant",
-    "load_campaign": "belt_sim.campaign:read_campaign",
-    "load_diagnosis": "belt_sim.results.json:read_diagnosis",
-    "make_case": "belt_sim.config",
-    "model_named": "belt_sim.registry",
-    "models": "belt_sim.registry",
-    "plot": "belt_sim.api.plot",
-    "prepare": "belt_sim.jax_setup",
-    "report": "belt_sim.api.plot",
-    "scene": "belt_sim.api.simulate",
-    "simulate": "belt_sim.api.simulate",
-    "traced": "belt_sim.api.simulate",
+#: module -> names of it that this package offers
+_HOMES: dict[str, tuple[str, ...]] = {
+    "belt_sim.api.campaigns": ("import_files",),
+    "belt_sim.api.fit": ("fit",),
+    "belt_sim.api.inference": ("check", "check_effect", "compare", "diagnose", "discover"),
+    "belt_sim.api.plant": ("export", "linearise"),
+    "belt_sim.api.plot": ("plot", "report"),
+    "belt_sim.api.simulate": ("scene", "simulate", "traced"),
+    "belt_sim.campaign": ("Campaign",),
+    "belt_sim.case": ("Belt", "Case", "Rig", "Schedule", "Settings"),
+    "belt_sim.config": ("make_case",),
+    "belt_sim.curves": ("Curves",),
+    "belt_sim.effects.base": ("Effect",),
+    "belt_sim.effects.library": ("library",),
+    "belt_sim.errors": ("BeltError", "InputError"),
+    "belt_sim.jax_setup": ("prepare",),
+    "belt_sim.registry": ("model_named", "models"),
+    "belt_sim.results.check": ("Check",),
+    "belt_sim.results.comparison": ("Comparison",),
+    "belt_sim.results.diagnosis": ("Diagnosis", "Verdict"),
+    "belt_sim.results.discovery": ("Discovery",),
+    "belt_sim.results.simulation": ("Simulation",),
 }
-__all__ = [*_HOMES, "__version__"]
+_PLACES = {name: (home, name) for home, names in _HOMES.items() for name in names}
+_PLACES |= {
+    "load_campaign": ("belt_sim.campaign", "read_campaign"),
+    "load_diagnosis": ("belt_sim.results.json", "read_diagnosis"),
+}
+__all__ = [*_PLACES, "__version__"]
 
 
 if not TYPE_CHECKING:  # a type checker would take any name to be there
@@ -105,12 +94,12 @@ if not TYPE_CHECKING:  # a type checker would take any name to be there
         if name == "__version__":
             globals()[name] = importlib.import_module("importlib.metadata").version("belt-sim")
             return globals()[name]
-        if name not in _HOMES:
+        if name not in _PLACES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        home, _, there = _HOMES[name].partition(":")
+        home, there = _PLACES[name]
         if home.startswith("belt_sim.api."):
             importlib.import_module("belt_sim.jax_setup").keep_programs()
-        return getattr(importlib.import_module(home), there or name)
+        return getattr(importlib.import_module(home), there)
 
 
 def __dir__() -> list[str]:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import yaml
 
-from belt_sim.commands.command_line import HELP, SHOW, compose_request, help_text, import_arguments
+from belt_sim.commands.command_line import HELP, SHOW, compose_request, help_text, import_arguments, known_keys
 from belt_sim.commands.run_dir import run_alone
 from belt_sim.errors import BeltError, InputError
 from belt_sim.files import CAMPAIGNS, CONF, MODELS, write_text
@@ -211,18 +211,11 @@ def script(commands: Iterable[str]) -> str:
 
 def words(command: str) -> list[str]:
     """Return what may follow a command: its keys with =, names of rigs, belts, models and campaigns, flags."""
-    settings = yaml.safe_load((CONF / f"{command}.yaml").read_text(encoding="utf-8"))
-    groups = {
-        name: default for entry in settings["defaults"] if isinstance(entry, dict) for name, default in entry.items()
-    }
-    keys = [f"{k}=" for k in settings if k not in ("defaults", "hydra")]
-    found = [k for k in keys if k != "campaign="]
-    for group in (g for g in GROUPS if g in groups):
+    keys = known_keys(command)
+    found = [f"{key}=" for key in keys if key not in (*GROUPS, "campaign")]
+    for group in (g for g in GROUPS if g in keys):
         found += [f"{group}={name}" for name in _names(CONF / group)]
-        found += [
-            f"{group}.{key}=" for key in yaml.safe_load((CONF / group / f"{groups[group]}.yaml").read_text("utf-8"))
-        ]
-    if "campaign=" in keys:
+    if "campaign" in keys:
         found += [f"campaign={p.parent.name}" for p in sorted(CAMPAIGNS.glob("*/campaign.yaml"))]
     if command == "simulate":
         found += [f"+experiment={name}" for name in _names(CONF / "experiment")] + ["-m"]

@@ -72,6 +72,15 @@ class CaseSettings(TypedDict, total=False):
     direction: float
 
 
+def case_or_settings(case: Case | None, settings: Mapping[str, Any]) -> Case:
+    """``case``, or where it is None the one that ``settings`` describe; raises InputError where both are given."""
+    if case is None:
+        return make_case(**settings)
+    for name, value in settings.items():
+        raise InputError(name, value, "", "give either a case or its settings")
+    return case
+
+
 def make_case(**settings: Any) -> Case:
     """A case from settings as on the command line (``CaseSettings``); what is not given is as in conf/simulate.yaml.
 

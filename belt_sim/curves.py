@@ -104,6 +104,14 @@ def curves_columns(curves: Curves) -> dict[str, np.ndarray]:
     return columns
 
 
+def read_curves(path: Path) -> Curves:
+    """Return travel and points 1-4 of a curves.csv."""
+    with path.open(encoding="utf-8") as lines:
+        header = lines.readline().strip().split(",")
+        columns = dict(zip(header, np.loadtxt(lines, delimiter=",", ndmin=2).T, strict=True))
+    return Curves(travel=columns["travel_m"], y=np.array([columns[f"y{k}_mm"] for k in (1, 2, 3, 4)]) * si.MM)
+
+
 def write_curves(path: Path, curves: Curves) -> Path:
     """Write curves.csv in one move."""
     columns = curves_columns(curves)

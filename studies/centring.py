@@ -13,9 +13,9 @@ import numpy as np
 
 from belt_sim.api.simulate import simulate
 from belt_sim.case import Case, Schedule
-from belt_sim.commands.simulate import Centring, centring_asked, positions
+from belt_sim.commands.simulate import Centring, centring_asked
 from belt_sim.config import case_from
-from belt_sim.curves import Curves
+from belt_sim.curves import Curves, read_curves
 from belt_sim.pictures import style
 from belt_sim.pictures.style import FAINT, INK, POINT_NAMES, POINTS
 from belt_sim.registry import model_named
@@ -51,15 +51,13 @@ def _moved(y: np.ndarray, records: int) -> np.ndarray:
 
 
 @style.picture
-def picture(
-    path: Path, law: Curves, space: tuple[np.ndarray, np.ndarray] | None, wanted: Centring, schedule: Schedule
-) -> Path:
-    """Points 1-4 and the yaw, against travel; space: travel (n,) and y (4, n) [m] in three dimensions."""
+def picture(path: Path, law: Curves, space: Curves | None, wanted: Centring, schedule: Schedule) -> Path:
+    """Points 1-4 and the yaw, against travel; space: those in three dimensions."""
     fig, [[ax], [below]] = style.figure(8.4, 5.6, rows=2, sharex=True, height_ratios=[3, 1])
     for k, (colour, name) in enumerate(zip(POINTS, POINT_NAMES, strict=True)):
         ax.plot(law.travel, (law.y[k] + wanted.start) / MM, color=colour, label=name)
         if space is not None:
-            ax.plot(space[0], (space[1][k] + wanted.start) / MM, color=colour, linestyle=":", linewidth=2.6)
+            ax.plot(space.travel, (space.y[k] + wanted.start) / MM, color=colour, linestyle=":", linewidth=2.6)
     for level in (-wanted.within, wanted.within):
         ax.axhline(level / MM, color=FAINT, linewidth=0.8)
     ax.set(ylabel="from the middle [mm]")
@@ -90,9 +88,9 @@ def centring(config: dict[str, Any]) -> None:
     law = simulate(case, model=model_named("strip"), travel=config["travel"]).curves
     assert law is not None
     print(told("strip law", np.asarray(law.travel), np.asarray(law.y), wanted))
-    space = positions(Path(config["space"])) if config["space"] else None
+    space = read_curves(Path(config["space"])) if config["space"] else None
     if space is not None:
-        print(told("3D", *space, wanted))
+        print(told("3D", space.travel, space.y, wanted))
     if config["picture"]:
         print(picture(Path(config["picture"]), law, space, wanted, case.settings.yaw))
 

@@ -8,7 +8,7 @@ from typing import Any, Unpack
 
 from belt_sim.api.resolve import ModelSpec, effects_of, fitted_model
 from belt_sim.case import Case
-from belt_sim.config import CaseSettings, make_case
+from belt_sim.config import CaseSettings, case_or_settings
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.linear.plant import LinearBelt, PlantSchedule, linear_belt, plant_json, state_space
@@ -24,15 +24,12 @@ def linearise(
     A sequence of tensions [N/mm2] gives a ``PlantSchedule``, a plant at any tension between them. Raises InputError,
     CannotRepresent.
     """
-    if case is not None and settings:
-        name, value = next(iter(settings.items()))
-        raise InputError(name, value, "", "give either a case or its settings")
     chosen, acting = fitted_model(model), effects_of(effects)
     tension = settings.get("tension")
     if not isinstance(tension, Sequence) or isinstance(tension, str):
-        plant: LinearBelt = linear_belt(make_case(**settings) if case is None else case, chosen, acting)
+        plant: LinearBelt = linear_belt(case_or_settings(case, settings), chosen, acting)
         return plant
-    first = make_case(**settings | {"tension": tension[0]})
+    first = case_or_settings(case, settings | {"tension": tension[0]})
     cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
     plants: list[LinearBelt] = [linear_belt(c, chosen, acting) for c in cases]
     return PlantSchedule.of(plants)

@@ -9,7 +9,7 @@ from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.api.resolve import ModelSpec, effects_of, fitted_model, model_of, refuse, validity_limits
 from belt_sim.case import Case
-from belt_sim.config import CaseSettings, case_from, make_case, model_settings
+from belt_sim.config import CaseSettings, case_from, case_or_settings, model_settings
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError, InputError, RunFailed
@@ -44,10 +44,7 @@ def simulate(
     found for the case as driven (``belt_sim.api.simulate``), so that no engine runs. A 3D model's setting ``scene`` is
     an MjSpec that ``bs.scene`` made, edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
     """
-    if case is not None and settings:
-        name, value = next(iter(settings.items()))
-        raise InputError(name, value, "", "give either a case or its settings")
-    case = make_case(travel=travel, **settings) if case is None else case
+    case = case_or_settings(case, {**settings, "travel": travel} if case is None else settings)
     chosen, acting = on_engine(model_of(model), engine), effects_of(effects)
     common: dict[str, Any] = {"case": case, "model": chosen.name, "effects": acting, "travel": float(travel)}
     common["beyond"] = validity_limits(case, chosen, [e.id for e in acting])
@@ -137,10 +134,7 @@ def scene(case: Case | None = None, *, model: ModelSpec = "mujoco_flex", **setti
 
     MuJoCo's contacts carry the belt; ``simulate(model={"name": ..., "scene": spec})`` runs it, edited or not.
     """
-    if case is not None and settings:
-        name, value = next(iter(settings.items()))
-        raise InputError(name, value, "", "give either a case or its settings")
-    case = make_case(**settings) if case is None else case
+    case = case_or_settings(case, settings)
     from belt_sim.mujoco3d.engine import contact_scene
     from belt_sim.mujoco3d.model import SpaceModel
 

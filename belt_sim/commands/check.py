@@ -17,7 +17,7 @@ def run(run_dir: RunDir) -> None:
             raise InputError(key, config[key], "m", "give a length in metres")
     asked = {k: config[k] for k in ("effects", "travel", "step", "advise")}
     found = check(
-        run_dir.named("campaign", "the folder of a campaign"), config["model"]["name"], **asked, config=config
+        run_dir.text_setting("campaign", "the folder of a campaign"), config["model"]["name"], **asked, config=config
     )
     write_json(folder / "check.json", check_json(found))
     if config["pictures"] and found.visible:

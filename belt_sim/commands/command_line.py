@@ -61,7 +61,7 @@ def compose_request(command: str, arguments: Sequence[str], *, conf: Path = CONF
     multirun = any(a in SWEEP for a in arguments)
     if multirun and not any(a.startswith("hydra.sweep.dir=") for a in overrides):
         overrides.append(f"hydra.sweep.dir='{sweep_folder(command, overrides)}'")
-    with _composing(command, conf):
+    with _hydra_errors(command, conf):
         parsed = OverridesParser.create().parse_overrides([*fixed, *overrides])
         single = [o for o in parsed if not o.is_sweep_override()]
         base = compose(command, [str(o.input_line) for o in single], return_hydra_config=True)
@@ -91,7 +91,7 @@ def compose_request(command: str, arguments: Sequence[str], *, conf: Path = CONF
 def case_of(command: str, request: Request, overrides: Sequence[str], number: int, conf: Path = CONF) -> RunDir:
     """One case of a search, with what it is to try."""
     assert request.folder is not None
-    with _composing(command, conf):
+    with _hydra_errors(command, conf):
         return _case(command, request.folder, [], list(overrides), number)
 
 
@@ -125,7 +125,7 @@ def plain(config: Any) -> dict[str, Any]:
 
 
 @contextmanager
-def _composing(command: str, conf: Path) -> Iterator[None]:
+def _hydra_errors(command: str, conf: Path) -> Iterator[None]:
     """Hydra's errors are one line."""
     OmegaConf.register_new_resolver("folder_name", folder_name, replace=True)
     try:

@@ -12,7 +12,8 @@ def run(run_dir: RunDir) -> None:
 
     config = run_dir.config
     with run_dir.outputs() as draft:
-        campaign, name = read_campaign(run_dir.named("campaign", "the folder of a campaign")), config["model"]["name"]
-        found = compare(campaign, name, config["effects"], drawn=config["pictures"], config=config)
-        write_comparison(draft, found, pictures=config["pictures"])
+        campaign = read_campaign(run_dir.text_setting("campaign", "the folder of a campaign"))
+        model, pictures = config["model"]["name"], config["pictures"]
+        found = compare(campaign, model, config["effects"], drawn=pictures, config=config)
+        write_comparison(draft, found, pictures=pictures)
     tell_comparison(found, run_dir.path)

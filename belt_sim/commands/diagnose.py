@@ -19,7 +19,7 @@ def run(run_dir: RunDir) -> None:
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out")}
     count = whole("bootstraps", config["bootstraps"], MIN_BOOTSTRAPS)
     with run_dir.outputs() as draft:
-        campaign = read_campaign(run_dir.named("campaign", "the folder of a campaign"))
+        campaign = read_campaign(run_dir.text_setting("campaign", "the folder of a campaign"))
         with progress(1.0, f"diagnosing {campaign.title}") as done:
             stages = in_stages(done, count)
             found = diagnose(campaign, config["model"]["name"], **asked, progress=stages, tell=print, config=config)

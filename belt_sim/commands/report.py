@@ -11,7 +11,7 @@ def run(run_dir: RunDir) -> None:
     from belt_sim.reports.page import write_report
     from belt_sim.results.json import read_diagnosis
 
-    folder = Path(run_dir.named("diagnosis", "the run folder of a diagnosis"))
+    folder = Path(run_dir.text_setting("diagnosis", "the run folder of a diagnosis"))
     diagnosis = read_diagnosis(folder)
     draw_diagnosis(folder, diagnosis)
     print(write_report(folder / "report.html", diagnosis))

@@ -11,6 +11,6 @@ def run(run_dir: RunDir) -> None:
     from belt_sim.campaign.read import campaign_folder
     from belt_sim.virtual_rig.blinding import reveal
 
-    truth = reveal(campaign_folder(run_dir.named("campaign", "the folder of a campaign of the virtual rig")))
+    truth = reveal(campaign_folder(run_dir.text_setting("campaign", "the folder of a campaign of the virtual rig")))
     print(f"sha256 {truth.sha256()} matches")
     print(json.dumps(asdict(truth), indent=2))

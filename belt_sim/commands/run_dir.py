@@ -43,7 +43,7 @@ class RunDir:
     overrides: Sequence[str] = ()
     case: int | None = None
 
-    def named(self, key: str, what: str) -> str:
+    def text_setting(self, key: str, what: str) -> str:
         """A file or folder that the configuration names; raises InputError for what is no text."""
         value = self.config[key]
         if not isinstance(value, str) or not value.strip():

@@ -13,6 +13,7 @@ from belt_sim.api.simulate import on_engine, simulate
 from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_kept, show, write_simulation
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
+from belt_sim.curves import read_curves
 from belt_sim.errors import InputError
 from belt_sim.provenance import provenance
 from belt_sim.reports.terminal import tell_simulation
@@ -67,19 +68,6 @@ def centring_asked(asked: Any) -> Centring | None:
     return Centring(**{name: asked[name] * si.MM for name in names})
 
 
-def centred_after(curves: Path, wanted: Centring) -> float:
-    """Centring.count of a run's curves.csv."""
-    return wanted.count(*positions(curves))
-
-
-def positions(curves: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Travel (n,) and y (4, n) [m] of a curves.csv."""
-    with curves.open(encoding="utf-8") as lines:
-        header = lines.readline().strip().split(",")
-        rows = np.loadtxt(lines, delimiter=",", ndmin=2).T
-    return rows[0], np.stack([rows[header.index(f"y{k}_mm")] for k in (1, 2, 3, 4)]) * si.MM
-
-
 def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float | None:
     """Run one simulation and leave summary.json, curves.csv and pictures in the run folder.
 
@@ -115,6 +103,7 @@ def _title(run_dir: RunDir) -> str:
 def _report_objective(folder: Path, wanted: Centring | None) -> float | None:
     if wanted is None:
         return None
-    travel = centred_after(folder / "curves.csv", wanted)
+    curves = read_curves(folder / "curves.csv")
+    travel = wanted.count(curves.travel, curves.y)
     print(f"objective {travel:.4g}")
     return travel

@@ -22,7 +22,7 @@ from hydra.errors import HydraException
 
 from belt_sim.commands.command_line import Request, case_of
 from belt_sim.commands.run_dir import Outcome, RunDir, fail, run_case
-from belt_sim.curves import Curves
+from belt_sim.curves import read_curves
 from belt_sim.errors import BeltError, whole
 from belt_sim.files import clear_drafts, read_json, write_text, write_with
 from belt_sim.jax_setup import cores
@@ -176,7 +176,7 @@ def _draw(folder: Path, runs: Sequence[tuple[Path, Mapping[str, Any]]], table: p
     from belt_sim.pictures.curves import Rates, curves_picture, rates_picture
 
     shown = {f"{s['model']} {s['tension_n_per_mm2']:g} N/mm²": p / "curves.csv" for p, s in runs}
-    curves = {name: _curves(path) for name, path in shown.items() if path.is_file()}
+    curves = {name: read_curves(path) for name, path in shown.items() if path.is_file()}
     if 1 < len(curves) <= CURVES_SHOWN:
         curves_picture(folder / "sweep_curves.png", curves, "Points 1-4 against travel")
     rates = {}
@@ -186,12 +186,6 @@ def _draw(folder: Path, runs: Sequence[tuple[Path, Mapping[str, Any]]], table: p
             rates[str(name)] = Rates(tension=tension, rate=rate)
     if rates:
         rates_picture(folder / "sweep_rates.png", rates, "Late rate of point 1 against tension")
-
-
-def _curves(path: Path) -> Curves:
-    table = pd.read_csv(path)
-    y = table[[f"y{k}_mm" for k in (1, 2, 3, 4)]].to_numpy().T * 1e-3
-    return Curves(travel=table["travel_m"].to_numpy(), y=y)
 
 
 # A search by Optuna: which settings make the number small (or large) that a run returns. The settings are those of

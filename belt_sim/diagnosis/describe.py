@@ -25,7 +25,7 @@ from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
 from belt_sim.results.errors import CampaignLabel
 from belt_sim.results.found import Candidate, Confusable, Explanation, FoundEffect, NoiseLevels, Unknown
-from belt_sim.results.words import listed, together
+from belt_sim.results.words import join_effects, listed
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence
 SILENT = "These readings could not show any effect at a plausible size: record longer, at more tensions and yaws."
@@ -75,7 +75,7 @@ def rivals(d: Findings) -> list[Rival]:
             ids = frozenset(d.named.ids) - {effect} | set(other)
             fit = fits.get(ids) or _nearest_fit(fits, effect, other)
             if fit is not None:
-                found.append(Rival(effect, together(other), float(np.sqrt(abs(fit.chi2 - d.named.chi2))), fit))
+                found.append(Rival(effect, join_effects(other), float(np.sqrt(abs(fit.chi2 - d.named.chi2))), fit))
     return found
 
 
@@ -116,7 +116,7 @@ def _name_with_alike(decision: Decision, name: str) -> str:
     """An effect with what these readings cannot tell from it: no name is said surer than it is."""
     alike = decision.confusable.get(name, ())
     more = ", ..." if len(alike) > ALIKE_SHOWN else ""
-    return f"{name} (or {', '.join(map(together, alike[:ALIKE_SHOWN]))}{more})" if alike else name
+    return f"{name} (or {', '.join(map(join_effects, alike[:ALIKE_SHOWN]))}{more})" if alike else name
 
 
 def _effects(d: Findings) -> tuple[FoundEffect, ...]:

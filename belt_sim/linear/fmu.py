@@ -37,11 +37,16 @@ _BUILD = """\
   </BuildConfiguration>
 </fmiBuildDescription>
 """
+#: descriptions of variables
+DRIFT = "disturbance: lateral drift per belt travel, added where the belt runs up the tail pulley"
+Y_START = "lateral position of the whole belt at the start"
+Y_AT = "lateral position of the belt at point"
+TENSION = "belt tension at which the plant holds"
 #: DefaultExperiment: travel in all and of each step [m]
 _TRAVEL, _STEP = 60.0, 0.05
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Variable:
     """A variable of the FMU as modelDescription.xml has it; shown: its display unit."""
 
@@ -130,55 +135,19 @@ def _variables(speed: float, tension: float) -> list[Variable]:
     """All variables; their order is that of the value references, and yaw, yaw_head, drift stand together."""
     points = ("upper end, tail pulley", "lower end, tail pulley", "lower end, head pulley", "upper end, head pulley")
     return [
-        Variable(name="time", causality="independent", unit="s", description="time"),
-        Variable(
-            name="yaw", causality="input", unit="rad", shown="deg", start=0.0, description="yaw of the tail pulley"
-        ),
-        Variable(
-            name="yaw_head", causality="input", unit="rad", shown="deg", start=0.0, description="yaw of the head pulley"
-        ),
-        Variable(
-            name="drift",
-            causality="input",
-            unit="m/m",
-            shown="mm/m",
-            start=0.0,
-            description="disturbance: lateral drift per belt travel, added where the belt runs up the tail pulley",
-        ),
-        Variable(name="speed", causality="input", unit="m/s", start=speed, description="belt speed, not negative"),
-        Variable(
-            name="y_start",
-            causality="parameter",
-            variability="fixed",
-            initial="exact",
-            unit="m",
-            shown="mm",
-            start=0.0,
-            description="lateral position of the whole belt at the start",
-        ),
+        Variable("time", "independent", "s", "time"),
+        Variable("yaw", "input", "rad", "yaw of the tail pulley", shown="deg", start=0.0),
+        Variable("yaw_head", "input", "rad", "yaw of the head pulley", shown="deg", start=0.0),
+        Variable("drift", "input", "m/m", DRIFT, shown="mm/m", start=0.0),
+        Variable("speed", "input", "m/s", "belt speed, not negative", start=speed),
+        Variable("y_start", "parameter", "m", Y_START, variability="fixed", initial="exact", shown="mm", start=0.0),
         *(
-            Variable(
-                name=f"y{k}",
-                causality="output",
-                initial="calculated",
-                unit="m",
-                shown="mm",
-                description=f"lateral position of the belt at point {k} ({point})",
-            )
+            Variable(f"y{k}", "output", "m", f"{Y_AT} {k} ({point})", initial="calculated", shown="mm")
             for k, point in enumerate(points, 1)
         ),
+        Variable("travel", "output", "m", "belt travel since the start", initial="calculated"),
         Variable(
-            name="travel", causality="output", initial="calculated", unit="m", description="belt travel since the start"
-        ),
-        Variable(
-            name="tension",
-            causality="output",
-            variability="constant",
-            initial="exact",
-            unit="Pa",
-            shown="N/mm2",
-            start=tension,
-            description="belt tension at which the plant holds",
+            "tension", "output", "Pa", TENSION, variability="constant", initial="exact", shown="N/mm2", start=tension
         ),
     ]
 

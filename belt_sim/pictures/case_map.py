@@ -56,7 +56,7 @@ def _field(path: Path, axes: Sequence[str], at: Any, column: str, values: np.nda
     """Colours over the first axis (across) and the second (up): cells of a grid, else means over hexagons."""
     fig, [[ax]] = style.figure(7.6, 5.0)
     limit = float(np.nanmax(np.abs(values))) or 1.0
-    look: dict[str, Any] = {"cmap": style.diverging(), "vmin": -limit, "vmax": limit}
+    look: dict[str, Any] = {"cmap": style.diverging_map(), "vmin": -limit, "vmax": limit}
     x, y = at
     if shape is None:
         drawn: Any = ax.hexbin(x, y, C=values, gridsize=60, **look)

@@ -50,12 +50,8 @@ def _several(curves: Mapping[str, Curves]):
     places = {3: axes[0][0], 0: axes[0][1], 2: axes[1][0], 1: axes[1][1]}
     for k, ax in places.items():
         for n, (name, run) in enumerate(curves.items()):
-            line: dict[str, Any] = {
-                "color": CYCLE[n % len(CYCLE)],
-                "linestyle": DASHES[n % len(DASHES)],
-                "label": name,
-            }
-            ax.plot(run.travel, np.asarray(run.y)[k] / MM, **line)
+            look: dict[str, Any] = {"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]}
+            ax.plot(run.travel, np.asarray(run.y)[k] / MM, label=name, **look)
         ax.set_title(f"Point {POINT_NAMES[k]}")
         _axes(ax)
     for row in axes:
@@ -99,14 +95,8 @@ def rates_picture(
         ends.append((float(rates.rate[-1]), name, colour))
     if measured is not None:
         bars = None if measured.u is None else 2 * np.asarray(measured.u)
-        dots: dict[str, Any] = {
-            "fmt": "o",
-            "color": MEASURED,
-            "capsize": 3.0,
-            "markersize": 5.5,
-            "label": "measured",
-        }
-        ax.errorbar(measured.tension, measured.rate, bars, **dots)
+        look: dict[str, Any] = {"fmt": "o", "color": MEASURED, "capsize": 3.0, "markersize": 5.5}
+        ax.errorbar(measured.tension, measured.rate, bars, label="measured", **look)
         ax.legend(loc="best")
     last = max(float(r.tension[-1]) for r in models.values())
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
@@ -150,19 +140,15 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
         return _rates(path, campaign)
     across = min(ACROSS, len(shown))
     down = -(-len(shown) // across)
-    fig, axes = style.figure(3.1 * across + 0.6, 2.3 * down + 1.2, down, across, sharex=True)
-    flat = [ax for row in axes for ax in row]
-    for ax, run in zip(flat, shown, strict=False):
+    fig, axes = style.panels(3.1 * across + 0.6, 2.3 * down + 1.2, down, across, len(shown), sharex=True)
+    for k, (ax, run) in enumerate(zip(axes, shown, strict=True)):
         _panel(ax, run, campaign)
-    for ax in flat[len(shown) :]:
-        ax.set_visible(False)
-    for k, ax in enumerate(flat[: len(shown)]):
         if k % across == 0:
             ax.set_ylabel(_ylabel(campaign))
         if k + across >= len(shown):
             ax.set_xlabel("belt travel [m]")
             ax.tick_params(labelbottom=True)
-    fig.legend(*flat[0].get_legend_handles_labels(), loc="outside lower left", ncols=6)
+    fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower left", ncols=6)
     left = len([r for r in campaign.runs if len(r.travel)]) - len(shown)
     style.title(fig, campaign.title[:90] + (f" ({left} more runs)" if left else ""))
     return style.save(fig, path)

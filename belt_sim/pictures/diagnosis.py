@@ -42,15 +42,12 @@ def overlay_picture(
         panels = [p for p in panels if p.misfit >= least][:MOST_PANELS]
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
-    fig, axes = style.figure(max(4.0 * columns, 6.5), 3.5 * rows + 1.0, rows, columns, layout=None, sharex=True)
-    flat = [ax for row in axes for ax in row]
+    size = max(4.0 * columns, 6.5), 3.5 * rows + 1.0
+    fig, axes = style.panels(*size, rows, columns, len(panels), layout=None, sharex=True)
     labels = {"base": "model before", "final": "model after", **(names or {})}
-    for ax, panel in zip(flat, panels, strict=False):
-        _panel(ax, panel, labels)
-    for ax in flat[len(panels) :]:
-        ax.set_visible(False)
     entries = {}
-    for ax in flat[: len(panels)]:
+    for ax, panel in zip(axes, panels, strict=True):
+        _panel(ax, panel, labels)
         entries.update(dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True)))
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=len(entries))
     style.place(fig, rows, columns, **AROUND)
@@ -61,24 +58,11 @@ def overlay_picture(
 def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
     """One run and signal."""
     centre = panel.base if panel.final is None else panel.final
-    ax.fill_between(
-        panel.travel,
-        centre - panel.band,
-        centre + panel.band,
-        color=FAINT,
-        alpha=0.35,
-        linewidth=0,
-        label="cannot say",
-    )
-    dots: dict[str, Any] = {
-        "linestyle": "none",
-        "marker": "o",
-        "markersize": 3.2,
-        "markeredgewidth": 0.0,
-        "color": MEASURED,
-    }
-    every = max(1, len(panel.travel) // DOTS)
-    ax.plot(panel.travel[::every], panel.measured[::every], label="measured", alpha=0.55, **dots)
+    band = {"color": FAINT, "alpha": 0.35, "linewidth": 0}
+    ax.fill_between(panel.travel, centre - panel.band, centre + panel.band, label="cannot say", **band)
+    shown = slice(None, None, max(1, len(panel.travel) // DOTS))
+    dots = {"markersize": 3.2, "markeredgewidth": 0.0, "color": MEASURED, "alpha": 0.55}
+    ax.plot(panel.travel[shown], panel.measured[shown], "o", label="measured", **dots)
     ax.plot(panel.travel, panel.base, color=BEFORE, linestyle=(0, (4, 2)), label=labels["base"])
     if panel.final is not None:
         ax.plot(panel.travel, panel.final, color=AFTER, label=labels["final"])
@@ -87,7 +71,7 @@ def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
     ax.margins(x=0.02)
     ax.tick_params(labelbottom=False)
     below = ax.inset_axes((0.0, -RESIDUAL - 0.06, 1.0, RESIDUAL), sharex=ax)
-    below.fill_between(panel.travel, -panel.band, panel.band, color=FAINT, alpha=0.35, linewidth=0)
+    below.fill_between(panel.travel, -panel.band, panel.band, **band)
     below.plot(panel.travel, panel.base - panel.measured, color=BEFORE, linewidth=1.2)
     if panel.final is not None:
         below.plot(panel.travel, panel.final - panel.measured, color=AFTER, linewidth=1.2)
@@ -107,14 +91,10 @@ def where_map_picture(path: str | os.PathLike, maps: Sequence[FailureMap], title
     columns = min(2, len(maps))
     rows = -(-len(maps) // columns)
     most = max(len(m.tension) for m in maps)
-    fig, axes = style.figure(5.6 * columns + 0.8, rows * (0.42 * most + 1.1) + 1.1, rows, columns)
-    flat = [ax for row in axes for ax in row]
-    meshes = [_map(ax, one) for ax, one in zip(flat, maps, strict=False)]
-    for ax in flat[len(maps) :]:
-        ax.set_visible(False)
-    bar = fig.colorbar(
-        meshes[-1], ax=flat[: len(maps)], label="E / u_val  (model - measured)", shrink=0.9, extend="both"
-    )
+    size = 5.6 * columns + 0.8, rows * (0.42 * most + 1.1) + 1.1
+    fig, axes = style.panels(*size, rows, columns, len(maps))
+    meshes = [_map(ax, one) for ax, one in zip(axes, maps, strict=True)]
+    bar = fig.colorbar(meshes[-1], ax=axes, label="E / u_val  (model - measured)", shrink=0.9, extend="both")
     bar.set_ticks([-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL])
     bar.outline.set_visible(False)
     style.title(fig, title)
@@ -130,25 +110,14 @@ def _map(ax, one: FailureMap):
     rows = np.arange(len(one.tension) + 1)
     full = FULL - SAYS_NOTHING
     ax.set_facecolor("#e4e7eb")
-    mesh = ax.pcolormesh(
-        one.edges,
-        rows,
-        np.ma.masked_invalid(ratio),
-        cmap=_dead_zone(),
-        vmin=-FULL,
-        vmax=FULL,
-        edgecolors="white",
-    )
+    look = {"cmap": _dead_zone(), "vmin": -FULL, "vmax": FULL, "edgecolors": "white"}
+    mesh = ax.pcolormesh(one.edges, rows, np.ma.masked_invalid(ratio), **look)
     middle = 0.5 * (np.asarray(one.edges)[1:] + np.asarray(one.edges)[:-1])
     for i, j in np.argwhere(np.isfinite(ratio)):
         strong = abs(float(shown[i, j])) > 0.55 * full
-        ink: dict[str, Any] = {
-            "color": "white" if strong else INK,
-            "fontsize": style.FONT - 2,
-            "ha": "center",
-            "va": "center",
-        }
-        ax.text(middle[j], i + 0.5, f"{ratio[i, j]:.0f}" if abs(ratio[i, j]) >= 1.0 else "·", **ink)
+        number = f"{ratio[i, j]:.0f}" if abs(ratio[i, j]) >= 1.0 else "·"
+        colour = "white" if strong else INK
+        ax.text(middle[j], i + 0.5, number, color=colour, fontsize=style.FONT - 2, ha="center", va="center")
     ax.set_yticks(rows[:-1] + 0.5, [f"{t:.4g}" for t in one.tension])
     ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm$^2$]", title=one.title)
     ax.grid(False)
@@ -161,7 +130,7 @@ def _dead_zone():
 
     at = np.linspace(-FULL, FULL, 401)
     beyond = np.sign(at) * np.maximum(np.abs(at) - SAYS_NOTHING, 0.0) / (FULL - SAYS_NOTHING)
-    return ListedColormap(style.diverging()(0.5 + 0.5 * beyond))
+    return ListedColormap(style.diverging_map()(0.5 + 0.5 * beyond))
 
 
 @style.picture
@@ -185,13 +154,7 @@ def _drift(ax, before: Drift, after: Drift | None) -> None:
     pairs = [(before, BEFORE, "o", 0.985, "before"), (after, AFTER, "s", 1.015, "after")]
     for drift, colour, marker, aside, label in pairs:
         if drift is not None:
-            bars: dict[str, Any] = {
-                "fmt": marker,
-                "color": colour,
-                "capsize": 3.0,
-                "markersize": 5.5,
-                "elinewidth": 1.4,
-            }
+            bars = {"fmt": marker, "color": colour, "capsize": 3.0, "markersize": 5.5, "elinewidth": 1.4}
             ax.errorbar(np.asarray(drift.tension) * aside, drift.value, 2 * np.asarray(drift.u), label=label, **bars)
     ax.set_xscale("log")
     ticks = np.unique(before.tension)

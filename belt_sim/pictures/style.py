@@ -122,6 +122,15 @@ def figure(
     return fig, [list(row) for row in axes]
 
 
+def panels(width: float, height: float, rows: int, columns: int, count: int, **grid) -> "tuple[Figure, list[Axes]]":
+    """An empty figure [inch] and the first ``count`` axes of its rows, the others hidden; as ``figure``."""
+    fig, axes = figure(width, height, rows, columns, **grid)
+    flat = [ax for row in axes for ax in row]
+    for ax in flat[count:]:
+        ax.set_visible(False)
+    return fig, flat[:count]
+
+
 def place(fig: "Figure", rows: int, columns: int, **inches: float) -> None:
     """Place axes that are all alike by distances [inch], which takes half the time of a layout that looks at every
     tick: left, right, top and bottom of all, across and down between them."""
@@ -167,7 +176,7 @@ def save(fig: "Figure", path: str | os.PathLike | None, dpi: float | None = None
     return path
 
 
-def diverging() -> "LinearSegmentedColormap":
+def diverging_map() -> "LinearSegmentedColormap":
     """Blue - white - red."""
     from matplotlib.colors import LinearSegmentedColormap
 

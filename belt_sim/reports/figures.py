@@ -69,26 +69,12 @@ def _line(x: list, y, name: str, colour: str, axis: str, *, dash: str = "solid")
 
 def _dots(x: list, y) -> dict:
     marker = {"color": INK, "size": 4, "opacity": 0.55}
-    return {
-        "type": "scatter",
-        "x": x,
-        "y": numbers(y),
-        "mode": "markers",
-        "name": "measured",
-        "marker": marker,
-    }
+    return {"type": "scatter", "x": x, "y": numbers(y), "mode": "markers", "name": "measured", "marker": marker}
 
 
 def _band(x: list, low, high, axis: str) -> list[dict]:
     """The region in which model and measurement cannot be told apart."""
-    hidden = {
-        "mode": "lines",
-        "line": {"width": 0},
-        "hoverinfo": "skip",
-        "yaxis": axis,
-        "type": "scatter",
-        "x": x,
-    }
+    hidden = {"type": "scatter", "x": x, "yaxis": axis, "mode": "lines", "line": {"width": 0}, "hoverinfo": "skip"}
     fill = {"fill": "tonexty", "fillcolor": "--band", "name": "cannot say"}
     return [{**hidden, "y": numbers(low)}, {**hidden, "y": numbers(high), **fill}]
 

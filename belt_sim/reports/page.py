@@ -271,7 +271,7 @@ def plant_card(e: FoundEffect) -> Card:
 
 def fault_of(ids: Sequence[str]) -> str:
     """Return the faults of effects that act together, with their ids in brackets."""
-    classes, name = [library().get(one) for one in ids], words.together(ids)
+    classes, name = [library().get(one) for one in ids], words.join_effects(ids)
     said = [c.cause.phrase.format(pulley="tail or head") for c in classes if c is not None and c.cause is not None]
     return f"{' and '.join(said)} ({name})" if said else name
 

@@ -9,7 +9,7 @@ from pydantic import PlainSerializer, model_serializer, model_validator
 from belt_sim import si
 from belt_sim.campaign.types import Kind
 from belt_sim.results.display import dataset
-from belt_sim.results.fields import SETTING_DIGITS, file_field
+from belt_sim.results.fields import SETTING_DIGITS, file_field, round_setting
 from belt_sim.results.words import KILO
 
 WORSE = 1.05  # of an error, above which it has risen: a refit without a condition is one step, good to some per cent
@@ -107,8 +107,8 @@ class RunError:
         row = {
             "run": self.run,
             "signal": self.signal,
-            "tension_n_per_mm2": _setting(self.tension / si.N_PER_MM2),
-            "yaw_deg": _setting(self.yaw / si.DEGREE),
+            "tension_n_per_mm2": round_setting(self.tension / si.N_PER_MM2),
+            "yaw_deg": round_setting(self.yaw / si.DEGREE),
             "use": self.use,
             "unit": self.unit,
             **{name: KILO * getattr(self, name) for name in ("before", "after", "floor")},
@@ -138,11 +138,6 @@ class RunError:
 
 def _feature_names(unit: str) -> tuple[str, str, str]:
     return f"late_rate_{unit}_per_m", f"travel_to_first_0.1{unit}_m", f"overshoot_{unit}"
-
-
-def _setting(value: float) -> float:
-    """Round off the last digits that a change of units leaves."""
-    return float(f"{value:.{SETTING_DIGITS}g}")
 
 
 @dataclass(frozen=True, kw_only=True)

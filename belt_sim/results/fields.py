@@ -20,7 +20,7 @@ from pydantic import (
 )
 
 from belt_sim.effects.base import Effect
-from belt_sim.results.words import together
+from belt_sim.results.words import join_effects
 
 IN_SI = {"units": "SI"}  # context of reading a file that has our own names and SI throughout
 SETTING_DIGITS = 12  # significant digits of what somebody has set: fewer than a change of units leaves
@@ -47,6 +47,11 @@ def file_field(name: str, unit: float = 1.0, *, digits: int | None = None, omit_
     return info
 
 
+def round_setting(value: float) -> float:
+    """Round off the last digits that a change of units leaves."""
+    return float(f"{value:.{SETTING_DIGITS}g}")
+
+
 def is_empty(value: Any) -> bool:
     """Return whether there is nothing to write: None, no text, no entries."""
     return value is None or (isinstance(value, str | tuple | list | dict) and not value)
@@ -63,7 +68,7 @@ Array = Annotated[
 EffectSet = Annotated[
     tuple[str, ...],
     BeforeValidator(lambda text: tuple(text.split(" + "))),
-    PlainSerializer(together, return_type=str),
+    PlainSerializer(join_effects, return_type=str),
 ]
 #: what has no layout of its own: names with whatever stands beside them
 Free = Annotated[dict[str, Any], PlainValidator(dict), PlainSerializer(dict, return_type=dict[str, Any])]

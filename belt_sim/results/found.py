@@ -125,9 +125,8 @@ class FoundEffect:
         return {"id": self.source_file or self.id, "parameters": dict(self.numbers)}
 
     def __str__(self) -> str:
-        alike = (
-            f"; confusable with {', '.join(map(words.together, self.confusable_with))}" if self.confusable_with else ""
-        )
+        others = ", ".join(map(words.join_effects, self.confusable_with))
+        alike = f"; confusable with {others}" if others else ""
         stamp = f" ({self.stamp})" if self.stamp else ""
         return f"{self.id}: {', '.join(self.sizes)}; probability {words.decimal(self.probability, 2)}{alike}{stamp}"
 

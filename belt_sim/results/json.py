@@ -21,7 +21,7 @@ from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import RunError
-from belt_sim.results.fields import IN_SI, SETTING_DIGITS, effect_json
+from belt_sim.results.fields import IN_SI, effect_json, round_setting
 from belt_sim.results.simulation import POINTS, SPANS, Simulation
 
 DIAGNOSIS, COMPARISON, SUMMARY = "belt-diagnosis/1", "belt-comparison/1", "belt-summary/1"
@@ -68,7 +68,7 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> Json:
     content: Json = {
         "schema": SUMMARY,
         "model": s.model,
-        "tension_n_per_mm2": _as_set(float(s.case.settings.tension) / si.N_PER_MM2),
+        "tension_n_per_mm2": round_setting(float(s.case.settings.tension) / si.N_PER_MM2),
         "yaw_deg": yaw_json(s.case.settings.yaw),
         "travel_m": s.travel,
         "rate_mm_per_m": {str(k): float(r) / si.MM_PER_M for k, r in zip(POINTS, s.rates, strict=True)},
@@ -132,15 +132,10 @@ def discovery_json(d: Discovery) -> Json:
 def yaw_json(schedule: Schedule) -> float | list[Json]:
     """Return the degrees of a step at travel 0, otherwise the list of {at, over, yaw} that ``yaw=`` takes."""
     at, over = np.asarray(schedule.at, float), np.asarray(schedule.over, float)
-    degrees = [_as_set(a) for a in np.cumsum(schedule.change) / si.DEGREE]
+    degrees = [round_setting(a) for a in np.cumsum(schedule.change) / si.DEGREE]
     if len(at) == 1 and at[0] == over[0] == 0.0:
         return degrees[0]
     return [{"at": a, "over": o, "yaw": d} for a, o, d in zip(at.tolist(), over.tolist(), degrees, strict=True)]
-
-
-def _as_set(value: float) -> float:
-    """Round off the last digits that a change of units leaves."""
-    return float(f"{value:.{SETTING_DIGITS}g}")
 
 
 def _finite(value: Any) -> Any:
@@ -188,7 +183,7 @@ def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
         discovery = read_discovery(content["discovery"]) if "discovery" in content else None
         drawings = adapter(Drawings).validate_python(drawn)
         read: Diagnosis = adapter(Diagnosis).validate_python(
-            content | {"drawings": drawings, "discovery": discovery, "considered": _considered(content)}
+            content | {"drawings": drawings, "discovery": discovery, "considered": _read_considered(content)}
         )
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         remedy = f"written by another version of belt-sim or damaged ({_one_line(error)}); run belt-sim diagnose again"
@@ -209,7 +204,7 @@ def read_discovery(content: Mapping[str, Any]) -> Discovery:
     return found
 
 
-def _considered(content: Json) -> list[Any]:
+def _read_considered(content: Json) -> list[Any]:
     """Return the rows of the table of evidence; earlier versions had none, or one of another kind."""
     return [row for row in content.get("considered", ()) if "log_posterior" in row]
 

@@ -83,7 +83,7 @@ def range_words(low: float, high: float, unit: str = "") -> str:
     return f"{number(low)} to {number(high)}" + ("" if unit in ("", "1") else f" {unit}")
 
 
-def together(ids: Sequence[str]) -> str:
+def join_effects(ids: Sequence[str]) -> str:
     """Effects of one set: a + b."""
     return " + ".join(ids)
 

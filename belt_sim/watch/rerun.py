@@ -67,20 +67,20 @@ class RerunObserver:
         self.last = frame.travel
         shown = frame.travel - self.last_picture >= self.between * (1.0 - 1e-6)
         self.last_picture = frame.travel if shown else self.last_picture
+        row = frame.travel, frame.time, series.numbers(frame)
         if not self.live:
-            self.kept.append((frame.travel, frame.time, series.numbers(frame)))
+            self.kept.append(row)
             self.pictures += [frame] if shown else []
             return
-        series.at(self.recording, frame.travel, frame.time)
         for scene in self.scenes if shown else ():
-            scene.frame(frame)
-        series.log(self.recording, frame, self.seen)
+            scene.frames([frame])
+        series.columns(self.recording, [row], self.seen)
 
     def finish(self, curves: Curves) -> None:
         """Flush and close; a file gets its name only now."""
         if self.recording is not None:
             if self.kept:
-                series.columns(self.recording, self.kept)
+                series.columns(self.recording, self.kept, self.seen)
                 for scene in self.scenes:
                     scene.frames(self.pictures)
             self.recording.flush()

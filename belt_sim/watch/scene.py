@@ -179,23 +179,10 @@ class Scene:
         log(f"{self.root}/points", dots, **static)
         log(f"{self.root}/reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]), **static)
 
-    def frame(self, frame: Frame) -> None:
-        """Draw one instant, that of the recording's time."""
-        now, log = self._draw_frame(frame), self.recording.log
-        self._triangles(len(now.ribbon) // 2)
-        log(f"{self.root}/belt/edges", rr.LineStrips3D.from_fields(strips=now.edges))
-        ribbon = rr.Mesh3D.from_fields(vertex_positions=now.ribbon, vertex_colors=now.colours)
-        log(f"{self.root}/belt/ribbon", ribbon)
-        for name, (x, turn) in now.pulleys.items():
-            log(f"{self.root}/{name}", rr.Transform3D(translation=[x, 0.0, 0.0]))
-            log(f"{self.root}/{name}/turned", rr.Transform3D(rotation=turn))
-        log(f"{self.root}/points", rr.Points3D.from_fields(positions=now.points))
-        log(f"{self.root}/reach", rr.LineStrips3D.from_fields(strips=now.reach))
-
     def frames(self, frames: Sequence[Frame]) -> None:
-        """Draw instants against travel, all with as many stations: as columns, a fraction of the work."""
+        """Draw instants against travel, all with as many stations, as columns."""
         all_drawn = [self._draw_frame(frame) for frame in frames]
-        series.at(self.recording, frames[0].travel, frames[0].time)
+        series.set_instant(self.recording, frames[0].travel, frames[0].time)
         self._triangles(stations := len(all_drawn[0].ribbon) // 2)
         index = [
             rr.TimeColumn(series.TRAVEL, sequence=[series.millimetres(frame.travel) for frame in frames]),

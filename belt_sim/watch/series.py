@@ -32,11 +32,10 @@ def millimetres(travel: float) -> int:
     return round(travel / MM)
 
 
-def at(recording: rr.RecordingStream, travel: float, time: float | None = None) -> None:
-    """What is logged next belongs to this travel [m] and time [s]."""
+def set_instant(recording: rr.RecordingStream, travel: float, time: float) -> None:
+    """Let what is logged next belong to this travel [m] and time [s]."""
     recording.set_time(TRAVEL, sequence=millimetres(travel))
-    if time is not None:
-        recording.set_time(TIME, duration=time)
+    recording.set_time(TIME, duration=time)
 
 
 def style(
@@ -84,17 +83,10 @@ def _style_new(recording: rr.RecordingStream, name: str, seen: set[str]) -> None
     seen.add(name)
 
 
-def log(recording: rr.RecordingStream, frame: Frame, seen: set[str]) -> None:
-    """Log the numbers of a frame at the recording's time."""
-    for name, value in numbers(frame).items():
-        _style_new(recording, name, seen)
-        path, unit = _place_of(name)
-        recording.log(path, rr.Scalars(float(value) / unit))
-
-
-def columns(recording: rr.RecordingStream, rows: Sequence[tuple[float, float, Mapping[str, float]]]) -> None:
-    """Send (travel [m], time [s], numbers) of all instants, a column a number."""
-    seen: set[str] = set()
+def columns(
+    recording: rr.RecordingStream, rows: Sequence[tuple[float, float, Mapping[str, float]]], seen: set[str]
+) -> None:
+    """Send (travel [m], time [s], numbers) of instants, a column a number; ``seen`` gathers names that have a style."""
     for name in dict.fromkeys(name for _, _, row in rows for name in row):
         _style_new(recording, name, seen)
         path, unit = _place_of(name)

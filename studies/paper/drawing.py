@@ -110,7 +110,7 @@ class Oblique:
             patches = PolyCollection(list(quads[order]), **({"facecolors": "#cfd8e3", "edgecolors": "#8899aa"} | given))
         else:
             full = float(np.max(np.abs(colours))) or 1.0
-            patches = PolyCollection(list(quads[order]), array=colours[order], cmap=style.diverging(),
+            patches = PolyCollection(list(quads[order]), array=colours[order], cmap=style.diverging_map(),
                                      edgecolors="face", **given)  # fmt: skip
             patches.set_clim(-full, full)
         ax.add_collection(patches)

@@ -3,7 +3,8 @@
 import pytest
 import yaml
 
-from belt_sim.commands.simulate import centred_after, centring_asked
+from belt_sim.commands.simulate import centring_asked
+from belt_sim.curves import read_curves
 
 pytest.importorskip("hydra_plugins.hydra_optuna_sweeper")
 
@@ -13,7 +14,7 @@ def test_the_best_of_a_few_runs_is_the_best_of_what_they_left(belt):
     answer = belt("simulate", *few)
     assert answer.status == 0, answer.err
     wanted = centring_asked({"start": 10.0, "within": 1.0, "beyond": 0.2})
-    reached = [centred_after(p, wanted) for p in belt.folder.glob("*/curves.csv")]
+    reached = [wanted.count(c.travel, c.y) for c in map(read_curves, belt.folder.glob("*/curves.csv"))]
     best = yaml.safe_load((belt.folder / "optimization_results.yaml").read_text(encoding="utf-8"))
     assert len(reached) == 4
     assert best["best_value"] == pytest.approx(min(reached))

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from belt_sim.commands.simulate import Centring, centring_asked, positions
+from belt_sim.commands.simulate import Centring, centring_asked
 from belt_sim.config import case_from
+from belt_sim.curves import read_curves
 from belt_sim.errors import InputError
 from belt_sim.files import ROOT
 from belt_sim.si import MM
@@ -33,7 +34,8 @@ def test_an_objective_that_cannot_be_is_refused(asked):
 
 
 def test_the_stored_belt_in_3d_is_centred():
-    travel, y = positions(ROOT / "docs" / "data" / "centred_3d.csv")
+    curves = read_curves(ROOT / "docs" / "data" / "centred_3d.csv")
+    travel, y = curves.travel, curves.y
     assert WANTED.centred(travel, y) == pytest.approx(79.8, abs=0.1)
     assert WANTED.overshoot(y) == pytest.approx(0.30 * MM, abs=0.01 * MM)
 

@@ -17,7 +17,6 @@ from belt_sim.watch.geometry import tilt, view_scale_of
 from belt_sim.watch.record import Overlay, record_curves, record_runs
 from belt_sim.watch.rerun import PICTURES, RecordingFile, RerunObserver, _free_port, live, to_file
 from belt_sim.watch.scene import Scene
-from belt_sim.watch.series import at
 
 SINGLE = 1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m
 TRAVEL = 3.0
@@ -93,8 +92,7 @@ def test_instants_as_columns_say_what_they_say_one_by_one(tmp_path):
             scene.frames(shown)
         else:
             for frame in shown:
-                at(recording, frame.travel)
-                scene.frame(frame)
+                scene.frames([frame])
         file.close()
         logged.append(read_back(tmp_path / f"{name}.rrd"))
     one, columns = logged
