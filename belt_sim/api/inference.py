@@ -38,10 +38,9 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.discovery.describe import describe as describe_discovery
-from belt_sim.discovery.discover import Discovered
-from belt_sim.discovery.discover import discover as search
-from belt_sim.discovery.look import LawSearch, unknown_evidence
-from belt_sim.discovery.survey import survey_of
+from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
+from belt_sim.discovery.law_search import SearchOutcome, search_law
+from belt_sim.discovery.search_data import search_data_of
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, whole
 from belt_sim.foresight.doubts import doubts, pairs
@@ -195,11 +194,11 @@ def discover(
     bench = bench.moved_to(vector)
     fit: Fit = bench.fit([bench.start([e.id for e in acting], vector)])[0]
     tell("fitted what is known")
-    survey = survey_of(bench, fit)
-    probability = probability_of_unknown(unknown_evidence(survey), POLICY)
+    data = search_data_of(bench, fit)
+    probability = probability_of_unknown(unknown_evidence(data), POLICY)
     if 1.0 - probability > POLICY.alarm:
-        return describe_discovery(Discovered(survey=survey, courses=()), probability, config=config)
-    return describe_discovery(search(survey, tell), probability, config=config)
+        return describe_discovery(SearchOutcome(data=data, latent_inputs=()), probability, config=config)
+    return describe_discovery(search_law(data, tell), probability, config=config)
 
 
 PLANNED_TRAVEL, PLANNED_STEP = 60.0, 0.5  # [m] that a planned run is recorded over, and between its readings

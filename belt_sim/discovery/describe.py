@@ -7,11 +7,11 @@ import numpy as np
 from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.errors.model_errors import errors_of
 from belt_sim.diagnosis.fits.heldout import held_out
-from belt_sim.discovery.discover import FEWEST, Discovered
-from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.forms import travel_of, variable
+from belt_sim.discovery.form_dictionary import travel_of, variable
+from belt_sim.discovery.latent_input import LatentInput
+from belt_sim.discovery.law_search import FEWEST, SearchOutcome
+from belt_sim.discovery.law_words import formula, looks_like, sentence
 from belt_sim.discovery.states import States
-from belt_sim.discovery.words import formula, looks_like, sentence
 from belt_sim.effects.law_terms import VARIABLES, Form
 from belt_sim.effects.load import save_effects
 from belt_sim.provenance import provenance
@@ -24,9 +24,9 @@ KEPT = 120  # points of a curve against a variable, a tension
 DRAWN = 600  # points of the law as a line
 
 
-def describe(found: Discovered, probability: float, *, config: Any = None) -> Discovery:
+def describe(found: SearchOutcome, probability: float, *, config: Any = None) -> Discovery:
     """What was discovered, as a result; probability: that something unknown is there."""
-    s = found.survey
+    s = found.data
     common: dict[str, Any] = {
         "base_model": s.bench.forward.model.name,
         "campaign": label(s.bench.campaign),
@@ -39,13 +39,13 @@ def describe(found: Discovered, probability: float, *, config: Any = None) -> Di
     }
     if not found.found:
         return Discovery(**common, sentence=_nothing(found, probability))
-    common |= {"unit": found.course.place.unit, "courses": _courses(found, found.course)}
-    if found.refit is None:
+    common |= {"unit": found.latent.place.unit, "courses": _courses(found, found.latent)}
+    if found.best is None:
         return Discovery(**common, sentence=_no_law(found))
     law, error = _law(found), _errors(found)
     fall = error.fit or error.held_out
     assert fall is not None  # a law is fitted to some runs
-    said = sentence(s, found.refit, law, fall, worse=got_worse(error))
+    said = sentence(s, found.best, law, fall, worse=got_worse(error))
     points, curve = _against(found)
     return Discovery(
         **common,
@@ -59,9 +59,9 @@ def describe(found: Discovered, probability: float, *, config: Any = None) -> Di
     )
 
 
-def limits(found: Discovered) -> tuple[str, ...]:
+def limits(found: SearchOutcome) -> tuple[str, ...]:
     """What these runs cannot show, whatever is missing."""
-    samples = found.survey.bench.samples
+    samples = found.data.bench.samples
     said = []
     if len(samples.runs) < FEWEST:
         said.append(f"fewer than {FEWEST} runs: no law is guessed; repeat the run, and run another tension and yaw")
@@ -75,20 +75,20 @@ def limits(found: Discovered) -> tuple[str, ...]:
         said.append("one speed was run: travel cannot be told from time")
     if sum(s.kind == "lateral" for s in samples.signals) == 1:
         said.append("one sensor: an error of it cannot be told from a movement of the belt")
-    acts = () if not found.found else found.refit.scored.law.terms if found.refit else (found.course,)
+    acts = () if not found.found else found.best.scored.law.terms if found.best else (found.latent,)
     if any(t.place.kind == "turn" for t in acts):
         said.append("a turn of the belt at a run-up cannot be told from a sideways push on the span before it")
     return tuple(said)
 
 
-def _nothing(found: Discovered, probability: float) -> str:
-    if len(found.survey.bench.samples.runs) < FEWEST:
+def _nothing(found: SearchOutcome, probability: float) -> str:
+    if len(found.data.bench.samples.runs) < FEWEST:
         return "Too few runs to say what is missing."
     return f"Nothing is missing that these readings show (probability of something unknown: {probability:.2g})."
 
 
-def _no_law(found: Discovered) -> str:
-    c = found.course
+def _no_law(found: SearchOutcome) -> str:
+    c = found.latent
     pooled = "differs from run to run" if c.pool == "each run" else f"{c.pool} in yaw"
     return (
         f"Something acts on the {c.place.words} ({pooled}, changing over {c.length:.0f} m), "
@@ -96,9 +96,9 @@ def _no_law(found: Discovered) -> str:
     )
 
 
-def _places(found: Discovered) -> tuple[PlaceEvidence, ...]:
-    best: dict[str, Course] = {}
-    for c in sorted((*found.courses, *([found.course] if found.refit else [])), key=lambda c: -c.gain):
+def _places(found: SearchOutcome) -> tuple[PlaceEvidence, ...]:
+    best: dict[str, LatentInput] = {}
+    for c in sorted((*found.latent_inputs, *([found.latent] if found.best else [])), key=lambda c: -c.gain):
         best.setdefault(c.place.name, c)
     return tuple(
         PlaceEvidence(place=c.place.name, words=c.place.words, pool=c.pool, gain=c.gain, length=float(c.length))
@@ -106,22 +106,22 @@ def _places(found: Discovered) -> tuple[PlaceEvidence, ...]:
     )
 
 
-def _courses(found: Discovered, course: Course) -> tuple[UnknownCourse, ...]:
-    runs = found.survey.bench.samples.runs
+def _courses(found: SearchOutcome, latent: LatentInput) -> tuple[UnknownCourse, ...]:
+    runs = found.data.bench.samples.runs
     told = []
-    for weights, mean, sd in zip(course.weights, course.mean, course.sd, strict=True):
+    for weights, mean, sd in zip(latent.weights, latent.mean, latent.sd, strict=True):
         own = [r for r, w in zip(runs, weights, strict=True) if w]
-        name = own[0].name if course.pool == "each run" else f"{words.tension(own[0].tension)} N/mm²"
+        name = own[0].name if latent.pool == "each run" else f"{words.tension(own[0].tension)} N/mm²"
         name += "" if own[0].direction > 0 else ", reversed"
-        told.append(UnknownCourse(label=name, tension=own[0].tension, travel=course.knots, u=mean, sd=sd))
+        told.append(UnknownCourse(label=name, tension=own[0].tension, travel=latent.knots, u=mean, sd=sd))
     return tuple(sorted(told, key=lambda c: (c.tension, c.label)))
 
 
-def _law(found: Discovered) -> FoundLaw:
-    assert found.refit is not None
+def _law(found: SearchOutcome) -> FoundLaw:
+    assert found.best is not None
     assert found.choice is not None
-    law, numbers = found.refit.scored.law, found.refit.estimates()
-    many = len({r.tension for r in found.survey.bench.samples.runs}) > 1
+    law, numbers = found.best.scored.law, found.best.estimates()
+    many = len({r.tension for r in found.data.bench.samples.runs}) > 1
     made = {n: Estimate(v, u, unit, True) for n, (v, u, unit) in numbers.items()}
     first = law.terms[0]
     return FoundLaw(
@@ -130,15 +130,15 @@ def _law(found: Discovered) -> FoundLaw:
         variable=VARIABLES[first.form.variable][1],
         variable_unit=VARIABLES[first.form.variable][0],
         parity=law.parity,
-        exponent=Estimate(*found.refit.exponent, "1", True) if many else None,
+        exponent=Estimate(*found.best.exponent, "1", True) if many else None,
         parameters=made,
-        share=min(1.0, found.refit.gain / max(found.choice.possible, 1e-9)),
+        share=min(1.0, found.best.gain / max(found.choice.possible, 1e-9)),
         frequency=found.choice.frequency,
-        looks_like=looks_like(found.survey, law, numbers),
+        looks_like=looks_like(found.data, law, numbers),
     )
 
 
-def _rivals(found: Discovered) -> tuple[RivalLaw, ...]:
+def _rivals(found: SearchOutcome) -> tuple[RivalLaw, ...]:
     return tuple(
         RivalLaw(
             formula=formula(c.scored.law),
@@ -149,12 +149,12 @@ def _rivals(found: Discovered) -> tuple[RivalLaw, ...]:
     )
 
 
-def _against(found: Discovered) -> tuple[tuple[LawPoints, ...], LawPoints | None]:
+def _against(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints | None]:
     """The unknown of the first term against its variable (travel, where it depends on travel alone), and the law."""
-    assert found.refit is not None
-    s, term, course = found.survey, found.refit.scored.law.terms[0], found.course
-    numbers = found.refit.estimates()
-    part, u = term.place.parts[0][1], course.inputs(s.ops.grid)
+    assert found.best is not None
+    s, term, latent = found.data, found.best.scored.law.terms[0], found.latent
+    numbers = found.best.estimates()
+    part, u = term.place.parts[0][1], latent.inputs(s.design.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]
     by_travel = not term.form.reads_belt
     x = np.broadcast_to(_travelled(s.states, term.form, part), u.shape)
@@ -183,7 +183,7 @@ def _against(found: Discovered) -> tuple[tuple[LawPoints, ...], LawPoints | None
 def _travelled(states: States, form: Form, part: int | None) -> np.ndarray:
     """The travel that a law is drawn against: of what the belt carries the one of a forward run's first turn that
     brings the same part of the belt to the tail pulley."""
-    return states.belt * (states.met[:, part or 0] % 1.0) if form.carried else states.s
+    return states.belt_length * (states.belt_part[:, part or 0] % 1.0) if form.carried else states.s
 
 
 def _course_of(form: Form, numbers, s: np.ndarray) -> np.ndarray:
@@ -191,22 +191,22 @@ def _course_of(form: Form, numbers, s: np.ndarray) -> np.ndarray:
     return np.asarray(form.along(s, np, at, wide))
 
 
-def _drawn(found: Discovered, line: np.ndarray, by_travel: bool) -> np.ndarray:
+def _drawn(found: SearchOutcome, line: np.ndarray, by_travel: bool) -> np.ndarray:
     """The law's own u along ``line``."""
-    assert found.refit is not None
-    numbers, form = found.refit.estimates(), found.refit.scored.law.terms[0].form
+    assert found.best is not None
+    numbers, form = found.best.estimates(), found.best.scored.law.terms[0].form
     if form.is_wave:
         halves = {"cos": form, "sin": form.sine()}
         return np.asarray(sum(numbers[n][0] * _course_of(half, numbers, line) for n, half in halves.items()))
     if by_travel:
-        s = line / found.survey.states.belt if form.carried else line
+        s = line / found.data.states.belt_length if form.carried else line
         return np.asarray(numbers["size"][0] * _course_of(form, numbers, s))
     return np.asarray(numbers["size"][0] * form.shaped(line, line, np, numbers.get("knee", (None,))[0]))
 
 
-def _errors(found: Discovered) -> Errors:
-    assert found.refit is not None
-    s, r = found.survey, found.refit
+def _errors(found: SearchOutcome) -> Errors:
+    assert found.best is not None
+    s, r = found.data, found.best
     return errors_of(r.bench, s.fit, held_out(s.bench, s.fit), r.fit, held_out(r.bench, r.fit))
 
 
@@ -221,14 +221,14 @@ def got_worse(error: Errors) -> str:
     return ""
 
 
-def _law_file(found: Discovered, said: str, probability: float) -> str:
+def _law_file(found: SearchOutcome, said: str, probability: float) -> str:
     """The text of found_law.yaml, with the numbers of the march."""
-    assert found.refit is not None
+    assert found.best is not None
     assert found.choice is not None
-    r, campaign = found.refit, found.survey.bench.campaign
+    r, campaign = found.best, found.data.bench.campaign
     data = f"{campaign.title} ({len(campaign.runs)} runs"
     data += f", SHA-256 {campaign.sha256[:12]})" if campaign.sha256 else ")"
-    beside = ", ".join(found.survey.fit.ids) or f"the {found.survey.bench.forward.model.name} model alone"
+    beside = ", ".join(found.data.fit.ids) or f"the {found.data.bench.forward.model.name} model alone"
     sure = f"probability {probability:.3g}; first again in {found.choice.frequency:.0%} of repetitions"
     spread = {name: u for name, (_, u, _) in r.estimates().items()}
     notes = (said, f"Found in: {data}, beside {beside}; {sure}.")

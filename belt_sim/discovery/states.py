@@ -7,10 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.discovery.channels import CHANNELS, drift_at
-from belt_sim.discovery.evidence import Course
-from belt_sim.discovery.operators import kept_row, relative_turn
-from belt_sim.discovery.responses import MOMENT, Relative, Responses
+from belt_sim.discovery.design import curvature_per_change, curve_row
+from belt_sim.discovery.impulse_responses import CHANNELS, MOMENT, ImpulseResponses, SpanChange, drift_at
+from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.effects.law_terms import SPANS, TRAVEL, WRAPPED, Place
 
 
@@ -20,12 +19,11 @@ class States:
 
     Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw;
     yaw_set (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): reading [m] and its rate
-    reading_rate [m/s]; tension,
-    speed (R,); bent: kind of relative change -> what one adds to kappa (R, 2, J), and relative: how it does;
-    forward (R,): whether the upper span runs up the tail pulley; met (R, 2, J): which
-    part of the belt runs up, in belt lengths from the one that is at the tail pulley when a forward run starts; later,
-    belt: travel [m] by which it is at the head pulley after the tail pulley, and at the same pulley again; arcs: by
-    which it leaves the tail and the head pulley after it has run up.
+    reading_rate [m/s]; tension [Pa], speed [m/s] (R,); changes: kind of relative change of the spans -> how it acts,
+    and bent: what one adds to kappa (R, 2, J); forward (R,): whether the upper span runs up the tail pulley; belt_part
+    (R, 2, J): the part of the belt that runs up, in belt lengths from the one that is at the tail pulley when a forward
+    run starts; head_delay, belt_length: travel [m] by which it reaches the head pulley after the tail pulley, and the
+    same pulley again; wraps: travel [m] by which it leaves the tail and the head pulley after it has run up.
     """
 
     s: np.ndarray
@@ -40,84 +38,89 @@ class States:
     tension: np.ndarray
     speed: np.ndarray
     bent: Mapping[str, np.ndarray]
-    relative: Mapping[str, Relative]
+    changes: Mapping[str, SpanChange]
     forward: np.ndarray
-    met: np.ndarray
-    later: float
-    belt: float
-    arcs: tuple[float, float]
+    belt_part: np.ndarray
+    head_delay: float
+    belt_length: float
+    wraps: tuple[float, float]
     signals: tuple[str, ...]
 
-    def read_at(self, place: Place) -> "States":
+    def as_read_at(self, place: Place) -> "States":
         """What a law at a place reads: where the belt runs up, now; over a wrap, what the belt that leaves it had when
         it ran up, for that belt it happened to."""
-        return self.landed if place.kind in WRAPPED else self
+        return self.at_landing if place.kind in WRAPPED else self
 
     @cached_property
-    def landed(self) -> "States":
+    def at_landing(self) -> "States":
         """The same with y, alpha and kappa as what leaves a pulley had them when it ran up."""
 
         def before(x: np.ndarray) -> np.ndarray:
-            return np.stack([self.late(x[:, k], k) for k in (0, 1)], axis=1)
+            return np.stack([self.delayed(x[:, k], k) for k in (0, 1)], axis=1)
 
         return replace(self, y=before(self.y), alpha=before(self.alpha), kappa=before(self.kappa))
 
-    def late(self, x: np.ndarray, pulley: int) -> np.ndarray:
+    def delayed(self, x: np.ndarray, pulley: int) -> np.ndarray:
         """What x (..., J) was one wrap of a pulley before; what lay there at the start lay straight."""
-        cells = (self.s - self.arcs[pulley]) / (self.s[1] - self.s[0])
+        cells = (self.s - self.wraps[pulley]) / (self.s[1] - self.s[0])
         low = np.clip(cells.astype(int), 0, len(self.s) - 2)
         return np.where(cells < 0.0, 0.0, x[..., low] * (1.0 - cells + low) + x[..., low + 1] * (cells - low))
 
-    def lever(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
+    def channel_gain(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
         """What an input of 1 at a place is to one of its channels: 1, (R, J), or (R, 1)."""
         if place.relative:
-            return self.bent[place.relative][:, pulley] * self.share(place, pulley)
+            return self.bent[place.relative][:, pulley] * self.span_share(place, pulley)
         if place.where in SPANS:
-            return self.share(place, pulley)
+            return self.span_share(place, pulley)
         if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
             return np.gradient(self.reading[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
         return 1.0
 
-    def share(self, place: Place, pulley: int | None) -> np.ndarray | float:
+    def span_share(self, place: Place, pulley: int | None) -> np.ndarray | float:
         """Of what acts on one span: 1 in the runs (R, 1) in which that span runs up a pulley; else 1."""
         if place.where not in SPANS or pulley is None:
             return 1.0
         return (self.forward[:, None] == (SPANS[pulley] == place.where)).astype(float)
 
-    def read(self, name: str) -> np.ndarray:
+    def values(self, name: str) -> np.ndarray:
         """A variable (R, k, J), or what a kind of relative change adds to kappa."""
         return self.bent[name] if name in self.bent else getattr(self, name)
 
-    def felt(self, place: Place, u: np.ndarray, channel: str, pulley: int | None) -> np.ndarray:
+    def channel_input(self, place: Place, u: np.ndarray, channel: str, pulley: int | None) -> np.ndarray:
         """What an input u (..., R, J) at a place is at one of its channels; of what the belt carries u is that at the
         tail pulley, and the head pulley meets it later."""
         if not place.carried or pulley != 1:
-            return u * self.lever(place, channel, pulley)
-        before = self.s - self.later
-        cells = np.where(before < 0.0, before + self.belt, before) / (self.s[1] - self.s[0])  # it was there, or will be
+            return u * self.channel_gain(place, channel, pulley)
+        before = self.s - self.head_delay
+        cells = np.where(before < 0.0, before + self.belt_length, before) / (
+            self.s[1] - self.s[0]
+        )  # it was there, or will be
         low = np.minimum(cells.astype(int), len(self.s) - 2)
         return u[..., low] * (1.0 - cells + low) + u[..., low + 1] * (cells - low)
 
 
 def states_of(
-    bench: Workbench, answers: Responses, relative: Mapping[str, Relative], course: Course | None = None
+    bench: Workbench, responses: ImpulseResponses, changes: Mapping[str, SpanChange], latent: LatentInput | None = None
 ) -> States:
-    """States of the model, moved by what an unknown input does to them when there is a ``course`` of it."""
-    runs, grid = bench.samples.runs, answers.grid
-    rows = np.stack([[np.interp(grid, answers.fine, row) for row in kept[: MOMENT + 2]] for kept in answers.curves])
+    """States of the model, moved by what a ``latent`` input does to them where there is one."""
+    runs, grid = bench.samples.runs, responses.grid
+    rows = np.stack([[np.interp(grid, responses.fine, row) for row in kept[: MOMENT + 2]] for kept in responses.curves])
     drift = np.zeros((len(runs), 2, len(grid)))
-    if course is not None:
-        base = states_of(bench, answers, relative)
-        rows = rows + _moved(answers, base, course)
-        drift = _drift(answers, base, course)
+    if latent is not None:
+        base = states_of(bench, responses, changes)
+        rows = rows + _moved(responses, base, latent)
+        drift = _drift(responses, base, latent)
     y, spacing = rows[:, :4], grid[1] - grid[0]
     bending = float(bench.samples.cases.belt.bending_stiffness)
     settings = bench.forward.samples.cases.settings  # as the runs most likely had them
     yaw, head = np.asarray(settings.yaw.last()), np.asarray(settings.yaw_head.last())
     since = grid[None] - np.array([[r.yaw_at] for r in runs])
-    at = [[kept_row(s.at, r.direction) for s in bench.samples.signals] for r in runs]
-    reading = np.stack([[rows[r, k] - np.interp(runs[r].yaw_at, grid, rows[r, k]) if k < 4 else 0.0 * grid for k in ks]
-                      for r, ks in enumerate(at)])  # fmt: skip
+    at = [[curve_row(s.at, r.direction) for s in bench.samples.signals] for r in runs]
+
+    def shown(r: int, k: int) -> np.ndarray:
+        return rows[r, k] - np.interp(runs[r].yaw_at, grid, rows[r, k]) if k < 4 else 0.0 * grid
+
+    reading = np.stack([[shown(r, k) for k in ks] for r, ks in enumerate(at)])
     speed, forward = np.array([r.speed for r in runs]), np.array([r.direction > 0 for r in runs])
     rig = bench.samples.cases.rig
     return States(
@@ -132,18 +135,18 @@ def states_of(
         reading_rate=np.gradient(reading, spacing, axis=-1) * speed[:, None, None],
         tension=np.asarray(settings.tension),
         speed=speed,
-        bent={kind: relative_turn(x.per_end[:, :3], rows) for kind, x in relative.items()},
-        relative=relative,
+        bent={kind: curvature_per_change(x.per_end[:, :3], rows) for kind, x in changes.items()},
+        changes=changes,
         forward=forward,
-        met=met_by(rig, forward, grid),
-        later=float(rig.span_length + rig.wrap_tail),
-        belt=float(rig.belt_length),
-        arcs=(float(rig.wrap_tail), float(rig.wrap_head)),
+        belt_part=belt_part_at(rig, forward, grid),
+        head_delay=float(rig.span_length + rig.wrap_tail),
+        belt_length=float(rig.belt_length),
+        wraps=(float(rig.wrap_tail), float(rig.wrap_head)),
         signals=tuple(s.name for s in bench.samples.signals),
     )
 
 
-def met_by(rig, forward: np.ndarray, s: np.ndarray) -> np.ndarray:
+def belt_part_at(rig, forward: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Which part of the belt runs up tail and head pulley along s, (R, 2, J), in belt lengths (see States).
 
     A forward run brings it from the tail pulley over the lower span to the head pulley, one in reverse over the upper.
@@ -153,22 +156,24 @@ def met_by(rig, forward: np.ndarray, s: np.ndarray) -> np.ndarray:
     return np.where(forward[:, None, None], ahead, back) / float(rig.belt_length)
 
 
-def _moved(answers: Responses, base: States, course: Course) -> np.ndarray:
-    """What the course's mean input adds to the rows of the curves, (R, 10, J); base: states without it."""
-    inputs = course.inputs(answers.grid)
-    added = np.zeros((len(inputs), MOMENT + 2, len(answers.grid)))
-    for channel, pulley in course.place.parts:
+def _moved(responses: ImpulseResponses, base: States, latent: LatentInput) -> np.ndarray:
+    """What the mean of a latent input adds to the rows of the curves, (R, 10, J); base: states without it."""
+    inputs = latent.inputs(responses.grid)
+    added = np.zeros((len(inputs), MOMENT + 2, len(responses.grid)))
+    for channel, pulley in latent.place.parts:
         if pulley is None:
             continue
         k = CHANNELS.index(channel)
-        for r, felt in enumerate(base.felt(course.place, inputs, channel, pulley)):
+        for r, felt in enumerate(base.channel_input(latent.place, inputs, channel, pulley)):
             for row in range(MOMENT + 2):
-                added[r, row] += answers.at(answers.pulses[r, k, row], answers.grid) @ felt
+                added[r, row] += responses.at(responses.pulses[r, k, row], responses.grid) @ felt
     return added
 
 
-def _drift(answers: Responses, base: States, course: Course) -> np.ndarray:
-    """Sideways drift where the belt runs up either pulley, (R, 2, J), that a course is."""
-    inputs, place = course.inputs(answers.grid), course.place
+def _drift(responses: ImpulseResponses, base: States, latent: LatentInput) -> np.ndarray:
+    """Sideways drift where the belt runs up either pulley, (R, 2, J), that a latent input makes."""
+    inputs, place = latent.inputs(responses.grid), latent.place
     there = [(drift_at(p), p) for p in (0, 1)]
-    return np.stack([base.felt(place, inputs, *t) if t in place.parts else 0.0 * inputs for t in there], axis=1)
+    return np.stack(
+        [base.channel_input(place, inputs, *t) if t in place.parts else 0.0 * inputs for t in there], axis=1
+    )

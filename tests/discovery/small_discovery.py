@@ -10,8 +10,8 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.discovery.describe import describe
-from belt_sim.discovery.discover import Discovered, discover
-from belt_sim.discovery.survey import Survey, survey_of
+from belt_sim.discovery.law_search import SearchOutcome, search_law
+from belt_sim.discovery.search_data import SearchData, search_data_of
 from belt_sim.effects.generic_law import ID, GenericLaw, law_effect
 from belt_sim.effects.law_terms import Law, SizedLaw
 from belt_sim.results.discovery import Discovery
@@ -39,23 +39,23 @@ def fitted(hidden: str = "", seed: int = 3) -> tuple[Workbench, Fit]:
 
 
 @cache
-def surveyed(hidden: str = "", seed: int = 3) -> Survey:
+def surveyed(hidden: str = "", seed: int = 3) -> SearchData:
     """The survey beside the base model."""
-    return survey_of(*fitted(hidden, seed))
+    return search_data_of(*fitted(hidden, seed))
 
 
 @cache
-def both_ways() -> tuple[Workbench, Survey]:
+def both_ways() -> tuple[Workbench, SearchData]:
     """A campaign in which nothing is hidden, half of it in reverse, and what is seen beside the base model."""
     runs = tuple(replace(r, direction=d) for r, d in zip(PLAN.runs, (1.0, -1.0) * len(PLAN.runs), strict=False))
     bench = workbench(make_campaign(hidden=[], base="strip", seed=3, plan=replace(PLAN, runs=runs))[0], MODEL, [])
-    return bench, survey_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])
+    return bench, search_data_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])
 
 
 @cache
-def discovered(hidden: str = "", seed: int = 3) -> Discovered:
+def discovered(hidden: str = "", seed: int = 3) -> SearchOutcome:
     """The whole search."""
-    return discover(surveyed(hidden, seed))
+    return search_law(surveyed(hidden, seed))
 
 
 @cache
@@ -64,6 +64,6 @@ def described(hidden: str = "", seed: int = 3) -> Discovery:
     return describe(discovered(hidden, seed), 1.0)
 
 
-def effect_of(survey: Survey, law: Law, sizes, id: str = ID) -> type[GenericLaw]:
+def effect_of(data: SearchData, law: Law, sizes, id: str = ID) -> type[GenericLaw]:
     """The effect of a law with these sizes."""
-    return law_effect(SizedLaw(law, tuple(map(float, sizes)), survey.tension), id)
+    return law_effect(SizedLaw(law, tuple(map(float, sizes)), data.tension), id)

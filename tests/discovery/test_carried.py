@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from small_discovery import MODEL, both_ways, effect_of
 
-from belt_sim.discovery.choose import _elsewhere, choose
 from belt_sim.discovery.describe import _drawn, _travelled
-from belt_sim.discovery.forms import form_values
-from belt_sim.discovery.places import places_of
-from belt_sim.discovery.search import Scored
-from belt_sim.discovery.survey import Survey
-from belt_sim.discovery.words import formula, sentence
+from belt_sim.discovery.form_dictionary import form_values
+from belt_sim.discovery.law_words import formula, sentence
+from belt_sim.discovery.linear_search import ScoredLaw
+from belt_sim.discovery.search_data import SearchData, campaign_places
+from belt_sim.discovery.selection import _laws_at_other_places, choose_law
 from belt_sim.effects.law_terms import Form, Law, Term
 from belt_sim.results.errors import Change
 from studies.challenge.laws import generator_place, pairs
@@ -22,84 +21,86 @@ GREASE = Form("alpha", course="belt_section", at=1.2, wide=0.1)
 BENT = Form("none", course="belt_section", at=0.8, wide=0.1)
 
 
-def law_of(survey: Survey, place: str, form: Form) -> Law:
-    return Law((Term(next(p for p in survey.places if p.name == place), form),))
+def law_of(data: SearchData, place: str, form: Form) -> Law:
+    return Law((Term(next(p for p in data.places if p.name == place), form),))
 
 
 def test_it_is_a_place_where_the_belt_goes_round_and_something_is_missing():
-    bench, survey = both_ways()
-    assert [p.name for p in survey.places if p.carried] == ["turn_carried", "drift_carried"]
-    assert not [p for p in survey.tried if p.carried]
-    assert [p for p in replace(survey, wide=True).tried if p.carried]
+    bench, data = both_ways()
+    assert [p.name for p in data.places if p.carried] == ["turn_carried", "drift_carried"]
+    assert not [p for p in data.tried if p.carried]
+    assert [p for p in replace(data, wide=True).tried if p.carried]
     short = replace(bench.samples, travel=bench.samples.travel * 0.1)
-    assert not [p for p in places_of(short) if p.carried]
+    assert not [p for p in campaign_places(short) if p.carried]
 
 
 def test_the_head_pulley_meets_what_the_tail_pulley_has_met_whichever_way_the_belt_goes():
     rig, states = both_ways()[0].samples.cases.rig, both_ways()[1].states
-    for met in states.met:
-        tail, head = (np.interp(s, states.s, row) for s, row in zip((3.0, 3.0 + states.later), met, strict=True))
+    for met in states.belt_part:
+        tail, head = (np.interp(s, states.s, row) for s, row in zip((3.0, 3.0 + states.head_delay), met, strict=True))
         assert tail == pytest.approx(head)
-    forward = states.met[states.forward][0]
-    reverse = states.met[~states.forward][0]
+    forward = states.belt_part[states.forward][0]
+    reverse = states.belt_part[~states.forward][0]
     at_run_off = np.interp(float(rig.span_length), states.s, forward[0])  # of the head pulley at the start
     assert reverse[1, 0] == pytest.approx(at_run_off)  # which is its run-up in reverse
 
 
 def test_a_course_is_felt_at_the_head_pulley_later_or_once_round():
-    survey = both_ways()[1]
-    states, place = survey.states, next(p for p in survey.places if p.name == "drift_carried")
-    u = np.broadcast_to(np.sin(2.0 * np.pi * states.s / states.belt), (len(states.tension), len(states.s)))
-    tail, head = (states.felt(place, u, *part) for part in place.parts)
+    data = both_ways()[1]
+    states, place = data.states, next(p for p in data.places if p.name == "drift_carried")
+    u = np.broadcast_to(np.sin(2.0 * np.pi * states.s / states.belt_length), (len(states.tension), len(states.s)))
+    tail, head = (states.channel_input(place, u, *part) for part in place.parts)
     assert np.array_equal(tail, u)
-    assert np.allclose(head, np.sin(2.0 * np.pi * (states.s - states.later) / states.belt), atol=0.01)
+    assert np.allclose(head, np.sin(2.0 * np.pi * (states.s - states.head_delay) / states.belt_length), atol=0.01)
 
 
 @pytest.mark.parametrize(("name", "form", "size"), [("drift_carried", GREASE, 0.02), ("turn_carried", BENT, 2e-6)])
 def test_the_file_of_such_a_law_does_in_the_march_what_the_search_says(name, form, size):
-    bench, survey = both_ways()
-    law = law_of(survey, name, form)
-    cls = effect_of(survey, law, [size])
+    bench, data = both_ways()
+    law = law_of(data, name, form)
+    cls = effect_of(data, law, [size])
     forward = replace(bench, forward=type(bench.forward)(bench.samples, MODEL, [cls], bench.forward.step)).forward
     at = [slot.name for slot in forward.slots].index("size")
     vector = forward.null()
     vector[at] = size / forward.slots[at].scale
     there = forward.values(np.stack([vector, forward.null()]))
-    whole = survey.ground.white((there[0] - there[1])[None])[0]
-    search = np.tensordot([size], survey.columns(law), axes=1)
+    whole = data.projector.whiten((there[0] - there[1])[None])[0]
+    search = np.tensordot([size], data.columns(law), axes=1)
     assert np.linalg.norm(search - whole) < 0.05 * np.linalg.norm(whole)
 
 
 def test_what_the_belt_carries_is_found_and_told_from_what_either_pulley_does():
-    _, survey = both_ways()
-    row = survey.columns(law_of(survey, "drift_carried", GREASE))[0]
+    _, data = both_ways()
+    row = data.columns(law_of(data, "drift_carried", GREASE))[0]
     noise = np.random.default_rng(0).standard_normal(row.shape)
-    hidden = replace(survey, ground=replace(survey.ground, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={})
-    (term,) = choose(hidden, hidden.courses()[0]).best.law.terms
+    hidden = replace(
+        data, projector=replace(data.projector, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={}
+    )
+    (term,) = choose_law(hidden, hidden.latent_inputs()[0]).best.law.terms
     assert term.family == ("drift_carried", "alpha", "linear", "belt_section")
     assert term.form.at % 1.0 == pytest.approx(GREASE.at % 1.0, abs=0.02)
 
 
 def test_elsewhere_it_is_carried_past_one_pulley_and_nothing_else_is_carried():
-    survey = replace(both_ways()[1], wide=True)
+    data = replace(both_ways()[1], wide=True)
 
     def moved(form: Form, name: str) -> set[str]:
-        law = law_of(survey, name, form)
-        return {made.terms[0].place.name for made in _elsewhere(survey, law.terms, (0,))}
+        law = law_of(data, name, form)
+        return {made.terms[0].place.name for made in _laws_at_other_places(data, law.terms, (0,))}
 
     assert moved(GREASE, "drift_carried") == {"drift_tail", "drift_head", "turn_tail", "turn_head", "turn_carried"}
     assert not {n for n in moved(Form("none"), "drift_tail") if n.endswith("carried")}
 
 
 def test_a_free_course_of_what_the_belt_carries_is_kept_from_known_effects():
-    _, survey = both_ways()
-    courses = tuple(survey.courses())
+    _, data = both_ways()
+    courses = tuple(data.latent_inputs())
     assert not [c for c in courses if c.place.carried]
 
 
 def test_it_is_said_as_what_comes_with_the_belt():
-    survey = both_ways()[1]
-    law = law_of(survey, "drift_carried", GREASE)
+    data = both_ways()[1]
+    law = law_of(data, "drift_carried", GREASE)
     said = formula(law)
     assert said == "α once a revolution on 0.100 of the belt"
     assert ("belt_phase", "periodic") in pairs(f"(0.3 ± 0.1) × {said}")
@@ -107,25 +108,25 @@ def test_it_is_said_as_what_comes_with_the_belt():
 
 
 def test_its_sentence_says_where_on_the_belt_it_is():
-    survey = both_ways()[1]
+    data = both_ways()[1]
     numbers = {"size": (0.02, 1e-3, "1"), "at": (1.2, 0.01, "1"), "wide": (0.1, 0.02, "1")}
 
     def least_squares_answer(law: Law) -> str:
-        made = SimpleNamespace(scored=Scored(law, 0.0, 0.0), estimates=lambda: numbers, exponent=(0.0, 0.0))
+        made = SimpleNamespace(scored=ScoredLaw(law, 0.0, 0.0), estimates=lambda: numbers, exponent=(0.0, 0.0))
         told = SimpleNamespace(parity="odd", looks_like="a stretch")
-        return sentence(survey, made, told, Change(before=2e-4, after=1e-4))
+        return sentence(data, made, told, Change(before=2e-4, after=1e-4))
 
     where = "the middle of the stretch runs up the tail pulley 0.200 ± 0.010 belt lengths after"
-    assert where in least_squares_answer(law_of(survey, "drift_carried", GREASE))
-    assert "middle" not in least_squares_answer(law_of(survey, "drift_tail", Form("alpha")))
+    assert where in least_squares_answer(law_of(data, "drift_carried", GREASE))
+    assert "middle" not in least_squares_answer(law_of(data, "drift_tail", Form("alpha")))
 
 
 def test_a_law_of_the_belt_alone_is_drawn_where_it_was_met():
-    survey = both_ways()[1]
-    states, law = survey.states, law_of(survey, "turn_carried", BENT)
+    data = both_ways()[1]
+    states, law = data.states, law_of(data, "turn_carried", BENT)
     numbers = {"size": (1.0, 0.1, ""), "at": (BENT.at, 0.1, ""), "wide": (BENT.wide, 0.1, "")}
-    refit = SimpleNamespace(estimates=lambda: numbers, scored=SimpleNamespace(law=law))
-    found = SimpleNamespace(survey=survey, refit=refit)
-    for run in range(len(states.met)):
+    best = SimpleNamespace(estimates=lambda: numbers, scored=SimpleNamespace(law=law))
+    found = SimpleNamespace(data=data, best=best)
+    for run in range(len(states.belt_part)):
         drawn = _drawn(found, _travelled(states, BENT, 0)[run], by_travel=True)
         assert np.allclose(drawn, form_values(BENT, states, 0, None)[run], atol=1e-6)

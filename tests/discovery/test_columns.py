@@ -5,8 +5,8 @@ import pytest
 from small_discovery import MODEL, campaign, effect_of, fitted, surveyed
 
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.discovery.channels import Pulse
-from belt_sim.discovery.survey import survey_of
+from belt_sim.discovery.impulse_responses import Pulse
+from belt_sim.discovery.search_data import search_data_of
 from belt_sim.effects.law_terms import Form, Law, Term
 
 SAME = 0.999  # cosine; cells of 0.2 m against steps of 0.1 m leave a few per mille
@@ -34,14 +34,14 @@ TERMS = {
 @pytest.fixture(scope="module")
 def marched():
     """Derivatives of the march along the size of every written effect: place -> (k, R, S, n); and their survey."""
-    survey, classes = surveyed("yaw_creep"), {}
-    places = {p.name: p for p in survey.places}
+    data, classes = surveyed("yaw_creep"), {}
+    places = {p.name: p for p in data.places}
     for name, form in TERMS.items():
         law = Law((Term(places[name], form, -1.0),))
-        classes[name] = effect_of(survey, law, [1.0] * law.terms[0].sizes, f"found_{name}")
+        classes[name] = effect_of(data, law, [1.0] * law.terms[0].sizes, f"found_{name}")
     bench = workbench(campaign("yaw_creep"), MODEL, list(classes.values()))
     null = bench.forward.null()
-    found = {"survey": survey_of(bench, bench.fit([bench.start((), null)])[0])}
+    found = {"survey": search_data_of(bench, bench.fit([bench.start((), null)])[0])}
     for name, cls in classes.items():
         index = bench.forward.index(cls.id)
         sizes = [k for k in index if bench.forward.slots[k].name in ("size", "cos", "sin")]
@@ -52,10 +52,10 @@ def marched():
 
 @pytest.mark.parametrize("name", TERMS)
 def test_columns_are_those_of_the_march_with_the_written_effect(name, marched):
-    survey = marched["survey"]
-    place = next(p for p in survey.places if p.name == name)
-    own = survey.columns(Law((Term(place, TERMS[name], -1.0),))).reshape(len(marched[name]), -1)
-    there = survey.ground.white(marched[name]).reshape(len(own), -1)
+    data = marched["survey"]
+    place = next(p for p in data.places if p.name == name)
+    own = data.columns(Law((Term(place, TERMS[name], -1.0),))).reshape(len(marched[name]), -1)
+    there = data.projector.whiten(marched[name]).reshape(len(own), -1)
     for a, b in zip(own, there, strict=True):
         same = RATE if TERMS[name].variable == "reading_rate" else SAME
         assert a @ b > same * np.linalg.norm(a) * np.linalg.norm(b)
@@ -64,21 +64,21 @@ def test_columns_are_those_of_the_march_with_the_written_effect(name, marched):
 
 def test_the_march_answers_late_as_it_answers_early():
     """A pulse at 11 m does what the pulse at the first cell does, shifted."""
-    survey = surveyed("yaw_creep")
+    data = surveyed("yaw_creep")
     bench = workbench(campaign("yaw_creep"), MODEL, [Pulse])
     names = [s.name for s in bench.forward.slots]
     cell = 55
     vector = bench.forward.null()
-    vector[names.index("middle")] = survey.ops.grid[cell]
-    vector[names.index("half")] = survey.ops.grid[1]
+    vector[names.index("middle")] = data.design.grid[cell]
+    vector[names.index("half")] = data.design.grid[1]
     for name in ("yaw_tail", "turn_head", "shift_tail"):
         k = names.index(name)
         slope = bench.slopes(vector, [k]) / bench.forward.slots[k].scale
-        late = survey.ground.white(slope)[0]
-        own = survey.ops.rows[name][cell]
+        late = data.projector.whiten(slope)[0]
+        own = data.design.rows[name][cell]
         assert np.linalg.norm(late - own) < SIZE * np.linalg.norm(late)
 
 
 def test_chosen_effects_and_stiffness_are_taken_out():
-    survey = surveyed("yaw_creep")
-    assert survey.ground.left() == pytest.approx(fitted("yaw_creep")[1].chi2, rel=1e-9)
+    data = surveyed("yaw_creep")
+    assert data.projector.chi2() == pytest.approx(fitted("yaw_creep")[1].chi2, rel=1e-9)

@@ -14,10 +14,10 @@ from belt_sim.diagnosis.decision.decide import log_evidence
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.discovery.describe import describe, got_worse
-from belt_sim.discovery.discover import discover
-from belt_sim.discovery.look import LawSearch, unknown_evidence
-from belt_sim.discovery.survey import survey_of
-from belt_sim.discovery.words import sentence
+from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
+from belt_sim.discovery.law_search import search_law
+from belt_sim.discovery.law_words import sentence
+from belt_sim.discovery.search_data import search_data_of
 from belt_sim.errors import InputError
 from belt_sim.results.errors import Change, Errors, OwnChange
 from belt_sim.results.json import discovery_json, read_discovery
@@ -44,7 +44,7 @@ def test_a_yaw_that_creeps_is_found_at_its_place_with_its_law():
     assert found.law.parity == "odd"
     assert found.law.exponent is not None
     assert abs(found.law.exponent.value) < 3.0 * found.law.exponent.u
-    assert discovered("yaw_creep").refit.gain > EXPLAINED * D**2
+    assert discovered("yaw_creep").best.gain > EXPLAINED * D**2
 
 
 def test_the_held_out_error_falls():
@@ -72,7 +72,7 @@ def test_something_unknown_is_likely_where_it_is_and_only_there():
 
 def test_the_law_in_the_march_is_worth_more_than_what_is_seen_in_the_linear_range():
     bench, fit = fitted("yaw_creep")
-    seen, law = LawSearch().beyond(bench, fit), LawSearch().law(bench, fit)
+    seen, law = LawSearch().unknown_evidence(bench, fit), LawSearch().law(bench, fit)
     assert law.law is not None
     assert law.law.gain > EXPLAINED * D**2
     assert fit.chi2 - law.fit.chi2 == pytest.approx(law.law.gain, rel=0.02)
@@ -87,7 +87,7 @@ def test_a_law_that_predicts_worse_than_none_is_told_so():
     worse = got_worse(Errors(noise_floor=0.01e-3, by_condition=rises))
     assert "45 N/mm2: 0.061 to 0.60 mm" in worse
     assert "7 N/mm2:" not in worse.replace("45 N/mm2:", "")
-    assert worse in sentence(law.survey, law.refit, told.law, told.error.fit, worse=worse)
+    assert worse in sentence(law.data, law.best, told.law, told.error.fit, worse=worse)
     for after, fine in ((0.9, True), (1.1, False)):
         own = OwnChange(before=1.0, after=after, floor=0.5)
         assert (got_worse(Errors(noise_floor=0.5, own=own)) == "") == fine
@@ -105,7 +105,7 @@ def test_too_few_runs_are_said_and_no_law_is_guessed():
     whole = campaign("yaw_creep")
     few = replace(whole, runs=whole.runs[:2])
     bench = workbench(few, MODEL, [])
-    found = describe(discover(survey_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])), 0.0)
+    found = describe(search_law(search_data_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])), 0.0)
     assert not found.found
     assert "Too few runs" in found.sentence
     assert any("one tension" in text for text in found.limits)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from small_discovery import surveyed
 
-from belt_sim.discovery.forms import dictionary, form_values, limit_of, seldom
+from belt_sim.discovery.form_dictionary import form_values, limit_of, rare_forms, usual_forms
 from belt_sim.effects.law_terms import Form
 
 YAW = 1e-3  # rad
@@ -17,7 +17,7 @@ def test_powers_of_the_yaw_are_tried_where_its_sizes_differ():
     on = states.yaw_set * np.where(np.arange(len(states.beta)) % 2, 1.0, -1.0)[:, None]
 
     def powers(sizes):
-        return {f.shape for f in dictionary(replace(states, beta=on * sizes[:, None]), "yaw") if f.variable == "beta"}
+        return {f.shape for f in usual_forms(replace(states, beta=on * sizes[:, None]), "yaw") if f.variable == "beta"}
 
     count = len(states.beta)
     assert powers(YAW * (1.0 + 1e-3 * np.arange(count) / count)) == {"linear"}
@@ -30,7 +30,7 @@ def test_what_a_yaw_leaves_behind_may_be_as_much_whatever_its_size():
 
     def left(sizes):
         moved = replace(states, beta=states.yaw_set * sign * sizes[:, None])
-        forms = [f for f in seldom(moved, "turn", ()) if f.variable == "beta" and f.shape == "saturation"]
+        forms = [f for f in rare_forms(moved, "turn", ()) if f.variable == "beta" and f.shape == "saturation"]
         return [form_values(f, moved, 0, None) for f in forms if f.course == "decay"]
 
     assert not left(np.full(len(sign), YAW))

@@ -7,8 +7,8 @@ import pytest
 from small_discovery import effect_of, surveyed
 
 from belt_sim.campaign import case_of
-from belt_sim.discovery.forms import seldom
-from belt_sim.discovery.refit import _round
+from belt_sim.discovery.form_dictionary import rare_forms
+from belt_sim.discovery.march_fit import _round
 from belt_sim.effects.law_terms import Form, Law, Term
 from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.span import response, strip
@@ -19,8 +19,8 @@ ENDS = np.array([[1e-3, 2e-4], [3e-4, -1e-4], [-2e-4, 1e-4], [0.0, 1e-4], [1e-4,
 
 @pytest.mark.parametrize("share", [-0.5, -0.1, 0.3, 1.0])
 def test_a_found_law_of_tension_bends_the_span_as_another_tension_does(share):
-    survey = surveyed("yaw_creep")
-    case = case_of(survey.bench.campaign, survey.bench.campaign.runs[0])
+    data = surveyed("yaw_creep")
+    case = case_of(data.bench.campaign, data.bench.campaign.runs[0])
     there = replace(case, settings=replace(case.settings, tension=case.settings.tension * (1.0 + share)))
     true = (response(strip(there)).runup - response(strip(case)).runup) @ ENDS
     assert np.abs(bent_by("tension", share, case) - true).max() < FILE * np.abs(true).max()
@@ -40,9 +40,9 @@ def test_a_found_law_of_a_stiffness_bends_one_span_as_another_stiffness_does(wha
 
 def bent_by(name, share, case):
     """Curvature (2,) that the file of a law of a constant relative change adds at the run-ups."""
-    survey = surveyed("yaw_creep")
-    place = next(p for p in survey.places if p.name == name)
-    cls = effect_of(survey, Law((Term(place, Form("none")),)), [share])
+    data = surveyed("yaw_creep")
+    place = next(p for p in data.places if p.name == name)
+    cls = effect_of(data, Law((Term(place, Form("none")),)), [share])
     effect = cls(size=share)
     boundary = BoundaryValues(travel=5.0, start=0.0, ends=ENDS, direction=1.0)
     return effect.bend(no_bend(), boundary, effect.influence(strip(case), case), case).runup
@@ -57,7 +57,7 @@ def test_an_exponent_is_rounded_to_what_its_readings_cannot_tell_it_from():
 def test_waves_in_time_are_tried_where_speeds_differ():
     states = surveyed("yaw_creep").states
     periods = (1.0,)
-    alike = seldom(replace(states, speed=np.full_like(states.speed, 0.5)), "yaw", periods)
-    differ = seldom(replace(states, speed=np.linspace(0.5, 1.0, len(states.speed))), "yaw", periods)
+    alike = rare_forms(replace(states, speed=np.full_like(states.speed, 0.5)), "yaw", periods)
+    differ = rare_forms(replace(states, speed=np.linspace(0.5, 1.0, len(states.speed))), "yaw", periods)
     assert not any(f.timed for f in alike)
     assert {f.course for f in differ if f.timed and f.is_wave} == {"wave", "decaying_wave"}

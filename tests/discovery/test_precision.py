@@ -5,9 +5,9 @@ import pytest
 from small_discovery import fitted, surveyed
 
 from belt_sim.diagnosis.fits.null_simulation import NoiseSource
-from belt_sim.discovery import tables
-from belt_sim.discovery.evidence import LENGTHS, basis_of
-from belt_sim.discovery.operators import single
+from belt_sim.discovery import form_products
+from belt_sim.discovery.design import single_precision
+from belt_sim.discovery.latent_input import LENGTHS, basis_at
 
 ROUNDED = 1e-5
 FEWER = 0.02  # of the largest; straight lines between every fourth knot
@@ -24,15 +24,16 @@ def test_draws_are_whitened_in_single_precision_as_in_double():
 
 def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
     """A sensor reads zero where the yaw is applied: a constant in it leaves nothing but rounding."""
-    survey = surveyed("yaw_creep")
+    data = surveyed("yaw_creep")
     for name in ("yaw_both", "turn_tail", "sensor_y1"):
-        place = next(p for p in survey.places if p.name == name)
-        for block in tables._blocks(survey, place)[1]:
-            if block.reading:
+        place = next(p for p in data.places if p.name == name)
+        for block in form_products._blocks(data, place)[1]:
+            if block.depends_on_pulley:
                 continue
-            inputs = tables.inputs_of(survey.states, block.everything, None, None)
-            right = np.sum(np.square(inputs @ tables._operator(survey, place)), axis=2)
-            found = np.sum(np.square(tables._still_rows(survey, place, block, inputs)), axis=2, dtype=float)
+            inputs = form_products.inputs_of(data.states, block.everything, None, None)
+            exact = form_products._sum_of_parts(data, place, lambda c: data.design.rows[c].swapaxes(0, 1))
+            right = np.sum(np.square(inputs @ exact), axis=2)
+            found = np.sum(np.square(form_products._plain_rows(data, place, block, inputs)), axis=2, dtype=float)
             seen = right > 1e-9 * right.max()
             np.testing.assert_allclose(found[seen], right[seen], rtol=ROUNDED)
             assert found[~seen].max(initial=0.0) < 2e-9 * right.max()
@@ -42,10 +43,10 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
 
 @pytest.mark.parametrize("apart", sorted(set(LENGTHS.values())))
 def test_what_is_known_of_a_long_course_is_known_on_fewer_knots(apart):
-    survey = surveyed("yaw_creep")
-    place = next(p for p in survey.places if p.name == "yaw_tail")
-    basis = basis_of(survey.ground, survey.ops, place, survey.states)
-    fewer = basis.every(apart)
+    data = surveyed("yaw_creep")
+    place = next(p for p in data.places if p.name == "yaw_tail")
+    basis = basis_at(data.projector, data.design, place, data.states)
+    fewer = basis.thinned(apart)
     course = np.cos(np.pi * basis.knots / basis.knots[-1])  # half a wave in the record
     own = course[::apart]
     for few, all_of_it in (
@@ -60,6 +61,6 @@ def test_what_is_known_of_a_long_course_is_known_on_fewer_knots(apart):
 
 def test_numbers_too_small_for_all_digits_are_none():
     x = np.array([[1e-3, 1e-39, -1e-42], [0.0, 1e-37, np.pi]])
-    found = single(x)
+    found = single_precision(x)
     assert found.dtype == np.float32
     assert np.array_equal(found, np.float32([[1e-3, 0.0, 0.0], [0.0, 1e-37, np.pi]]))

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.discovery.refit import FURTHEST, _on_its_pulleys
+from belt_sim.discovery.march_fit import FURTHEST, _start_on_pulleys
 
 READ = 2e-3
 
@@ -21,7 +21,7 @@ def bench(limit):
 
 @pytest.mark.parametrize(("limit", "kept"), [(10.0, 4.0), (3.0, 2.0), (0.3, 0.25)])
 def test_sizes_are_halved_until_the_march_stays(limit, kept):
-    found = _on_its_pulleys(bench(limit), np.array([4.0, 7.0]), [0])
+    found = _start_on_pulleys(bench(limit), np.array([4.0, 7.0]), [0])
     assert found.tolist() == [kept, 7.0]
     assert FURTHEST > 1.0
 
@@ -29,10 +29,10 @@ def test_sizes_are_halved_until_the_march_stays(limit, kept):
 def test_what_is_no_number_is_no_march_that_stays():
     broken = bench(1.0)
     broken.forward.values = lambda v: np.full((1, 1, 4), np.nan if abs(v[0, 0]) > 1.0 else 0.0)
-    assert _on_its_pulleys(broken, np.array([4.0]), [0]).tolist() == [1.0]
+    assert _start_on_pulleys(broken, np.array([4.0]), [0]).tolist() == [1.0]
 
 
 def test_no_law_is_small_enough_for_a_belt_that_runs_away_by_itself():
     """Infinities that reach a decomposition of the shapes would never come back."""
     broken = bench(0.0)
-    assert _on_its_pulleys(broken, np.array([4.0, 7.0]), [0]) is None
+    assert _start_on_pulleys(broken, np.array([4.0, 7.0]), [0]) is None

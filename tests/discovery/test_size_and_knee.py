@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from small_discovery import surveyed
 
-from belt_sim.discovery.refit import Refit
-from belt_sim.discovery.search import Scored
-from belt_sim.discovery.words import sentence
+from belt_sim.discovery.law_words import sentence
+from belt_sim.discovery.linear_search import ScoredLaw
+from belt_sim.discovery.march_fit import MarchFit
 from belt_sim.effects.law_terms import Form, Law, LawNumber, Term
 from belt_sim.results.errors import Change
 
 SIZE, KNEE, U = -1.6, 2e-6, 0.02
 
 
-def fitted(apart: float, product: float = U) -> Refit:
+def fitted(apart: float, product: float = U) -> MarchFit:
     """Their product is known to ``product`` of it, and what moves them against each other to ``apart``."""
     turned = np.array([[1.0, 1.0], [1.0, -1.0]]) / 2.0
     slots = [SimpleNamespace(name=n, scale=abs(v)) for n, v in (("size", SIZE), ("knee", KNEE))]
@@ -26,10 +26,10 @@ def fitted(apart: float, product: float = U) -> Refit:
     fit = SimpleNamespace(vector=np.array([-1.0, 1.0]), free=[0, 1], covariance=covariance)
     place = next(p for p in surveyed("yaw_creep").places if p.name == "turn_both")
     law = Law((Term(place, Form("kappa", shape="saturation", knee=KNEE)),))
-    return Refit(Scored(law, 400.0, 397.0), cls, SimpleNamespace(forward=forward), fit, 400.0, (0.0, 0.0))
+    return MarchFit(ScoredLaw(law, 400.0, 397.0), cls, SimpleNamespace(forward=forward), fit, 400.0, (0.0, 0.0))
 
 
-def told(made: Refit) -> str:
+def told(made: MarchFit) -> str:
     return sentence(
         surveyed("yaw_creep"), made, SimpleNamespace(parity="odd", looks_like=""), Change(before=2e-4, after=1e-4)
     )
@@ -39,8 +39,8 @@ def test_a_size_that_is_known_with_its_knee_is_certain():
     """Size over its u is 1 by itself, and with the knee held far more; where the knee says nothing of it, it is not."""
     unknown = fitted(apart=2.0)
     assert unknown.estimates()["size"][1] > 0.9 * abs(SIZE)
-    assert unknown.certain(2.0)
-    assert not fitted(apart=2.0, product=2.0).certain(2.0)
+    assert unknown.sizes_are_certain(2.0)
+    assert not fitted(apart=2.0, product=2.0).sizes_are_certain(2.0)
 
 
 def test_what_is_known_of_both_together_is_said():

@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 from small_discovery import MODEL, both_ways, effect_of, surveyed
 
-from belt_sim.discovery.choose import choose
-from belt_sim.discovery.survey import Survey
+from belt_sim.discovery.search_data import SearchData
+from belt_sim.discovery.selection import choose_law
 from belt_sim.effects.law_terms import Form, Law, Term
 
 WAVE = Form("none", course="wave", at=3.0)
 SIZES = [2e-6, 1e-6]
 
 
-def law_of(survey: Survey, place: str) -> Law:
-    return Law((Term(next(p for p in survey.places if p.name == place), WAVE),))
+def law_of(data: SearchData, place: str) -> Law:
+    return Law((Term(next(p for p in data.places if p.name == place), WAVE),))
 
 
-def made_by(survey: Survey, law: Law) -> np.ndarray:
+def made_by(data: SearchData, law: Law) -> np.ndarray:
     """Whitened readings (R, m) of a law, at first order."""
-    return np.tensordot(SIZES, survey.columns(law), axes=1)
+    return np.tensordot(SIZES, data.columns(law), axes=1)
 
 
 def test_spans_are_places_where_the_belt_has_travelled_both_ways():
@@ -28,33 +28,35 @@ def test_spans_are_places_where_the_belt_has_travelled_both_ways():
 
 
 def test_a_span_is_bent_on_the_pulley_that_it_runs_up():
-    _, survey = both_ways()
-    forward = np.array([r.direction > 0 for r in survey.bench.samples.runs])
+    _, data = both_ways()
+    forward = np.array([r.direction > 0 for r in data.bench.samples.runs])
     upper, lower, tail, head = (
-        made_by(survey, law_of(survey, p)) for p in ("span_upper", "span_lower", "turn_tail", "turn_head")
+        made_by(data, law_of(data, p)) for p in ("span_upper", "span_lower", "turn_tail", "turn_head")
     )
     assert np.array_equal(upper, np.where(forward[:, None], tail, head))
     assert np.array_equal(lower, np.where(forward[:, None], head, tail))
 
 
 def test_the_file_of_a_law_of_a_span_does_in_the_march_what_the_search_says():
-    bench, survey = both_ways()
-    law = law_of(survey, "span_lower")
-    cls = effect_of(survey, law, SIZES)
+    bench, data = both_ways()
+    law = law_of(data, "span_lower")
+    cls = effect_of(data, law, SIZES)
     forward = replace(bench, forward=type(bench.forward)(bench.samples, MODEL, [cls], bench.forward.step)).forward
     names = [slot.name for slot in forward.slots]
     vector = forward.null()
     for name, size in zip(("cos", "sin"), SIZES, strict=True):
         vector[names.index(name)] = size / forward.slots[names.index(name)].scale
     there = forward.values(np.stack([vector, forward.null()]))
-    whole, search = survey.ground.white((there[0] - there[1])[None])[0], made_by(survey, law)
+    whole, search = data.projector.whiten((there[0] - there[1])[None])[0], made_by(data, law)
     assert np.linalg.norm(search - whole) < 0.05 * np.linalg.norm(whole)
 
 
 def test_a_load_on_a_span_is_told_from_what_a_pulley_does():
-    _, survey = both_ways()
-    row = made_by(survey, law_of(survey, "span_lower"))
+    _, data = both_ways()
+    row = made_by(data, law_of(data, "span_lower"))
     noise = np.random.default_rng(0).standard_normal(row.shape)
-    hidden = replace(survey, ground=replace(survey.ground, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={})
-    (term,) = choose(hidden, hidden.courses()[0]).best.law.terms
+    hidden = replace(
+        data, projector=replace(data.projector, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={}
+    )
+    (term,) = choose_law(hidden, hidden.latent_inputs()[0]).best.law.terms
     assert term.family == ("span_lower", "none", "linear", "wave")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from small_discovery import surveyed
 
-from belt_sim.discovery.choose import choose
-from belt_sim.discovery.rounds import Loop, run
-from belt_sim.discovery.survey import Survey
-from belt_sim.discovery.words import _by_how_much, formula
+from belt_sim.discovery.closed_loop import LoopResponses, run_loop
+from belt_sim.discovery.law_words import _by_how_much, formula
+from belt_sim.discovery.search_data import SearchData
+from belt_sim.discovery.selection import choose_law
 from belt_sim.effects.law_terms import Form, Law, Term
 
 SHARE, POWER = -0.1, -1.0
@@ -18,24 +18,24 @@ SIZE = 40.0  # sigma of what is hidden
 LINEAR = 0.15  # of what a change of this size does: the loop has its steps on a grid of 0.2 m, the march half as long
 
 
-def law_of(survey: Survey, name: str, form: Form, exponent: float = 0.0) -> Law:
-    return Law((Term(next(p for p in survey.places if p.name == name), form, exponent),))
+def law_of(data: SearchData, name: str, form: Form, exponent: float = 0.0) -> Law:
+    return Law((Term(next(p for p in data.places if p.name == name), form, exponent),))
 
 
-def hidden(name: str, exponent: float) -> Survey:
+def hidden(name: str, exponent: float) -> SearchData:
     """A survey of a campaign that hides a change of a stiffness by SHARE, at the unit of tension."""
-    survey = surveyed()
-    made = run(Loop(survey), [(law_of(survey, name, Form("none"), exponent), np.array([SHARE]))])
+    data = surveyed()
+    made = run_loop(LoopResponses(data), [(law_of(data, name, Form("none"), exponent), np.array([SHARE]))])
     row = made[0][0]
     noise = np.random.default_rng(0).standard_normal(row.shape)
     residual = noise + SIZE * row / np.linalg.norm(row)
-    return replace(survey, ground=replace(survey.ground, residual=residual), kept={})
+    return replace(data, projector=replace(data.projector, residual=residual), kept={})
 
 
 @pytest.mark.parametrize("name", ["torsion_both", "bending_upper"])
 def test_a_hidden_change_of_a_stiffness_is_found_at_its_place(name):
-    survey = hidden(name, POWER)
-    choice = choose(survey, survey.courses()[0])
+    data = hidden(name, POWER)
+    choice = choose_law(data, data.latent_inputs()[0])
     close = [s.law.terms[0].place.name for s in (choice.best, *choice.judged) if s.score > choice.best.score - 6.0]
     assert name in close
     assert choice.best.gain > 0.9 * choice.possible  # nuisances have taken their part
@@ -43,7 +43,7 @@ def test_a_hidden_change_of_a_stiffness_is_found_at_its_place(name):
 
 def test_the_loop_has_a_change_that_is_not_small():
     """Half the torsional stiffness does more than half of what none of it would do at first order."""
-    relative = surveyed().states.relative["torsion"]
+    relative = surveyed().states.changes["torsion"]
     runs = len(relative.growth)
     grown = relative.grown(np.stack([np.full(runs, x) for x in (-0.8, -1e-4, 1.0)], axis=1))
     assert np.all(grown[:, 0] < -0.85)
@@ -52,13 +52,13 @@ def test_the_loop_has_a_change_that_is_not_small():
 
 
 def test_by_how_much_a_stiffness_changes_is_told_at_every_tension():
-    survey = surveyed()
-    law = law_of(survey, "torsion_upper", Form("none"), POWER)
+    data = surveyed()
+    law = law_of(data, "torsion_upper", Form("none"), POWER)
     numbers = {"size": (SHARE, 0.01, "1"), "exponent": (POWER, 0.1, "1")}
-    said = _by_how_much(survey, law, numbers)
+    said = _by_how_much(data, law, numbers)
     assert said.startswith("lower than in the model by ")
-    for tension in np.unique(survey.stated_tension):
-        share = abs(SHARE) * survey.tension / tension  # exponent -1
+    for tension in np.unique(data.stated_tension):
+        share = abs(SHARE) * data.tension / tension  # exponent -1
         own = next(part for part in said.split(", ") if f"at {tension / 1e6:g} N/mm²" in part)
         assert float(own.partition(" %")[0].split()[-1]) == pytest.approx(100.0 * share, rel=SETTINGS)
     assert "× tension^(−1.00 ± 0.10)" in formula(law, numbers)
@@ -66,8 +66,8 @@ def test_by_how_much_a_stiffness_changes_is_told_at_every_tension():
 
 
 def test_a_threshold_in_tension_is_told_as_one():
-    survey = surveyed()
-    law = law_of(survey, "bending_both", Form("sigma", shape="below", knee=9e6))
+    data = surveyed()
+    law = law_of(data, "bending_both", Form("sigma", shape="below", knee=9e6))
     assert "below 9 N/mm²" in formula(
         law, {"size": (0.2, 0.01, "1"), "knee": (9e6, 1e5, "Pa"), "exponent": (0, 0, "1")}
     )

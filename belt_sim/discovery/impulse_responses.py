@@ -1,7 +1,7 @@
-"""Responses of every run to a short pulse at every channel, and the state that the laws read.
+"""Impulse responses of every run: what a short pulse of input at every channel of the march does to it.
 
-At fixed tension the march is linear in small inputs and does not change with travel, so one pulse a run and channel
-gives the whole operator.
+A channel is an elementary entry of the march that takes an input u(travel). At fixed tension the march is linear in
+small inputs and does not change with travel, so one pulse a run and channel gives the whole operator.
 """
 
 from collections.abc import Sequence
@@ -18,22 +18,81 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.batches import ROWS
 from belt_sim.diagnosis.readings.forward import room_for
-from belt_sim.discovery.channels import CHANNELS, Pulse
-from belt_sim.effects.base import Effect, apply_hook, overrides
-from belt_sim.effects.law_terms import RELATIVE
+from belt_sim.effects.base import Effect, Parameter, apply_hook, effect, overrides
+from belt_sim.effects.law_terms import AT_PULLEYS, PULLEYS, RELATIVE
 from belt_sim.effects.pipeline import as_driven, true_travel
 from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
-from belt_sim.laws.span import CHANGES, changed, log_of_change, response
+from belt_sim.laws.span import curvatures_by_change, log_of_change
+
+#: channel -> unit of its input; every kind at the tail and at the head pulley
+UNITS = {f"{kind}_{pulley}": unit for kind, (_, unit) in AT_PULLEYS.items() for pulley in PULLEYS}
+CHANNELS = tuple(UNITS)
 
 RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most
-NO_HAND = {"encoder", "seen", "sensor", "scene"}  # hooks by which an effect has no hand in the march
-Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see Responses
+OUTSIDE_MARCH = {"encoder", "seen", "sensor", "scene"}  # hooks that a march does not call
+Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see ImpulseResponses
+_SCALES = {"rad": 1e-4, "1/m": 1e-5, "m": 1e-4}
+
+
+def drift_at(pulley: int) -> str:
+    """The channel of sideways drift where the belt runs up a pulley (0: tail, 1: head)."""
+    return f"drift_{PULLEYS[pulley]}"
+
+
+def _height(unit: str) -> Parameter:
+    return Parameter(unit=unit, meaning="height of the pulse", plausible=(-1.0, 1.0), scale=_SCALES[unit])
+
+
+def _length(meaning: str) -> Parameter:
+    return Parameter(unit="m", meaning=meaning, plausible=(0.0, 1e3), scale=1.0, null=1.0, modifier=True)
+
+
+@effect
+@dataclass(frozen=True, kw_only=True)
+class Pulse(Effect):
+    """A triangular pulse of input at every channel: yaw of a pulley's surface, turn and drift at the run-ups, shift and
+    twist over the wrapped arcs."""
+
+    id = "pulse"
+    law = "run-up"
+    reference = "none: an input to take impulse responses with"
+    parameters = {
+        **{name: _height(unit) for name, unit in UNITS.items()},
+        "middle": _length("travel at its height"),
+        "half": _length("travel from its height to its foot"),
+    }
+    yaw_tail: float = 0.0
+    yaw_head: float = 0.0
+    turn_tail: float = 0.0
+    turn_head: float = 0.0
+    drift_tail: float = 0.0
+    drift_head: float = 0.0
+    shift_tail: float = 0.0
+    shift_head: float = 0.0
+    twist_tail: float = 0.0
+    twist_head: float = 0.0
+    middle: float = 1.0
+    half: float = 1.0
+
+    def _at(self, state, name):
+        height = jnp.stack([getattr(self, f"{name}_tail"), getattr(self, f"{name}_head")])
+        return height * jnp.maximum(0.0, 1.0 - jnp.abs(state.travel - self.middle) / self.half)
+
+    def yaw(self, yaw, state, case):
+        tail, head = self._at(state, "yaw")
+        return replace(yaw, tail=yaw.tail + tail, head=yaw.head + head)
+
+    def runup(self, runup, state, case):
+        return replace(runup, turn=runup.turn + self._at(state, "turn"), drift=runup.drift + self._at(state, "drift"))
+
+    def wrap(self, runoff, state, case):
+        return replace(runoff, y=runoff.y + self._at(state, "shift"), alpha=runoff.alpha + self._at(state, "twist"))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Responses:
-    """What the march does with an input.
+class ImpulseResponses:
+    """What the march of every run does with an input.
 
     grid (J,): travels [m] at which an input is given, linear in between; fine (n,): travels of the records;
     curves (R, 12, n): y and angle at run-up tail, run-up head, run-off tail, run-off head, then moment and tilt of the
@@ -46,7 +105,7 @@ class Responses:
     pulses: np.ndarray
 
     def at(self, rows: np.ndarray, where: np.ndarray) -> np.ndarray:
-        """Answers to inputs in every cell: rows (..., n) of pulses -> (..., len(where), J) at travels ``where``."""
+        """Responses to inputs in every cell: rows (..., n) of pulses -> (..., len(where), J) at travels ``where``."""
         step = self.grid[1] - self.grid[0]
         back = where[:, None] - self.grid[None, :] + step  # travel since the pulse's foot
         return _looked_up(rows, self.fine[1] - self.fine[0], back)
@@ -62,17 +121,17 @@ def _looked_up(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarra
     return found
 
 
-def responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Responses:
+def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> ImpulseResponses:
     """Responses with the effects of a fit at work; among: ids of all that are at work in any of several fits, which
     then share compiled code."""
     forward = bench.forward
     samples, effects = forward.samples, forward.effects_at(fit.vector, (*fit.ids, *among))
-    far = _far(bench, fit)
+    far = _true_end(bench, fit)
     step = forward.step * max(2, int(np.ceil(far / CELLS / forward.step)))
     cells = int(np.ceil(far / step)) + 1
     travel = step * (cells + 1)
     steps, _, slots = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
-    acting = tuple(e for e in effects if overrides(e) - NO_HAND)
+    acting = tuple(e for e in effects if overrides(e) - OUTSIDE_MARCH)
     march = _compiled(forward.model, tuple(map(type, acting)), *room_for(steps, slots))
     runs = np.arange(-(-len(samples.runs) // RUNS) * RUNS).clip(max=len(samples.runs) - 1)
     found = []
@@ -80,12 +139,12 @@ def responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Response
         settings = jax.tree.map(lambda x, rows=rows: np.asarray(x)[rows], samples.cases.settings)
         found.append(march(acting, replace(samples.cases, settings=settings), step, travel / steps, steps))
     curves, pulses = (np.concatenate(rows)[: len(samples.runs), ..., : steps + 1] for rows in zip(*found, strict=True))
-    return Responses(
+    return ImpulseResponses(
         grid=step * np.arange(cells), fine=np.linspace(0.0, travel, steps + 1), curves=curves, pulses=pulses
     )
 
 
-def _far(bench: Workbench, fit: Fit) -> float:
+def _true_end(bench: Workbench, fit: Fit) -> float:
     """How far a belt goes in truth, whatever its encoder says [m]."""
     samples, effects = bench.forward.samples, bench.forward.effects_at(fit.vector, fit.ids)
     return max(float(np.max(in_float64(true_travel)(effects, samples.cases, samples.end))), samples.end)
@@ -120,7 +179,7 @@ def _sorted(curves, case):
 
 
 @dataclass(frozen=True)
-class Relative:
+class SpanChange:
     """What a relative change of tension or of a stiffness adds to the curvature at the run-up of a span.
 
     per_end (R, 5): per unit of the span's boundary values, at first order; growth (R, 7): coefficients of powers 1 to 7
@@ -139,7 +198,7 @@ class Relative:
         return found
 
 
-def relative_answers(bench: Workbench, fit: Fit) -> dict[str, Relative]:
+def span_changes(bench: Workbench, fit: Fit) -> dict[str, SpanChange]:
     """What relative changes of tension, bending and torsion do, with the effects of a fit at work."""
     forward = bench.forward
     effects = tuple(e for e in forward.effects_at(fit.vector, fit.ids) if overrides(e) & {"settings", "span"})
@@ -148,7 +207,7 @@ def relative_answers(bench: Workbench, fit: Fit) -> dict[str, Relative]:
     settings = jax.tree.map(lambda x: np.asarray(x)[rows], forward.samples.cases.settings)
     cases = replace(forward.samples.cases, settings=settings)
     made = _changed(forward.model, tuple(map(type, effects)))(effects, cases)
-    return {kind: Relative(*(np.asarray(x)[:runs] for x in both)) for kind, both in made.items()}
+    return {kind: SpanChange(*(np.asarray(x)[:runs] for x in both)) for kind, both in made.items()}
 
 
 @lru_cache(PROGRAMS)
@@ -156,20 +215,15 @@ def _changed(model, classes):
     def one(effects, case):
         case = as_driven(case, effects)
         span = apply_hook((*model.built_in, *effects), "span", model.span(case), case)
-        size = jnp.array([span.length, 1.0, 1.0, 0.0, 0.0])  # of boundary values beside one another
+        size = jnp.array([span.length, 1.0, 1.0, 0.0, 0.0])  # of boundary values, to weigh them
 
-        def grows(kind):
-            def curvature(logarithm):
-                return response(changed(span, case, kind, jnp.expm1(logarithm))).runup
+        def change(kind):
+            coefficients = curvatures_by_change(span, case, kind)[:, 0]  # at the run-up
+            weights = coefficients[0] * size**2
+            whole = jnp.sum(coefficients[0] * weights)
+            return coefficients[0], coefficients @ weights / jnp.where(whole > 0.0, whole, 1.0)
 
-            at = jnp.array(CHANGES)
-            none, slope = jax.jvp(curvature, (0.0,), (1.0,))
-            along = (jax.vmap(curvature)(at) - none) @ (slope * size**2)
-            whole = jnp.sum((slope * size) ** 2)
-            bent = along / jnp.where(whole > 0.0, whole, 1.0) - at
-            return slope, jnp.concatenate([jnp.ones(1), jnp.linalg.solve(at[:, None] ** jnp.arange(2, 8), bent)])
-
-        return {kind: grows(kind) for kind in dict.fromkeys(RELATIVE.values())}
+        return {kind: change(kind) for kind in dict.fromkeys(RELATIVE.values())}
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
     return jit_float64(many)

@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from belt_sim.campaign import Run
-from belt_sim.discovery.ground import Ground
-from belt_sim.discovery.operators import Operators
-from belt_sim.discovery.places import place_columns
+from belt_sim.discovery.design import DesignMatrices, ResidualProjector
 from belt_sim.effects.law_terms import Place
 
 if TYPE_CHECKING:
@@ -33,7 +31,7 @@ class Basis:
     pull: np.ndarray
     shared: np.ndarray
 
-    def every(self, apart: int) -> "Basis":
+    def thinned(self, apart: int) -> "Basis":
         """The same on every so manieth knot, which straight lines join."""
         count = (len(self.knots) - 1) // apart + 1
         hats = np.maximum(0.0, 1.0 - np.abs(np.arange(count)[:, None] - np.arange(len(self.knots)) / apart))
@@ -41,7 +39,7 @@ class Basis:
 
 
 @dataclass(frozen=True)
-class Course:
+class LatentInput:
     """A place, how runs are pooled, its log evidence, and the posterior of u.
 
     gain: log evidence over that of no unknown; weights (G, R): how much of each group's u a run feels; mean (G, K) and
@@ -64,56 +62,63 @@ class Course:
         return self.weights.T @ on
 
 
-def basis_of(ground: Ground, ops: Operators, place: Place, states: "States") -> Basis:
-    """Information on a place's input; states: what says how each of its channels feels one."""
-    grid = ops.grid
+def basis_at(projector: ResidualProjector, design: DesignMatrices, place: Place, states: "States") -> Basis:
+    """Information of the readings on an input at a place; states: how it acts at each channel."""
+    grid = design.grid
     knots = np.linspace(grid[0], grid[-1], KNOTS)
     hats = np.maximum(0.0, 1.0 - np.abs(grid[None] - knots[:, None]) / (knots[1] - knots[0]))
-    plain = np.repeat(hats[:, None], len(ground.residual), axis=1)
-    inputs = [states.felt(place, plain, *part) for part in place.parts]
-    rows = place_columns(ops, place, inputs).swapaxes(0, 1).astype(float)
+    plain = np.repeat(hats[:, None], len(projector.residual), axis=1)
+    inputs = [states.channel_input(place, plain, *part) for part in place.parts]
+    rows = design.place_columns(place, inputs).swapaxes(0, 1).astype(float)
     information = rows @ rows.swapaxes(1, 2)
-    pull = np.einsum("rkm,rm->rk", rows, ground.residual)
-    shared = rows @ ground.shared.swapaxes(0, 1).swapaxes(1, 2)
+    pull = np.einsum("rkm,rm->rk", rows, projector.residual)
+    shared = rows @ projector.shared.swapaxes(0, 1).swapaxes(1, 2)
     return Basis(knots, information, pull, shared)
 
 
-def yaw_of(runs: Sequence[Run]) -> np.ndarray:
+def _relative_yaw(runs: Sequence[Run]) -> np.ndarray:
     """Commanded yaw of every run over the largest, (R,): the tail pulley's, or the head's if only that was turned."""
     yaw = np.array([r.yaw for r in runs])
     yaw = yaw if np.any(yaw) else np.array([r.yaw_head for r in runs])
     return yaw / max(float(np.abs(yaw).max()), 1e-12)
 
 
-def pools_of(runs: Sequence[Run]) -> dict[str, np.ndarray]:
+def pooling_weights(runs: Sequence[Run]) -> dict[str, np.ndarray]:
     """How runs may share an input: name -> weights (G, R)."""
     keys = [(r.tension, r.direction) for r in runs]
     groups = np.array([[k == key for k in keys] for key in sorted(set(keys))], dtype=float)
-    yaw = yaw_of(runs)
+    yaw = _relative_yaw(runs)
     pools = {"odd": groups * yaw, "even": groups, "each run": np.eye(len(runs))}
     return {n: w[np.any(w != 0.0, axis=1)] for n, w in pools.items() if np.any(w)}
 
 
-def courses(ground: Ground, basis: Basis, place: Place, runs: Sequence[Run]) -> list[Course]:
-    """The best course of u at a place for each way of pooling."""
-    return [_best(ground, basis, place, pool, weights) for pool, weights in pools_of(runs).items()]
+def latent_inputs(projector: ResidualProjector, basis: Basis, place: Place, runs: Sequence[Run]) -> list[LatentInput]:
+    """The likeliest input at a place for each way of pooling runs."""
+    return [_of_best_length(projector, basis, place, pool, weights) for pool, weights in pooling_weights(runs).items()]
 
 
-def _best(ground: Ground, basis: Basis, place: Place, pool: str, weights: np.ndarray) -> Course:
-    found = [_of_length(ground, basis.every(apart), place, pool, weights, share) for share, apart in LENGTHS.items()]
+def _of_best_length(
+    projector: ResidualProjector, basis: Basis, place: Place, pool: str, weights: np.ndarray
+) -> LatentInput:
+    found = [
+        _of_best_height(projector, basis.thinned(apart), place, pool, weights, share)
+        for share, apart in LENGTHS.items()
+    ]
     return max(found, key=lambda c: c.gain)
 
 
-def _of_length(ground: Ground, basis: Basis, place: Place, pool: str, weights: np.ndarray, share: float) -> Course:
-    """The course of the best height, its length being a share of the record."""
+def _of_best_height(
+    projector: ResidualProjector, basis: Basis, place: Place, pool: str, weights: np.ndarray, share: float
+) -> LatentInput:
+    """The latent input of the likeliest height, its length being a share of the record."""
     information = np.einsum("gr,rkl->gkl", weights**2, basis.information)
     pull = np.einsum("gr,rk->gk", weights, basis.pull)
     shared = np.einsum("gr,rkc->gkc", weights, basis.shared)
     length = share * basis.knots[-1]
     unit = np.mean(np.einsum("gkk->gk", information)) + 1e-300
     root = np.linalg.cholesky(_matern(basis.knots, length))
-    gain, height, mean, sd = _scan(ground, root, information, pull, shared, HEIGHTS / unit)
-    return Course(place, pool, gain, length, height, basis.knots, weights, mean, sd)
+    gain, height, mean, sd = _posterior(projector, root, information, pull, shared, HEIGHTS / unit)
+    return LatentInput(place, pool, gain, length, height, basis.knots, weights, mean, sd)
 
 
 def _matern(knots: np.ndarray, length: float) -> np.ndarray:
@@ -121,14 +126,14 @@ def _matern(knots: np.ndarray, length: float) -> np.ndarray:
     return (1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(knots))
 
 
-def _scan(ground: Ground, root, information, pull, shared, squares):
+def _posterior(projector: ResidualProjector, root, information, pull, shared, squares):
     """(log evidence gain, height, mean, sd) of the best height among ``squares`` (a^2)."""
     values, vectors = np.linalg.eigh(root.T @ information @ root)
     values = np.maximum(values, 0.0)
     onto = vectors.swapaxes(1, 2) @ root.T
     b, c = (onto @ pull[..., None])[..., 0], onto @ shared  # (G, K), (G, K, c)
-    gram, along = ground.gram, ground.shared_residual
-    at_none = 0.5 * along @ ground.inverse @ along - 0.5 * np.linalg.slogdet(gram)[1]
+    gram, along = projector.gram, projector.shared_residual
+    at_none = 0.5 * along @ projector.inverse @ along - 0.5 * np.linalg.slogdet(gram)[1]
     shrink = squares[:, None, None] / (1.0 + squares[:, None, None] * values)  # (H, G, K)
     flat, each = shrink.reshape(len(squares), -1), c.reshape(-1, c.shape[-1])
     inner = gram - (flat @ (each[:, :, None] * each[:, None, :]).reshape(len(each), -1)).reshape(-1, *gram.shape)

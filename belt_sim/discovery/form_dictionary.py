@@ -8,19 +8,20 @@ import numpy as np
 from belt_sim.discovery.states import States
 from belt_sim.effects.law_terms import SPAN, STIFFNESS, TENSION, TRAVEL, Form
 
-SHAPED = ("saturation", "dead_zone")  # shapes that have a number
+WITH_KNEE = ("saturation", "dead_zone")  # shapes with a knee that are tried of what reads the state
 STEADY = ("constant", "linear", "square_root")
-STATED = (TENSION, TRAVEL, SPAN, *STIFFNESS)  # kinds of places of which courses are tried only, whatever the belt does
-STRETCHES = (0.05, 0.1, 0.2, 0.4)  # of the belt
+#: kinds of places at which the usual forms do not depend on where the belt runs
+COURSES_ONLY = (TENSION, TRAVEL, SPAN, *STIFFNESS)
+SECTIONS = (0.05, 0.1, 0.2, 0.4)  # of the belt
 WIDE = (0.05, 0.1, 0.2)  # of the record, how long something lasts
 PARTS = 12  # of the record, for onsets
 RISES = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # of the record
 KNEES = (0.1, 0.25, 0.5, 0.75)  # of the largest size of a variable
-FADES = (0.5, 1.5, 4.5)  # wavelengths, over which what rings dies away
-ENDLESS = 2.5  # records, over which what fades hardly does
-STUCK = (0.02, 0.05, 0.1, 0.25, 0.5)  # of the largest reading, how far something sticks
+FADES = (0.5, 1.5, 4.5)  # wavelengths, over which a wave decays
+ENDLESS = 2.5  # records, over which a decay cannot be told from what stays
+STICKS = (0.02, 0.05, 0.1, 0.25, 0.5)  # of the largest reading, how far something sticks
 SAME_YAW = 0.02  # of the largest, within which yaws are one size: settings may be off by as much
-RATIO = 1.3  # to the next wavelength of what rings
+RATIO = 1.3  # to the next wavelength of a decaying wave
 SHORTEST = 3.0  # cells in a wave, and samples
 
 
@@ -55,7 +56,7 @@ def form_values(form: Form, states: States, part: int | None, signal: str | None
 def travel_of(states: States, form: Form, part: int | None) -> np.ndarray:
     """What a form's course goes with, (R, J), or (1, J) where all runs have the same; part: the pulley."""
     if form.carried:
-        return states.met[:, part or 0]
+        return states.belt_part[:, part or 0]
     s = states.since if form.since_yaw else states.s[None]
     return s / states.speed[:, None] if form.timed else s
 
@@ -73,29 +74,24 @@ def variable(states: States, name: str, part: int | None, signal: str | None) ->
     return getattr(states, name)[:, part]
 
 
-def dictionary(states: States, kind: str) -> list[Form]:
-    """All forms to try at a kind of place; a wave stands with its first half only."""
+def usual_forms(states: States, kind: str) -> list[Form]:
+    """All forms to try at a kind of place; of a wave its cosine only."""
     end = float(states.s[-1])
     timed = [("rise", end * r) for r in RISES] + [("step", end * k / PARTS) for k in range(1, PARTS - 1)]
     courses = [(c, None) for c in STEADY] + timed
-    if kind in STATED:
-        found = (
-            [Form("none", course=c, at=a) for c, a in courses] + waves(states, ("none",)) + windows(states, ("none",))
-        )
-        return found + (_of_tension(states) if kind in STIFFNESS else [])
-    forms = [Form("none", course=c, at=a) for c, a in courses] + waves(states, ("none",)) + windows(states, ("none",))
+    forms = [Form("none", course=c, at=a) for c, a in courses] + waves(states, ("none",)) + intervals(states, ("none",))
+    if kind in COURSES_ONLY:
+        return forms + (_of_tension(states) if kind in STIFFNESS else [])
     if kind == "sensor":
-        return forms + _of_state(
-            states, ("reading", "reading_rate"), [("constant", None), ("linear", None)], shapes=True
-        )
+        return forms + _of_state(states, ("reading", "reading_rate"), [("constant", None), ("linear", None)])
     if np.any(states.beta):
         forms += [Form("beta", course=c, at=a) for c, a in courses]
-        forms += waves(states, ("beta",)) + windows(states, ("beta",))
+        forms += waves(states, ("beta",)) + intervals(states, ("beta",))
         if _of_many_sizes(states.beta):
             forms += [Form("beta", shape=s) for s in ("signed_square", "square", "cube")]
-    forms += windows(states, ("alpha", "kappa"))
+    forms += intervals(states, ("alpha", "kappa"))
     fading = [("decay", end * r) for r in RISES[:4]]
-    return forms + _of_state(states, ("y", "alpha", "kappa"), courses + fading, shapes=True)
+    return forms + _of_state(states, ("y", "alpha", "kappa"), courses + fading)
 
 
 def _of_tension(states: States) -> list[Form]:
@@ -122,42 +118,44 @@ def _of_many_sizes(beta: np.ndarray) -> bool:
     return bool(np.ptp(sizes) > SAME_YAW * sizes.max())
 
 
-def seldom(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
+def rare_forms(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
     """Forms for a law once it is known that something is missing.
 
     What begins when the yaw is set, either way, or as far whatever the yaw is; what goes or swings with time instead of
-    travel; what rings after a step, or dies away without a swing; what reads the state and comes back with ``periods``
+    travel; decaying waves after a step, and decay without a wave; what reads the state and comes back with ``periods``
     [m] of the machine; what sticks.
     """
     end = float(states.s[-1])
     found = [Form("none", course="quadratic")]
     late = bool(np.any(states.yaw_set < 1.0))
     if late:
-        found += [Form("yaw_set", course=c, at=a) for c, a in _timed(end)]
+        found += [Form("yaw_set", course=c, at=a) for c, a in _one_way_courses(end)]
     if len(np.unique(states.speed)) > 1:
         longest = end / float(np.min(states.speed))
-        odd = kind not in (*STATED, "sensor") and bool(np.any(states.beta))
+        odd = kind not in (*COURSES_ONLY, "sensor") and bool(np.any(states.beta))
         names = [n for n, there in (("none", True), ("yaw_set", late), ("beta", odd)) if there]
-        found += [Form(n, course=c, at=a, timed=True) for n in names for c, a in _timed(longest)[1:]]
+        found += [Form(n, course=c, at=a, timed=True) for n in names for c, a in _one_way_courses(longest)[1:]]
         found += [in_time(f, longest / end) for f in waves(states, ("none",))]
-        found += [in_time(f, longest / end) for f in rings(states, ("beta",))] if odd else []
+        found += [in_time(f, longest / end) for f in decaying_waves(states, ("beta",))] if odd else []
     if kind == "sensor":
         largest = float(np.abs(states.reading).max())
-        return found + [Form("reading", shape="stick", knee=b * largest) for b in STUCK]
+        return found + [Form("reading", shape="stick", knee=b * largest) for b in STICKS]
     if kind in STIFFNESS:
-        return found + _of_amplitude(states) + stretches(kind)
-    return found if kind in STATED else found + _sided(states) + _swinging(states, periods)
+        return found + _of_amplitude(states) + belt_sections(kind)
+    return found if kind in COURSES_ONLY else found + _by_direction(states) + _swinging(states, periods)
 
 
-def _sided(states: States) -> list[Form]:
+def _by_direction(states: States) -> list[Form]:
     """What goes with the direction of the yaw and hardly with its size, as play and friction do that are used up."""
     if not np.any(states.beta) or not _of_many_sizes(states.beta):
         return []
     knee = KNEES[1] * float(np.abs(states.beta).max())
-    return [Form("beta", shape="saturation", knee=knee, course=c, at=a) for c, a in _timed(float(states.s[-1]))]
+    return [
+        Form("beta", shape="saturation", knee=knee, course=c, at=a) for c, a in _one_way_courses(float(states.s[-1]))
+    ]
 
 
-def _timed(end: float) -> list[tuple[str, float | None]]:
+def _one_way_courses(end: float) -> list[tuple[str, float | None]]:
     """Courses that go one way, over a record of ``end``."""
     steady = [(c, None) for c in (*STEADY, "quadratic")]
     return [*steady, *((c, end * r) for c in ("rise", "decay") for r in RISES)]
@@ -168,11 +166,11 @@ def _swinging(states: States, periods: Sequence[float]) -> list[Form]:
     beta = ("beta",) if np.any(states.beta) else ()
     names = (*beta, "y", "alpha", "kappa")
     back = [Form(n, course="wave", at=at) for n in names for at in periods if shortest < at < 2.0 * end]
-    creeping = [Form(n, course="decay", at=end * r) for n in beta for r in RISES]  # what rings, damped by much
-    return rings(states, ("none", *beta)) + creeping + back
+    creeping = [Form(n, course="decay", at=end * r) for n in beta for r in RISES]  # a strongly damped wave
+    return decaying_waves(states, ("none", *beta)) + creeping + back
 
 
-def rings(states: States, names: tuple[str, ...]) -> list[Form]:
+def decaying_waves(states: States, names: tuple[str, ...]) -> list[Form]:
     """Waves that fade."""
     end, shortest = float(states.s[-1]), SHORTEST * float(states.s[1] - states.s[0])
     lengths = end / RATIO ** np.arange(0.0, np.log(end / shortest) / np.log(RATIO))
@@ -185,17 +183,17 @@ def rings(states: States, names: tuple[str, ...]) -> list[Form]:
     ]
 
 
-def windows(states: States, names: tuple[str, ...]) -> list[Form]:
+def intervals(states: States, names: tuple[str, ...]) -> list[Form]:
     """What acts for a while only."""
     end = float(states.s[-1])
     starts = [(w, at) for w in WIDE for at in np.arange(0.05, 0.97 - w, max(w, 0.1) / 1.5)]
     return [Form(n, course="interval", at=float(end * at), wide=end * w) for n in names for w, at in starts]
 
 
-def stretches(kind: str) -> list[Form]:
-    """What a stretch of the belt carries, all round it: grip that it lacks, stiffness, or a bend of its own."""
+def belt_sections(kind: str) -> list[Form]:
+    """What a section of the belt carries, all round it: grip that it lacks, stiffness, or a bend of its own."""
     names = ("none",) if kind in STIFFNESS else ("alpha", "kappa", *(("none",) if kind == "turn" else ()))
-    places = [(float(at), wide) for wide in STRETCHES for at in np.arange(0.5, 1.5 - 1e-9, 0.5 * wide)]
+    places = [(float(at), wide) for wide in SECTIONS for at in np.arange(0.5, 1.5 - 1e-9, 0.5 * wide)]
     return [Form(n, course="belt_section", at=at, wide=wide) for n in names for at, wide in places]
 
 
@@ -206,10 +204,10 @@ def waves(states: States, names: tuple[str, ...]) -> list[Form]:
     return [Form(n, course="wave", at=end / c) for n in names for c in count]
 
 
-def _of_state(states: States, names, courses, *, shapes: bool) -> list[Form]:
+def _of_state(states: States, names, courses) -> list[Form]:
     found = [Form(n, course=c, at=a) for n in names for c, a in courses]
-    for n in names if shapes else ():
+    for n in names:
         largest = float(np.abs(getattr(states, n)).max())
         found += [Form(n, shape=s) for s in ("signed_square", "square", "cube")]
-        found += [Form(n, shape=s, knee=b * largest) for s in SHAPED for b in KNEES]
+        found += [Form(n, shape=s, knee=b * largest) for s in WITH_KNEE for b in KNEES]
     return found

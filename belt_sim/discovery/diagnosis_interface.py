@@ -1,4 +1,4 @@
-"""The search for unknown laws, as a diagnosis asks for it (``belt_sim.diagnosis.evidence``)."""
+"""The search for unknown laws as a diagnosis asks for it (``belt_sim.diagnosis.evidence``)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ from belt_sim.diagnosis.decision.table import LawEvidence, UnknownEvidence
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.describe import describe
-from belt_sim.discovery.discover import Discovered, discover
-from belt_sim.discovery.search import Scored, distinct, exponents_of, singles
-from belt_sim.discovery.survey import Survey, survey_of
-from belt_sim.discovery.words import formula
+from belt_sim.discovery.law_search import SearchOutcome, search_law
+from belt_sim.discovery.law_words import formula
+from belt_sim.discovery.linear_search import ScoredLaw, distinct_families, exponents_of, single_term_laws
+from belt_sim.discovery.search_data import SearchData, search_data_of
 from belt_sim.results.discovery import Discovery
 
 LAWS = 12  # that are compared in the linear range
@@ -23,29 +23,29 @@ LAWS = 12  # that are compared in the linear range
 class MarchedLaw:
     """What a search has found beside a fit."""
 
-    discovered: Discovered
+    outcome: SearchOutcome
 
     @property
     def law(self) -> LawEvidence | None:
         """The law as the march has it; None where none describes what is there."""
-        made = self.discovered.refit
-        return None if made is None else _law(Scored(made.scored.law, made.gain, made.worth))
+        made = self.outcome.best
+        return None if made is None else _law(ScoredLaw(made.scored.law, made.gain, made.worth))
 
     @property
     def fit(self) -> Fit | None:
         """The joint fit with the law; None where there is no law."""
-        made = self.discovered.refit
+        made = self.outcome.best
         return None if made is None else made.fit
 
     @property
     def bench(self) -> Workbench:
         """The workbench of that fit."""
-        made = self.discovered.refit
-        return self.discovered.survey.bench if made is None else made.bench
+        made = self.outcome.best
+        return self.outcome.data.bench if made is None else made.bench
 
     def describe(self, probability: float, config: Any = None) -> Discovery:
         """The result; probability: that something unknown is there."""
-        return describe(self.discovered, probability, config=config)
+        return describe(self.outcome, probability, config=config)
 
 
 @dataclass(frozen=True)
@@ -56,29 +56,29 @@ class LawSearch:
 
     def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range."""
-        return unknown_evidence(survey_of(bench, fit, among))
+        return unknown_evidence(search_data_of(bench, fit, among))
 
     def law(self, bench: Workbench, fit: Fit) -> MarchedLaw:
         """The law of what is seen beside a fit."""
-        return MarchedLaw(discover(survey_of(bench, fit), self.tell))
+        return MarchedLaw(search_law(search_data_of(bench, fit), self.tell))
 
 
-def unknown_evidence(survey: Survey) -> UnknownEvidence:
-    """The evidence of free courses and of single laws.
+def unknown_evidence(data: SearchData) -> UnknownEvidence:
+    """The evidence of latent inputs and of laws of one term, in the linear range.
 
-    A course at one sensor that is another in every run is no law: it is that instrument's wander.
+    A latent input at one sensor that differs from run to run is no law: it is that instrument's wander.
     """
-    ones = singles(survey)
-    courses = [c.gain for c in survey.courses() if not (c.place.kind == "sensor" and c.pool == "each run")]
+    ones = single_term_laws(data)
+    latent_gains = [c.gain for c in data.latent_inputs() if not (c.place.kind == "sensor" and c.pool == "each run")]
     return UnknownEvidence(
-        beside=frozenset(survey.fit.ids),
-        courses=np.array(courses),
-        laws=tuple(_law(s) for s in distinct(ones, LAWS)),
-        tried=max(len(ones) / len(exponents_of(survey)), 1.0),
+        beside=frozenset(data.fit.ids),
+        courses=np.array(latent_gains),
+        laws=tuple(_law(s) for s in distinct_families(ones, LAWS)),
+        tried=max(len(ones) / len(exponents_of(data)), 1.0),
     )
 
 
-def _law(scored: Scored) -> LawEvidence:
+def _law(scored: ScoredLaw) -> LawEvidence:
     terms = scored.law.terms
     return LawEvidence(
         words=f"{terms[0].place.words}: {formula(scored.law)}",

@@ -5,9 +5,8 @@ import pytest
 from small_discovery import MODEL, campaign, effect_of, surveyed
 
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.discovery.loop import closed, states_with
-from belt_sim.discovery.rounds import Loop
-from belt_sim.discovery.search import fitted
+from belt_sim.discovery.closed_loop import LoopResponses, fit_closed_loop, states_with
+from belt_sim.discovery.linear_search import fit_sizes
 from belt_sim.effects.law_terms import Form, Law, Term, stop
 
 #: a crown that steers the belt [1/m^2], and a belt that slides by much of its angle: what they make is not what the
@@ -31,22 +30,22 @@ def law_of(place: str, form: Form) -> Law:
 
 def marched(law: Law, size: float) -> np.ndarray:
     """Whitened readings that a law adds in the march."""
-    survey = surveyed("yaw_creep")
-    cls = effect_of(survey, law, [size])
+    data = surveyed("yaw_creep")
+    cls = effect_of(data, law, [size])
     forward = workbench(campaign("yaw_creep"), MODEL, [cls]).forward
     names = [slot.name for slot in forward.slots]
     vector = forward.null()
     vector[names.index("size")] = size / forward.slots[names.index("size")].scale
     there = forward.values(np.stack([vector, forward.null()]))
-    return survey.ground.white((there[0] - there[1])[None])[0]
+    return data.projector.whiten((there[0] - there[1])[None])[0]
 
 
 @pytest.mark.parametrize("place", STEERING)
 def test_a_law_that_steers_itself_does_what_the_march_does(place):
     form, size = STEERING[place]
-    survey, law = surveyed("yaw_creep"), law_of(place, form)
-    made, whole = closed(Loop(survey), law, [size], steps=0), marched(law, size)
-    open_loop = size * survey.columns(law)[0]
+    data, law = surveyed("yaw_creep"), law_of(place, form)
+    made, whole = fit_closed_loop(LoopResponses(data), law, [size], steps=0), marched(law, size)
+    open_loop = size * data.columns(law)[0]
     assert np.linalg.norm(made.readings - whole) < 0.03 * np.linalg.norm(whole)
     assert np.linalg.norm(open_loop - whole) > 0.1 * np.linalg.norm(whole)
 
@@ -54,8 +53,8 @@ def test_a_law_that_steers_itself_does_what_the_march_does(place):
 @pytest.mark.parametrize("place", STRONG)
 def test_a_law_that_steers_against_what_it_reads_by_much_is_followed(place):
     form, size = STRONG[place]
-    survey, law = surveyed("yaw_creep"), law_of(place, form)
-    made, whole = closed(Loop(survey), law, [size], steps=0), marched(law, size)
+    data, law = surveyed("yaw_creep"), law_of(place, form)
+    made, whole = fit_closed_loop(LoopResponses(data), law, [size], steps=0), marched(law, size)
     assert made is not None
     assert made.sizes[0] == size
     assert np.linalg.norm(made.readings - whole) < 0.05 * np.linalg.norm(whole)
@@ -63,18 +62,18 @@ def test_a_law_that_steers_against_what_it_reads_by_much_is_followed(place):
 
 def test_a_belt_that_runs_away_is_brought_back_or_given_up():
     law = law_of("turn_tail", Form("y"))
-    made = closed(Loop(surveyed("yaw_creep")), law, [-1e3])
+    made = fit_closed_loop(LoopResponses(surveyed("yaw_creep")), law, [-1e3])
     assert made is None or abs(made.sizes[0]) < 1e3
 
 
 def test_the_fit_in_closed_loop_finds_what_was_made_with_it():
-    survey, law = surveyed("yaw_creep"), law_of("yaw_tail", Form("beta", course="rise", at=12.0))
-    _, sizes, _ = fitted(survey, survey.columns(law))
-    made = closed(Loop(survey), law, sizes)
+    data, law = surveyed("yaw_creep"), law_of("yaw_tail", Form("beta", course="rise", at=12.0))
+    _, sizes = fit_sizes(data, data.columns(law))
+    made = fit_closed_loop(LoopResponses(data), law, sizes)
     assert made.gain > 0.9 * 25.0**2
-    states = states_with(Loop(survey), made)
-    assert np.abs(states.y - survey.states.y).max() > 1e-5
-    assert states.beta is survey.states.beta
+    states = states_with(LoopResponses(data), made)
+    assert np.abs(states.y - data.states.y).max() > 1e-5
+    assert states.beta is data.states.beta
 
 
 def test_what_sticks_follows_and_slides():
@@ -84,9 +83,9 @@ def test_what_sticks_follows_and_slides():
 
 def test_a_pull_acts_where_the_belt_is_bent_as_it_is_then():
     """At first order in the pull, which is no first order in where the belt runs."""
-    survey, law, size = surveyed("yaw_creep"), law_of("tension", Form("none")), -0.05
+    data, law, size = surveyed("yaw_creep"), law_of("tension", Form("none")), -0.05
     whole = marched(law, size)
-    off = [np.linalg.norm(r - whole) for r in (closed(Loop(survey), law, [size], steps=0).readings,
-                                               size * survey.columns(law)[0])]  # fmt: skip
+    off = [np.linalg.norm(r - whole) for r in (fit_closed_loop(LoopResponses(data), law, [size], steps=0).readings,
+                                               size * data.columns(law)[0])]  # fmt: skip
     assert off[0] < 0.4 * off[1]
     assert off[0] < 0.06 * np.linalg.norm(whole)

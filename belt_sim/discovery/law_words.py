@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.discovery.forms import form_values
-from belt_sim.discovery.refit import Refit
-from belt_sim.discovery.survey import Survey
+from belt_sim.discovery.form_dictionary import form_values
+from belt_sim.discovery.march_fit import MarchFit
+from belt_sim.discovery.search_data import SearchData
 from belt_sim.effects.law_terms import SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Law, Term, tagged
 from belt_sim.results import words
 from belt_sim.results.discovery import FoundLaw
@@ -108,13 +108,13 @@ def _sized(value: float, u: float) -> str:
     return text if text.startswith("(") else f"({text})"
 
 
-def looks_like(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
+def looks_like(data: SearchData, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
     """What kind of thing usually has such a law; empty when nothing comes to mind.
 
     What has not begun to settle when the record ends has no time constant, and is no creep.
     """
     t = law.terms[0]
-    if rate := _steady_rate(survey, t, numbers):
+    if rate := _steady_rate(data, t, numbers):
         return f"{_thing(t.place.kind)} that drifts at a steady rate of {rate}"
     kind, v, shape, course = t.place.kind, t.form.variable, t.form.shape, t.form.course
     if t.place.kind in STIFFNESS:
@@ -124,7 +124,7 @@ def looks_like(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, 
     if course == "belt_section":
         return "a stretch of the belt that is unlike the rest: greasy, worn or mended"
     if course == "wave":
-        return _wave(survey, float(t.form.at or 0.0))
+        return _wave(data, float(t.form.at or 0.0))
     if v in ("none", "yaw_set"):
         slow = (
             "it warms up or settles"
@@ -157,12 +157,12 @@ def _thing(kind: str) -> str:
     return (thing | dict.fromkeys(STIFFNESS, "a belt")).get(kind, "the surface of a pulley")
 
 
-def _steady_rate(survey: Survey, t: Term, numbers: dict[str, tuple[float, float, str]]) -> str:
+def _steady_rate(data: SearchData, t: Term, numbers: dict[str, tuple[float, float, str]]) -> str:
     """The rate at which a term of time alone, or of the yaw, grows all along the record; empty where it does not."""
     if t.form.variable not in ("none", "yaw_set", "beta") or "size" not in numbers or t.form.timed:
         return ""
     at = numbers.get("at", (0.0,))[0]
-    if t.form.course != "linear" and not (t.form.course == "rise" and at > float(survey.states.s[-1])):
+    if t.form.course != "linear" and not (t.form.course == "rise" and at > float(data.states.s[-1])):
         return ""
     rate = numbers["size"][0] / (1.0 if t.form.course == "linear" else at)
     unit = "1" if t.form.variable == "beta" and t.place.unit == "rad" else t.place.unit
@@ -183,8 +183,8 @@ def _stiffness(t: Term) -> str:
     return "a cross-section unlike the sheet's: residual stress, curl, worn or cracked edges"
 
 
-def _wave(survey: Survey, at: float) -> str:
-    rig = survey.bench.samples.cases.rig
+def _wave(data: SearchData, at: float) -> str:
+    rig = data.bench.samples.cases.rig
     parts = {
         "one turn of the tail pulley": 2.0 * math.pi * float(rig.tail_radius),
         "one turn of the head pulley": 2.0 * math.pi * float(rig.head_radius),
@@ -197,44 +197,44 @@ def _wave(survey: Survey, at: float) -> str:
     return "something that repeats, but with no part of the machine that the sheet knows"
 
 
-def sentence(survey: Survey, refit: Refit, law: FoundLaw, rms: Change, *, worse: str = "") -> str:
+def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, worse: str = "") -> str:
     """The law in sentences: place, terms with all numbers, parity, tension, by how much the error falls, what it looks
     like; worse: what it predicts worse than no law does.
     """
-    said = _place_and_terms(survey, refit)
-    numbers = refit.estimates()
-    said += _middles(survey, refit.scored.law, numbers) + _limits(refit, numbers)
+    said = _place_and_terms(data, made)
+    numbers = made.estimates()
+    said += _middles(data, made.scored.law, numbers) + _limits(made, numbers)
     said += f"; {law.parity} in yaw" if law.parity != "mixed" else "; neither odd nor even in yaw"
-    value, u = refit.exponent
+    value, u = made.exponent
     powers = [numbers[n][0] for n in ("exponent", "exponent_2") if n in numbers]
     if u > 0.0 and not powers[0]:
         known = abs(value) < 2.0 * u and u < 0.4
         said += f"; {'no dependence on' if known else 'may depend on'} tension (exponent {words.with_u(value, u)})"
     if any(powers):
-        said += f"; sizes hold at {words.tension(survey.tension)} N/mm²"
+        said += f"; sizes hold at {words.tension(data.tension)} N/mm²"
     said += f". With it the rms error falls from {words.thousandths(rms.before)} to {words.thousandths(rms.after)} mm"
     said += f"; {worse}" if worse else ""
     return f"{said}. It looks like {law.looks_like}." if law.looks_like else f"{said}."
 
 
-def _place_and_terms(survey: Survey, refit: Refit) -> str:
-    law, numbers = refit.scored.law, refit.estimates()
+def _place_and_terms(data: SearchData, made: MarchFit) -> str:
+    law, numbers = made.scored.law, made.estimates()
     if len({t.place.name for t in law.terms}) == 1 and law.terms[0].place.kind in STIFFNESS:
-        how = _by_how_much(survey, law, numbers)
+        how = _by_how_much(data, law, numbers)
         return f"The {law.terms[0].place.words} is {how}: relative change {formula(law, numbers)}"
     by_place = dict.fromkeys(t.place.words for t in law.terms)
     return f"The {words.listed(list(by_place))} lacks {formula(law, numbers)}"
 
 
-def _by_how_much(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
+def _by_how_much(data: SearchData, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
     """By how much a stiffness is lower or higher than in the model, at every tension (five at most)."""
-    change = _change(survey, law, numbers)
+    change = _change(data, law, numbers)
     steady = all(t.form.course == "constant" and t.form.variable in ("none", "sigma") for t in law.terms)
-    tensions = np.unique(survey.stated_tension)
+    tensions = np.unique(data.stated_tension)
     some = tensions[np.unique(np.linspace(0, len(tensions) - 1, MOST).round().astype(int))]
     found = []
     for tension in some:
-        rows = change[survey.stated_tension == tension]
+        rows = change[data.stated_tension == tension]
         found.append(float(rows.ravel()[np.argmax(np.abs(rows))]))
     signs = {x > 0.0 for x in found if abs(x) > SLIGHT}
     up_to = "" if steady else "up to "
@@ -247,41 +247,41 @@ def _by_how_much(survey: Survey, law: Law, numbers: dict[str, tuple[float, float
     return f"another than in the model: {', '.join(by)}"
 
 
-def _change(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, str]]) -> np.ndarray:
+def _change(data: SearchData, law: Law, numbers: dict[str, tuple[float, float, str]]) -> np.ndarray:
     """The relative change (R, J) that a law of a stiffness is, at the pulley where it is the larger."""
     found: list[np.ndarray] = []
     for _, part in law.terms[0].place.parts:
         total: Any = 0.0
         for k, t in enumerate(law.with_numbers({name: value for name, (value, *_) in numbers.items()}).terms):
             halves = [("cos", t.form), ("sin", t.form.sine())] if t.form.is_wave else [("size", t.form)]
-            own = sum(numbers[tagged(n, k)][0] * form_values(f, survey.states, part, None) for n, f in halves)
-            total = total + own * survey.weight(t.exponent)[:, None]
+            own = sum(numbers[tagged(n, k)][0] * form_values(f, data.states, part, None) for n, f in halves)
+            total = total + own * data.weight(t.exponent)[:, None]
         found.append(np.asarray(total))
     return np.maximum(np.where(np.abs(found[0]) >= np.abs(found[1]), *found), -1.0)
 
 
-def _middles(survey: Survey, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
+def _middles(data: SearchData, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
     """Where on the belt the stretches of a law are, to be found there; empty where it has none."""
     said = ""
     for k, t in enumerate(law.terms):
         if t.form.carried:
             value, u, _ = numbers["at" if k == 0 else f"at_{k + 1}"]
             if t.place.kind in STIFFNESS:  # it is at work while it is in the span, and runs up at the end of that
-                rig = survey.bench.samples.cases.rig
+                rig = data.bench.samples.cases.rig
                 value += 0.5 * float(rig.span_length) / float(rig.belt_length)
             said += f"; the middle of the stretch runs up the tail pulley {words.with_u(value % 1.0, u)} "
             said += "belt lengths after the start of a forward run"
     return said
 
 
-def _limits(refit: Refit, numbers: dict[str, tuple[float, float, str]]) -> str:
+def _limits(made: MarchFit, numbers: dict[str, tuple[float, float, str]]) -> str:
     """Size times knee of terms of which the readings know no more; empty where they know the size too."""
     said = ""
-    for k, t in enumerate(refit.scored.law.terms):
+    for k, t in enumerate(made.scored.law.terms):
         tag = "" if k == 0 else f"_{k + 1}"
         if t.form.shape == "saturation" and t.form.course in PLAIN:
             size, u, _ = numbers[f"size{tag}"]
             if abs(size) < KNOWN * u:
-                product = words.with_u(*refit.limit(tag), t.place.unit)
+                product = words.with_u(*made.limit(tag), t.place.unit)
                 said += f"; of its size and its knee only the product is known: {product}"
     return said

@@ -6,40 +6,39 @@ import numpy as np
 import pytest
 from small_discovery import surveyed
 
-from belt_sim.discovery.choose import bent, choose
-from belt_sim.discovery.loop import closed
-from belt_sim.discovery.rounds import Loop
-from belt_sim.discovery.survey import Survey
+from belt_sim.discovery.closed_loop import LoopResponses, fit_closed_loop
+from belt_sim.discovery.search_data import SearchData
+from belt_sim.discovery.selection import choose_law, laws_with_both_slopes
 from belt_sim.effects.law_terms import Form, Law, Term
 
 
-def made_with(*terms: tuple[str, Form, float]) -> Survey:
+def made_with(*terms: tuple[str, Form, float]) -> SearchData:
     """A survey whose readings are noise and terms of so many sigma."""
-    survey = surveyed("yaw_creep")
-    rows = [survey.columns(Law((term(survey, name, form),)))[0] for name, form, _ in terms]
+    data = surveyed("yaw_creep")
+    rows = [data.columns(Law((term(data, name, form),)))[0] for name, form, _ in terms]
     noise = np.random.default_rng(0).standard_normal(rows[0].shape)
     whole = sum(d * row / np.linalg.norm(row) for row, (_, _, d) in zip(rows, terms, strict=True))
-    return replace(survey, ground=replace(survey.ground, residual=noise + whole), kept={})
+    return replace(data, projector=replace(data.projector, residual=noise + whole), kept={})
 
 
-def term(survey: Survey, name: str, form: Form) -> Term:
-    return Term(next(p for p in survey.places if p.name == name), form)
+def term(data: SearchData, name: str, form: Form) -> Term:
+    return Term(next(p for p in data.places if p.name == name), form)
 
 
 def test_what_dies_away_after_a_step_without_a_swing_is_one_law():
-    survey = made_with(("turn_tail", Form("beta", course="decay", at=9.0), 60.0))
-    (best,) = choose(survey, survey.courses()[0]).best.law.terms
+    data = made_with(("turn_tail", Form("beta", course="decay", at=9.0), 60.0))
+    (best,) = choose_law(data, data.latent_inputs()[0]).best.law.terms
     assert best.family == ("turn_tail", "beta", "linear", "decay")
     assert best.form.at == pytest.approx(9.0, rel=0.1)
 
 
 @pytest.mark.long
 def test_the_simple_law_is_tried_elsewhere_too_where_one_of_two_terms_is_ahead():
-    survey = made_with(
+    data = made_with(
         ("turn_tail", Form("beta", course="decay", at=9.0), 60.0),
         ("turn_tail", Form("none", course="wave", at=5.0), 20.0),
     )
-    choice = choose(survey, survey.courses()[0])
+    choice = choose_law(data, data.latent_inputs()[0])
     assert len(choice.best.law.terms) == 2
     laws = [s.law.terms[0] for s in choice.judged if len(s.law.terms) == 1]
     assert len({t.place.name for t in laws if t.family[1:] == ("beta", "linear", "decay")}) > 4
@@ -47,15 +46,15 @@ def test_the_simple_law_is_tried_elsewhere_too_where_one_of_two_terms_is_ahead()
 
 def test_a_law_that_bends_is_sought_with_a_slope_on_either_side():
     """Neither of its terms by itself says much of it: they nearly cancel, and each is a poor start for the other."""
-    survey = surveyed("yaw_creep")
-    loop, knee = Loop(survey), 0.2 * float(np.abs(survey.states.alpha).max())
+    data = surveyed("yaw_creep")
+    loop, knee = LoopResponses(data), 0.2 * float(np.abs(data.states.alpha).max())
     straight, flat = Form("alpha"), Form("alpha", shape="saturation", knee=knee)
-    terms = [term(survey, "drift_tail", form) for form in (straight, flat)]
-    made = closed(loop, Law(tuple(terms)), [0.5, -1.2], steps=0)
-    loop = Loop(replace(survey, ground=replace(survey.ground, residual=made.readings), kept={}))
-    one = closed(loop, Law((term(survey, "drift_tail", replace(flat, shape="dead_zone")),)), [0.3])
-    (found,) = bent(loop, [one])
+    terms = [term(data, "drift_tail", form) for form in (straight, flat)]
+    made = fit_closed_loop(loop, Law(tuple(terms)), [0.5, -1.2], steps=0)
+    loop = LoopResponses(replace(data, projector=replace(data.projector, residual=made.readings), kept={}))
+    one = fit_closed_loop(loop, Law((term(data, "drift_tail", replace(flat, shape="dead_zone")),)), [0.3])
+    (found,) = laws_with_both_slopes(loop, [one])
     assert [t.form.shape for t in found.law.terms] == ["linear", "saturation"]
     assert found.gain > one.gain + 10.0
     assert found.sizes == pytest.approx([0.5, -1.2], rel=0.1)
-    assert bent(loop, [closed(loop, Law((terms[0],)), [0.3])]) == []
+    assert laws_with_both_slopes(loop, [fit_closed_loop(loop, Law((terms[0],)), [0.3])]) == []

@@ -1,0 +1,408 @@
+"""The closed loop without a march: a law that reads the state which it moves, solved with the impulse responses.
+
+At fixed tension the march is linear in small inputs, so that state = base + responses(u(state)): a Volterra equation.
+Fixed-point iteration solves it along every run for many sets of numbers at once; each iteration is a convolution.
+Gauss-Newton steps fit the numbers. A law is judged by what it does, not by how well it goes with the measured state,
+which holds the work of the unknown itself. Arrays are (R, F, J): runs, sets of numbers, cells.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+
+from belt_sim.discovery.design import curvature_per_change, curve_row, single_precision
+from belt_sim.discovery.form_dictionary import travel_of, variable
+from belt_sim.discovery.impulse_responses import CHANNELS, MOMENT, drift_at
+from belt_sim.discovery.linear_search import ScoredLaw, cost, fit_sizes
+from belt_sim.discovery.search_data import SearchData
+from belt_sim.discovery.states import States
+from belt_sim.effects.law_terms import WRAPPED, Form, Law, Term, stop
+
+ITERATIONS = 60  # at most; those of a Volterra equation converge
+DAMPING = 0.3  # share of a step, where whole steps do not converge
+CLOSE = 1e-5  # of the largest state, between iterations
+FURTHEST = 10.0  # times the largest state: a belt that has run away
+STEPS = 8  # of the fit
+LEAST_FALL, LEAST_SHARE = 0.05, 1e-4  # chi2 and share of it, between steps
+SHORTER = 4  # halvings of a step
+NUDGE = 1e-3  # of a number, for derivatives
+LONGEST = 3.0  # records, of a length
+NUMBERS = ("knee", "at", "wide")
+
+#: a law with some shape numbers, and its sizes
+Sized = tuple[Law, np.ndarray]
+#: whitened readings (F, R, m) of sets of numbers, and the states with the first
+Run = tuple[np.ndarray, States]
+#: a variable, and the pulley or signal where it is read
+Read = tuple[str, int]
+
+
+@dataclass(frozen=True)
+class LoopResponses:
+    """The spectra of the impulse responses of what laws read, kept once they are computed."""
+
+    data: SearchData
+    kept: dict = field(default_factory=dict)
+
+    def spectrum(self, name: str, where: int, channel: str) -> np.ndarray:
+        """Spectrum (R, 1, w) of what an input in one cell of a channel adds to a variable at a pulley or sensor."""
+        key = (name, where, channel)
+        if key not in self.kept:
+            rows = np.stack([self._row(r, *key) for r in range(len(self.data.states.tension))])
+            self.kept[key] = rfft(single_precision(rows), self.length)[:, None]
+        return self.kept[key]
+
+    @property
+    def length(self) -> int:
+        """Length of the transforms: no end of a record reaches its beginning."""
+        return next_fast_len(2 * len(self.data.design.grid), real=True)
+
+    def _row(self, run: int, name: str, where: int, channel: str) -> np.ndarray:
+        s, grid = self.data, self.data.design.grid
+        row = where if name != "kappa" else MOMENT + where
+        if name == "reading":
+            row = curve_row(s.bench.samples.signals[where].at, s.bench.samples.runs[run].direction)
+        pulse = s.responses.pulses[run, CHANNELS.index(channel)]
+        if name in s.states.changes:
+            seen = curvature_per_change(s.states.changes[name].per_end[run, None, :3], pulse[None, :MOMENT])[0, where]
+        else:
+            seen = pulse[row]
+        found = s.responses.at(seen, grid + grid[1] - grid[0])[:, 1]
+        return found / float(s.bench.samples.cases.belt.bending_stiffness) if name == "kappa" else found
+
+
+def run_loop(loop: LoopResponses, laws: Sequence[Sized], begin: States | None = None) -> Run | None:
+    """Whitened readings that a law makes with each set of its numbers, and the states with the first; None where a belt
+    runs away. begin: states that the iteration starts from."""
+    data, law = loop.data, laws[0][0]
+    base, reads = data.states, _read_by(law, data.states)
+    inputs = _inputs(data, laws)
+    largest = {r: float(np.abs(base.values(r[0])).max()) + 1e-12 for r in reads if r[0] != "reading_rate"}
+    at = {read: _at(begin or base, read) for read in reads}
+    still = _added(loop, _acting(law, inputs(at), coupled=False), reads)
+    unread = {read: _at(base, read) + still[read] for read in reads}
+
+    def moved(at: dict[Read, np.ndarray]) -> dict[Read, np.ndarray]:
+        added = _added(loop, _acting(law, inputs(at), coupled=True), reads)
+        return {read: unread[read] + added[read] for read in reads}
+
+    settled = _solve(moved, at, largest)
+    if settled is None:
+        return None
+    felt = inputs(settled)
+    readings = np.zeros((len(laws), *data.projector.residual.shape))
+    for term, parts in zip(law.terms, felt, strict=True):
+        whole = [np.broadcast_to(u, (len(base.tension), len(laws), len(base.s))).swapaxes(0, 1) for u in parts]
+        readings += data.design.place_columns(term.place, whole)
+    return readings, _with(base, {r: x[:, 0] for r, x in settled.items()})
+
+
+def _solve(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float]) -> dict | None:
+    """What is read, once iterations have converged; None where a belt runs away.
+
+    For a law that steers against what it reads by as much or more, whole steps swing ever further though the belt does
+    not: then they are damped.
+    """
+    if not at:
+        return at
+    whole = _iterate(moved, at, largest, 1.0)
+    return whole if whole is not None else _iterate(moved, at, largest, DAMPING)
+
+
+def _iterate(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float], part: float):
+    """What is read after damped steps; None where it goes too far, or does not converge."""
+    for _ in range(int(ITERATIONS / part)):
+        step = {read: x - at[read] for read, x in moved(at).items()}
+        off = _largest({r: step[r] for r in largest}, largest)
+        at = {read: at[read] + part * step[read] for read in at}
+        if not _largest(at, largest) < FURTHEST:
+            return None
+        if off < CLOSE:
+            return at
+    return None
+
+
+def states_at_work(loop: LoopResponses, law: Law, sizes: np.ndarray, states: States) -> States:
+    """All states with a law at work, whatever the law reads; states: those that it reads."""
+    data = loop.data
+    felt = _inputs(data, [(law, sizes)])({r: _at(states, r) for r in _read_by(law, states)})
+    sensors = [k for k, s in enumerate(data.bench.samples.signals) if s.kind == "lateral"]
+    reads = [(n, k) for n in ("y", "alpha", "kappa", *states.bent) for k in (0, 1)]
+    reads += [(n, k) for k in sensors for n in ("reading", "reading_rate")]
+    added = _added(loop, _acting(law, felt), reads)
+    return _with(data.states, {r: _at(data.states, r)[:, 0] + added[r][:, 0] for r in reads})
+
+
+def _inputs(data: SearchData, laws: Sequence[Sized]) -> Callable[[dict[Read, np.ndarray]], list[list[np.ndarray]]]:
+    """A function that gives the input (R, F, J) of every part of every term, from what the law reads."""
+    first = laws[0][0]
+    left, sizes = 0, np.stack([s for _, s in laws])
+    factors: list[list[np.ndarray]] = []
+    for k, t in enumerate(first.terms):
+        count = t.sizes
+        forms, own = [law.terms[k].form for law, _ in laws], sizes[:, left : left + count]
+        left += count
+        factors.append([_factor(data, t, forms, own, *part) for part in t.place.parts])
+
+    def inputs(at: dict[Read, np.ndarray]) -> list[list[np.ndarray]]:
+        found = []
+        for k, (t, own) in enumerate(zip(first.terms, factors, strict=True)):
+            forms = [law.terms[k].form for law, _ in laws]
+            found.append(
+                [_driven(data.states, t, forms, u, at, *part) for u, part in zip(own, t.place.parts, strict=True)]
+            )
+        return found
+
+    return inputs
+
+
+def _factor(data: SearchData, t: Term, forms: list[Form], sizes: np.ndarray, channel: str, part: int | None):
+    """Everything in a term's input (R, F, J) that does not depend on the state."""
+    states = data.states
+    s = travel_of(states, t.form, part)[:, None]
+    halves = [t.form, t.form.sine()][: sizes.shape[1]]
+    with np.errstate(over="ignore"):  # of what has faded away
+        course = sum(
+            size[:, None] * half.along(s, np, _column(forms, "at"), _column(forms, "wide"))
+            for half, size in zip(halves, sizes.T, strict=True)
+        )
+    found = course * data.weight(t.exponent)[:, None, None]
+    share = states.span_share(t.place, part)
+    gain = np.asarray(share if t.place.relative else states.channel_gain(t.place, channel, part))
+    found = found * (gain[:, None] if gain.ndim else gain)
+    if t.form.reads_belt:
+        return found
+    return found * _shaped(forms, variable(states, t.form.variable, part, channel)[:, None])
+
+
+def _driven(states: States, t: Term, forms: list[Form], u: np.ndarray, at: dict[Read, np.ndarray], channel, part):
+    """A factor u times the shape of what the term reads, and times how far the span is bent that it changes."""
+    variable_read, bent = _reads(t, states, channel, part)
+    if variable_read is not None:
+        x = at[variable_read]
+        u = u * _shaped(forms, states.delayed(x, part) if t.place.kind in WRAPPED and part is not None else x)
+    return u if bent is None else states.changes[t.place.relative].grown(u) * at[bent]
+
+
+def _shaped(forms: list[Form], x: np.ndarray) -> np.ndarray:
+    """The shape of what is read (R, F, J), or (R, 1, J) where every set reads the same."""
+    if forms[0].shape == "stick":
+        rows = np.broadcast_to(x, (len(x), len(forms), x.shape[-1]))
+        return np.stack([stop(rows[:, f], form.knee or 0.0) for f, form in enumerate(forms)], axis=1)
+    return forms[0].shaped(x, None, np, _column(forms, "knee"))
+
+
+def _column(forms: list[Form], number: str) -> np.ndarray | None:
+    values = [getattr(f, number) for f in forms]
+    return None if values[0] is None else np.array(values)[:, None]
+
+
+def _is_coupled(t: Term) -> bool:
+    """Whether what a term does depends on the state: it reads that, or acts where the belt is bent."""
+    return t.form.reads_belt or bool(t.place.relative)
+
+
+def _reads(t: Term, states: States, channel: str, part: int | None) -> tuple[Read | None, Read | None]:
+    """The variable that a term reads, and how far what it changes bends the span; None where it does not."""
+    where = states.signals.index(channel) if part is None else part
+    variable_read = (t.form.variable, where) if t.form.reads_belt else None
+    return variable_read, (t.place.relative, where) if t.place.relative else None
+
+
+def _read_by(law: Law, states: States) -> list[Read]:
+    """What a law reads; with the rate of a signal the signal itself."""
+    every = [r for t in law.terms for part in t.place.parts for r in _reads(t, states, *part) if r is not None]
+    found = dict.fromkeys(every)
+    return list(dict.fromkeys([*found, *(("reading", where) for name, where in found if name == "reading_rate")]))
+
+
+def _largest(x: dict[Read, np.ndarray], unit: dict[Read, float]) -> float:
+    """The largest of what is read, in units; nan where one is."""
+    return float(np.max([np.abs(x[read]).max() / size for read, size in unit.items()], initial=0.0))
+
+
+def _at(states: States, read: Read) -> np.ndarray:
+    return states.values(read[0])[:, read[1], None]
+
+
+def _acting(law: Law, felt: list[list[np.ndarray]], coupled: bool | None = None) -> list[tuple[str, np.ndarray]]:
+    """The channels of the march at which a law acts, and its inputs; coupled: of terms that depend on the state, or
+    not."""
+    return [
+        (channel, u)
+        for t, parts in zip(law.terms, felt, strict=True)
+        if coupled is None or _is_coupled(t) == coupled
+        for u, (channel, pulley) in zip(parts, t.place.parts, strict=True)
+        if pulley is not None
+    ]
+
+
+def _added(loop: LoopResponses, acting: list[tuple[str, np.ndarray]], reads: Sequence[Read]) -> dict[Read, np.ndarray]:
+    """What inputs (R, F, J) add to what is read, (R, F, J)."""
+    states, cells = loop.data.states, len(loop.data.states.s)
+    if not acting:
+        return dict.fromkeys(reads, np.zeros((len(states.tension), 1, cells)))
+    spacing, found = states.s[1] - states.s[0], {}
+    first = np.where(np.arange(cells) > 0, 1.0, 0.5).astype(np.float32)  # half a cell
+    there = [(channel, rfft(single_precision(u) * first, loop.length)) for channel, u in acting]
+
+    def seen(name: str, where: int) -> np.ndarray:
+        whole = sum(u * loop.spectrum(name, where, channel) for channel, u in there)
+        return irfft(whole, loop.length)[..., :cells]
+
+    for name, where in reads:
+        if name == "alpha":  # dy/ds = -alpha + drift
+            drift = sum(u for channel, u in acting if channel == drift_at(where))
+            found[name, where] = drift - np.gradient(seen("y", where), spacing, axis=-1)
+        elif name != "reading_rate":
+            found[name, where] = seen(name, where)
+        if ("reading_rate", where) in reads and name == "reading":
+            found["reading_rate", where] = (
+                np.gradient(found[name, where], spacing, axis=-1) * states.speed[:, None, None]
+            )
+        if name == "reading":
+            found[name, where] = found[name, where] - _at_zero(loop.data, found[name, where])
+    return found
+
+
+def _at_zero(data: SearchData, added: np.ndarray) -> np.ndarray:
+    """What is added where a sensor reads zero, (R, F, 1)."""
+    grid, runs = data.design.grid, data.bench.samples.runs
+    place = np.clip(np.array([r.yaw_at for r in runs]) / (grid[1] - grid[0]), 0.0, len(grid) - 1.001)
+    low = place.astype(int)
+    part, rows = (place - low)[:, None], np.arange(len(runs))
+    return ((1.0 - part) * added[rows, :, low] + part * added[rows, :, low + 1])[..., None]
+
+
+def _with(base: States, found: dict[Read, np.ndarray]) -> States:
+    """The states with some of them changed (R, J)."""
+    changed: dict[str, Any] = {name: base.values(name).copy() for name, _ in found}
+    for (name, where), x in found.items():
+        changed[name][:, where] = x
+    bent = {kind: changed.pop(kind, x) for kind, x in base.bent.items()}
+    return replace(base, bent=bent, **changed)
+
+
+@dataclass(frozen=True)
+class ClosedLoopFit:
+    """A law with its numbers as the closed loop has them: sizes, the chi2 explained, whitened readings (R, m) that it
+    makes, and the states with it at work."""
+
+    law: Law
+    sizes: np.ndarray
+    gain: float
+    readings: np.ndarray
+    states: States
+
+    @property
+    def score(self) -> float:
+        """What is explained less what the numbers cost."""
+        return self.gain - cost(self.law)
+
+    @property
+    def scored(self) -> ScoredLaw:
+        """As the search has it."""
+        return ScoredLaw(self.law, self.gain, self.score, tuple(self.sizes))
+
+
+def fit_closed_loop(loop: LoopResponses, law: Law, sizes, steps: int = STEPS) -> ClosedLoopFit | None:
+    """The law fitted in closed loop from ``sizes``; None where the belt runs away however small they are made."""
+    projector = loop.data.projector
+    numbers, now = _reduce_sizes(loop, law, _numbers(law, sizes))
+    if now is None:
+        return None
+    none, chi2 = projector.chi2(), projector.chi2(projector.residual - now[0][0])
+    for _ in range(steps):
+        found = _gauss_newton_step(loop, law, numbers, now, chi2)
+        if found is None:
+            break
+        before = chi2
+        numbers, now, chi2 = found
+        if before - chi2 < LEAST_FALL + LEAST_SHARE * before:
+            break
+    law, sizes = _law_with(law, numbers)
+    return ClosedLoopFit(law, sizes, none - chi2, now[0][0], now[1])
+
+
+def _reduce_sizes(loop: LoopResponses, law: Law, numbers: np.ndarray) -> tuple[np.ndarray, Run | None]:
+    """Numbers with sizes halved until the belt does not run away, and what they make."""
+    for _ in range(2 * SHORTER):
+        now = _run(loop, law, numbers[None])
+        if now is not None:
+            return numbers, now
+        numbers = np.concatenate([0.5 * numbers[: _sizes(law)], numbers[_sizes(law) :]])
+    return numbers, None
+
+
+def _gauss_newton_step(
+    loop: LoopResponses, law: Law, numbers: np.ndarray, now: Run, chi2: float
+) -> tuple[np.ndarray, Run, float] | None:
+    """Numbers after a Gauss-Newton step, what they make, and its chi2; None where no step helps."""
+    projector = loop.data.projector
+    moved = _moved(law, numbers)
+    others = _run(loop, law, moved, now[1])
+    if others is None:
+        return None
+    slopes = (others[0] - now[0]) / np.diagonal(moved - numbers)[:, None, None]
+    step = _step(loop.data, projector.residual - now[0][0], slopes)
+    for k in range(SHORTER):
+        tried = _bounded(loop.data, law, numbers, numbers + step * 0.4**k)
+        after = _run(loop, law, tried[None], now[1])
+        left = np.inf if after is None else projector.chi2(projector.residual - after[0][0])
+        if after is not None and left < chi2:
+            return tried, after, left
+    return None
+
+
+def _step(data: SearchData, residual: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """The Gauss-Newton step of the numbers, with the parameters that runs share free."""
+    beside = replace(data, projector=replace(data.projector, residual=residual))
+    return fit_sizes(beside, slopes)[1]
+
+
+def _numbers(law: Law, sizes) -> np.ndarray:
+    """Sizes of all terms, then logarithms of their shape numbers."""
+    shapes = [getattr(t.form, n) for t in law.terms for n in NUMBERS]
+    return np.array([*sizes, *(np.log(v) for v in shapes if v is not None)], dtype=float)
+
+
+def _sizes(law: Law) -> int:
+    return sum(t.sizes for t in law.terms)
+
+
+def _moved(law: Law, numbers: np.ndarray) -> np.ndarray:
+    """Sets of numbers (p, p), each with one of them moved a little."""
+    count = _sizes(law)
+    step = np.full(len(numbers), NUDGE)
+    step[:count] = NUDGE * np.maximum(np.abs(numbers[:count]), 1e-3 * np.abs(numbers[:count]).max() + 1e-12)
+    return numbers + np.diag(step)
+
+
+def _bounded(data: SearchData, law: Law, old: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """New numbers, shape numbers no further than a factor of two from the old, lengths no longer than some records."""
+    count, names = _sizes(law), [n for t in law.terms for n in NUMBERS if getattr(t.form, n) is not None]
+    longest = np.array([np.inf if n == "knee" else np.log(LONGEST * float(data.states.s[-1])) for n in names])
+    top = np.minimum(old[count:] + np.log(2.0), np.maximum(longest, old[count:]))
+    return np.concatenate([new[:count], np.clip(new[count:], old[count:] - np.log(2.0), top)])
+
+
+def _law_with(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:
+    """The law with shape numbers from ``numbers``, and its sizes."""
+    count, terms = _sizes(law), []
+    left = list(np.exp(numbers[count:]))
+    for t in law.terms:
+        changed: dict[str, Any] = {n: float(left.pop(0)) for n in NUMBERS if getattr(t.form, n) is not None}
+        terms.append(replace(t, form=replace(t.form, **changed)))
+    return Law(tuple(terms)), numbers[:count]
+
+
+def _run(loop: LoopResponses, law: Law, sets: np.ndarray, begin: States | None = None) -> Run | None:
+    return run_loop(loop, [_law_with(law, numbers) for numbers in sets], begin)
+
+
+def states_with(loop: LoopResponses, found: ClosedLoopFit) -> States:
+    """All states with a law at work, whatever the law reads."""
+    return states_at_work(loop, found.law, found.sizes, found.states)

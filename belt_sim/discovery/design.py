@@ -1,0 +1,176 @@
+"""Design matrices: what an input at a place does to the whitened readings; and what is taken out beside it.
+
+Runs are whitened one by one, so that columns of single runs can be weighted and summed at will. Parameters that runs
+share (the belt's stiffness, and the effects that are chosen already) are taken out by projection.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.noise.metric import Metric
+from belt_sim.discovery.impulse_responses import CHANNELS, TILT, ImpulseResponses, Y
+from belt_sim.effects.base import Effect
+from belt_sim.effects.law_terms import Place
+from belt_sim.effects.pipeline import true_travel
+from belt_sim.jax_setup import in_float64
+
+CHOSEN = 1e-8  # prior precision of a chosen effect's parameters, in whitened units
+
+
+@dataclass(frozen=True)
+class ResidualProjector:
+    """Inner products beside the parameters that runs share.
+
+    metric: of single runs; residual (R, m): whitened; shared (c, R, m): whitened columns of the shared parameters;
+    inverse (c, c): of their Gram matrix and prior.
+    """
+
+    metric: Metric
+    residual: np.ndarray
+    shared: np.ndarray
+    inverse: np.ndarray
+
+    @cached_property
+    def gram(self) -> np.ndarray:
+        """Gram matrix (c, c) of the shared columns, with its prior."""
+        return np.linalg.pinv(self.inverse, hermitian=True)
+
+    def whiten(self, shapes: np.ndarray) -> np.ndarray:
+        """Shapes or readings (k, R, S, n) -> (k, R, m)."""
+        runs = len(self.residual)
+        return self.metric.whiten(shapes).reshape(len(shapes), runs, -1)
+
+    def shared_products(self, rows: np.ndarray) -> np.ndarray:
+        """Products (k, R, c) of whitened rows (k, R, m) with the shared columns, run by run."""
+        return (rows.swapaxes(0, 1) @ self.shared.transpose(1, 2, 0)).swapaxes(0, 1)
+
+    @cached_property
+    def shared_residual(self) -> np.ndarray:
+        """Products (c,) of the shared columns with the residual."""
+        return np.einsum("crm,rm->c", self.shared, self.residual)
+
+    def chi2(self, residual: np.ndarray | None = None) -> float:
+        """chi2 of the residual with the shared parameters fitted."""
+        residual = self.residual if residual is None else residual
+        along = np.einsum("crm,rm->c", self.shared, residual)
+        return float(np.sum(residual**2) - along @ self.inverse @ along)
+
+
+def residual_projector(bench: Workbench, fit: Fit) -> ResidualProjector:
+    """The projector for a search of what is missing beside ``fit``."""
+    metric = replace(bench, shared=np.zeros_like(bench.shared)).metric_at(bench.levels)
+    runs = len(bench.samples.runs)
+    m = len(bench.shared)
+    shapes = np.concatenate([bench.shared, fit.slopes]) if len(fit.free) else bench.shared
+    shared = metric.whiten(shapes).reshape(len(shapes), runs, -1)
+    size = np.sqrt(np.sum(shared**2, axis=(1, 2)))
+    size[m:] = np.maximum(size[m:], 1e-12)
+    scale = np.concatenate([np.ones(m), 1.0 / size[m:]])
+    shared = shared * scale[:, None, None]
+    prior = np.concatenate([np.ones(m), np.full(len(shapes) - m, CHOSEN)])
+    gram = np.einsum("crm,drm->cd", shared, shared) + np.diag(prior)
+    residual = metric.whiten(bench.fitted.y - fit.values).reshape(runs, -1)
+    return ResidualProjector(metric, residual, shared, np.linalg.pinv(gram, hermitian=True))
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignMatrices:
+    """rows: channel, or signal of a sensor -> (J, R, m), whitened responses to an input of height 1 in each cell; grid
+    (J,): the cells' travels [m]; true (R, n + 1): true travel [m] of every sample, and where sensors read zero."""
+
+    rows: dict[str, np.ndarray]
+    grid: np.ndarray
+    true: np.ndarray
+
+    def columns(self, channel: str, inputs: np.ndarray) -> np.ndarray:
+        """Whitened columns (F, R, m) of inputs (F, R, J) at a channel."""
+        op = self.rows[channel]
+        return np.matmul(single_precision(inputs).swapaxes(0, 1), op.swapaxes(0, 1)).swapaxes(0, 1)
+
+    def place_columns(self, place: Place, inputs: Sequence[np.ndarray]) -> np.ndarray:
+        """Whitened columns (F, R, m) of inputs (F, R, J), one array a part of the place."""
+        columns = [self.columns(channel, one) for (channel, _), one in zip(place.parts, inputs, strict=True)]
+        return columns[0] if len(columns) == 1 else np.sum(columns, axis=0)
+
+
+def single_precision(x: np.ndarray) -> np.ndarray:
+    """Numbers in single precision; those too small for all its digits are 0: a few of them, as there are in what fades
+    away, make a matrix product take seven times as long.
+    """
+    found = x.astype(np.float32)
+    found[np.abs(found) < np.finfo(np.float32).tiny] = 0.0
+    return found
+
+
+def design_matrices(
+    bench: Workbench, projector: ResidualProjector, responses: ImpulseResponses, effects: Sequence[Effect]
+) -> DesignMatrices:
+    """Design matrices of all channels of the march and of every lateral sensor."""
+    samples = bench.samples
+    shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
+    true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
+    names = [*CHANNELS, *(s.name for s in samples.signals if s.kind == "lateral")]
+    rows = {n: _run_by_run(projector.whiten(_responses_at(bench, responses, true, n))) for n in names}
+    return DesignMatrices(rows=rows, grid=responses.grid, true=true)
+
+
+def _run_by_run(rows: np.ndarray) -> np.ndarray:
+    """Rows (J, R, m) in single precision, those of a run side by side in memory, as they are multiplied."""
+    return single_precision(np.ascontiguousarray(rows.swapaxes(0, 1))).swapaxes(0, 1)
+
+
+def _responses_at(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, channel: str) -> np.ndarray:
+    """What an input of height 1 in each cell of a channel or sensor adds to the readings, (J, R, S, n), in single
+    precision."""
+    if channel in CHANNELS:
+        return _channel(bench, responses, true, CHANNELS.index(channel))
+    return _sensor(bench, responses, true, [s.name for s in bench.samples.signals].index(channel))
+
+
+def curve_row(at: str, direction: float) -> int:
+    """Row of ImpulseResponses.curves that a signal at a place shows."""
+    if at in ("upper_mid_span", "lower_mid_span"):
+        return TILT + (0 if (at == "upper_mid_span") == (direction > 0) else 1)
+    points = (1, 3, 2, 4) if direction > 0 else (2, 4, 1, 3)
+    return Y + points.index(int(at[-1]))
+
+
+def _channel(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, channel: int) -> np.ndarray:
+    samples = bench.samples
+    runs, signals, n = samples.y.shape
+    found = np.zeros((len(responses.grid), runs, signals, n), np.float32)
+    for r, run in enumerate(samples.runs):
+        for s, signal in enumerate(samples.signals):
+            row = responses.pulses[r, channel, curve_row(signal.at, run.direction)]
+            read = responses.at(row.astype(np.float32), true[r])
+            found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
+    return found
+
+
+def _sensor(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, signal: int) -> np.ndarray:
+    samples = bench.samples
+    runs, signals, n = samples.y.shape
+    grid = responses.grid
+    found = np.zeros((len(grid), runs, signals, n), np.float32)
+    for r in range(runs):
+        hats = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
+        found[:, r, signal] = (hats[:-1] - hats[-1]).T
+    return found
+
+
+def curvature_per_change(per_end: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """What a relative change of what bends the spans adds to kappa at the run-ups (tail, head), (R, 2, J) [1/m].
+
+    per_end (R, 3): the same per unit of a span's boundary values; rows (R, 8, J): y and angle of the curves.
+    """
+    y, angle = rows[:, :4], rows[:, 4:8]
+    found = []
+    for up, off in ((0, 3), (1, 2)):
+        ends = np.stack([y[:, up] - y[:, off], angle[:, off], angle[:, up]], axis=1)
+        found.append(np.einsum("rk,rkj->rj", per_end, ends))
+    return np.stack(found, axis=1)

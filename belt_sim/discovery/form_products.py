@@ -1,0 +1,255 @@
+"""Inner products of the columns of all forms at a place with whitened vectors, run by run.
+
+Forms that do not depend on the state are computed once for a search: they are the same beside every state, and at every
+place of a kind. Forms that read the state are computed once for all places of a kind.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from belt_sim.discovery.design import single_precision
+from belt_sim.discovery.form_dictionary import travel_of, variable
+from belt_sim.discovery.search_data import SearchData
+from belt_sim.discovery.states import States
+from belt_sim.effects.law_terms import TRAVEL, WRAPPED, Form, Place
+
+CANCELS = 1e-4  # of what its cells do one by one: a column that is smaller is multiplied in double precision
+
+
+@dataclass(frozen=True)
+class Products:
+    """Products of a place's columns, run by run: with vectors (R, F, q), with themselves (F, R); waves (w,): which
+    forms are waves, and the same products of their other halves (R, w, q), (w, R), and of both halves (w, R).
+    """
+
+    place: Place
+    forms: list[Form]
+    with_vectors: np.ndarray
+    own: np.ndarray
+    waves: np.ndarray
+    sine_vectors: np.ndarray
+    sine: np.ndarray
+    cross: np.ndarray
+
+
+#: lengths of columns (F, R), of the other halves of waves (w, R), and products of both halves (w, R)
+Lengths = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Forms that are computed together; everything: with the sines of waves; waves: which forms are waves."""
+
+    forms: list[Form]
+    everything: list[Form]
+    waves: np.ndarray
+
+    @property
+    def depends_on_pulley(self) -> bool:
+        """Whether its forms differ from pulley to pulley."""
+        return _depends_on_pulley(self.forms[0])
+
+
+class Targets:
+    """Whitened vectors (q, R, m) as columns (R, m, q), in double and in single precision."""
+
+    def __init__(self, vectors: np.ndarray) -> None:
+        self.double = np.ascontiguousarray(vectors.transpose(1, 2, 0))
+        self.single = single_precision(self.double)
+        self._channels: dict[str, np.ndarray] = {}
+
+    def channel_products(self, data: SearchData, channel: str) -> np.ndarray:
+        """Products (R, J, q) with the responses to an input at a channel."""
+        if channel not in self._channels:
+            self._channels[channel] = data.design.rows[channel].swapaxes(0, 1) @ self.double
+        return self._channels[channel]
+
+
+def form_products(data: SearchData, place: Place, targets: Targets) -> Products:
+    """Products of all columns of a place with vectors."""
+    forms, blocks = data.cached(
+        ("forms", place.kind, place.carried, data.wide), lambda: _blocks(data, place), data.states
+    )
+    along = _sum_of_parts(data, place, lambda channel: targets.channel_products(data, channel))
+    found = [
+        _state_products(data, place, block, targets)
+        if block.depends_on_pulley
+        else _plain_products(data, place, block, along)
+        for block in blocks
+    ]
+    starts = np.cumsum([0, *(len(block.forms) for block in blocks)])
+    return Products(
+        place,
+        forms,
+        np.concatenate([p.with_vectors for p in found], axis=1),
+        np.concatenate([p.own for p in found]),
+        np.concatenate([start + p.waves for start, p in zip(starts, found, strict=False)]),
+        np.concatenate([p.sine_vectors for p in found], axis=1),
+        np.concatenate([p.sine for p in found]),
+        np.concatenate([p.cross for p in found]),
+    )
+
+
+def _blocks(data: SearchData, place: Place) -> tuple[list[Form], list[Block]]:
+    """The forms to try at a place, block by block; those of the same forms are the same."""
+    usual, rare = data.forms(place)
+    plain = [[f for f in some if not _depends_on_pulley(f)] for some in (usual, rare)]
+    lists = [*plain, [f for f in (*usual, *rare) if _depends_on_pulley(f)]]
+    blocks = [data.cached(("block", tuple(some)), partial(_block, some)) for some in lists if some]
+    return [f for block in blocks for f in block.forms], blocks
+
+
+def _depends_on_pulley(form: Form) -> bool:
+    """Whether a form reads the state at a pulley or sensor, or which part of the belt is there."""
+    return form.reads_belt or form.carried
+
+
+def _block(forms: list[Form]) -> Block:
+    waves = np.array([k for k, f in enumerate(forms) if f.is_wave], dtype=int)
+    return Block(forms, [*forms, *(forms[k].sine() for k in waves)], waves)
+
+
+def inputs_of(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
+    """Forms along every run, (R, F, J); part: the pulley, signal: the sensor."""
+    found = np.empty((len(states.tension), len(forms), len(states.s)))
+    shaped: dict[tuple, np.ndarray] = {}
+    courses: dict[tuple, np.ndarray] = {}
+    with np.errstate(over="ignore"):  # of what has faded away
+        for k, f in enumerate(forms):
+            what, when = (f.variable, f.shape, f.knee), (f.variable, f.course, f.at, f.wide, f.timed)
+            if what not in shaped:
+                x = variable(states, f.variable, part, signal)
+                shaped[what] = f.shaped(x, states.s, np)
+            if when not in courses:
+                courses[when] = f.along(travel_of(states, f, part), np)
+            np.multiply(shaped[what], courses[when], out=found[:, k])
+    return found
+
+
+def _plain_products(data: SearchData, place: Place, block: Block, along: np.ndarray) -> Products:
+    """Products of forms that do not depend on the pulley; along (R, J, q): those of an input in each cell."""
+    inputs = data.cached(("inputs", block), lambda: inputs_of(data.states, block.everything, None, None))
+    within = data.states if place.relative or place.name == TRAVEL else None  # they act on what is bent, and shown
+    lengths = data.cached(
+        ("lengths", place.name, block), lambda: _lengths(_plain_rows(data, place, block, inputs), block.waves), within
+    )
+    return _products(place, block, inputs @ along, lengths)
+
+
+def _plain_rows(data: SearchData, place: Place, block: Block, inputs: np.ndarray) -> np.ndarray:
+    """Whitened columns (R, F + w, m) of forms that do not depend on the pulley, to single precision.
+
+    Those that almost cancel are multiplied in double precision: their products with readings are, and a length that is
+    rounding would make much of them.
+    """
+    found: Any = 0.0
+    for channel, part in place.parts:
+        share = data.states.span_share(place, part)
+        if np.any(share):
+            found = found + _times_share(_plain_part(data, place, channel, part, block, inputs), share)
+    own = np.einsum("rfm,rfm->rf", found, found)
+    most = (np.abs(inputs) @ _largest_norms(data, place))[..., 0]
+    faint = np.any(own < np.square(CANCELS * most), axis=0)
+    if faint.any():
+        found[:, faint] = inputs[:, faint] @ _sum_of_parts(data, place, lambda c: data.design.rows[c].swapaxes(0, 1))
+    return np.asarray(found)
+
+
+def _plain_part(data: SearchData, place: Place, channel: str, part: int | None, block: Block, inputs) -> np.ndarray:
+    """The same at one part of a place; kept for the places of one kind, as in ``_rows``."""
+
+    def made() -> np.ndarray:
+        gain = np.asarray(data.states.channel_gain(place.of_all_spans, channel, part), dtype=np.float32)
+        op = data.design.rows[channel].swapaxes(0, 1) * (gain[..., None] if gain.ndim else gain)
+        return data.cached(("single", block), lambda: single_precision(inputs)) @ op
+
+    return _last(data, "plain", place, (channel, block), made)
+
+
+def _times_share(rows: np.ndarray, share: np.ndarray | float) -> np.ndarray:
+    """Rows (R, F, m) times the share (R, 1) of the runs in which a place acts; the same rows where that is all."""
+    return rows if np.all(share == 1.0) else rows * np.asarray(share, dtype=rows.dtype)[..., None]
+
+
+def _last(data: SearchData, what: str, place: Place, key: tuple, made: Callable[[], np.ndarray]) -> np.ndarray:
+    """What ``made`` gives for a part of a place; kept for the places of one kind, until another kind comes."""
+    last, kind = data.cached((what,), dict, data.states), place.relative or place.kind
+    if last.get("kind") != kind:
+        last.clear()
+        last["kind"] = kind
+    if key not in last:
+        last[key] = made()
+    return last[key]
+
+
+def _largest_norms(data: SearchData, place: Place) -> np.ndarray:
+    """The largest norm that a response to an input of 1 in each cell of a place can have, (R, J, 1)."""
+    found: Any = 0.0
+    for channel, part in place.parts:
+        each = data.cached(("norms", channel), partial(_norms, data.design.rows[channel]))
+        found = found + each * np.abs(data.states.channel_gain(place, channel, part))
+    return np.asarray(found)[..., None]
+
+
+def _sum_of_parts(data: SearchData, place: Place, of_channel: Callable[[str], np.ndarray]) -> np.ndarray:
+    """Sum (R, J, ...) over the parts of a place of ``of_channel`` (R, J, ...) for an input that all parts share."""
+    found: Any = 0.0
+    for channel, part in place.parts:
+        gain = np.asarray(data.states.channel_gain(place, channel, part), dtype=float)
+        found = found + of_channel(channel) * (gain[..., None] if gain.ndim else gain)
+    return np.asarray(found)
+
+
+def _state_products(data: SearchData, place: Place, block: Block, targets: Targets) -> Products:
+    """Products of forms that read the state."""
+    shares = [data.states.span_share(place, part) for _, part in place.parts]
+    parts = [
+        _times_share(_rows(data, place, channel, part, block), share)
+        for (channel, part), share in zip(place.parts, shares, strict=True)
+        if np.any(share)
+    ]
+    whole = np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
+    return _products(place, block, whole @ targets.single, _lengths(whole, block.waves))
+
+
+def _rows(data: SearchData, place: Place, channel: str, part: int | None, block: Block) -> np.ndarray:
+    """Whitened columns (R, F + w, m) of forms that read the state where a part of a place is.
+
+    They are kept for the places of one kind: what is at both pulleys is at each of them as well.
+    """
+    states, where = data.states, channel if part is None else part
+
+    def made() -> np.ndarray:
+        inputs = data.cached(
+            ("inputs", where, place.kind in WRAPPED, block),
+            lambda: single_precision(inputs_of(states.as_read_at(place), block.everything, part, channel)),
+            states,
+        )
+        op = data.design.rows[channel].swapaxes(0, 1)
+        gain = states.channel_gain(place.of_all_spans, channel, part) if place.relative else None
+        return inputs @ (op if gain is None else op * single_precision(np.asarray(gain))[..., None])
+
+    return _last(data, "rows", place, (channel, block), made)
+
+
+def _norms(rows: np.ndarray) -> np.ndarray:
+    """Norms (R, J) of rows (J, R, m)."""
+    return np.sqrt(np.einsum("jrm,jrm->rj", rows, rows))
+
+
+def _lengths(rows: np.ndarray, waves: np.ndarray) -> Lengths:
+    """Of rows (R, F + w, m)."""
+    count = rows.shape[1] - len(waves)
+    cosines, sines = rows[:, waves], rows[:, count:]
+    own = np.einsum("rfm,rfm->fr", rows, rows)
+    return own[:count], own[count:], np.einsum("rfm,rfm->fr", sines, cosines)
+
+
+def _products(place: Place, block: Block, along: np.ndarray, lengths: Lengths) -> Products:
+    count = len(block.forms)
+    own, sine, cross = lengths
+    return Products(place, block.forms, along[:, :count], own, block.waves, along[:, count:], sine, cross)

@@ -1,0 +1,366 @@
+"""Laws fitted in the march itself: which are put there, and which cannot be told from the one that wins.
+
+The closed loop of the search is linear at fixed tension. What changes the tension changes the march itself, and what
+moves the encoder moves where it is read: of those it sees the first order only, and their laws may be worth much more
+in the march. Which of several places it is, too, the march says better than the linear range.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+
+from belt_sim.diagnosis.errors.model_errors import errors_of
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.heldout import held_out
+from belt_sim.diagnosis.fits.plausibility import has_diverged
+from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.discovery.closed_loop import LoopResponses, fit_closed_loop
+from belt_sim.discovery.latent_input import LatentInput
+from belt_sim.discovery.linear_search import WITHIN, ScoredLaw, cost, fit_sizes
+from belt_sim.discovery.search_data import SearchData
+from belt_sim.discovery.selection import MODELLED, LawChoice
+from belt_sim.effects.generic_law import GenericLaw, law_effect
+from belt_sim.effects.law_terms import STIFFNESS, TENSION, TRAVEL, Form, Law, SizedLaw, Term
+from belt_sim.jax_setup import map_in_threads
+
+ROUND = 2.0  # sigma
+FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
+HALVINGS = 20  # to a millionth, as good as nothing
+WORTH_TRYING = 0.5  # of the best law's gain, that a law of which the first order is known has to show
+LEADING = 5  # laws whose courses are tried for the tension
+FAMILIES = 4  # of laws of the travel: against an edge's short waves a long way is not of first order
+COURSES = 2  # of the tension that are put into the march: a pull that swings by half is not of first order
+ELSEWHERE = 2  # close laws at other places that are put into the march
+ANYWHERE = frozenset[str]()
+SHOWN = 12  # laws that are told beside the one that won
+CERTAIN = 2.0  # sigma that the size of every term must be from zero
+
+
+@dataclass(frozen=True)
+class MarchFit:
+    """A law in the march: its effect, its workbench and joint fit, and the chi2 it explains; exponent: of the
+    first term with the tension, value and u, as a fit has it that leaves it free."""
+
+    scored: ScoredLaw
+    effect: type[GenericLaw]
+    bench: Workbench
+    fit: Fit
+    gain: float
+    exponent: tuple[float, float]
+
+    @property
+    def worth(self) -> float:
+        """chi2 that the law explains in the march, its numbers paid."""
+        return self.gain - cost(self.scored.law)
+
+    def estimates(self) -> dict[str, tuple[float, float, str]]:
+        """Parameter -> value, u (one sigma), unit; u is 0 of a number that was held."""
+        forward, cls = self.bench.forward, self.effect
+        covariance = self.fit.covariance
+        found = {}
+        for position in forward.index(cls.id):
+            slot = forward.slots[position]
+            free = position in self.fit.free
+            u = float(np.sqrt(covariance[k, k])) if free and (k := self.fit.free.index(position)) >= 0 else 0.0
+            value = float(self.fit.vector[position]) * slot.scale
+            found[slot.name] = (value, u * abs(slot.scale), cls.parameters[slot.name].unit)
+        return found
+
+    @property
+    def fitted_effect(self) -> GenericLaw:
+        """The effect with the numbers that it has in the march."""
+        return self.effect(**{name: value for name, (value, _, _) in self.estimates().items()})
+
+    def sizes_are_certain(self, sigmas: float) -> bool:
+        """Whether the size of every term lies that far from zero, its knee being where it is; of a wave, its two sizes
+        together. Of what is beyond its knee nearly always, readings know size times knee and none of the two.
+        """
+        squares = dict[str, float]()
+        for n in self.effect.numbers:
+            if not n.modifier:
+                tag = n.name.partition("_")[2]
+                value, u = self._beside(n.name, f"knee_{tag}" if tag else "knee")
+                squares[tag] = squares.get(tag, 0.0) + (value / u) ** 2 if u > 0.0 else np.inf
+        return min(squares.values()) >= sigmas**2
+
+    def limit(self, tag: str) -> tuple[float, float]:
+        """Size times knee of a term, and its u: what it comes to beyond its knee."""
+        forward, free = self.bench.forward, self.fit.free
+        at = [next(p for p in forward.index(self.effect.id) if forward.slots[p].name == f"{n}{tag}")
+              for n in ("size", "knee")]  # fmt: skip
+        size, knee = (float(self.fit.vector[p]) * forward.slots[p].scale for p in at)
+        slope = np.zeros(len(free))
+        for p, other in zip(at, (knee, size), strict=True):
+            if p in free:
+                slope[free.index(p)] = other * forward.slots[p].scale
+        return size * knee, float(np.sqrt(max(slope @ self.fit.covariance @ slope, 0.0)))
+
+    def _beside(self, name: str, other: str) -> tuple[float, float]:
+        """A number and its u, in units of its scale, another number being what it is."""
+        forward, free, covariance = self.bench.forward, self.fit.free, self.fit.covariance
+        at = {forward.slots[p].name: p for p in forward.index(self.effect.id)}
+        if at[name] not in free:
+            return float(self.fit.vector[at[name]]), 0.0
+        k = free.index(at[name])
+        square = float(covariance[k, k])
+        if at.get(other) in free:
+            j = free.index(at[other])
+            square -= float(covariance[k, j]) ** 2 / float(covariance[j, j])
+        return float(self.fit.vector[at[name]]), float(np.sqrt(max(square, 0.0)))
+
+
+def fit_laws_in_march(data: SearchData, laws: Sequence[ScoredLaw]) -> list[MarchFit | None]:
+    """Fit laws in the march, side by side: compiling, loading and marching a few rows leave a core idle."""
+    if len(laws) < 2:
+        return [fit_law_in_march(data, s) for s in laws]
+    return map_in_threads(lambda s: fit_law_in_march(data, s), laws)
+
+
+def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
+    """Fit a law in the march with the chosen effects; None where the belt runs away, however small the law."""
+    sizes = fit_sizes(data, data.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
+    effect = law_effect(SizedLaw(scored.law, tuple(float(s) for s in sizes), data.tension))
+    old = data.bench.forward
+    chosen = [c for c in old.classes if c.id in data.fit.ids]
+    forward = Forward(data.bench.samples, old.model, [*chosen, effect], old.step, old.terms, brief=True)
+    bench = replace(data.bench, forward=forward)
+    vector, free, own = forward.null(), [], []
+    for cls in chosen:
+        for new, before in zip(forward.index(cls.id), old.index(cls.id), strict=True):
+            vector[new] = data.fit.vector[before]
+            free += [new] if before in data.fit.free else []
+    names = [forward.slots[k].name for k in forward.index(effect.id)]
+    for number in effect.numbers:
+        position = forward.index(effect.id)[names.index(number.name)]
+        vector[position] = number.value / forward.slots[position].scale
+        own += [] if number.modifier else [position]
+        if not (number.name.startswith("exponent") and len(np.unique(data.stated_tension)) == 1):
+            free.append(position)
+    ids = (*[c.id for c in chosen], effect.id)
+    start = _start_on_pulleys(bench, vector, own)
+    if start is None:
+        return None
+    moved = bench.moved_to(start).at_levels(data.bench.levels)
+    made = _fitted(data, scored, effect, moved, Fit(ids=ids, free=free, vector=start))
+    return None if made is None else _with_round_exponents(data, made)
+
+
+def _fitted(
+    data: SearchData, scored: ScoredLaw, effect: type[GenericLaw], bench: Workbench, start: Fit
+) -> MarchFit | None:
+    fit = bench.fit([start])[0]
+    if has_diverged(fit):
+        return None
+    left = float(data.bench.metric.chi2(data.bench.fitted.y - fit.values))
+    made = MarchFit(scored, effect, bench, fit, data.fit.chi2 - min(left, fit.chi2), (0.0, 0.0))
+    return replace(made, exponent=made.estimates()["exponent"][:2])
+
+
+def _with_round_exponents(data: SearchData, free: MarchFit) -> MarchFit:
+    """The law with those exponents of the tension held that its readings cannot tell from the round ones of the search,
+    or else from the nearest whole number.
+
+    A number that says nothing costs much where a tension was left out: what is left may not know it at all.
+    """
+    numbers, forward = free.estimates(), free.bench.forward
+    positions = dict(zip((forward.slots[k].name for k in forward.index(free.effect.id)),
+                         forward.index(free.effect.id), strict=True))  # fmt: skip
+    vector, held = free.fit.vector.copy(), set()
+    for n in free.effect.numbers:
+        round_one = _round(*numbers[n.name][:2], n.value) if n.name.startswith("exponent") else None
+        if round_one is not None:
+            vector[positions[n.name]] = round_one / forward.slots[positions[n.name]].scale
+            held.add(positions[n.name])
+    if not held:
+        return free
+    start = Fit(ids=free.fit.ids, free=[p for p in free.fit.free if p not in held], vector=vector)
+    made = _fitted(data, free.scored, free.effect, free.bench, start)
+    return free if made is None or made.gain < free.gain - WITHIN else replace(made, exponent=free.exponent)
+
+
+def _round(value: float, u: float, searched: float) -> float | None:
+    """The exponent of the search, or else the nearest whole one, that a fitted one cannot be told from."""
+    return next((n for n in (searched, float(np.round(value))) if abs(value - n) < ROUND * u), None)
+
+
+def _start_on_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> np.ndarray | None:
+    """``vector`` with the law's ``sizes`` halved until the march's belt goes no further than some times the real one.
+
+    The sizes are those of the linear range; a law that feeds back on itself may run away in the march. None where it
+    does so without the law.
+    """
+    furthest = FURTHEST * float(np.nanmax(np.abs(bench.fitted.y)))
+    points = np.repeat(vector[None], HALVINGS + 1, axis=0)
+    points[:, sizes] *= 0.5 ** np.arange(HALVINGS + 1.0)[:, None]
+    for point in points:
+        if float(np.max(np.abs(bench.forward.values(point[None])))) < furthest:  # nan is no less
+            return point
+    return None
+
+
+@dataclass(frozen=True)
+class CloseLaw:
+    """A law that the readings cannot tell from the one that won, and the chi2 by which it is worth less."""
+
+    scored: ScoredLaw
+    less: float
+
+
+@dataclass
+class MarchTrials:
+    """Laws fitted in the march (``tried``; None of one that runs away); enough: chi2 that a law has to explain."""
+
+    data: SearchData
+    choice: LawChoice
+    enough: float
+    tried: dict[tuple, MarchFit | None] = field(default_factory=dict)
+
+    def fit(self, laws: Sequence[ScoredLaw]) -> None:
+        """Fit laws there that have not been."""
+        new: dict[tuple, ScoredLaw] = {}
+        for s in laws:
+            new.setdefault(_key(s.law), s)
+        new = {key: s for key, s in new.items() if key not in self.tried}
+        self.tried |= dict(zip(new, fit_laws_in_march(self.data, list(new.values())), strict=True))
+
+    def acceptable(self) -> list[MarchFit]:
+        """Laws that explain enough, every size being known, best first."""
+        made = [
+            r for r in self.tried.values() if r is not None and r.gain >= self.enough and r.sizes_are_certain(CERTAIN)
+        ]
+        return sorted(made, key=lambda r: r.worth, reverse=True)
+
+    def winner(self) -> MarchFit | None:
+        """The law that is worth most."""
+        return next(iter(self.acceptable()), None)
+
+    def best_predicting(self, won: MarchFit) -> MarchFit:
+        """The law that won, or a close one where what is held out would be predicted worse with it than without."""
+        close = [r for r in self.acceptable() if won.worth - r.worth < margin(won)]
+        return next((r for r in close if self.predicts(r)), won)
+
+    def predicts(self, made: MarchFit) -> bool:
+        """Whether the held-out error does not rise with a law, as it is told."""
+        s = self.data
+        error = errors_of(
+            made.bench, s.fit, held_out(s.bench, s.fit), made.fit, held_out(made.bench, made.fit)
+        ).held_out
+        return error is None or error.after <= error.before
+
+    def indistinguishable(self, won: MarchFit) -> list[CloseLaw]:
+        """What cannot be told from a law: of each place the best, then the rest."""
+        found: dict[tuple, CloseLaw] = {}
+        shift = self._shifts()
+        for s in (*self.choice.judged, *(r.scored for r in self.tried.values() if r is not None)):
+            key, there = _key(s.law), s.score + shift.get(places(s.law), shift[ANYWHERE])
+            if key in self.tried:
+                made = self.tried[key]
+                there = -np.inf if made is None else made.worth
+            close = CloseLaw(s, max(won.worth - there, 0.0))
+            fewer = len(s.law.terms) <= len(won.scored.law.terms)
+            if key != _key(won.scored.law) and fewer and close.less < margin(won):
+                found.setdefault(key, close)
+        ranked = sorted(found.values(), key=lambda c: c.less)
+        first = {places(c.scored.law): c for c in reversed(ranked)}
+        return sorted(ranked, key=lambda c: (first[places(c.scored.law)] is not c, c.less))
+
+    def _shifts(self) -> dict[frozenset[str], float]:
+        """What the march makes of laws at each place, beyond the search: what it made of the last that was put there;
+        anywhere else what it made of the first."""
+        made = [r for r in self.tried.values() if r is not None]
+        found = {places(r.scored.law): r.worth - r.scored.score for r in made}
+        return {ANYWHERE: made[0].worth - made[0].scored.score if made else 0.0} | found
+
+
+def margin(won: MarchFit) -> float:
+    """chi2 within which laws cannot be told from one: what chance makes, and what forms make that are nearly right."""
+    return WITHIN + MODELLED * won.gain
+
+
+def best_in_march(
+    data: SearchData, choice: LawChoice, likeliest: LatentInput, enough: float
+) -> tuple[MarchFit | None, tuple[CloseLaw, ...]]:
+    """The law that wins in the march, and those that cannot be told from it.
+
+    likeliest: the latent input of the likeliest place; enough: chi2 that a law has to explain.
+    """
+    march = MarchTrials(data, choice, enough)
+    march.fit([choice.best, *([choice.simple] if len(choice.best.law.terms) > 1 else [])])
+    march.fit(first_order_laws(data, choice, likeliest))
+    won = march.winner()
+    if won is None:
+        return None, ()
+    march.fit(laws_elsewhere(march.indistinguishable(won), won))
+    won = march.best_predicting(march.winner() or won)
+    return won, tuple(march.indistinguishable(won)[:SHOWN])
+
+
+def laws_elsewhere(near: Sequence[CloseLaw], won: MarchFit) -> list[ScoredLaw]:
+    """The closest laws at other places, one of each."""
+    first: dict[frozenset[str], ScoredLaw] = {}
+    for c in near:
+        first.setdefault(places(c.scored.law), c.scored)
+    first.pop(places(won.scored.law), None)
+    return list(first.values())[:ELSEWHERE]
+
+
+def first_order_laws(data: SearchData, choice: LawChoice, likeliest: LatentInput) -> list[ScoredLaw]:
+    """Laws of the tension and of the encoder's travel of which the linear range may say too little.
+
+    Theirs is the likeliest place, or they explain a good part of what the best law does. A pull that changes is felt as
+    a turn where the belt is bent, in proportion: courses of laws that read the state are tried for it too.
+    """
+    found = []
+    for name in (TENSION, TRAVEL, *(p.name for p in data.places if p.kind in STIFFNESS)):
+        own = [s for s in choice.judged if len(s.law.terms) == 1 and s.law.terms[0].place.name == name]
+        tried = own[: FAMILIES if name == TRAVEL else 1]
+        tried += _courses_of(data, choice, likeliest)[:COURSES] if name == TENSION else []
+        promise = max((s.gain for s in tried), default=0.0)
+        if promise >= WORTH_TRYING * choice.best.gain or likeliest.place.name == name:
+            found += tried
+    return found
+
+
+def _courses_of(data: SearchData, choice: LawChoice, likeliest: LatentInput) -> list[ScoredLaw]:
+    """The courses of the leading laws as changes of the tension, fitted in closed loop, best first.
+
+    They begin where the belt is bent as the likeliest input has it: a pull acts where the belt is bent, and a large
+    one changes that.
+    """
+    there = [p for p in data.places if p.name == TENSION]
+    leading = [*choice.judged[:LEADING], *[s for s in choice.judged if _like_a_pull(s.law)][:1]]
+    terms = [t for s in leading for t in s.law.terms if t.form.variable != "none" and not t.form.carried]
+    forms = {
+        f.family: f
+        for t in reversed(terms)
+        for f in (_course(t.form),)
+        if f.course not in ("constant", "decaying_wave")
+    }
+    laws = [Law((Term(place, form),)) for place, form in product(there, forms.values())]
+    loop, read = LoopResponses(data), data.with_latent_input(likeliest)
+    made = [fit_closed_loop(loop, law, fit_sizes(read, read.columns(law))[1]) for law in laws]
+    return sorted((c.scored for c in made if c is not None), key=lambda s: -s.score)
+
+
+def _like_a_pull(law: Law) -> bool:
+    """Whether a law turns the belt in proportion to how it is bent at both pulleys, as a change of the tension does."""
+    return [t.family[:3] for t in law.terms] == [("turn_both", "kappa", "linear")]
+
+
+def _course(form: Form) -> Form:
+    """The course of a form alone."""
+    return Form("none", course=form.course, at=form.at, wide=form.wide, timed=form.timed)
+
+
+def places(law: Law) -> frozenset[str]:
+    """Where a law acts."""
+    return frozenset(t.place.name for t in law.terms)
+
+
+def _key(law: Law) -> tuple:
+    """What tells laws apart: what they say, and the lengths of waves to a tenth."""
+    lengths = tuple(round(10.0 * float(np.log(t.form.at))) if t.form.is_wave and t.form.at else 0 for t in law.terms)
+    return law.family, tuple(t.exponent for t in law.terms), lengths

@@ -1,0 +1,231 @@
+"""The choice of a law: laws of one term, then of two where the second earns its place; how stable the choice is.
+
+Candidates come from the linear range, with the states of the base model and with those of the likeliest latent input.
+They are fitted and compared in closed loop.
+"""
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from belt_sim.discovery.closed_loop import ClosedLoopFit, LoopResponses, fit_closed_loop, states_with
+from belt_sim.discovery.form_dictionary import COURSES_ONLY, WITH_KNEE, limit_of
+from belt_sim.discovery.latent_input import LatentInput
+from belt_sim.discovery.linear_search import (
+    WITHIN,
+    ScoredLaw,
+    cost,
+    distinct_families,
+    exponents_of,
+    fit_sizes,
+    gain_of,
+    refine_numbers,
+    single_term_laws,
+    two_term_laws,
+)
+from belt_sim.discovery.search_data import SearchData
+from belt_sim.effects.law_terms import BY_THE_BELT, STIFFNESS, Law, Place, Term
+
+SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
+PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
+WITH_SLOPES = 2  # laws with a knee, of which both slopes are tried
+SAME = 0.998  # cosine of readings that are the same
+POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
+MODELLED = 0.02  # of a gain, to which linear columns can be trusted
+REPETITIONS = 400  # of the campaign, simulated
+
+
+@dataclass(frozen=True)
+class LawChoice:
+    """best: the law with the best score; simple: the best of one term; judged: all laws in closed loop, best first.
+
+    frequency: how often it comes first when all is measured again; possible: chi2 that the latent input explains.
+    """
+
+    best: ScoredLaw
+    judged: tuple[ScoredLaw, ...]
+    frequency: float
+    simple: ScoredLaw
+    possible: float
+
+
+def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
+    """The law that explains most for its numbers; latent: the likeliest input, which says what the states were."""
+    data = replace(data, wide=True)
+    loop, read = LoopResponses(data), data.with_latent_input(latent)
+    ones = one_term_laws(loop, read)
+    possible = explained(data, latent)
+    firsts = different_laws(data, ones, FIRSTS) if ones[0].gain < possible else []
+    beside = [(replace(data, states=states_with(loop, c)), c.scored) for c in firsts]
+    seconds = [(s, distinct_families(two_term_laws(s, [one]), PAIRS)) for s, one in beside]
+    everything = _merged(ones, _fit_all(loop, seconds))
+    more = [fit_closed_loop(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
+    everything = _merged(
+        everything, [*(c for c in more if c is not None), *(laws_with_both_slopes(loop, ones) if firsts else [])]
+    )
+    leading = {c.law.family: c for c in (everything[0], _simple(everything))}  # in the march the second may win
+    for made in leading.values():
+        everything = _merged(everything, _fit_all(loop, _other_places(data, made)))
+    best = everything[0]
+    close = WITHIN + MODELLED * best.gain
+    rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
+    frequency = _frequency(data, [best, *rivals])
+    return LawChoice(best.scored, tuple(c.scored for c in everything), frequency, _simple(everything).scored, possible)
+
+
+def _simple(laws: Sequence[ClosedLoopFit]) -> ClosedLoopFit:
+    """The first of ``laws`` with one term."""
+    return next(c for c in laws if len(c.law.terms) == 1)
+
+
+def one_term_laws(loop: LoopResponses, read: SearchData) -> list[ClosedLoopFit]:
+    """Laws of one term in closed loop, best first; read: the data with the states of a latent input."""
+    ones = _fit_all(loop, [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (loop.data, read)])
+    for places in PLACES:
+        ones = _merged(ones, _fit_all(loop, _other_forms(loop, ones, places)))
+    return ones
+
+
+def laws_with_both_slopes(loop: LoopResponses, ones: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
+    """The first of laws of one term with a knee, at different places, with a slope of its own on either side of it.
+
+    What acts beyond a knee only has no slope below, and what saturates none above. Such a law lacks nothing that a
+    second term beside it would bring: with the slope of one side free, the other is another too.
+    """
+    first: dict[str, ClosedLoopFit] = {}
+    for c in ones:
+        if c.law.terms[0].form.shape in WITH_KNEE:
+            first.setdefault(c.law.terms[0].place.name, c)
+    made = [fit_closed_loop(loop, *_both_slopes(c), POLISH) for c in list(first.values())[:WITH_SLOPES]]
+    return [c for c in made if c is not None]
+
+
+def _both_slopes(one: ClosedLoopFit) -> tuple[Law, np.ndarray]:
+    """A law of one term as a straight one and one that saturates, and their sizes."""
+    term, size = one.law.terms[0], float(one.sizes[0])
+    straight = replace(term.form, shape="linear", knee=None)
+    law = Law(tuple(replace(term, form=f) for f in (straight, replace(term.form, shape="saturation"))))
+    return law, np.array([size, -size] if term.form.shape == "dead_zone" else [0.0, size])
+
+
+def _fit_all(loop: LoopResponses, tried: Iterable[tuple[SearchData, Sequence[ScoredLaw]]]) -> list[ClosedLoopFit]:
+    """Candidates, each with the data that suggest it, in closed loop; the best of each family."""
+    found: list[ClosedLoopFit] = []
+    for data, many in tried:
+        for one in many:
+            fine = refine_numbers(data, one)
+            _, sizes = fit_sizes(data, data.columns(fine.law))
+            made = fit_closed_loop(loop, fine.law, sizes)
+            if made is not None and (plain := _without_extremes(data, made.law)) != made.law:
+                made = fit_closed_loop(loop, plain, made.sizes)
+            if made is not None:
+                found.append(made)
+    return _merged(found, ())
+
+
+def _without_extremes(data: SearchData, law: Law) -> Law:
+    """A law without the numbers that have run out of range."""
+    end, cell = data.states.s[-1], data.states.s[1]
+    paces = [float(np.min(data.states.speed)) if t.form.timed else 1.0 for t in law.terms]
+    forms = [limit_of(t.form, float(end / pace), float(cell / pace)) for t, pace in zip(law.terms, paces, strict=True)]
+    return Law(tuple(replace(t, form=form or t.form) for t, form in zip(law.terms, forms, strict=True)))
+
+
+def different_laws(data: SearchData, laws: Sequence[ClosedLoopFit], count: int) -> list[ClosedLoopFit]:
+    """The first of ``laws`` that do different things to the readings."""
+    some = list(laws[: 4 * count])
+    gram = _gram(data, np.stack([c.readings for c in some]))
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-30))
+    kept: list[int] = []
+    for k in range(len(some)):
+        if all(abs(gram[k, j]) < SAME * size[k] * size[j] for j in kept):
+            kept.append(k)
+    return [some[k] for k in kept[:count]]
+
+
+def _merged(some: Sequence[ClosedLoopFit], more: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
+    """The best of each family of both, best first."""
+    found: dict[tuple, ClosedLoopFit] = {}
+    for c in (*some, *more):
+        if c.law.family not in found or c.score > found[c.law.family].score:
+            found[c.law.family] = c
+    return sorted(found.values(), key=lambda c: -c.score)
+
+
+def _other_forms(
+    loop: LoopResponses, laws: Sequence[ClosedLoopFit], count: int
+) -> list[tuple[SearchData, list[ScoredLaw]]]:
+    """Other forms at the first ``count`` places of ``laws``, with the states that those laws make: a law that describes
+    the readings says what the true one reads, even where its form is another and the base model's states are far off.
+    """
+    first: dict[str, ClosedLoopFit] = {}
+    for c in laws:
+        first.setdefault(c.law.terms[0].place.name, c)
+    with_law = [
+        replace(loop.data, states=states_with(loop, c), places=(c.law.terms[0].place,))
+        for c in list(first.values())[:count]
+    ]
+    return [(s, distinct_families(single_term_laws(s), FORMS)) for s in with_law]
+
+
+def _other_places(data: SearchData, best: ClosedLoopFit) -> list[tuple[SearchData, list[ScoredLaw]]]:
+    """What may say the same as a law: one of its terms at other places; all of them, where they share one."""
+    at_work, found, terms = replace(data, states=best.states), list[ScoredLaw](), best.law.terms
+    moved = [_laws_at_other_places(data, terms, (k,)) for k in range(len(terms))]
+    if len(terms) > 1 and len({t.place.name for t in terms}) == 1:
+        moved.append(_laws_at_other_places(data, terms, range(len(terms))))
+    for laws in moved:
+        scored = [ScoredLaw(law, g, g - cost(law)) for law in laws for g in (gain_of(at_work, law),)]
+        found += distinct_families(sorted(scored, key=lambda s: -s.score), ALIKE)
+    return [(at_work, found)]
+
+
+def _laws_at_other_places(data: SearchData, terms: Sequence[Term], which: Collection[int]) -> list[Law]:
+    """Laws with those of the ``terms`` that are asked for at one other place, going with the tension in any way."""
+    old, steady = terms[min(which)].place, {terms[k].form.variable for k in which} <= {"none", "yaw_set"}
+    carried = all(terms[k].form.carried for k in which)
+    return [
+        Law(tuple(Term(place, t.form, n) if k in which else t for k, t in enumerate(terms)))
+        for place in data.tried
+        if place.name != old.name and (place.kind == "sensor") == (old.kind == "sensor")
+        for n in exponents_of(data)
+        if _may_act_at(place, steady, carried)
+    ]
+
+
+def _may_act_at(place: Place, steady: bool, carried: bool) -> bool:
+    """Whether a term may act at a place; carried: it goes round with the belt, so that it is not alike at both
+    pulleys."""
+    if carried:
+        return (steady and place.kind in STIFFNESS) or (place.kind in BY_THE_BELT and place.where != "both")
+    return not place.carried and (steady or place.kind not in COURSES_ONLY)
+
+
+def explained(data: SearchData, latent: LatentInput) -> float:
+    """chi2 that the mean of a latent input explains."""
+    g, u = data.projector, latent.inputs(data.design.grid)
+    felt = [data.states.channel_input(latent.place, u, *part)[None] for part in latent.place.parts]
+    column = data.design.place_columns(latent.place, felt)[0].astype(float)
+    return g.chi2() - g.chi2(g.residual - column)
+
+
+def _frequency(data: SearchData, laws: Sequence[ClosedLoopFit]) -> float:
+    """How often the first of ``laws`` stays first under fresh noise, the data being as it says."""
+    if len(laws) == 1:
+        return 1.0
+    rows = np.stack([c.readings for c in laws])
+    along, prices = _gram(data, rows), np.array([cost(c.law) for c in laws])
+    first = along[0]
+    rng = np.random.default_rng(1)
+    root = np.linalg.cholesky(along + 1e-6 * np.trace(along) / len(along) * np.eye(len(along)))
+    noise = rng.standard_normal((REPETITIONS, len(laws))) @ root.T
+    gains = 2.0 * (first + noise) - np.diag(along)
+    return float(np.mean(np.argmax(gains - prices, axis=1) == 0))
+
+
+def _gram(data: SearchData, rows: np.ndarray) -> np.ndarray:
+    """Gram matrix (k, k) of whitened rows (k, R, m) with the shared columns taken out."""
+    g = data.projector
+    onto = g.shared_products(rows).sum(axis=1)
+    return np.einsum("krm,lrm->kl", rows, rows) - onto @ g.inverse @ onto.T

@@ -1,0 +1,125 @@
+"""Which laws are put into the march, and which are told beside the one that wins there."""
+
+from types import SimpleNamespace
+
+import pytest
+from small_discovery import surveyed
+
+from belt_sim.discovery.linear_search import ScoredLaw, cost
+from belt_sim.discovery.march_fit import COURSES, LEADING, MarchTrials, first_order_laws, laws_elsewhere, places
+from belt_sim.discovery.selection import LawChoice, _laws_at_other_places
+from belt_sim.effects.law_terms import Form, Law, Term
+
+WAVE = 5.0  # m
+
+
+@pytest.fixture(scope="module")
+def data():
+    return surveyed("yaw_creep")
+
+
+def law(data, *terms):
+    at = {p.name: p for p in data.places}
+    return Law(tuple(Term(at[name], form) for name, form in terms))
+
+
+def scored(made, score):
+    return ScoredLaw(made, score + cost(made), score)
+
+
+def fitted(s, score):
+    """A law as the march has it, without one."""
+    return SimpleNamespace(scored=s, gain=score + cost(s.law), worth=score, sizes_are_certain=lambda sigmas: True)
+
+
+def likely(data, name):
+    return next(c for c in data.latent_inputs() if c.place.name == name)
+
+
+def chosen(*judged):
+    return LawChoice(judged[0], judged, 1.0, judged[0], judged[0].gain)
+
+
+def test_the_course_of_what_bends_the_belt_is_tried_for_the_tension(data):
+    best = scored(law(data, ("turn_tail", Form("kappa", course="wave", at=WAVE))), 200.0)
+    faint = scored(law(data, ("tension", Form("none"))), 20.0)
+    choice = chosen(best, faint)
+    assert first_order_laws(data, choice, likely(data, "turn_tail")) == []
+    tried = [s.law.terms[0] for s in first_order_laws(data, choice, likely(data, "tension"))]
+    assert [(t.place.name, t.form.course) for t in tried] == [("tension", "constant"), ("tension", "wave")]
+    assert tried[1].form.at == pytest.approx(WAVE, rel=0.02)  # as the closed loop has it
+
+
+def test_of_laws_behind_the_leading_ones_what_acts_as_a_pull_does_is_tried_for_the_tension(data):
+    before = [scored(law(data, ("yaw_tail", Form("y"))), 200.0 - k) for k in range(LEADING)]
+    bent = scored(law(data, ("turn_both", Form("kappa", course="step", at=12.0))), 150.0)
+    tried = first_order_laws(data, chosen(*before, bent), likely(data, "tension"))
+    assert "step" in {s.law.terms[0].form.course for s in tried}
+
+
+def test_two_courses_are_tried_for_the_tension(data):
+    """A pull that swings by half is far from what the first order makes of it, by which courses are ranked."""
+    forms = (
+        Form("kappa", course="wave", at=WAVE),
+        Form("kappa", course="step", at=12.0),
+        Form("kappa", course="square_root"),
+    )
+    choice = chosen(*(scored(law(data, ("turn_both", f)), 200.0 - k) for k, f in enumerate(forms)))
+    tried = [s.law.terms[0] for s in first_order_laws(data, choice, likely(data, "tension"))]
+    assert len(tried) == COURSES == len({t.form.course for t in tried})
+
+
+def test_a_law_of_the_encoder_that_promises_half_is_tried(data):
+    best = scored(law(data, ("drift_tail", Form("alpha", course="linear"))), 200.0)
+    for score, count in ((150.0, 1), (50.0, 0)):
+        other = scored(law(data, ("travel", Form("none", course="quadratic"))), score)
+        assert len(first_order_laws(data, chosen(best, other), likely(data, "drift_tail"))) == count
+
+
+def test_several_courses_of_the_encoder_are_tried(data):
+    """Against an edge's short waves a long way is far from what the first order makes of it."""
+    forms = [Form("none", course=c, at=a) for c, a in (("wave", WAVE), ("step", WAVE), ("quadratic", None))]
+    choice = chosen(*(scored(law(data, ("travel", f)), 200.0 - 60.0 * k) for k, f in enumerate(forms)))
+    tried = first_order_laws(data, choice, likely(data, "drift_tail"))
+    assert [s.law.terms[0].form.course for s in tried] == ["wave", "step", "quadratic"]
+
+
+def test_what_wins_in_the_march_is_told_with_the_best_of_other_places_first(data):
+    kappa, y, one = (Form(v) for v in ("kappa", "y", "none"))
+    best = scored(law(data, ("turn_tail", kappa)), 200.0)
+    pair = scored(law(data, ("turn_tail", kappa), ("yaw_tail", y)), 199.0)
+    same = scored(law(data, ("turn_tail", y)), 198.0)
+    close = scored(law(data, ("yaw_tail", kappa)), 195.0)
+    far = scored(law(data, ("shift_tail", kappa)), 150.0)
+    first_order = scored(law(data, ("tension", one)), 100.0)
+    march = MarchTrials(data, chosen(best, pair, same, close, far, first_order), 0.0)
+    for s, score in ((best, 210.0), (first_order, 212.0)):
+        march.tried[s.law.family, (0.0,), (0,)] = fitted(s, score)
+    won = march.winner()
+    assert won.scored is first_order
+    told = march.indistinguishable(won)
+    assert [c.scored for c in told] == [best, close, same]
+    assert [c.less for c in told] == pytest.approx([2.0, 7.0, 4.0])
+    assert laws_elsewhere(told, won) == [best, close]
+    assert won.worth == 212.0
+
+
+def test_terms_of_one_place_are_moved_together(data):
+    wave, root = Form("none", course="wave", at=WAVE), Form("none", course="square_root")
+    two = law(data, ("yaw_tail", wave), ("yaw_tail", root))
+    moved = _laws_at_other_places(data, two.terms, range(2))
+    assert all(len(places(m)) == 1 for m in moved)
+    assert {"yaw_head", "drift_tail"} <= {m.terms[0].place.name for m in moved}
+    assert not any(m.terms[0].place.name in ("yaw_tail", "sensor_y1") for m in moved)
+
+
+def test_a_close_law_is_told_where_the_first_predicts_worse_than_none(data, monkeypatch):
+    first, second, far = (scored(law(data, (n, Form("kappa"))), 200.0) for n in ("turn_tail", "yaw_tail", "yaw_head"))
+    march = MarchTrials(data, chosen(first, second, far), 0.0)
+    for s, score in ((first, 200.0), (second, 195.0), (far, 150.0)):
+        march.tried[s.law.family] = fitted(s, score)
+    won = march.winner()
+    assert won.scored is first
+    for falling, told in (((first, second), first), ((second, far), second), ((far,), first)):
+        monkeypatch.setattr(MarchTrials, "predicts", lambda self, made, falling=falling: made.scored in falling)
+        assert march.best_predicting(won).scored is told
