@@ -136,11 +136,12 @@ def main() -> None:
 def _of_the_library(effects: Sequence[Any]) -> None:
     """Raise InputError for effects that are code, wherever they come from."""
     from belt_sim.app.upload import NO_CODE
+    from belt_sim.effects.generic_law import ID as LAW
     from belt_sim.effects.library import library
 
     for entry in effects:
         name = str(entry["id"] if isinstance(entry, Mapping) else entry)
-        if name not in library():
+        if name != LAW and name not in library():
             raise InputError("effects", name, "", NO_CODE)
 
 
@@ -185,7 +186,7 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     say(stage="drawing")
     write_diagnosis(folder, found)
     draw_diagnosis(folder, found)
-    effects = [e.as_setting() for e in found.effects if e.source_file is None]
+    effects = [e.law or {"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
     verdict = {"verdict": str(found.verdict), "headline": found.verdict.headline}
     _leave(folder, **verdict, lines=[found.sentence], effects=effects)
 

@@ -17,8 +17,9 @@ from belt_sim.app.security import MAX_UPLOAD, MEBI
 from belt_sim.campaign.marked_yaml import parse
 from belt_sim.campaign.problems import CampaignError, Problem, quoted
 from belt_sim.campaign.read import FILES
+from belt_sim.effects.generic_law import ID as LAW
 from belt_sim.effects.library import library
-from belt_sim.effects.load import SCHEMA, load_effects
+from belt_sim.effects.load import SCHEMA, WITH_LAWS, load_effects
 from belt_sim.errors import BeltError, InputError
 
 SHEET = "campaign.yaml"
@@ -150,7 +151,8 @@ def read_effects(name: str, data: bytes) -> list[dict[str, Any]]:
         content = yaml.safe_load(text)
     except yaml.YAMLError as error:  # a tag
         raise InputError("effects", name, "", "not plain YAML; write names and numbers, without tags") from error
-    if not isinstance(content, Mapping) or content.get("schema") != SCHEMA or not _is_list(content.get("effects")):
+    known = isinstance(content, Mapping) and content.get("schema") in (SCHEMA, WITH_LAWS)
+    if not known or not _is_list(content.get("effects")):
         raise InputError("effects", name, "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
     found = [_flat(name, entry) for entry in content["effects"] or []]
     load_effects(found)  # names and numbers
@@ -165,6 +167,8 @@ def _flat(name: str, entry: Any) -> dict[str, Any]:
     """{id: taper, parameters: {kappa_t: 2e-5}} as {id: taper, kappa_t: 2e-5}."""
     if not isinstance(entry, Mapping) or not isinstance(entry.get("id"), str):
         raise InputError("effects", name, "", "every entry needs an id and its parameters")
+    if entry["id"] == LAW:
+        return dict(entry)
     if entry["id"].endswith(".py"):
         raise InputError("effects", quoted(entry["id"]), "", NO_CODE)
     if entry["id"] not in library():

@@ -67,6 +67,15 @@ def test_effects_are_numbers_for_the_library():
     assert read_effects("effects.yaml", EFFECTS % b"taper") == [{"id": "taper", "kappa_t": 2e-5}]
 
 
+def test_a_found_law_is_data():
+    term = b"{place: yaw_tail, variable: beta, size: 0.1}"
+    law = b"schema: belt-effects/2\neffects:\n  - {id: generic_law, tension: 1.0e+7, terms: [%s]}\n"
+    (read,) = read_effects("found_law.yaml", law % term)
+    assert read["terms"] == [{"place": "yaw_tail", "variable": "beta", "size": 0.1}]
+    with pytest.raises(BeltError, match="use one of"):
+        read_effects("found_law.yaml", law % term.replace(b"tail", b"middle"))
+
+
 @pytest.mark.parametrize(
     "data",
     [
