@@ -129,16 +129,16 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
     return tuple(
         FoundEffect(
             id=name,
-            numbers={n: float(getattr(there[name], n)) for n in there[name].parameters},
+            numbers={n: float(getattr(effect, n)) for n in effect.parameters},
             parameters=seen[name],
             probability=decision.named[name],
             confusable_with=decision.confusable.get(name, ()),
             rejected=decision.verdict.rejects_model,
-            source_file=getattr(type(there[name]), "source_file", None),
-            law=law_entry(there[name]) if isinstance(there[name], GenericLaw) else None,
+            source_file=getattr(type(effect), "source_file", None),
+            law=law_entry(effect) if isinstance(effect, GenericLaw) else None,
             alone=estimates_of_single_sizes(bench, named, name) if not seen[name] else {},
         )
-        for name in named.ids
+        for name, effect in ((n, there[n]) for n in named.ids)
     )
 
 

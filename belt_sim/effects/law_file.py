@@ -70,7 +70,7 @@ def law_lines(effect: GenericLaw, uncertainty: Mapping[str, float], notes: Seque
             "points": t.place.words,
             "variable": VARIABLES[t.form.variable][1],
             "shape": f"{SHAPES[t.form.shape][0]}, x: the variable",
-            "course": f"{COURSES[t.form.course][0]}{'' if t.form.carried else ', s: ' + _clock(t.form)}",
+            "course": COURSES[t.form.course][0] + _clock(t.form),
         }
         for name, value in term.items():
             number = numbers.get(tagged(name, k))
@@ -83,8 +83,11 @@ def law_lines(effect: GenericLaw, uncertainty: Mapping[str, float], notes: Seque
 
 
 def _clock(form: Form) -> str:
+    """What s is in the formula of a course."""
+    if form.carried or form.course == "constant":
+        return ""
     since = " since the yaw was set" if form.since_yaw else ""
-    return f"time{since} [s]" if form.timed else f"travel{since} [m]"
+    return f", s: time{since} [s]" if form.timed else f", s: travel{since} [m]"
 
 
 def _beside(n: LawNumber, uncertainty: Mapping[str, float]) -> str:
