@@ -72,7 +72,7 @@ def test_something_unknown_is_likely_where_it_is_and_only_there():
 
 def test_the_law_in_the_march_is_worth_more_than_what_is_seen_in_the_linear_range():
     bench, fit = fitted("yaw_creep")
-    seen, law = LawSearch().unknown_evidence(bench, fit), LawSearch().law(bench, fit)
+    seen, law = LawSearch().evidence_of_unknown(bench, fit), LawSearch().law(bench, fit)
     assert law.law is not None
     assert law.law.gain > EXPLAINED * D**2
     assert fit.chi2 - law.fit.chi2 == pytest.approx(law.law.gain, rel=0.02)
