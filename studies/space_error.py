@@ -18,7 +18,7 @@ from belt_sim.virtual_rig.space import (
     SENSORS,
     SceneRun,
     measure,
-    read,
+    take_readings,
     true_cases,
     with_simulator_error,
 )
@@ -37,7 +37,7 @@ def differences(space: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.nda
 def main() -> None:
     plan, engine = small_space_plan(), os.environ.get("ENGINE", "quasi_static")
     cases = true_cases(plan, "strip", TrueErrors())
-    space = read(plan, measure([SceneRun(c, (), OPTIONS, plan.length, engine) for c in cases], 1))
+    space = take_readings(plan, measure([SceneRun(c, (), OPTIONS, plan.length, engine) for c in cases], 1))
     line = observe(plan, true_line(plan, "strip", TrueErrors()), ())
     off, left = differences(space, line)
     rms = np.sqrt((left**2).mean(axis=1))

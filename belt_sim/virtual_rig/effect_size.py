@@ -236,14 +236,14 @@ class LibrarySignatures:
         singles: dict[str, float] = {}
         for _ in range(3):
             sets = {tuple(sorted({*names, n})) for _, names in kept[:_BEAM] for n in self.blocks if n not in names}
-            kept = sorted((self._left(names, inside, beyond), names) for names in sets)
+            kept = sorted((self._remainder(names, inside, beyond), names) for names in sets)
             best.append(kept[0][0])
             singles = singles or {names[0]: left for left, names in kept}
         allowed = min(_ALIKE, _ALIKE_SHARE * float(np.linalg.norm(target)))
         alike = sorted(n for n, left in singles.items() if left < allowed)
         return LibraryDistance(lookalikes=alike, single=best[0], triple=best[2], largest=float(np.abs(change).max()))
 
-    def _left(self, names: tuple[str, ...], inside: np.ndarray, beyond: float) -> float:
+    def _remainder(self, names: tuple[str, ...], inside: np.ndarray, beyond: float) -> float:
         basis = np.concatenate([self.blocks[n] for n in names], axis=1)
         fit = np.linalg.lstsq(basis, inside, rcond=1e-7)[0]
         return float(np.sqrt(np.sum((inside - basis @ fit) ** 2) + beyond))

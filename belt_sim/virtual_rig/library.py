@@ -5,7 +5,7 @@ from types import ModuleType
 
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig import reference_belt, reference_machine, unmodelled_machine, unmodelled_spans
-from belt_sim.virtual_rig.fault import Fault, Unmodelled
+from belt_sim.virtual_rig.fault import Fault, UnmodelledFault
 
 
 def _faults_in(modules: Iterable[ModuleType]) -> dict[str, type[Fault]]:
@@ -15,7 +15,7 @@ def _faults_in(modules: Iterable[ModuleType]) -> dict[str, type[Fault]]:
 
 
 CATALOGUE = _faults_in([reference_belt, reference_machine])
-UNMODELLED: dict[str, type[Unmodelled]] = _faults_in([unmodelled_machine, unmodelled_spans])  # type: ignore[assignment]
+UNMODELLED: dict[str, type[UnmodelledFault]] = _faults_in([unmodelled_machine, unmodelled_spans])  # type: ignore[assignment]
 #: the unmodelled faults on which a fitter may have been developed, and those that were made for blind tests only
 DEVELOPMENT = tuple(name for name, cls in UNMODELLED.items() if not cls.blind)
 #: those that change a span itself, and are drawn by themselves

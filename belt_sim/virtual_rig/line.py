@@ -144,22 +144,14 @@ class Line:
         return curvature_along(self.span().nodes, self.span_length, coupling)[:, :, 3]
 
 
+_OF_RIG = ("span_length", "wrap_tail", "wrap_head", "tail_radius", "head_radius", "gravity")
+_OF_BELT = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
+
+
 def line_from(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
     """A faultless batch on one machine (its numbers may be arrays); ``settings``: the remaining fields."""
     count = len(settings["stress"])
-    constants = {
-        "span_length": rig.span_length,
-        "wrap_tail": rig.wrap_tail,
-        "wrap_head": rig.wrap_head,
-        "tail_radius": rig.tail_radius,
-        "head_radius": rig.head_radius,
-        "width": belt.width,
-        "thickness": belt.thickness,
-        "youngs_modulus": belt.youngs_modulus,
-        "density": belt.density,
-        "poisson_ratio": belt.poisson_ratio,
-        "gravity": rig.gravity,
-    }
+    constants = {name: getattr(rig, name) for name in _OF_RIG} | {name: getattr(belt, name) for name in _OF_BELT}
     faultless = {
         "run": np.arange(count),
         "yaw_head": 0.0,

@@ -30,12 +30,12 @@ class UnitLoad:
 
 def force_at(line: Line, upper: bool, share) -> UnitLoad:
     """1 N towards +y at a share of the span's length, counted from the head to the tail pulley."""
-    return _at_place(line, upper, share, slope=False)
+    return _point_load(line, upper, share, slope=False)
 
 
 def couple_at(line: Line, upper: bool, share) -> UnitLoad:
     """1 N m about the vertical, turning y' upwards along the travel, at a share of the way from head to tail."""
-    return _at_place(line, upper, share, slope=True)
+    return _point_load(line, upper, share, slope=True)
 
 
 def uniform_force(line: Line, upper: bool) -> UnitLoad:
@@ -73,7 +73,7 @@ def _spread_load(line: Line, upper: bool, fields: list[int], pair: np.ndarray) -
     return UnitLoad(upper, run_up, run_off, nodes[:, nodes.shape[1] // 2, 2], np.zeros((4, len(nothing))), nothing)
 
 
-def _at_place(line: Line, upper: bool, share, *, slope: bool) -> UnitLoad:
+def _point_load(line: Line, upper: bool, share, *, slope: bool) -> UnitLoad:
     count = 2**DOUBLINGS
     share = np.broadcast_to(np.asarray(share, dtype=float), line.stress.shape)
     along = np.where((line.direction > 0) == upper, share, 1 - share) * count

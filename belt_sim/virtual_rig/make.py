@@ -9,12 +9,12 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Run, Source
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig.blinding import Truth
 from belt_sim.virtual_rig.effect_size import detectability_of
-from belt_sim.virtual_rig.fault import Fault, Unmodelled
-from belt_sim.virtual_rig.hidden import CORRUPTIONS, HiddenFaults, random_hidden, random_noise, specified_hidden
+from belt_sim.virtual_rig.fault import Fault, UnmodelledFault
+from belt_sim.virtual_rig.hidden_faults import CORRUPTIONS, HiddenFaults, random_hidden, random_noise, specified_hidden
 from belt_sim.virtual_rig.observe import TrueErrors, add_noise, draw_errors, observe, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan
+from belt_sim.virtual_rig.sealed_truth import Truth
 
 BASES = BASE, RANDOM_BASE = "beam_th2", "strip"
 #: Readings are written to this resolution [m or rad], far below their noise.
@@ -119,7 +119,7 @@ def describe_truth(
     """What is sealed beside a campaign; unstated: further settings that its file does not state."""
     unstated = dict(unstated)
     told = ("scale", "heavy_tails") + (() if noise.true_length is None else ("true_length", "smooth"))
-    unknown = next((f for f in what.faults if isinstance(f, Unmodelled)), Unmodelled())
+    unknown = next((f for f in what.faults if isinstance(f, UnmodelledFault)), UnmodelledFault())
     effects = [
         {
             "id": fault.id,

@@ -10,8 +10,8 @@ from belt_sim.campaign import SignalSheet
 from belt_sim.case import Belt, Rig
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.line import Line, line_from
+from belt_sim.virtual_rig.march import DelayHistory, march
 from belt_sim.virtual_rig.plan import Noise, Plan
-from belt_sim.virtual_rig.travel import DelayHistory, march
 
 RIG_DATA = ("centre_distance", "head_radius", "tail_radius")
 BELT_DATA = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
@@ -115,13 +115,13 @@ def position(history: DelayHistory, place: str, s: np.ndarray) -> np.ndarray:
 def _lateral(history: DelayHistory, place: str, s: np.ndarray) -> np.ndarray:
     row, wrap = POINTS[place]
     if wrap is None:
-        return history.at(s)[row]
+        return history.state_at(s)[row]
     return history.wrap_exit(s)[0 if wrap == "wrap_tail" else 1][0]
 
 
 def _tilt(history: DelayHistory, s: np.ndarray, to_tail: bool) -> np.ndarray:
     """phi at the middle of the span that runs to the tail (or to the head) pulley, from its ends and its loads."""
-    line, here, (tail_off, head_off) = history.line, history.at(s), history.wrap_exit(s)
+    line, here, (tail_off, head_off) = history.line, history.state_at(s), history.wrap_exit(s)
     beta, beta_head = (history.interpolate(rows, s) for rows in (history.tail_yaw, history.head_yaw))
     if to_tail:
         off, up, turn_off, turn_up = head_off, here[:2], beta_head, beta

@@ -66,17 +66,8 @@ class Plan:
     zero_at_start: bool = False
 
     def __hash__(self) -> int:
-        return hash(
-            (
-                self.runs,
-                self.length,
-                self.spacing,
-                tuple(self.signals.items()),
-                self.machine,
-                self.belt,
-                self.zero_at_start,
-            )
-        )
+        values = vars(self) | {"signals": tuple(self.signals.items())}
+        return hash(tuple(values.values()))
 
     @property
     def travel(self) -> np.ndarray:

@@ -10,12 +10,12 @@ import numpy as np
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity
 from belt_sim.errors import InputError
 from belt_sim.si import MM, N_PER_MM2
-from belt_sim.virtual_rig.blinding import Truth
 from belt_sim.virtual_rig.effect_size import detectability_of
-from belt_sim.virtual_rig.hidden import MIX, OUTSIDE, REACHED, random_hidden
+from belt_sim.virtual_rig.hidden_faults import MIX, OUTSIDE, REACHED, random_hidden
 from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT
 from belt_sim.virtual_rig.make import check_seed, measure_campaign, random_streams
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan, RunSetting
+from belt_sim.virtual_rig.sealed_truth import Truth
 
 #: How often each kind of machine is drawn.
 KINDS = {"test_rig": 0.4, "short_rig": 0.2, "between": 0.2, "wide_belt": 0.2}
@@ -168,15 +168,15 @@ def _add_repeats(runs: Sequence[RunSetting], rng) -> tuple[RunSetting, ...]:
 def _stated_noise(runs: Sequence[RunSetting], rng) -> Noise:
     """What the file states; the yaw is known to half a percent of the largest."""
 
-    def between(low: float, high: float) -> float:
+    def draw_rounded(low: float, high: float) -> float:
         return float(f"{math.exp(rng.uniform(math.log(low), math.log(high))):.2g}")
 
     return Noise(
-        white=between(*_WHITE),
-        zero=between(*_ZERO),
-        wander_sd=between(*_WANDER),
+        white=draw_rounded(*_WHITE),
+        zero=draw_rounded(*_ZERO),
+        wander_sd=draw_rounded(*_WANDER),
         gain=0.005 if rng.random() < 0.3 else 0.0,
-        tension_rel=between(0.005, 0.02),
+        tension_rel=draw_rounded(0.005, 0.02),
         yaw_u=float(f"{0.005 * max(abs(run.yaw) for run in runs):.2g}"),
     )
 

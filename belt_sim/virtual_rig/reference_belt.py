@@ -68,7 +68,7 @@ class WeldFault(Fault):
             return value
         upper = place == "upper_mid_span"
         behind = np.where((line.direction > 0) == upper, *self._places(s, line))
-        tilt = self._felt(self._last(behind, line), tilt_sensitivity(line, upper), line)
+        tilt = self._mean_curvature(self._on_last_turn(behind, line), tilt_sensitivity(line, upper), line)
         return value + self.angle * line.bending * tilt
 
     def _places(self, s, line):
@@ -78,19 +78,19 @@ class WeldFault(Fault):
         place = place + line.start
         return place, place - line.span_length - line.wrap_tail
 
-    def _last(self, place, line):
+    def _on_last_turn(self, place, line):
         """The same on the last way round the belt."""
         half = self.LENGTH / 2
         return np.mod(place + half, line.belt_length) - half
 
     def _at_runup(self, place, line):
         """Curvature at a span's run-up from a unit kink at ``place`` behind its run-off, shape (batch,)."""
-        place = self._last(place, line)
+        place = self._on_last_turn(place, line)
         passing = (line.span_length - place) / self.LENGTH
         bump = np.where(np.abs(passing) < 0.5, (1 + np.cos(2 * np.pi * passing)) / self.LENGTH, 0.0)
-        return bump - self._felt(place, line.runup_sensitivity, line)
+        return bump - self._mean_curvature(place, line.runup_sensitivity, line)
 
-    def _felt(self, place, bent, line):
+    def _mean_curvature(self, place, bent, line):
         """Mean over a unit kink at ``place`` (..., batch) of the curvature ``bent`` (batch, n) along a span."""
         length = line.span_length[:, None]
         local = place[..., None] + _POINTS * self.LENGTH
@@ -140,11 +140,12 @@ class EdgeProfileFault(_Harmonics):  # type: ignore[misc,valid-type]
 
     def edge(self, place, s, line):
         phase = -2 * np.pi * line.belt_coordinate(place, s) / line.belt_length
-        there = [k for k in range(1, HARMONICS + 1) if np.any(self._of(k)[0]) or np.any(self._of(k)[1])]
-        return sum((self._of(k)[0] * np.cos(k * phase) + self._of(k)[1] * np.sin(k * phase) for k in there), 0.0)
-
-    def _of(self, k: int):
-        return getattr(self, f"cos{k}"), getattr(self, f"sin{k}")
+        edge = 0.0
+        for k in range(1, HARMONICS + 1):
+            cos, sin = getattr(self, f"cos{k}"), getattr(self, f"sin{k}")
+            if np.any(cos) or np.any(sin):
+                edge = edge + (cos * np.cos(k * phase) + sin * np.sin(k * phase))
+        return edge
 
 
 @fault

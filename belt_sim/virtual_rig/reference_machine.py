@@ -213,7 +213,7 @@ class WobbleFault(Fault):
 class SlipFault(Fault):
     """Both pulleys hold the belt by friction, given as 1/mu; 0 = they hold any moment.
 
-    At each change of yaw the run-ups let go once, and the run-offs let go all the time (grip.py, travel.py).
+    At each change of yaw the run-ups let go once, and the run-offs let go all the time (march.py).
     """
 
     draw_order = 8

@@ -17,13 +17,13 @@ from belt_sim.jax_setup import cores
 from belt_sim.mujoco3d.options import Options, accurate_speed
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import N_PER_MM2
-from belt_sim.virtual_rig.blinding import Truth
 from belt_sim.virtual_rig.fault import Fault, overrides
-from belt_sim.virtual_rig.hidden import HiddenFaults, specified_hidden
+from belt_sim.virtual_rig.hidden_faults import HiddenFaults, specified_hidden
 from belt_sim.virtual_rig.library import CATALOGUE
 from belt_sim.virtual_rig.make import BASES, build_campaign, check_base, check_seed, describe_truth
 from belt_sim.virtual_rig.observe import BELT_DATA, RIG_DATA, TrueErrors, add_noise, draw_errors, stated_data
 from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting, grid
+from belt_sim.virtual_rig.sealed_truth import Truth
 from belt_sim.watch.observers import progress
 
 #: A narrow belt, so that the bending stress of its edges, 2 E b beta/L = 5.3 N/mm2 at the yaw below, stays under its
@@ -119,7 +119,7 @@ def make_space_campaign(
     strip unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; name: of the plan; workers:
     processes, one a core; engine: quasi_static or native, by default quasi_static where it can do what is hidden.
     """
-    what = hidden if isinstance(hidden, HiddenFaults) else _in_scene(hidden)
+    what = hidden if isinstance(hidden, HiddenFaults) else _faults_with_scene(hidden)
     usual = (b for b in reversed(BASES) if not any(b in f.part_of for f in what.faults))
     base = check_base(base or next(usual), what.faults)
     plan = plan or space_plan()
@@ -129,7 +129,7 @@ def make_space_campaign(
     cases = true_cases(plan, base, errors)
     engine = engine or engine_for(cases[0], what.faults, options)
     curves = measure([SceneRun(c, what.faults, options, plan.length, engine) for c in cases], workers)
-    readings = read(plan, curves)
+    readings = take_readings(plan, curves)
     for k, (signal, place) in enumerate(plan.signals.items()):
         readings[k] = add_noise(readings[k], plan.travel, sensors.sheet(signal, place), sensors, streams[1])
     stated_noise, words = with_simulator_error(sensors, engine)
@@ -137,7 +137,7 @@ def make_space_campaign(
     return campaign, describe_truth(seed, base, what, sensors, errors, None, streams[2].bytes(_SALT_BYTES).hex(), name)
 
 
-def _in_scene(hidden: Sequence[str | dict]) -> HiddenFaults:
+def _faults_with_scene(hidden: Sequence[str | dict]) -> HiddenFaults:
     """Faults as asked for; raises InputError for one that has no scene."""
     if isinstance(hidden, str):
         raise InputError("hidden", hidden, "", "give a list of effects; random needs engine=line")
@@ -236,7 +236,7 @@ def run_scene(run: SceneRun) -> Curves:
     return simulate(run.case, belt="flex", travel=travel, options=options, parts=parts)
 
 
-def read(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:
+def take_readings(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:
     """Readings without noise [m or rad], shape (signals, n, runs), lateral ones from where the yaw is applied."""
     readings = np.empty((len(plan.signals), len(plan.travel), len(curves)))
     for j, place in enumerate(plan.signals.values()):

@@ -80,7 +80,7 @@ def solve_span(length, bending, force, torsion, sag_curvature, yields=None) -> S
     for _ in range(DOUBLINGS):
         stiffness, middle = _glue(stiffness, stiffness)
         middles.append(middle)
-    ends = _held(stiffness) if yields is None else _yielding(stiffness, yields)
+    ends = _clamped_ends(stiffness) if yields is None else _compliant_ends(stiffness, yields)
     moments = stiffness[:, [5, 1]] @ ends / bending[:, None, None]
     nodes = _recover(ends, middles)
     return SpanResponse(
@@ -92,31 +92,31 @@ def solve_varied_span(length, bending, force, torsion, sag_curvature, sections: 
     """The same for a span whose properties change along it; its fields are not worked out (``nodes`` is empty)."""
     shape = (len(length), 2**DOUBLINGS)
 
-    def along(value, factor=1.0) -> np.ndarray:
+    def per_element(value, factor=1.0) -> np.ndarray:
         factor = np.asarray(factor, dtype=float)
         return np.broadcast_to(value[:, None] * (factor[:, None] if factor.ndim == 1 else factor), shape)
 
-    rigid = along(bending, sections.bending)
+    rigid = per_element(bending, sections.bending)
     pieces = element(
-        along(length / shape[1]),
+        per_element(length / shape[1]),
         rigid,
-        along(force, sections.tension),
-        along(torsion, sections.torsion),
-        along(sag_curvature, sections.sag),
+        per_element(force, sections.tension),
+        per_element(torsion, sections.torsion),
+        per_element(sag_curvature, sections.sag),
     )
     while pieces.shape[1] > 2:
         pieces = _glue(pieces[:, ::2], pieces[:, 1::2])[0]
     left, right = pieces[:, 0].copy(), pieces[:, 1]
     left[:, 6, 6] += sections.roll_spring
     stiffness, middle = _glue(left, right)
-    ends = _held(stiffness) if yields is None else _yielding(stiffness, yields)
+    ends = _clamped_ends(stiffness) if yields is None else _compliant_ends(stiffness, yields)
     run_up, run_off = ((stiffness[:, row] @ ends)[:, 0] / rigid[:, place, None] for row, place in (([5], -1), ([1], 0)))
     return SpanResponse(
         run_up=run_up.T, run_off=-run_off.T, tilt=(middle @ ends)[:, 2].T, nodes=np.empty((shape[0], 0, 4, 4))
     )
 
 
-def _held(stiffness: np.ndarray) -> np.ndarray:
+def _clamped_ends(stiffness: np.ndarray) -> np.ndarray:
     """All values at both ends, shape (batch, 8, 4), per unit of y and slope there; no tilt."""
     ends = np.zeros((len(stiffness), 8, 4))
     ends[:, _ENDS] = np.eye(4)
@@ -124,7 +124,7 @@ def _held(stiffness: np.ndarray) -> np.ndarray:
     return ends
 
 
-def _yielding(stiffness: np.ndarray, yields: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def _compliant_ends(stiffness: np.ndarray, yields: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """The same where slope and tilt give way to the couples that the span has there."""
     system, given = np.tile(np.eye(8), (len(stiffness), 1, 1)), np.zeros((8, 4))
     given[_ENDS] = np.eye(4)

@@ -7,7 +7,7 @@ import numpy as np
 from belt_sim.virtual_rig.fault import (
     HEAD,
     TAIL,
-    Unmodelled,
+    UnmodelledFault,
     any_phase,
     any_seed,
     duration,
@@ -23,7 +23,7 @@ from belt_sim.virtual_rig.fault import (
 
 
 @fault
-class ProgressiveYaw(Unmodelled):
+class ProgressiveYaw(UnmodelledFault):
     """The steering's lever turns the pulley more than in proportion: share yaw |yaw|/1 mrad is added."""
 
     place, variable, form = "yaw_tail", "yaw", "power"
@@ -35,7 +35,7 @@ class ProgressiveYaw(Unmodelled):
 
 
 @fault
-class SpeedBow(Unmodelled):
+class SpeedBow(UnmodelledFault):
     """The frame bows under the drive: the tail pulley turns by c v^2."""
 
     place, variable, form = "yaw_tail", "speed", "power"
@@ -47,7 +47,7 @@ class SpeedBow(Unmodelled):
 
 
 @fault
-class FrameTwist(Unmodelled):
+class FrameTwist(UnmodelledFault):
     """The frame twists under the belt's pull more than in proportion: the head pulley turns by c (sigma/10 N/mm2)^2."""
 
     place, variable, form = "yaw_head", "tension", "power"
@@ -59,7 +59,7 @@ class FrameTwist(Unmodelled):
 
 
 @fault
-class YawCreep(Unmodelled):
+class YawCreep(UnmodelledFault):
     """The steering relaxes after its step: share (1 - exp(-t/time)) of the yaw is added in time."""
 
     blind = False
@@ -74,7 +74,7 @@ class YawCreep(Unmodelled):
 
 
 @fault
-class RingingYaw(Unmodelled):
+class RingingYaw(UnmodelledFault):
     """The steering swings about its new position after the step, by a share of it that dies out in time."""
 
     place, variable, form = "yaw_tail", "time_since_step", "exponential"
@@ -89,7 +89,7 @@ class RingingYaw(Unmodelled):
 
 
 @fault
-class StrangeWave(Unmodelled):
+class StrangeWave(UnmodelledFault):
     """The tail pulley's yaw swings with a wavelength that belongs to no part of the machine."""
 
     blind = False
@@ -103,7 +103,7 @@ class StrangeWave(Unmodelled):
 
 
 @fault
-class BeatingHead(Unmodelled):
+class BeatingHead(UnmodelledFault):
     """Two gears of nearly the same pitch turn the head pulley to and fro: its swing comes and goes."""
 
     place, variable, form = "yaw_head", "wave", "periodic"
@@ -119,7 +119,7 @@ class BeatingHead(Unmodelled):
 
 
 @fault
-class ThermostatHead(Unmodelled):
+class ThermostatHead(UnmodelledFault):
     """A fan cools the head pulley's bearing in turns: its yaw swings to and fro in straight strokes, in time."""
 
     place, variable, form = "yaw_head", "wave", "periodic"
@@ -136,7 +136,7 @@ class ThermostatHead(Unmodelled):
 
 
 @fault
-class QuadraticContact(Unmodelled):
+class QuadraticContact(UnmodelledFault):
     """The tail pulley turns the belt by c y^2 per metre."""
 
     blind = False
@@ -148,7 +148,7 @@ class QuadraticContact(Unmodelled):
 
 
 @fault
-class SoftShoulder(Unmodelled):
+class SoftShoulder(UnmodelledFault):
     """The head pulley has shoulders: off the middle it turns the belt back by kappa at most, kappa tanh(y/y0)."""
 
     place, variable, form = "runup_head", "y", "saturating"
@@ -161,7 +161,7 @@ class SoftShoulder(Unmodelled):
 
 
 @fault
-class DeadZone(Unmodelled):
+class DeadZone(UnmodelledFault):
     """Curvature below kappa_d does not turn the belt on the pulley."""
 
     blind = False
@@ -174,7 +174,7 @@ class DeadZone(Unmodelled):
 
 
 @fault
-class SquareMoment(Unmodelled):
+class SquareMoment(UnmodelledFault):
     """The cover gives way more than in proportion: both pulleys turn the belt by c kappa |kappa| more."""
 
     place, variable, form = "runup_both", "curvature", "power"
@@ -185,7 +185,7 @@ class SquareMoment(Unmodelled):
 
 
 @fault
-class BaldPatch(Unmodelled):
+class BaldPatch(UnmodelledFault):
     """The tail pulley's lagging is gone on one side of a patch: a taper that acts while the patch takes the belt up."""
 
     place, variable, form = "runup_tail", "pulley_phase", "periodic"
@@ -202,7 +202,7 @@ _FULL = 1e-4  # [rad]
 
 
 @fault
-class LaggingSet(Unmodelled):
+class LaggingSet(UnmodelledFault):
     """The tail pulley's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile.
 
     Fully from a yaw of ``_FULL`` on; a pulley that is set to no yaw, and errs by a microradian, sets nothing.
@@ -220,7 +220,7 @@ class LaggingSet(Unmodelled):
 
 
 @fault
-class Rut(Unmodelled):
+class Rut(UnmodelledFault):
     """The belt wears a rut into the tail pulley: it is turned as it lay there one revolution of the belt ago."""
 
     place, variable, form = "runup_tail", "y", "linear"
@@ -228,11 +228,11 @@ class Rut(Unmodelled):
     c: float = size("1/m2", 1e-2, 1.0)
 
     def recall(self, s, past):
-        return self.c * past.at(s - past.line.belt_length, 0, 1) * TAIL
+        return self.c * past.state_at(s - past.line.belt_length, 0, 1) * TAIL
 
 
 @fault
-class WalkingAngle(Unmodelled):
+class WalkingAngle(UnmodelledFault):
     """The contact angle on the tail pulley takes a random walk of its own in every run."""
 
     blind = False
@@ -248,7 +248,7 @@ class WalkingAngle(Unmodelled):
 
 
 @fault
-class AdhesionLoss(Unmodelled):
+class AdhesionLoss(UnmodelledFault):
     """From travel ``after`` on, the belt climbs faster or slower sideways than it should by ``share``."""
 
     blind = False
@@ -262,7 +262,7 @@ class AdhesionLoss(Unmodelled):
 
 
 @fault
-class MidStick(Unmodelled):
+class MidStick(UnmodelledFault):
     """In mid run the belt runs straight for a while, sideways held by ``share``."""
 
     blind = False
@@ -277,7 +277,7 @@ class MidStick(Unmodelled):
 
 
 @fault
-class GreasyStretch(Unmodelled):
+class GreasyStretch(UnmodelledFault):
     """A stretch of the belt is greasy: while it runs up on a pulley, the belt follows its contact angle less."""
 
     place, variable, form = "runup_both", "belt_phase", "periodic"
@@ -294,7 +294,7 @@ class GreasyStretch(Unmodelled):
 
 
 @fault
-class FollowPower(Unmodelled):
+class FollowPower(UnmodelledFault):
     """On the tail pulley the belt climbs by a power of its contact angle, |alpha|^(1 + p), alike at 0.1 mrad."""
 
     place, variable, form = "runup_tail", "contact_angle", "power"
@@ -307,7 +307,7 @@ class FollowPower(Unmodelled):
 
 
 @fault
-class GripLimit(Unmodelled):
+class GripLimit(UnmodelledFault):
     """The belt follows its contact angle less and less, the larger it is: alpha becomes a tanh(alpha/a)."""
 
     place, variable, form = "runup_both", "contact_angle", "saturating"
@@ -320,7 +320,7 @@ class GripLimit(Unmodelled):
 
 
 @fault
-class WrapCreep(Unmodelled):
+class WrapCreep(UnmodelledFault):
     """Wrapped round both pulleys, the belt goes on sideways by a share of what its contact angle asks for."""
 
     place, variable, form = "wrap", "contact_angle", "linear"
@@ -331,7 +331,7 @@ class WrapCreep(Unmodelled):
 
 
 @fault
-class WrapSlide(Unmodelled):
+class WrapSlide(UnmodelledFault):
     """On the tail pulley a belt that lies too much askew slides on: by ``length`` times the angle beyond a limit."""
 
     place, variable, form = "wrap", "contact_angle", "threshold"
@@ -348,7 +348,7 @@ class WrapSlide(Unmodelled):
 
 
 @fault
-class TensionDecay(Unmodelled):
+class TensionDecay(UnmodelledFault):
     """The belt loses ``share`` of its tension over ``length`` metres of travel."""
 
     blind = False
@@ -366,7 +366,7 @@ class TensionDecay(Unmodelled):
 
 
 @fault
-class RatchetSlip(Unmodelled):
+class RatchetSlip(UnmodelledFault):
     """The take-up slips a tooth at travel ``at``: the belt loses a share of its tension at once."""
 
     place, variable, form = "tension", "travel", "threshold"
@@ -383,7 +383,7 @@ class RatchetSlip(Unmodelled):
 
 
 @fault
-class TensionBeat(Unmodelled):
+class TensionBeat(UnmodelledFault):
     """The tension swings by a share once a revolution of the belt, as a stiff splice goes round."""
 
     place, variable, form = "tension", "belt_phase", "periodic"
@@ -403,7 +403,7 @@ class TensionBeat(Unmodelled):
 
 
 @fault
-class SensorCubic(Unmodelled):
+class SensorCubic(UnmodelledFault):
     """The sensor at point 1 shows y + c y^3."""
 
     blind = False
@@ -415,7 +415,7 @@ class SensorCubic(Unmodelled):
 
 
 @fault
-class ShortRange(Unmodelled):
+class ShortRange(UnmodelledFault):
     """The sensors' optics flatten towards the ends of their range: tanh(c y)/c instead of y."""
 
     place, variable, form = "sensor_all", "y", "saturating"
@@ -430,7 +430,7 @@ class ShortRange(Unmodelled):
 
 
 @fault
-class StickyGauge(Unmodelled):
+class StickyGauge(UnmodelledFault):
     """The feeler at point 1 sticks: it follows the belt only once it is ``half`` behind."""
 
     place, variable, form = "sensor_y1", "y", "threshold"
@@ -448,7 +448,7 @@ class StickyGauge(Unmodelled):
 
 
 @fault
-class WarmingStand(Unmodelled):
+class WarmingStand(UnmodelledFault):
     """The sensors' stand moves with the square root of time, as heat does."""
 
     blind = False
@@ -461,7 +461,7 @@ class WarmingStand(Unmodelled):
 
 
 @fault
-class WearingWheel(Unmodelled):
+class WearingWheel(UnmodelledFault):
     """The measuring wheel wears down while it runs: the recorder shows s + c s^2."""
 
     place, variable, form = "travel", "travel", "power"

@@ -4,7 +4,7 @@ import numpy as np
 
 from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import (
-    Unmodelled,
+    UnmodelledFault,
     any_phase,
     any_place_on_belt,
     any_seed,
@@ -23,7 +23,7 @@ from belt_sim.virtual_rig.span import DOUBLINGS, Sections
 
 
 @fault
-class BentIdler(Unmodelled):
+class BentIdler(UnmodelledFault):
     """A bent idler under the lower span pushes it to and fro as it turns."""
 
     place, variable, form = "span", "wave", "periodic"
@@ -41,7 +41,7 @@ class BentIdler(Unmodelled):
 
 
 @fault
-class StickyRest(Unmodelled):
+class StickyRest(UnmodelledFault):
     """A rest under the upper span sticks to the belt up to a force, then slides with it: it remembers the belt."""
 
     place, variable, form = "span", "y", "saturating"
@@ -60,7 +60,7 @@ class StickyRest(Unmodelled):
 
 
 @fault
-class WindSteps(Unmodelled):
+class WindSteps(UnmodelledFault):
     """Wind presses on both spans, changing every 9 m: p bends a clamped span by p L^2/(12 EI) at its end."""
 
     blind = False
@@ -99,7 +99,7 @@ def _sag(plan, stress: float) -> float:
 
 
 @fault
-class SlackSoftening(Unmodelled):
+class SlackSoftening(UnmodelledFault):
     """A slack belt ripples along its edges and bends more easily: EI (1 - share exp(-sigma/sigma_0))."""
 
     place, variable, form = "span_bending", "tension", "exponential"
@@ -112,7 +112,7 @@ class SlackSoftening(Unmodelled):
 
 
 @fault
-class OneLongEdge(Unmodelled):
+class OneLongEdge(UnmodelledFault):
     """One edge was rolled too long, and buckles where the tension does not straighten it: that strip bends no more.
 
     The stress at rest is amplitude P_3 across the width; fibres that it would press carry nothing, the rest all of F.
@@ -137,7 +137,7 @@ class OneLongEdge(Unmodelled):
 
 
 @fault
-class SlackTwist(Unmodelled):
+class SlackTwist(UnmodelledFault):
     """Below a tension the belt's cross-section gives way: T falls by ``share`` of what the tension is short of it."""
 
     idle_on = ("beam_th2",)
@@ -151,7 +151,7 @@ class SlackTwist(Unmodelled):
 
 
 @fault
-class TorsionCreep(Unmodelled):
+class TorsionCreep(UnmodelledFault):
     """After a yaw step the spans twist more and more easily: T (1 - share (1 - exp(-t/time)))."""
 
     idle_on = ("beam_th2",)
@@ -169,7 +169,7 @@ class TorsionCreep(Unmodelled):
 
 
 @fault
-class EdgeCracks(Unmodelled):
+class EdgeCracks(UnmodelledFault):
     """One edge is cracked: a span that is bent so that the cracks open bends by ``share`` more easily."""
 
     place, variable, form = "span_bending", "curvature", "threshold"
@@ -189,7 +189,7 @@ class EdgeCracks(Unmodelled):
 
 
 @fault
-class FatigueCracks(Unmodelled):
+class FatigueCracks(UnmodelledFault):
     """The belt is breaking up all round: its spans bend the more easily the further it has run."""
 
     place, variable, form = "span_bending", "travel", "linear"
@@ -205,7 +205,7 @@ class FatigueCracks(Unmodelled):
 
 
 @fault
-class SpanStiffening(Unmodelled):
+class SpanStiffening(UnmodelledFault):
     """A span stiffens with its amplitude: EI (1 + c q/(1 + q)), q the mean square of its bend in units of ``bend``."""
 
     place, variable, form = "span_bending", "curvature", "power"
@@ -226,7 +226,7 @@ class SpanStiffening(Unmodelled):
 
 
 @fault
-class SupportRoller(Unmodelled):
+class SupportRoller(UnmodelledFault):
     """A belt that sags by more than ``gap`` touches a roller at mid-span, which holds its cross-section level."""
 
     idle_on = ("beam_th2",)
@@ -243,7 +243,7 @@ class SupportRoller(Unmodelled):
 
 
 @fault
-class ThermalCrossbow(Unmodelled):
+class ThermalCrossbow(UnmodelledFault):
     """Heat on one face bows the belt across its width while it runs above: T (1 + share (1 - exp(-t/time)))."""
 
     idle_on = ("beam_th2",)
@@ -261,7 +261,7 @@ class ThermalCrossbow(Unmodelled):
 
 
 @fault
-class SlackSide(Unmodelled):
+class SlackSide(UnmodelledFault):
     """The head pulley drives against a brake: the span that leaves it has a share less tension than the other."""
 
     place, variable, form = "span_tension", "tension", "linear"
@@ -275,7 +275,7 @@ class SlackSide(Unmodelled):
         return Sections(tension=left, sag=1 / left, torsion=1 - lost / line.torsion)
 
 
-class _Passing(Unmodelled):
+class _PassingStretch(UnmodelledFault):
     """A stretch of the belt that is another while it passes a span."""
 
     span_states = tuple(np.linspace(-0.25, 1.25, 31))
@@ -297,7 +297,7 @@ class _Passing(Unmodelled):
 
 
 @fault
-class SoftJoint(_Passing):
+class SoftJoint(_PassingStretch):
     """The belt bends more easily where it is joined: EI falls by ``share`` there, while the joint is in a span."""
 
     place, variable, form = "span_bending", "belt_phase", "periodic"
@@ -311,7 +311,7 @@ class SoftJoint(_Passing):
 
 
 @fault
-class RepairPlate(_Passing):
+class RepairPlate(_PassingStretch):
     """A plate welded on stiffens a stretch of the belt against twisting: T (1 + c) there."""
 
     idle_on = ("beam_th2",)

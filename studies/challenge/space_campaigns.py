@@ -4,11 +4,11 @@ import numpy as np
 
 from belt_sim.campaign import Campaign
 from belt_sim.mujoco3d import Options
-from belt_sim.virtual_rig.blinding import Truth
 from belt_sim.virtual_rig.effect_size import detectability_of, scale_to_size
-from belt_sim.virtual_rig.hidden import SIZES, HiddenFaults, random_fault
+from belt_sim.virtual_rig.hidden_faults import SIZES, HiddenFaults, random_fault
 from belt_sim.virtual_rig.make import check_seed
 from belt_sim.virtual_rig.plan import Plan, grid
+from belt_sim.virtual_rig.sealed_truth import Truth
 from belt_sim.virtual_rig.space import (
     NARROW_BELT,
     OPTIONS,

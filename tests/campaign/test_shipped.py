@@ -6,7 +6,7 @@ from belt_sim.campaign import read_campaign
 from belt_sim.campaign.problems import CampaignError
 from belt_sim.campaign.read import campaign_folder, shipped
 from belt_sim.files import CAMPAIGNS
-from belt_sim.virtual_rig.blinding import reveal
+from belt_sim.virtual_rig.sealed_truth import reveal
 
 
 def test_a_shipped_campaign_needs_no_path(tmp_path, monkeypatch):

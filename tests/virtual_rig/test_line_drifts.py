@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import cumulative_trapezoid
 from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
 
-from belt_sim.virtual_rig.hidden import random_fault
+from belt_sim.virtual_rig.hidden_faults import random_fault
 from belt_sim.virtual_rig.reference_belt import DECAY, FIRST, HARMONICS
 from belt_sim.virtual_rig.reference_machine import (
     BuildUpFault,

@@ -6,7 +6,7 @@ from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
 
 from belt_sim.campaign import Quantity
 from belt_sim.si import MM, MM_PER_M, N_PER_MM2
-from belt_sim.virtual_rig import travel
+from belt_sim.virtual_rig import march
 from belt_sim.virtual_rig.observe import TrueErrors, true_line
 from belt_sim.virtual_rig.plan import RunSetting
 from belt_sim.virtual_rig.span import solve_span
@@ -86,6 +86,6 @@ def test_no_sag_no_tilt_and_the_strip_becomes_th2():
 
 def test_the_step_is_small_enough(monkeypatch):
     _, usual = measured(base="strip")
-    monkeypatch.setattr(travel, "STEPS_A_WRAP", 16)
+    monkeypatch.setattr(march, "STEPS_A_WRAP", 16)
     _, fine = measured(base="strip")
     assert np.abs(usual - fine).max() < 3e-9  # [m]; sensors see 1e-7 at best

@@ -8,7 +8,7 @@ import pytest
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig import Noise, random_campaign, random_nothing_campaign, random_unmodelled_campaign
 from belt_sim.virtual_rig.effect_size import LibrarySignatures, detectability_of
-from belt_sim.virtual_rig.hidden import MIX, OUTSIDE
+from belt_sim.virtual_rig.hidden_faults import MIX, OUTSIDE
 from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT, UNMODELLED, fault_from_spec
 from belt_sim.virtual_rig.random_campaigns import KINDS, POOL, plan_by_number, true_noise
 

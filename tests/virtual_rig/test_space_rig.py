@@ -24,9 +24,9 @@ from belt_sim.virtual_rig.space import (
     engine_for,
     make_space_campaign,
     measure,
-    read,
     run_scene,
     space_plan,
+    take_readings,
     true_cases,
 )
 
@@ -192,6 +192,6 @@ def test_both_engines_measure_alike():
     case = true_cases(TINY, "strip", TrueErrors())[0]
     taper = (fault_from_spec({"id": "taper", "kappa_t": 1e-4}),)
     native, quasi_static = (
-        read(TINY, [run_scene(SceneRun(case, taper, FINE, 0.5, e))]) for e in ("native", "quasi_static")
+        take_readings(TINY, [run_scene(SceneRun(case, taper, FINE, 0.5, e))]) for e in ("native", "quasi_static")
     )
     np.testing.assert_allclose(quasi_static, native, atol=5e-6, rtol=OWN_ERROR["native"][0])

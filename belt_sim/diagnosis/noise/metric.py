@@ -59,15 +59,6 @@ class Metric:
         local, shared = ((a.astype(np.float32), b.astype(np.float32)) for a, b in (self.local, self.shared))
         return replace(self, roots=self.roots.astype(np.float32), local=local, shared=shared)
 
-    def adjoint(self, white: np.ndarray) -> np.ndarray:
-        """Rows (k, R, S, n) whose products with readings are those of vectors (k, N) with whitened readings, so that
-        many sets of these need not be whitened.
-        """
-        runs, signals, n = self.samples.y.shape
-        by_run = _shrink(white, *self.shared).reshape(len(white), runs, signals * n)
-        each = _shrink_runs(by_run, *self.local).reshape(len(white), runs, signals, n)
-        return np.matmul(each.transpose(1, 2, 0, 3), self.roots).transpose(2, 0, 1, 3)
-
     def chi2(self, residual: np.ndarray) -> np.ndarray:
         """Squared length of whitened residuals (..., R, S, n) -> (...)."""
         return np.sum(self.whiten(residual) ** 2, axis=-1)

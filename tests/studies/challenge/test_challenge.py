@@ -17,7 +17,7 @@ from belt_sim.files import ROOT, write_json
 from belt_sim.results.found import RunSettings
 from belt_sim.si import DEGREE
 from belt_sim.virtual_rig import reveal
-from belt_sim.virtual_rig.blinding import HASH
+from belt_sim.virtual_rig.sealed_truth import HASH
 from studies.challenge.registry import ANSWERS, SOURCES, cost
 from studies.challenge.run_case import Task
 from studies.challenge.run_challenge import ablation_tasks, results, run_challenge

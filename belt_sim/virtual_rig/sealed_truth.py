@@ -28,7 +28,7 @@ class Truth:
     half its size); distance: what the best single effect leaves over, or the best three when something outside the
     library is hidden; noise: true scale and tails, and length and smoothness of a wander that is not as stated;
     machine, settings: true minus stated; dirty: what was done to the data; plan: its kind and number; place, variable,
-    form, also: what the unknown is, one of PLACES, VARIABLES and FORMS of fault.py.
+    form, also: what the unknown is (``UnmodelledFault``).
     """
 
     seed: int
@@ -62,15 +62,15 @@ def seal(truth: Truth, folder: Path) -> str:
     """Write truth.sealed and truth.sha256 into a campaign folder; returns the hash. Hidden, not encrypted."""
     packed = base64.b64encode(zlib.compress(truth.text().encode(), 9)).decode()
     wrapped = "\n".join(packed[k : k + 76] for k in range(0, len(packed), 76))
-    _put(folder / SEALED, wrapped + "\n")
-    _put(folder / HASH, f"{truth.sha256()}  {SEALED}\n")
+    _write_text(folder / SEALED, wrapped + "\n")
+    _write_text(folder / HASH, f"{truth.sha256()}  {SEALED}\n")
     return truth.sha256()
 
 
 def reveal(folder: str | Path) -> Truth:
     """Open a sealed truth; raises InputError when a file is missing or the truth is not the published one."""
     folder = Path(folder)
-    published, packed = (_text(folder / name) for name in (HASH, SEALED))
+    published, packed = (_read_text(folder / name) for name in (HASH, SEALED))
     try:
         truth = Truth(**json.loads(zlib.decompress(base64.b64decode(packed))))
         found = truth.sha256()
@@ -82,7 +82,7 @@ def reveal(folder: str | Path) -> Truth:
     return truth
 
 
-def _text(path: Path) -> str:
+def _read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="ascii")
     except FileNotFoundError:
@@ -91,7 +91,7 @@ def _text(path: Path) -> str:
         raise InputError("campaign", path, "", "cannot be read; make the campaign anew") from None
 
 
-def _put(path: Path, text: str) -> None:
+def _write_text(path: Path, text: str) -> None:
     fresh = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     fresh.write_text(text, encoding="ascii", newline="\n")
     os.replace(fresh, path)

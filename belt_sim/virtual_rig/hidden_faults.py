@@ -96,7 +96,7 @@ def random_hidden(
         "two": lambda: [float(rng.choice(_TWO_SIZES)) for _ in range(2)],
         "below_noise": lambda: [float(rng.uniform(*_BELOW))],
     }[kind]()
-    return _of_library(kind, names, wanted, plan, LibrarySignatures(get_detectability()), rng)
+    return _draw_library(kind, names, wanted, plan, LibrarySignatures(get_detectability()), rng)
 
 
 def random_noise(noise: Noise, rng: np.random.Generator) -> Noise:
@@ -120,7 +120,7 @@ def random_fault(name: str, plan: Plan, rng: np.random.Generator) -> Fault:
     return cls(**chosen, **cls.random_shape(plan, rng))
 
 
-def _of_library(kind, names, wanted, plan: Plan, library: LibrarySignatures, rng) -> HiddenFaults:
+def _draw_library(kind, names, wanted, plan: Plan, library: LibrarySignatures, rng) -> HiddenFaults:
     """Different effects, each at its wanted size; what cannot get so large is drawn again."""
     faults: list[Fault] = []
     sizes: list[float] = []

@@ -46,7 +46,7 @@ class DelayHistory:
     applied_loads: list["AppliedLoad"] = field(default_factory=list)
     changed_spans: tuple[list["SpanTable"], list["SpanTable"]] = field(default_factory=lambda: ([], []))
 
-    def at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
+    def state_at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
         """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
         k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
         rows = np.arange(first, last).reshape(-1, *(1,) * s.ndim)
@@ -80,8 +80,8 @@ class DelayHistory:
 
     def wrap_exit_without_slip(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch)."""
-        tail = self.at(s - self.line.wrap_tail, 0, 2)
-        head = self.at(s - self.line.wrap_head, 2, 4)
+        tail = self.state_at(s - self.line.wrap_tail, 0, 2)
+        head = self.state_at(s - self.line.wrap_head, 2, 4)
         tail[0] += self.line.wrap_shift(s)
         for fault in self.faults:
             slid = fault.creep(s, self.line, np.stack([tail[1], head[1]]))
@@ -315,18 +315,18 @@ class _DelayEquation:
         beta, beta_head = self._yaws(s, k)
         to_tail, to_head = self._responses(s, _ends(y, past, beta, beta_head))
         if self.yields:
-            off = self._pushed(s, _ends(y, past, beta, beta_head), None)[1][1]
-            beta = self._yielding(beta, beta_head, y, past, to_tail, to_head, off)
+            off = self._load_curvatures(s, _ends(y, past, beta, beta_head), None)[1][1]
+            beta = self._compliant_yaw(beta, beta_head, y, past, to_tail, to_head, off)
         if self.slips:
-            past = self._let_off(s, _ends(y, past, beta, beta_head), past, to_tail, to_head, node)
+            past = self._slip_at_runoffs(s, _ends(y, past, beta, beta_head), past, to_tail, to_head, node)
         ends = _ends(y, past, beta, beta_head)
         kappa = np.stack([dot(to_tail.run_up, *ends[0]), dot(to_head.run_up, *ends[1])])
-        return kappa + self._pushed(s, ends, node)[0], beta, beta_head
+        return kappa + self._load_curvatures(s, ends, node)[0], beta, beta_head
 
-    def _let_off(self, s, ends, past, to_tail, to_head, node):
+    def _slip_at_runoffs(self, s, ends, past, to_tail, to_head, node):
         """What leaves the tail and the head pulley once friction has let it go."""
         bent = np.stack([dot(to_head.run_off, *ends[1]), dot(to_tail.run_off, *ends[0])])
-        bent = bent + self._pushed(s, ends, None)[1][::-1]
+        bent = bent + self._load_curvatures(s, ends, None)[1][::-1]
         stiff = -np.stack([to_head.run_off[1], to_tail.run_off[1]])
         turn, aside = slip_turn(bent - self.history.landing_curvature(s), stiff, self.line, self.sticks)
         gone = np.stack([aside, turn], axis=1)
@@ -355,7 +355,7 @@ class _DelayEquation:
         beta = sum((f.yaw(s, line) for f in self.of["yaw"]), beta)
         return beta, sum((f.yaw_head(s, line) for f in self.of["yaw_head"]), beta_head)
 
-    def _pushed(self, s, ends, node):
+    def _load_curvatures(self, s, ends, node):
         """Curvature that the loads add at the run-ups and at the run-offs of the two spans, each shape (2, batch)."""
         added_up, added_off = np.zeros((2, 2, len(self.line.stress)))
         for applied in self.history.applied_loads:
@@ -369,7 +369,7 @@ class _DelayEquation:
                 applied.now = applied.kept[node] = kept
         return added_up, added_off
 
-    def _yielding(self, beta, beta_head, y, past, to_tail, to_head, pushed):
+    def _compliant_yaw(self, beta, beta_head, y, past, to_tail, to_head, pushed):
         """What the span moments leave of the yaw on a compliant tail bearing: beta - C (M_up + M_off)."""
         tail_off, head_off = past
         still = dot(to_tail.run_up, head_off + _ANGLE * beta_head, y[:2])
