@@ -1,7 +1,7 @@
 """Every model by its name, the analytic ones and those in three dimensions."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -9,6 +9,7 @@ from belt_sim.analytic.model import MODELS
 from belt_sim.analytic.steady import RitzingerFormula
 from belt_sim.errors import InputError
 from belt_sim.model import Model, SteadyModel
+from belt_sim.si import N_PER_MM2
 
 ANALYTIC = ("rope", "beam_th1", "beam_th2", "ritzinger", "ernst_beam", "strip", "strip_lift_off")
 IN_SPACE = {"mujoco_rope": "rope", "mujoco_grid": "grid", "mujoco_flex": "flex"}
@@ -25,6 +26,16 @@ ModelName = Literal[
     "mujoco_grid",
     "mujoco_flex",
 ]
+
+
+#: the model that is chosen by the tension of what is simulated or measured
+BY_TENSION = "by_tension"
+LAYER_TENSION = 22.0 * N_PER_MM2  # [Pa]: below it the bending layer moves point 3 of the test rig by over 2.5 %
+
+
+def model_for(tensions: Iterable[float]) -> ModelName:
+    """The model of runs whose model is not stated: one for all of them, by the lowest of their tensions [Pa]."""
+    return "strip_lift_off" if min(tensions, default=math.inf) < LAYER_TENSION else "strip"
 
 
 def models() -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.api.inference import parameter_vector
-from belt_sim.api.resolve import ModelSpec, campaign_of, effects_of, fitted_model, refuse
+from belt_sim.api.resolve import ModelSpec, campaign_model, campaign_of, effects_of, fitted_model, refuse
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.effects.base import Effect
@@ -50,7 +50,7 @@ class Fitted(Display):
 
 
 @one_blas_thread
-def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec = "strip") -> Fitted:
+def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None = None) -> Fitted:
     """The numbers of ``effects`` that fit a campaign best, with their covariance: nonlinear least squares on the march.
 
     Readings are weighted by their noise; what the campaign states with an uncertainty (tension, yaw, stiffness, zero,
@@ -62,7 +62,8 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec = "strip
     Raises:
         InputError: no effect is given, or a number moves no reading where the search starts.
     """
-    campaign, chosen, start = campaign_of(campaign), fitted_model(model), effects_of(effects)
+    campaign, start = campaign_of(campaign), effects_of(effects)
+    chosen = fitted_model(campaign_model(model, campaign))
     if not start:
         raise InputError("effects", effects, "", "name at least one, like effects=['taper']")
     refuse(chosen, start)

@@ -13,6 +13,7 @@ from belt_sim.analytic.model import AnalyticModel
 from belt_sim.api.resolve import (
     ModelSpec,
     analytic_model,
+    campaign_model,
     campaign_of,
     candidates_of,
     effects_of,
@@ -65,7 +66,7 @@ MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
 @one_blas_thread
 def diagnose(
     campaign: Campaign | str | Path,
-    model: ModelSpec = "strip",
+    model: ModelSpec | None = None,
     effects: Any = None,
     *,
     bootstraps: int = BOOTSTRAPS,
@@ -79,10 +80,11 @@ def diagnose(
 ) -> Diagnosis:
     """Which of the candidates ``effects`` (None: the library) the analytic ``model`` lacks.
 
-    effects: ids, .py files of your own (tested before any long work; ``tell`` hears what the test says) or Effect
-    classes; leave_out: ids of the library not to be tried; advise: look for the next run to make; bootstraps: campaigns
-    simulated with nothing missing, which tell how much chance gains; progress(replicates, stage): told of every stage,
-    and of these campaigns (None: a bar in a terminal or notebook); shown: is given the result without the next runs;
+    model: None: strip_lift_off if any run is below 22 N/mm2, else strip; effects: ids, .py files of your own (tested
+    before any long work; ``tell`` hears what the test says) or Effect classes; leave_out: ids of the library not to be
+    tried; advise: look for the next run to make; bootstraps: campaigns simulated with nothing missing, which tell how
+    much chance gains; progress(replicates, stage): told of every stage, and of these campaigns (None: a bar in a
+    terminal or notebook); shown: is given the result without the next runs;
     config: what asked for it, for the provenance. Raises InputError, CannotRepresent, RunFailed.
     """
     campaign = campaign_of(campaign)
@@ -92,7 +94,7 @@ def diagnose(
     measured = [run for run in campaign.runs if len(run.travel)]
     if measured and all(run.use == "hold_out" for run in measured):
         raise InputError("hold_out", "all runs", "", "leave at least one run to fit to")
-    chosen = fitted_model(model)
+    chosen = fitted_model(campaign_model(model, campaign))
     classes = candidates_of(effects, chosen, leave_out)
     admitted = _admission(classes, chosen, campaign)
     if beside_points(campaign):
@@ -169,7 +171,7 @@ def _admission(classes: Sequence[type[Effect]], model: AnalyticModel, campaign: 
 @one_blas_thread
 def discover(
     campaign: Campaign | str | Path,
-    model: ModelSpec = "strip",
+    model: ModelSpec | None = None,
     effects: Any = None,
     *,
     tell: Callable[[str], None] = lambda stage: None,
@@ -187,7 +189,7 @@ def discover(
         raise InputError(
             "signals", ", ".join(others), "", "laws are sought at points 1-4 only; leave these signals out"
         )
-    chosen, acting = fitted_model(model), effects_of(effects)
+    chosen, acting = fitted_model(campaign_model(model, campaign)), effects_of(effects)
     refuse(chosen, acting)
     bench = workbench(campaign, chosen, [type(e) for e in acting])
     vector = parameter_vector(bench, acting)
@@ -207,7 +209,7 @@ PLANNED_TRAVEL, PLANNED_STEP = 60.0, 0.5  # [m] that a planned run is recorded o
 @one_blas_thread
 def check(
     campaign: Campaign | str | Path,
-    model: ModelSpec = "strip",
+    model: ModelSpec | None = None,
     effects: Any = None,
     *,
     travel: float = PLANNED_TRAVEL,
@@ -230,7 +232,7 @@ def check(
         read = read_plan(campaign, travel=travel, step=step)
     else:
         read, missing = read_begun(campaign)
-    chosen = fitted_model(model)
+    chosen = fitted_model(campaign_model(model, read))
     found = doubts(read, chosen, planned=planned)
     common: dict[str, Any] = {"campaign": label(read), "base_model": chosen.name, "planned": planned}
     common |= {"runs": tuple(r.name for r in read.runs), "missing": tuple(r.name for r in missing)}
@@ -255,7 +257,7 @@ STEADY_TRAVEL = 300.0  # [m]; the strip's transient at 7 N/mm2 is longer than 10
 @one_blas_thread
 def compare(
     campaign: Campaign | str | Path,
-    model: ModelSpec = "strip",
+    model: ModelSpec | None = None,
     effects: Any = None,
     *,
     drawn: bool = True,
@@ -268,7 +270,8 @@ def compare(
     """
     campaign = campaign_of(campaign)
     curves = any(len(r.travel) for r in campaign.runs)
-    chosen = fitted_model(model) if curves else analytic_model(model)
+    spec = campaign_model(model, campaign)
+    chosen = fitted_model(spec) if curves else analytic_model(spec)
     acting = effects_of(effects)
     refuse(chosen, acting)
     steady = steady_errors(campaign, chosen, acting)

@@ -1,7 +1,8 @@
 """Resolve what people name (models, effects, candidates) to objects, and say where a model stops being valid."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from belt_sim.effects.library import library
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.model import Model, SteadyModel
-from belt_sim.registry import ModelName, model_named
+from belt_sim.registry import BY_TENSION, ModelName, model_for, model_named
 from belt_sim.results.found import FoundEffect
 from belt_sim.validity import Limit, exceeded_limits, geometric
 
@@ -27,6 +28,19 @@ ModelSpec = ModelName | str | Mapping[str, Any] | Model | SteadyModel
 def campaign_of(spec: Campaign | str | Path) -> Campaign:
     """A campaign by the name of one that ships, by its folder, or as it is; raises CampaignError."""
     return spec if isinstance(spec, Campaign) else read_campaign(spec)
+
+
+def by_tension(spec: Any, tensions: Iterable[float]) -> Any:
+    """``spec``, or where it states no model (None, "by_tension") the one for runs of these tensions [Pa]."""
+    name = spec.get("name") if isinstance(spec, Mapping) else spec
+    if name not in (None, BY_TENSION):
+        return spec
+    return {**(spec if isinstance(spec, Mapping) else {}), "name": model_for(tensions)}
+
+
+def campaign_model(spec: Any, campaign: Campaign) -> Any:
+    """``spec``, or where it states no model the one for all runs of a campaign."""
+    return by_tension(spec, [run.tension for run in campaign.runs])
 
 
 def model_of(spec: Any) -> Model | SteadyModel:
@@ -103,6 +117,7 @@ def refuse(model: Model | SteadyModel, effects: Sequence[Effect | type[Effect]],
             raise CannotRepresent(f"effects = {e.id}: {reason}{remedy}")
 
 
+_THREAD = "the belt's own stiffness lifts it off the pulleys, which a belt in 3D has only with effects=[lift_off]"
 #: limits that a belt in three dimensions does not have: it moves, shears, turns far and hangs as it is
 _NOT_IN_SPACE = ("flat_belt", "second_order", "shear", "deep_sag", "fast_belt")
 
@@ -130,7 +145,8 @@ def _of_model(case: Case, model: Any, effects: Sequence[str]) -> tuple[Limit, ..
     if not _in_space(model) or "sag_roll" not in model.contains:
         return ()
     slips = ("slip",) if math.isfinite(model.options.friction) else ()
-    return exceeded_limits(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
+    found = exceeded_limits(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
+    return tuple(replace(limit, words=_THREAD) if limit.id == "bending_layer" else limit for limit in found)
 
 
 def validity_warnings(campaign: Campaign, model: AnalyticModel, effects: Sequence[str]) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.analytic.model import AnalyticModel
-from belt_sim.api.resolve import ModelSpec, effects_of, fitted_model, model_of, refuse, validity_limits
+from belt_sim.api.resolve import ModelSpec, by_tension, effects_of, fitted_model, model_of, refuse, validity_limits
 from belt_sim.case import Case
 from belt_sim.config import CaseSettings, case_from, case_or_settings, model_settings
 from belt_sim.curves import Curves
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def simulate(
     case: Case | None = None,
     *,
-    model: ModelSpec = "strip",
+    model: ModelSpec | None = None,
     effects: Any = None,
     travel: float = 60.0,
     engine: str | None = None,
@@ -39,13 +39,15 @@ def simulate(
 
     settings: as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
     [degrees, {dx, d} in metres, or a list of {at, over, yaw}], speed [m/s], direction. model: a name, {name: ...,
-    further settings} or a Model; engine: of a 3D model, "native" (None), "mjx" or "quasi_static"; effects: ids,
-    mappings, .py files or objects. scene_path: where a 3D model writes its scene (MJCF); computed: what a batch has
-    found for the case as driven (``belt_sim.api.simulate``), so that no engine runs. A 3D model's setting ``scene`` is
-    an MjSpec that ``bs.scene`` made, edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
+    further settings} or a Model; None: strip_lift_off below 22 N/mm2, strip above; engine: of a 3D model, "native"
+    (None), "mjx" or "quasi_static"; effects: ids, mappings, .py files or objects. scene_path: where a 3D model writes
+    its scene (MJCF); computed: what a batch has found for the case as driven (``belt_sim.api.simulate``), so that no
+    engine runs. A 3D model's setting ``scene`` is an MjSpec that ``bs.scene`` made, edited, or the path of an XML: that
+    is run instead, by MuJoCo's contacts.
     """
     case = case_or_settings(case, {**settings, "travel": travel} if case is None else settings)
-    chosen, acting = on_engine(model_of(model), engine), effects_of(effects)
+    spec = by_tension(model, [float(case.settings.tension)])
+    chosen, acting = on_engine(model_of(spec), engine), effects_of(effects)
     common: dict[str, Any] = {"case": case, "model": chosen.name, "effects": acting, "travel": float(travel)}
     common["beyond"] = validity_limits(case, chosen, [e.id for e in acting])
     steady = chosen.steady_rate(case) if isinstance(chosen, SteadyModel) and not acting else None
@@ -115,12 +117,14 @@ def run_in_batches(
 def _prepare(config: Mapping[str, Any]) -> Any:
     """The case of a configuration as its own run would march it; None where that refuses it."""
     try:
-        model = on_engine(model_of(model_settings(config["model"])), config["engine"])
+        case = case_from(config)
+        spec = by_tension(model_settings(config["model"]), [float(case.settings.tension)])
+        model = on_engine(model_of(spec), config["engine"])
         if not isinstance(model, SpaceModel) or model.engine not in BATCH_ENGINES:
             return None
         if model.control or model.contact != CONTACTS[0] or config["watch"]:
             return None
-        case, effects = case_from(config), effects_of(config["effects"])
+        effects = effects_of(config["effects"])
         driven, far = model.engine_task(case, effects, float(config["travel"]))
         parts = model.parts(driven, effects)
         prepared = batch_engine(model.engine).prepare_case

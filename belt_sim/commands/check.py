@@ -8,7 +8,7 @@ def run(run_dir: RunDir) -> None:
     """Check a campaign or a plan and leave check.json and check.png in the run folder."""
     from belt_sim.api.inference import check
     from belt_sim.files import write_json
-    from belt_sim.reports.terminal import tell_check
+    from belt_sim.reports.terminal import tell_check, tell_choice
     from belt_sim.results.json import check_json
 
     config, folder = run_dir.config, run_dir.path
@@ -24,4 +24,5 @@ def run(run_dir: RunDir) -> None:
         from belt_sim.pictures.diagnosis import visible_picture
 
         visible_picture(folder / "check.png", found.visible, found.campaign.title)
+    tell_choice(config, found.base_model)
     tell_check(found, folder)

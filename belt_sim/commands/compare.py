@@ -8,7 +8,7 @@ def run(run_dir: RunDir) -> None:
     from belt_sim.api.inference import compare
     from belt_sim.campaign import read_campaign
     from belt_sim.commands.outputs import write_comparison
-    from belt_sim.reports.terminal import tell_comparison
+    from belt_sim.reports.terminal import tell_choice, tell_comparison
 
     config = run_dir.config
     with run_dir.outputs() as draft:
@@ -16,4 +16,5 @@ def run(run_dir: RunDir) -> None:
         model, pictures = config["model"]["name"], config["pictures"]
         found = compare(campaign, model, config["effects"], drawn=pictures, config=config)
         write_comparison(draft, found, pictures=pictures)
+    tell_choice(config, found.base_model)
     tell_comparison(found, run_dir.path)

@@ -11,7 +11,7 @@ def run(run_dir: RunDir) -> None:
     from belt_sim.campaign import read_campaign
     from belt_sim.commands.outputs import draw_diagnosis, write_diagnosis, write_recording
     from belt_sim.errors import whole
-    from belt_sim.reports.terminal import tell_diagnosis
+    from belt_sim.reports.terminal import tell_choice, tell_diagnosis
     from belt_sim.watch.observers import in_stages, progress, resolve_watch
 
     config: Any = run_dir.config
@@ -23,6 +23,7 @@ def run(run_dir: RunDir) -> None:
         with progress(1.0, f"diagnosing {campaign.title}") as done:
             stages = in_stages(done, count)
             found = diagnose(campaign, config["model"]["name"], **asked, progress=stages, tell=print, config=config)
+        tell_choice(config, found.base_model)
         tell_diagnosis(found, run_dir.path)
         write_diagnosis(draft, found)
         if config["pictures"]:

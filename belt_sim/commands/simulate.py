@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim import si
-from belt_sim.api.resolve import model_of
+from belt_sim.api.resolve import by_tension, model_of
 from belt_sim.api.simulate import on_engine, simulate
 from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_kept, show, write_simulation
 from belt_sim.commands.run_dir import RunDir
@@ -16,7 +16,7 @@ from belt_sim.config import case_from, model_settings
 from belt_sim.curves import read_curves
 from belt_sim.errors import InputError
 from belt_sim.provenance import provenance
-from belt_sim.reports.terminal import tell_simulation
+from belt_sim.reports.terminal import tell_choice, tell_simulation
 from belt_sim.watch.observers import resolve_watch
 
 OVERSHOT = 50.0  # [m] that every millimetre of overshoot beyond what is allowed counts for
@@ -81,9 +81,11 @@ def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float |
     watch, pictures = resolve_watch(config["watch"], "rrd", "rerun", "viewer"), config["pictures"]
     if not isinstance(pictures, bool):
         raise InputError("pictures", pictures, "", "use true or false")
-    case, model = case_from(config), on_engine(model_of(model_settings(config["model"])), config["engine"])
+    case, stated = case_from(config), model_settings(config["model"])
+    model = on_engine(model_of(by_tension(stated, [float(case.settings.tension)])), config["engine"])
+    tell_choice(config, model.name)
     asked = {k: config[k] for k in ("effects", "travel")}
-    observers = observers_of(model, watch, _title(run_dir), folder)
+    observers = observers_of(model, watch, _title(run_dir, model.name), folder)
     with run_dir.outputs(RECORDING) as draft:
         with partial_curves_kept(folder, observers):
             scene = draft / "scene.xml"
@@ -94,9 +96,9 @@ def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float |
     return _report_objective(folder, wanted)
 
 
-def _title(run_dir: RunDir) -> str:
+def _title(run_dir: RunDir, model: str) -> str:
     """What a run is called while it runs; in a sweep with its number, as several may run at once."""
-    title = f"{run_dir.config['model']['name']}, {float(run_dir.config['tension']):g} N/mm2"
+    title = f"{model}, {float(run_dir.config['tension']):g} N/mm2"
     return title if run_dir.case is None else f"{title}, job {run_dir.case}"
 
 

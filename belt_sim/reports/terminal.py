@@ -1,11 +1,14 @@
 """Results in the terminal: lines and tables."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table as RichTable
 
+from belt_sim.registry import BY_TENSION
 from belt_sim.results.check import Check
 from belt_sim.results.comparison import Comparison, runs_table, steady_table
 from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_table, ranking_table
@@ -13,6 +16,12 @@ from belt_sim.results.display import Table
 from belt_sim.results.simulation import Simulation
 
 MIN_WIDTH = 110
+
+
+def tell_choice(config: Mapping[str, Any], model: str) -> None:
+    """Which model a command has chosen, if none was stated."""
+    if config["model"]["name"] == BY_TENSION:
+        print(f"model {model}, chosen by tension (strip_lift_off below 22 N/mm2, else strip); model=NAME states one")
 
 
 def tell_simulation(s: Simulation, folder: Path) -> None:

@@ -69,7 +69,7 @@ def test_rigs_and_belts_may_be_objects_mappings_or_names(case):
 
 
 def test_effects_may_be_mappings_or_objects_and_models_too(case):
-    by_mapping = bs.simulate(case, effects=[TAPER], **SHORT)
+    by_mapping = bs.simulate(case, model="strip", effects=[TAPER], **SHORT)
     by_object = bs.simulate(case, model=bs.model_named("strip"), effects=[bs.library()["taper"](kappa_t=2e-5)], **SHORT)
     np.testing.assert_array_equal(by_mapping.curves.y, by_object.curves.y)
     assert np.abs(by_mapping.curves.y - bs.simulate(case, **SHORT).curves.y).max() > 1e-6
@@ -83,7 +83,7 @@ def test_effects_may_be_mappings_or_objects_and_models_too(case):
 def test_a_simulation_shows_itself(case):
     s = bs.simulate(case, effects=[TAPER], **SHORT)
     first, *_ = str(s).splitlines()
-    assert first.startswith("strip + taper, 10 N/mm2: late rates in mm per m at points 1: ")
+    assert first.startswith("strip_lift_off + taper, 10 N/mm2: late rates in mm per m at points 1: ")
     assert f"{1e3 * s.rates[0]:+.4f}" in first
     html = s._repr_html_()
     assert html.count("<tr>") == 5

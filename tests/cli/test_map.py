@@ -57,7 +57,7 @@ def test_a_row_says_what_simulate_says(belt):
     for number in (0, 5, 10):
         row = table.loc[number]
         rig = {"centre_distance": 11.28, "pulley_radius": row["rig_pulley_radius"], "gravity": 9.81}
-        alone = bs.simulate(tension=row["tension_n_per_mm2"], yaw=row["yaw_deg"], travel=12.0, rig=rig)
+        alone = bs.simulate(model="strip", tension=row["tension_n_per_mm2"], yaw=row["yaw_deg"], travel=12.0, rig=rig)
         curves = alone.curves
         assert alone.rates * 1e3 == pytest.approx(row[[f"rate{k}_mm_per_m" for k in (1, 2, 3, 4)]], rel=1e-8)
         assert np.multiply(alone.offsets, 1e3) == pytest.approx(row[["offset_upper_mm", "offset_lower_mm"]], rel=1e-8)
@@ -75,10 +75,10 @@ def test_numbers_of_effects_vary_too(belt):
     assert answer.status == 0, answer.err
     table = rows(belt.folder)
     assert "steady_rate_mm_per_m" not in table  # which knows of no effects
-    last = bs.simulate(tension=10, yaw=0.02, travel=12.0, effects=[{"id": "taper", "kappa_t": 2e-5}])
+    last = bs.simulate(model="strip", tension=10, yaw=0.02, travel=12.0, effects=[{"id": "taper", "kappa_t": 2e-5}])
     assert table["taper_kappa_t"].tolist() == [0.0, 1e-5, 2e-5]
     assert last.rates[0] * 1e3 == pytest.approx(table["rate1_mm_per_m"].iloc[2], rel=1e-8)
-    without = bs.simulate(tension=10, yaw=0.02, travel=12.0)
+    without = bs.simulate(model="strip", tension=10, yaw=0.02, travel=12.0)
     assert without.rates[0] * 1e3 == pytest.approx(table["rate1_mm_per_m"].iloc[0], rel=1e-8)
 
 

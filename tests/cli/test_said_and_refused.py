@@ -42,6 +42,17 @@ def test_late_rates_that_have_not_settled_are_told(belt):
     assert json.loads((belt.folder / "summary.json").read_text())["settled"] is True
 
 
+def test_a_model_that_is_not_stated_is_chosen_by_tension_and_named(belt):
+    """In a sweep case by case; a stated model stays, and nothing is said of it."""
+    answer = belt("simulate", "-m", "tension=21.9,22", "travel=2", "pictures=false")
+    for chosen in ("strip_lift_off", "strip"):
+        assert f"model {chosen}, chosen by tension" in answer.out
+    rows = list(csv.DictReader((belt.folder / "sweep.csv").open(encoding="utf-8")))
+    assert sorted(r["model"] for r in rows) == ["strip", "strip_lift_off"]
+    stated = belt("simulate", "model=strip", "tension=7", "travel=2", "pictures=false")
+    assert "chosen by tension" not in stated.out
+
+
 def test_the_command_stands_in_the_provenance(belt, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["/usr/bin/belt-sim", "simulate", "travel=2"])
     belt("simulate", "travel=2", "pictures=false")
@@ -71,7 +82,7 @@ def test_the_rates_of_a_sweep_keep_their_sign(belt, monkeypatch):
 
     drawn = {}
     monkeypatch.setattr(pictures, "rates_picture", lambda path, rates, title: drawn.update(rates))
-    belt("simulate", "-m", "tension=20,30,40", "travel=2")
+    belt("simulate", "-m", "model=strip", "tension=20,30,40", "travel=2")
     rows = list(csv.DictReader((belt.folder / "sweep.csv").open(encoding="utf-8")))
     assert sorted(drawn["strip"].rate) == sorted(float(r["rate1_mm_per_m"]) for r in rows)
     assert max(drawn["strip"].rate) < 0

@@ -1,0 +1,37 @@
+"""Which model runs where none is stated, and how little that changes where the belt is tight."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import belt_sim as bs
+from belt_sim.api.resolve import campaign_model
+
+#: largest difference of y on the test rig, in percent of the largest y (docs/simulate.md)
+TOLD = {7: 3.0, 22: 0.8, 45: 0.1}
+
+
+@pytest.mark.parametrize(("tension", "model"), [(7, "strip_lift_off"), (21.9, "strip_lift_off"), (22, "strip")])
+def test_a_run_chooses_by_its_tension(tension, model):
+    assert bs.simulate(tension=tension, travel=2.0).model == model
+    assert bs.simulate(model="beam_th2", tension=tension, travel=2.0).model == "beam_th2"
+
+
+def test_a_campaign_has_one_model_by_its_slackest_run():
+    campaign = bs.load_campaign("machine_fault")
+    tensions = [run.tension / 1e6 for run in campaign.runs]
+    assert min(tensions) < 22 < max(tensions)
+    assert campaign_model(None, campaign) == {"name": "strip_lift_off"}
+    tight = replace(campaign, runs=tuple(r for r in campaign.runs if r.tension >= 22e6))
+    assert campaign_model("by_tension", tight)["name"] == "strip"
+    assert campaign_model("strip", campaign) == "strip"
+
+
+@pytest.mark.parametrize("tension", TOLD)
+def test_both_models_agree_where_the_belt_is_tight(tension):
+    strip, layer = (
+        np.asarray(bs.simulate(model=m, tension=tension, yaw=-0.042, travel=40).curves.y)
+        for m in ("strip", "strip_lift_off")
+    )
+    assert 100 * np.abs(layer - strip).max() / np.abs(strip).max() == pytest.approx(TOLD[tension], abs=0.05)
