@@ -25,7 +25,7 @@ MistakeKind = Literal[
     "reading_unit",
 ]
 #: How much later than stated a yaw may have come, as a share of a span; sizes between these are refined.
-DELAYS = (0.03, 0.07, 0.15, 0.3, 0.6, 1.0)
+DELAYS = (0.03, 0.07, 0.15, 0.3, 0.6, 1.0, 2.0)
 #: Widths that a slip of the hand makes of the true one, over the stated one.
 WIDTHS = (0.1, 0.5, 0.8, 1.25, 2.0, 10.0)
 FEET, INCH, KILOPOND = 0.3048, 25.4, 9.80665

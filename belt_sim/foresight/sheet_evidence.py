@@ -26,12 +26,12 @@ USUAL = ("yaw_offset_tail", "yaw_offset_head", "taper")
 #: chi2 a reading below which too little is unexplained to ask; stated noise is seldom better known.
 UNEXPLAINED = 1.2
 #: Sigmas of the chi2 of noise that one run's chi2 must be off, to ask as well: a mistake in one run is lost in all.
-ODD = 5.0
+ODD = 3.5
 #: Share of the unexplained chi2 that a mistake must remove to be believed, and to be mentioned.
 BELIEVED, MENTIONED = 0.9, 0.5
 #: chi2 a reading that may be left then, unless nearly all is removed: a fault may stand beside the mistake.
 LEFT, NEARLY_ALL = 2.0, 0.98
-#: chi2 by which the best mistake must beat every other one to be believed.
+#: chi2 by which the best mistake must beat the stated sheet and every other mistake to be believed.
 DECISIVE = 100.0
 #: Mistakes that make a belt stiffer or softer alike; by less than this factor a machine can be off by itself.
 STIFFNESS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
@@ -47,9 +47,9 @@ FINALISTS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class SheetEvidence:
-    """mistake; share: of the unexplained chi2 (of its own runs, where it concerns some) that it removes; left: chi2 a
-    reading that it leaves; certain: whether it removes so much, and more than any other kind of mistake, that nothing
-    else should be searched for; gain: chi2 over that of the sheet without faults."""
+    """mistake; share: of the unexplained chi2 of the runs that it concerns, which it removes; left: chi2 a reading that
+    it leaves of these; certain: whether it removes so much, and more than mistakes in anything else, that
+    nothing else should be searched for; gain: chi2 over that of the sheet without faults."""
 
     mistake: SheetMistake
     share: float
@@ -80,48 +80,58 @@ def sheet_evidence(
     if not np.isfinite(excess) or not (excess >= (UNEXPLAINED - 1.0) * stated.count or odd.any()):
         return ()
     tell("asking whether the sheet is right")
-    best: dict[str, tuple[float, SheetMistake]] = {}
+    of_kind: dict[str, tuple[float, SheetMistake]] = {}
     for mistake in sheet_mistakes(curved):
         chi2, found = _screen(mistake, curved, stated)
-        if chi2 < best.get(found.kind, (np.inf, found))[0]:
-            best[found.kind] = chi2, found
-    screened = sorted((_refine(chi2, m, stated) for chi2, m in best.values()), key=lambda f: f[0])
-    exact = [(_Layout(m.campaign, model).total(m), m) for _, m in screened[:FINALISTS]]
+        if chi2 < of_kind.get(found.kind, (np.inf, found))[0]:
+            of_kind[found.kind] = chi2, found
+    screened = sorted((_refine(chi2, m, stated) for chi2, m in of_kind.values()), key=lambda f: f[0])
+    exact = [(_Layout(m.campaign, model).deviance(m, stated), m) for _, m in screened[:FINALISTS]]
     ranked = sorted([*((c, m) for c, m in exact if np.isfinite(c)), *screened[FINALISTS:]], key=lambda f: f[0])
-    shares = [((total - chi2) / excess, chi2 / stated.count, m) for chi2, m in ranked]
-    clear = _is_clear(ranked) and (shares[0][0] > NEARLY_ALL or (shares[0][0] > BELIEVED and shares[0][1] < LEFT))
-    clear = clear and excess >= (UNEXPLAINED - 1.0) * stated.count
-    clear = clear and not _model_explains(stated, ranked[0], excess)
+    if not ranked:
+        return ()
+    best, rival = ranked[0][0], np.inf
+    if total - best > MENTIONED * excess and not ranked[0][1].runs:
+        rival = _other_models(stated)
+    if rival < best:  # the model is to blame, and not the sheet
+        return ()
+    like_a_model = ranked[0][1].kind in LIKE_A_MODEL and rival - best < MENTIONED * excess
+    clear = _is_clear(ranked, total) and not like_a_model
     alone = float(np.sum(stated.alone))
-    evidence: list[SheetEvidence] = []
-    for k, (share, left, m) in enumerate(shares):
+    evidence = []
+    for chi2, m in ranked:
         own = np.array([not m.runs or r.name in m.runs for r in curved.runs])
-        share = max(share, share * excess / max(float(np.sum((stated.chi2 - stated.counts)[own])), 1.0))
+        unexplained, numbers = max(float(np.sum((stated.chi2 - stated.counts)[own])), 1.0), stated.counts[own].sum()
+        removed = total - chi2
+        share, left = min(removed / unexplained, 1.0), max((unexplained - removed) / numbers + 1.0, 0.0)
+        certain = clear and (m is ranked[0][1] or (_same_run(m, ranked[0][1]) and chi2 - best < DECISIVE))
+        certain = certain and max(unexplained, removed) >= (UNEXPLAINED - 1.0) * numbers
+        certain = certain and (share > NEARLY_ALL or (share > BELIEVED and left < LEFT))
         if share > MENTIONED:
-            certain, gain = k == 0 and clear, alone - left * stated.count
-            evidence.append(SheetEvidence(mistake=m, share=min(share, 1.0), left=left, certain=certain, gain=gain))
+            evidence.append(SheetEvidence(mistake=m, share=share, left=left, certain=certain, gain=alone - chi2))
     return tuple(evidence)
 
 
-def _is_clear(ranked: Sequence[tuple[float, SheetMistake]]) -> bool:
-    """Whether the best mistake beats all others but those that do the same, and is more than a fault of the machine."""
-    if not ranked:
-        return False
+def _same_run(a: SheetMistake, b: SheetMistake) -> bool:
+    """Whether two mistakes concern one and the same run."""
+    return len(a.runs) == 1 and a.runs == b.runs
+
+
+def _is_clear(ranked: Sequence[tuple[float, SheetMistake]], total: float) -> bool:
+    """Whether the best mistake beats the stated sheet and all others, but those that do the same or concern the same
+    run, and is more than a fault of the machine."""
     (chi2, best), *rest = ranked
     stiffness = best.kind in STIFFNESS
     factor = best.size**2 if best.kind == "width" else best.size
-    others = [c for c, m in rest if not (stiffness and m.kind in STIFFNESS)]
-    return min(others, default=np.inf) - chi2 > DECISIVE and not (stiffness and 1.0 / OFF < factor < OFF)
+    alike = [m for _, m in rest if _same_run(m, best) or (stiffness and m.kind in STIFFNESS)]
+    others = [total, *(c for c, m in rest if m not in alike)]
+    return min(others) - chi2 > DECISIVE and not (stiffness and 1.0 / OFF < factor < OFF)
 
 
-def _model_explains(stated: "_Layout", best: tuple[float, SheetMistake], excess: float) -> bool:
-    """Whether another base model does half of what the best mistake does, where a model could."""
-    chi2, mistake = best
-    if mistake.kind not in LIKE_A_MODEL:
-        return False
+def _other_models(stated: "_Layout") -> float:
+    """The least chi2 that another base model leaves without any mistake."""
     others = [MODELS[name] for name in HOUSE if name != stated.model.name]
-    left = (float(np.sum(stated.of(stated.bench.campaign, other))) for other in others)
-    return any(value - chi2 < MENTIONED * excess for value in left)
+    return min(float(np.sum(stated.of(stated.bench.campaign, other))) for other in others)
 
 
 class _Layout:
@@ -145,6 +155,16 @@ class _Layout:
         """chi2 of all runs; of a mistake in the unit of readings with their scale allowed for."""
         return float(np.sum(self.chi2)) - (2.0 * mistake.log_jacobian * self.count if mistake else 0.0)
 
+    def deviance(self, mistake: SheetMistake, stated: "_Layout") -> float:
+        """chi2 of all runs with a mistake undone, and how much more ln det of the noise is than that of ``stated``: two
+        repeats that differ by a mistake are noise until it is undone."""
+        return self.total(mistake) + self._log_det() - stated._log_det()
+
+    def _log_det(self) -> float:
+        """ln of the determinant of the noise's covariance."""
+        diagonal = np.diagonal(self.bench.metric.roots, axis1=-2, axis2=-1)
+        return -2.0 * float(np.sum(np.log(diagonal[diagonal > 0.0])))
+
     def _left(self, rest: np.ndarray, *, faults: bool = True) -> np.ndarray:
         if not np.isfinite(rest[np.isfinite(self.bench.samples.y)]).all():
             return np.full(len(rest), np.inf)
@@ -160,7 +180,8 @@ class _Layout:
         if samples.y.shape != self.bench.samples.y.shape:
             return np.full(len(campaign.runs), np.inf)
         forward = Forward(samples, model or self.model, ())
-        return self._left(samples.y - forward.values(forward.null()[None])[0], faults=faults)
+        rest = samples.y - forward.values(forward.null()[None])[0]
+        return self._left(np.where(np.isnan(samples.y), 0.0, rest), faults=faults)  # a tilt is blank about the yaw
 
 
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:

@@ -44,6 +44,13 @@ def test_a_yaw_that_came_later_in_two_runs_names_these(right):
     assert (first.mistake.kind, first.mistake.runs) == ("yaw_place", some)
 
 
+def test_a_mistake_in_a_repeated_run_is_no_noise(right):
+    """Guard: noise was read off the two runs that differ by the mistake, and hid it."""
+    later = with_runs(right, lambda r: replace(r, travel=r.travel + LATE), ("r0",))
+    first, *_ = sheet_evidence(later, ROPE)
+    assert (first.mistake.kind, first.mistake.runs, first.certain) == ("yaw_place", ("r0",), True)
+
+
 WIDE = Quantity(value=0.34)
 TWO = lambda c: [s for s in c.signals if s.name in ("y1", "y4")]  # noqa: E731
 MISTAKES = {
