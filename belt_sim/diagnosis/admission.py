@@ -114,8 +114,8 @@ def _check_collinearity(cls: type[Effect], model: Composition, campaign: Campaig
     bench = workbench(campaign, model, [cls, *others])
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     ids = [cls.id, *(c.id for c in others)]
-    near = linearise(bench, base, ids)
-    bases = {i: _orthonormal(bench.metric.whiten(near.shapes_of(bench, i))) for i in ids}
+    linearisation = linearise(bench, base, ids)
+    bases = {i: _orthonormal(bench.metric.whiten(linearisation.shapes_of(bench, i))) for i in ids}
     own = bases.pop(cls.id)
     if not own.shape[1]:
         raise InputError(cls.id, "no change", "", "at its scale these readings cannot see it; give a larger scale")

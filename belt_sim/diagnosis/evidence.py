@@ -56,15 +56,18 @@ class LawFinder(Protocol):
 
 
 def search_sets(
-    bench: Workbench, near: Linearisation, policy: Policy, chance: tuple[int, int], tell: Callable[[str], None]
+    bench: Workbench, linearisation: Linearisation, policy: Policy, chance: tuple[int, int], tell: Callable[[str], None]
 ) -> Search:
     """All sets of effects that are worth a joint fit, about the likeliest of them.
 
-    near: about the fit of no effect; chance: how many campaigns are simulated with nothing missing, and their seed.
+    linearisation: about the fit of no effect; chance: how many campaigns are simulated with nothing missing, and their
+    seed.
     """
-    names, nothing = [c.id for c in bench.forward.classes], near.fit
+    names, nothing = [c.id for c in bench.forward.classes], linearisation.fit
     tell("asking what chance does")
-    search = Search(bench, near, nothing, chance_inflation(bench, near, nothing.values, names, *chance), policy)
+    search = Search(
+        bench, linearisation, nothing, chance_inflation(bench, linearisation, nothing.values, names, *chance), policy
+    )
     tell("fitting sets of effects")
     search.run()
     return search

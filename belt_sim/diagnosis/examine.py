@@ -77,11 +77,11 @@ def examine(
         search = Search(bench, linearise(bench, nothing, ()), nothing, 1.0, policy)
         table = replace(search.table(), damaged=True)
     else:
-        near = linearise(bench, nothing, [c.id for c in tried])
-        if (turned := find_starts(bench, near)) is not None:
+        linearisation = linearise(bench, nothing, [c.id for c in tried])
+        if (turned := find_starts(bench, linearisation)) is not None:
             bench, nothing = _lay_out(turned, model, tried)
-            near = linearise(bench, nothing, [c.id for c in tried])
-        search = search_sets(bench, near, policy, (bootstraps, seed), tell)
+            linearisation = linearise(bench, nothing, [c.id for c in tried])
+        search = search_sets(bench, linearisation, policy, (bootstraps, seed), tell)
         tell("looking for what is beyond the library")
         table = gather(search, nothing, bench, laws, policy)
     decision, found = decide(table, policy), dict[Ids, LawResult]()

@@ -34,7 +34,7 @@ def best_column(bench: Workbench, fit: Fit, name: str) -> int:
 def reach(bench: Workbench, position: int) -> float:
     """The largest plausible size of a parameter, in units of its scale, about null."""
     slot = bench.forward.slots[position]
-    declared = slot.declared
+    declared = slot.parameter
     return max(abs(bound - declared.null) for bound in declared.plausible) / slot.scale
 
 
@@ -50,7 +50,7 @@ def _share(bench: Workbench, fit: Fit, position: int, least: float) -> float:
 def _visible(bench: Workbench, fit: Fit, name: str, least: float) -> Visible:
     best = best_column(bench, fit, name)
     slot = bench.forward.slots[best]
-    declared, share = slot.declared, _share(bench, fit, best, least)
+    declared, share = slot.parameter, _share(bench, fit, best, least)
     most = reach(bench, best) * slot.scale
     return Visible(
         effect=name,

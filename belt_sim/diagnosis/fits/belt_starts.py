@@ -101,13 +101,13 @@ class PeriodicWaves:
         return np.stack(best, axis=1), most
 
 
-def find_starts(bench: Workbench, near: Linearisation) -> Campaign | None:
+def find_starts(bench: Workbench, linearisation: Linearisation) -> Campaign | None:
     """The campaign with where on the belt its runs start; None where that is stated, or one place does as well."""
     runs = bench.samples.runs
     round_ones = any(c.comes_round for c in bench.forward.classes)
     if not round_ones or len(runs) < 2 or any(run.start is not None for run in runs):
         return None
-    turning = periodic_waves(bench, near)
+    turning = periodic_waves(bench, linearisation)
     if turning.left > MOST_LEFT:
         return None
     rig = bench.samples.cases.rig
@@ -135,8 +135,8 @@ def places_tried(bench: Workbench) -> tuple[int, ...]:
     return tuple(max(1, round(length / (EVEN * r.start_u))) for r in bench.samples.runs if r.start_u > 0.0)
 
 
-def periodic_waves(bench: Workbench, near: Linearisation) -> PeriodicWaves:
-    """What comes round in the readings that the fit of ``near`` leaves, beside what all other candidates could do.
+def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWaves:
+    """What comes round in the residual of the linearised fit, beside what all other candidates could do.
 
     Noise is as stated (repeats that start elsewhere on the belt differ by more), or larger where all that may be there
     leaves more.
@@ -156,13 +156,13 @@ def periodic_waves(bench: Workbench, near: Linearisation) -> PeriodicWaves:
     rates = [np.tile(2.0 * np.pi * harmonics / length, len(lateral)) * direction[:, None]]
     classes = {c.id: c for c in bench.forward.classes}
     if "wobble" in classes:
-        of_wobble = {bench.forward.slots[p].name: near.slopes[p] for p in bench.forward.index("wobble")}
+        of_wobble = {bench.forward.slots[p].name: linearisation.slopes[p] for p in bench.forward.index("wobble")}
         for end, radius in (("", samples.cases.rig.tail_radius), ("_head", samples.cases.rig.head_radius)):
             pairs.append(ASKEW * np.stack([of_wobble[f"beta_cos{end}"], of_wobble[f"beta_sin{end}"]]))
             rates.append(np.full((len(samples.runs), 1), 1.0 / float(np.max(radius))))
-    others = [near.slopes[p] for p, s in enumerate(bench.forward.slots) if not s.effect.comes_round]
+    others = [linearisation.slopes[p] for p, s in enumerate(bench.forward.slots) if not s.effect.comes_round]
     known = np.concatenate([bench.shapes, bench.shared, np.reshape(others, (-1, *samples.y.shape))])
-    rows = np.concatenate([*pairs, (samples.y - near.fit.values)[None]])
+    rows = np.concatenate([*pairs, (samples.y - linearisation.fit.values)[None]])
     grams, moments, left, count = [], [], 0.0, 0
     for r in range(len(samples.runs)):
         white, beside = (_whitened_run(metric, x, r) for x in (rows, known))

@@ -62,7 +62,7 @@ class _Side:
         covariance = covariance_of(fit.columns)
         self.row, self.position, self.way, self.best = row, fit.free[row], way, fit.vector
         self.value, self.u = float(fit.vector[self.position]), float(np.sqrt(covariance[row, row]))
-        bound = way * (slot.declared.plausible[int(way > 0)] / slot.scale - self.value)
+        bound = way * (slot.parameter.plausible[int(way > 0)] / slot.scale - self.value)
         self.most = bound if bound > 0.0 else COVERAGE_95 * self.u  # what no machine has needs no interval
         self.at = min(COVERAGE_95 * self.u, self.most)
         self.along = np.zeros_like(fit.vector)

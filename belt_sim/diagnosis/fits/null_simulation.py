@@ -18,7 +18,7 @@ SINGLE = np.float32  # of what is drawn: rounded, it is another draw a hair's br
 
 
 def chance_inflation(
-    bench: Workbench, near: Linearisation, base: np.ndarray, names: Sequence[str], count: int, seed: int
+    bench: Workbench, linearisation: Linearisation, base: np.ndarray, names: Sequence[str], count: int, seed: int
 ) -> float:
     """Mean chi2 that candidates ``names`` gain by chance, over their degrees of freedom; at least 1.
 
@@ -26,7 +26,7 @@ def chance_inflation(
     levels are uncertain.
     """
     source = NoiseSource(bench, bench.samples.y - base, np.random.default_rng(seed))
-    columns = {n: bench.metric.whiten(near.shapes_of(bench, n)) for n in names}
+    columns = {n: bench.metric.whiten(linearisation.shapes_of(bench, n)) for n in names}
     bases = {n: (half[0], int(rank[0])) for n, c in columns.items() for half, rank in [inverse_roots((c @ c.T)[None])]}
     total = dict.fromkeys(names, 0.0)
     for start in range(0, count, BATCH):

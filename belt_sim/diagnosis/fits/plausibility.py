@@ -29,7 +29,7 @@ def estimate_all(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
 
 def is_constrained(slot: Slot, estimate: Estimate) -> bool:
     """Whether readings exclude something of what a machine could have."""
-    (low, high), (least, most) = slot.declared.plausible, estimate.interval_95
+    (low, high), (least, most) = slot.parameter.plausible, estimate.interval_95
     return least > low or most < high
 
 
@@ -61,7 +61,7 @@ def _judge(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> lis
     found = []
     sizes = Counter(s.effect.id for s in slots if not s.only_shapes)
     for slot, x, u in zip(slots, values, spread, strict=True):
-        declared, (lowest, highest) = slot.declared, plausible_bounds(slot)
+        declared, (lowest, highest) = slot.parameter, plausible_bounds(slot)
         one_of_several = declared.modifier or sizes[slot.effect.id] > 1
         reach = COVERAGE_95 * u if one_of_several else 0.0
         there = lowest - reach <= x <= highest + reach or abs(x - declared.null / slot.scale) <= 2.0 * u
@@ -71,7 +71,7 @@ def _judge(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> lis
 
 def plausible_bounds(slot: Slot) -> tuple[float, float]:
     """Lowest and highest that a number of a real machine could be, in units of its scale."""
-    declared = slot.declared
+    declared = slot.parameter
     null, (low, high) = declared.null, declared.plausible
     lowest, highest = _with_slack(low - null, -EDGE), _with_slack(high - null, EDGE)
     return (null + lowest) / slot.scale, (null + highest) / slot.scale
@@ -123,7 +123,7 @@ def prior_sigma(forward: Forward, free: Sequence[int]) -> np.ndarray:
     reach = []
     for position in free:
         slot = forward.slots[position]
-        declared = slot.declared
+        declared = slot.parameter
         reach.append(max(abs(bound - declared.null) for bound in declared.plausible) / slot.scale)
     return np.array(reach)
 
@@ -171,7 +171,7 @@ def estimates_of_single_sizes(bench: Workbench, fit: Fit, name: str) -> Mapping[
         if alone.is_converged and alone.chi2 - fit.chi2 < chdtri(len(own) - 1, SELDOM):
             slot, u = bench.forward.slots[kept], np.sqrt(np.diag(covariance_of(alone.columns)))[alone.free.index(kept)]
             told = float(alone.vector[kept] * slot.scale), float(u * slot.scale)
-            found[slot.name] = Estimate(*told, slot.declared.unit, True)
+            found[slot.name] = Estimate(*told, slot.parameter.unit, True)
     return found
 
 

@@ -143,14 +143,14 @@ def _columns_of_run(cls: type[Effect], effects: Sequence[Effect], case: Case, st
     if not after:
         return jnp.concatenate([own, *(rows[:, None] for rows in beside)], axis=1)
 
-    def read(y):
+    def indicate(y):
         reading = Reading(travel=jnp.asarray(stated), seen=seen, time=0.0 * seen, y=y, tilt=jnp.zeros((2, len(stated))))
         return apply_hook(after, "sensor", reading, case).y
 
     def read_beside(place, y):
         return indicate_place(place, y, case, after, jnp.asarray(stated), seen, 0.0 * seen)
 
-    found = [jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))]
+    found = [jax.vmap(indicate)(own) - indicate(jnp.zeros_like(own[0]))]
     for place, rows in zip(others, beside, strict=True):
         one = partial(read_beside, place)
         found.append((jax.vmap(one)(rows) - one(jnp.zeros_like(rows[0])))[:, None])
@@ -232,12 +232,12 @@ def _additions_of_run(vector, shown, settings: Settings, travel, time, yaw_at, r
     Readings show as much of each number as ``shown`` says; where the sensors were zeroed all of it stood.
     """
 
-    def added(numbers, travel, time):
+    def add_to_readings(numbers, travel, time):
         effects, case = effects_and_case(numbers, slots, Case(rig=rig, belt=belt, settings=settings))
         return _additions(effects, adding, case, travel, time, others)
 
-    zero = added(vector, yaw_at[None], yaw_at[None] / settings.speed)
-    found = added(vector * shown, travel, time) - zero
+    zero = add_to_readings(vector, yaw_at[None], yaw_at[None] / settings.speed)
+    found = add_to_readings(vector * shown, travel, time) - zero
     return jnp.concatenate([found[:4], jnp.zeros((2, found.shape[1])), found[4:]])
 
 
@@ -246,10 +246,10 @@ def _additions(effects: Sequence[Effect], adding: Sequence[type[Effect]], case: 
     (4 + k, n), at encoder travels ``stated`` [m] and times ``time`` [s], both (n,)."""
     seen = apply_hook(effects, "seen", true_travel(effects, case, stated), case)
 
-    def shown(some):
+    def read_sensors(some):
         none = jnp.zeros((4, len(stated)))
         reading = Reading(travel=stated, seen=seen, time=time, y=none, tilt=none[:2])
         beside = [indicate_place(place, none[0], case, some, stated, seen, time)[None] for place in others]
         return jnp.concatenate([apply_hook(some, "sensor", reading, case).y, *beside])
 
-    return shown(effects) - shown([e for e in effects if type(e) not in adding])
+    return read_sensors(effects) - read_sensors([e for e in effects if type(e) not in adding])

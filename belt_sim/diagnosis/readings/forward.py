@@ -141,7 +141,7 @@ class Forward:
 
     def grids(self, effect_id: str) -> dict[int, tuple[float, ...]]:
         """Positions of an effect's parameters that are tried on a grid, and the values there."""
-        declared = {k: self.slots[k].declared for k in self.index(effect_id)}
+        declared = {k: self.slots[k].parameter for k in self.index(effect_id)}
         belt = float(self.samples.cases.rig.belt_length)
         units = {k: (belt if p.of_belt else 1.0) / p.scale for k, p in declared.items()}
         return {k: tuple(v * units[k] for v in p.grid) for k, p in declared.items() if p.grid}

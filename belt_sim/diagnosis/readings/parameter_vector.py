@@ -21,22 +21,22 @@ class Slot:
     name: str
 
     @property
-    def declared(self) -> Parameter:
+    def parameter(self) -> Parameter:
         """What the effect says of it."""
         return self.effect.parameters[self.name]
 
     @property
     def scale(self) -> float:
-        return self.declared.scale
+        return self.parameter.scale
 
     @property
     def null(self) -> float:
-        return self.declared.null
+        return self.parameter.null
 
     @property
     def only_shapes(self) -> bool:
         """Whether it only shapes what others of its effect do, and so moves nothing while these are null."""
-        return self.declared.modifier
+        return self.parameter.modifier
 
     @property
     def side(self) -> tuple[float, float]:
@@ -46,7 +46,7 @@ class Slot:
         to say. What only shapes an effect ends where no machine goes on: a weld of many metres is a camber, and one of
         a hair's breadth is whatever noise did when it passed.
         """
-        low, high = self.declared.plausible
+        low, high = self.parameter.plausible
         ends = self.null if self.null <= low else -np.inf, self.null if self.null >= high else np.inf
         if self.only_shapes:
             ends = min(low, self.null), max(high, self.null)

@@ -23,11 +23,13 @@ MAX_EFFECTS = 4
 class Search:
     """fits: about the likeliest set that was found."""
 
-    def __init__(self, bench: Workbench, near: Linearisation, nothing: Fit, inflation: float, policy: Policy) -> None:
+    def __init__(
+        self, bench: Workbench, linearisation: Linearisation, nothing: Fit, inflation: float, policy: Policy
+    ) -> None:
         self.inflation, self.policy = inflation, policy
         self.count = len(bench.forward.classes)
         price = 2.0 * float(np.log(max(self.count, 1))) + 4.0  # of one size, one in so many candidates [chi2]
-        self.fits = JointFits(bench, price, near, fits={frozenset(): nothing})
+        self.fits = JointFits(bench, price, linearisation, fits={frozenset(): nothing})
         self.about: Ids = frozenset()
 
     def run(self) -> None:

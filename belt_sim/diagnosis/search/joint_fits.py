@@ -109,15 +109,15 @@ class Trial:
 class JointFits:
     """Joint fits on one workbench, about one point.
 
-    price: chi2 that one effect must promise; near: what is about the base fit; starts: set -> where a fit may begin
-    (trials that were not carried to their end, and all that was fitted elsewhere); fits: set -> its best joint fit;
-    tried: set -> every other candidate beside it; nonlinear_gains: gains of single effects that are not
-    linear, and of pairs with one.
+    price: chi2 that one effect must promise; linearisation: what is about the base fit; starts: set -> where a fit may
+    begin (trials that were not carried to their end, and all that was fitted elsewhere); fits: set -> its best joint
+    fit; tried: set -> every other candidate beside it; nonlinear_gains: gains of single effects that are not linear,
+    and of pairs with one.
     """
 
     bench: Workbench
     price: float
-    near: Linearisation
+    linearisation: Linearisation
     starts: dict[frozenset, Fit] = field(default_factory=dict)
     fits: dict[frozenset, Fit] = field(default_factory=dict)
     tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
@@ -139,17 +139,17 @@ class JointFits:
 
     def best_pairs(self, count: int) -> list[Ids]:
         """The best pairs of candidates, in the linear range, that promise more than any effect does."""
-        pairs, moments = self._pairs(self.near)
+        pairs, moments = self._pairs(self.linearisation)
         return pairs.best(moments, self.price, count)
 
-    def _pairs(self, near: Linearisation) -> tuple[Pairs, np.ndarray]:
+    def _pairs(self, linearisation: Linearisation) -> tuple[Pairs, np.ndarray]:
         """All pairs of candidates about the base model, and the products of their columns with what that leaves."""
-        shapes = {n: self.bench.metric.whiten(near.shapes_of(self.bench, n)) for n in self.names}
+        shapes = {n: self.bench.metric.whiten(linearisation.shapes_of(self.bench, n)) for n in self.names}
         ends = np.cumsum([0, *map(len, shapes.values())])
         rows = np.concatenate(list(shapes.values()))
         places = {n: range(a, b) for n, (a, b) in zip(shapes, pairwise(ends), strict=True)}
         for t in self.tried.get(frozenset(), []):  # there is none about another set: what was found before is kept
-            if t.gain > self.price and t.id in near.weak:
+            if t.gain > self.price and t.id in linearisation.weak:
                 others = {n: s for n, s in shapes.items() if n != t.id}
                 gains = marginal_gains(t.fit.columns, t.fit.residual, others)
                 self.nonlinear_gains[frozenset([t.id])] = t.gain
@@ -178,8 +178,12 @@ class JointFits:
         if key not in self.tried:
             current = self.fit(ids)
             others = [n for n in self.names if n not in key]
-            near = self.near if current is self.near.fit else linearise(self.bench, current, others, self.near)
-            beside = screen(self.bench, near, others, self.price, self._known_fits(key, others))
+            linearisation = (
+                self.linearisation
+                if current is self.linearisation.fit
+                else linearise(self.bench, current, others, self.linearisation)
+            )
+            beside = screen(self.bench, linearisation, others, self.price, self._known_fits(key, others))
             self.tried[key] = [self._trial(current, name, fit) for name, fit in beside.items()]
         return self.tried[key]
 
@@ -250,45 +254,48 @@ def _transfer(fit: Fit, bench: Workbench) -> Fit:
 
 
 def screen(
-    bench: Workbench, near: Linearisation, names: Sequence[str], price: float, known: Mapping[str, Fit]
+    bench: Workbench, linearisation: Linearisation, names: Sequence[str], price: float, known: Mapping[str, Fit]
 ) -> dict[str, Fit]:
-    """Every candidate beside what ``near`` is around; refitted where its column promises enough."""
-    found = {name: best_gauss_newton_step(bench, near, name) for name in names}
-    promise = {n: near.fit.chi2 - f.chi2 for n, f in found.items()}
+    """Every candidate beside the linearised fit; refitted where its column promises enough."""
+    found = {name: best_gauss_newton_step(bench, linearisation, name) for name in names}
+    promise = {n: linearisation.fit.chi2 - f.chi2 for n, f in found.items()}
     hopeful = [n for n in names if promise[n] > PROMISING * price]
     first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
-    doubtful = {*near.weak, *find_nonlinear(bench, near, {n: found[n] for n in hopeful if n not in first})}
+    doubtful = {
+        *linearisation.weak,
+        *find_nonlinear(bench, linearisation, {n: found[n] for n in hopeful if n not in first}),
+    }
     chosen = [n for n in hopeful if n in first or n in doubtful]  # one step says little of what is not linear
-    return found | fit_best(bench, near, chosen, price, known)
+    return found | fit_best(bench, linearisation, chosen, price, known)
 
 
 def fit_best(
-    bench: Workbench, near: Linearisation, names: Sequence[str], price: float, known: Mapping[str, Fit]
+    bench: Workbench, linearisation: Linearisation, names: Sequence[str], price: float, known: Mapping[str, Fit]
 ) -> dict[str, Fit]:
-    """The best joint fit of what ``near`` is around with each of ``names``; several starts for nonlinear effects.
+    """The best joint fit of the linearised fit's effects with each of ``names``; several starts for nonlinear effects.
 
     price: chi2 that each must gain; only what does, and the best of others nearly, is carried to its end; known: fits
     with these names, beside the same or something else.
     """
-    begun = [(name, start) for name in names for start in near.starts(bench, name, known.get(name))]
+    begun = [(name, start) for name in names for start in linearisation.starts(bench, name, known.get(name))]
     owners, starts = [name for name, _ in begun], [start for _, start in begun]
-    race = Race(near.fit.chi2, owners, dict.fromkeys(names, price), bench.forward.sides)
+    race = Race(linearisation.fit.chi2, owners, dict.fromkeys(names, price), bench.forward.sides)
     fits = bench.fit(starts, race=race) if starts else []
     ends = [k for k in race.leaders(fits) if not fits[k].is_converged]
     for k, fit in zip(ends, bench.fit([fits[k] for k in ends]) if ends else [], strict=True):
         fits[k] = fit
-    best = _best(bench, near, owners, fits)
-    ahead = [n for n, f in best.items() if f.is_converged and near.fit.chi2 - f.chi2 > price]
+    best = _best(bench, linearisation, owners, fits)
+    ahead = [n for n, f in best.items() if f.is_converged and linearisation.fit.chi2 - f.chi2 > price]
     return best | dict(zip(ahead, prefer_plausible(bench, [best[n] for n in ahead]), strict=True))
 
 
-def _best(bench: Workbench, near: Linearisation, owners: Sequence[str], fits: Sequence[Fit]) -> dict[str, Fit]:
+def _best(bench: Workbench, linearisation: Linearisation, owners: Sequence[str], fits: Sequence[Fit]) -> dict[str, Fit]:
     """The best fit of every owner, of those that have not diverged; at null where these are worse than without it."""
     best: dict[str, Fit] = {}
     for name, fit in zip(owners, fits, strict=True):
         if not has_diverged(fit) and (name not in best or _better(bench, fit, best[name])):
             best[name] = fit
-    return {n: f if f.chi2 <= near.fit.chi2 else near.with_effect(bench, n) for n, f in best.items()}
+    return {n: f if f.chi2 <= linearisation.fit.chi2 else linearisation.with_effect(bench, n) for n, f in best.items()}
 
 
 def _better(bench: Workbench, one: Fit, other: Fit) -> bool:
@@ -341,10 +348,10 @@ class Race:
     def leaders(self, fits: Sequence[Fit]) -> list[int]:
         """Which fits are the best of candidates near the front, or as good."""
         best, least = self._front(fits)
-        near = [
+        close = [
             self._score(n, best[n]) > least and f.chi2 < best[n] + ALIKE for n, f in zip(self.owners, fits, strict=True)
         ]
-        return [k for k, ahead in enumerate(near) if ahead]
+        return [k for k, leads in enumerate(close) if leads]
 
     def _front(self, fits: Sequence[Fit]) -> tuple[dict[str, float], float]:
         """The best chi2 of every candidate, and the score below which none is near the front."""
@@ -370,14 +377,14 @@ class Race:
 BENT = 0.3  # of what a step should do, by which it may do something else
 
 
-def best_gauss_newton_step(bench: Workbench, near: Linearisation, name: str) -> Fit:
-    """The best of what ``near`` is around with one more effect, one step from null and from points of its grid."""
-    return min(map(_gauss_newton_step, near.linear_starts(bench, name)), key=lambda fit: fit.chi2)
+def best_gauss_newton_step(bench: Workbench, linearisation: Linearisation, name: str) -> Fit:
+    """The best fit with one more effect than the linearised one, a step from null or from points of its grid."""
+    return min(map(_gauss_newton_step, linearisation.linear_starts(bench, name)), key=lambda fit: fit.chi2)
 
 
-def find_nonlinear(bench: Workbench, near: Linearisation, stepped: Mapping[str, Fit]) -> list[str]:
-    """Those of effects beside what ``near`` is around that do something else at the ends of their steps than the step
-    foresaw; none that a machine has on the other side of null only.
+def find_nonlinear(bench: Workbench, linearisation: Linearisation, stepped: Mapping[str, Fit]) -> list[str]:
+    """Effects that do something else at the ends of their steps than the step foresaw; none that a machine has on the
+    other side of null only.
     """
     null, (low, high) = bench.forward.null(), bench.forward.sides
     ends = {n: np.clip(f.vector, low, high) for n, f in stepped.items()}
@@ -386,7 +393,7 @@ def find_nonlinear(bench: Workbench, near: Linearisation, stepped: Mapping[str, 
         return []
     there = bench.forward.values(np.stack([ends[n] for n in asked]))
     foreseen = np.stack([_predict_linear(stepped[n], ends[n]) for n in asked])
-    does, by_slopes = (bench.metric.whiten(v - near.fit.values) for v in (there, foreseen))
+    does, by_slopes = (bench.metric.whiten(v - linearisation.fit.values) for v in (there, foreseen))
     with np.errstate(over="ignore", invalid="ignore"):  # a step may end anywhere
         off, size = (np.linalg.norm(rows, axis=1) for rows in (does - by_slopes, by_slopes))
     known = np.isfinite(there).all(axis=(1, 2, 3))
