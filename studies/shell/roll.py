@@ -36,7 +36,8 @@ class Front:
 
     laid, free: in-plane curvature [1/m] of the belt behind the front, and of the free part, led on to the front by a
     cubic; jump [rad]: by how much the free part is led on to another angle; tilt [rad] of the free part's beginning;
-    drift [rad]: slope of the line that it lies on, less the angle of its cross-sections, in the middle of what is read.
+    drift [rad]: slope of the line that it lies on, less the angle of its cross-sections, in the middle of what is read;
+    sheared [rad]: n Q/(G b h), by how much the side force Q that the free part hands over there shears the belt.
     """
 
     arc: float
@@ -47,6 +48,7 @@ class Front:
     jump: float
     tilt: float
     drift: float
+    sheared: float
 
 
 def front(case: Case, roll: Roll, belt: Strip, turned: float, shape: dict[int, np.ndarray]) -> Front:
@@ -68,8 +70,11 @@ def front(case: Case, roll: Roll, belt: Strip, turned: float, shape: dict[int, n
     there = float(np.interp(arc, x, angle))
     start = float(np.interp(arc + AHEAD, x, tilt))
     slope = np.polyfit(x[behind] - arc, y[behind], 2) @ (2 * x[behind].mean() - 2 * arc, 1.0, 0.0)
-    drift = float(slope - angle[behind].mean())
-    return Front(arc, float(np.interp(arc, x, y)), there, laid[0], free[2], free[3] - there, start, drift)
+    drift, belt_of = float(slope - angle[behind].mean()), case.belt
+    soft = float(belt_of.bending_stiffness / (belt_of.shear_modulus * belt_of.area * SHEAR_FACTOR))
+    return Front(
+        arc, float(np.interp(arc, x, y)), there, laid[0], free[2], free[3] - there, start, drift, -soft * 2 * free[1]
+    )
 
 
 def curvature(case: Case, arc: Any, y: Any, alpha: Any, *, lifts: bool = True) -> Any:
@@ -129,7 +134,7 @@ def roll_study(config: dict[str, Any]) -> None:
         return
     roll = Roll(**config["roll"])
     columns = ("yaw deg", "front mm", "y um", "angle urad", "laid 1/km", "free 1/km", "laid / free", "beam 1/km")
-    table = Table(*columns, "slope - angle urad", "tilt mrad", "jump urad", "lean urad")
+    table = Table(*columns, "slope - angle urad", "n Q/GA urad", "tilt mrad", "jump urad", "lean urad")
     for yaw in config["yaws"]:
         case = rolling_case(config, yaw)
         print(f"yaw {yaw:g} deg: slips on {1e3 * turned_by_slip(case, roll.friction):.1f} mm")
@@ -137,7 +142,7 @@ def roll_study(config: dict[str, Any]) -> None:
             beam = float(curvature(case, f.arc, f.y, f.angle))
             cells = [f.arc * 1e3, f.y / UM, f.angle / URAD, f.laid * 1e3, f.free * 1e3]
             numbers = [f"{c:.2f}" for c in cells] + [f"{f.laid / f.free:.3f}", f"{beam * 1e3:.2f}"]
-            layered = [f.drift / URAD, f.tilt * 1e3, f.jump / URAD, lean(case, f.free) / URAD]
+            layered = [f.drift / URAD, f.sheared / URAD, f.tilt * 1e3, f.jump / URAD, lean(case, f.free) / URAD]
             table.add_row(f"{yaw:g}", *numbers, *(f"{c:.2f}" for c in layered))
     Console(width=150).print(table)
 
