@@ -101,7 +101,10 @@ def sheet_evidence(
     evidence = []
     for chi2, m in ranked:
         own = np.array([not m.runs or r.name in m.runs for r in curved.runs])
-        unexplained, numbers = max(float(np.sum((stated.chi2 - stated.counts)[own])), 1.0), stated.counts[own].sum()
+        unexplained, numbers = (
+            max(float(np.sum((stated.chi2 - stated.counts)[own])), 1.0),
+            int(stated.counts[own].sum()),
+        )
         removed = total - chi2
         share, left = min(removed / unexplained, 1.0), max((unexplained - removed) / numbers + 1.0, 0.0)
         certain = clear and (m is ranked[0][1] or (_same_run(m, ranked[0][1]) and chi2 - best < DECISIVE))

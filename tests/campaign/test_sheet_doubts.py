@@ -3,11 +3,12 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from roped_campaign import roped_campaign
+from roped_campaign import SPACING, WHITE, roped_campaign
 
 from belt_sim.analytic.model import MODELS
-from belt_sim.campaign import Campaign, Quantity, suspicions
+from belt_sim.campaign import Campaign, Quantity, SignalSheet, suspicions
 from belt_sim.campaign.sheet_doubts import sheet_mistakes
 from belt_sim.foresight.sheet_evidence import sheet_evidence
 
@@ -44,10 +45,17 @@ def test_a_yaw_that_came_later_in_two_runs_names_these(right):
     assert (first.mistake.kind, first.mistake.runs) == ("yaw_place", some)
 
 
-def test_a_mistake_in_a_repeated_run_is_no_noise(right):
-    """Guard: noise was read off the two runs that differ by the mistake, and hid it."""
-    later = with_runs(right, lambda r: replace(r, travel=r.travel + LATE), ("r0",))
-    first, *_ = sheet_evidence(later, ROPE)
+def test_a_tilt_that_is_blank_about_the_yaw_hides_no_late_yaw(right):
+    """Guard: with a tilt no place of the yaw but the stated one could be judged."""
+    tilt = SignalSheet(name="tilt", at="upper_mid_span", kind="tilt", unit="mrad", white=1e-4)
+    rng, rows = np.random.default_rng(1), round(LATE / SPACING)
+    still = lambda y: np.concatenate([y[0] + rng.normal(0.0, WHITE, rows), y[:-rows]])  # noqa: E731
+
+    def run(r):
+        signals = {n: still(y) if r.name == "r0" else y for n, y in r.signals.items()}
+        return replace(r, signals=signals | {"tilt": rng.normal(0.0, tilt.white, len(r.travel))})
+
+    first, *_ = sheet_evidence(replace(with_runs(right, run), signals=(*right.signals, tilt)), ROPE)
     assert (first.mistake.kind, first.mistake.runs, first.certain) == ("yaw_place", ("r0",), True)
 
 
