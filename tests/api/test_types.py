@@ -14,13 +14,23 @@ print(run.rates[0], bs.plot(run).axes, bs.load_campaign("slack_belt").title, bs.
 bs.nonsense()
 bs.simulate(tensoin=10)
 """
+#: what the package stands on is looked at as far as its stubs, which takes a tenth of the time
+SETTINGS = """
+[mypy]
+ignore_missing_imports = True
+follow_imports = silent
+[mypy-jax.*,numpy.*,scipy.*,pandas.*,matplotlib.*,mujoco.*,pydantic.*]
+follow_imports = skip
+"""
 WRONG = {5: "nonsense", 6: "tensoin"}  # by line
 
 
 def test_a_type_checker_finds_names_and_settings_that_are_not_there(tmp_path):
     script = tmp_path / "mine.py"
     script.write_text(SCRIPT)
-    command = [sys.executable, "-m", "mypy", "--ignore-missing-imports", "--follow-imports=silent", str(script)]
+    (tmp_path / "mypy.ini").write_text(SETTINGS)
+    options = ["--config-file", str(tmp_path / "mypy.ini"), "--cache-dir", str(tmp_path / "cache")]
+    command = [sys.executable, "-m", "mypy", *options, str(script)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
     found = {
         int(line.split(":")[1]): line for line in done.stdout.splitlines() if "mine.py:" in line and ": error:" in line
