@@ -14,6 +14,7 @@ import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.effects.law_terms import (
+    PULLEYS,
     RELATIVE,
     SENSOR,
     SPAN,
@@ -94,6 +95,7 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
         "numbers": numbers,
         **hooks,
         **({"influence": _influence} if "bend" in hooks else {}),
+        **({"scene": _scene} if _has_geometry(terms) else {}),
     }
     # JAX tells effects apart by their names (see belt_sim.pytrees.pytree)
     name = f"GenericLaw_{hashlib.sha256(repr((id, content)).encode()).hexdigest()[:16]}"
@@ -251,6 +253,29 @@ def _sensor(self, reading, case):
                 x = _independent(t, reading.seen, case)
             added = added.at[row].add(self.strength(k, x, _along(t, reading.seen, case), case))
     return replace(reading, y=reading.y + added)
+
+
+def _has_geometry(terms: Sequence[Term]) -> bool:
+    """Whether pulleys have a shape for every term that acts on the march: a yaw, a taper or a crown that stays."""
+    acting = [t for t in terms if _ACTS[t.place.kind][0] != "sensor"]
+    return bool(acting) and all(
+        t.form.course == "constant"
+        and (
+            (t.place.kind in ("yaw", "turn") and t.form.variable in ("none", "sigma"))
+            or (t.place.kind == "turn" and t.form.variable == "y" and t.form.shape == "linear")
+        )
+        for t in acting
+    )
+
+
+def _scene(self, parts, case):
+    for k, t in self.terms("yaw", "turn"):
+        y = t.form.variable == "y"
+        value = float(self.strength(k, 1.0 if y else _independent(t, 0.0, case), 0.0, case))
+        name, value = ("yaw_offset", value) if t.place.kind == "yaw" else ("crown", -value) if y else ("taper", value)
+        for pulley in (PULLEYS[p or 0] for _, p in t.place.parts):
+            parts = parts.with_pulley(pulley, **{name: getattr(getattr(parts, pulley), name) + value})
+    return parts
 
 
 _HOOKS = {"yaw": _yaw, "runup": _runup, "wrap": _wrap, "bend": _bend, "encoder": _encoder, "sensor": _sensor}

@@ -1,6 +1,7 @@
 """A law as data: its curves, its file, and what is said of a file that is wrong."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,15 @@ import yaml
 
 import belt_sim as bs
 from belt_sim.analytic.model import analytic_model
+from belt_sim.api.resolve import effects_of
+from belt_sim.effects.base import overrides
 from belt_sim.effects.generic_law import law_effect
 from belt_sim.effects.law_file import law_entry, law_of_entry, yaml_number
 from belt_sim.effects.law_terms import COURSES, SHAPES, VARIABLES, Form, Law, SizedLaw, Term, fixed_places, sensor_place
 from belt_sim.effects.load import load_effects, save_effects
 from belt_sim.errors import BeltError, CannotRepresent
+from belt_sim.results.found import FoundEffect
+from belt_sim.scene_parts import SceneParts
 
 SAME = 1e-12  # [m]; curves of millimetres, whose sums may be taken in another order
 CURVES = json.loads(
@@ -154,6 +159,24 @@ def test_a_3d_belt_takes_laws_of_instruments_and_refuses_the_others():
         space.admit([law_effect(law_of("wraps"))()])
 
 
+def test_constant_laws_of_the_pulleys_have_the_geometry_of_the_effects_that_they_are():
+    forms = [("yaw_tail", "none", 1e-3), ("turn_head", "none", 2e-5), ("turn_both", "y", -0.01)]
+    law = Law(tuple(Term(PLACES[place], Form(variable), 0.0) for place, variable, _ in forms))
+    found = law_effect(SizedLaw(law, tuple(size for *_, size in forms), 1e7))()
+    named = [
+        {"id": "yaw_offset_tail", "beta_0": 1e-3},
+        {"id": "taper", "kappa_t_head": 2e-5},
+        {"id": "crown", "c": 0.01, "c_head": 0.01},
+    ]
+    case = case_of(1)
+    parts = there = SceneParts.from_case(case)
+    for effect in load_effects(named):
+        there = effect.scene(there, case)
+    assert found.scene(parts, case) == there
+    later = replace(law, terms=(replace(law.terms[0], form=Form("none", course="linear")),))
+    assert not overrides(law_effect(SizedLaw(later, (1e-3,), 1e7)), ("scene",))
+
+
 @pytest.mark.parametrize(
     ("entry", "says"),
     [
@@ -194,6 +217,13 @@ def test_a_law_that_cannot_be_read_is_one_line(entry, says, tmp_path):
     with pytest.raises(BeltError, match=says) as caught:
         load_effects(str(path))
     assert "\n" not in str(caught.value)
+
+
+def test_a_law_that_a_diagnosis_names_is_taken_again():
+    effect = law_effect(law_of("pulleys"))()
+    found = FoundEffect(id=effect.id, numbers={}, parameters={}, probability=1.0, law=law_entry(effect))
+    (taken,) = effects_of([found])
+    assert law_entry(taken) == law_entry(effect)
 
 
 def test_an_entry_is_plain_data():
