@@ -33,11 +33,11 @@ LONGEST = 3.0  # records, of a length
 NUMBERS = ("knee", "at", "wide")
 
 #: a law with some shape numbers, and its sizes
-Sized = tuple[Law, np.ndarray]
+LawAndSizes = tuple[Law, np.ndarray]
 #: whitened readings (F, R, m) of sets of numbers, and the states with the first
-Run = tuple[np.ndarray, States]
+LoopSolution = tuple[np.ndarray, States]
 #: a variable, and the pulley or signal where it is read
-Read = tuple[str, int]
+Variable = tuple[str, int]
 
 
 @dataclass(frozen=True)
@@ -74,22 +74,22 @@ class LoopResponses:
         return found / float(s.bench.samples.cases.belt.bending_stiffness) if name == "kappa" else found
 
 
-def run_loop(loop: LoopResponses, laws: Sequence[Sized], begin: States | None = None) -> Run | None:
+def solve_loop(loop: LoopResponses, laws: Sequence[LawAndSizes], begin: States | None = None) -> LoopSolution | None:
     """Whitened readings that a law makes with each set of its numbers, and the states with the first; None where a belt
     runs away. begin: states that the iteration starts from."""
     data, law = loop.data, laws[0][0]
-    base, reads = data.states, _read_by(law, data.states)
+    base, reads = data.states, _law_variables(law, data.states)
     inputs = _inputs(data, laws)
     largest = {r: float(np.abs(base.values(r[0])).max()) + 1e-12 for r in reads if r[0] != "reading_rate"}
-    at = {read: _at(begin or base, read) for read in reads}
-    still = _added(loop, _acting(law, inputs(at), coupled=False), reads)
-    unread = {read: _at(base, read) + still[read] for read in reads}
+    at = {read: _state_values(begin or base, read) for read in reads}
+    still = _responses_to(loop, _channel_inputs(law, inputs(at), coupled=False), reads)
+    unread = {read: _state_values(base, read) + still[read] for read in reads}
 
-    def moved(at: dict[Read, np.ndarray]) -> dict[Read, np.ndarray]:
-        added = _added(loop, _acting(law, inputs(at), coupled=True), reads)
+    def moved(at: dict[Variable, np.ndarray]) -> dict[Variable, np.ndarray]:
+        added = _responses_to(loop, _channel_inputs(law, inputs(at), coupled=True), reads)
         return {read: unread[read] + added[read] for read in reads}
 
-    settled = _solve(moved, at, largest)
+    settled = _solve_fixed_point(moved, at, largest)
     if settled is None:
         return None
     felt = inputs(settled)
@@ -97,10 +97,12 @@ def run_loop(loop: LoopResponses, laws: Sequence[Sized], begin: States | None = 
     for term, parts in zip(law.terms, felt, strict=True):
         whole = [np.broadcast_to(u, (len(base.tension), len(laws), len(base.s))).swapaxes(0, 1) for u in parts]
         readings += data.design.place_columns(term.place, whole)
-    return readings, _with(base, {r: x[:, 0] for r, x in settled.items()})
+    return readings, _replace_states(base, {r: x[:, 0] for r, x in settled.items()})
 
 
-def _solve(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float]) -> dict | None:
+def _solve_fixed_point(
+    moved: Callable[[dict], dict], at: dict[Variable, np.ndarray], largest: dict[Variable, float]
+) -> dict | None:
     """What is read, once iterations have converged; None where a belt runs away.
 
     For a law that steers against what it reads by as much or more, whole steps swing ever further though the belt does
@@ -112,7 +114,9 @@ def _solve(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: d
     return whole if whole is not None else _iterate(moved, at, largest, DAMPING)
 
 
-def _iterate(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest: dict[Read, float], part: float):
+def _iterate(
+    moved: Callable[[dict], dict], at: dict[Variable, np.ndarray], largest: dict[Variable, float], part: float
+):
     """What is read after damped steps; None where it goes too far, or does not converge."""
     for _ in range(int(ITERATIONS / part)):
         step = {read: x - at[read] for read, x in moved(at).items()}
@@ -125,18 +129,20 @@ def _iterate(moved: Callable[[dict], dict], at: dict[Read, np.ndarray], largest:
     return None
 
 
-def states_at_work(loop: LoopResponses, law: Law, sizes: np.ndarray, states: States) -> States:
+def states_with_law(loop: LoopResponses, law: Law, sizes: np.ndarray, states: States) -> States:
     """All states with a law at work, whatever the law reads; states: those that it reads."""
     data = loop.data
-    felt = _inputs(data, [(law, sizes)])({r: _at(states, r) for r in _read_by(law, states)})
+    felt = _inputs(data, [(law, sizes)])({r: _state_values(states, r) for r in _law_variables(law, states)})
     sensors = [k for k, s in enumerate(data.bench.samples.signals) if s.kind == "lateral"]
     reads = [(n, k) for n in ("y", "alpha", "kappa", *states.bent) for k in (0, 1)]
     reads += [(n, k) for k in sensors for n in ("reading", "reading_rate")]
-    added = _added(loop, _acting(law, felt), reads)
-    return _with(data.states, {r: _at(data.states, r)[:, 0] + added[r][:, 0] for r in reads})
+    added = _responses_to(loop, _channel_inputs(law, felt), reads)
+    return _replace_states(data.states, {r: _state_values(data.states, r)[:, 0] + added[r][:, 0] for r in reads})
 
 
-def _inputs(data: SearchData, laws: Sequence[Sized]) -> Callable[[dict[Read, np.ndarray]], list[list[np.ndarray]]]:
+def _inputs(
+    data: SearchData, laws: Sequence[LawAndSizes]
+) -> Callable[[dict[Variable, np.ndarray]], list[list[np.ndarray]]]:
     """A function that gives the input (R, F, J) of every part of every term, from what the law reads."""
     first = laws[0][0]
     left, sizes = 0, np.stack([s for _, s in laws])
@@ -145,28 +151,33 @@ def _inputs(data: SearchData, laws: Sequence[Sized]) -> Callable[[dict[Read, np.
         count = t.sizes
         forms, own = [law.terms[k].form for law, _ in laws], sizes[:, left : left + count]
         left += count
-        factors.append([_factor(data, t, forms, own, *part) for part in t.place.parts])
+        factors.append([_independent_factor(data, t, forms, own, *part) for part in t.place.parts])
 
-    def inputs(at: dict[Read, np.ndarray]) -> list[list[np.ndarray]]:
+    def inputs(at: dict[Variable, np.ndarray]) -> list[list[np.ndarray]]:
         found = []
         for k, (t, own) in enumerate(zip(first.terms, factors, strict=True)):
             forms = [law.terms[k].form for law, _ in laws]
             found.append(
-                [_driven(data.states, t, forms, u, at, *part) for u, part in zip(own, t.place.parts, strict=True)]
+                [
+                    _coupled_input(data.states, t, forms, u, at, *part)
+                    for u, part in zip(own, t.place.parts, strict=True)
+                ]
             )
         return found
 
     return inputs
 
 
-def _factor(data: SearchData, t: Term, forms: list[Form], sizes: np.ndarray, channel: str, part: int | None):
+def _independent_factor(
+    data: SearchData, t: Term, forms: list[Form], sizes: np.ndarray, channel: str, part: int | None
+):
     """Everything in a term's input (R, F, J) that does not depend on the state."""
     states = data.states
     s = travel_of(states, t.form, part)[:, None]
     halves = [t.form, t.form.sine()][: sizes.shape[1]]
     with np.errstate(over="ignore"):  # of what has faded away
         course = sum(
-            size[:, None] * half.along(s, np, _column(forms, "at"), _column(forms, "wide"))
+            size[:, None] * half.along(s, np, _number_column(forms, "at"), _number_column(forms, "wide"))
             for half, size in zip(halves, sizes.T, strict=True)
         )
     found = course * data.weight(t.exponent)[:, None, None]
@@ -175,27 +186,29 @@ def _factor(data: SearchData, t: Term, forms: list[Form], sizes: np.ndarray, cha
     found = found * (gain[:, None] if gain.ndim else gain)
     if t.form.reads_belt:
         return found
-    return found * _shaped(forms, variable(states, t.form.variable, part, channel)[:, None])
+    return found * _shape_values(forms, variable(states, t.form.variable, part, channel)[:, None])
 
 
-def _driven(states: States, t: Term, forms: list[Form], u: np.ndarray, at: dict[Read, np.ndarray], channel, part):
+def _coupled_input(
+    states: States, t: Term, forms: list[Form], u: np.ndarray, at: dict[Variable, np.ndarray], channel, part
+):
     """A factor u times the shape of what the term reads, and times how far the span is bent that it changes."""
-    variable_read, bent = _reads(t, states, channel, part)
+    variable_read, bent = _variables_read(t, states, channel, part)
     if variable_read is not None:
         x = at[variable_read]
-        u = u * _shaped(forms, states.delayed(x, part) if t.place.kind in WRAPPED and part is not None else x)
-    return u if bent is None else states.changes[t.place.relative].grown(u) * at[bent]
+        u = u * _shape_values(forms, states.delay(x, part) if t.place.kind in WRAPPED and part is not None else x)
+    return u if bent is None else states.changes[t.place.relative].first_order_change(u) * at[bent]
 
 
-def _shaped(forms: list[Form], x: np.ndarray) -> np.ndarray:
+def _shape_values(forms: list[Form], x: np.ndarray) -> np.ndarray:
     """The shape of what is read (R, F, J), or (R, 1, J) where every set reads the same."""
     if forms[0].shape == "stick":
         rows = np.broadcast_to(x, (len(x), len(forms), x.shape[-1]))
         return np.stack([stop(rows[:, f], form.knee or 0.0) for f, form in enumerate(forms)], axis=1)
-    return forms[0].shaped(x, None, np, _column(forms, "knee"))
+    return forms[0].shaped(x, None, np, _number_column(forms, "knee"))
 
 
-def _column(forms: list[Form], number: str) -> np.ndarray | None:
+def _number_column(forms: list[Form], number: str) -> np.ndarray | None:
     values = [getattr(f, number) for f in forms]
     return None if values[0] is None else np.array(values)[:, None]
 
@@ -205,30 +218,32 @@ def _is_coupled(t: Term) -> bool:
     return t.form.reads_belt or bool(t.place.relative)
 
 
-def _reads(t: Term, states: States, channel: str, part: int | None) -> tuple[Read | None, Read | None]:
+def _variables_read(t: Term, states: States, channel: str, part: int | None) -> tuple[Variable | None, Variable | None]:
     """The variable that a term reads, and how far what it changes bends the span; None where it does not."""
     where = states.signals.index(channel) if part is None else part
     variable_read = (t.form.variable, where) if t.form.reads_belt else None
     return variable_read, (t.place.relative, where) if t.place.relative else None
 
 
-def _read_by(law: Law, states: States) -> list[Read]:
+def _law_variables(law: Law, states: States) -> list[Variable]:
     """What a law reads; with the rate of a signal the signal itself."""
-    every = [r for t in law.terms for part in t.place.parts for r in _reads(t, states, *part) if r is not None]
+    every = [r for t in law.terms for part in t.place.parts for r in _variables_read(t, states, *part) if r is not None]
     found = dict.fromkeys(every)
     return list(dict.fromkeys([*found, *(("reading", where) for name, where in found if name == "reading_rate")]))
 
 
-def _largest(x: dict[Read, np.ndarray], unit: dict[Read, float]) -> float:
+def _largest(x: dict[Variable, np.ndarray], unit: dict[Variable, float]) -> float:
     """The largest of what is read, in units; nan where one is."""
     return float(np.max([np.abs(x[read]).max() / size for read, size in unit.items()], initial=0.0))
 
 
-def _at(states: States, read: Read) -> np.ndarray:
+def _state_values(states: States, read: Variable) -> np.ndarray:
     return states.values(read[0])[:, read[1], None]
 
 
-def _acting(law: Law, felt: list[list[np.ndarray]], coupled: bool | None = None) -> list[tuple[str, np.ndarray]]:
+def _channel_inputs(
+    law: Law, felt: list[list[np.ndarray]], coupled: bool | None = None
+) -> list[tuple[str, np.ndarray]]:
     """The channels of the march at which a law acts, and its inputs; coupled: of terms that depend on the state, or
     not."""
     return [
@@ -240,7 +255,9 @@ def _acting(law: Law, felt: list[list[np.ndarray]], coupled: bool | None = None)
     ]
 
 
-def _added(loop: LoopResponses, acting: list[tuple[str, np.ndarray]], reads: Sequence[Read]) -> dict[Read, np.ndarray]:
+def _responses_to(
+    loop: LoopResponses, acting: list[tuple[str, np.ndarray]], reads: Sequence[Variable]
+) -> dict[Variable, np.ndarray]:
     """What inputs (R, F, J) add to what is read, (R, F, J)."""
     states, cells = loop.data.states, len(loop.data.states.s)
     if not acting:
@@ -277,7 +294,7 @@ def _at_zero(data: SearchData, added: np.ndarray) -> np.ndarray:
     return ((1.0 - part) * added[rows, :, low] + part * added[rows, :, low + 1])[..., None]
 
 
-def _with(base: States, found: dict[Read, np.ndarray]) -> States:
+def _replace_states(base: States, found: dict[Variable, np.ndarray]) -> States:
     """The states with some of them changed (R, J)."""
     changed: dict[str, Any] = {name: base.values(name).copy() for name, _ in found}
     for (name, where), x in found.items():
@@ -327,10 +344,10 @@ def fit_closed_loop(loop: LoopResponses, law: Law, sizes, steps: int = STEPS) ->
     return ClosedLoopFit(law, sizes, none - chi2, now[0][0], now[1])
 
 
-def _reduce_sizes(loop: LoopResponses, law: Law, numbers: np.ndarray) -> tuple[np.ndarray, Run | None]:
+def _reduce_sizes(loop: LoopResponses, law: Law, numbers: np.ndarray) -> tuple[np.ndarray, LoopSolution | None]:
     """Numbers with sizes halved until the belt does not run away, and what they make."""
     for _ in range(2 * SHORTER):
-        now = _run(loop, law, numbers[None])
+        now = _solve_sets(loop, law, numbers[None])
         if now is not None:
             return numbers, now
         numbers = np.concatenate([0.5 * numbers[: _sizes(law)], numbers[_sizes(law) :]])
@@ -338,19 +355,19 @@ def _reduce_sizes(loop: LoopResponses, law: Law, numbers: np.ndarray) -> tuple[n
 
 
 def _gauss_newton_step(
-    loop: LoopResponses, law: Law, numbers: np.ndarray, now: Run, chi2: float
-) -> tuple[np.ndarray, Run, float] | None:
+    loop: LoopResponses, law: Law, numbers: np.ndarray, now: LoopSolution, chi2: float
+) -> tuple[np.ndarray, LoopSolution, float] | None:
     """Numbers after a Gauss-Newton step, what they make, and its chi2; None where no step helps."""
     projector = loop.data.projector
-    moved = _moved(law, numbers)
-    others = _run(loop, law, moved, now[1])
+    moved = _perturb_numbers(law, numbers)
+    others = _solve_sets(loop, law, moved, now[1])
     if others is None:
         return None
     slopes = (others[0] - now[0]) / np.diagonal(moved - numbers)[:, None, None]
     step = _step(loop.data, projector.residual - now[0][0], slopes)
     for k in range(SHORTER):
-        tried = _bounded(loop.data, law, numbers, numbers + step * 0.4**k)
-        after = _run(loop, law, tried[None], now[1])
+        tried = _limit_step(loop.data, law, numbers, numbers + step * 0.4**k)
+        after = _solve_sets(loop, law, tried[None], now[1])
         left = np.inf if after is None else projector.chi2(projector.residual - after[0][0])
         if after is not None and left < chi2:
             return tried, after, left
@@ -373,7 +390,7 @@ def _sizes(law: Law) -> int:
     return sum(t.sizes for t in law.terms)
 
 
-def _moved(law: Law, numbers: np.ndarray) -> np.ndarray:
+def _perturb_numbers(law: Law, numbers: np.ndarray) -> np.ndarray:
     """Sets of numbers (p, p), each with one of them moved a little."""
     count = _sizes(law)
     step = np.full(len(numbers), NUDGE)
@@ -381,7 +398,7 @@ def _moved(law: Law, numbers: np.ndarray) -> np.ndarray:
     return numbers + np.diag(step)
 
 
-def _bounded(data: SearchData, law: Law, old: np.ndarray, new: np.ndarray) -> np.ndarray:
+def _limit_step(data: SearchData, law: Law, old: np.ndarray, new: np.ndarray) -> np.ndarray:
     """New numbers, shape numbers no further than a factor of two from the old, lengths no longer than some records."""
     count, names = _sizes(law), [n for t in law.terms for n in NUMBERS if getattr(t.form, n) is not None]
     longest = np.array([np.inf if n == "knee" else np.log(LONGEST * float(data.states.s[-1])) for n in names])
@@ -399,10 +416,10 @@ def _law_with(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:
     return Law(tuple(terms)), numbers[:count]
 
 
-def _run(loop: LoopResponses, law: Law, sets: np.ndarray, begin: States | None = None) -> Run | None:
-    return run_loop(loop, [_law_with(law, numbers) for numbers in sets], begin)
+def _solve_sets(loop: LoopResponses, law: Law, sets: np.ndarray, begin: States | None = None) -> LoopSolution | None:
+    return solve_loop(loop, [_law_with(law, numbers) for numbers in sets], begin)
 
 
-def states_with(loop: LoopResponses, found: ClosedLoopFit) -> States:
+def states_of_fit(loop: LoopResponses, found: ClosedLoopFit) -> States:
     """All states with a law at work, whatever the law reads."""
-    return states_at_work(loop, found.law, found.sizes, found.states)
+    return states_with_law(loop, found.law, found.sizes, found.states)

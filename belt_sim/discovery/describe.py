@@ -38,15 +38,15 @@ def describe(found: SearchOutcome, probability: float, *, config: Any = None) ->
         "provenance": provenance(config) | {"data_sha256": s.bench.campaign.sha256},
     }
     if not found.found:
-        return Discovery(**common, sentence=_nothing(found, probability))
+        return Discovery(**common, sentence=_nothing_sentence(found, probability))
     common |= {"unit": found.latent.place.unit, "courses": _courses(found, found.latent)}
     if found.best is None:
-        return Discovery(**common, sentence=_no_law(found))
+        return Discovery(**common, sentence=_no_law_sentence(found))
     law, error = _law(found), _errors(found)
     fall = error.fit or error.held_out
     assert fall is not None  # a law is fitted to some runs
-    said = sentence(s, found.best, law, fall, worse=got_worse(error))
-    points, curve = _against(found)
+    said = sentence(s, found.best, law, fall, worse=worse_predictions(error))
+    points, curve = _law_points(found)
     return Discovery(
         **common,
         sentence=said,
@@ -81,13 +81,13 @@ def limits(found: SearchOutcome) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _nothing(found: SearchOutcome, probability: float) -> str:
+def _nothing_sentence(found: SearchOutcome, probability: float) -> str:
     if len(found.data.bench.samples.runs) < FEWEST:
         return "Too few runs to say what is missing."
     return f"Nothing is missing that these readings show (probability of something unknown: {probability:.2g})."
 
 
-def _no_law(found: SearchOutcome) -> str:
+def _no_law_sentence(found: SearchOutcome) -> str:
     c = found.latent
     pooled = "differs from run to run" if c.pool == "each run" else f"{c.pool} in yaw"
     return (
@@ -149,7 +149,7 @@ def _rivals(found: SearchOutcome) -> tuple[RivalLaw, ...]:
     )
 
 
-def _against(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints | None]:
+def _law_points(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints | None]:
     """The unknown of the first term against its variable (travel, where it depends on travel alone), and the law."""
     assert found.best is not None
     s, term, latent = found.data, found.best.scored.law.terms[0], found.latent
@@ -157,7 +157,7 @@ def _against(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints | N
     part, u = term.place.parts[0][1], latent.inputs(s.design.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]
     by_travel = not term.form.reads_belt
-    x = np.broadcast_to(_travelled(s.states, term.form, part), u.shape)
+    x = np.broadcast_to(_drawn_travel(s.states, term.form, part), u.shape)
     if not by_travel:
         x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
     if term.form.variable == "sigma":
@@ -177,10 +177,10 @@ def _against(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints | N
         keep = keep[:: max(1, len(keep) // KEPT)]
         points.append(LawPoints(tension=float(tension), x=px[keep], u=pu[keep]))
     line = np.linspace(float(np.min(x)), float(np.max(x)), DRAWN)
-    return tuple(points), LawPoints(tension=0.0, x=line, u=_drawn(found, line, by_travel))
+    return tuple(points), LawPoints(tension=0.0, x=line, u=_law_curve(found, line, by_travel))
 
 
-def _travelled(states: States, form: Form, part: int | None) -> np.ndarray:
+def _drawn_travel(states: States, form: Form, part: int | None) -> np.ndarray:
     """The travel that a law is drawn against: of what the belt carries the one of a forward run's first turn that
     brings the same part of the belt to the tail pulley."""
     return states.belt_length * (states.belt_part[:, part or 0] % 1.0) if form.carried else states.s
@@ -191,7 +191,7 @@ def _course_of(form: Form, numbers, s: np.ndarray) -> np.ndarray:
     return np.asarray(form.along(s, np, at, wide))
 
 
-def _drawn(found: SearchOutcome, line: np.ndarray, by_travel: bool) -> np.ndarray:
+def _law_curve(found: SearchOutcome, line: np.ndarray, by_travel: bool) -> np.ndarray:
     """The law's own u along ``line``."""
     assert found.best is not None
     numbers, form = found.best.estimates(), found.best.scored.law.terms[0].form
@@ -210,7 +210,7 @@ def _errors(found: SearchOutcome) -> Errors:
     return errors_of(r.bench, s.fit, held_out(s.bench, s.fit), r.fit, held_out(r.bench, r.fit))
 
 
-def got_worse(error: Errors) -> str:
+def worse_predictions(error: Errors) -> str:
     """Which runs that were left out a law predicts worse than none does; empty where it predicts none worse."""
     worse = [f"{n}: {words.thousandths(c.before)} to {words.thousandths(c.after)} mm" for n, c in error.worse().items()]
     if worse:

@@ -25,13 +25,13 @@ RATIO = 1.3  # to the next wavelength of a decaying wave
 SHORTEST = 3.0  # cells in a wave, and samples
 
 
-def in_time(form: Form, pace: float) -> Form:
+def timed_form(form: Form, pace: float) -> Form:
     """The same form along time, lengths [m] taken as durations at so many s/m."""
     at, wide = (None if n is None else n * pace for n in (form.at, form.wide))
     return replace(form, at=at, wide=wide, timed=True)
 
 
-def limit_of(form: Form, end: float, cell: float) -> Form | None:
+def simpler_form(form: Form, end: float, cell: float) -> Form | None:
     """The plainer form that a form comes to when a length is beyond a record of ``end`` ([m]; of what is timed [s]), or
     within a cell of it: a straight rise, a wave, what is there from the start, what stays; None where it stays itself.
     """
@@ -81,20 +81,20 @@ def usual_forms(states: States, kind: str) -> list[Form]:
     courses = [(c, None) for c in STEADY] + timed
     forms = [Form("none", course=c, at=a) for c, a in courses] + waves(states, ("none",)) + intervals(states, ("none",))
     if kind in COURSES_ONLY:
-        return forms + (_of_tension(states) if kind in STIFFNESS else [])
+        return forms + (_tension_thresholds(states) if kind in STIFFNESS else [])
     if kind == "sensor":
-        return forms + _of_state(states, ("reading", "reading_rate"), [("constant", None), ("linear", None)])
+        return forms + _state_forms(states, ("reading", "reading_rate"), [("constant", None), ("linear", None)])
     if np.any(states.beta):
         forms += [Form("beta", course=c, at=a) for c, a in courses]
         forms += waves(states, ("beta",)) + intervals(states, ("beta",))
-        if _of_many_sizes(states.beta):
+        if _has_many_sizes(states.beta):
             forms += [Form("beta", shape=s) for s in ("signed_square", "square", "cube")]
     forms += intervals(states, ("alpha", "kappa"))
     fading = [("decay", end * r) for r in RISES[:4]]
-    return forms + _of_state(states, ("y", "alpha", "kappa"), courses + fading)
+    return forms + _state_forms(states, ("y", "alpha", "kappa"), courses + fading)
 
 
-def _of_tension(states: States) -> list[Form]:
+def _tension_thresholds(states: States) -> list[Form]:
     """What begins below or above a tension, where there are enough of them to tell that from a power."""
     tensions = np.unique(np.round(states.tension, -4))
     if len(tensions) < 3:
@@ -103,7 +103,7 @@ def _of_tension(states: States) -> list[Form]:
     return [Form("sigma", shape=s, knee=float(x)) for s, some in (("below", between), ("above", between)) for x in some]
 
 
-def _of_amplitude(states: States) -> list[Form]:
+def _amplitude_forms(states: States) -> list[Form]:
     """What grows with how far the belt goes or is bent, on either side alike."""
     found = [Form(n, shape=s) for n in ("y", "kappa") for s in ("magnitude", "square")]
     for n in ("y", "kappa"):
@@ -112,7 +112,7 @@ def _of_amplitude(states: States) -> list[Form]:
     return found
 
 
-def _of_many_sizes(beta: np.ndarray) -> bool:
+def _has_many_sizes(beta: np.ndarray) -> bool:
     """Whether yaws (R, J) are of more than one size."""
     sizes = np.abs(beta).max(axis=1)
     return bool(np.ptp(sizes) > SAME_YAW * sizes.max())
@@ -135,19 +135,19 @@ def rare_forms(states: States, kind: str, periods: Sequence[float]) -> list[Form
         odd = kind not in (*COURSES_ONLY, "sensor") and bool(np.any(states.beta))
         names = [n for n, there in (("none", True), ("yaw_set", late), ("beta", odd)) if there]
         found += [Form(n, course=c, at=a, timed=True) for n in names for c, a in _one_way_courses(longest)[1:]]
-        found += [in_time(f, longest / end) for f in waves(states, ("none",))]
-        found += [in_time(f, longest / end) for f in decaying_waves(states, ("beta",))] if odd else []
+        found += [timed_form(f, longest / end) for f in waves(states, ("none",))]
+        found += [timed_form(f, longest / end) for f in decaying_waves(states, ("beta",))] if odd else []
     if kind == "sensor":
         largest = float(np.abs(states.reading).max())
         return found + [Form("reading", shape="stick", knee=b * largest) for b in STICKS]
     if kind in STIFFNESS:
-        return found + _of_amplitude(states) + belt_sections(kind)
-    return found if kind in COURSES_ONLY else found + _by_direction(states) + _swinging(states, periods)
+        return found + _amplitude_forms(states) + belt_sections(kind)
+    return found if kind in COURSES_ONLY else found + _direction_forms(states) + _oscillating_forms(states, periods)
 
 
-def _by_direction(states: States) -> list[Form]:
+def _direction_forms(states: States) -> list[Form]:
     """What goes with the direction of the yaw and hardly with its size, as play and friction do that are used up."""
-    if not np.any(states.beta) or not _of_many_sizes(states.beta):
+    if not np.any(states.beta) or not _has_many_sizes(states.beta):
         return []
     knee = KNEES[1] * float(np.abs(states.beta).max())
     return [
@@ -161,7 +161,7 @@ def _one_way_courses(end: float) -> list[tuple[str, float | None]]:
     return [*steady, *((c, end * r) for c in ("rise", "decay") for r in RISES)]
 
 
-def _swinging(states: States, periods: Sequence[float]) -> list[Form]:
+def _oscillating_forms(states: States, periods: Sequence[float]) -> list[Form]:
     end, shortest = float(states.s[-1]), SHORTEST * float(states.s[1] - states.s[0])
     beta = ("beta",) if np.any(states.beta) else ()
     names = (*beta, "y", "alpha", "kappa")
@@ -204,7 +204,7 @@ def waves(states: States, names: tuple[str, ...]) -> list[Form]:
     return [Form(n, course="wave", at=end / c) for n in names for c in count]
 
 
-def _of_state(states: States, names, courses) -> list[Form]:
+def _state_forms(states: States, names, courses) -> list[Form]:
     found = [Form(n, course=c, at=a) for n in names for c, a in courses]
     for n in names:
         largest = float(np.abs(getattr(states, n)).max())

@@ -71,7 +71,7 @@ class Targets:
 
 def form_products(data: SearchData, place: Place, targets: Targets) -> Products:
     """Products of all columns of a place with vectors."""
-    forms, blocks = data.cached(
+    forms, blocks = data.compute_once(
         ("forms", place.kind, place.carried, data.wide), lambda: _blocks(data, place), data.states
     )
     along = _sum_of_parts(data, place, lambda channel: targets.channel_products(data, channel))
@@ -99,7 +99,7 @@ def _blocks(data: SearchData, place: Place) -> tuple[list[Form], list[Block]]:
     usual, rare = data.forms(place)
     plain = [[f for f in some if not _depends_on_pulley(f)] for some in (usual, rare)]
     lists = [*plain, [f for f in (*usual, *rare) if _depends_on_pulley(f)]]
-    blocks = [data.cached(("block", tuple(some)), partial(_block, some)) for some in lists if some]
+    blocks = [data.compute_once(("block", tuple(some)), partial(_block, some)) for some in lists if some]
     return [f for block in blocks for f in block.forms], blocks
 
 
@@ -113,7 +113,7 @@ def _block(forms: list[Form]) -> Block:
     return Block(forms, [*forms, *(forms[k].sine() for k in waves)], waves)
 
 
-def inputs_of(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
+def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
     """Forms along every run, (R, F, J); part: the pulley, signal: the sensor."""
     found = np.empty((len(states.tension), len(forms), len(states.s)))
     shaped: dict[tuple, np.ndarray] = {}
@@ -132,9 +132,9 @@ def inputs_of(states: States, forms: Sequence[Form], part: int | None, signal: s
 
 def _plain_products(data: SearchData, place: Place, block: Block, along: np.ndarray) -> Products:
     """Products of forms that do not depend on the pulley; along (R, J, q): those of an input in each cell."""
-    inputs = data.cached(("inputs", block), lambda: inputs_of(data.states, block.everything, None, None))
+    inputs = data.compute_once(("inputs", block), lambda: form_inputs(data.states, block.everything, None, None))
     within = data.states if place.relative or place.name == TRAVEL else None  # they act on what is bent, and shown
-    lengths = data.cached(
+    lengths = data.compute_once(
         ("lengths", place.name, block), lambda: _lengths(_plain_rows(data, place, block, inputs), block.waves), within
     )
     return _products(place, block, inputs @ along, lengths)
@@ -165,9 +165,9 @@ def _plain_part(data: SearchData, place: Place, channel: str, part: int | None, 
     def made() -> np.ndarray:
         gain = np.asarray(data.states.channel_gain(place.of_all_spans, channel, part), dtype=np.float32)
         op = data.design.rows[channel].swapaxes(0, 1) * (gain[..., None] if gain.ndim else gain)
-        return data.cached(("single", block), lambda: single_precision(inputs)) @ op
+        return data.compute_once(("single", block), lambda: single_precision(inputs)) @ op
 
-    return _last(data, "plain", place, (channel, block), made)
+    return _keep_for_kind(data, "plain", place, (channel, block), made)
 
 
 def _times_share(rows: np.ndarray, share: np.ndarray | float) -> np.ndarray:
@@ -175,9 +175,9 @@ def _times_share(rows: np.ndarray, share: np.ndarray | float) -> np.ndarray:
     return rows if np.all(share == 1.0) else rows * np.asarray(share, dtype=rows.dtype)[..., None]
 
 
-def _last(data: SearchData, what: str, place: Place, key: tuple, made: Callable[[], np.ndarray]) -> np.ndarray:
+def _keep_for_kind(data: SearchData, what: str, place: Place, key: tuple, made: Callable[[], np.ndarray]) -> np.ndarray:
     """What ``made`` gives for a part of a place; kept for the places of one kind, until another kind comes."""
-    last, kind = data.cached((what,), dict, data.states), place.relative or place.kind
+    last, kind = data.compute_once((what,), dict, data.states), place.relative or place.kind
     if last.get("kind") != kind:
         last.clear()
         last["kind"] = kind
@@ -190,7 +190,7 @@ def _largest_norms(data: SearchData, place: Place) -> np.ndarray:
     """The largest norm that a response to an input of 1 in each cell of a place can have, (R, J, 1)."""
     found: Any = 0.0
     for channel, part in place.parts:
-        each = data.cached(("norms", channel), partial(_norms, data.design.rows[channel]))
+        each = data.compute_once(("norms", channel), partial(_norms, data.design.rows[channel]))
         found = found + each * np.abs(data.states.channel_gain(place, channel, part))
     return np.asarray(found)[..., None]
 
@@ -224,16 +224,16 @@ def _rows(data: SearchData, place: Place, channel: str, part: int | None, block:
     states, where = data.states, channel if part is None else part
 
     def made() -> np.ndarray:
-        inputs = data.cached(
+        inputs = data.compute_once(
             ("inputs", where, place.kind in WRAPPED, block),
-            lambda: single_precision(inputs_of(states.as_read_at(place), block.everything, part, channel)),
+            lambda: single_precision(form_inputs(states.variables_at(place), block.everything, part, channel)),
             states,
         )
         op = data.design.rows[channel].swapaxes(0, 1)
         gain = states.channel_gain(place.of_all_spans, channel, part) if place.relative else None
         return inputs @ (op if gain is None else op * single_precision(np.asarray(gain))[..., None])
 
-    return _last(data, "rows", place, (channel, block), made)
+    return _keep_for_kind(data, "rows", place, (channel, block), made)
 
 
 def _norms(rows: np.ndarray) -> np.ndarray:

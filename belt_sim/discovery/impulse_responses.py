@@ -108,10 +108,10 @@ class ImpulseResponses:
         """Responses to inputs in every cell: rows (..., n) of pulses -> (..., len(where), J) at travels ``where``."""
         step = self.grid[1] - self.grid[0]
         back = where[:, None] - self.grid[None, :] + step  # travel since the pulse's foot
-        return _looked_up(rows, self.fine[1] - self.fine[0], back)
+        return _interpolate(rows, self.fine[1] - self.fine[0], back)
 
 
-def _looked_up(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarray:
+def _interpolate(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarray:
     """Rows (..., n), zero before their start, at ``where`` (a, J); the first cell is half a pulse."""
     place = np.clip(where / spacing, 0.0, rows.shape[-1] - 1.001)
     low = place.astype(int)
@@ -132,7 +132,7 @@ def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> 
     travel = step * (cells + 1)
     steps, _, slots = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
     acting = tuple(e for e in effects if overrides(e) - OUTSIDE_MARCH)
-    march = _compiled(forward.model, tuple(map(type, acting)), *room_for(steps, slots))
+    march = _compile_march(forward.model, tuple(map(type, acting)), *room_for(steps, slots))
     runs = np.arange(-(-len(samples.runs) // RUNS) * RUNS).clip(max=len(samples.runs) - 1)
     found = []
     for rows in runs.reshape(-1, RUNS):
@@ -151,7 +151,7 @@ def _true_end(bench: Workbench, fit: Fit) -> float:
 
 
 @lru_cache(PROGRAMS)
-def _compiled(model, classes, room: int, history: int):
+def _compile_march(model, classes, room: int, history: int):
     one = partial(_respond, model=model, room=room, history=history)
     axes = (None, Case(rig=None, belt=None, settings=0), None, None, None)  # type: ignore[arg-type]
     return jit_float64(jax.vmap(one, in_axes=axes), brief=True)
@@ -163,14 +163,14 @@ def _respond(effects: tuple[Effect, ...], case: Case, step, spacing, steps, *, m
     def rows(heights):
         pulse = Pulse(**dict(zip(CHANNELS, heights, strict=True)), middle=step, half=step)
         march = partial(march_open, model=model, room=room, slots=history, only=("y", "angle", "moment", "tilt"))
-        return _sorted(march(case, (*effects, pulse), spacing, steps), case)
+        return _sort_by_pulley(march(case, (*effects, pulse), spacing, steps), case)
 
     none = jnp.zeros(len(CHANNELS))
     along = jax.vmap(lambda d: jax.jvp(rows, (none,), (d,)))(jnp.eye(len(CHANNELS)))
     return along[0][0], along[1]
 
 
-def _sorted(curves, case):
+def _sort_by_pulley(curves, case):
     """Rows (12, n): from points 1-4 back to run-up tail, run-up head, run-off tail, run-off head."""
     forward = case.settings.direction > 0
     places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([1, 3, 0, 2]))
@@ -189,7 +189,7 @@ class SpanChange:
     per_end: np.ndarray
     growth: np.ndarray
 
-    def grown(self, change: np.ndarray) -> np.ndarray:
+    def first_order_change(self, change: np.ndarray) -> np.ndarray:
         """The change (R, ...) of first order that adds as much as ``change`` does."""
         x = log_of_change(change, np)
         found = np.zeros_like(x)
@@ -206,12 +206,12 @@ def span_changes(bench: Workbench, fit: Fit) -> dict[str, SpanChange]:
     rows = np.arange(-(-runs // ROWS) * ROWS).clip(max=runs - 1)
     settings = jax.tree.map(lambda x: np.asarray(x)[rows], forward.samples.cases.settings)
     cases = replace(forward.samples.cases, settings=settings)
-    made = _changed(forward.model, tuple(map(type, effects)))(effects, cases)
+    made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, cases)
     return {kind: SpanChange(*(np.asarray(x)[:runs] for x in both)) for kind, both in made.items()}
 
 
 @lru_cache(PROGRAMS)
-def _changed(model, classes):
+def _compile_changes(model, classes):
     def one(effects, case):
         case = as_driven(case, effects)
         span = apply_hook((*model.built_in, *effects), "span", model.span(case), case)

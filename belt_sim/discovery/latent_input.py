@@ -31,7 +31,7 @@ class Basis:
     pull: np.ndarray
     shared: np.ndarray
 
-    def thinned(self, apart: int) -> "Basis":
+    def with_fewer_knots(self, apart: int) -> "Basis":
         """The same on every so manieth knot, which straight lines join."""
         count = (len(self.knots) - 1) // apart + 1
         hats = np.maximum(0.0, 1.0 - np.abs(np.arange(count)[:, None] - np.arange(len(self.knots)) / apart))
@@ -101,7 +101,7 @@ def _of_best_length(
     projector: ResidualProjector, basis: Basis, place: Place, pool: str, weights: np.ndarray
 ) -> LatentInput:
     found = [
-        _of_best_height(projector, basis.thinned(apart), place, pool, weights, share)
+        _of_best_height(projector, basis.with_fewer_knots(apart), place, pool, weights, share)
         for share, apart in LENGTHS.items()
     ]
     return max(found, key=lambda c: c.gain)

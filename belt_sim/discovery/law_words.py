@@ -1,4 +1,4 @@
-"""A law in words: formula, what it looks like, and the sentence."""
+"""A law in words: its formula, what usually has such a law, and the sentence."""
 
 import math
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.discovery.form_dictionary import form_values
-from belt_sim.discovery.march_fit import MarchFit
+from belt_sim.discovery.march_fit import Estimates, MarchFit
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.effects.law_terms import SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Law, Term, tagged
 from belt_sim.results import words
@@ -32,23 +32,23 @@ SYMBOLS = {
 }
 
 
-def formula(law: Law, numbers: dict[str, tuple[float, float, str]] | None = None) -> str:
+def formula(law: Law, numbers: Estimates | None = None) -> str:
     """A law as people write it, with its numbers where there are any."""
-    return " and ".join(_term(t, "" if k == 0 else f"_{k + 1}", numbers) for k, t in enumerate(law.terms))
+    return " and ".join(_term(t, k, numbers or {}) for k, t in enumerate(law.terms))
 
 
-def _term(t: Term, tag: str, numbers) -> str:
+def _term(t: Term, k: int, numbers: Estimates) -> str:
     x, form = SYMBOLS[t.form.variable], t.form
 
     def number(name: str, fallback: float | None, unit: str) -> str:
-        if numbers and f"{name}{tag}" in numbers:
-            value, u, _ = numbers[f"{name}{tag}"]
+        if tagged(name, k) in numbers:
+            value, u, _ = numbers[tagged(name, k)]
             return words.with_u(value, u, unit)
         return f"{words.number(fallback)} {unit}".strip()
 
     knee = number("knee", form.knee, VARIABLES[form.variable][0] if form.variable not in ("none", "yaw_set") else "")
     if form.variable == "sigma":
-        knee = f"{(numbers or {}).get(f'knee{tag}', (form.knee,))[0] / N_PER_MM2:.3g} N/mm²"
+        knee = f"{numbers.get(tagged('knee', k), (form.knee or 0.0,))[0] / N_PER_MM2:.3g} N/mm²"
     unit = "s" if form.timed else "" if form.carried else "m"
     at, wide = number("at", form.at, unit), number("wide", form.wide, unit)
     s = ("t" if form.timed else "s") + "′" * (x == "" and form.variable == "yaw_set")
@@ -79,43 +79,43 @@ def _term(t: Term, tag: str, numbers) -> str:
         "decaying_wave": f"a wave of {at} that fades over {wide}",
     }[form.course]
     parts = [p for p in (shape, course) if p] or ["a step" if form.variable == "yaw_set" else "a constant"]
-    return f"{_size(t, tag, numbers or {})}{' '.join(parts)}{_power(t, tag, numbers or {})}"
+    return f"{_size(t, k, numbers)}{' '.join(parts)}{_power(t, k, numbers)}"
 
 
-def _power(t: Term, tag: str, numbers) -> str:
+def _power(t: Term, k: int, numbers: Estimates) -> str:
     """The power of the tension with which a term goes; empty where it does not."""
-    value, u, _ = numbers.get(f"exponent{tag}", (t.exponent, 0.0, "1"))
+    value, u, _ = numbers.get(tagged("exponent", k), (t.exponent, 0.0, "1"))
     if not value:
         return ""
     return f" × tension^{words.number(value, 2) if not u else f'({words.with_u(value, u)})'}"
 
 
-def _size(t: Term, tag: str, numbers) -> str:
+def _size(t: Term, k: int, numbers: Estimates) -> str:
     """The size of a term, before its shape; empty where nothing has been fitted."""
-    if f"size{tag}" in numbers:
-        value, u, _ = numbers[f"size{tag}"]
+    if tagged("size", k) in numbers:
+        value, u, _ = numbers[tagged("size", k)]
         unit = t.size_unit
-        return f"{_sized(value, u)} {'' if unit == '1' else unit + ' '}× "
-    if f"cos{tag}" in numbers:
-        (c, u, _), (s, v, _) = numbers[f"cos{tag}"], numbers[f"sin{tag}"]
-        return f"{_sized(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0))} {t.place.unit} × "
+        return f"{_size_words(value, u)} {'' if unit == '1' else unit + ' '}× "
+    if tagged("cos", k) in numbers:
+        (c, u, _), (s, v, _) = numbers[tagged("cos", k)], numbers[tagged("sin", k)]
+        return f"{_size_words(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0))} {t.place.unit} × "
     return ""
 
 
-def _sized(value: float, u: float) -> str:
+def _size_words(value: float, u: float) -> str:
     """A size ± u, in brackets."""
     text = words.with_u(value, u)
     return text if text.startswith("(") else f"({text})"
 
 
-def looks_like(data: SearchData, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
-    """What kind of thing usually has such a law; empty when nothing comes to mind.
+def looks_like(data: SearchData, law: Law, numbers: Estimates) -> str:
+    """What kind of thing usually has such a law.
 
     What has not begun to settle when the record ends has no time constant, and is no creep.
     """
     t = law.terms[0]
     if rate := _steady_rate(data, t, numbers):
-        return f"{_thing(t.place.kind)} that drifts at a steady rate of {rate}"
+        return f"{_part_of_machine(t.place.kind)} that drifts at a steady rate of {rate}"
     kind, v, shape, course = t.place.kind, t.form.variable, t.form.shape, t.form.course
     if t.place.kind in STIFFNESS:
         return _stiffness(t)
@@ -131,7 +131,7 @@ def looks_like(data: SearchData, law: Law, numbers: dict[str, tuple[float, float
             if course in ("linear", "quadratic", "square_root", "rise")
             else "it was changed in the run"
         )
-        return f"{_thing(kind)}: {slow}"
+        return f"{_part_of_machine(kind)}: {slow}"
     if kind == "sensor":
         return (
             "a sensor that answers late"
@@ -150,14 +150,14 @@ def looks_like(data: SearchData, law: Law, numbers: dict[str, tuple[float, float
     return f"{grip}, which changes in the run" if course != "constant" else f"{grip}, as soft covers and slip have it"
 
 
-def _thing(kind: str) -> str:
+def _part_of_machine(kind: str) -> str:
     """What it is that changes at a kind of place."""
     thing = {"sensor": "a sensor or its stand", "yaw": "the stand of a pulley"}
     thing |= {TENSION: "the tension", TRAVEL: "the encoder or its wheel", SPAN: "what touches a span"}
     return (thing | dict.fromkeys(STIFFNESS, "a belt")).get(kind, "the surface of a pulley")
 
 
-def _steady_rate(data: SearchData, t: Term, numbers: dict[str, tuple[float, float, str]]) -> str:
+def _steady_rate(data: SearchData, t: Term, numbers: Estimates) -> str:
     """The rate at which a term of time alone, or of the yaw, grows all along the record; empty where it does not."""
     if t.form.variable not in ("none", "yaw_set", "beta") or "size" not in numbers or t.form.timed:
         return ""
@@ -203,7 +203,7 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
     """
     said = _place_and_terms(data, made)
     numbers = made.estimates()
-    said += _middles(data, made.scored.law, numbers) + _limits(made, numbers)
+    said += _section_middles(data, made.scored.law, numbers) + _known_products(made, numbers)
     said += f"; {law.parity} in yaw" if law.parity != "mixed" else "; neither odd nor even in yaw"
     value, u = made.exponent
     powers = [numbers[n][0] for n in ("exponent", "exponent_2") if n in numbers]
@@ -226,7 +226,7 @@ def _place_and_terms(data: SearchData, made: MarchFit) -> str:
     return f"The {words.listed(list(by_place))} lacks {formula(law, numbers)}"
 
 
-def _by_how_much(data: SearchData, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
+def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
     """By how much a stiffness is lower or higher than in the model, at every tension (five at most)."""
     change = _change(data, law, numbers)
     steady = all(t.form.course == "constant" and t.form.variable in ("none", "sigma") for t in law.terms)
@@ -247,7 +247,7 @@ def _by_how_much(data: SearchData, law: Law, numbers: dict[str, tuple[float, flo
     return f"another than in the model: {', '.join(by)}"
 
 
-def _change(data: SearchData, law: Law, numbers: dict[str, tuple[float, float, str]]) -> np.ndarray:
+def _change(data: SearchData, law: Law, numbers: Estimates) -> np.ndarray:
     """The relative change (R, J) that a law of a stiffness is, at the pulley where it is the larger."""
     found: list[np.ndarray] = []
     for _, part in law.terms[0].place.parts:
@@ -260,12 +260,12 @@ def _change(data: SearchData, law: Law, numbers: dict[str, tuple[float, float, s
     return np.maximum(np.where(np.abs(found[0]) >= np.abs(found[1]), *found), -1.0)
 
 
-def _middles(data: SearchData, law: Law, numbers: dict[str, tuple[float, float, str]]) -> str:
+def _section_middles(data: SearchData, law: Law, numbers: Estimates) -> str:
     """Where on the belt the stretches of a law are, to be found there; empty where it has none."""
     said = ""
     for k, t in enumerate(law.terms):
         if t.form.carried:
-            value, u, _ = numbers["at" if k == 0 else f"at_{k + 1}"]
+            value, u, _ = numbers[tagged("at", k)]
             if t.place.kind in STIFFNESS:  # it is at work while it is in the span, and runs up at the end of that
                 rig = data.bench.samples.cases.rig
                 value += 0.5 * float(rig.span_length) / float(rig.belt_length)
@@ -274,14 +274,13 @@ def _middles(data: SearchData, law: Law, numbers: dict[str, tuple[float, float, 
     return said
 
 
-def _limits(made: MarchFit, numbers: dict[str, tuple[float, float, str]]) -> str:
+def _known_products(made: MarchFit, numbers: Estimates) -> str:
     """Size times knee of terms of which the readings know no more; empty where they know the size too."""
     said = ""
     for k, t in enumerate(made.scored.law.terms):
-        tag = "" if k == 0 else f"_{k + 1}"
         if t.form.shape == "saturation" and t.form.course in PLAIN:
-            size, u, _ = numbers[f"size{tag}"]
+            size, u, _ = numbers[tagged("size", k)]
             if abs(size) < KNOWN * u:
-                product = words.with_u(*made.limit(tag), t.place.unit)
+                product = words.with_u(*made.size_times_knee(k), t.place.unit)
                 said += f"; of its size and its knee only the product is known: {product}"
     return said

@@ -55,7 +55,7 @@ class RankedLaws:
             yield ScoredLaw(law, float(self.gain[k]), float(self.score[k]))
 
 
-def ranked(tables: list[tuple[Place, list[Form], float]], gains: list[np.ndarray]) -> RankedLaws:
+def rank_laws(tables: list[tuple[Place, list[Form], float]], gains: list[np.ndarray]) -> RankedLaws:
     """Laws of one term by their gains, an array a table."""
     prices: list[np.ndarray] = []
     known: dict[int, np.ndarray] = {}  # of a list of forms
@@ -108,18 +108,18 @@ def gains(p: Products, weight: np.ndarray, beside: list[int], inverse, along) ->
     """
     taken = inverse @ along
 
-    def projected(vectors):
+    def project(vectors):
         onto = (weight.astype(vectors.dtype) @ vectors.reshape(len(weight), -1)).reshape(vectors.shape[1:])
         return onto[:, 0] - onto[:, beside] @ taken, onto[:, beside]
 
-    pull, onto = projected(p.with_vectors)
+    pull, onto = project(p.with_vectors)
     whole = p.own @ weight**2
     left = whole - np.einsum("fc,fc->f", onto @ inverse, onto)
     seen = left > HIDDEN * whole + 1e-30
     gain = pull**2 * np.where(seen, 1.0 / np.where(seen, left, 1.0), 0.0)
     k = p.waves
     if len(k):
-        pull1, (pull2, onto2) = pull[k], projected(p.sine_vectors)
+        pull1, (pull2, onto2) = pull[k], project(p.sine_vectors)
         left1, left2 = left[k], p.sine @ weight**2 - np.einsum("fc,fc->f", onto2 @ inverse, onto2)
         both = p.cross @ weight**2 - np.einsum("fc,fc->f", onto[k] @ inverse, onto2)
         det = left1 * left2 - both**2
@@ -135,12 +135,12 @@ def single_term_laws(data: SearchData) -> RankedLaws:
     targets = Targets(np.concatenate([g.residual[None], g.shared]))
     beside, along = list(range(1, 1 + len(g.shared))), g.shared_residual
     tables, found = [], []
-    for place in data.tried:
+    for place in data.places_to_try:
         p = form_products(data, place, targets)
         for n in exponents_of(data):
             tables.append((p.place, p.forms, n))
             found.append(gains(p, data.weight(n), beside, g.inverse, along))
-    return ranked(tables, found)
+    return rank_laws(tables, found)
 
 
 def exponents_of(data: SearchData) -> tuple[float, ...]:
@@ -148,7 +148,7 @@ def exponents_of(data: SearchData) -> tuple[float, ...]:
     return EXPONENTS if len(np.unique(data.stated_tension)) > 1 else (0.0,)
 
 
-def _scored(law: Law, gain: float) -> ScoredLaw:
+def _score_law(law: Law, gain: float) -> ScoredLaw:
     return ScoredLaw(law, float(gain), float(gain) - cost(law))
 
 
@@ -171,7 +171,7 @@ def two_term_laws(data: SearchData, firsts: list[ScoredLaw]) -> list[ScoredLaw]:
     spans = np.cumsum([start, *[len(c) for c in own]])
     prior = g.gram - np.einsum("crm,drm->cd", g.shared, g.shared)
     targets = Targets(vectors)
-    tables = [form_products(data, place, targets) for place in data.tried]
+    tables = [form_products(data, place, targets) for place in data.places_to_try]
     found: list[ScoredLaw] = []
     for first, low, high in zip(firsts, spans[:-1], spans[1:], strict=True):
         beside = [*range(1, start), *range(low, high)]
@@ -186,7 +186,7 @@ def two_term_laws(data: SearchData, firsts: list[ScoredLaw]) -> list[ScoredLaw]:
                 gain = gains(p, data.weight(n), beside, inverse, along)
                 for k in np.argsort(-gain)[:SECONDS]:
                     law = Law((*first.law.terms, Term(p.place, p.forms[k], n)))
-                    more.append(_scored(law, first.gain + gain[k]))
+                    more.append(_score_law(law, first.gain + gain[k]))
         found += distinct_families(sorted(more, key=lambda s: -s.score), SECONDS)
     return sorted(found, key=lambda s: -s.score)
 
@@ -214,7 +214,7 @@ def refine_numbers(data: SearchData, scored: ScoredLaw) -> ScoredLaw:
             )
             if -best.fun > gain:
                 law, gain = _with_number(law, k, number, float(np.exp(best.x))), float(-best.fun)
-    return _scored(law, gain)
+    return _score_law(law, gain)
 
 
 def _with_number(law: Law, k: int, number: str, value: float) -> Law:

@@ -23,7 +23,7 @@ from belt_sim.discovery.linear_search import WITHIN, ScoredLaw, cost, fit_sizes
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import MODELLED, LawChoice
 from belt_sim.effects.generic_law import GenericLaw, law_effect
-from belt_sim.effects.law_terms import STIFFNESS, TENSION, TRAVEL, Form, Law, SizedLaw, Term
+from belt_sim.effects.law_terms import STIFFNESS, TENSION, TRAVEL, Form, Law, SizedLaw, Term, tagged
 from belt_sim.jax_setup import map_in_threads
 
 ROUND = 2.0  # sigma
@@ -37,6 +37,9 @@ ELSEWHERE = 2  # close laws at other places that are put into the march
 ANYWHERE = frozenset[str]()
 SHOWN = 12  # laws that are told beside the one that won
 CERTAIN = 2.0  # sigma that the size of every term must be from zero
+
+#: number of a law -> value, u (one sigma), unit
+Estimates = dict[str, tuple[float, float, str]]
 
 
 @dataclass(frozen=True)
@@ -56,18 +59,25 @@ class MarchFit:
         """chi2 that the law explains in the march, its numbers paid."""
         return self.gain - cost(self.scored.law)
 
-    def estimates(self) -> dict[str, tuple[float, float, str]]:
-        """Parameter -> value, u (one sigma), unit; u is 0 of a number that was held."""
-        forward, cls = self.bench.forward, self.effect
-        covariance = self.fit.covariance
+    @property
+    def positions(self) -> dict[str, int]:
+        """Positions of the law's numbers in the parameter vector."""
+        forward = self.bench.forward
+        return {forward.slots[p].name: p for p in forward.index(self.effect.id)}
+
+    def estimates(self) -> Estimates:
+        """Every number of the law, with its u (one sigma) and unit; u is 0 of a number that was held."""
         found = {}
-        for position in forward.index(cls.id):
-            slot = forward.slots[position]
-            free = position in self.fit.free
-            u = float(np.sqrt(covariance[k, k])) if free and (k := self.fit.free.index(position)) >= 0 else 0.0
-            value = float(self.fit.vector[position]) * slot.scale
-            found[slot.name] = (value, u * abs(slot.scale), cls.parameters[slot.name].unit)
+        for name, p in self.positions.items():
+            scale = self.bench.forward.slots[p].scale
+            u = float(np.sqrt(self._covariance(p, p))) * abs(scale)
+            found[name] = (float(self.fit.vector[p]) * scale, u, self.effect.parameters[name].unit)
         return found
+
+    def _covariance(self, p: int, q: int) -> float:
+        """Covariance of two entries of the parameter vector, in units of their scales; 0 where one was held."""
+        free = self.fit.free
+        return float(self.fit.covariance[free.index(p), free.index(q)]) if p in free and q in free else 0.0
 
     @property
     def fitted_effect(self) -> GenericLaw:
@@ -75,41 +85,30 @@ class MarchFit:
         return self.effect(**{name: value for name, (value, _, _) in self.estimates().items()})
 
     def sizes_are_certain(self, sigmas: float) -> bool:
-        """Whether the size of every term lies that far from zero, its knee being where it is; of a wave, its two sizes
-        together. Of what is beyond its knee nearly always, readings know size times knee and none of the two.
+        """Whether the size of every term lies that far from zero, its knee being held; of a wave, both sizes together.
+
+        Of a term that is beyond its knee nearly always, readings know size times knee and none of the two.
         """
-        squares = dict[str, float]()
-        for n in self.effect.numbers:
-            if not n.modifier:
-                tag = n.name.partition("_")[2]
-                value, u = self._beside(n.name, f"knee_{tag}" if tag else "knee")
-                squares[tag] = squares.get(tag, 0.0) + (value / u) ** 2 if u > 0.0 else np.inf
-        return min(squares.values()) >= sigmas**2
+        return all(self._squared_distance(k) >= sigmas**2 for k in range(len(self.scored.law.terms)))
 
-    def limit(self, tag: str) -> tuple[float, float]:
-        """Size times knee of a term, and its u: what it comes to beyond its knee."""
-        forward, free = self.bench.forward, self.fit.free
-        at = [next(p for p in forward.index(self.effect.id) if forward.slots[p].name == f"{n}{tag}")
-              for n in ("size", "knee")]  # fmt: skip
-        size, knee = (float(self.fit.vector[p]) * forward.slots[p].scale for p in at)
-        slope = np.zeros(len(free))
-        for p, other in zip(at, (knee, size), strict=True):
-            if p in free:
-                slope[free.index(p)] = other * forward.slots[p].scale
-        return size * knee, float(np.sqrt(max(slope @ self.fit.covariance @ slope, 0.0)))
+    def _squared_distance(self, k: int) -> float:
+        """Squared distance of the sizes of the k-th term from zero, in sigma, its knee being held."""
+        at, found = self.positions, 0.0
+        for p in (at[name] for name in (tagged(n, k) for n in ("size", "cos", "sin")) if name in at):
+            variance, knee = self._covariance(p, p), at.get(tagged("knee", k), -1)
+            if self._covariance(knee, knee):
+                variance -= self._covariance(p, knee) ** 2 / self._covariance(knee, knee)
+            found += float(self.fit.vector[p]) ** 2 / variance if variance > 0.0 else np.inf
+        return found
 
-    def _beside(self, name: str, other: str) -> tuple[float, float]:
-        """A number and its u, in units of its scale, another number being what it is."""
-        forward, free, covariance = self.bench.forward, self.fit.free, self.fit.covariance
-        at = {forward.slots[p].name: p for p in forward.index(self.effect.id)}
-        if at[name] not in free:
-            return float(self.fit.vector[at[name]]), 0.0
-        k = free.index(at[name])
-        square = float(covariance[k, k])
-        if at.get(other) in free:
-            j = free.index(at[other])
-            square -= float(covariance[k, j]) ** 2 / float(covariance[j, j])
-        return float(self.fit.vector[at[name]]), float(np.sqrt(max(square, 0.0)))
+    def size_times_knee(self, k: int) -> tuple[float, float]:
+        """Size times knee of the k-th term, and its u: what it comes to beyond its knee."""
+        size, knee = (self.positions[tagged(n, k)] for n in ("size", "knee"))
+        a, b = (float(self.fit.vector[p]) for p in (size, knee))
+        variance = b * b * self._covariance(size, size) + a * a * self._covariance(knee, knee)
+        variance += 2.0 * a * b * self._covariance(size, knee)
+        scale = self.bench.forward.slots[size].scale * self.bench.forward.slots[knee].scale
+        return a * b * scale, float(np.sqrt(max(variance, 0.0))) * abs(scale)
 
 
 def fit_laws_in_march(data: SearchData, laws: Sequence[ScoredLaw]) -> list[MarchFit | None]:
@@ -132,9 +131,9 @@ def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
         for new, before in zip(forward.index(cls.id), old.index(cls.id), strict=True):
             vector[new] = data.fit.vector[before]
             free += [new] if before in data.fit.free else []
-    names = [forward.slots[k].name for k in forward.index(effect.id)]
+    positions = {forward.slots[p].name: p for p in forward.index(effect.id)}
     for number in effect.numbers:
-        position = forward.index(effect.id)[names.index(number.name)]
+        position = positions[number.name]
         vector[position] = number.value / forward.slots[position].scale
         own += [] if number.modifier else [position]
         if not (number.name.startswith("exponent") and len(np.unique(data.stated_tension)) == 1):
@@ -144,11 +143,11 @@ def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
     if start is None:
         return None
     moved = bench.moved_to(start).at_levels(data.bench.levels)
-    made = _fitted(data, scored, effect, moved, Fit(ids=ids, free=free, vector=start))
-    return None if made is None else _with_round_exponents(data, made)
+    made = _fit_from(data, scored, effect, moved, Fit(ids=ids, free=free, vector=start))
+    return None if made is None else _round_exponents(data, made)
 
 
-def _fitted(
+def _fit_from(
     data: SearchData, scored: ScoredLaw, effect: type[GenericLaw], bench: Workbench, start: Fit
 ) -> MarchFit | None:
     fit = bench.fit([start])[0]
@@ -159,29 +158,27 @@ def _fitted(
     return replace(made, exponent=made.estimates()["exponent"][:2])
 
 
-def _with_round_exponents(data: SearchData, free: MarchFit) -> MarchFit:
+def _round_exponents(data: SearchData, free: MarchFit) -> MarchFit:
     """The law with those exponents of the tension held that its readings cannot tell from the round ones of the search,
     or else from the nearest whole number.
 
     A number that says nothing costs much where a tension was left out: what is left may not know it at all.
     """
-    numbers, forward = free.estimates(), free.bench.forward
-    positions = dict(zip((forward.slots[k].name for k in forward.index(free.effect.id)),
-                         forward.index(free.effect.id), strict=True))  # fmt: skip
+    numbers, positions, forward = free.estimates(), free.positions, free.bench.forward
     vector, held = free.fit.vector.copy(), set()
     for n in free.effect.numbers:
-        round_one = _round(*numbers[n.name][:2], n.value) if n.name.startswith("exponent") else None
+        round_one = round_exponent(*numbers[n.name][:2], n.value) if n.name.startswith("exponent") else None
         if round_one is not None:
             vector[positions[n.name]] = round_one / forward.slots[positions[n.name]].scale
             held.add(positions[n.name])
     if not held:
         return free
     start = Fit(ids=free.fit.ids, free=[p for p in free.fit.free if p not in held], vector=vector)
-    made = _fitted(data, free.scored, free.effect, free.bench, start)
+    made = _fit_from(data, free.scored, free.effect, free.bench, start)
     return free if made is None or made.gain < free.gain - WITHIN else replace(made, exponent=free.exponent)
 
 
-def _round(value: float, u: float, searched: float) -> float | None:
+def round_exponent(value: float, u: float, searched: float) -> float | None:
     """The exponent of the search, or else the nearest whole one, that a fitted one cannot be told from."""
     return next((n for n in (searched, float(np.round(value))) if abs(value - n) < ROUND * u), None)
 
@@ -255,7 +252,7 @@ class MarchTrials:
         found: dict[tuple, CloseLaw] = {}
         shift = self._shifts()
         for s in (*self.choice.judged, *(r.scored for r in self.tried.values() if r is not None)):
-            key, there = _key(s.law), s.score + shift.get(places(s.law), shift[ANYWHERE])
+            key, there = _key(s.law), s.score + shift.get(law_places(s.law), shift[ANYWHERE])
             if key in self.tried:
                 made = self.tried[key]
                 there = -np.inf if made is None else made.worth
@@ -264,14 +261,14 @@ class MarchTrials:
             if key != _key(won.scored.law) and fewer and close.less < margin(won):
                 found.setdefault(key, close)
         ranked = sorted(found.values(), key=lambda c: c.less)
-        first = {places(c.scored.law): c for c in reversed(ranked)}
-        return sorted(ranked, key=lambda c: (first[places(c.scored.law)] is not c, c.less))
+        first = {law_places(c.scored.law): c for c in reversed(ranked)}
+        return sorted(ranked, key=lambda c: (first[law_places(c.scored.law)] is not c, c.less))
 
     def _shifts(self) -> dict[frozenset[str], float]:
         """What the march makes of laws at each place, beyond the search: what it made of the last that was put there;
         anywhere else what it made of the first."""
         made = [r for r in self.tried.values() if r is not None]
-        found = {places(r.scored.law): r.worth - r.scored.score for r in made}
+        found = {law_places(r.scored.law): r.worth - r.scored.score for r in made}
         return {ANYWHERE: made[0].worth - made[0].scored.score if made else 0.0} | found
 
 
@@ -302,8 +299,8 @@ def laws_elsewhere(near: Sequence[CloseLaw], won: MarchFit) -> list[ScoredLaw]:
     """The closest laws at other places, one of each."""
     first: dict[frozenset[str], ScoredLaw] = {}
     for c in near:
-        first.setdefault(places(c.scored.law), c.scored)
-    first.pop(places(won.scored.law), None)
+        first.setdefault(law_places(c.scored.law), c.scored)
+    first.pop(law_places(won.scored.law), None)
     return list(first.values())[:ELSEWHERE]
 
 
@@ -331,12 +328,12 @@ def _courses_of(data: SearchData, choice: LawChoice, likeliest: LatentInput) -> 
     one changes that.
     """
     there = [p for p in data.places if p.name == TENSION]
-    leading = [*choice.judged[:LEADING], *[s for s in choice.judged if _like_a_pull(s.law)][:1]]
+    leading = [*choice.judged[:LEADING], *[s for s in choice.judged if _acts_like_a_pull(s.law)][:1]]
     terms = [t for s in leading for t in s.law.terms if t.form.variable != "none" and not t.form.carried]
     forms = {
         f.family: f
         for t in reversed(terms)
-        for f in (_course(t.form),)
+        for f in (_course_alone(t.form),)
         if f.course not in ("constant", "decaying_wave")
     }
     laws = [Law((Term(place, form),)) for place, form in product(there, forms.values())]
@@ -345,17 +342,17 @@ def _courses_of(data: SearchData, choice: LawChoice, likeliest: LatentInput) -> 
     return sorted((c.scored for c in made if c is not None), key=lambda s: -s.score)
 
 
-def _like_a_pull(law: Law) -> bool:
+def _acts_like_a_pull(law: Law) -> bool:
     """Whether a law turns the belt in proportion to how it is bent at both pulleys, as a change of the tension does."""
     return [t.family[:3] for t in law.terms] == [("turn_both", "kappa", "linear")]
 
 
-def _course(form: Form) -> Form:
+def _course_alone(form: Form) -> Form:
     """The course of a form alone."""
     return Form("none", course=form.course, at=form.at, wide=form.wide, timed=form.timed)
 
 
-def places(law: Law) -> frozenset[str]:
+def law_places(law: Law) -> frozenset[str]:
     """Where a law acts."""
     return frozenset(t.place.name for t in law.terms)
 

@@ -66,7 +66,7 @@ class SearchData:
         """(tension / reference tension)^exponent of every run (R,)."""
         return (self.states.tension / self.tension) ** exponent
 
-    def cached(self, key: tuple, made: Callable[[], Any], within: States | None = None) -> Any:
+    def compute_once(self, key: tuple, made: Callable[[], Any], within: States | None = None) -> Any:
         """What ``made`` gives, computed once for a key; within: the states that it depends on, of which only the last
         are remembered."""
         found = self.kept
@@ -86,7 +86,7 @@ class SearchData:
         return usual_forms(self.states, place.kind), rare
 
     @property
-    def tried(self) -> tuple[Place, ...]:
+    def places_to_try(self) -> tuple[Place, ...]:
         """The places to try."""
         usual = tuple(p for p in self.places if p.kind not in (SPAN, TRAVEL) and not p.carried)
         return self.places if self.wide else usual
@@ -100,7 +100,7 @@ class SearchData:
 
     def rows(self, place: Place, forms: list[Form]) -> np.ndarray:
         """Whitened columns (F, R, m) of forms of size 1 at a place, without dependence on tension."""
-        inputs, states = [], self.states.as_read_at(place)
+        inputs, states = [], self.states.variables_at(place)
         for channel, part in place.parts:
             one = np.stack([form_values(f, states, part, channel) for f in forms])
             inputs.append(one * self.states.channel_gain(place, channel, part))

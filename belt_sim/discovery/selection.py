@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from belt_sim.discovery.closed_loop import ClosedLoopFit, LoopResponses, fit_closed_loop, states_with
-from belt_sim.discovery.form_dictionary import COURSES_ONLY, WITH_KNEE, limit_of
+from belt_sim.discovery.closed_loop import ClosedLoopFit, LoopResponses, fit_closed_loop, states_of_fit
+from belt_sim.discovery.form_dictionary import COURSES_ONLY, WITH_KNEE, simpler_form
 from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.linear_search import (
     WITHIN,
@@ -55,26 +55,30 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     data = replace(data, wide=True)
     loop, read = LoopResponses(data), data.with_latent_input(latent)
     ones = one_term_laws(loop, read)
-    possible = explained(data, latent)
+    possible = latent_input_gain(data, latent)
     firsts = different_laws(data, ones, FIRSTS) if ones[0].gain < possible else []
-    beside = [(replace(data, states=states_with(loop, c)), c.scored) for c in firsts]
+    beside = [(replace(data, states=states_of_fit(loop, c)), c.scored) for c in firsts]
     seconds = [(s, distinct_families(two_term_laws(s, [one]), PAIRS)) for s, one in beside]
-    everything = _merged(ones, _fit_all(loop, seconds))
+    everything = _merge(ones, _fit_all(loop, seconds))
     more = [fit_closed_loop(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
-    everything = _merged(
+    everything = _merge(
         everything, [*(c for c in more if c is not None), *(laws_with_both_slopes(loop, ones) if firsts else [])]
     )
-    leading = {c.law.family: c for c in (everything[0], _simple(everything))}  # in the march the second may win
+    leading = {
+        c.law.family: c for c in (everything[0], _best_of_one_term(everything))
+    }  # in the march the second may win
     for made in leading.values():
-        everything = _merged(everything, _fit_all(loop, _other_places(data, made)))
+        everything = _merge(everything, _fit_all(loop, _other_places(data, made)))
     best = everything[0]
     close = WITHIN + MODELLED * best.gain
     rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
     frequency = _frequency(data, [best, *rivals])
-    return LawChoice(best.scored, tuple(c.scored for c in everything), frequency, _simple(everything).scored, possible)
+    return LawChoice(
+        best.scored, tuple(c.scored for c in everything), frequency, _best_of_one_term(everything).scored, possible
+    )
 
 
-def _simple(laws: Sequence[ClosedLoopFit]) -> ClosedLoopFit:
+def _best_of_one_term(laws: Sequence[ClosedLoopFit]) -> ClosedLoopFit:
     """The first of ``laws`` with one term."""
     return next(c for c in laws if len(c.law.terms) == 1)
 
@@ -83,7 +87,7 @@ def one_term_laws(loop: LoopResponses, read: SearchData) -> list[ClosedLoopFit]:
     """Laws of one term in closed loop, best first; read: the data with the states of a latent input."""
     ones = _fit_all(loop, [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (loop.data, read)])
     for places in PLACES:
-        ones = _merged(ones, _fit_all(loop, _other_forms(loop, ones, places)))
+        ones = _merge(ones, _fit_all(loop, _other_forms(loop, ones, places)))
     return ones
 
 
@@ -117,18 +121,20 @@ def _fit_all(loop: LoopResponses, tried: Iterable[tuple[SearchData, Sequence[Sco
             fine = refine_numbers(data, one)
             _, sizes = fit_sizes(data, data.columns(fine.law))
             made = fit_closed_loop(loop, fine.law, sizes)
-            if made is not None and (plain := _without_extremes(data, made.law)) != made.law:
+            if made is not None and (plain := _simplify(data, made.law)) != made.law:
                 made = fit_closed_loop(loop, plain, made.sizes)
             if made is not None:
                 found.append(made)
-    return _merged(found, ())
+    return _merge(found, ())
 
 
-def _without_extremes(data: SearchData, law: Law) -> Law:
+def _simplify(data: SearchData, law: Law) -> Law:
     """A law without the numbers that have run out of range."""
     end, cell = data.states.s[-1], data.states.s[1]
     paces = [float(np.min(data.states.speed)) if t.form.timed else 1.0 for t in law.terms]
-    forms = [limit_of(t.form, float(end / pace), float(cell / pace)) for t, pace in zip(law.terms, paces, strict=True)]
+    forms = [
+        simpler_form(t.form, float(end / pace), float(cell / pace)) for t, pace in zip(law.terms, paces, strict=True)
+    ]
     return Law(tuple(replace(t, form=form or t.form) for t, form in zip(law.terms, forms, strict=True)))
 
 
@@ -144,7 +150,7 @@ def different_laws(data: SearchData, laws: Sequence[ClosedLoopFit], count: int) 
     return [some[k] for k in kept[:count]]
 
 
-def _merged(some: Sequence[ClosedLoopFit], more: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
+def _merge(some: Sequence[ClosedLoopFit], more: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
     """The best of each family of both, best first."""
     found: dict[tuple, ClosedLoopFit] = {}
     for c in (*some, *more):
@@ -163,7 +169,7 @@ def _other_forms(
     for c in laws:
         first.setdefault(c.law.terms[0].place.name, c)
     with_law = [
-        replace(loop.data, states=states_with(loop, c), places=(c.law.terms[0].place,))
+        replace(loop.data, states=states_of_fit(loop, c), places=(c.law.terms[0].place,))
         for c in list(first.values())[:count]
     ]
     return [(s, distinct_families(single_term_laws(s), FORMS)) for s in with_law]
@@ -187,7 +193,7 @@ def _laws_at_other_places(data: SearchData, terms: Sequence[Term], which: Collec
     carried = all(terms[k].form.carried for k in which)
     return [
         Law(tuple(Term(place, t.form, n) if k in which else t for k, t in enumerate(terms)))
-        for place in data.tried
+        for place in data.places_to_try
         if place.name != old.name and (place.kind == "sensor") == (old.kind == "sensor")
         for n in exponents_of(data)
         if _may_act_at(place, steady, carried)
@@ -202,7 +208,7 @@ def _may_act_at(place: Place, steady: bool, carried: bool) -> bool:
     return not place.carried and (steady or place.kind not in COURSES_ONLY)
 
 
-def explained(data: SearchData, latent: LatentInput) -> float:
+def latent_input_gain(data: SearchData, latent: LatentInput) -> float:
     """chi2 that the mean of a latent input explains."""
     g, u = data.projector, latent.inputs(data.design.grid)
     felt = [data.states.channel_input(latent.place, u, *part)[None] for part in latent.place.parts]

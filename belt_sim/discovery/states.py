@@ -46,21 +46,21 @@ class States:
     wraps: tuple[float, float]
     signals: tuple[str, ...]
 
-    def as_read_at(self, place: Place) -> "States":
+    def variables_at(self, place: Place) -> "States":
         """What a law at a place reads: where the belt runs up, now; over a wrap, what the belt that leaves it had when
         it ran up, for that belt it happened to."""
-        return self.at_landing if place.kind in WRAPPED else self
+        return self.landing_states if place.kind in WRAPPED else self
 
     @cached_property
-    def at_landing(self) -> "States":
+    def landing_states(self) -> "States":
         """The same with y, alpha and kappa as what leaves a pulley had them when it ran up."""
 
         def before(x: np.ndarray) -> np.ndarray:
-            return np.stack([self.delayed(x[:, k], k) for k in (0, 1)], axis=1)
+            return np.stack([self.delay(x[:, k], k) for k in (0, 1)], axis=1)
 
         return replace(self, y=before(self.y), alpha=before(self.alpha), kappa=before(self.kappa))
 
-    def delayed(self, x: np.ndarray, pulley: int) -> np.ndarray:
+    def delay(self, x: np.ndarray, pulley: int) -> np.ndarray:
         """What x (..., J) was one wrap of a pulley before; what lay there at the start lay straight."""
         cells = (self.s - self.wraps[pulley]) / (self.s[1] - self.s[0])
         low = np.clip(cells.astype(int), 0, len(self.s) - 2)
@@ -108,7 +108,7 @@ def states_of(
     drift = np.zeros((len(runs), 2, len(grid)))
     if latent is not None:
         base = states_of(bench, responses, changes)
-        rows = rows + _moved(responses, base, latent)
+        rows = rows + _latent_response(responses, base, latent)
         drift = _drift(responses, base, latent)
     y, spacing = rows[:, :4], grid[1] - grid[0]
     bending = float(bench.samples.cases.belt.bending_stiffness)
@@ -156,7 +156,7 @@ def belt_part_at(rig, forward: np.ndarray, s: np.ndarray) -> np.ndarray:
     return np.where(forward[:, None, None], ahead, back) / float(rig.belt_length)
 
 
-def _moved(responses: ImpulseResponses, base: States, latent: LatentInput) -> np.ndarray:
+def _latent_response(responses: ImpulseResponses, base: States, latent: LatentInput) -> np.ndarray:
     """What the mean of a latent input adds to the rows of the curves, (R, 10, J); base: states without it."""
     inputs = latent.inputs(responses.grid)
     added = np.zeros((len(inputs), MOMENT + 2, len(responses.grid)))

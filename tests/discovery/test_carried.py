@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_discovery import MODEL, both_ways, effect_of
 
-from belt_sim.discovery.describe import _drawn, _travelled
+from belt_sim.discovery.describe import _drawn_travel, _law_curve
 from belt_sim.discovery.form_dictionary import form_values
 from belt_sim.discovery.law_words import formula, sentence
 from belt_sim.discovery.linear_search import ScoredLaw
@@ -28,8 +28,8 @@ def law_of(data: SearchData, place: str, form: Form) -> Law:
 def test_it_is_a_place_where_the_belt_goes_round_and_something_is_missing():
     bench, data = both_ways()
     assert [p.name for p in data.places if p.carried] == ["turn_carried", "drift_carried"]
-    assert not [p for p in data.tried if p.carried]
-    assert [p for p in replace(data, wide=True).tried if p.carried]
+    assert not [p for p in data.places_to_try if p.carried]
+    assert [p for p in replace(data, wide=True).places_to_try if p.carried]
     short = replace(bench.samples, travel=bench.samples.travel * 0.1)
     assert not [p for p in campaign_places(short) if p.carried]
 
@@ -128,5 +128,5 @@ def test_a_law_of_the_belt_alone_is_drawn_where_it_was_met():
     best = SimpleNamespace(estimates=lambda: numbers, scored=SimpleNamespace(law=law))
     found = SimpleNamespace(data=data, best=best)
     for run in range(len(states.belt_part)):
-        drawn = _drawn(found, _travelled(states, BENT, 0)[run], by_travel=True)
+        drawn = _law_curve(found, _drawn_travel(states, BENT, 0)[run], by_travel=True)
         assert np.allclose(drawn, form_values(BENT, states, 0, None)[run], atol=1e-6)

@@ -5,7 +5,7 @@ import pytest
 from small_discovery import MODEL, campaign, effect_of, surveyed
 
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.discovery.closed_loop import LoopResponses, fit_closed_loop, states_with
+from belt_sim.discovery.closed_loop import LoopResponses, fit_closed_loop, states_of_fit
 from belt_sim.discovery.linear_search import fit_sizes
 from belt_sim.effects.law_terms import Form, Law, Term, stop
 
@@ -71,7 +71,7 @@ def test_the_fit_in_closed_loop_finds_what_was_made_with_it():
     _, sizes = fit_sizes(data, data.columns(law))
     made = fit_closed_loop(LoopResponses(data), law, sizes)
     assert made.gain > 0.9 * 25.0**2
-    states = states_with(LoopResponses(data), made)
+    states = states_of_fit(LoopResponses(data), made)
     assert np.abs(states.y - data.states.y).max() > 1e-5
     assert states.beta is data.states.beta
 

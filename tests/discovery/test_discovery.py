@@ -13,7 +13,7 @@ from belt_sim.commands.outputs import write_discovery
 from belt_sim.diagnosis.decision.decide import log_evidence
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.discovery.describe import describe, got_worse
+from belt_sim.discovery.describe import describe, worse_predictions
 from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
 from belt_sim.discovery.law_search import search_law
 from belt_sim.discovery.law_words import sentence
@@ -81,17 +81,17 @@ def test_the_law_in_the_march_is_worth_more_than_what_is_seen_in_the_linear_rang
 
 def test_a_law_that_predicts_worse_than_none_is_told_so():
     law, told = discovered("yaw_creep"), described("yaw_creep")
-    assert got_worse(told.error) == ""
+    assert worse_predictions(told.error) == ""
     assert "left-out" not in told.sentence
     rises = {"45 N/mm2": Change(before=0.061e-3, after=0.6e-3), "7 N/mm2": Change(before=0.3e-3, after=0.1e-3)}
-    worse = got_worse(Errors(noise_floor=0.01e-3, by_condition=rises))
+    worse = worse_predictions(Errors(noise_floor=0.01e-3, by_condition=rises))
     assert "45 N/mm2: 0.061 to 0.60 mm" in worse
     assert "7 N/mm2:" not in worse.replace("45 N/mm2:", "")
     assert worse in sentence(law.data, law.best, told.law, told.error.fit, worse=worse)
     for after, fine in ((0.9, True), (1.1, False)):
         own = OwnChange(before=1.0, after=after, floor=0.5)
-        assert (got_worse(Errors(noise_floor=0.5, own=own)) == "") == fine
-    assert got_worse(Errors(noise_floor=0.5, own=OwnChange(before=0.1, after=0.4, floor=0.5))) == ""
+        assert (worse_predictions(Errors(noise_floor=0.5, own=own)) == "") == fine
+    assert worse_predictions(Errors(noise_floor=0.5, own=OwnChange(before=0.1, after=0.4, floor=0.5))) == ""
 
 
 def test_the_fall_of_the_rms_error_is_told_in_millimetres():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from small_discovery import surveyed
 
-from belt_sim.discovery.form_dictionary import form_values, limit_of, rare_forms, usual_forms
+from belt_sim.discovery.form_dictionary import form_values, rare_forms, simpler_form, usual_forms
 from belt_sim.effects.law_terms import Form
 
 YAW = 1e-3  # rad
@@ -41,5 +41,5 @@ def test_what_a_yaw_leaves_behind_may_be_as_much_whatever_its_size():
 
 def test_what_fades_over_many_records_stays():
     form = Form("beta", course="decay", at=30.0)
-    assert limit_of(form, 10.0, 0.1) == Form("beta")
-    assert limit_of(form, 20.0, 0.1) is None
+    assert simpler_form(form, 10.0, 0.1) == Form("beta")
+    assert simpler_form(form, 20.0, 0.1) is None

@@ -8,7 +8,7 @@ from small_discovery import effect_of, surveyed
 
 from belt_sim.campaign import case_of
 from belt_sim.discovery.form_dictionary import rare_forms
-from belt_sim.discovery.march_fit import _round
+from belt_sim.discovery.march_fit import round_exponent
 from belt_sim.effects.law_terms import Form, Law, Term
 from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.span import response, strip
@@ -49,9 +49,9 @@ def bent_by(name, share, case):
 
 
 def test_an_exponent_is_rounded_to_what_its_readings_cannot_tell_it_from():
-    assert _round(0.7, 0.2, 1.0) == 1.0
-    assert _round(2.1, 0.2, 1.0) == 2.0
-    assert _round(1.5, 0.1, 1.0) is None
+    assert round_exponent(0.7, 0.2, 1.0) == 1.0
+    assert round_exponent(2.1, 0.2, 1.0) == 2.0
+    assert round_exponent(1.5, 0.1, 1.0) is None
 
 
 def test_waves_in_time_are_tried_where_speeds_differ():

@@ -6,7 +6,7 @@ import pytest
 from small_discovery import surveyed
 
 from belt_sim.discovery.linear_search import ScoredLaw, cost
-from belt_sim.discovery.march_fit import COURSES, LEADING, MarchTrials, first_order_laws, laws_elsewhere, places
+from belt_sim.discovery.march_fit import COURSES, LEADING, MarchTrials, first_order_laws, law_places, laws_elsewhere
 from belt_sim.discovery.selection import LawChoice, _laws_at_other_places
 from belt_sim.effects.law_terms import Form, Law, Term
 
@@ -108,7 +108,7 @@ def test_terms_of_one_place_are_moved_together(data):
     wave, root = Form("none", course="wave", at=WAVE), Form("none", course="square_root")
     two = law(data, ("yaw_tail", wave), ("yaw_tail", root))
     moved = _laws_at_other_places(data, two.terms, range(2))
-    assert all(len(places(m)) == 1 for m in moved)
+    assert all(len(law_places(m)) == 1 for m in moved)
     assert {"yaw_head", "drift_tail"} <= {m.terms[0].place.name for m in moved}
     assert not any(m.terms[0].place.name in ("yaw_tail", "sensor_y1") for m in moved)
 

@@ -30,7 +30,7 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
         for block in form_products._blocks(data, place)[1]:
             if block.depends_on_pulley:
                 continue
-            inputs = form_products.inputs_of(data.states, block.everything, None, None)
+            inputs = form_products.form_inputs(data.states, block.everything, None, None)
             exact = form_products._sum_of_parts(data, place, lambda c: data.design.rows[c].swapaxes(0, 1))
             right = np.sum(np.square(inputs @ exact), axis=2)
             found = np.sum(np.square(form_products._plain_rows(data, place, block, inputs)), axis=2, dtype=float)
@@ -46,7 +46,7 @@ def test_what_is_known_of_a_long_course_is_known_on_fewer_knots(apart):
     data = surveyed("yaw_creep")
     place = next(p for p in data.places if p.name == "yaw_tail")
     basis = basis_at(data.projector, data.design, place, data.states)
-    fewer = basis.thinned(apart)
+    fewer = basis.with_fewer_knots(apart)
     course = np.cos(np.pi * basis.knots / basis.knots[-1])  # half a wave in the record
     own = course[::apart]
     for few, all_of_it in (

@@ -45,7 +45,7 @@ def test_a_size_that_is_known_with_its_knee_is_certain():
 
 def test_what_is_known_of_both_together_is_said():
     made = fitted(apart=2.0)
-    value, u = made.limit("")
+    value, u = made.size_times_knee(0)
     assert value == pytest.approx(SIZE * KNEE)
     assert u == pytest.approx(U * KNEE * abs(SIZE))
     assert "only the product is known" in told(made)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_discovery import surveyed
 
-from belt_sim.discovery.closed_loop import LoopResponses, run_loop
+from belt_sim.discovery.closed_loop import LoopResponses, solve_loop
 from belt_sim.discovery.law_words import _by_how_much, formula
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
@@ -25,7 +25,7 @@ def law_of(data: SearchData, name: str, form: Form, exponent: float = 0.0) -> La
 def hidden(name: str, exponent: float) -> SearchData:
     """A survey of a campaign that hides a change of a stiffness by SHARE, at the unit of tension."""
     data = surveyed()
-    made = run_loop(LoopResponses(data), [(law_of(data, name, Form("none"), exponent), np.array([SHARE]))])
+    made = solve_loop(LoopResponses(data), [(law_of(data, name, Form("none"), exponent), np.array([SHARE]))])
     row = made[0][0]
     noise = np.random.default_rng(0).standard_normal(row.shape)
     residual = noise + SIZE * row / np.linalg.norm(row)
@@ -45,10 +45,10 @@ def test_the_loop_has_a_change_that_is_not_small():
     """Half the torsional stiffness does more than half of what none of it would do at first order."""
     relative = surveyed().states.changes["torsion"]
     runs = len(relative.growth)
-    grown = relative.grown(np.stack([np.full(runs, x) for x in (-0.8, -1e-4, 1.0)], axis=1))
-    assert np.all(grown[:, 0] < -0.85)
-    assert grown[:, 1] == pytest.approx(-1e-4, rel=1e-3)
-    assert np.all(grown[:, 2] < 0.95)
+    first_order_change = relative.first_order_change(np.stack([np.full(runs, x) for x in (-0.8, -1e-4, 1.0)], axis=1))
+    assert np.all(first_order_change[:, 0] < -0.85)
+    assert first_order_change[:, 1] == pytest.approx(-1e-4, rel=1e-3)
+    assert np.all(first_order_change[:, 2] < 0.95)
 
 
 def test_by_how_much_a_stiffness_changes_is_told_at_every_tension():
