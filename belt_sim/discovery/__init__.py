@@ -1,1 +1,1 @@
-"""Discovery: a law that no library holds, found as an input at one of the five laws, said in a sentence, and added."""
+"""Discovery: the search for a law that the library lacks, as an input at one of the five laws of a model."""

@@ -1,4 +1,4 @@
-"""Laws fitted in the march itself: which are put there, and which cannot be told from the one that wins.
+"""Laws fitted in the march itself: which are fitted there, and which the readings cannot tell from the best.
 
 The closed loop of the search is linear at fixed tension. What changes the tension changes the march itself, and what
 moves the encoder moves where it is read: of those it sees the first order only, and their laws may be worth much more
@@ -240,7 +240,7 @@ class MarchTrials:
         return next((r for r in close if self.predicts(r)), won)
 
     def predicts(self, made: MarchFit) -> bool:
-        """Whether the held-out error does not rise with a law, as it is told."""
+        """Whether the held-out error does not rise with a law."""
         s = self.data
         error = errors_of(
             made.bench, s.fit, held_out(s.bench, s.fit), made.fit, held_out(made.bench, made.fit)
@@ -248,7 +248,7 @@ class MarchTrials:
         return error is None or error.after <= error.before
 
     def indistinguishable(self, won: MarchFit) -> list[CloseLaw]:
-        """What cannot be told from a law: of each place the best, then the rest."""
+        """Laws that the readings cannot tell from one: the best of each place, then the rest."""
         found: dict[tuple, CloseLaw] = {}
         shift = self._shifts()
         for s in (*self.choice.judged, *(r.scored for r in self.tried.values() if r is not None)):
@@ -273,14 +273,14 @@ class MarchTrials:
 
 
 def margin(won: MarchFit) -> float:
-    """chi2 within which laws cannot be told from one: what chance makes, and what forms make that are nearly right."""
+    """chi2 within which the readings cannot tell laws from one, by chance or since a nearly right form does as well."""
     return WITHIN + MODELLED * won.gain
 
 
 def best_in_march(
     data: SearchData, choice: LawChoice, likeliest: LatentInput, enough: float
 ) -> tuple[MarchFit | None, tuple[CloseLaw, ...]]:
-    """The law that wins in the march, and those that cannot be told from it.
+    """The best law in the march, and those that the readings cannot tell from it.
 
     likeliest: the latent input of the likeliest place; enough: chi2 that a law has to explain.
     """

@@ -60,21 +60,21 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     beside = [(replace(data, states=states_of_fit(loop, c)), c.scored) for c in firsts]
     seconds = [(s, distinct_families(two_term_laws(s, [one]), PAIRS)) for s, one in beside]
     everything = _merge(ones, _fit_all(loop, seconds))
-    more = [fit_closed_loop(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
-    everything = _merge(
-        everything, [*(c for c in more if c is not None), *(laws_with_both_slopes(loop, ones) if firsts else [])]
-    )
-    leading = {
-        c.law.family: c for c in (everything[0], _best_of_one_term(everything))
-    }  # in the march the second may win
-    for made in leading.values():
+    polished = [fit_closed_loop(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
+    everything = _merge(everything, [c for c in polished if c is not None])
+    everything = _merge(everything, laws_with_both_slopes(loop, ones) if firsts else [])
+    leading = (everything[0], _best_of_one_term(everything))  # in the march the second may win
+    for made in {c.law.family: c for c in leading}.values():
         everything = _merge(everything, _fit_all(loop, _other_places(data, made)))
     best = everything[0]
     close = WITHIN + MODELLED * best.gain
     rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
-    frequency = _frequency(data, [best, *rivals])
     return LawChoice(
-        best.scored, tuple(c.scored for c in everything), frequency, _best_of_one_term(everything).scored, possible
+        best=best.scored,
+        judged=tuple(c.scored for c in everything),
+        frequency=_frequency(data, [best, *rivals]),
+        simple=_best_of_one_term(everything).scored,
+        possible=possible,
     )
 
 
@@ -176,7 +176,7 @@ def _other_forms(
 
 
 def _other_places(data: SearchData, best: ClosedLoopFit) -> list[tuple[SearchData, list[ScoredLaw]]]:
-    """What may say the same as a law: one of its terms at other places; all of them, where they share one."""
+    """Laws that may do the same: with one term at other places, or with all terms there where they share a place."""
     at_work, found, terms = replace(data, states=best.states), list[ScoredLaw](), best.law.terms
     moved = [_laws_at_other_places(data, terms, (k,)) for k in range(len(terms))]
     if len(terms) > 1 and len({t.place.name for t in terms}) == 1:
