@@ -1,5 +1,6 @@
 """The belt as a chain of stations, cut open in the middle of the head's wrap: what is free, what pulls, how stiffly."""
 
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -72,7 +73,8 @@ def anchor_positions(
     found = anchor_places(r, y, turned, axes, of(pose.centre[..., None]))
     if layer is None:
         return found
-    moved = jax.vmap(lambda *one: layer_displacements(belt, *one, places.stations))(wraps, belt.surfaces, pose, layer)
+    displaced = partial(layer_displacements, belt, k=places.stations)
+    moved = jax.vmap(displaced)(wraps, belt.surfaces, pose, layer)
     return found + of(moved)
 
 

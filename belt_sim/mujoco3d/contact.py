@@ -51,10 +51,11 @@ def lay_wrap(
 ) -> WrapArrays:
     """Stations first..last, anchored where their nodes [m], (m, 3, n), are, at their mean height."""
     k, n = np.arange(first, last + 1) % nodes.shape[-1], nodes.shape[-1]
-    wrap = WrapArrays(first, last, *np.zeros((3, len(nodes), n)), np.zeros(n), np.zeros(2))
-    r, wrap.y[:, k], wrap.angle[:, k] = cylinder_coordinates(nodes[:, :, k], pose)
-    circle = radius_at(surface, 0.0, wrap.y[:, k])
-    wrap.r[:, k] = circle + (r - circle).mean(axis=0)
+    r, y, angle = np.zeros((3, len(nodes), n))
+    wrap = WrapArrays(first, last, r, y, angle, np.zeros(n), np.zeros(2))
+    r[:, k], y[:, k], angle[:, k] = cylinder_coordinates(nodes[:, :, k], pose)
+    circle = radius_at(surface, 0.0, y[:, k])
+    r[:, k] = circle + (r[:, k] - circle).mean(axis=0)
     wrap = update_tangents(wrap, pose, nodes, 1.0)
     for end in (FIRST, LAST):
         wrap = change_end(belt, wrap, surface, pose, None, nodes, end, 0.0)

@@ -221,8 +221,10 @@ class Engine:
         state.loads = loads_on_pulleys(state, nodes, pull)
         update_contact(belt, self.surfaces, state, nodes, pull, dt, drive.friction, self.tangent)
         if belt.fibres is not None:
-            for layer, *pulley in zip(state.layers, state.wraps, self.surfaces, state.poses, strict=True):
-                layer += (layer_of_fibres(belt, state.share, nodes, *pulley) - layer) * min(dt / LAYER_TIME, 1.0)
+            pulleys = zip(state.wraps, self.surfaces, state.poses, strict=True)
+            for layer, (wrap, surface, pose) in zip(state.layers, pulleys, strict=True):
+                wanted = layer_of_fibres(belt, state.share, nodes, wrap, surface, pose)
+                layer += (wanted - layer) * min(dt / LAYER_TIME, 1.0)
 
     def _pull(self, state: RunState) -> np.ndarray:
         """Forces of belt and weight [N] on the nodes, shape (m, 3, n)."""

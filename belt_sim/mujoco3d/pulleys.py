@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -48,7 +49,8 @@ def pose_of(
 
 def depth_at_ends(wraps: WrapArrays, belt: BeltArrays, pose: PoseArrays) -> Array:
     """How far the outermost stations lie behind the tangent points [m], by pulley and end (2, 2)."""
-    return jax.vmap(lambda *of: jnp.stack([outer_depth(*of, end) for end in (0, 1)]))(wraps, belt.surfaces, pose)
+    ends = [jax.vmap(partial(outer_depth, end=end))(wraps, belt.surfaces, pose) for end in (0, 1)]
+    return jnp.stack(ends, axis=1)
 
 
 def tail_derivatives(shape: BatchShape, wraps: WrapArrays, pose: PoseArrays) -> Array:

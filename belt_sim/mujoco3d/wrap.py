@@ -22,6 +22,7 @@ of the springs: the springs also make up for what the integrator's tangent misse
 """
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -391,7 +392,7 @@ def release_stations(belt: BeltArrays, wraps: WrapArrays, pose: PoseArrays) -> W
         return wrap._replace(**{("first", "last")[end]: outer - OUTWARDS[end] * goes})
 
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda *of, end=end: one(*of, end))(wraps, belt.surfaces, pose)
+        wraps = jax.vmap(partial(one, end=end))(wraps, belt.surfaces, pose)
     return wraps
 
 
@@ -420,7 +421,7 @@ def land_stations(
         return land_station(wrap, surface, pose, was, now, end, belt.chord, moved, shaped)
 
     for end in (FIRST, LAST):
-        wraps = jax.vmap(lambda *of, end=end: one(*of, end))(wraps, belt.surfaces, after[0], before[0], layers)
+        wraps = jax.vmap(partial(one, end=end))(wraps, belt.surfaces, after[0], before[0], layers)
     return wraps
 
 

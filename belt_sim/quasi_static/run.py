@@ -281,7 +281,7 @@ def step(shape: BatchShape, belt: BeltArrays, state: TravelState, command: Trave
         rolled = jnp.where(stands, pose.axes[:, 2, 1] - state.pose.axes[:, 2, 1], 0.0)
         wraps = jax.vmap(roll_anchors)(belt.surfaces, wraps, pose, rolled)
     if kinks is not None:
-        wraps, kinks = jax.vmap(lambda *of: hold_run_up_end(*of, shape.sign))(wraps, belt.surfaces, pose, kinks)
+        wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=shape.sign))(wraps, belt.surfaces, pose, kinks)
     wraps = sink_wraps(shape, belt, wraps, pose, moved, shaped)
     places = cut_chain(shape, wraps)
     taut = state.nodes[..., places.stations]
