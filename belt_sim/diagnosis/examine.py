@@ -115,7 +115,7 @@ def _find_laws(search: Search, table: EvidenceTable, decision: Decision, laws: L
 def _add_laws(table: EvidenceTable, found: Mapping[Ids, LawResult]) -> EvidenceTable:
     """The table with the evidence of laws in the march."""
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
-    rows = [replace(b, laws=(*b.laws, in_march[b.beside])) if b.beside in in_march else b for b in table.unknown]
+    rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
     return replace(table, unknown=tuple(rows))
 
 

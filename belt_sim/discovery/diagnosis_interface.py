@@ -71,7 +71,7 @@ def unknown_evidence(data: SearchData) -> UnknownEvidence:
     ones = single_term_laws(data)
     latent_gains = [c.gain for c in data.latent_inputs() if not (c.place.kind == "sensor" and c.pool == "each run")]
     return UnknownEvidence(
-        beside=frozenset(data.fit.ids),
+        ids=frozenset(data.fit.ids),
         courses=np.array(latent_gains),
         laws=tuple(_law(s) for s in distinct_families(ones, LAWS)),
         tried=max(len(ones) / len(exponents_of(data)), 1.0),

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.decision.table import EvidenceTable, LawEvidence, OtherM
 from belt_sim.results.diagnosis import Verdict
 
 CANDIDATES = 30
-NO_COURSE = UnknownEvidence(beside=frozenset(), courses=np.zeros(60), laws=(), tried=7000.0)
+NO_COURSE = UnknownEvidence(ids=frozenset(), courses=np.zeros(60), laws=(), tried=7000.0)
 
 
 def row(*ids: str, gain: float = 0.0, plausible: bool = True, rise: float = 0.0, sigmas: float = 3.0) -> Row:
@@ -39,7 +39,7 @@ def unknown(evidence: float, *beside: str) -> UnknownEvidence:
     """A course at one of 60 places whose evidence is ``log_evidence`` more than none, all paid."""
     courses = np.full(60, -np.inf)
     courses[0] = evidence + POLICY.chance + log(60.0)
-    return replace(NO_COURSE, beside=frozenset(beside), courses=courses)
+    return replace(NO_COURSE, ids=frozenset(beside), courses=courses)
 
 
 def test_an_effect_is_named_once_nothing_is_improbable():

@@ -114,9 +114,9 @@ def _compare(table: EvidenceTable, policy: Policy) -> Iterator[Explanation]:
     each = {row.ids: _explain_by_effects(row, nothing, table, policy) for row in table.rows}
     yield from each.values()
     for b in table.unknown:
-        alone = each[b.beside]
+        alone = each[b.ids]
         if not alone.implausible:
-            more = log(policy.unknown) + (log(policy.further) if b.beside else 0.0)  # it is one fault more
+            more = log(policy.unknown) + (log(policy.further) if b.ids else 0.0)  # it is one fault more
             seen = log_evidence(b, table.inflation, policy)
             yield replace(alone, unknown=True, unknown_evidence=seen, prior=alone.prior - more, refused="")
     for other in table.other_models:

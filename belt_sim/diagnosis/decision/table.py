@@ -63,7 +63,7 @@ class UnknownEvidence:
     laws: the best of the dictionary; tried: how many of one term were tried.
     """
 
-    beside: Ids
+    ids: Ids
     courses: np.ndarray
     laws: tuple[LawEvidence, ...]
     tried: float

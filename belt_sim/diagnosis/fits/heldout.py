@@ -1,8 +1,8 @@
 """Held-out error: whole conditions (a tension, a sign of yaw) are left out, the rest is refitted, they are predicted.
 
 Refits are one Gauss-Newton step from the joint fit, which is exact for effects that enter linearly. Before any reading
-a parameter is known as well as a real machine allows (candidate.prior_sigma), and harmonics as well as they fall
-(with_harmonics): what only the left-out runs show falls back to null; a condition is untestable where
+a parameter is known as well as a real machine allows (plausibility.prior_sigma), and harmonics as well as they fall
+(shrink_harmonics): what only the left-out runs show falls back to null; a condition is untestable where
 the rest does not know what the effects do to it.
 """
 

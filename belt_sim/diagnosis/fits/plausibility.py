@@ -84,7 +84,7 @@ def _with_slack(bound: float, factor: float) -> float:
 
 def is_plausible(forward: Forward, fit: Fit) -> bool:
     """True when all numbers could be met on a real machine: those that were found by what is known of them, the others
-    as they are (``within.py`` fits them so where it can); none diverged.
+    as they are (``prefer_plausible`` fits them so where it can); none diverged.
 
     That an effect is there says its gain. Its numbers need not be known for that: of two that do the same only their
     sum is, of one that saturates only that it is large.

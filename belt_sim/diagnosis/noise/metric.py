@@ -1,8 +1,8 @@
 """The scale on which a residual is judged: readings whitened by noise, with nuisances integrated out.
 
-x -> (I + N N^T)^(-1/2) L^(-1) x has unit covariance when nothing is missing: L the Cholesky factor of noise.py, N the
-whitened nuisance shapes in units of their prior sigma (zero, gain, tension and yaw setting of every run, and where the
-yaw was applied; stiffness and length of the belt, shared by all).
+x -> (I + N N^T)^(-1/2) L^(-1) x has unit covariance when nothing is missing: L the Cholesky factor of covariance.py, N
+the whitened nuisance shapes in units of their prior sigma (zero, gain, tension and yaw setting of every run, and where
+the yaw was applied; stiffness and length of the belt, shared by all).
 """
 
 from dataclasses import dataclass, replace

@@ -66,7 +66,7 @@ def members(classes: Sequence[type[Effect]], groups: Groups) -> list[type[Effect
     return [c for c in classes if group_of(c) in {READ, *groups}]
 
 
-STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (march_error.py)
+STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``march_error``)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history
