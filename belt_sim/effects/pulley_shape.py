@@ -7,8 +7,8 @@ import jax.numpy as jnp
 from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, Cause, Effect, Parameter, effect
 from belt_sim.laws.runup import sag_angle
 
-_CONE = "‰ of the radius per m of width"
-_PER_MILLE = (1e3, _CONE)
+_CONE = "ppm of the radius per m of width"
+_TAPER = (1e6, _CONE)
 _BULGE = "‰ of the radius 1 m from the middle"  # of R (1 - c y^2/2)
 
 
@@ -25,10 +25,10 @@ class Taper(Effect):
     cause = Cause("the {pulley} pulley is conical", ("tail", "head"), CHECK_DIAMETERS)
     parameters = {
         "kappa_t": Parameter(
-            unit="1/m", meaning="taper of the tail pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_PER_MILLE
+            unit="1/m", meaning="taper of the tail pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER
         ),
         "kappa_t_head": Parameter(
-            unit="1/m", meaning="taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_PER_MILLE
+            unit="1/m", meaning="taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER
         ),
     }
     kappa_t: float = 0.0
@@ -129,7 +129,7 @@ class BuildUp(Effect):
             meaning="growth of the tail's taper with travel",
             plausible=(-1e-5, 1e-5),
             scale=4e-7,
-            shop=(1e6, f"{_CONE}, per km of travel"),
+            shop=(1e6, f"{_CONE}, per m of travel"),
         )
     }
     rate: float = 0.0

@@ -91,7 +91,7 @@ class TaperDrift(Effect):
             meaning="growth of the tail's taper at first",
             plausible=(-5e-6, 5e-6),
             scale=2e-7,
-            shop=(3.6e6, "‰ of the radius per m of width, per hour"),
+            shop=(3.6e9, "ppm of the radius per m of width, per hour"),
         ),
         "time_constant": TIME_CONSTANT,
     }
