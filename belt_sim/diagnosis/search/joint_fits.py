@@ -217,12 +217,18 @@ class JointFits:
         self.fits |= dict(zip(best, prefer_plausible(self.bench, list(best.values())), strict=True))
 
     def _starts_of(self, key: frozenset, ids: Ids) -> list[Fit]:
-        """Where a set begins: where it stood, or where a larger one has its effects; or else at null, and where each of
-        them stood by itself: a gap or a place that is off by far keeps a refit from the best point.
+        """Where a set begins: where it stood, and where the best larger one has its effects, which may add nothing to
+        them; or else at null, and where each of them stood by itself: a gap or a place that is off by far keeps a refit
+        from the best point.
         """
+        null = self.bench.forward.null()
         if key in self.starts:
-            return [self.starts[key]]
-        null, fits = self.bench.forward.null(), self.starts | self.fits
+            larger = sorted((f for k, f in self.fits.items() if key and k > key), key=lambda f: f.chi2)[:1]
+            return [
+                self.starts[key],
+                *(self.bench.start(ids, self._numbers(null, dict.fromkeys(key, f))) for f in larger),
+            ]
+        fits = self.starts | self.fits
         larger = [f for k, f in self.starts.items() if k > key]
         if larger:
             return [self.bench.start(ids, self._numbers(null, dict.fromkeys(key, larger[-1])))]
