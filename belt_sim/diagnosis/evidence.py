@@ -74,13 +74,17 @@ def search_sets(
 
 
 def gather(search: Search, nothing: Fit, bench: Workbench, laws: LawFinder | None, policy: Policy) -> EvidenceTable:
-    """The table of a finished search.
+    """The table of a finished search, with a row for every set beside which something unknown is looked for.
 
     nothing, bench: the fit of no effect, and the workbench on which the search began; laws: None where nobody looks
     beyond the library.
     """
     table = search.table()
-    likeliest = explanations(table, policy)[0].effects
+    likeliest = explanations(table, policy)[0].effects  # another than in the search, where held-out data speak
+    beside = [(), likeliest, *(tuple(i for i in likeliest if i != name) for name in likeliest)]
+    if {frozenset(ids) for ids in beside} - {row.ids for row in table.rows}:
+        search.fits.fit_all(beside)
+        table = search.table()
     table = replace(
         table,
         additive=frozenset(c.id for c in bench.forward.classes if c.is_additive()),
@@ -89,18 +93,21 @@ def gather(search: Search, nothing: Fit, bench: Workbench, laws: LawFinder | Non
     if laws is None:
         return table
     visible = frozenset(t.id for t in search.fits.trials(()) if _would_show(t, search, table, policy))
-    return replace(table, visible=visible, unknown=tuple(_unknown_evidence(search, likeliest, laws)))
+    return replace(table, visible=visible, unknown=tuple(_unknown_evidence(search, beside, likeliest, laws, table)))
 
 
 def _would_show(trial: Trial, search: Search, table: EvidenceTable, policy: Policy) -> bool:
     return would_show(row_of(search.fits.bench, trial.fit, checked=False), table, policy)
 
 
-def _unknown_evidence(search: Search, likeliest: Sequence[str], laws: LawFinder) -> Iterator[UnknownEvidence]:
-    """What is seen beside nothing, beside the likeliest set, and beside that without one of its members."""
-    sets = [(), likeliest, *(tuple(i for i in likeliest if i != name) for name in likeliest)]
+def _unknown_evidence(
+    search: Search, sets: Sequence[Sequence[str]], likeliest: Sequence[str], laws: LawFinder, table: EvidenceTable
+) -> Iterator[UnknownEvidence]:
+    """What is seen beside those sets that have a row: beside nothing, and beside the likeliest, whole or less one."""
+    there = {row.ids for row in table.rows}
     for ids in dict.fromkeys(map(tuple, sets)):
-        yield laws.evidence_of_unknown(search.fits.bench, search.fits.fit(ids), likeliest)
+        if frozenset(ids) in there:
+            yield laws.evidence_of_unknown(search.fits.bench, search.fits.fit(ids), likeliest)
 
 
 def base_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[OtherModel]:
