@@ -21,7 +21,8 @@ MIN_WIDTH = 110
 def tell_choice(config: Mapping[str, Any], model: str) -> None:
     """Which model a command has chosen, if none was stated."""
     if config["model"]["name"] == BY_TENSION:
-        print(f"model {model}, chosen by tension (strip_lift_off below 22 N/mm2, else strip); model=NAME states one")
+        rule = "strip_lift_off below 22 N/mm2, strip above and for synthetic data"
+        print(f"model {model}, chosen by tension ({rule}); model=NAME states one")
 
 
 def tell_simulation(s: Simulation, folder: Path) -> None:
