@@ -83,7 +83,6 @@ def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float |
         raise InputError("pictures", pictures, "", "use true or false")
     case, stated = case_from(config), model_settings(config["model"])
     model = on_engine(model_of(by_tension(stated, [float(case.settings.tension)])), config["engine"])
-    tell_choice(config, model.name)
     asked = {k: config[k] for k in ("effects", "travel")}
     observers = observers_of(model, watch, _title(run_dir, model.name), folder)
     with run_dir.outputs(RECORDING) as draft:
@@ -92,6 +91,7 @@ def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float |
             found = simulate(case, model=model, **asked, observers=observers, scene_path=scene, computed=computed)
         write_simulation(draft, found, pictures=pictures, provenance=provenance(config))
         show(found, model, watch, folder)
+    tell_choice(config, model.name)
     tell_simulation(found, folder)
     return _report_objective(folder, wanted)
 

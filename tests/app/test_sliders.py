@@ -21,7 +21,7 @@ def asked(**changes) -> SliderSettings:
 
 def test_a_shorter_travel_is_the_start_of_the_longest():
     shown = simulate_sliders(asked())
-    alone = simulate(tension=10.0, yaw=-0.042, travel=40.0, effects=[{"id": "taper", "kappa_t": 2e-5}])
+    alone = simulate(model="strip", tension=10.0, yaw=-0.042, travel=40.0, effects=[{"id": "taper", "kappa_t": 2e-5}])
     np.testing.assert_allclose(shown.curves.y, np.asarray(alone.curves.y)[:, ::2], atol=1e-9)
     assert shown.curves.travel[-1] == pytest.approx(40.0)
 

@@ -40,7 +40,7 @@ WRONG = [
     (["tensoin=4"], "tensoin: no such key; did you mean tension?"),
     (["belt.widht=0.2"], "belt.widht: no such key; did you mean belt.width?"),
     (["rig.radius=0.2"], "rig.radius: no such key"),
-    (["model=membrain"], "model = membrain: use one of beam_th1, beam_th2, ernst_beam"),
+    (["model=membrain"], "model = membrain: use one of beam_th1, beam_th2, by_tension, ernst_beam"),
     (["rig=mine"], "rig = mine: use one of rope_example, test_rig"),
     (["rig=null"], "rig"),
     (["tension"], "write key=value"),

@@ -8,7 +8,7 @@ from shipped_schema import check
 
 from belt_sim.config import schedule_from
 from belt_sim.files import CONF
-from belt_sim.registry import MODEL_NAMES
+from belt_sim.registry import BY_TENSION, MODEL_NAMES
 
 COLUMNS = (
     "travel_m,y1_mm,y2_mm,y3_mm,y4_mm,angle1_mrad,angle2_mrad,angle3_mrad,angle4_mrad,"
@@ -104,4 +104,4 @@ def test_a_yaw_sequence_reaches_its_angles():
 
 
 def test_every_model_has_its_file_and_every_file_its_model():
-    assert {p.stem for p in (CONF / "model").glob("*.yaml")} == set(MODEL_NAMES)
+    assert {p.stem for p in (CONF / "model").glob("*.yaml")} == {*MODEL_NAMES, BY_TENSION}

@@ -132,7 +132,7 @@ def read_inside(share: float, fault: dict) -> np.ndarray:
     travel = np.broadcast_to(PLAN.travel[:, None], (len(PLAN.travel), len(PLAN.runs)))
 
     def position(s):
-        here, (tail_off, head_off) = history.at(s), history.wrap_exit(s)
+        here, (tail_off, head_off) = history.state_at(s), history.wrap_exit(s)
         yaw, yaw_head = (history.interpolate(rows, s) for rows in (history.tail_yaw, history.head_yaw))
         forward = line.direction > 0  # then the upper span runs to the tail, else to the head pulley
         off = np.where(forward, [head_off[0], head_off[1] + yaw_head], [tail_off[0], tail_off[1] - yaw])
