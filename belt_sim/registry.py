@@ -30,7 +30,7 @@ ModelName = Literal[
 
 #: the model that is chosen by the tension of what is simulated or measured
 BY_TENSION = "by_tension"
-LAYER_TENSION = 22.0 * N_PER_MM2  # [Pa]: below it the bending layer moves point 3 of the test rig by over 2.5 %
+LAYER_TENSION = 22.0 * N_PER_MM2  # [Pa]: where the test rig reaches the limit bending_layer (docs/validity.md)
 
 
 def model_for(tensions: Iterable[float]) -> ModelName:

@@ -80,12 +80,12 @@ def diagnose(
 ) -> Diagnosis:
     """Which of the candidates ``effects`` (None: the library) the analytic ``model`` lacks.
 
-    model: None: strip_lift_off if any run is below 22 N/mm2, else strip; effects: ids, .py files of your own (tested
-    before any long work; ``tell`` hears what the test says) or Effect classes; leave_out: ids of the library not to be
-    tried; advise: look for the next run to make; bootstraps: campaigns simulated with nothing missing, which tell how
-    much chance gains; progress(replicates, stage): told of every stage, and of these campaigns (None: a bar in a
-    terminal or notebook); shown: is given the result without the next runs;
-    config: what asked for it, for the provenance. Raises InputError, CannotRepresent, RunFailed.
+    model: None: chosen by tension (``belt_sim.api.resolve.campaign_model``); effects: ids, .py files of your own
+    (tested before any long work; ``tell`` hears what the test says) or Effect classes; leave_out: ids of the
+    library not to be tried; advise: look for the next run to make; bootstraps: campaigns simulated with nothing
+    missing, which tell how much chance gains; progress(replicates, stage): told of every stage, and of these
+    campaigns (None: a bar in a terminal or notebook); shown: is given the result without the next runs; config:
+    what asked for it, for the provenance. Raises InputError, CannotRepresent, RunFailed.
     """
     campaign = campaign_of(campaign)
     whole("seed", seed, 0)

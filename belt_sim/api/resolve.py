@@ -41,7 +41,7 @@ def by_tension(spec: Any, tensions: Iterable[float]) -> Any:
 def campaign_model(spec: Any, campaign: Campaign) -> Any:
     """``spec``, or where it states no model the one for all runs of a campaign.
 
-    Belts of the virtual rig leave their pulleys like a thread: a synthetic campaign is judged by strip.
+    A synthetic campaign is judged by strip: belts of the virtual rig leave their pulleys like a thread.
     """
     synthetic = campaign.source.kind == "synthetic"
     return by_tension(spec, () if synthetic else [run.tension for run in campaign.runs])
@@ -121,7 +121,10 @@ def refuse(model: Model | SteadyModel, effects: Sequence[Effect | type[Effect]],
             raise CannotRepresent(f"effects = {e.id}: {reason}{remedy}")
 
 
-_THREAD = "the belt's own stiffness lifts it off the pulleys, which a belt in 3D has only with effects=[lift_off]"
+#: what a belt in three dimensions is told beyond the limit bending_layer
+_LAYER_IN_SPACE = (
+    "the belt's own stiffness lifts it off the pulleys, which a belt in 3D has only with effects=[lift_off]"
+)
 #: limits that a belt in three dimensions does not have: it moves, shears, turns far and hangs as it is
 _NOT_IN_SPACE = ("flat_belt", "second_order", "shear", "deep_sag", "fast_belt")
 
@@ -150,7 +153,7 @@ def _of_model(case: Case, model: Any, effects: Sequence[str]) -> tuple[Limit, ..
         return ()
     slips = ("slip",) if math.isfinite(model.options.friction) else ()
     found = exceeded_limits(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
-    return tuple(replace(limit, words=_THREAD) if limit.id == "bending_layer" else limit for limit in found)
+    return tuple(replace(limit, words=_LAYER_IN_SPACE) if limit.id == "bending_layer" else limit for limit in found)
 
 
 def validity_warnings(campaign: Campaign, model: AnalyticModel, effects: Sequence[str]) -> tuple[str, ...]:

@@ -83,6 +83,7 @@ class RunDir:
         notes.mkdir(parents=True, exist_ok=True)
         with _lock(notes / "lock", self.path):  # whoever is refused here leaves the folder to the run at work
             clear_drafts(self.path)
+            clear_drafts(notes)
             (self.path / FAILED).unlink(missing_ok=True)
             write_text(notes / "config.yaml", yaml.safe_dump(dict(self.config), sort_keys=False, allow_unicode=True))
             write_text(notes / "overrides.yaml", yaml.safe_dump(list(self.overrides), allow_unicode=True))

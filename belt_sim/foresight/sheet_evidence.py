@@ -31,7 +31,7 @@ ODD = 3.5
 BELIEVED, MENTIONED = 0.9, 0.5
 #: chi2 a reading that may be left then, unless nearly all is removed: a fault may stand beside the mistake.
 LEFT, NEARLY_ALL = 2.0, 0.98
-#: chi2 by which the best mistake must beat the stated sheet and every other mistake to be believed.
+#: chi2 by which the best mistake must beat the stated sheet, by one noise too, and all other mistakes to be believed.
 DECISIVE = 100.0
 #: Mistakes that make a belt stiffer or softer alike; by less than this factor a machine can be off by itself.
 STIFFNESS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
@@ -86,7 +86,8 @@ def sheet_evidence(
         if chi2 < of_kind.get(found.kind, (np.inf, found))[0]:
             of_kind[found.kind] = chi2, found
     screened = sorted((_refine(chi2, m, stated) for chi2, m in of_kind.values()), key=lambda f: f[0])
-    exact = [(_Layout(m.campaign, model).deviance(m, stated), m) for _, m in screened[:FINALISTS]]
+    undone = [(_Layout(m.campaign, model), m) for _, m in screened[:FINALISTS]]
+    exact = [(at.deviance(m, stated), m) for at, m in undone if at.gain_over(curved, m) > DECISIVE]
     ranked = sorted([*((c, m) for c, m in exact if np.isfinite(c)), *screened[FINALISTS:]], key=lambda f: f[0])
     if not ranked:
         return ()
@@ -101,15 +102,12 @@ def sheet_evidence(
     evidence = []
     for chi2, m in ranked:
         own = np.array([not m.runs or r.name in m.runs for r in curved.runs])
-        unexplained, numbers = (
-            max(float(np.sum((stated.chi2 - stated.counts)[own])), 1.0),
-            int(stated.counts[own].sum()),
-        )
-        removed = total - chi2
+        numbers, unexplained = int(stated.counts[own].sum()), float(np.sum((stated.chi2 - stated.counts)[own]))
+        removed, unexplained = total - chi2, max(unexplained, 1.0)
         share, left = min(removed / unexplained, 1.0), max((unexplained - removed) / numbers + 1.0, 0.0)
-        certain = clear and (m is ranked[0][1] or (_same_run(m, ranked[0][1]) and chi2 - best < DECISIVE))
-        certain = certain and max(unexplained, removed) >= (UNEXPLAINED - 1.0) * numbers
-        certain = certain and (share > NEARLY_ALL or (share > BELIEVED and left < LEFT))
+        first = m is ranked[0][1] or (_same_run(m, ranked[0][1]) and chi2 - best < DECISIVE)
+        asked = max(unexplained, removed) >= (UNEXPLAINED - 1.0) * numbers
+        certain = clear and first and asked and (share > NEARLY_ALL or (share > BELIEVED and left < LEFT))
         if share > MENTIONED:
             evidence.append(SheetEvidence(mistake=m, share=share, left=left, certain=certain, gain=alone - chi2))
     return tuple(evidence)
@@ -162,6 +160,11 @@ class _Layout:
         """chi2 of all runs with a mistake undone, and how much more ln det of the noise is than that of ``stated``: two
         repeats that differ by a mistake are noise until it is undone."""
         return self.total(mistake) + self._log_det() - stated._log_det()
+
+    def gain_over(self, stated: Campaign, mistake: SheetMistake) -> float:
+        """chi2 that undoing a mistake gains by one noise, that of this layout: what only reads another noise off the
+        repeats gains nothing."""
+        return float(np.sum(self.of(stated))) - self.total(mistake)
 
     def _log_det(self) -> float:
         """ln of the determinant of the noise's covariance."""
