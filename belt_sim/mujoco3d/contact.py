@@ -6,8 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from belt_sim.errors import RunFailed
+from belt_sim.jax_setup import jit_float64
 from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays, surfaces_of
-from belt_sim.mujoco3d.friction import WrapStiffness, slip_increments
+from belt_sim.mujoco3d.friction import SlidingStiffness, slip_increments, wrap_chain
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import SPAN_TIME
 from belt_sim.mujoco3d.state import RunState
@@ -93,7 +94,7 @@ def update_contact(
     pull: np.ndarray,
     dt: float,
     friction: float,
-    tangent: WrapStiffness | None,
+    tangent: SlidingStiffness | None,
 ) -> None:
     """After a step, with held nodes on their anchors: let them slip, land and go.
 
@@ -127,7 +128,7 @@ def slide_wrap(
     which: int,
     pull: np.ndarray,
     friction: float,
-    tangent: WrapStiffness,
+    tangent: SlidingStiffness,
 ) -> float:
     """Move the anchors of nodes whose tangential force exceeds friction [1] x pressure; mean lateral slip [m].
 
@@ -141,12 +142,24 @@ def slide_wrap(
         return 0.0
     force = np.stack([across, along], axis=1)  # (m, 2, held), of the pulley on the nodes
 
-    def by_node(values: np.ndarray) -> np.ndarray:
-        return np.moveaxis(values, -1, 0).reshape(-1, 2)
-
-    stiffness, guess = tangent.wrap(state.wraps[which].first, len(k)), increments[..., k]
-    moved = slip_increments(by_node(force), limit.T.ravel(), stiffness, by_node(guess))
-    moved = np.moveaxis(moved.reshape(len(k), -1, 2), 0, -1)
+    moved = _slip(tangent, state.wraps[which].first, force, limit, increments[..., k])
     state.slip_increments[which][..., k] = moved
     state.wraps[which] = slide_anchors(surface, state.wraps[which], state.shaped, k, moved)
     return float(moved[:, 0].mean())
+
+
+_SIZES = 8  # stations of a wrap are filled up to a multiple of it, so that few sizes are compiled
+
+
+def _slip(tangent: SlidingStiffness, first: int, force: np.ndarray, limit: np.ndarray, guess: np.ndarray) -> np.ndarray:
+    """Slip increments [m], (m, 2, k), of a wrap that begins with station ``first``; see ``slip_increments``."""
+    count = limit.shape[-1]
+    more = -count % _SIZES
+    force, guess = (np.pad(v, ((0, 0), (0, 0), (0, more))) for v in (force, guess))
+    limit = np.pad(limit, ((0, 0), (0, more)), constant_values=np.inf)
+    chain = _wrap_chain(tangent, first % 2, count, count + more)
+    return np.asarray(_slip_increments(force, limit, chain, guess)[0])[..., :count]
+
+
+_wrap_chain = jit_float64(wrap_chain, static_argnums=3)
+_slip_increments = jit_float64(slip_increments)

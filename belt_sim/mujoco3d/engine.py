@@ -15,10 +15,11 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, RunFailed
 from belt_sim.files import write_text
 from belt_sim.frame import Observer, SceneObserver
+from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays, active_features, belt_arrays, surfaces_of
 from belt_sim.mujoco3d.contact import lay_wraps, update_contact
 from belt_sim.mujoco3d.elastic import twist_forces
-from belt_sim.mujoco3d.friction import WrapStiffness
+from belt_sim.mujoco3d.friction import SlidingStiffness, read_sliding_stiffness
 from belt_sim.mujoco3d.loads import guide_forces, load_forces
 from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
 from belt_sim.mujoco3d.mesh import BELT_MODELS, Mesh, drag_coefficients
@@ -152,7 +153,7 @@ class Engine:
     surfaces: Sequence[SurfaceArrays]
     pulleys: Pulleys
     loads: tuple[NodeLoad, ...]
-    tangent: WrapStiffness | None
+    tangent: SlidingStiffness | None
     rest_lengths: RestLengths | None
 
     @staticmethod
@@ -173,7 +174,10 @@ class Engine:
         if rest_lengths is not None and mesh.residual:
             solver.set_rest_lengths(rest_lengths.lengths(0.0))
         slides = math.isfinite(parts.friction) or options.tensioning == "koller"
-        tangent = WrapStiffness.of(mesh, scene.loop, solver, options.dt) if slides else None
+        inertia = mesh.mass / options.dt**2
+        tangent = (
+            in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia) if slides else None
+        )
         pulleys = Pulleys.of(scene, surfaces, solver.model)
         return Engine(scene, solver, shape, belt, surfaces, pulleys, tuple(loads), tangent, rest_lengths)
 

@@ -7,6 +7,7 @@ import pytest
 from pulley_bench import empty_wrap, pose, surface
 
 from belt_sim.mujoco3d import contact
+from belt_sim.mujoco3d.friction import SlidingStiffness
 from belt_sim.mujoco3d.rope import run_off_line
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, axes_of, cylinder_coordinates, update_tangents
@@ -125,7 +126,8 @@ def test_a_belt_presses_less_the_faster_it_runs():
     turned, pull = wrap.angle[:, held], np.zeros_like(nodes)
     pull[:, 0, held], pull[:, 2, held] = -tension * CHORD / R * np.array([np.sin(turned), np.cos(turned)])
     pull[:, 1, held] = aside
-    tangent = SimpleNamespace(wrap=lambda first, count: rigid * np.eye(4 * count))
+    own, none = rigid * np.stack([np.eye(4)] * 2), np.zeros((2, 4, 4))
+    tangent = SlidingStiffness(own, after=none, relief_first=none, relief_last=none)
     fast = np.sqrt(tension / (BELT.mass[0] / CHORD))
     for share in (0.0, 0.5, 0.999):
         limit = aside / (tension * CHORD / R * (1.0 - share**2))  # the friction at which it just holds

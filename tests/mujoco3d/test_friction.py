@@ -1,14 +1,18 @@
 """Sliding obeys Coulomb's law; the wrap's stiffness is the strip's; a slipping belt knows its coefficient."""
 
+import jax
 import numpy as np
 import pytest
 
+from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.engine import SpaceRun
-from belt_sim.mujoco3d.friction import slip_increments
+from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
 from belt_sim.mujoco3d.options import fit_options
 
-LEFT_OVER = 2e-3  # of the largest limit; the solver stops at 1e-3
+LEFT_OVER = 2e-3  # of the largest limit: what friction may contradict Coulomb's law by
+PROBE = 1e-6  # [m], a strain of 4e-5 of a link
+STIFF = 1e-4  # of the stiffest: a finite difference over 1 um
 ALIKE = 0.01  # of y: half the step; 0.5 ms against 1 ms differ by 0.5 %
 STRETCH = 0.005  # the tension adds F / EA, and the laid links are longer by as much
 HARDLY = 0.1  # [N], of links that carry 1800 N: the width is laid 0.03 um off
@@ -20,31 +24,51 @@ def begun(short_rig):
     return SpaceRun.begin(short_rig, "flex", options)
 
 
-@pytest.mark.parametrize("nodes", [1, 2, 7, 40])
-def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_others_with_less(nodes):
-    rng = np.random.default_rng(nodes)
+def assembled(chain):
+    """The whole stiffness, (2 m k, 2 m k), of a chain of blocks, station by station."""
+    own, beside = (np.asarray(v) for v in chain)
+    size, _, count = own.shape
+    whole = np.zeros((count, size, count, size))
+    for k in range(count):
+        whole[k, :, k] = own[..., k]
+        if k < count - 1:
+            whole[k, :, k + 1], whole[k + 1, :, k] = beside[..., k], beside[..., k].T
+    return whole.reshape(count * size, count * size)
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 20])
+@in_float64
+def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_others_with_less(count):
+    rng, solve = np.random.default_rng(count), jax.jit(slip_increments)
     for _ in range(10):
-        root = rng.normal(size=(2 * nodes, 2 * nodes))
-        stiffness = 1e8 * root @ root.T + 1e4 * np.eye(2 * nodes)
-        force, limit = 100.0 * rng.normal(size=(nodes, 2)), 150.0 * rng.uniform(size=nodes)
-        slip = slip_increments(force, limit, stiffness, np.zeros((nodes, 2)))
-        after = force + (stiffness @ slip.ravel()).reshape(-1, 2)
-        size = np.hypot(*slip.T)
-        moves = size > 0.0
-        tolerance = LEFT_OVER * limit.max()
-        against = -limit[moves, None] * slip[moves] / size[moves, None]
-        assert after[moves] == pytest.approx(against, abs=tolerance)
-        assert np.all(np.hypot(*after[~moves].T) <= limit[~moves] + tolerance)
+        root, cross = rng.normal(size=(4, 4, count)), rng.normal(size=(4, 4, count))
+        cross[..., -1] = 0.0
+        own = 1e8 * (np.einsum("ijk,ljk->ilk", root, root) + 16.0 * np.eye(4)[..., None])
+        chain = own, 1e8 * cross
+        force, limit = 100.0 * rng.normal(size=(2, 2, count)), 150.0 * rng.uniform(size=(2, count))
+        slip, residual = (np.asarray(v) for v in solve(force, limit, chain, np.zeros_like(force)))
+        moved = assembled(chain) @ np.moveaxis(slip, -1, 0).ravel()
+        after = force + np.moveaxis(moved.reshape(count, 2, 2), 0, -1)
+        size = np.hypot(slip[:, 0], slip[:, 1])
+        against = slip * (limit / np.maximum(size, 1e-300))[:, None]  # 0 where a node rests
+        left = np.hypot(*np.moveaxis(after + against, 1, 0))
+        assert np.all(left <= np.where(size > 0.0, 0.0, limit) + LEFT_OVER * limit.max())
+        assert residual <= LEFT_OVER
 
 
+@in_float64
 def test_no_node_slides_below_its_limit():
-    assert not slip_increments(np.full((3, 2), 1.0), np.full(3, 1.5), 1e8 * np.eye(6), np.full((3, 2), 1e-9)).any()
+    chain = 1e8 * np.eye(2)[..., None] * np.ones(3), np.zeros((2, 2, 3))
+    assert not np.any(
+        slip_increments(np.full((1, 2, 3), 1.0), np.full((1, 3), 1.5), chain, np.full((1, 2, 3), 1e-9))[0]
+    )
 
 
+@in_float64
 def test_wrap_is_stiff_like_a_strip(begun, short_rig):
     """A wrap shifted sideways as a whole bends nothing in itself; a link stretches like a plate strip."""
     tangent, count = begun.engine.tangent, 9
-    whole = tangent.wrap(0, count)
+    whole = assembled(wrap_chain(tangent, 0, count, count))
     assert whole == pytest.approx(whole.T, abs=1e-6 * np.abs(whole).max())
     assert np.linalg.eigvalsh(whole).min() > 0.0
     inner = slice(4, -4)  # beside the ends
@@ -52,9 +76,27 @@ def test_wrap_is_stiff_like_a_strip(begun, short_rig):
     for rigid in (sideways, along):
         assert np.abs(whole @ rigid)[inner].max() < 1e-3 * np.abs(whole).max()
     belt, chord = short_rig.belt, begun.scene.mesh.chord
-    along_along = tangent.block[0, 2, 1::2, 1::2]  # what pulls at the next station when one moves along
+    along_along = tangent.after[0, 1::2, 1::2]  # what pulls at the next station when one moves along
     at_fixed_width = belt.youngs_modulus * belt.area / (1.0 - belt.poisson_ratio**2)
     assert -along_along.sum() * chord == pytest.approx(at_fixed_width, rel=STRETCH)
+
+
+def test_mujoco_holds_a_station_as_stiffly(begun):
+    """What the flex itself does to a node of the upper span, and to the next one, when it moves in the belt's plane."""
+    scene, solver, tangent = begun.scene, begun.engine.solver, begun.engine.tangent
+    upper = np.flatnonzero(scene.loop.z > 0.0)
+    station = int(upper[np.argmin(np.abs(scene.loop.x[upper] - scene.loop.x.mean()))])
+    slides, in_plane = scene.mesh.laid - scene.mesh.rest, (1, 0)
+    for column in range(2 * scene.mesh.across):
+        forces = []
+        for shift in (PROBE, -PROBE):
+            moved = slides.copy()
+            moved[station, column // 2, in_plane[column % 2]] += shift
+            forces.append(solver.elastic_forces(moved)[[station, station + 1]][:, :, list(in_plane)].reshape(2, -1))
+        own, after = (forces[1] - forces[0]) / (2.0 * PROBE)
+        scale = STIFF * np.abs(tangent.own).max()
+        assert own == pytest.approx(tangent.own[station % 2][:, column], abs=scale)
+        assert after == pytest.approx(tangent.after[station % 2][:, column], abs=scale)
 
 
 def test_laid_belt_pulls_at_its_free_nodes_with_its_weight_only(begun):

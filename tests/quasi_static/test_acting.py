@@ -2,22 +2,16 @@
 
 from dataclasses import replace
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from paper_cases import paper_case
 
 from belt_sim.effects.load import load_effects
-from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.belt import wrap_chain
 from belt_sim.mujoco3d.engine import SpaceRun
-from belt_sim.mujoco3d.friction import slip_increments
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import fit_options
 from belt_sim.paper import ROPE_EXAMPLE
-from belt_sim.quasi_static import friction as coulomb
 from belt_sim.quasi_static.run import compliance_step, prepare_case, simulate_batch
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
@@ -55,54 +49,6 @@ def both():
     options, parts = scene_of(*ACTING, friction=FRICTION)
     run = SpaceRun.begin(CASE, "flex", fit_options(options, CASE, "flex"), parts)
     return run, prepare_case(CASE, travel=0.5, options=options, parts=parts)
-
-
-@in_float64
-def test_a_wrap_is_as_stiff_as_in_the_run_in_time(both):
-    run, ready = both
-    tangent = run.engine.tangent
-    tangent.known.clear()
-    for first, count in ((4, 15), (7, 14)):
-        still = replace(tangent, inertia=np.zeros_like(tangent.inertia), known={}).wrap(first, count)
-        own, beside = (
-            np.asarray(v) for v in wrap_chain(ready.belt.sliding_stiffness, jnp.array(first), jnp.array(count), 18)
-        )
-        size = own.shape[0]
-        chain = np.zeros((count, size, count, size))
-        for k in range(count):
-            chain[k, :, k] = own[..., k]
-            if k < count - 1:
-                chain[k, :, k + 1], chain[k + 1, :, k] = beside[..., k], beside[..., k].T
-        chain = chain.reshape(count * size, count * size)
-        assert np.abs(chain - still).max() < STIFF * np.abs(still).max()
-        assert not beside[..., count - 1 :].any()
-
-
-@in_float64
-def test_slip_is_that_of_the_convex_problem(both):
-    """Ends that are bent and pulled, limits that fall to nothing there, from nothing and from another case's slip."""
-    count, rng = 15, np.random.default_rng(3)
-    chain = wrap_chain(both[1].belt.sliding_stiffness, jnp.array(4), jnp.array(count), count)
-    whole = replace(both[0].engine.tangent, inertia=np.zeros(4), known={}).wrap(4, count)
-    solve, guess = jax.jit(coulomb.slip_increments), np.zeros((2, 2, count))
-    for pull in (1.0, 5.0, 20.0, 60.0):
-        limit = 5.0 * np.minimum(1.0, 4.0 * np.minimum(np.linspace(0, 1, count), np.linspace(1, 0, count)))
-        limit = np.stack([limit, limit]) * (1.0 + 0.1 * rng.normal(size=(2, count)))
-        limit = np.maximum(limit, 0.0)
-        force = 0.3 * pull * rng.normal(size=(2, 2, count))
-        force[:, 0, :4] += pull
-        force[0, 1, :4], force[1, 1, :4] = force[0, 1, :4] + 2.0 * pull, force[1, 1, :4] - 2.0 * pull
-        slip, wrong = solve(force, limit, chain, guess)
-        guess, wanted = np.asarray(slip), slip_increments(
-            force.transpose(2, 0, 1).reshape(-1, 2), limit.T.ravel(), whole, np.zeros((2 * count, 2))
-        )  # fmt: skip
-        costs = [
-            0.5 * u.ravel() @ whole @ u.ravel() + force.transpose(2, 0, 1).ravel() @ u.ravel()
-            + limit.T.ravel() @ np.hypot(*u.T)
-            for u in (guess.transpose(2, 0, 1).reshape(-1, 2), wanted)
-        ]  # fmt: skip
-        assert float(wrong) < 1e-3
-        assert costs[0] < costs[1] + SETTLED * abs(costs[1])
 
 
 def test_a_loaded_belt_runs_as_in_time():
